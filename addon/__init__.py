@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Blender side: operators, panel, materials, command line. No physics: that is precompute's."""
+
+import bpy
+
+from . import commands, gratings, panel
+from .operators import assign, bake_grating, import_height_map, new_material, remove_grating
+
+# In the order of registration: property groups before those who hold them.
+CLASSES = (
+    gratings.Grating,
+    gratings.SceneGratings,
+    import_height_map.ImportHeightMap,
+    remove_grating.RemoveGrating,
+    bake_grating.BakeGrating,
+    new_material.NewDiffractionMaterial,
+    assign.AssignToSelected,
+    panel.SampleMenu,
+    panel.GratingList,
+    panel.GratingPanel,
+)
+
+_command = None
+
+
+def register() -> None:
+    """Register all classes, the scene's gratings, the import menu and `blender --command grating`."""
+    global _command
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=gratings.SceneGratings)
+    bpy.types.TOPBAR_MT_file_import.append(import_height_map.menu_entry)
+    _command = bpy.utils.register_cli_command("grating", commands.execute)
+
+
+def unregister() -> None:
+    """Undo register(), last first. What the scenes hold stays in them."""
+    bpy.utils.unregister_cli_command(_command)
+    bake_grating.stop_running_bake()
+    bpy.types.TOPBAR_MT_file_import.remove(import_height_map.menu_entry)
+    del bpy.types.Scene.natural_gratings
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Remove a grating from the scene's list."""
+
+import bpy
+
+
+class RemoveGrating(bpy.types.Operator):
+    """Remove the grating from the list; its materials and its bake stay"""
+
+    bl_idname = "grating.remove"
+    bl_label = "Remove Grating"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        if context.scene.natural_gratings.active() is None:
+            cls.poll_message_set("No grating in the list")
+            return False
+        return True
+
+    def execute(self, context):
+        gratings = context.scene.natural_gratings
+        gratings.items.remove(gratings.active_index)
+        gratings.active_index = min(gratings.active_index, max(len(gratings.items) - 1, 0))
+        return {"FINISHED"}

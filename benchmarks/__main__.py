@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run one benchmark, or all of them: every module of this package that has a main(argv)."""
+
+import importlib
+import pkgutil
+import sys
+from collections.abc import Callable
+
+import benchmarks
+
+
+def found() -> dict[str, Callable]:
+    """Name and main of each benchmark."""
+    names = [module.name for module in pkgutil.iter_modules(benchmarks.__path__) if not module.name.startswith("_")]
+    modules = {name: importlib.import_module(f"benchmarks.{name}") for name in names}
+    return {name: module.main for name, module in modules.items() if hasattr(module, "main")}
+
+
+def main(argv: list[str]) -> int:
+    """`[NAME [ARGUMENTS]]`; without a name, all with their defaults."""
+    mains = found()
+    if argv and argv[0] in ("-h", "--help"):
+        print(f"usage: bench [NAME [ARGUMENTS]]\n\nNAME: {', '.join(mains)}; without it, all of them")
+        return 0
+    if argv and argv[0] not in mains:
+        print(f"error: {argv[0]}: no such benchmark; choose one of {', '.join(mains)}", file=sys.stderr)
+        return 2
+    for name in argv[:1] or mains:
+        print(f"{name}:", flush=True)
+        mains[name](argv[1:])
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

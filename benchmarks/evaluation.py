@@ -1,0 +1,344 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""docs/evaluation.md: the thesis's figures and ours, every picture and number of the page from this one command.
+
+    python -m benchmarks evaluation [--output docs] [--shared DIR]
+
+With the folder of real scans (DIR, by default ../shared/data beside the repository) the Elaphe scan is used, and sheets
+with the thesis's own pictures beside ours go to OUTPUT/thesis_comparison, which is not committed. Without it the
+sample surfaces stand in.
+"""
+
+import argparse
+import time
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from benchmarks import evaluation_page, terms
+from precompute import brdf_map, evaluation, slits
+from precompute.bake import plan
+from precompute.height_map import HeightMap
+from precompute.methods import METHODS, Settings
+from precompute.methods.unit_cell import grating_period
+from precompute.readers import read_height_map
+from precompute.reference import wavelengths
+from precompute.relief import Relief, prepare
+from precompute.samples import blazed
+
+ROOT = Path(__file__).resolve().parents[1]
+PIXELS = 256
+THETA_I = np.radians(75)
+THESIS_ELAPHE_M = 1144.26e-9
+COHERENCES_UM = (3.25, 6.5, 15, 30, 45, 65)
+TAYLOR_TERMS = (0, 1, 4, 9, 10, 39)
+STEPS_NM = (5, 10, 50)
+INCIDENCES_DEG = (0, 10, 20)
+
+
+@dataclass(frozen=True)
+class Map:
+    """One BRDF map of the page: file stem, caption, what makes it, and the thesis's picture of the same, if any."""
+
+    name: str
+    caption: str
+    surface: str
+    method: str
+    changes: dict = field(default_factory=dict)
+    theta_i_deg: float = 0
+    thesis: str = ""
+    percentile: float = 99.5
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of a table: what was evaluated, and the thesis's mean and variance in nm, if it has any."""
+
+    label: str
+    evaluation: evaluation.Evaluation
+    thesis: str = ""
+
+
+def method_maps(surface: str, methods: tuple[str, ...], thesis: dict[str, str], **changes) -> list[Map]:
+    """The maps of one surface by several methods."""
+    return [Map(f"{surface}-{name}", name, surface, name, changes, 0, thesis.get(name, "")) for name in methods]
+
+
+def groups() -> dict[str, list[Map]]:
+    """Every map of the page, by section."""
+    approaches = "brdfmap__approaches_blazed__"
+    of_blaze = {name: approaches + name for name in ("flss", "nmm", "gem")}
+    of_blaze |= {"pq": approaches + "pqsinc", "pq-printed": approaches + "pq"}
+    of_elaphe = {"flss": "brdfmap__flss_gratings__elaphe", "pq": "brdfmap__flss_pq_elaphe__pq"}
+    every = ("reference", "bake", "flss", "chebyshev", "nmm", "nmm-jacobian", "pq", "pq-printed", "stam", "gem")
+    return {
+        "blaze": method_maps("blaze", every, of_blaze),
+        "elaphe": method_maps("elaphe", every, of_elaphe),
+        "xenopeltis": method_maps("xenopeltis", ("reference", "bake", "chebyshev"), {}),
+        "coherence": [
+            Map(
+                f"coherence-{um:g}".replace(".", "_"), f"{um:g} um", f"blaze of {max(1, round(um / 2.5))}", "flss",
+                {"coherence_length_m": um * 1e-6, "texels": 5},
+                thesis="brdfmap__flss_blazed_sigmas__" + f"{um:g}".replace(".", "_"),
+                percentile=97,
+            )
+            for um in COHERENCES_UM
+        ],
+        "steps": [
+            Map(
+                f"step-{nm}", f"{nm} nm", "elaphe", "flss", {"step_m": nm * 1e-9},
+                thesis="" if nm == 10 else f"brdfmap__flss_elaphe_lambdasteps__{nm}",
+            )
+            for nm in STEPS_NM
+        ],
+        "taylor": [
+            Map(
+                f"taylor-{n}", f"n = 0 to {n}" if n else "n = 0", "elaphe", "flss", {"terms": n + 1},
+                thesis=f"brdfmap__flss_elaphe_taylor__{n}",
+            )
+            for n in TAYLOR_TERMS
+        ],
+        "half": [
+            Map(f"taylor-half-{n}", f"half the height, n = 0 to {n}", "elaphe, half", "flss", {"terms": n + 1})
+            for n in (4, 9)
+        ],
+        "incidence": [
+            Map(f"incidence-{surface}-{deg}", f"{surface}, {deg} degrees", surface, "chebyshev", {}, deg)
+            for surface in ("blaze", "elaphe")
+            for deg in INCIDENCES_DEG
+        ],
+    }  # fmt: skip
+
+
+def height_maps(shared: Path) -> dict[str, HeightMap]:
+    """The surfaces by name; "elaphe" is the scan where there is one. Blazes of few periods are the same endless surface
+    in a patch that suits a short coherence: FLSS reads few texels round a frequency."""
+    scan = shared / "snake" / "elaphe_65um.png"
+    surfaces = {
+        "blaze": read_height_map("sample:blazed"),
+        "elaphe": read_height_map(str(scan), 65, 375) if scan.exists() else read_height_map("sample:elaphe"),
+        "xenopeltis": read_height_map("sample:xenopeltis"),
+    }
+    skin = surfaces["elaphe"]
+    surfaces["elaphe, half"] = replace(skin, height_m=skin.height_m / 2)
+    for um in COHERENCES_UM:
+        periods = max(1, round(um / 2.5))
+        surfaces[f"blaze of {periods}"] = blazed(periods=periods, rows=32 * periods)
+    return surfaces
+
+
+def draw_maps(wanted: dict[str, list[Map]], reliefs: dict[str, Relief], folder: Path) -> None:
+    """Write every map; a method that is asked for several pictures is built once."""
+    built = {}
+    for one in (one for group in wanted.values() for one in group):
+        started = time.perf_counter()
+        relief = reliefs[one.surface]
+        theta_i = np.radians(one.theta_i_deg)
+        if one.method == "reference":
+            sigma_b = plan(relief).sigma_b
+            xyz = brdf_map.from_reference(relief, sigma_b, PIXELS, theta_i, 5e-9)
+        else:
+            key = one.surface, one.method, tuple(one.changes.items())
+            if key not in built:
+                built = {key: METHODS[one.method](relief, Settings(**one.changes))}
+            xyz = brdf_map.from_method(built[key], PIXELS, theta_i)
+        picture = brdf_map.picture(xyz, percentile=one.percentile)
+        Image.fromarray(coarser(picture)).save(folder / f"{one.name}.png", optimize=True)
+        print(f"  {one.name}: {time.perf_counter() - started:.1f} s", flush=True)
+
+
+def coarser(picture: np.ndarray) -> np.ndarray:
+    """8-bit code values in steps of 4, which no eye sees in speckle; the files are a third smaller."""
+    return np.minimum(np.rint(picture / 4) * 4, 255).astype(np.uint8)
+
+
+def save_small(picture: Image.Image, path: Path) -> None:
+    """A plot in 255 colours of its own: a third of the bytes. A map's colours would show it."""
+    picture.convert("RGB").quantize(255, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE).save(path, optimize=True)
+
+
+def blaze_rows(surface: HeightMap) -> list[Row]:
+    """Every method on the blaze, and light from the other side."""
+    thesis = {"flss": "2499.997 / 0.377", "nmm": "2499.997 / 0.377"}
+    relief, other = prepare(surface), prepare(evaluation.turned(surface, 0))
+    settings = evaluation.thesis_settings(period_m=2.5e-6)
+    rows = [
+        Row(name, evaluation.evaluate_method(name, relief, settings, THETA_I, 2.5e-6), thesis.get(name, ""))
+        for name in evaluation.DEFAULT_METHODS
+    ]
+    texels = replace(settings, texels=21)
+    rows += [
+        Row(
+            "pq, 21 x 21 texels",
+            evaluation.evaluate_method("pq", prepare(blazed(rows=64)), texels, THETA_I, 2.5e-6),
+            "2502.428 / 0.390",
+        ),
+        Row("flss, light from +T", evaluation.evaluate_method("flss", other, settings, THETA_I, 2.5e-6)),
+    ]
+    return rows  # fmt: skip
+
+
+def elaphe_rows(surface: HeightMap) -> list[Row]:
+    """Every method on Elaphe; then what one patch's speckle and the way it is cut do to the period."""
+    thesis = {"flss": "1144.262 / 0.401", "nmm": "1144.179 / 0.677", "pq-printed": "1052.308 / 49.7"}
+    relief, other = prepare(surface), prepare(evaluation.turned(surface, 0))
+    around = grating_period(relief)
+    settings = evaluation.thesis_settings(period_m=around)
+
+    def row(label, name, what, settings, thesis=""):
+        return Row(label, evaluation.evaluate_method(name, what, settings, THETA_I, around), thesis)
+
+    rows = [row(name, name, relief, settings, thesis.get(name, "")) for name in evaluation.DEFAULT_METHODS]
+    told = replace(settings, period_m=THESIS_ELAPHE_M)
+    rows += [
+        row("nmm, told 1144.26 nm", "nmm", relief, told, thesis["nmm"]),
+        row("flss, light from +T", "flss", other, settings),
+        row("flss, cut as the thesis", "flss", as_the_thesis_cuts(other), settings, thesis["flss"]),
+    ]
+    wide = replace(settings, coherence_length_m=None)
+    rows += [
+        row("reference, 30 areas", "reference", relief, wide),
+        row("reference, 30 areas, from +T", "reference", other, wide),
+    ]
+    return rows
+
+
+def as_the_thesis_cuts(relief: Relief) -> Relief:
+    """Raw edges, no taper, and the coherence window centred on the patch's corner, where its seams cross."""
+    middle = tuple(n // 2 for n in relief.height_m.shape)
+    return replace(relief, taper=np.ones_like(relief.taper), height_m=np.roll(relief.height_m, middle, (0, 1)))
+
+
+def xenopeltis_rows(surface: HeightMap) -> list[Row]:
+    """In the plane along the fingers; Taylor in float64, as float32 cannot hold 819 nm."""
+    relief = prepare(evaluation.turned(surface, 90))
+    around = grating_period(relief)
+    settings = evaluation.thesis_settings(period_m=around, dtype=np.float64)
+    thesis = {"flss": "1552.27 / 0.45"}
+    return [
+        Row(name, evaluation.evaluate_method(name, relief, settings, THETA_I, around), thesis.get(name, ""))
+        for name in evaluation.DEFAULT_METHODS
+        if name != "stam"
+    ]
+
+
+def grid_variance(surface: HeightMap, step_deg: float) -> float:
+    """Period variance in square nm on the blaze when each peak is the highest sample of an angle grid, as the thesis
+    takes it."""
+    relief, lambdas = prepare(surface), wavelengths(5e-9)
+    plane = evaluation.first_order_plane(THETA_I, lambdas, 2.5e-6, np.radians(step_deg))
+    method = METHODS["chebyshev"](relief, evaluation.thesis_settings())
+    order = np.abs(plane.u) * 2.5e-6 / lambdas[:, None]
+    found = evaluation.response(method, plane, lambdas) * (np.abs(order - 1) < evaluation.WINDOW)
+    return float(np.var(lambdas / np.abs(plane.u[found.argmax(axis=1)]) * 1e9))
+
+
+def patch_spread(surface: HeightMap, parts: int = 3) -> list[float]:
+    """Periods in nm that FLSS's reference sums find in parts x parts pieces of a scan, 65 / parts um each."""
+    rows, cols = (n // parts for n in surface.height_m.shape)
+    around = grating_period(prepare(surface))
+    found = []
+    for k in range(parts * parts):
+        y, x = (k // parts) * rows, (k % parts) * cols
+        piece = replace(surface, height_m=surface.height_m[y : y + rows, x : x + cols], periodic=False)
+        relief = prepare(piece)
+        settings = evaluation.thesis_settings(coherence_length_m=relief.size_m[1])
+        one = evaluation.evaluate_method("chebyshev", relief, settings, THETA_I, around)
+        found.append(one.as_dict()["period_mean_nm"])
+    return found
+
+
+def sheets(wanted: dict[str, list[Map]], images: Path, shared: Path, folder: Path) -> None:
+    """Ours above, the thesis's below, for each section that has pictures of the thesis."""
+    folder.mkdir(parents=True, exist_ok=True)
+    figures = shared / "thesis_figures"
+    for name, group in wanted.items():
+        pairs = [one for one in group if one.thesis and (figures / f"{one.thesis}.png").exists()]
+        if not pairs:
+            continue
+        sheet = Image.new("RGB", (len(pairs) * (PIXELS + 8), 2 * (PIXELS + 20)), "white")
+        draw = ImageDraw.Draw(sheet)
+        for k, one in enumerate(pairs):
+            left = k * (PIXELS + 8)
+            sheet.paste(Image.open(images / f"{one.name}.png").convert("RGB"), (left, 0))
+            sheet.paste(on_white(figures / f"{one.thesis}.png", PIXELS), (left, PIXELS + 20))
+            draw.text((left + 4, PIXELS + 2), f"ours: {one.caption}", fill="black")
+            draw.text((left + 4, 2 * PIXELS + 22), one.thesis.removeprefix("brdfmap__"), fill="black")
+        sheet.save(folder / f"{name}.png")
+
+
+def on_white(path: Path, pixels: int) -> Image.Image:
+    """A picture with transparency, over white, in a square."""
+    picture = Image.open(path).convert("RGBA")
+    white = Image.new("RGBA", picture.size, "white")
+    white.alpha_composite(picture)
+    return white.convert("RGB").resize((pixels, pixels), Image.Resampling.LANCZOS)
+
+
+def response_sheets(plots: dict[str, Path], shared: Path, folder: Path) -> None:
+    """Our response plots above the thesis's of the same surface."""
+    for name, plot in plots.items():
+        theirs = sorted((shared / "thesis_figures").glob(f"evaluation__verification__*_{name}.png"))
+        if not theirs:
+            continue
+        ours = Image.open(plot).convert("RGB")
+        pictures = [Image.open(path).convert("RGB").resize((512, 325)) for path in theirs]
+        sheet = Image.new("RGB", (max(ours.width, 520 * len(pictures)), ours.height + 345), "white")
+        sheet.paste(ours, (0, 0))
+        for k, picture in enumerate(pictures):
+            sheet.paste(picture, (520 * k, ours.height + 20))
+            ImageDraw.Draw(sheet).text((520 * k + 4, ours.height + 4), theirs[k].stem, fill="black")
+        sheet.save(folder / f"response-{name}.png")
+
+
+def main(argv: list[str] | None = None) -> None:
+    """Compute everything and write the page."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks evaluation", description="Makes docs/evaluation.md.")
+    parser.add_argument("--output", type=Path, default=ROOT / "docs", metavar="DIR")
+    parser.add_argument("--shared", type=Path, default=ROOT.parent / "shared" / "data", metavar="DIR")
+    arguments = parser.parse_args(argv)
+    started = time.perf_counter()
+    images = arguments.output / "images" / "evaluation"
+    images.mkdir(parents=True, exist_ok=True)
+    surfaces = height_maps(arguments.shared)
+
+    tables = {
+        "blaze": blaze_rows(surfaces["blaze"]),
+        "elaphe": elaphe_rows(surfaces["elaphe"]),
+        "xenopeltis": xenopeltis_rows(surfaces["xenopeltis"]),
+    }
+    bakes = {}
+    plots = {}
+    for name, rows in tables.items():
+        azimuth = 90 if name == "xenopeltis" else 180
+        relief = prepare(evaluation.turned(surfaces[name], azimuth))
+        bakes[name] = evaluation.compare_bake(relief, Settings(), THETA_I, rows[0].evaluation.expected_m)
+        plain = [row.evaluation for row in rows if row.label in METHODS]
+        plots[name] = images / f"response-{name}.png"
+        evaluation.plot(plots[name], plain)
+        save_small(Image.open(plots[name]), plots[name])
+        print(f"  {name} evaluated, {time.perf_counter() - started:.0f} s", flush=True)
+    facts = evaluation_page.Facts(
+        scan=not surfaces["elaphe"].source.startswith("sample:"),
+        tables=tables,
+        bakes=bakes,
+        grid_variance=grid_variance(surfaces["blaze"], 0.017),
+        patches=patch_spread(surfaces["elaphe"]),
+        terms=terms.as_text(terms.table()),
+    )
+    terms.plot(images / "terms.png")
+    save_small(Image.open(images / "terms.png"), images / "terms.png")
+    slits.plot(images / "slits.png")
+    wanted = groups()
+    draw_maps(wanted, {name: prepare(surface) for name, surface in surfaces.items()}, images)
+    (arguments.output / "evaluation.md").write_text(evaluation_page.text(facts, wanted))
+    if (arguments.shared / "thesis_figures").is_dir():
+        comparison = arguments.output / "thesis_comparison"
+        sheets(wanted, images, arguments.shared, comparison)
+        response_sheets({"blazed": plots["blaze"], "elaphe": plots["elaphe"]}, arguments.shared, comparison)
+    print(f"{arguments.output / 'evaluation.md'}: {time.perf_counter() - started:.0f} s")
+
+
+if __name__ == "__main__":
+    main()

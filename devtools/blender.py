@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which Blender there is, a real binary or the bpy wheel behind the shim, and how it starts on this tree."""
+
+import os
+import re
+import shutil
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from . import ENVIRONMENTS, EXTENSION, ROOT, DevError, environments
+from .environments import Environment
+from .extension import link_extension
+from .machine import ensure_blender_libraries
+from .packages import fetch_wheels
+from .steps import clean_environment, say
+
+OLDEST = (4, 5)
+CHROOT_BLENDER = ENVIRONMENTS / "sid-blender"
+SHIM = ROOT / "devtools" / "blender_shim.py"
+# Whoever sets one of these has a Blender set-up of their own, and it is left as it is.
+USER_FOLDERS = ("BLENDER_USER_RESOURCES", "BLENDER_USER_EXTENSIONS")
+
+
+@dataclass(frozen=True)
+class Launch:
+    """A command line and what its environment needs besides."""
+
+    command: list[str]
+    variables: dict[str, str] = field(default_factory=dict)
+
+    def run(self) -> int:
+        return subprocess.run(self.command, env=clean_environment(**self.variables)).returncode
+
+
+def binary_version(binary: str | Path) -> tuple[int, int]:
+    """(major, minor) of a Blender binary; DevError where it is none or will not run."""
+    try:
+        answer = subprocess.run([binary, "--version"], capture_output=True, text=True, timeout=120)
+    except (OSError, subprocess.TimeoutExpired) as fault:
+        raise DevError(f"{binary}: does not run ({fault}); remedy: name a Blender binary") from fault
+    found = re.search(r"^Blender (\d+)\.(\d+)", answer.stdout, re.MULTILINE)
+    if not found:
+        raise DevError(f"{binary}: is not a Blender binary; remedy: name one with --blender PATH")
+    return int(found[1]), int(found[2])
+
+
+def require_binary(path: str) -> Path:
+    """The binary that --blender names, checked."""
+    binary = shutil.which(path)
+    if binary is None:
+        raise DevError(f"{path}: no such program; remedy: give --blender the path of a Blender binary")
+    if binary_version(binary) < OLDEST:
+        raise DevError(f"{path}: is older than Blender 4.5; remedy: name a newer one")
+    return Path(binary).absolute()
+
+
+def find_binary() -> Path | None:
+    """The Blender binary on PATH, or the one of `./dev blender-setup`; None where there is neither."""
+    for candidate in (shutil.which("blender"), CHROOT_BLENDER):
+        if candidate is None or not Path(candidate).exists():
+            continue
+        try:
+            return require_binary(str(candidate))
+        except DevError as fault:
+            say(f"passed over: {fault}")
+    return None
+
+
+def has_own_user_folder() -> bool:
+    return any(os.environ.get(name) for name in USER_FOLDERS)
+
+
+def launch_binary(binary: Path, arguments: Sequence[str]) -> Launch:
+    """A real Blender, in a user folder of its own where the working tree is the extension."""
+    if has_own_user_folder():
+        return Launch([str(binary), *arguments])
+    fetch_wheels(environments.require(environments.PY311))
+    user = ENVIRONMENTS / "blender-user"
+    link_extension(user, wheels=True)
+    addons = [] if "--factory-startup" in arguments else ["--addons", EXTENSION]
+    return Launch([str(binary), *addons, *arguments], {"BLENDER_USER_RESOURCES": str(user)})
+
+
+def launch_shim(environment: Environment, arguments: Sequence[str]) -> Launch:
+    """The bpy wheel behind the shim, in a user folder of its own where the working tree is the extension."""
+    ensure_blender_libraries()
+    environments.require(environment)
+    user = ENVIRONMENTS / "bpy-user"
+    link_extension(user)
+    variables = {"NATURAL_GRATINGS_LINKED_EXTENSIONS": str(user / "extensions")}
+    if not has_own_user_folder():
+        variables["BLENDER_USER_RESOURCES"] = str(user)
+    return Launch([str(environment.python), "-P", str(SHIM), *arguments], variables)

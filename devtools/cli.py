@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line of ./dev."""
+
+import argparse
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from . import ROOT, DevError, blender, chroot, environments, machine, packages, suites
+from .environments import ALL, PY311, Environment
+from .steps import clean_environment
+
+VERBS_HELP = """\
+verbs:
+  demo [--output DIR]     the main job: a scan baked, mapped and rendered on a snake, with a report
+  test [PYTEST ARGS]      every test that CI runs; a path under tests/ chooses suites
+  lint [--fix]            ruff: rules and formatting
+  bench [ARGS]            the benchmarks of benchmarks/
+  build [--output DIR]    the extension's zip for each platform, validated
+  grating ARGS            python -m precompute ARGS: info, bake, map, ... without Blender
+  blender ARGS            Blender with this working tree as its extension
+  blender-setup           a real Blender on Debian, in .env
+  env                     what there is: interpreters, environments, libraries, Blenders
+
+`./dev VERB --help` tells more. The first use of a verb makes the environment it needs, under .env.
+"""
+
+
+def run_python(environment: Environment, arguments: Sequence[str | Path], **settings: object) -> int:
+    return subprocess.run([environment.python, *arguments], **settings).returncode
+
+
+def chosen(options: argparse.Namespace) -> Environment:
+    """The environment of --bpy, by default that of Blender 4.5."""
+    return next((one for one in ALL if one.blender_version == options.bpy), PY311)
+
+
+def verb_parser(verb: str, description: str) -> argparse.ArgumentParser:
+    return argparse.ArgumentParser(prog=f"./dev {verb}", description=description)
+
+
+def demo(options: argparse.Namespace, arguments: list[str]) -> int:
+    parser = verb_parser("demo", "Bakes the sample grating, renders it on a snake and writes a report.")
+    parser.add_argument("--output", type=Path, default=ROOT / "dist" / "demo", help="default: dist/demo")
+    own, rest = parser.parse_known_args(arguments)
+    machine.ensure_blender_libraries()
+    environment = environments.require(chosen(options))
+    command = ["-m", "sample_scenes.demo", "--output", own.output.absolute(), *rest]
+    if options.blender:
+        command += ["--blender", blender.require_binary(options.blender)]
+    elif options.bpy:
+        command += ["--bpy", options.bpy]
+    return run_python(environment, command, cwd=ROOT, env=clean_environment())
+
+
+def test(options: argparse.Namespace, arguments: list[str]) -> int:
+    if {"-h", "--help"} & set(arguments):
+        print("usage: ./dev [--bpy 4.5|5.2] [--blender PATH] test [PATH ...] [PYTEST OPTIONS]\n")
+        print("Suites, each in each environment it is for: " + ", ".join(suites.FOLDERS))
+        return 0
+    binary = blender.require_binary(options.blender) if options.blender else blender.find_binary()
+    machine.ensure_blender_libraries()
+    found = environments.ensure(*([chosen(options)] if options.bpy else ALL))
+    return suites.run(found, arguments, binary)
+
+
+def lint(_: argparse.Namespace, arguments: list[str]) -> int:
+    parser = verb_parser("lint", "Checks rules and formatting with ruff.")
+    parser.add_argument("--fix", action="store_true", help="mend what ruff can mend, and format")
+    fix = parser.parse_args(arguments).fix
+    environment = environments.require(PY311)
+    commands = (
+        [["check", "--fix"], ["format"]]
+        if fix
+        else [["check", "--output-format=concise"], ["format", "--check", "--output-format=concise"]]
+    )
+    return max(run_python(environment, ["-m", "ruff", *command, "."], cwd=ROOT) for command in commands)
+
+
+def bench(options: argparse.Namespace, arguments: list[str]) -> int:
+    if not (ROOT / "benchmarks" / "__main__.py").exists():
+        raise DevError("there are no benchmarks yet; remedy: add benchmarks/__main__.py")
+    machine.ensure_blender_libraries()
+    environment = environments.require(chosen(options))
+    return run_python(environment, ["-m", "benchmarks", *arguments], cwd=ROOT, env=clean_environment())
+
+
+def build(_: argparse.Namespace, arguments: list[str]) -> int:
+    parser = verb_parser("build", "Builds the extension's zip for each platform and validates each.")
+    parser.add_argument("--output", type=Path, default=ROOT / "dist", help="default: dist")
+    parser.add_argument("--lock", action="store_true", help="record the wheels' hashes anew")
+    own = parser.parse_args(arguments)
+    for package in packages.build(environments.require(PY311), own.output, own.lock):
+        print(f"{package} ({package.stat().st_size / 1e6:.1f} MB)")
+    return 0
+
+
+def grating(_: argparse.Namespace, arguments: list[str]) -> int:
+    environment = environments.require(PY311)
+    # The working folder stays the caller's, so that the files it names are found.
+    command = ["-m", "precompute", *arguments]
+    return run_python(environment, command, env=clean_environment(PYTHONPATH=str(ROOT)))
+
+
+def run_blender(options: argparse.Namespace, arguments: list[str]) -> int:
+    if options.blender:
+        binary = blender.require_binary(options.blender)
+    else:
+        binary = None if options.bpy else blender.find_binary()
+    if binary:
+        return blender.launch_binary(binary, arguments).run()
+    return blender.launch_shim(chosen(options), arguments).run()
+
+
+def blender_setup(_: argparse.Namespace, arguments: list[str]) -> int:
+    parser = verb_parser("blender-setup", "Puts Debian sid with its Blender into .env/sid, by debootstrap.")
+    parser.parse_args(arguments)
+    print(chroot.set_up())
+    return 0
+
+
+def describe_environments(_: argparse.Namespace, arguments: list[str]) -> int:
+    verb_parser("env", "Tells what there is, and makes nothing.").parse_args(arguments)
+    for environment in ALL:
+        state = "ready" if environments.is_ready(environment) else "not made"
+        base = next(machine.runnable_pythons(environment.python_version), "no interpreter")
+        print(f"{environment.name}: {state}, Blender {environment.blender_version}, {base}")
+    missing = machine.missing_blender_libraries()
+    print("system libraries: " + (f"missing: {', '.join(missing)}" if missing else "all there"))
+    binary = blender.find_binary()
+    print(f"blender binary: {binary or 'none; ./dev blender-setup brings one on Debian'}")
+    return 0
+
+
+VERBS: dict[str, Callable[[argparse.Namespace, list[str]], int]] = {
+    "demo": demo,
+    "test": test,
+    "lint": lint,
+    "bench": bench,
+    "build": build,
+    "grating": grating,
+    "blender": run_blender,
+    "blender-setup": blender_setup,
+    "env": describe_environments,
+}
+
+
+def make_parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="./dev", epilog=VERBS_HELP, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    versions = [environment.blender_version for environment in ALL]
+    parser.add_argument("--bpy", choices=versions, help="use the bpy wheel of this Blender")
+    parser.add_argument("--blender", metavar="PATH", help="use this Blender binary")
+    parser.add_argument("verb", choices=VERBS, metavar="VERB", help="one of those below")
+    parser.add_argument("arguments", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs one verb; returns the exit status of what it ran, or 1 with one line where it could not."""
+    parser = make_parser()
+    arguments = sys.argv[1:] if arguments is None else arguments
+    if not arguments:
+        parser.print_help(sys.stderr)
+        return 2
+    options = parser.parse_args(arguments)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        status = VERBS[options.verb](options, options.arguments)
+        return status if status >= 0 else 128 - status  # ended by a signal: as a shell tells it
+    except DevError as fault:
+        print(f"error: {fault}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The environments under .env: one for each Blender line, made by venv and pip from pyproject.toml."""
+
+import contextlib
+import fcntl
+import json
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from . import ENVIRONMENTS, ROOT, DevError
+from .machine import find_python
+from .steps import run_step, run_together, say
+
+
+@dataclass(frozen=True)
+class Environment:
+    """One virtual environment; its name is its folder and its dependency group."""
+
+    name: str
+    python_version: str
+    blender_version: str
+
+    @property
+    def folder(self) -> Path:
+        return ENVIRONMENTS / self.name
+
+    @property
+    def python(self) -> Path:
+        return self.folder / "bin" / "python"
+
+    @property
+    def stamp(self) -> Path:
+        """Written last: its text says what the environment holds, its absence that a set-up was cut short."""
+        return self.folder / "stamp.json"
+
+    @property
+    def bpy_folder(self) -> Path:
+        """Blender's own files (scripts, hidden packages) in the bpy wheel."""
+        packages = self.folder / "lib" / f"python{self.python_version}" / "site-packages"
+        return packages / "bpy" / self.blender_version
+
+
+PY311 = Environment("py311-bpy45", "3.11", "4.5")
+PY313 = Environment("py313-bpy52", "3.13", "5.2")
+ALL = (PY311, PY313)
+
+
+def dependency_group(name: str) -> list[str]:
+    """The pinned requirements of a group in pyproject.toml, includes resolved."""
+    groups = tomllib.loads((ROOT / "pyproject.toml").read_text())["dependency-groups"]
+    requirements: list[str] = []
+    for entry in groups[name]:
+        requirements += [entry] if isinstance(entry, str) else dependency_group(entry["include-group"])
+    return requirements
+
+
+def is_ready(environment: Environment) -> bool:
+    try:
+        stamped = json.loads(environment.stamp.read_text())
+    except (OSError, ValueError):
+        return False
+    return stamped == dependency_group(environment.name) and environment.python.exists()
+
+
+@contextlib.contextmanager
+def one_at_a_time() -> Iterator[None]:
+    """Two ./dev that set up at once would spoil each other's environment."""
+    ENVIRONMENTS.mkdir(exist_ok=True)
+    with (ENVIRONMENTS / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+def make(environment: Environment, base_python: Path) -> None:
+    """Makes the environment anew, or brings a finished one to the pins of today."""
+    logs = ENVIRONMENTS / "logs"
+    if not environment.stamp.exists() or not environment.python.exists():
+        command = [base_python, "-m", "venv", "--clear", environment.folder]
+        run_step(f"{environment.name}: new environment", command, logs / f"{environment.name}-venv.log")
+    environment.stamp.unlink(missing_ok=True)
+    requirements = dependency_group(environment.name)
+    pip = [environment.python, "-m", "pip", "install", "--no-input", "--progress-bar=off"]
+    pip += ["--disable-pip-version-check"]
+    title = f"{environment.name}: Blender {environment.blender_version} and {len(requirements) - 1} packages"
+    run_step(title, [*pip, *requirements], logs / f"{environment.name}-pip.log")
+    environment.stamp.write_text(json.dumps(requirements, indent=1))
+
+
+def ensure(*wanted: Environment) -> list[Environment]:
+    """Makes the wanted environments that are not ready; returns those that there are.
+
+    Python 3.11 is required; where the machine lacks another version, its environment is left out.
+    """
+    if all(map(is_ready, wanted)):
+        return list(wanted)
+    with one_at_a_time():
+        missing = [environment for environment in wanted if not is_ready(environment)]
+        bases = {environment: find_python(environment.python_version) for environment in missing}
+        if PY311 in missing and bases[PY311] is None:
+            remedy = "apt-get install python3.11 python3.11-venv (Debian 12), or pyenv install 3.11"
+            raise DevError(f"Python 3.11 not found; remedy: {remedy}")
+        absent = [environment for environment in missing if bases[environment] is None]
+        for environment in absent:
+            say(f"no Python {environment.python_version} here: without Blender {environment.blender_version}")
+        run_together([partial(make, environment, base) for environment, base in bases.items() if base])
+    return [environment for environment in wanted if environment not in absent]
+
+
+def require(environment: Environment) -> Environment:
+    """The environment, made if need be; DevError where its Python is not on this machine."""
+    if not ensure(environment):
+        raise DevError(
+            f"no Python {environment.python_version} for Blender {environment.blender_version}; "
+            f"remedy: pyenv install {environment.python_version}"
+        )
+    return environment

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The working tree as an installed extension: links in a Blender user folder, so that no copy goes stale."""
+
+import re
+from pathlib import Path
+
+from . import ROOT
+
+LINKED = ("__init__.py", "addon", "precompute")
+WHEELS_LIST = re.compile(r"^wheels = \[.*?^\]\n", re.DOTALL | re.MULTILINE)
+
+
+def write_if_changed(path: Path, text: str) -> None:
+    """Blender checks its add-ons anew when a manifest is newer than its notes."""
+    if not path.exists() or path.read_text() != text:
+        path.write_text(text)
+
+
+def link(path: Path, target: Path) -> None:
+    if not (path.is_symlink() and path.readlink() == target):
+        path.unlink(missing_ok=True)
+        path.symlink_to(target)
+
+
+def link_extension(user_folder: Path, wheels: bool = False) -> Path:
+    """Puts the working tree into `user_folder` (a BLENDER_USER_RESOURCES) as natural_gratings; returns where.
+
+    Without `wheels` the manifest names none: the environment around a bpy wheel has the packages itself.
+    """
+    folder = user_folder / "extensions" / "user_default" / "natural_gratings"
+    folder.mkdir(parents=True, exist_ok=True)
+    manifest = (ROOT / "blender_manifest.toml").read_text()
+    write_if_changed(folder / "blender_manifest.toml", manifest if wheels else WHEELS_LIST.sub("", manifest))
+    for name in (*LINKED, "wheels") if wheels else LINKED:
+        link(folder / name, ROOT / name)
+    return folder

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The extension's packages: wheels fetched and checked, a zip for each platform, each zip validated."""
+
+import hashlib
+import re
+import shutil
+import subprocess
+import tempfile
+import tomllib
+import zipfile
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+from . import ENVIRONMENTS, ROOT, DevError
+from .environments import Environment
+from .steps import clean_environment, run_step, run_together, say
+
+WHEELS = ROOT / "wheels"
+HASHES = ROOT / "devtools" / "wheels.sha256"
+
+
+def wheel_names() -> list[str]:
+    """The file names of the wheels that the manifest lists."""
+    manifest = tomllib.loads((ROOT / "blender_manifest.toml").read_text())
+    return [Path(wheel).name for wheel in manifest["wheels"]]
+
+
+def sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def known_hashes() -> dict[str, str]:
+    """File name: SHA-256, in sha256sum's format."""
+    lines = HASHES.read_text().splitlines() if HASHES.exists() else []
+    return {name: digest for digest, name in (line.split() for line in lines)}
+
+
+def write_hashes() -> None:
+    HASHES.write_text("".join(f"{sha256(WHEELS / name)}  {name}\n" for name in sorted(wheel_names())))
+
+
+def is_genuine(name: str, hashes: dict[str, str]) -> bool:
+    path = WHEELS / name
+    return path.is_file() and sha256(path) == hashes.get(name)
+
+
+@dataclass
+class Download:
+    """What one call of pip download brings: the wheels for one Python on one system."""
+
+    python_tag: str
+    system: str
+    platforms: set[str] = field(default_factory=set)
+    requirements: list[str] = field(default_factory=list)
+
+    def run(self, environment: Environment) -> None:
+        pip = [environment.python, "-m", "pip", "download", "--no-input", "--progress-bar=off", "--no-deps"]
+        target = ["--only-binary=:all:", "--dest", WHEELS]
+        if self.python_tag.startswith("cp"):
+            target += [
+                "--implementation=cp",
+                f"--python-version={self.python_tag[2:]}",
+                f"--abi={self.python_tag}",
+            ]
+            target += [f"--platform={platform}" for platform in sorted(self.platforms)]
+        log = ENVIRONMENTS / "logs" / f"wheels-{self.python_tag}-{self.system}.log"
+        run_step(f"wheels for {self.python_tag}, {self.system}", [*pip, *target, *self.requirements], log)
+
+
+def downloads(names: list[str]) -> list[Download]:
+    """The downloads that bring the wheels of these file names."""
+    plan: dict[tuple[str, str], Download] = {}
+    for name in names:
+        package, version, python_tag, _, platform_tags = name.removesuffix(".whl").split("-")
+        system = re.split(r"[_\d]", platform_tags)[0]
+        download = plan.setdefault((python_tag, system), Download(python_tag, system))
+        download.platforms |= set(platform_tags.split("."))
+        download.requirements.append(f"{package}=={version}")
+    return list(plan.values())
+
+
+def fetch_wheels(environment: Environment, lock: bool = False) -> None:
+    """Brings the manifest's wheels into wheels/ and checks their SHA-256; `lock` records these anew."""
+    hashes = known_hashes()
+    wanted = [name for name in wheel_names() if not (WHEELS / name).is_file() or not (lock or is_genuine(name, hashes))]
+    for name in wanted:
+        (WHEELS / name).unlink(missing_ok=True)
+    run_together([partial(download.run, environment) for download in downloads(wanted)])
+    if lock:
+        write_hashes()
+        return
+    if false := [name for name in wanted if not is_genuine(name, hashes)]:
+        remedy = "./dev build --lock, if their pins were changed on purpose"
+        raise DevError(f"wheels missing or not as in {HASHES.name}: {', '.join(false)}; remedy: {remedy}")
+
+
+def extension_tool(environment: Environment, *arguments: str | Path) -> None:
+    """Blender's own tool for extensions, as the bpy wheel brings it; DevError with its complaint."""
+    scripts = environment.bpy_folder / "scripts"
+    tool = scripts / "addons_core" / "bl_pkg" / "cli" / "blender_ext.py"
+    tags = scripts / "modules" / "_bpy_internal" / "extensions" / "tags.py"
+    command = [environment.python, tool, *arguments, "--valid-tags", tags]
+    answer = subprocess.run(command, capture_output=True, text=True, env=clean_environment())
+    if answer.returncode != 0:
+        complaint = " | ".join((answer.stdout + answer.stderr).strip().splitlines())
+        raise DevError(f"Blender's extension tool, {arguments[0]}: {complaint}")
+
+
+def missing_wheels(package: Path) -> list[str]:
+    """The wheels that a zip's manifest promises for its platform and the zip does not hold.
+
+    Blender's validator does not look for them.
+    """
+    with zipfile.ZipFile(package) as archive:
+        manifest = tomllib.loads(archive.read("blender_manifest.toml").decode())
+        held = set(archive.namelist())
+    promised = manifest["build"]["generated"]["wheels"]
+    return [wheel for wheel in promised if wheel.removeprefix("./") not in held]
+
+
+def validate(package: Path, environment: Environment) -> None:
+    extension_tool(environment, "validate", package)
+    if missing := missing_wheels(package):
+        raise DevError(f"{package.name}: wheels missing in the zip: {', '.join(missing)}")
+
+
+def build(environment: Environment, output: Path, lock: bool = False) -> list[Path]:
+    """Builds and validates the zip of each platform; returns them. Nothing half-made stays in `output`."""
+    fetch_wheels(environment, lock)
+    output.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=output, prefix=".build-") as folder:
+        say("packages: building ...")
+        extension_tool(environment, "build", "--source-dir", ROOT, "--output-dir", folder, "--split-platforms")
+        packages = sorted(Path(folder).glob("*.zip"))
+        for package in packages:
+            validate(package, environment)
+        return [Path(shutil.move(package, output / package.name)) for package in packages]

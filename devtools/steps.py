@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Slow commands, run with signs of life on stderr (stdout belongs to the verb's own output)."""
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from pathlib import Path
+
+from . import DevError
+
+HEARTBEAT_SECONDS = 15
+running: set[subprocess.Popen] = set()
+
+
+def say(text: str) -> None:
+    print(f"[dev] {text}", file=sys.stderr, flush=True)
+
+
+def clean_environment(**changes: str) -> dict[str, str]:
+    """This process's environment less what would lead another Python astray, plus `changes`."""
+    astray = {"PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV", "__PYVENV_LAUNCHER__"}
+    return {name: value for name, value in os.environ.items() if name not in astray} | changes
+
+
+def last_lines(log: Path, count: int) -> list[str]:
+    lines = log.read_text(errors="replace").splitlines()
+    return [line.strip() for line in lines if line.strip()][-count:]
+
+
+def run_step(title: str, command: Sequence[str | Path], log: Path, **changes: str) -> None:
+    """Runs a command with its output in `log`; says what runs, and every 15 s that it still does.
+
+    Raises DevError with the last lines of the log where it fails. An interrupt ends the command too.
+    """
+    log.parent.mkdir(parents=True, exist_ok=True)
+    start = time.monotonic()
+    say(f"{title} ...")
+    with (
+        log.open("wb") as output,
+        subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            env=clean_environment(**changes),
+        ) as process,
+    ):
+        running.add(process)
+        try:
+            while process.poll() is None:
+                try:
+                    process.wait(HEARTBEAT_SECONDS)
+                except subprocess.TimeoutExpired:
+                    seconds = time.monotonic() - start
+                    say(f"{title}: {seconds:.0f} s: {' '.join(last_lines(log, 1))[:90]}")
+        finally:
+            process.terminate()
+            running.remove(process)
+    if process.returncode != 0:
+        reason = " | ".join(last_lines(log, 3))
+        raise DevError(f"{title} failed with exit status {process.returncode}: {reason} (all of it: {log})")
+    say(f"{title}: done in {time.monotonic() - start:.0f} s")
+
+
+def run_together(tasks: Sequence[Callable[[], None]]) -> None:
+    """Runs tasks made of steps side by side; raises their first fault. An interrupt ends their commands too."""
+    with ThreadPoolExecutor(4) as pool:
+        jobs = [pool.submit(task) for task in tasks]
+        try:
+            wait(jobs)
+        except BaseException:
+            for job in jobs:
+                job.cancel()
+            for process in list(running):
+                process.terminate()
+            raise
+    for job in jobs:
+        job.result()

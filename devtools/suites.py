@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The test suites: each folder of tests/ in each environment it is for, each in a process of its own."""
+
+import os
+import subprocess
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree
+
+from . import ENVIRONMENTS, ROOT
+from .environments import ALL, PY311, Environment
+from .steps import clean_environment, say
+
+NO_TESTS_COLLECTED = 5
+FOLDERS = {"precompute": ALL, "addon": ALL, "render": ALL, "package": (PY311,)}
+
+
+@dataclass(frozen=True)
+class Result:
+    """How a suite went: pytest's exit status (below 0: the signal that ended it) and its report's counts."""
+
+    title: str
+    status: int
+    seconds: float
+    passed: int = 0
+    failed: int = 0
+    skipped: int = 0
+
+    @property
+    def good(self) -> bool:
+        return self.status == 0
+
+    @property
+    def verdict(self) -> str:
+        if self.status < 0:
+            return f"signal {-self.status}"
+        return "ok" if self.good else "FAILED"
+
+
+def test_files(folder: Path) -> list[Path]:
+    return sorted(folder.rglob("test_*.py"))
+
+
+def split_arguments(arguments: Sequence[str]) -> tuple[list[Path], list[str]]:
+    """(paths under tests/, the other pytest arguments); a path may name a test after `::`."""
+    paths = [argument for argument in arguments if is_test_path(Path(argument.partition("::")[0]))]
+    return [Path(path).absolute() for path in paths], [argument for argument in arguments if argument not in paths]
+
+
+def is_test_path(path: Path) -> bool:
+    return path.exists() and path.absolute().is_relative_to(ROOT / "tests")
+
+
+def counts(report: Path) -> dict[str, int]:
+    """passed, failed, skipped of a JUnit report; all 0 where the process died before it wrote one."""
+    if not report.exists():
+        return {}
+    suite = ElementTree.parse(report).getroot().find("testsuite")
+    tests, failures, errors, skipped = (int(suite.get(name, 0)) for name in ("tests", "failures", "errors", "skipped"))
+    failed = failures + errors
+    return {"passed": tests - failed - skipped, "failed": failed, "skipped": skipped}
+
+
+def run_suite(
+    name: str, environment: Environment, targets: list[Path], options: list[str], variables: dict[str, str]
+) -> Result:
+    title = f"{name}, Python {environment.python_version}, bpy {environment.blender_version}"
+    say(f"tests: {title}")
+    report = ENVIRONMENTS / "reports" / f"{name}-{environment.name}.xml"
+    report.parent.mkdir(parents=True, exist_ok=True)
+    report.unlink(missing_ok=True)
+    command = [environment.python, "-m", "pytest", *targets, f"--junitxml={report}", *options]
+    start = time.monotonic()
+    status = subprocess.run(command, cwd=ROOT, env=clean_environment(**variables)).returncode
+    if status == NO_TESTS_COLLECTED and options:
+        status = 0  # the options, such as -k, chose tests of another suite
+    return Result(title, status, time.monotonic() - start, **counts(report))
+
+
+def targets_of(name: str, paths: list[Path]) -> list[Path]:
+    """What a suite runs: of the paths asked for those that are its own, or all of its folder."""
+    folder = ROOT / "tests" / name
+    if not paths or ROOT / "tests" in paths:
+        return [folder] if test_files(folder) else []
+    return [path for path in paths if path.is_relative_to(folder)]
+
+
+def print_summary(results: list[Result]) -> None:
+    """A line for each suite, and the totals in a closing line that programs can read."""
+    print(f"\n{'suite':44} {'result':9} {'passed':>7} {'failed':>7} {'skipped':>8} {'seconds':>8}")
+    for result in results:
+        numbers = f"{result.passed:7} {result.failed:7} {result.skipped:8} {result.seconds:8.1f}"
+        print(f"{result.title:44} {result.verdict:9} {numbers}")
+    totals = [sum(getattr(result, name) for result in results) for name in ("passed", "failed", "skipped")]
+    print("\n{} passed, {} failed, {} skipped".format(*totals), flush=True)
+
+
+def run(environments: Sequence[Environment], arguments: Sequence[str], blender: Path | None) -> int:
+    """Runs the suites, all of them where `arguments` name no path; returns 0 only where every one passed."""
+    paths, options = split_arguments(arguments)
+    variables = {"NATURAL_GRATINGS_BLENDER": str(blender)} if blender else {}
+    results = [
+        run_suite(name, environment, targets, options, variables)
+        for name, wanted in FOLDERS.items()
+        if (targets := targets_of(name, paths))
+        for environment in wanted
+        if environment in environments
+    ]
+    print_summary(results)
+    if not results:
+        print(f"error: no tests in {os.path.relpath(ROOT / 'tests')} match; remedy: name a path under tests/")
+    return 0 if results and all(result.good for result in results) else 1

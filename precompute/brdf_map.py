@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""BRDF maps: reflected colour over the hemisphere of view, pixel (x, y) = (sin t cos p, sin t sin p) (thesis 6.1)."""
+
+import numpy as np
+
+from .albedo import NO_LIMIT, limit, limit_table
+from .bake import Bake
+from .brdf import fresnel_reflectance, half_angle_cosine, obliquity_times_cosine_and_w2
+from .colour import WAVELENGTH_MIN_M, rgb_from_xyz, spectral_weights, srgb_encode
+from .methods import Method
+from .reference import reference_grid, wavelengths
+from .relief import Relief
+from .resample import Resampler
+from .spectrum import spectrum_series
+
+# Interpolation in s at this tolerance is exact for every purpose of a picture; a test holds it against the reference.
+_EXACT = 1e-9
+# Directions a method is asked for at once: what it gathers stays within some tens of megabytes.
+_PIXELS = 8192
+
+
+def view_hemisphere(size: int, theta_i: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Light directions wi (3,), view directions wr (size, size, 3), row along +y, and which pixels are real.
+
+    The light comes from azimuth 180 degrees, so that its mirror image lies on the +x side."""
+    axis = (np.arange(size) + 0.5) * 2 / size - 1
+    x, y = np.meshgrid(axis, axis)
+    inside = x**2 + y**2 < 1
+    z = np.sqrt(np.maximum(1 - x**2 - y**2, 0))
+    wi = np.array([-np.sin(theta_i), 0, np.cos(theta_i)])
+    return wi, np.stack([x, y, z], axis=-1), inside
+
+
+def from_bake(bake: Bake, size: int, theta_i: float, conserving: bool = True) -> np.ndarray:
+    """Radiance XYZ (size, size, 3) under unit irradiance, row along +y, from a bake; NaN outside the hemisphere.
+
+    In the energy-conserving form of the materials, or in Stam's (DESIGN 2)."""
+    wi, wr, inside = view_hemisphere(size, theta_i)
+    view = wr[inside]
+    u, v, w = (wi + view).T
+    scattered = bake.scattered_over_w2(u, v, w)
+    zero_order = bake.zero_order_xyz(w) * bake.kernel(u, v)[:, None]
+    excess = bake.limit if conserving else NO_LIMIT
+    return _scatter(_radiance(wi, view, scattered, zero_order, excess), inside)
+
+
+def from_reference(
+    relief: Relief, sigma_b: float, size: int, theta_i: float, step_m: float, illuminant="D65", tick=None,
+    conserving: bool = True,
+):  # fmt: skip
+    """As from_bake, from the exact spectrum: no table in (u, v), every pixel at its own w, wavelengths step_m apart."""
+    wi, wr, inside = view_hemisphere(size, theta_i)
+    series = spectrum_series(relief, reference_grid(relief, sigma_b), 2 / WAVELENGTH_MIN_M, _EXACT)
+    axis = wr[0, :, 0]
+    half = wi + wr
+    w = half[..., 2]
+    scattered = np.zeros((size, size, 3))
+    zero_order = np.zeros((size, size, 3))
+    lambdas = wavelengths(step_m)
+    for k, (lam, weight) in enumerate(zip(lambdas, spectral_weights(lambdas, illuminant), strict=True)):
+        resample = Resampler(series.grid, axis + wi[0], axis + wi[1], lam, sigma_b)
+        mix = series.weights(w / lam) / lam**2
+        density = sum(mix[..., m] * resample(series.scattered_over_s2[m][resample.kept]) for m in range(mix.shape[-1]))
+        scattered += density[..., None] * weight
+        zero_order += series.zero_order(w / lam)[..., None] * weight
+        if tick:
+            tick(k + 1, len(lambdas))
+    excess = limit_table(series, sigma_b) if conserving else NO_LIMIT
+    kernel = np.exp(-(half[..., 0] ** 2 + half[..., 1] ** 2) / (2 * sigma_b**2)) / (2 * np.pi * sigma_b**2)
+    xyz = _radiance(wi, wr[inside], scattered[inside], (zero_order * kernel[..., None])[inside], excess)
+    return _scatter(xyz, inside)
+
+
+def from_method(method: Method, size: int, theta_i: float, tick=None) -> np.ndarray:
+    """As from_bake, from any of precompute.methods; their zero order stands in the density, and near it Stam's O is
+    its O, cos(ti) / cos(tr) = 1."""
+    wi, wr, inside = view_hemisphere(size, theta_i)
+    view = wr[inside]
+    xyz = np.empty((len(view), 3))
+    for start in range(0, len(view), _PIXELS):
+        part = slice(start, start + _PIXELS)
+        u, v, w = (wi + view[part]).T
+        xyz[part] = _radiance(wi, view[part], method.xyz(u, v, w) / w[:, None] ** 2, 0, NO_LIMIT)
+        if tick:
+            tick(min(start + _PIXELS, len(view)), len(view))
+    return _scatter(xyz, inside)
+
+
+def _radiance(wi, view, scattered_over_w2, zero_order, excess_albedo):
+    """R O cos(ti) PSD over the albedo's limit: radiance (n, 3) under unit irradiance."""
+    light = np.broadcast_to(wi, view.shape)
+    reflectance = fresnel_reflectance(half_angle_cosine(light, view))
+    factor = obliquity_times_cosine_and_w2(light, view)
+    reflectance = reflectance / np.maximum(limit(excess_albedo, wi), limit(excess_albedo, view))
+    return reflectance[:, None] * (factor[:, None] * scattered_over_w2 + wi[2] * zero_order)
+
+
+def _scatter(values: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    image = np.full((*inside.shape, 3), np.nan)
+    image[inside] = values
+    return image
+
+
+def linear_rgb(xyz: np.ndarray, illuminant: str = "D65") -> np.ndarray:
+    """XYZ (..., 3) to linear Rec.709."""
+    return xyz @ rgb_from_xyz("Rec.709", illuminant).T
+
+
+def picture(xyz: np.ndarray, illuminant: str = "D65", percentile: float = 99.5) -> np.ndarray:
+    """8-bit sRGB (size, size, 3), row 0 at the top, white outside the hemisphere, exposed so that the given percentile
+    of Y is 1 (the specular peak is thousands of times brighter than the orders, and clips)."""
+    luminance = xyz[..., 1][np.isfinite(xyz[..., 1])]
+    level = np.percentile(luminance, percentile)
+    level = level if level > 0 else max(luminance.max(), 1e-30)
+    rgb = np.where(np.isnan(xyz), 1.0, srgb_encode(linear_rgb(np.nan_to_num(xyz) / level, illuminant)))
+    return np.rint(rgb[::-1] * 255).astype(np.uint8)

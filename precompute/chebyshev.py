@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Chebyshev nodes, interpolation and the Jacobi-Anger bound that says how many terms a phase needs."""
+
+import numpy as np
+
+
+def nodes(count: int, lower: float, upper: float) -> np.ndarray:
+    """Chebyshev nodes of the first kind (count,) on [lower, upper], ascending."""
+    t = -np.cos(np.pi * (np.arange(count) + 0.5) / count)
+    return 0.5 * (lower + upper) + 0.5 * (upper - lower) * t
+
+
+def polynomials(t: np.ndarray, count: int) -> np.ndarray:
+    """T_0 .. T_{count-1} at t in [-1, 1]; (..., count)."""
+    return np.cos(np.arange(count) * np.arccos(np.clip(t, -1, 1))[..., None])
+
+
+def coefficients_from_nodes(count: int) -> np.ndarray:
+    """Matrix (count, count) that takes values at `nodes(count, ...)` to Chebyshev coefficients (a cosine transform)."""
+    t = nodes(count, -1, 1)
+    matrix = (2 / count) * polynomials(t, count).T
+    matrix[0] *= 0.5
+    return matrix
+
+
+def interpolation_matrix(x: np.ndarray, count: int, lower: float, upper: float) -> np.ndarray:
+    """Matrix (..., count) that takes values at `nodes(count, lower, upper)` to the interpolant at x (...,)."""
+    t = (2 * np.asarray(x, float) - lower - upper) / (upper - lower)
+    return polynomials(t, count) @ coefficients_from_nodes(count)
+
+
+def bessel_j(z: float, count: int) -> np.ndarray:
+    """J_0(z) .. J_{count-1}(z), z >= 0, by Miller's downward recurrence (Abramowitz and Stegun 9.12, example 1)."""
+    if z == 0:
+        return np.eye(1, count)[0]
+    start = int(max(count, z) + 30 + 6 * max(count, z) ** (1 / 3))
+    values = np.zeros(start + 2)
+    values[start] = 1e-300
+    for n in range(start, 0, -1):
+        values[n - 1] = 2 * n / z * values[n] - values[n + 1]
+        if abs(values[n - 1]) > 1e200:
+            values *= 1e-200
+    return values[:count] / (values[0] + 2 * values[2::2].sum())
+
+
+def jacobi_anger_terms(z: float, tolerance: float) -> int:
+    """Terms that exp(i z t), t in [-1, 1], needs for an error of at most `tolerance` when interpolated.
+
+    exp(i z t) = J_0(z) + 2 sum i^n J_n(z) T_n(t) (Abramowitz and Stegun 9.1.44-45); interpolation at Chebyshev nodes
+    folds the dropped terms back once, which doubles them: 4 sum_{n >= N} |J_n(z)| <= tolerance."""
+    size = int(2 * z + 60)
+    tail = 4 * np.cumsum(np.abs(bessel_j(z, size))[::-1])[::-1]
+    return int(np.argmax(tail <= tolerance))

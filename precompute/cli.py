@@ -1,0 +1,554 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line: `info`, `bake`, `map`, `evaluate`, `efficiency`. Whatever is wrong, one line of fault and remedy,
+and a non-zero exit."""
+
+import argparse
+import hashlib
+import json
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from . import atlas, brdf_map, coherence, efficiency, evaluation, info, metric
+from .bake import BYTES_PER_TEXEL, Bake, bake, plan
+from .colour import ILLUMINANTS, WAVELENGTH_MIN_M
+from .failure import GratingError
+from .height_map import HeightMap
+from .methods import METHODS, Settings
+from .methods.unit_cell import grating_period
+from .readers import read_height_map
+from .relief import Relief, prepare
+
+# The self-check: this many groups of equal w, so many direction pairs in each.
+CHECK_GROUPS = 2
+CHECK_PAIRS = 4000
+# Past this a table is no longer something to hand to an artist's graphics card.
+ATLAS_BYTES_MAX = 1 << 30
+# The patch model's reference sums every pixel anew for every direction: hours for a picture.
+MAP_METHODS = tuple(name for name in METHODS if name != "reference-patch")
+
+
+class Progress:
+    """Reports stages on standard error: lines for people, or JSON lines for the program that started us."""
+
+    def __init__(self, style: str):
+        self.style = style
+        self._last = (None, -1.0)
+
+    def __call__(self, stage: str, fraction: float) -> None:
+        last_stage, last_fraction = self._last
+        step = 0.01 if self.style == "json" else 0.25
+        if self.style == "none" or (stage == last_stage and fraction < min(1.0, last_fraction + step)):
+            return
+        self._last = (stage, fraction)
+        if self.style == "json":
+            line = json.dumps({"stage": stage, "fraction": round(fraction, 4)})
+        else:
+            line = f"{stage}: {fraction:4.0%}"
+        print(line, file=sys.stderr, flush=True)
+
+
+class OneLineParser(argparse.ArgumentParser):
+    """A parser whose complaint is one line."""
+
+    def error(self, message: str):
+        print(f"error: {message}; see `{self.prog} --help`", file=sys.stderr)
+        sys.exit(2)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run one verb; the exit status."""
+    arguments = build_parser().parse_args(argv)
+    try:
+        check_targets(arguments)
+        arguments.run(arguments)
+    except GratingError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    except MemoryError:
+        print("error: not enough memory; crop the scan or ask for a shorter coherence length", file=sys.stderr)
+        return 1
+    except BrokenPipeError:  # whoever read our output has had enough
+        sys.stderr.close()
+        return 1
+    except OSError as error:
+        what = f"{error.filename}: {error.strerror}" if error.filename else error
+        print(f"error: {what}; check the path and its permissions", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("error: interrupted; nothing was written", file=sys.stderr)
+        return 130
+    return 0
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The parser of every verb, shared with `blender --command grating`."""
+    parser = OneLineParser(prog="grating", description="From a height map to a diffraction table.")
+    verbs = parser.add_subparsers(required=True, metavar="VERB", parser_class=OneLineParser)
+
+    describe = verbs.add_parser("info", help="size, relief and periods of a height map")
+    add_input(describe)
+    describe.set_defaults(run=run_info)
+
+    make = verbs.add_parser("bake", help="bake a height map into the table that the material reads")
+    add_input(make)
+    make.add_argument("-o", "--output", required=True, type=Path, metavar="DIR", help="folder for the bake")
+    add_bake_options(make)
+    make.set_defaults(run=run_bake)
+
+    chart = verbs.add_parser("map", help="BRDF map over the hemisphere of view")
+    add_input(chart)
+    chart.add_argument("-o", "--output", required=True, type=Path, metavar="PNG|EXR")
+    chart.add_argument("--method", choices=MAP_METHODS, default="bake")
+    chart.add_argument(
+        "--theta-i", type=float, default=0.0, metavar="DEG", help="angle of the light, from -x; default 0"
+    )
+    chart.add_argument("--step-nm", type=float, default=5.0, metavar="NM", help="wavelength step; default 5")
+    chart.add_argument("--terms", type=int, metavar="N", help="terms of Taylor or Chebyshev; default: by error bound")
+    chart.add_argument("--precision", choices=("float32", "float64"), default="float32", help="of those terms")
+    chart.add_argument("--centred", action="store_true", help="Taylor about the middle of the relief, not its floor")
+    chart.add_argument("--period-nm", type=float, metavar="NM", help="of the grating (nmm, stam, gem); default: found")
+    chart.add_argument("--size", type=int, default=512, metavar="PIXELS")
+    chart.add_argument("--coherence-um", type=coherence_argument, default=None, metavar="auto|UM")
+    chart.add_argument(
+        "--form", choices=("conserving", "stam"), default="conserving", help="limited to the light received, or not"
+    )
+    chart.set_defaults(run=run_map)
+
+    judge = verbs.add_parser("evaluate", help="the period that each method's colours tell of")
+    add_input(judge)
+    judge.add_argument("--theta-i", type=float, default=75.0, metavar="DEG", help="angle of the light; default 75")
+    judge.add_argument(
+        "--azimuth", type=int, choices=(0, 90, 180, 270), default=180,
+        help="of the light, from T (to the right of the scan) towards B (up); default 180, as in maps",
+    )  # fmt: skip
+    judge.add_argument(
+        "--methods", type=methods_argument, default=evaluation.DEFAULT_METHODS, metavar="A,B,...",
+        help="default: " + ",".join(evaluation.DEFAULT_METHODS) + "; and nmm-jacobian, bake",
+    )  # fmt: skip
+    judge.add_argument(
+        "--period-nm", type=float, metavar="NM",
+        help="of the grating: peaks are looked for around it and angles held against it; default: it is found in the "
+        "relief, and angles are held against the mean of each method's own peaks",
+    )  # fmt: skip
+    judge.add_argument(
+        "--coherence-um", type=coherence_argument, default=65.0, metavar="auto|UM",
+        help="default 65, the thesis's; the bake takes auto unless a length is given",
+    )  # fmt: skip
+    judge.add_argument("--precision", choices=("float32", "float64"), default="float32", help="of Taylor and Chebyshev")
+    judge.add_argument("-o", "--output", type=Path, metavar="PNG", help="plot of response over wavelength and angle")
+    judge.set_defaults(run=run_evaluate)
+
+    orders = verbs.add_parser("efficiency", help="a grating's orders against their closed forms")
+    orders.add_argument("profile", choices=efficiency.PROFILES)
+    orders.add_argument("--period-um", type=float, required=True, metavar="UM")
+    orders.add_argument("--depth-nm", type=float, required=True, metavar="NM", help="from trough to crest")
+    orders.add_argument("--wavelength-nm", type=float, required=True, metavar="NM")
+    orders.add_argument("--theta-i", type=float, default=0.0, metavar="DEG", help="angle of the light; default 0")
+    orders.add_argument("--orders", type=int, default=3, metavar="M", help="orders -M to M; default 3")
+    orders.add_argument("--samples", type=int, default=2048, metavar="N", help="samples of a period; default 2048")
+    orders.add_argument("--json", metavar="FILE|-", help="write the result as JSON")
+    orders.set_defaults(run=run_efficiency)
+    return parser
+
+
+def add_input(parser: argparse.ArgumentParser) -> None:
+    """FILE and what a file without units needs."""
+    parser.add_argument("file", metavar="FILE", help="height map, or sample:NAME (" + ", ".join(sample_names()) + ")")
+    parser.add_argument("--size-um", type=float, metavar="W", help="width of the scan in micrometres (pictures)")
+    parser.add_argument(
+        "--height-nm", type=float, metavar="H", help="height from black to white in nanometres (pictures)"
+    )
+    parser.add_argument("--channel", help="which of the file's channels, by name")
+    parser.add_argument("--json", metavar="FILE|-", help="write the result as JSON")
+    parser.add_argument("--progress", choices=("text", "json", "none"), default="text", help=argparse.SUPPRESS)
+
+
+def add_bake_options(parser: argparse.ArgumentParser) -> None:
+    """What steers a bake."""
+    parser.add_argument(
+        "--delta-e", type=float, default=1.0, metavar="DE", help="99th percentile of CIEDE2000; default 1"
+    )
+    parser.add_argument(
+        "--coherence-um", type=coherence_argument, default=None, metavar="auto|UM",
+        help="coherence length at 550 nm (4 sigma); auto averages at least 30 areas of the scan",
+    )  # fmt: skip
+    parser.add_argument("--illuminant", choices=ILLUMINANTS, default="D65", help="what counts as white; default D65")
+
+
+def sample_names() -> tuple[str, ...]:
+    """Names that `sample:NAME` takes."""
+    from .samples import SAMPLES
+
+    return tuple(SAMPLES)
+
+
+def coherence_argument(text: str) -> float | None:
+    """Micrometres, or None for auto."""
+    if text == "auto":
+        return None
+    value = float(text)
+    if not 0 < value < 1e4:
+        raise argparse.ArgumentTypeError(f"{text} um is no coherence length")
+    return value
+
+
+def methods_argument(text: str) -> tuple[str, ...]:
+    """Names of methods, split at commas."""
+    names = tuple(dict.fromkeys(name.strip() for name in text.split(",")))
+    for name in names:
+        if name not in METHODS:
+            raise argparse.ArgumentTypeError(f"{name}: no such method; choose from {', '.join(METHODS)}")
+    return names
+
+
+def run_info(arguments) -> None:
+    """The `info` verb."""
+    facts = info.describe(height_map_of(arguments))
+    emit(facts, arguments.json, lambda: "\n".join(f"{key}: {value}" for key, value in facts.items()))
+
+
+def run_bake(arguments) -> None:
+    """The `bake` verb: bake, measure, write."""
+    if not 0 < arguments.delta_e < 100:
+        raise GratingError(
+            f"--delta-e {arguments.delta_e:g}: not a colour difference; give a number from 0 to 100, such as 1"
+        )
+    height_map = height_map_of(arguments)
+    facts = bake_to_folder(height_map, arguments, Progress(arguments.progress))
+    emit(facts, arguments.json, lambda: bake_summary(facts))
+
+
+def bake_to_folder(height_map: HeightMap, arguments, progress: Progress) -> dict:
+    """Bake a height map into arguments.output; the facts of the run, as `--json` gives them."""
+    length_m = None if arguments.coherence_um is None else arguments.coherence_um * 1e-6
+    relief = prepare(height_map)
+    started = time.perf_counter()
+    exact = bake(relief, length_m, arguments.delta_e, arguments.illuminant, progress)
+    image, layout = atlas.pack(exact)
+    baked_s = time.perf_counter() - started
+    bytes_in_blender = layout.width * layout.height * BYTES_PER_TEXEL
+    if bytes_in_blender > ATLAS_BYTES_MAX:
+        raise GratingError(
+            f"{height_map.source}: the table would take {bytes_in_blender / 2**20:.0f} MiB in Blender; "
+            "ask for a shorter --coherence-um"
+        )
+    errors = self_check(relief, atlas.unpack(image, layout), progress)
+    checked_s = time.perf_counter() - started - baked_s
+    if errors.p99 > arguments.delta_e:
+        raise GratingError(
+            f"{height_map.source}: the bake reaches a dE00 of {errors.p99:.2f} (99th percentile), not the asked "
+            f"{arguments.delta_e:g}; ask for --delta-e {np.ceil(errors.p99 * 10) / 10:g} or a shorter --coherence-um"
+        )
+    provenance = provenance_of(height_map, relief, exact, errors)
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    path = arguments.output / f"{bake_name(height_map)}.exr"
+    atlas.write(path, image, layout, provenance)
+    return {
+        "seconds": baked_s,
+        "check_seconds": checked_s,
+        "peak_bytes": peak_bytes(),
+        "blender_bytes": bytes_in_blender,
+        "tiles": layout.terms,
+        "resolution": layout.resolution,
+        "coherence_um": provenance["coherence_um"],
+        "delta_e": provenance["delta_e"],
+        "files": [str(path)],
+    }
+
+
+def check_step(sigma_b: float) -> float:
+    """Wavelength step in metres of the self-check's reference: 1 nm where the kernel needs it, at most 5 nm.
+
+    An order at |u| = 1 moves by one sigma_b a step, and a Gaussian summed at that spacing is flat to 5e-9; at the rim,
+    |u| = 2, to 1 %. On the sample gratings 3 nm and 1 nm give the same dE00 to 0.2 %."""
+    return float(np.clip(WAVELENGTH_MIN_M * sigma_b, 1e-9, 5e-9))
+
+
+def self_check(relief: Relief, baked: Bake, progress: Progress) -> metric.Errors:
+    """The error of a bake as its file holds it, on directions that it was not made from (DESIGN 6)."""
+    truth = metric.truths(
+        relief, baked.sigma_b, CHECK_GROUPS, CHECK_PAIRS, check_step(baked.sigma_b), baked.illuminant,
+        tick=lambda done, total: progress("self-check", done / total),
+    )  # fmt: skip
+    return metric.measure(truth, baked.candidate, baked.illuminant)
+
+
+def provenance_of(height_map: HeightMap, relief: Relief, baked: Bake, errors: metric.Errors) -> dict:
+    """What the header says of a bake's making."""
+    length_m = coherence.coherence_length(baked.sigma_b)
+    return {
+        "source": height_map.source if height_map.source.startswith("sample:") else Path(height_map.source).name,
+        "channel": height_map.channel,
+        "heights_sha256": hashlib.sha256(np.ascontiguousarray(height_map.height_m).tobytes()).hexdigest(),
+        "pixel_size_m": list(height_map.pixel_size_m),
+        "shape": list(height_map.height_m.shape),
+        "height_range_m": relief.height_range_m,
+        "model": "ensemble",
+        "coherence_um": length_m * 1e6,
+        "coherence_areas": coherence.coherence_areas(relief.size_m, length_m),
+        "delta_e": errors.as_dict(),
+        "check": {"groups": CHECK_GROUPS, "pairs_each": CHECK_PAIRS, "step_nm": check_step(baked.sigma_b) * 1e9},
+    }
+
+
+def bake_name(height_map: HeightMap) -> str:
+    """File stem of a bake: the sample's name or the scan's stem."""
+    source = height_map.source
+    return source.removeprefix("sample:") if source.startswith("sample:") else Path(source).stem
+
+
+def bake_summary(facts: dict) -> str:
+    """The two lines that a person reads after a bake."""
+    de = facts["delta_e"]
+    return (
+        f"{facts['files'][0]}: {facts['tiles']} tiles of {facts['resolution']}, "
+        f"coherence {facts['coherence_um']:.1f} um, {facts['blender_bytes'] / 2**20:.0f} MiB in Blender, "
+        f"{facts['seconds']:.1f} s\n"
+        f"dE00 mean {de['mean']:.2f}, p95 {de['p95']:.2f}, p99 {de['p99']:.2f}, max {de['max']:.2f} "
+        f"({de['pairs']} direction pairs against the exact reference, {facts['check_seconds']:.1f} s)"
+    )
+
+
+def run_map(arguments) -> None:
+    """The `map` verb: a PNG to look at or an EXR of linear Rec.709 radiance under unit irradiance."""
+    if arguments.output.suffix.lower() not in (".png", ".exr"):
+        raise GratingError(f"{arguments.output}: neither PNG nor EXR; name the file .png or .exr")
+    if not -90 < arguments.theta_i < 90:
+        raise GratingError(f"--theta-i {arguments.theta_i:g}: below the surface; give an angle between -90 and 90")
+    if not 8 <= arguments.size <= 8192:
+        raise GratingError(f"--size {arguments.size}: not a picture size; give 8 to 8192")
+    if not 0.1 <= arguments.step_nm <= 100:
+        raise GratingError(f"--step-nm {arguments.step_nm:g}: not a wavelength step; give 0.1 to 100")
+    if arguments.terms is not None and not 1 <= arguments.terms <= 1000:
+        raise GratingError(f"--terms {arguments.terms}: not a number of terms; give 1 to 1000")
+    period_of(arguments)
+    progress = Progress(arguments.progress)
+    xyz, illuminant = brdf_map_of(arguments, progress)
+    arguments.output.parent.mkdir(parents=True, exist_ok=True)
+    write_picture(arguments.output, xyz, illuminant)
+    emit({"files": [str(arguments.output)]}, arguments.json, lambda: str(arguments.output))
+
+
+def brdf_map_of(arguments, progress: Progress) -> tuple[np.ndarray, str]:
+    """Map (size, size, 3) in XYZ and its illuminant, from a bake's file or folder, or from a height map."""
+    theta_i, conserving = np.radians(arguments.theta_i), arguments.form == "conserving"
+    file = existing_bake(arguments.file)
+    if file is not None:
+        if arguments.method != "bake":
+            raise GratingError(
+                f"{file}: a bake no longer holds the surface; give --method {arguments.method} the height map"
+            )
+        baked, _ = atlas.read(file)
+        return brdf_map.from_bake(baked, arguments.size, theta_i, conserving), baked.illuminant
+    length_m = None if arguments.coherence_um is None else arguments.coherence_um * 1e-6
+    relief = prepare(height_map_of(arguments))
+    if arguments.method == "bake":
+        baked = atlas.unpack(*atlas.pack(bake(relief, length_m, progress=progress)))
+        return brdf_map.from_bake(baked, arguments.size, theta_i, conserving), baked.illuminant
+    if arguments.method != "reference":
+        return method_map(relief, length_m, arguments, progress), "D65"
+    sigma_b = plan(relief, length_m).sigma_b
+    xyz = brdf_map.from_reference(
+        relief, sigma_b, arguments.size, theta_i, arguments.step_nm * 1e-9,
+        tick=lambda done, total: progress("reference", done / total), conserving=conserving,
+    )  # fmt: skip
+    return xyz, "D65"
+
+
+def method_map(relief: Relief, length_m: float | None, arguments, progress: Progress) -> np.ndarray:
+    """Map (size, size, 3) in XYZ by one of METHODS."""
+    settings = Settings(
+        coherence_length_m=length_m,
+        terms=arguments.terms,
+        step_m=arguments.step_nm * 1e-9,
+        dtype=np.dtype(arguments.precision).type,
+        centred=arguments.centred,
+        period_m=period_of(arguments),
+    )
+    method = METHODS[arguments.method](relief, settings)
+    return brdf_map.from_method(
+        method, arguments.size, np.radians(arguments.theta_i),
+        tick=lambda done, total: progress(arguments.method, done / total),
+    )  # fmt: skip
+
+
+def period_of(arguments) -> float | None:
+    """--period-nm in metres."""
+    if arguments.period_nm is None:
+        return None
+    if not 10 <= arguments.period_nm <= 1e6:
+        raise GratingError(f"--period-nm {arguments.period_nm:g}: not a grating's period; give 10 to 1e6")
+    return arguments.period_nm * 1e-9
+
+
+def run_evaluate(arguments) -> None:
+    """The `evaluate` verb: a table, and the plot."""
+    if not 0 <= arguments.theta_i < 90:
+        raise GratingError(f"--theta-i {arguments.theta_i:g}: not an angle of light; give 0 to below 90")
+    if arguments.output is not None and arguments.output.suffix.lower() != ".png":
+        raise GratingError(f"{arguments.output}: not a PNG; name the file .png")
+    asked_m = period_of(arguments)
+    if arguments.output is not None:
+        evaluation.require_matplotlib()
+    relief = prepare(evaluation.turned(height_map_of(arguments), arguments.azimuth))
+    around_m = grating_period(relief, asked_m)
+    progress = Progress(arguments.progress)
+    theta_i = np.radians(arguments.theta_i)
+    found, plotted = {}, []
+    for k, name in enumerate(arguments.methods):
+        settings = evaluation_settings(arguments, name, around_m)
+        if name == "bake":
+            found[name] = evaluation.compare_bake(relief, settings, theta_i, around_m).as_dict()
+        else:
+            one = evaluation.evaluate_method(name, relief, settings, theta_i, around_m, asked_m)
+            plotted.append(one)
+            found[name] = one.as_dict()
+        progress(name, (k + 1) / len(arguments.methods))
+    facts = {
+        "source": arguments.file,
+        "theta_i_deg": arguments.theta_i,
+        "azimuth_deg": arguments.azimuth,
+        "coherence_um": arguments.coherence_um,
+        "looked_around_nm": around_m * 1e9,
+        "angles_against": "mean of own peaks" if asked_m is None else "--period-nm",
+        "methods": found,
+        "files": [],
+    }
+    if arguments.output is not None and plotted:
+        arguments.output.parent.mkdir(parents=True, exist_ok=True)
+        title = f"{arguments.file}, light at {arguments.theta_i:g} degrees"
+        write_whole(arguments.output, lambda path: evaluation.plot(path, plotted, title))
+        facts["files"] = [str(arguments.output)]
+    emit(facts, arguments.json, lambda: evaluation_table(facts))
+
+
+def evaluation_settings(arguments, name: str, period_m: float) -> Settings:
+    """Settings for one method. A bake of 65 um would need a finer table than there is: by default it chooses."""
+    length_um = arguments.coherence_um
+    if name == "bake" and length_um == 65.0:
+        length_um = None
+    return Settings(
+        coherence_length_m=None if length_um is None else length_um * 1e-6,
+        dtype=np.dtype(arguments.precision).type,
+        period_m=period_m,
+    )
+
+
+def evaluation_table(facts: dict) -> str:
+    """The table for people."""
+    lines = [f"first order around {facts['looked_around_nm']:.2f} nm; angles against: {facts['angles_against']}"]
+    lines.append(f"{'method':<16} {'period nm':>10} {'variance':>9} {'angle rms':>10} {'seconds':>8}")
+    for name, one in facts["methods"].items():
+        if name == "bake":
+            lines.append(
+                f"{name:<16} brightest at {one['peak_angle_deg']:.3f} degrees, the reference at "
+                f"{one['reference_peak_angle_deg']:.3f}; dominant wavelength rms "
+                f"{one['dominant_wavelength_rms_nm']:.2f} nm; |dY| {one['relative_dy']:.2%}; {one['seconds']:.1f} s"
+            )
+        else:
+            lines.append(
+                f"{name:<16} {one['period_mean_nm']:>10.3f} {one['period_variance_nm']:>9.4f} "
+                f"{one['peak_angle_rms_deg']:>10.5f} {one['seconds']:>8.2f}"
+            )
+    return "\n".join([*lines, *facts["files"]])
+
+
+def run_efficiency(arguments) -> None:
+    """The `efficiency` verb."""
+    found = efficiency.efficiencies(
+        arguments.profile, arguments.period_um * 1e-6, arguments.depth_nm * 1e-9, arguments.wavelength_nm * 1e-9,
+        np.radians(arguments.theta_i), arguments.orders, arguments.samples,
+    )  # fmt: skip
+    lines = [f"{o.order:+3d}  computed {o.computed:.9f}  analytic {o.analytic:.9f}  error {o.error:.1e}" for o in found]
+    emit({"orders": [o.as_dict() for o in found]}, arguments.json, lambda: "\n".join(lines))
+
+
+def existing_bake(file: str) -> Path | None:
+    """The bake that FILE names: an .exr, or a folder that holds exactly one."""
+    path = Path(file)
+    if path.suffix.lower() == ".exr":
+        return path
+    if path.is_dir():
+        found = sorted(path.glob("*.exr"))
+        if len(found) == 1:
+            return found[0]
+        if len(found) > 1:
+            raise GratingError(f"{path}: holds {len(found)} bakes; name one of {', '.join(f.name for f in found)}")
+    return None
+
+
+def write_picture(path: Path, xyz: np.ndarray, illuminant: str) -> None:
+    """PNG, or EXR of linear Rec.709."""
+    if path.suffix.lower() == ".png":
+        from PIL import Image
+
+        write_whole(path, Image.fromarray(brdf_map.picture(xyz, illuminant)).save)
+        return
+    import OpenEXR
+
+    rgb = np.nan_to_num(brdf_map.linear_rgb(xyz, illuminant))[::-1].astype(np.float32)
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    with OpenEXR.File(header, {"RGB": np.ascontiguousarray(rgb)}) as file:
+        write_whole(path, lambda temporary: file.write(str(temporary)))
+
+
+def write_whole(path: Path, write: Callable[[Path], object]) -> None:
+    """Have `write` make a file under a temporary name, and rename it once it is whole."""
+    temporary = path.with_name(f".{path.stem}.partial{path.suffix}")
+    try:
+        write(temporary)
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def height_map_of(arguments) -> HeightMap:
+    """The height map that the command line names."""
+    return read_height_map(arguments.file, arguments.size_um, arguments.height_nm, arguments.channel)
+
+
+def check_targets(arguments) -> None:
+    """Refuse, before any work, what could not be written after it."""
+    if arguments.json and arguments.json != "-":
+        _check_file(Path(arguments.json))
+        if not Path(arguments.json).parent.is_dir():
+            raise GratingError(f"{arguments.json}: its folder is not there; make it first")
+    output = getattr(arguments, "output", None)
+    if output is not None and arguments.run is run_map:
+        _check_file(output)
+    existing = next((each for each in (output, *output.parents) if each.exists()), None) if output else None
+    if existing is not None and existing != output and not existing.is_dir():
+        raise GratingError(f"{existing}: is a file; name a folder")
+    if output is not None and arguments.run is run_bake and output.exists() and not output.is_dir():
+        raise GratingError(f"{output}: is a file; name a folder for the bake")
+
+
+def _check_file(path: Path) -> None:
+    if path.is_dir():
+        raise GratingError(f"{path}: is a folder; name a file")
+    if path.parent.exists() and not path.parent.is_dir():
+        raise GratingError(f"{path.parent}: is a file; name a folder")
+
+
+def emit(facts: dict, target: str | None, summary) -> None:
+    """Facts as JSON to a file or standard output, or a summary for people."""
+    if target == "-":
+        print(json.dumps(facts, indent=1))
+    else:
+        if target:
+            Path(target).write_text(json.dumps(facts, indent=1) + "\n")
+        print(summary())
+
+
+def peak_bytes() -> int | None:
+    """The most memory this process has held, where the system tells (not on Windows)."""
+    try:
+        import resource
+    except ImportError:
+        return None
+    # Kilobytes on Linux, bytes on macOS.
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)

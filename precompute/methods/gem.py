@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The rainbow of GPU Gems, chapter 8 (Stam 2004): a look, not a measurement.
+
+Each order n = 1 .. 7 of u d = n lambda, with lambda from 0.5 to 1 um running over the rainbow, adds three bumps
+1 - x^2 in red, green and blue; a Gaussian of r u / w is the highlight. Heights, v and energy do not enter.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..colour import rgb_from_xyz
+from ..failure import GratingError
+from ..relief import Relief
+from .method import Settings
+from .unit_cell import grating_period
+
+ORDERS = 7
+_SHARPNESS = 4.0
+_CENTRES = np.array([0.75, 0.5, 0.25])
+_ROUGHNESS = 20.0
+
+
+def bump(x: np.ndarray) -> np.ndarray:
+    """max(0, 1 - x^2)."""
+    return np.maximum(0, 1 - x**2)
+
+
+@dataclass(frozen=True)
+class Gem:
+    """The rainbow of a grating of period_m."""
+
+    period_m: float
+    settings: Settings
+    name: str = "gem"
+    coherence: str = "ensemble"
+
+    def density(self, u, v, w, wavelength_m) -> np.ndarray:
+        """Never: raises GratingError."""
+        raise GratingError("gem: it has colours but no spectrum; leave it out of an evaluation by wavelength")
+
+    def xyz(self, u, v, w) -> np.ndarray:
+        """The rainbow's linear Rec.709 as XYZ (n, 3)."""
+        u, _, w = np.broadcast_arrays(u, v, w)
+        path_um = np.abs(u) * self.period_m * 1e6
+        rgb = np.exp(-((_ROUGHNESS * u / np.maximum(w, 1e-6)) ** 2))[:, None] * np.ones(3)
+        for n in range(1, ORDERS + 1):
+            y = 2 * path_um / n - 1
+            rgb = rgb + bump(_SHARPNESS * (y[:, None] - _CENTRES))
+        return rgb @ np.linalg.inv(rgb_from_xyz("Rec.709", self.settings.illuminant)).T
+
+
+def build(relief: Relief, settings: Settings) -> Gem:
+    """The rainbow of a relief's period. Raises GratingError where it has none."""
+    return Gem(grating_period(relief, settings.period_m), settings)

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""PQ: the patch repeated N times side by side, no window (thesis 3.5 and Algorithm 5).
+
+The sum over copies is one Dirichlet kernel per axis, p + i q = sum_n exp(-i 2 pi q T n), times the transform of one
+patch, which is interpolated from its DFT by sinc functions. The thesis multiplies the two axes as
+(p1 p2 - q1 q2) + i (p1 p2 + q1 q2); the product is (p1 p2 - q1 q2) + i (p1 q2 + q1 p2).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..relief import Relief
+from . import flss
+from .method import THESIS_COHERENCE_M, Settings, spectral_sum
+from .term_images import Expansion, TermImages, make_images
+from .unit_cell import unit_cell
+
+# Where 1 - cos(phase) is under this the thesis takes p = N, q = 0.
+_PRINTED_LIMIT = 1e-5
+
+
+def copies_sum(phase: np.ndarray, copies: int) -> np.ndarray:
+    """sum_{n < copies} exp(-i n phase) (m,)."""
+    half = np.asarray(phase) / 2
+    turns = np.rint(half / np.pi)
+    small = half - turns * np.pi
+    # sin(N x) / sin(x) at x = turns pi + small, where the quotient of sines is 0 / 0.
+    near = np.abs(small) < 1e-9
+    safe = np.where(near, 1.0, small)
+    ratio = np.where(near, copies, np.sin(copies * safe) / np.sin(safe)) * np.where(turns * (copies - 1) % 2, -1, 1)
+    return ratio * np.exp(-1j * (copies - 1) * half)
+
+
+def printed_factor(phase: np.ndarray, copies: int) -> np.ndarray:
+    """The thesis's p + i q over N (m,): its sum runs from 0 to N, one copy too many."""
+    total = copies_sum(phase, copies + 1)
+    return np.where(1 - np.cos(phase) < _PRINTED_LIMIT, copies, total) / copies
+
+
+def printed_product(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """The thesis's product of p1 + i q1 and p2 + i q2."""
+    real = first.real * second.real - first.imag * second.imag
+    return real + 1j * (first.real * second.real + first.imag * second.imag)
+
+
+@dataclass(frozen=True)
+class Pq:
+    """`copies` (along B, along T) of a cell of size_m (Ty, Tx); `printed`: with the thesis's two slips."""
+
+    name: str
+    images: TermImages
+    expansion: Expansion
+    copies: tuple[int, int]
+    printed: bool
+    settings: Settings
+    coherence: str = "patch"
+
+    def density(self, u, v, w, wavelength_m) -> np.ndarray:
+        """See Method; wavelength_m may be (n,)."""
+        u, v, w, lam = np.broadcast_arrays(u, v, w, wavelength_m)
+        s, which = np.unique(w / lam, return_inverse=True)
+        coefficients = self.expansion.coefficients(s)[which.ravel()]
+        patch = self.images.read(v / lam, u / lam, coefficients, lambda _, d: np.sinc(d), self.settings.texels)
+        phases = [2 * np.pi * length * c / lam for length, c in zip(self.images.size_m, (v, u), strict=True)]
+        if self.printed:
+            factor = printed_product(*(printed_factor(p, n) for p, n in zip(phases, self.copies, strict=True)))
+        else:
+            along_b, along_t = (copies_sum(p, n) / n for p, n in zip(phases, self.copies, strict=True))
+            factor = along_b * along_t
+        area = np.prod(self.images.size_m) * np.prod(self.copies)
+        return area * np.abs(factor * patch) ** 2 / lam**2
+
+    def xyz(self, u, v, w) -> np.ndarray:
+        """See Method."""
+        return spectral_sum(self.density, u, v, w, self.settings)
+
+
+def copies_of(cell: Relief, settings: Settings) -> tuple[int, int]:
+    """How many cells fill the coherence length along each axis, at least one."""
+    length_m = settings.coherence_length_m or THESIS_COHERENCE_M
+    return tuple(max(1, int(np.ceil(length_m / side - 1e-6))) for side in cell.size_m)
+
+
+def _build(name: str, printed: bool, relief: Relief, settings: Settings) -> Pq:
+    cell = unit_cell(relief)
+    expansion = flss.expansion_for(cell, settings)
+    images = make_images(cell, expansion, settings.dtype)
+    return Pq(name, images, expansion, copies_of(cell, settings), printed, settings)
+
+
+def build(relief: Relief, settings: Settings) -> Pq:
+    """PQ with the right product. Raises GratingError for a relief too deep for the Taylor series."""
+    return _build("pq", False, relief, settings)
+
+
+def build_printed(relief: Relief, settings: Settings) -> Pq:
+    """PQ as the thesis prints it; raises as build."""
+    return _build("pq-printed", True, relief, settings)

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The stage on which the sample snake is rendered: dark ground, one sun, camera.
+
+python -m sample_scenes.stage --output snake.blend [--sun-azimuth-deg 52 --sun-elevation-deg 30]
+blender --background --python sample_scenes/stage.py -- --output snake.blend
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from math import cos, radians, sin
+from pathlib import Path
+
+import bpy
+from mathutils import Vector
+
+if not __package__:  # `blender --python` runs this file as a script
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+    __package__ = "sample_scenes"
+from .snake import build_snake, plain_material
+
+# Sun and camera face each other across the snake's long runs, a little aside, so that the first order of a
+# grating of 1144 nm along the body meets the camera on most of them. From azimuth 52 the colours run back.
+SUN_AZIMUTH_DEG = 128.0
+SUN_ELEVATION_DEG = 30.0
+SUN_STRENGTH = 12.0
+SUN_ANGLE_DEG = 0.53
+CAMERA_LOCATION_M = (-0.036, -0.80, 0.69)
+CAMERA_TARGET_M = (-0.036, -0.025, 0.02)
+CAMERA_LENS_MM = 74.0
+
+
+def clean_scene() -> None:
+    """Remove all objects and their data; reading the factory settings would disable extensions as well."""
+    data = bpy.data
+    for collection in (data.objects, data.meshes, data.lights, data.cameras, data.materials):
+        data.batch_remove(list(collection))
+
+
+def add_object(scene: bpy.types.Scene, name: str, data: bpy.types.ID) -> bpy.types.Object:
+    new = bpy.data.objects.new(name, data)
+    scene.collection.objects.link(new)
+    return new
+
+
+def add_ground(scene: bpy.types.Scene, half_size_m: float = 4.0) -> bpy.types.Object:
+    """A dark, dull plane at z = 0 that fills the view."""
+    mesh = bpy.data.meshes.new("Ground")
+    h = half_size_m
+    mesh.from_pydata([(-h, -h, 0), (h, -h, 0), (h, h, 0), (-h, h, 0)], [], [(0, 1, 2, 3)])
+    mesh.materials.append(plain_material("Ground", (0.012, 0.012, 0.0125), roughness=1.0))
+    return add_object(scene, "Ground", mesh)
+
+
+def add_sun(scene: bpy.types.Scene, azimuth_deg: float, elevation_deg: float) -> bpy.types.Object:
+    """A sun lamp; azimuth is counter-clockwise from +X as seen from above, elevation from the floor."""
+    azimuth, elevation = radians(azimuth_deg), radians(elevation_deg)
+    to_sun = Vector((cos(elevation) * cos(azimuth), cos(elevation) * sin(azimuth), sin(elevation)))
+    light = bpy.data.lights.new("Sun", "SUN")
+    light.energy = SUN_STRENGTH
+    light.angle = radians(SUN_ANGLE_DEG)
+    sun = add_object(scene, "Sun", light)
+    sun.location = to_sun
+    sun.rotation_euler = to_sun.to_track_quat("Z", "Y").to_euler()
+    return sun
+
+
+def add_camera(scene: bpy.types.Scene) -> bpy.types.Object:
+    data = bpy.data.cameras.new("Camera")
+    data.lens = CAMERA_LENS_MM
+    data.clip_start = 0.01
+    camera = add_object(scene, "Camera", data)
+    camera.location = CAMERA_LOCATION_M
+    away = Vector(CAMERA_LOCATION_M) - Vector(CAMERA_TARGET_M)
+    camera.rotation_euler = away.to_track_quat("Z", "Y").to_euler()
+    scene.camera = camera
+    return camera
+
+
+def dim_world(scene: bpy.types.Scene) -> None:
+    """A weak grey surrounding that keeps the unlit skin readable."""
+    scene.world = bpy.data.worlds.new("Dim")
+    if bpy.app.version < (5, 0):
+        scene.world.use_nodes = True
+    background = scene.world.node_tree.nodes["Background"]
+    background.inputs["Color"].default_value = (0.9, 0.95, 1.0, 1)
+    background.inputs["Strength"].default_value = 0.12
+
+
+def render_settings(scene: bpy.types.Scene) -> None:
+    scene.render.engine = "CYCLES"
+    scene.render.resolution_x, scene.render.resolution_y = 960, 540
+    scene.render.resolution_percentage = 100
+    scene.cycles.device = "CPU"
+    scene.cycles.samples = 64
+    scene.cycles.use_denoising = True
+    scene.cycles.max_bounces = 4
+    # AgX would wash the spectral colours out.
+    scene.view_settings.view_transform = "Standard"
+
+
+def build_stage(
+    scene: bpy.types.Scene,
+    sun_azimuth_deg: float = SUN_AZIMUTH_DEG,
+    sun_elevation_deg: float = SUN_ELEVATION_DEG,
+) -> None:
+    """Add ground, sun and camera to `scene` and set it up for Cycles on the CPU."""
+    add_ground(scene)
+    add_sun(scene, sun_azimuth_deg, sun_elevation_deg)
+    add_camera(scene)
+    dim_world(scene)
+    render_settings(scene)
+
+
+def main(argv: list[str]) -> None:
+    parser = argparse.ArgumentParser(prog="sample_scenes.stage", description="Write the sample snake scene.")
+    parser.add_argument("--output", type=Path, required=True, metavar="FILE.blend")
+    parser.add_argument("--sun-azimuth-deg", type=float, default=SUN_AZIMUTH_DEG)
+    parser.add_argument("--sun-elevation-deg", type=float, default=SUN_ELEVATION_DEG)
+    args = parser.parse_args(argv)
+    clean_scene()
+    build_snake()
+    build_stage(bpy.context.scene, args.sun_azimuth_deg, args.sun_elevation_deg)
+    bpy.ops.wm.save_as_mainfile(filepath=str(args.output.resolve()))
+
+
+if __name__ == "__main__":
+    main(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:])

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A clean scene with a plane and a sun, and the extension's modules."""
+
+import importlib
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+
+@pytest.fixture
+def addon(extension) -> SimpleNamespace:
+    """The add-on's modules by their short names."""
+    root = extension.__name__ + ".addon"
+    names = {
+        "assign": "operators.assign",
+        "bake_grating": "operators.bake_grating",
+        "bake_job": "bake_job",
+        "commands": "commands",
+        "key_light": "key_light",
+        "diffraction": "materials.diffraction",
+        "package": None,
+    }
+    return SimpleNamespace(
+        **{short: importlib.import_module(f"{root}.{path}" if path else root) for short, path in names.items()}
+    )
+
+
+@pytest.fixture
+def scene(extension):
+    """The scene, emptied, with a plane (selected, with its UV map) and a sun."""
+    import bpy
+
+    data = bpy.data
+    for collection in (data.objects, data.meshes, data.lights, data.materials, data.node_groups, data.images):
+        data.batch_remove(list(collection))
+    scene = bpy.context.scene
+    scene.natural_gratings.items.clear()
+    if scene.animation_data:
+        scene.animation_data_clear()
+    bpy.ops.mesh.primitive_plane_add()
+    lamp = data.lights.new("Sun", "SUN")
+    lamp.energy = 1.0
+    scene.collection.objects.link(data.objects.new("Sun", lamp))
+    return scene
+
+
+@pytest.fixture(scope="session")
+def scan(tmp_path_factory):
+    """A small 16-bit scan: 64 x 64 pixels, 4 um, a sinusoid of 500 nm along the columns, 100 nm deep."""
+    path = tmp_path_factory.mktemp("scan") / "waves.png"
+    x = (np.arange(64) + 0.5) / 64
+    row = 0.5 + 0.5 * np.sin(2 * np.pi * 8 * x)
+    Image.fromarray(np.tile(np.rint(row * 65535).astype(np.uint16), (64, 1))).save(path)
+    return path
+
+
+@pytest.fixture(scope="session")
+def baked(scan, tmp_path_factory):
+    """The scan's bake, by the same child process as the operator's."""
+    import subprocess
+    import sys
+
+    from devtools import ROOT
+
+    folder = tmp_path_factory.mktemp("bake")
+    command = [sys.executable, "-m", "precompute", "bake", scan, "--size-um", "4", "--height-nm", "100", "-o", folder]
+    subprocess.run([str(part) for part in command], cwd=ROOT, check=True, capture_output=True)
+    return folder / "waves.exr"

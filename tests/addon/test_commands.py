@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`--command grating`: exit statuses, one line for each fault, files saved where they are said to be."""
+
+import bpy
+import pytest
+
+
+def fault(capfd, addon, *arguments) -> str:
+    """The one line of a command that fails."""
+    capfd.readouterr()
+    assert addon.commands.execute([str(a) for a in arguments]) != 0
+    lines = [line for line in capfd.readouterr().err.splitlines() if line.startswith("error:")]
+    assert len(lines) == 1
+    return lines[0]
+
+
+def test_import_assign_and_render(addon, scene, scan, baked, tmp_path):
+    blend, picture = tmp_path / "plane.blend", tmp_path / "plane.png"
+    picture_options = ["--size-um", "4", "--height-nm", "100"]
+    assert addon.commands.execute(["import", str(scan), *picture_options, "--save", str(blend)]) == 0
+    assert blend.is_file()
+    assert addon.commands.execute(["assign", str(baked), "--object", "Plane", "--save", str(blend)]) == 0
+    assert bpy.data.objects["Plane"].active_material.name == "Diffraction waves"
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.location = (0, 0, 2)
+    bpy.context.scene.collection.objects.link(camera)
+    bpy.context.scene.camera = camera
+    size = ["--width", "32", "--height", "32", "--samples", "1", "--engine", "cycles"]
+    assert addon.commands.execute(["render", "-o", str(picture), *size]) == 0
+    assert picture.is_file()
+
+
+def test_faults_are_one_line(addon, scene, baked, tmp_path, capfd):
+    assert "no such object" in fault(
+        capfd, addon, "assign", baked, "--object", "Nobody", "--save", tmp_path / "a.blend"
+    )
+    assert "no bake there" in fault(capfd, addon, "assign", tmp_path, "--object", "Plane")
+    assert "sample" in fault(capfd, addon, "import", "sample:unknown", "--save", tmp_path / "a.blend")
+    bpy.context.scene.camera = None
+    assert "no camera" in fault(capfd, addon, "render", "-o", tmp_path / "a.png")
+    assert "see `" in fault(capfd, addon, "paint")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["picture.jpg", "picture"])
+def test_a_picture_of_another_kind_is_refused(addon, scene, tmp_path, capfd, name):
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    bpy.context.scene.camera = camera
+    assert "neither PNG nor EXR" in fault(capfd, addon, "render", "-o", tmp_path / name)

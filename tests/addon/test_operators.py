@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The buttons: import, bake, new material, assign, and what they say when they cannot."""
+
+import bpy
+import pytest
+
+
+def add_baked(scene, baked):
+    grating = scene.natural_gratings.items.add()
+    grating.name, grating.bake_path = "waves", str(baked)
+    scene.natural_gratings.active_index = 0
+    return grating
+
+
+def test_import_adds_a_grating_with_its_facts(scene):
+    assert bpy.ops.grating.import_height_map(filepath="sample:cd") == {"FINISHED"}
+    grating = scene.natural_gratings.active()
+    assert grating.name == "cd"
+    assert "period 1600 nm at 0 deg" in grating.summary
+
+
+def test_a_second_import_has_a_name_of_its_own(scene):
+    for _ in range(2):
+        bpy.ops.grating.import_height_map(filepath="sample:flat")
+    assert [g.name for g in scene.natural_gratings.items] == ["flat", "flat.001"]
+
+
+def test_a_picture_without_a_size_is_refused(scene, scan):
+    with pytest.raises(RuntimeError, match="--size-um"):
+        bpy.ops.grating.import_height_map(filepath=str(scan))
+    assert len(scene.natural_gratings.items) == 0
+
+
+def test_a_real_scan_imports(scene, shared_data):
+    bpy.ops.grating.import_height_map(filepath=str(shared_data / "nanosurf" / "grid.nid"))
+    assert "period 317 nm" in scene.natural_gratings.active().summary
+
+
+def test_bake_runs_and_is_recorded(scene, scan, tmp_path):
+    bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
+    assert bpy.ops.grating.bake(directory=str(tmp_path)) == {"FINISHED"}
+    grating = scene.natural_gratings.active()
+    assert grating.bake_path == str(tmp_path / "waves.exr")
+    assert grating.baked_file().is_file()
+    assert grating.bake_summary.startswith("dE00 ")
+
+
+def test_a_bake_that_fails_tells_its_one_line(scene, scan, tmp_path):
+    bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
+    scene.natural_gratings.active().coherence_um = 5000
+    with pytest.raises(RuntimeError, match="coherence of 5e.03 um: finer than"):
+        bpy.ops.grating.bake(directory=str(tmp_path))
+    assert scene.natural_gratings.active().bake_path == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_cancelling_leaves_no_process_and_no_file(addon, scene, tmp_path):
+    bpy.ops.grating.import_height_map(filepath="sample:elaphe")
+    job = addon.bake_grating.start_bake(scene.natural_gratings.active(), str(tmp_path))
+    assert job.running
+    job.cancel()
+    assert not job.running
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_material_needs_no_extension(scene, baked):
+    add_baked(scene, baked)
+    assert bpy.ops.grating.new_material() == {"FINISHED"}
+    material = scene.natural_gratings.active().material
+    assert material.animation_data is None and material.node_tree.animation_data is None
+    assert material.cycles.emission_sampling == "NONE"
+    (image,) = bpy.data.images
+    assert image.packed_file is not None
+    assert image.colorspace_settings.name == "Non-Color"
+    groups = [node.node_tree for node in material.node_tree.nodes if node.type == "GROUP"]
+    look_ups = [node for node in groups[0].nodes if node.type == "TEX_IMAGE"]
+    assert {node.image for node in look_ups} == {image}
+
+
+def test_assign_fills_the_active_slot_alone(scene, baked):
+    add_baked(scene, baked)
+    plane = bpy.context.object
+    kept = bpy.data.materials.new("Kept")
+    for _ in range(2):
+        plane.data.materials.append(kept)
+    plane.active_material_index = 1
+    assert bpy.ops.grating.assign() == {"FINISHED"}
+    assert plane.material_slots[0].material == kept
+    assert plane.material_slots[1].material == scene.natural_gratings.active().material
+
+
+def test_assigning_twice_makes_one_material(scene, baked):
+    add_baked(scene, baked)
+    bpy.ops.grating.assign()
+    bpy.ops.grating.assign()
+    assert [m.name for m in bpy.data.materials] == ["Diffraction waves"]
+
+
+def test_assign_without_a_uv_map_or_a_sun_changes_nothing(scene, baked):
+    add_baked(scene, baked)
+    plane = bpy.context.object
+    layer = plane.data.uv_layers[0]
+    plane.data.uv_layers.remove(layer)
+    with pytest.raises(RuntimeError, match="no UV map"):
+        bpy.ops.grating.assign()
+    plane.data.uv_layers.new()
+    bpy.data.objects.remove(bpy.data.objects["Sun"])
+    with pytest.raises(RuntimeError, match="no sun"):
+        bpy.ops.grating.assign()
+    assert not plane.material_slots and not bpy.data.materials
+
+
+def test_buttons_say_why_they_are_grey(scene, baked):
+    assert not bpy.ops.grating.bake.poll() and not bpy.ops.grating.assign.poll()
+    add_baked(scene, baked)
+    assert bpy.ops.grating.bake.poll() and bpy.ops.grating.assign.poll()
+    bpy.ops.object.select_all(action="DESELECT")
+    assert not bpy.ops.grating.assign.poll()
+
+
+def test_a_bake_that_is_gone_is_told(scene, tmp_path):
+    add_baked(scene, tmp_path / "gone.exr")
+    with pytest.raises(RuntimeError, match="is gone"):
+        bpy.ops.grating.assign()
+
+
+def test_register_and_unregister_leave_nothing(addon, scene):
+    addon.package.unregister()
+    assert not hasattr(bpy.types.Scene, "natural_gratings")
+    assert not hasattr(bpy.types, "GRATING_PT_main")
+    addon.package.register()
+    assert bpy.ops.grating.import_height_map(filepath="sample:flat") == {"FINISHED"}

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""For every suite: Blender never sees the user's own set-up; `extension` is this tree as Blender loads it."""
+
+import os
+import shutil
+import tempfile
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from devtools import EXTENSION
+from devtools.extension import link_extension
+
+# Before any test module imports bpy.
+USER_FOLDER = Path(tempfile.mkdtemp(prefix="natural-gratings-tests-"))
+os.environ["BLENDER_USER_RESOURCES"] = str(USER_FOLDER)
+os.environ["NATURAL_GRATINGS_CACHE"] = str(USER_FOLDER / "cache")
+
+
+def pytest_unconfigure() -> None:
+    shutil.rmtree(USER_FOLDER, ignore_errors=True)
+
+
+@pytest.fixture(scope="session")
+def extension() -> ModuleType:
+    """The working tree, enabled as bl_ext.user_default.natural_gratings of an empty user folder."""
+    from devtools.blender_shim import show_hidden_packages
+
+    link_extension(USER_FOLDER)
+    show_hidden_packages()
+    import addon_utils
+
+    module = addon_utils.enable(EXTENSION, default_set=True)
+    assert module is not None, "the add-on cannot be enabled: its traceback is above"
+    return module
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """Real scans, which may not be committed: beside the repository, or nowhere."""
+    folder = Path(__file__).resolve().parents[2] / "shared" / "data"
+    if not folder.is_dir():
+        pytest.skip("no real scans: ../shared/data is not beside the project")
+    return folder

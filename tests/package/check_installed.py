@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run by a Blender that has the extension: the add-on and its packages are those that the zip brought.
+
+Not in the session that installs: there Blender puts the extensions' packages last on Python's path.
+"""
+
+import sys
+from pathlib import Path
+
+import bpy
+
+extensions = Path(bpy.utils.user_resource("EXTENSIONS")).resolve()
+
+
+def check(name: str, folder: Path) -> None:
+    """The module comes from a folder below the user's extensions."""
+    __import__(name)
+    file = Path(sys.modules[name].__file__).resolve()
+    assert file.is_relative_to(extensions / folder), f"{name} comes from {file}"
+
+
+check("bl_ext.user_default.natural_gratings", Path("user_default", "natural_gratings"))
+for package in ("OpenEXR", "PIL", "gwyfile"):
+    check(package, Path(".local"))

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The packages as ./dev build makes them, and each Blender there is, in a user folder of its own."""
+
+import os
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from devtools import environments, packages
+from devtools.blender import SHIM, find_binary
+from devtools.steps import clean_environment
+
+
+@pytest.fixture(scope="session")
+def built(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """The zip of each platform, by the platform's name in the file name: linux_x64, ..."""
+    folder = tmp_path_factory.mktemp("packages")
+    paths = packages.build(environments.require(environments.PY311), folder)
+    return {path.stem.rpartition("-")[2]: path for path in paths}
+
+
+@dataclass(frozen=True)
+class Blender:
+    """A Blender with a user folder of its own."""
+
+    command: tuple[str, ...]
+    user_folder: Path
+
+    def start(self, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
+        line = [*self.command, *map(str, arguments)]
+        variables = clean_environment(BLENDER_USER_RESOURCES=str(self.user_folder))
+        variables["NATURAL_GRATINGS_CACHE"] = str(self.user_folder / "cache")
+        return subprocess.run(line, capture_output=True, text=True, env=variables, timeout=600)
+
+    def run(self, *arguments: str | Path) -> str:
+        """Its output; fails with it where the exit status is not 0."""
+        answer = self.start(*arguments)
+        assert answer.returncode == 0, f"{answer.args}\n{answer.stdout}\n{answer.stderr}"
+        return answer.stdout
+
+    def run_script(self, script: Path, *arguments: str | Path) -> str:
+        return self.run("--background", "--python-exit-code", "1", "--python", script, "--", *arguments)
+
+    def run_grating(self, *arguments: str | Path, scene: Path | None = None) -> str:
+        return self.run("--background", *([scene] if scene else []), "--command", "grating", *arguments)
+
+
+def bpy_command(environment: environments.Environment) -> tuple[str, ...]:
+    if not environments.is_ready(environment):
+        pytest.skip(f"{environment.name} is not made: Python {environment.python_version} is missing")
+    return str(environment.python), "-P", str(SHIM)
+
+
+def binary_command() -> tuple[str, ...]:
+    binary = os.environ.get("NATURAL_GRATINGS_BLENDER") or find_binary()
+    if not binary:
+        pytest.skip("no Blender binary: on Debian ./dev blender-setup brings one")
+    return (str(binary),)
+
+
+COMMANDS = {
+    "bpy-4.5": lambda: bpy_command(environments.PY311),
+    "bpy-5.2": lambda: bpy_command(environments.PY313),
+    "binary": binary_command,
+}
+
+
+@pytest.fixture(scope="module", params=COMMANDS)
+def empty_blender(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Blender:
+    """Each Blender there is, with an empty user folder."""
+    return Blender(COMMANDS[request.param](), tmp_path_factory.mktemp("user"))

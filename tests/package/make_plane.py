@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run by Blender: `--python make_plane.py -- FILE` saves a file with a plane, a sun and a camera close above it.
+
+Over the plane the light's and the camera's directions differ enough for a grating of 2.5 um to show whole spectra:
+|u| = |sin 30 deg + sin t| with t from -45 to 45 degrees.
+"""
+
+import sys
+from math import radians
+
+import bpy
+
+bpy.ops.wm.read_homefile(use_empty=True)
+bpy.ops.mesh.primitive_plane_add(size=1.0)
+bpy.ops.object.light_add(type="SUN", rotation=(0, radians(30), 0))
+bpy.context.object.data.energy = 3.0
+bpy.ops.object.camera_add(location=(0, 0, 0.5))
+bpy.context.object.data.angle = radians(90)
+bpy.context.scene.camera = bpy.context.object
+bpy.ops.wm.save_as_mainfile(filepath=sys.argv[sys.argv.index("--") + 1])

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The zip, installed into an empty user folder of each Blender there is."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+HERE = Path(__file__).parent
+SMALL_CYCLES = """
+import bpy
+scene = bpy.context.scene
+scene.render.engine = "CYCLES"
+scene.cycles.samples = 1
+scene.render.resolution_x = scene.render.resolution_y = 32
+"""
+
+
+def pixels(picture: Path) -> np.ndarray:
+    """(rows, cols, 3) float in 0..1."""
+    return np.asarray(Image.open(picture).convert("RGB")) / 255
+
+
+def saturation(picture: np.ndarray) -> np.ndarray:
+    """(rows, cols): 0 grey, 1 pure."""
+    brightest = picture.max(axis=-1)
+    return (brightest - picture.min(axis=-1)) / np.maximum(brightest, 1e-9)
+
+
+@pytest.fixture(scope="module")
+def blender(empty_blender, built):
+    """A Blender with the extension installed from its zip."""
+    empty_blender.run_script(HERE / "install.py", built["linux_x64"])
+    return empty_blender
+
+
+def test_add_on_and_packages_are_those_of_the_zip(blender):
+    blender.run_script(HERE / "check_installed.py")
+
+
+def test_commands_of_the_installed_extension_answer(blender):
+    assert "grating" in blender.run("--background", "--command", "help")
+
+
+def test_installed_extension_bakes_assigns_and_renders(blender, tmp_path):
+    """And the file renders the same in an empty user folder, without the extension and with auto-run off."""
+    scene, bake = tmp_path / "plane.blend", tmp_path / "bake"
+    blender.run_script(HERE / "make_plane.py", scene)
+    blender.run_grating("bake", "sample:blazed", "--delta-e", "6", "-o", bake)
+    blender.run_grating("assign", bake, "--object", "Plane", scene=scene)
+    size = ("--engine", "cycles", "--samples", "1", "--width", "32", "--height", "32")
+    blender.run_grating("render", *size, "-o", tmp_path / "with.png", scene=scene)
+    picture = pixels(tmp_path / "with.png")
+    assert saturation(picture).max() > 0.5, "no colour: the sun's spectra should cross the plane"
+
+    bare = replace(blender, user_folder=tmp_path / "empty")
+    shot = ("--python-expr", SMALL_CYCLES, "-o", tmp_path / "without_", "-F", "PNG", "-f", "1")
+    bare.run("--background", "-Y", scene, *shot)
+    assert not list(bare.user_folder.glob("extensions/user_default/*"))
+    # 8-bit pictures by the same sampler at one sample: the same to the last step.
+    assert np.array_equal(pixels(tmp_path / "without_0001.png"), picture)

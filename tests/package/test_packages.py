@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is in the zips, and that a zip with something amiss does not pass."""
+
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from devtools import ROOT, DevError, environments, packages
+
+PLATFORMS = ("linux_x64", "windows_x64", "macos_arm64")
+SYSTEM_OF_WHEEL = {"linux_x64": "manylinux", "windows_x64": "win", "macos_arm64": "macosx"}
+TOP_LEVEL = {"__init__.py", "blender_manifest.toml", "LICENSE", "README.md", "addon", "precompute", "wheels"}
+
+
+def names(package: Path) -> list[str]:
+    with zipfile.ZipFile(package) as archive:
+        return archive.namelist()
+
+
+def wheels(package: Path) -> list[str]:
+    return [Path(name).name for name in names(package) if name.endswith(".whl")]
+
+
+def without(package: Path, unwanted: str, target: Path) -> Path:
+    """A copy of the zip that lacks the files whose name holds `unwanted`."""
+    with zipfile.ZipFile(package) as whole, zipfile.ZipFile(target, "w") as part:
+        for item in whole.infolist():
+            if unwanted not in item.filename:
+                part.writestr(item, whole.read(item))
+    return target
+
+
+def test_there_is_a_zip_for_each_platform(built):
+    assert sorted(built) == sorted(PLATFORMS)
+
+
+@pytest.mark.parametrize("platform", PLATFORMS)
+def test_zip_holds_the_extension_and_nothing_else(built, platform):
+    held = names(built[platform])
+    assert {name.partition("/")[0] for name in held} <= TOP_LEVEL
+    assert {"__init__.py", "addon/__init__.py", "precompute/__init__.py", "LICENSE"} <= set(held)
+    assert not [name for name in held if name.endswith(".pyc")]
+
+
+@pytest.mark.parametrize("platform", PLATFORMS)
+@pytest.mark.parametrize("python_tag", ["cp311", "cp313"])
+def test_zip_holds_the_runtime_pins_for_each_python(built, platform, python_tag):
+    fitting = {
+        "{}=={}".format(*wheel.split("-")[:2])
+        for wheel in wheels(built[platform])
+        if f"-{python_tag}-" in wheel or wheel.endswith("-py3-none-any.whl")
+    }
+    assert fitting == {pin.lower() for pin in environments.dependency_group("runtime")}
+
+
+@pytest.mark.parametrize("platform", PLATFORMS)
+def test_zip_holds_no_wheel_of_another_platform(built, platform):
+    systems = [wheel.rpartition("-")[2] for wheel in wheels(built[platform])]
+    assert all(system.startswith((SYSTEM_OF_WHEEL[platform], "any")) for system in systems)
+
+
+@pytest.mark.parametrize("platform", PLATFORMS)
+@pytest.mark.parametrize("environment", environments.ALL, ids=lambda one: one.name)
+def test_zip_is_valid_for_both_blenders(built, platform, environment):
+    if not environments.is_ready(environment):
+        pytest.skip(f"{environment.name} is not made: Python {environment.python_version} is missing")
+    packages.validate(built[platform], environment)
+
+
+def test_zip_without_a_promised_wheel_is_refused(built, tmp_path):
+    package = without(built["linux_x64"], "openexr-3.5.3-cp313", tmp_path / "natural_gratings.zip")
+    with pytest.raises(DevError, match="openexr-3.5.3-cp313"):
+        packages.validate(package, environments.PY311)
+
+
+def test_zip_without_manifest_is_refused(built, tmp_path):
+    package = without(built["linux_x64"], "blender_manifest", tmp_path / "natural_gratings.zip")
+    with pytest.raises(DevError, match="validate"):
+        packages.validate(package, environments.PY311)
+
+
+def test_every_wheel_has_a_known_hash():
+    assert set(packages.known_hashes()) == set(packages.wheel_names())
+
+
+def test_file_permission_is_asked_for_with_its_reason():
+    manifest = tomllib.loads((ROOT / "blender_manifest.toml").read_text())
+    assert set(manifest["permissions"]) == {"files"}
