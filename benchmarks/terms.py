@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from precompute import plots
 from precompute.methods import chebyshev_series, flss
 from precompute.methods.method import S_MAX
 from precompute.methods.term_images import Expansion
@@ -116,11 +117,7 @@ def as_text(rows: list[dict]) -> str:
 
 def plot(path: Path, dtype: type = np.float32) -> None:
     """Error against terms, one panel for each of six reliefs, every series in each."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
+    pyplot = plots.pyplot()
     shown = (150, 250, 400, 600, 1000, 2000)
     figure, panels = pyplot.subplots(2, 3, figsize=(12, 7), sharex=True, sharey=True, layout="constrained")
     terms = np.arange(1, TERMS_MAX + 1)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import atlas, brdf_map, coherence, efficiency, evaluation, info, metric
+from . import atlas, brdf_map, coherence, efficiency, evaluation, info, metric, plots
 from .bake import BYTES_PER_TEXEL, Bake, bake, plan
 from .colour import ILLUMINANTS, WAVELENGTH_MIN_M
 from .failure import GratingError
@@ -393,7 +393,7 @@ def run_evaluate(arguments) -> None:
         raise GratingError(f"{arguments.output}: not a PNG; name the file .png")
     asked_m = period_of(arguments)
     if arguments.output is not None:
-        evaluation.require_matplotlib()
+        plots.pyplot()
     relief = prepare(evaluation.turned(height_map_of(arguments), arguments.azimuth))
     around_m = grating_period(relief, asked_m)
     progress = Progress(arguments.progress)

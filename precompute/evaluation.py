@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import chebyshev
+from . import chebyshev, plots
 from .colour import observer, spectral_weights, white_xyz
 from .failure import GratingError
 from .height_map import HeightMap
@@ -296,21 +296,10 @@ def dominant_wavelength(xyz: np.ndarray, illuminant: str = "D65") -> np.ndarray:
     return np.interp(mine, hue, lambdas[::-1], left=np.nan, right=np.nan)
 
 
-def require_matplotlib() -> None:
-    """Make matplotlib draw into files. Raises GratingError where it is not installed."""
-    try:
-        import matplotlib
-    except ImportError as error:
-        raise GratingError("plots need matplotlib, which is not installed: python -m pip install matplotlib") from error
-    matplotlib.use("Agg")
-
-
 def plot(path: Path, evaluations: Sequence[Evaluation], title: str = "") -> None:
     """One panel for each method: response, the grating equation's curve and the peaks. Raises GratingError without
     matplotlib."""
-    require_matplotlib()
-    from matplotlib import pyplot
-
+    pyplot = plots.pyplot()
     columns = min(4, len(evaluations))
     rows = -(-len(evaluations) // columns)
     size = (3.3 * columns + 0.6, 2.9 * rows + 0.5)

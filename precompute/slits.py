@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from . import plots
 from .colour import rgb_from_xyz, spectral_weights, srgb_encode
-from .evaluation import require_matplotlib
 from .methods.pq import copies_sum
 from .reference import wavelengths
 
@@ -50,9 +50,7 @@ def white_light(sine: np.ndarray, slits: int, step_m: float = 1e-9) -> np.ndarra
 def plot(path: Path, counts: tuple[int, ...] = (1, 2, 5, 10), reach_m: float = 10e-3) -> None:
     """Intensity at 500 nm, with the colours of white light under it, one row for each number of slits. Raises
     GratingError without matplotlib."""
-    require_matplotlib()
-    from matplotlib import pyplot
-
+    pyplot = plots.pyplot()
     x = np.linspace(-reach_m, reach_m, 2001)
     sine = screen_sine(x)
     figure, panels = pyplot.subplots(

@@ -4,6 +4,7 @@
 import os
 import shutil
 import tempfile
+from importlib.machinery import PathFinder
 from pathlib import Path
 from types import ModuleType
 
@@ -43,3 +44,10 @@ def shared_data() -> Path:
     if not folder.is_dir():
         pytest.skip("no real scans: ../shared/data is not beside the project")
     return folder
+
+
+@pytest.fixture(scope="session")
+def matplotlib() -> None:
+    """For tests that plot. As in precompute/plots.py, a stand-in of colour-science does not count."""
+    if PathFinder.find_spec("matplotlib") is None:
+        pytest.skip("plots need matplotlib, a development dependency")

@@ -66,8 +66,7 @@ def test_precompute_knows_nothing_of_blender(path):
     assert not tops(path) & {"addon", "sample_scenes", "devtools", "tests"}
 
 
-# Plots are for the researcher's command line; the extension never draws one. Asked for without matplotlib, they say so.
-PLOTS = {"evaluation.py": {"matplotlib"}, "slits.py": {"matplotlib"}}
+PLOTS = {"plots.py": {"matplotlib"}}
 
 
 @each("precompute")

@@ -40,8 +40,6 @@ def test_the_middle_of_the_screen_is_white():
     assert slits.white_light(slits.screen_sine(np.zeros(1)), 5)[0] == pytest.approx(white_xyz())
 
 
-def test_the_plot(tmp_path):
-    pytest.importorskip("matplotlib", reason="plots need matplotlib, a development dependency")
-    pytest.importorskip("matplotlib")
+def test_the_plot(tmp_path, matplotlib):
     slits.plot(tmp_path / "slits.png")
     assert (tmp_path / "slits.png").stat().st_size > 5000
