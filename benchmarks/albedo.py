@@ -18,7 +18,7 @@ from precompute.colour import WAVELENGTH_MIN_M
 from precompute.reference import reference_grid
 from precompute.relief import Relief, prepare
 from precompute.samples import SAMPLES, make_sample
-from precompute.spectrum import SpectrumSeries, spectrum_series
+from precompute.series import SpectrumSeries, spectrum_series
 
 ANGLES_DEG = (0.0, 30.0, 60.0, 75.0, 85.0, 89.0, 89.9)
 AZIMUTHS_DEG = (0.0, 37.0, 90.0)

@@ -27,7 +27,7 @@ import numpy as np
 from . import chebyshev
 from .colour import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
 from .resample import Resampler
-from .spectrum import SpectrumSeries
+from .series import SpectrumSeries
 
 LIMIT_ROWS = 32
 LIMIT_COLUMNS = 65
@@ -111,10 +111,13 @@ def albedo_times_cosine(series: SpectrumSeries, sigma_b: float, directions: np.n
 
 
 def split_orders(series: SpectrumSeries) -> tuple[np.ndarray, SpectrumSeries]:
-    """Flat indices of the bins that are orders, and the series without them."""
+    """Flat indices of the bins that are orders, and the series without them. Bins that are blurred hold none."""
+    if series.blur_q:
+        return np.empty(0, int), series
     s = chebyshev.nodes(len(series.amplitude), 0, series.s_max)
-    share = np.max(series.scattered_over_s2 * (s**2)[:, None, None], axis=0).ravel()
-    orders = np.argsort(share)[-_ORDERS:]
+    share = np.max([power * np.float32(at**2) for power, at in zip(series.scattered_over_s2, s, strict=True)], axis=0)
+    share = share.ravel()
+    orders = np.argpartition(share, -min(_ORDERS, len(share)))[-_ORDERS:]
     orders = orders[share[orders] > _ORDER_SHARE]
     scattered = series.scattered_over_s2.reshape(len(s), -1).copy()
     scattered[:, orders] = 0
@@ -183,7 +186,7 @@ def coarse_terms(series: SpectrumSeries, axis: np.ndarray, sigma: float, lambdas
     """Chebyshev coefficients in w of PSD / lambda^2 / w^2 over axis x axis; (K, len(axis), len(axis), n) float32."""
     terms = np.empty((len(series.amplitude), len(axis), len(axis), len(lambdas)), np.float32)
     for index, lam in enumerate(lambdas):
-        resample = Resampler(series.grid, axis, axis, lam, sigma)
+        resample = Resampler(series.grid, axis, axis, lam, series.kernel_left(sigma, lam))
         # The picture is linear in the spectrum: blurring the series' nodes is as good as blurring at each w.
         nodes = np.stack([resample(power[resample.kept]) for power in series.scattered_over_s2])
         terms[..., index] = np.tensordot(_terms_in_w(series, lam), nodes, axes=1)

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A bake as one OpenEXR image: the tiles B_k side by side, the zero order's curve in a strip below.
 
-One image is one texture slot. Half floats, linear, no colour management; all parameters stand in the header. Counting
+One image is one texture slot. Half floats, or floats where a budget asks for more than their three digits; linear, no
+colour management; all parameters stand in the header. Counting
 rows upward from the picture's bottom: STRIP_ROWS rows hold Z(w) in texels 0 .. samples - 1, all alike so that
 filtering across them changes nothing; then the excess albedo E (albedo.py), the horizon's row first, the same in every
 channel, unscaled. Above these `strip_rows` tile k stands at column k % columns, row k // columns. Tiles reach a little
@@ -20,7 +21,7 @@ import OpenEXR
 from .bake import Bake
 from .failure import GratingError
 
-FORMAT = 2
+FORMAT = 3
 STRIP_ROWS = 4
 HEADER_KEY = "natural_gratings"
 # Half floats end at 65504 and lose digits under 6e-5; the largest value is put here, leaving room above.
@@ -32,11 +33,16 @@ class Layout:
     """How a reader finds u, v, w in the image; what a material's nodes need, and nothing else."""
 
     terms: int
-    resolution: int
+    tile_rows: int
+    tile_columns: int
     columns: int
     rows: int
     strip_rows: int
     texel: float
+    u_first: float
+    v_first: float
+    w_min: float
+    w_max: float
     sigma_b: float
     scale: float
     zero_order_samples: int
@@ -46,11 +52,11 @@ class Layout:
 
     @property
     def width(self) -> int:
-        return self.columns * self.resolution
+        return self.columns * self.tile_columns
 
     @property
     def height(self) -> int:
-        return self.rows * self.resolution + self.strip_rows
+        return self.rows * self.tile_rows + self.strip_rows
 
     @property
     def limit_block(self) -> tuple[slice, slice]:
@@ -60,11 +66,13 @@ class Layout:
     @property
     def sound(self) -> bool:
         """Whether the numbers can be those of an image: what a header says is believed only then."""
-        tiles = self.terms, self.resolution, self.columns, self.rows
+        tiles = self.terms, self.tile_rows, self.tile_columns, self.columns, self.rows
         strip = self.strip_rows, self.zero_order_samples, self.limit_rows, self.limit_columns
         return (
             all(isinstance(n, int) and n > 0 for n in tiles + strip)
             and all(math.isfinite(x) and x > 0 for x in (self.texel, self.sigma_b, self.scale))
+            and all(math.isfinite(x) and abs(x) <= 4 for x in (self.u_first, self.v_first))
+            and 0 <= self.w_min < self.w_max <= 2
             and self.terms <= self.columns * self.rows
             and self.zero_order_samples <= self.width
             and self.limit_columns <= self.width
@@ -74,21 +82,28 @@ class Layout:
     def tile_origin(self, term: int) -> tuple[int, int]:
         """Lower left texel (x, y) of a tile, y upward."""
         row, column = divmod(term, self.columns)
-        return column * self.resolution, self.strip_rows + row * self.resolution
+        return column * self.tile_columns, self.strip_rows + row * self.tile_rows
 
 
 def layout_of(bake: Bake) -> Layout:
     """The layout of a bake's atlas: tiles in as square a block as they make."""
     terms = len(bake.terms)
-    columns = max(math.ceil(math.sqrt(terms)), math.ceil(len(bake.zero_order) / bake.resolution))
+    tile_rows, tile_columns = bake.tile
+    square = math.ceil(math.sqrt(terms * tile_rows / tile_columns))
+    columns = max(min(square, terms), math.ceil(max(len(bake.zero_order), bake.limit.shape[1]) / tile_columns))
     peak = max(float(np.abs(bake.terms).max()), float(bake.zero_order.max()), 1e-30)
     return Layout(
         terms=terms,
-        resolution=bake.resolution,
+        tile_rows=tile_rows,
+        tile_columns=tile_columns,
         columns=columns,
         rows=math.ceil(terms / columns),
         strip_rows=STRIP_ROWS + len(bake.limit),
         texel=bake.texel,
+        u_first=float(bake.first[1]),
+        v_first=float(bake.first[0]),
+        w_min=float(bake.w_range[0]),
+        w_max=float(bake.w_range[1]),
         sigma_b=bake.sigma_b,
         scale=2.0 ** math.ceil(math.log2(peak / _LARGEST_STORED)),
         zero_order_samples=len(bake.zero_order),
@@ -98,29 +113,30 @@ def layout_of(bake: Bake) -> Layout:
     )
 
 
-def pack(bake: Bake) -> tuple[np.ndarray, Layout]:
-    """Image (height, width, 3) float16, row 0 at the bottom, and its layout."""
+def pack(bake: Bake, precision: type = np.float16) -> tuple[np.ndarray, Layout]:
+    """Image (height, width, 3) float16, or float32, row 0 at the bottom, and its layout."""
     layout = layout_of(bake)
-    image = np.zeros((layout.height, layout.width, 3), np.float16)
+    image = np.zeros((layout.height, layout.width, 3), precision)
     strip = bake.zero_order / layout.scale
     image[:STRIP_ROWS] = strip[-1]
     image[:STRIP_ROWS, : len(strip)] = strip
     image[layout.limit_block] = half_above(bake.limit)[..., None]
     for k, tile in enumerate(bake.terms):
         x, y = layout.tile_origin(k)
-        image[y : y + layout.resolution, x : x + layout.resolution] = tile / layout.scale
+        image[y : y + layout.tile_rows, x : x + layout.tile_columns] = tile / layout.scale
     return image, layout
 
 
 def unpack(image: np.ndarray, layout: Layout) -> Bake:
     """The bake that an image (height, width, 3), row 0 at the bottom, holds."""
     values = image.astype(np.float32) * layout.scale
-    size = layout.resolution
+    rows, columns = layout.tile_rows, layout.tile_columns
     origins = [layout.tile_origin(k) for k in range(layout.terms)]
-    terms = np.stack([values[y : y + size, x : x + size] for x, y in origins])
+    terms = np.stack([values[y : y + rows, x : x + columns] for x, y in origins])
     zero_order = values[0, : layout.zero_order_samples]
     limit = image[layout.limit_block][..., 0].astype(np.float32)
-    return Bake(terms, zero_order, layout.sigma_b, layout.texel, layout.illuminant, limit)
+    first, w_range = (layout.v_first, layout.u_first), (layout.w_min, layout.w_max)
+    return Bake(terms, zero_order, layout.sigma_b, layout.texel, layout.illuminant, limit, first, w_range)
 
 
 def half_above(values: np.ndarray) -> np.ndarray:

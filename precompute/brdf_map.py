@@ -11,7 +11,7 @@ from .methods import Method
 from .reference import reference_grid, wavelengths
 from .relief import Relief
 from .resample import Resampler
-from .spectrum import spectrum_series
+from .series import spectrum_series
 
 # Interpolation in s at this tolerance is exact for every purpose of a picture; a test holds it against the reference.
 _EXACT = 1e-9

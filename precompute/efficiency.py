@@ -74,7 +74,9 @@ def efficiencies(
     that cannot be."""
     _check(kind, period_m, depth_m, wavelength_m, theta_i, orders, samples)
     height = profile(kind, depth_m, samples)[None, :]
-    relief = Relief(height - height.mean(), np.ones_like(height), (period_m, period_m / samples), periodic=True)
+    relief = Relief(
+        height - height.mean(), (np.ones(1), np.ones(samples)), (period_m, period_m / samples), periodic=True
+    )
     wanted = np.arange(-orders, orders + 1)
     grid = FrequencyGrid(np.zeros(1), wanted / period_m, height.shape)
     found = []

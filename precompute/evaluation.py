@@ -31,7 +31,8 @@ from .methods.method import THESIS_COHERENCE_M
 from .reference import KERNEL_REACH, reference_grid, wavelengths
 from .relief import Relief
 from .resample import Resampler
-from .spectrum import phasor, spectrum_series
+from .series import spectrum_series
+from .spectrum import phasor
 
 # Methods with an axis of wavelength that differ in it, the references first.
 DEFAULT_METHODS = ("reference", "reference-patch", "flss", "chebyshev", "nmm", "pq", "pq-printed", "stam")

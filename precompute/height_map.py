@@ -16,6 +16,7 @@ _FILL_SWEEPS = 8
 # Singular values below this share of the largest mean that the pixels lie on a line or a point; the plane is
 # then the flattest of those that fit.
 _RANK_TOLERANCE = 1e-12
+_ROWS_AT_ONCE = 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,8 +78,13 @@ def level_plane(hm: HeightMap) -> HeightMap:
     only the mean goes: it cannot be tilted and still wrap, and the slope that a fit finds in it is that of
     its facets.
     """
-    plane = np.nanmean(hm.height_m) if hm.periodic else _plane(hm.height_m)
-    return replace(hm, height_m=hm.height_m - plane)
+    if hm.periodic:
+        return replace(hm, height_m=hm.height_m - np.nanmean(hm.height_m))
+    offset, along_y, along_x = _plane(hm.height_m)
+    level = hm.height_m - offset
+    level -= along_y
+    level -= along_x
+    return replace(hm, height_m=level)
 
 
 def fill_missing(hm: HeightMap) -> HeightMap:
@@ -90,34 +96,35 @@ def fill_missing(hm: HeightMap) -> HeightMap:
     missing = np.isnan(hm.height_m)
     if not missing.any():
         return hm
-    plane = _plane(hm.height_m)
+    plane = sum(_plane(hm.height_m))
     filled = _fill(hm.height_m - plane) + plane
     return replace(hm, height_m=np.where(missing, filled, hm.height_m))
 
 
-def _plane(height: np.ndarray) -> np.ndarray:
-    """The (rows, cols) least-squares plane through the finite heights, from the normal equations of its slopes.
+def _plane(height: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """The least-squares plane through the finite heights: its mean, and what its slopes add along y (rows, 1) and x
+    (cols,).
 
-    Sums over rows and columns instead of a design matrix: an 8192 x 8192 scan would need 1.6 GB for that. The
-    coordinates are centred and scaled, so that the equations are about as well conditioned as they can be.
+    Sums over rows and columns instead of a design matrix, a few rows at a time: an 8192 x 8192 scan and a copy of it
+    are half a gigabyte each. The coordinates are centred and scaled, so that the normal equations are about as well
+    conditioned as they can be.
     """
     finite = np.isfinite(height)
-    weight = finite.astype(np.float64)
-    count = weight.sum()
+    in_row, in_column = finite.sum(axis=1, dtype=float), finite.sum(axis=0, dtype=float)
+    count = in_row.sum()
     y, x = (np.linspace(-1.0, 1.0, n) if n > 1 else np.zeros(1) for n in height.shape)
-    y = y - weight.sum(axis=1) @ y / count
-    x = x - weight.sum(axis=0) @ x / count
+    y = y - in_row @ y / count
+    x = x - in_column @ x / count
     offset = np.mean(height, where=finite)
-    residual = np.where(finite, height - offset, 0.0)
-    normal = np.array(
-        [
-            [weight.sum(axis=1) @ y**2, y @ weight @ x],
-            [y @ weight @ x, weight.sum(axis=0) @ x**2],
-        ]
-    )
-    moment = np.array([residual.sum(axis=1) @ y, residual.sum(axis=0) @ x])
+    cross, moment = 0.0, np.zeros(2)
+    for start in range(0, len(y), _ROWS_AT_ONCE):
+        part = slice(start, start + _ROWS_AT_ONCE)
+        cross += y[part] @ (finite[part] @ x)
+        residual = np.where(finite[part], height[part] - offset, 0.0)
+        moment += y[part] @ residual.sum(axis=1), residual.sum(axis=0) @ x
+    normal = np.array([[in_row @ y**2, cross], [cross, in_column @ x**2]])
     slope_y, slope_x = np.linalg.lstsq(normal, moment, rcond=_RANK_TOLERANCE)[0]
-    return offset + slope_y * y[:, None] + slope_x * x
+    return offset, slope_y * y[:, None], slope_x * x
 
 
 def _fill(height: np.ndarray) -> np.ndarray:

@@ -9,15 +9,18 @@ The form is Stam's: the energy-conserving one divides reference and candidate by
 relative error as it is and needs an albedo that most methods do not have.
 """
 
-from dataclasses import asdict, dataclass
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
 from .brdf import fresnel_reflectance, half_angle_cosine, obliquity_times_cosine_and_w2
 from .colour import delta_e_2000, lab, spectral_weights, white_xyz
 from .reference import reference_grid, reference_xyz, wavelengths
-from .relief import Relief
-from .spectrum import scattered_spectrum
+from .spectrum import FrequencyGrid, scattered_spectrum
+
+# Power per bin (ny, nx) at s in cycles per metre, and the bins' grid.
+Spectrum = Callable[[float], tuple[np.ndarray, FrequencyGrid]]
 
 EXPOSURE_PERCENTILES = (50, 90, 99, 99.9)
 COUNTED_Y = (0.002, 1.0)
@@ -41,6 +44,11 @@ class Pairs:
     def v(self) -> np.ndarray:
         return self.wi[:, 1] + self.wr[:, 1]
 
+    def within(self, u_range, v_range) -> "Pairs":
+        """Those of u and v inside the ranges (low, high)."""
+        kept = (self.u >= u_range[0]) & (self.u <= u_range[1]) & (self.v >= v_range[0]) & (self.v <= v_range[1])
+        return Pairs(self.wi[kept], self.wr[kept], self.drawn[kept])
+
     def radiance_factor(self) -> np.ndarray:
         """R * O * cos(ti) * w^2 (n,): what turns scattered XYZ over w^2 into radiance under unit irradiance."""
         reflectance = fresnel_reflectance(half_angle_cosine(self.wi, self.wr))
@@ -63,6 +71,12 @@ class Errors:
     def as_dict(self) -> dict[str, float]:
         return asdict(self)
 
+    def worse_by(self, delta_e: float, relative: float) -> "Errors":
+        """With an error that was measured apart: of colour, and relative in luminance."""
+        colour = {name: getattr(self, name) + delta_e for name in ("mean", "p95", "p99", "max")}
+        light = {name: getattr(self, name) + relative for name in ("relative_dy", "relative_rms")}
+        return replace(self, **colour, **light)
+
 
 @dataclass(frozen=True)
 class Truth:
@@ -80,10 +94,10 @@ def draw_w(count: int, rng: np.random.Generator) -> np.ndarray:
     return sums[((np.arange(count) + rng.random(count)) / count * len(sums)).astype(int)]
 
 
-def draw_pairs(relief: Relief, sigma_b: float, w: float, count: int, rng: np.random.Generator) -> Pairs:
+def draw_pairs(spectrum: Spectrum, sigma_b: float, w: float, count: int, rng: np.random.Generator) -> Pairs:
     """`count` pairs of cos(ti) + cos(tr) = w, the first half cosine weighted, the second from the spectrum."""
     cosine = _cosine_weighted(w, count // 2, rng)
-    spectral = _spectrum_weighted(relief, sigma_b, w, count - count // 2, rng)
+    spectral = _spectrum_weighted(spectrum, sigma_b, w, count - count // 2, rng)
     wi, wr = (np.concatenate(halves) for halves in zip(cosine, spectral, strict=True))
     drawn = np.arange(len(wi)) >= len(cosine[0])
     return Pairs(wi, wr, drawn)
@@ -104,19 +118,19 @@ def _direction(cosine: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
     return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), cosine], axis=-1)
 
 
-def _spectrum_weighted(relief, sigma_b, w, count, rng) -> tuple[np.ndarray, np.ndarray]:
+def _spectrum_weighted(spectrum, sigma_b, w, count, rng) -> tuple[np.ndarray, np.ndarray]:
     """Half vectors drawn from the scattered power times luminance, jittered by the kernel, each with a random pair."""
-    grid = reference_grid(relief, sigma_b)
     lambdas = wavelengths(20e-9)
     luminance = spectral_weights(lambdas)[:, 1]
     half = []
     # Four times as many as are wanted: half vectors past the horizon are thrown away.
     for lam, share in zip(lambdas, rng.multinomial(4 * count, luminance / luminance.sum()), strict=True):
-        power, _ = scattered_spectrum(relief, w / lam, grid)
-        total = power.sum()
-        if share == 0 or total <= 0:
+        if share == 0:
             continue
-        cumulative = np.cumsum(power.ravel())
+        power, grid = spectrum(w / lam)
+        cumulative = np.cumsum(np.maximum(power, 0), dtype=float)
+        if cumulative[-1] <= 0:
+            continue
         bins = np.searchsorted(cumulative, rng.random(share) * cumulative[-1])
         row, col = np.unravel_index(np.minimum(bins, power.size - 1), power.shape)
         uv = lam * np.stack([grid.q_x[col], grid.q_y[row]], axis=-1) + sigma_b * rng.standard_normal((share, 2))
@@ -153,9 +167,10 @@ def _pair_about(half: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray,
 def truths(relief, sigma_b, w_count, pairs_each, step_m, illuminant="D65", seed=0, tick=None) -> list[Truth]:
     """The reference at w_count random w, pairs_each direction pairs each."""
     rng = np.random.default_rng(seed)
+    grid = reference_grid(relief, sigma_b)
     found = []
     for k, w in enumerate(draw_w(w_count, rng)):
-        pairs = draw_pairs(relief, sigma_b, w, pairs_each, rng)
+        pairs = draw_pairs(lambda s: (scattered_spectrum(relief, s, grid)[0], grid), sigma_b, w, pairs_each, rng)
 
         def step(done, total, k=k):
             if tick:
@@ -177,7 +192,7 @@ def measure(truth: list[Truth], candidate, illuminant: str = "D65") -> Errors:
         zero.append(abs(zero_order[1] - t.zero_order_xyz[1]))
     reference, answer, drawn = (np.concatenate(parts) for parts in (reference, answer, drawn))
     if np.isfinite(answer).all():
-        figures = _worst_exposure(reference, answer, drawn, white_xyz(illuminant))
+        figures = worst_exposure(reference, answer, drawn, white_xyz(illuminant))
     else:
         figures = dict.fromkeys(("mean", "p95", "p99", "max"), float("inf"))
     total = reference[:, 1].sum()
@@ -192,7 +207,9 @@ def measure(truth: list[Truth], candidate, illuminant: str = "D65") -> Errors:
     )
 
 
-def _worst_exposure(reference, answer, drawn, white) -> dict[str, float]:
+def worst_exposure(reference, answer, drawn, white) -> dict[str, float]:
+    """CIEDE2000's mean, p95, p99 and max of radiance (n, 3) in XYZ against a reference, at the worst of the exposures
+    that put a percentile of the reference's Y, over the pairs drawn (n,) from its spectrum, at 1."""
     worst = {"mean": 0.0, "p95": 0.0, "p99": 0.0, "max": 0.0}
     levels = np.percentile(reference[drawn, 1], EXPOSURE_PERCENTILES) if drawn.any() else np.zeros(1)
     # A surface that scatters nothing, but for the square of a rounding, is judged as it is lit.

@@ -16,12 +16,17 @@ _TAPERED_FRACTION = 0.125
 @dataclass(frozen=True)
 class Relief:
     """Heights (rows, cols) in metres with row index along +B and column index along +T, zero mean under the taper's
-    square; the taper g (rows, cols); pixel_size_m (dy, dx)."""
+    square; the taper g as its two factors (rows,), (cols,); pixel_size_m (dy, dx)."""
 
     height_m: np.ndarray
-    taper: np.ndarray
+    tapers: tuple[np.ndarray, np.ndarray]
     pixel_size_m: tuple[float, float]
     periodic: bool
+
+    @property
+    def taper(self) -> np.ndarray:
+        """g (rows, cols)."""
+        return np.outer(*self.tapers)
 
     @property
     def size_m(self) -> tuple[float, float]:
@@ -45,10 +50,10 @@ def prepare(height_map: HeightMap) -> Relief:
             height = _upsample(height, factor, axis, height_map.periodic)
     size_m = tuple(n * d for n, d in zip(height_map.height_m.shape, pixel_size, strict=True))
     pixel_size = tuple(length / n for length, n in zip(size_m, height.shape, strict=True))
-    rows, cols = height.shape
-    taper = np.outer(*(np.ones(n) if height_map.periodic else _edge_taper(n) for n in (rows, cols)))
-    height = height - np.average(height, weights=taper**2)
-    return Relief(height, taper, pixel_size, height_map.periodic)
+    tapers = tuple(np.ones(n) if height_map.periodic else _edge_taper(n) for n in height.shape)
+    weights = [taper**2 / np.sum(taper**2) for taper in tapers]
+    height = height - weights[0] @ height @ weights[1]
+    return Relief(height, tapers, pixel_size, height_map.periodic)
 
 
 def _edge_taper(count: int) -> np.ndarray:

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import chebyshev
 from .relief import Relief
 
 # Zero padding of a scan that does not wrap, in units of 1 / sigma_q (see frequency_grid).
@@ -81,54 +80,13 @@ def scattered_spectrum(relief: Relief, s: float, grid: FrequencyGrid) -> tuple[n
     scattered = relief.taper * (phasor(relief.height_m, s) - amplitude)
     rows, cols = grid.transform_shape
     # Row by row first, so that the second pass runs over the kept columns alone.
-    half = np.fft.fft(scattered, n=cols, axis=1)[:, _fft_order(grid.q_x, cols)]
-    kept = np.fft.fft(half, n=rows, axis=0)[_fft_order(grid.q_y, rows)]
+    half = np.fft.fft(scattered, n=cols, axis=1)[:, fft_order(grid.q_x, cols)]
+    kept = np.fft.fft(half, n=rows, axis=0)[fft_order(grid.q_y, rows)]
     norm = rows * cols * np.sum(relief.taper**2)
     return (kept.real**2 + kept.imag**2) / norm, abs(amplitude) ** 2
 
 
-def _fft_order(q: np.ndarray, count: int) -> np.ndarray:
+def fft_order(q: np.ndarray, count: int) -> np.ndarray:
     """Index into the unshifted transform of the contiguous kept frequencies around zero."""
     below_zero = int(np.sum(q < 0))
     return (np.arange(len(q)) - below_zero) % count
-
-
-@dataclass(frozen=True)
-class SpectrumSeries:
-    """The scattered spectrum over s^2, and the zero order's amplitude, at Chebyshev nodes in s on [0, s_max].
-
-    |P|^2 is a sum of exp(-i 2 pi s (h - h')), so it is band limited in s by the relief's range, and a few nodes give it
-    at every s (Jacobi-Anger). The scattered part vanishes as s^2: that factor is taken out so that the quotient stays
-    well conditioned down to grazing directions, where s -> 0."""
-
-    grid: FrequencyGrid
-    s_max: float
-    scattered_over_s2: np.ndarray  # (count, ny, nx), square metres
-    amplitude: np.ndarray  # (count,) complex
-
-    def weights(self, s: np.ndarray) -> np.ndarray:
-        """Interpolation weights (..., count) of the nodes at s (...,)."""
-        return chebyshev.interpolation_matrix(s, len(self.amplitude), 0, self.s_max)
-
-    def zero_order(self, s: np.ndarray) -> np.ndarray:
-        """Efficiency of the zero order at s (...,)."""
-        return np.abs(self.weights(s) @ self.amplitude) ** 2
-
-
-def spectrum_series(relief: Relief, grid: FrequencyGrid, s_max: float, tolerance: float, dtype=np.float64, tick=None):
-    """SpectrumSeries whose interpolation error is at most `tolerance` of its largest value.
-
-    tick(done, total) is called after each transform."""
-    # The exponent spans 2 pi s * range over s in [0, s_max]: half of that on either side of the middle.
-    count = chebyshev.jacobi_anger_terms(np.pi * s_max * relief.height_range_m, tolerance)
-    count = max(count, 4)
-    s_nodes = chebyshev.nodes(count, 0, s_max)
-    scattered = np.empty((count, len(grid.q_y), len(grid.q_x)), dtype)
-    amplitude = np.empty(count, complex)
-    for k, s in enumerate(s_nodes):
-        power, _ = scattered_spectrum(relief, s, grid)
-        scattered[k] = power / s**2
-        amplitude[k] = zero_order_amplitude(relief, s)
-        if tick:
-            tick(k + 1, count)
-    return SpectrumSeries(grid, s_max, scattered, amplitude)

@@ -29,7 +29,8 @@ def section(output: Path, result: dict) -> list[str]:
         "Relief": f"{info['height_range_m'] * 1e9:.0f} nm, rms {info['height_rms_m'] * 1e9:.1f} nm",
         "Strongest period": period,
         "Coherence length": f"{bake['coherence_um']:.1f} um (at 550 nm)",
-        "Table": f"{bake['tiles']} tiles of {bake['resolution']}², {bake['blender_bytes'] / 2**20:.0f} MiB in Blender",
+        "Table": f"{bake['tiles']} tiles of {bake['tile'][1]} x {bake['tile'][0]}, "
+        f"{bake['blender_bytes'] / 2**20:.0f} MiB in Blender",
         "Colour error (dE00)": f"mean {error['mean']:.2f}, p95 {error['p95']:.2f}, p99 {error['p99']:.2f}, "
         f"max {error['max']:.2f} on {error['pairs']} direction pairs against the exact reference",
         "Energy error": f"sum of absolute dY over sum of Y: {error['relative_dy']:.2%}",

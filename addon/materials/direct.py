@@ -104,16 +104,18 @@ def _frame(tree: Tree, n: Value, tangent: Value, rotation: Value) -> tuple[Value
 
 
 def _scattered(tree: Tree, image, layout: Layout, u: Value, v: Value, w: Value) -> Value:
-    """sum_k T_k(w - 1) B_k(u, v): XYZ over w^2, one look-up a term."""
-    width, height, size = layout.width, layout.height, layout.resolution
+    """sum_k T_k(t) B_k(u, v): XYZ over w^2, one look-up a term; t goes from -1 to 1 over the range of w."""
+    width, height = layout.width, layout.height
     to_image = (1 / (layout.texel * width), 1 / (layout.texel * height), 0.0)
-    centre = tree.vector(u, v, 0.0).times_plus(to_image, (size / 2 / width, size / 2 / height, 0.0))
-    t = w - 1.0
+    first = (0.5 - layout.u_first / layout.texel) / width, (0.5 - layout.v_first / layout.texel) / height, 0.0
+    place = tree.vector(u, v, 0.0).times_plus(to_image, first)
+    half_range = (layout.w_max - layout.w_min) / 2
+    t = w.times_plus(1 / half_range, -(layout.w_min + layout.w_max) / 2 / half_range)
     polynomials = [None, t]
     total = None
     for k in range(layout.terms):
         x, y = layout.tile_origin(k)
-        term = tree.image(image, centre + (x / width, y / height, 0.0), label=f"B{k}")
+        term = tree.image(image, place + (x / width, y / height, 0.0), label=f"B{k}")
         if k >= 2:
             polynomials.append((t * 2.0).times_plus(polynomials[-1], polynomials[-2] * -1.0 if k > 2 else -1.0))
         total = term if total is None else term.times_plus(polynomials[k], total)

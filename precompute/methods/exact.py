@@ -83,10 +83,9 @@ class Patch:
     def _line_sums(self, q_y, q_x, s) -> np.ndarray:
         """As _sums where all rows are alike: the two axes part."""
         relief = self.window.relief
-        middle = tuple(n // 2 for n in relief.taper.shape)
-        taper_y, taper_x = relief.taper[:, middle[1]], relief.taper[middle[0]]
+        taper_y, taper_x = relief.tapers
         line = np.exp((-2j * np.pi) * s[:, None] * relief.height_m[0])
-        along_x = np.einsum("nx,nx,x->n", self.window.waves(1, q_x), line, taper_x / taper_x[middle[1]])
+        along_x = np.einsum("nx,nx,x->n", self.window.waves(1, q_x), line, taper_x)
         return self.window.waves(0, q_y) @ taper_y * along_x
 
 

@@ -82,7 +82,7 @@ class Stam:
 
 def mean_profile(relief: Relief, period_m: float) -> np.ndarray:
     """Mean height (samples,) in metres over the rows and periods of a relief, along T."""
-    line = np.average(relief.height_m, axis=0, weights=relief.taper[:, relief.taper.shape[1] // 2] + 1e-12)
+    line = np.average(relief.height_m, axis=0, weights=relief.tapers[0] + 1e-12)
     pixel = relief.pixel_size_m[1]
     count = int(np.clip(round(period_m / pixel), 1, _SAMPLES_MAX))
     x = np.arange(len(line)) * pixel

@@ -21,7 +21,8 @@ def unit_cell(relief: Relief) -> Relief:
         return relief
     cols = _repeat(relief.height_m, 1, 1)
     rows = _repeat(relief.height_m, 0, min(cols, relief.height_m.shape[0]))
-    return replace(relief, height_m=relief.height_m[:rows, :cols], taper=relief.taper[:rows, :cols])
+    tapers = relief.tapers[0][:rows], relief.tapers[1][:cols]
+    return replace(relief, height_m=relief.height_m[:rows, :cols], tapers=tapers)
 
 
 def _repeat(height: np.ndarray, axis: int, least: int) -> int:

@@ -225,8 +225,8 @@ def test_another_exr_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("record", [
-    "no JSON", "[]", "null", "3", "{}", '{"format": 2}', '{"format": 2, "layout": {}}', '{"format": 2, "layout": 5}',
-    '{"format": 2, "layout": {"terms": 3, "surplus": 4}}',
+    "no JSON", "[]", "null", "3", "{}", '{"format": 3}', '{"format": 3, "layout": {}}', '{"format": 3, "layout": 5}',
+    '{"format": 3, "layout": {"terms": 3, "surplus": 4}}',
 ])  # fmt: skip
 def test_a_header_that_says_nothing_is_refused(tmp_path, record):
     path = tmp_path / "table.exr"
@@ -241,9 +241,9 @@ def test_another_version_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("lie", [
-    {"terms": 10**4}, {"terms": 7}, {"terms": -1}, {"resolution": 13}, {"columns": 10**6}, {"rows": 1},
-    {"strip_rows": 0}, {"zero_order_samples": 10**4}, {"resolution": "12"}, {"resolution": 12.5}, {"scale": "big"},
-    {"texel": None},
+    {"terms": 10**4}, {"terms": 7}, {"terms": -1}, {"tile_rows": 13}, {"columns": 10**6}, {"rows": 1},
+    {"w_max": 0.0}, {"u_first": 9.0}, {"strip_rows": 0}, {"zero_order_samples": 10**4}, {"tile_columns": "12"},
+    {"tile_columns": 12.5}, {"scale": "big"}, {"texel": None},
 ])  # fmt: skip
 def test_a_header_that_lies_about_its_picture_is_refused(tmp_path, lie):
     """Sizes are checked against the picture's before they are used (DESIGN 9); the reader of the header alone, which

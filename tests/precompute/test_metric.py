@@ -17,9 +17,10 @@ from precompute.metric import (
     measure,
     truths,
 )
-from precompute.reference import reference_xyz
+from precompute.reference import reference_grid, reference_xyz
 from precompute.relief import prepare
 from precompute.samples import cd
+from precompute.spectrum import scattered_spectrum
 
 few = settings(deadline=None, max_examples=15)
 SIGMA_B, STEP_M = 0.03, 20e-9
@@ -226,12 +227,18 @@ def test_as_dict_is_ready_for_json(truth):
 # Pairs
 
 
+def spectrum_of(relief, sigma_b):
+    """The exact spectrum, as `truths` draws from it."""
+    grid = reference_grid(relief, sigma_b)
+    return lambda s: (scattered_spectrum(relief, s, grid)[0], grid)
+
+
 @few
 @given(st.floats(0.02, 1.98), st.integers(0, 2**32), st.integers(2, 60))
 def test_pairs_are_directions_that_can_be(w, seed, count):
     """Of unit length, above the surface, of the group's w. Rounding; a square root of 1 - c^2 adds nothing to the
     norm."""
-    pairs = draw_pairs(skin(), SIGMA_B, w, count, np.random.default_rng(seed))
+    pairs = draw_pairs(spectrum_of(skin(), SIGMA_B), SIGMA_B, w, count, np.random.default_rng(seed))
     assert len(pairs.wi) == len(pairs.wr) == len(pairs.drawn)
     assert (~pairs.drawn).sum() == count // 2
     for direction in (pairs.wi, pairs.wr):
@@ -248,7 +255,7 @@ def test_the_other_half_is_drawn_where_the_light_is():
     heights = 60e-9 * np.sin(2 * np.pi * 8 * x)[None, :]
     relief = prepare(HeightMap(heights, (80e-9, 80e-9), "test", periodic=True))
     period, sigma_b = 8 * 80e-9, 0.01
-    pairs = draw_pairs(relief, sigma_b, 1.2, 400, np.random.default_rng(0))
+    pairs = draw_pairs(spectrum_of(relief, sigma_b), sigma_b, 1.2, 400, np.random.default_rng(0))
     u, v = np.abs(pairs.u[pairs.drawn]), pairs.v[pairs.drawn]
     assert len(u) == 200
     assert (np.abs(v) < 5 * sigma_b).all()
@@ -262,7 +269,7 @@ def test_the_other_half_is_drawn_where_the_light_is():
 def test_cosine_weighted_pairs_share_w_evenly():
     """The density of ci, given w, is ci (w - ci): at w = 0.8 a parabola over [0, 0.8], of mean 0.4 and standard
     deviation 0.8 / sqrt(20); 4000 of them know their mean to 0.8 / sqrt(80000) = 0.0028, four times that."""
-    pairs = draw_pairs(skin(), SIGMA_B, 0.8, 8000, np.random.default_rng(0))
+    pairs = draw_pairs(spectrum_of(skin(), SIGMA_B), SIGMA_B, 0.8, 8000, np.random.default_rng(0))
     ci = pairs.wi[~pairs.drawn, 2]
     assert ci.mean() == pytest.approx(0.4, abs=0.0113)
     assert ci.std() == pytest.approx(0.8 / np.sqrt(20), rel=0.05)
