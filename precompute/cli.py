@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import atlas, brdf_map, coherence, efficiency, evaluation, info, metric, plots
+from . import atlas, brdf_map, cache, coherence, efficiency, evaluation, info, metric, plots
 from .bake import BYTES_PER_TEXEL, Bake, bake, plan
 from .colour import ILLUMINANTS, WAVELENGTH_MIN_M
 from .failure import GratingError
@@ -25,6 +25,11 @@ from .relief import Relief, prepare
 # The self-check: this many groups of equal w, so many direction pairs in each.
 CHECK_GROUPS = 2
 CHECK_PAIRS = 4000
+# Options of `bake` that are no part of its cache key: what reads and writes, and what the height map says. All others
+# are, also those to come; one that names a file goes in by its content.
+NOT_IN_KEY = {
+    "run", "file", "size_um", "height_nm", "channel", "output", "json", "progress", "no_cache",
+}  # fmt: skip
 # Past this a table is no longer something to hand to an artist's graphics card.
 ATLAS_BYTES_MAX = 1 << 30
 # The patch model's reference sums every pixel anew for every direction: hours for a picture.
@@ -177,6 +182,7 @@ def add_bake_options(parser: argparse.ArgumentParser) -> None:
         help="coherence length at 550 nm (4 sigma); auto averages at least 30 areas of the scan",
     )  # fmt: skip
     parser.add_argument("--illuminant", choices=ILLUMINANTS, default="D65", help="what counts as white; default D65")
+    parser.add_argument("--no-cache", action="store_true", help="bake even what has been baked before")
 
 
 def sample_names() -> tuple[str, ...]:
@@ -218,12 +224,25 @@ def run_bake(arguments) -> None:
             f"--delta-e {arguments.delta_e:g}: not a colour difference; give a number from 0 to 100, such as 1"
         )
     height_map = height_map_of(arguments)
-    facts = bake_to_folder(height_map, arguments, Progress(arguments.progress))
+    progress = Progress(arguments.progress)
+    if arguments.no_cache:
+        facts = {**bake_to_folder(height_map, arguments, arguments.output, progress), "cached": False}
+    else:
+        key = cache.key_of(height_map, bake_parameters(arguments))
+        facts = cache.bake_once(
+            key, arguments.output, lambda folder: bake_to_folder(height_map, arguments, folder, progress), progress
+        )
     emit(facts, arguments.json, lambda: bake_summary(facts))
 
 
-def bake_to_folder(height_map: HeightMap, arguments, progress: Progress) -> dict:
-    """Bake a height map into arguments.output; the facts of the run, as `--json` gives them."""
+def bake_parameters(arguments) -> dict:
+    """What besides the height map decides a bake, as JSON values."""
+    options = {name: value for name, value in vars(arguments).items() if name not in NOT_IN_KEY}
+    return {**options, "check": [CHECK_GROUPS, CHECK_PAIRS]}
+
+
+def bake_to_folder(height_map: HeightMap, arguments, folder: Path, progress: Progress) -> dict:
+    """Bake a height map into a folder; the facts of the run, as `--json` gives them."""
     length_m = None if arguments.coherence_um is None else arguments.coherence_um * 1e-6
     relief = prepare(height_map)
     started = time.perf_counter()
@@ -244,8 +263,8 @@ def bake_to_folder(height_map: HeightMap, arguments, progress: Progress) -> dict
             f"{arguments.delta_e:g}; ask for --delta-e {np.ceil(errors.p99 * 10) / 10:g} or a shorter --coherence-um"
         )
     provenance = provenance_of(height_map, relief, exact, errors)
-    arguments.output.mkdir(parents=True, exist_ok=True)
-    path = arguments.output / f"{bake_name(height_map)}.exr"
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{bake_name(height_map)}.exr"
     atlas.write(path, image, layout, provenance)
     return {
         "seconds": baked_s,
@@ -281,7 +300,7 @@ def provenance_of(height_map: HeightMap, relief: Relief, baked: Bake, errors: me
     """What the header says of a bake's making."""
     length_m = coherence.coherence_length(baked.sigma_b)
     return {
-        "source": height_map.source if height_map.source.startswith("sample:") else Path(height_map.source).name,
+        "source": height_map.source_name,
         "channel": height_map.channel,
         "heights_sha256": hashlib.sha256(np.ascontiguousarray(height_map.height_m).tobytes()).hexdigest(),
         "pixel_size_m": list(height_map.pixel_size_m),
@@ -304,10 +323,11 @@ def bake_name(height_map: HeightMap) -> str:
 def bake_summary(facts: dict) -> str:
     """The two lines that a person reads after a bake."""
     de = facts["delta_e"]
+    origin = "from the cache, baked in " if facts["cached"] else ""
     return (
         f"{facts['files'][0]}: {facts['tiles']} tiles of {facts['resolution']}, "
         f"coherence {facts['coherence_um']:.1f} um, {facts['blender_bytes'] / 2**20:.0f} MiB in Blender, "
-        f"{facts['seconds']:.1f} s\n"
+        f"{origin}{facts['seconds']:.1f} s\n"
         f"dE00 mean {de['mean']:.2f}, p95 {de['p95']:.2f}, p99 {de['p99']:.2f}, max {de['max']:.2f} "
         f"({de['pairs']} direction pairs against the exact reference, {facts['check_seconds']:.1f} s)"
     )
