@@ -29,7 +29,7 @@ class BakeJob:
         command += ["-o", str(folder), "--json", "-", "--progress", "json"]
         with self._out_path.open("wb") as out, self._err_path.open("wb") as err:
             self._process = subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=out, stderr=err, env=_environment()
+                command, stdin=subprocess.DEVNULL, stdout=out, stderr=err, env=child_environment()
             )
 
     @property
@@ -67,7 +67,7 @@ class BakeJob:
         self._logs.cleanup()
 
 
-def _environment() -> dict[str, str]:
+def child_environment() -> dict[str, str]:
     """The child finds precompute in the extension, its packages where this Blender found them, and our cache."""
     packages = ("numpy", "OpenEXR", "PIL", "gwyfile")
     folders = [str(ROOT)]

@@ -127,7 +127,7 @@ def baked(run, scan, tmp_path):
 
 def test_bake_tells_its_facts_and_writes_one_file(baked, scan):
     facts, folder = baked
-    assert {"seconds", "peak_bytes", "tiles", "resolution", "delta_e", "files"} <= set(facts)
+    assert {"seconds", "peak_bytes", "tiles", "resolution", "delta_e", "files", "cached"} <= set(facts)
     assert facts["files"] == [str(folder / "skin.exr")]
     assert [path.name for path in folder.iterdir()] == ["skin.exr"]
     assert {"mean", "p95", "p99", "max"} <= set(facts["delta_e"])
@@ -161,7 +161,7 @@ def test_bake_again_gives_the_same_file(baked, run, scan):
     """But for the order in which a matrix product is summed up: a half float may round the other way, 2^-10 of it."""
     _, folder = baked
     (table, record), path = atlas.read(folder / "skin.exr"), folder / "skin.exr"
-    assert run("bake", scan, *PICTURE, "-o", folder, "--delta-e", "3")[0] == 0
+    assert run("bake", scan, *PICTURE, "-o", folder, "--delta-e", "3", "--no-cache")[0] == 0
     again, again_record = atlas.read(path)
     np.testing.assert_allclose(again.terms, table.terms, rtol=2**-10, atol=1e-6 * np.abs(table.terms).max())
     assert again_record.pop("delta_e") == pytest.approx(record.pop("delta_e"), rel=1e-3)
