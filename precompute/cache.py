@@ -82,10 +82,14 @@ def bake_once(
         _warn(error)
         return {**make(output), "cached": False}
     with lock, _staging(output, key) as staging:
-        kept = cache.take(key, staging)
-        facts = make(staging) if kept is None else kept
+        facts = cache.take(key, staging)
+        cached = facts is not None
+        if not cached:
+            # Of a damaged entry something may have come.
+            _remove(staging)
+            facts = make(staging)
         try:
-            if kept is None:
+            if not cached:
                 cache.put(key, staging, facts)
             cache.tidy(key)
         except OSError as error:
@@ -93,7 +97,7 @@ def bake_once(
         names = [Path(file).name for file in facts["files"]]
         for name in names:
             (staging / name).replace(output / name)
-    return {**facts, "files": [str(output / name) for name in names], "cached": kept is not None}
+    return {**facts, "files": [str(output / name) for name in names], "cached": cached}
 
 
 def default_folder() -> Path:
