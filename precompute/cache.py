@@ -199,6 +199,7 @@ class Cache:
         entries = sorted(self._entries(), key=lambda entry: entry.used_ns)
         excess_bytes = sum(entry.size_bytes for entry in entries) - self.limit_bytes
         for entry in entries:
+            # Over NFS a process is not stopped by its own lock: the one just used is left out by name.
             if excess_bytes > 0 and entry.key != used and self._discard(entry.key, entry=True):
                 excess_bytes -= entry.size_bytes
 
