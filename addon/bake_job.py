@@ -4,12 +4,15 @@
 import importlib.util
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+from ..precompute.cache import FOLDER_VARIABLE
 from ..precompute.failure import GratingError
+from .gratings import cache_folder
 
 ROOT = Path(__file__).parent.parent
 
@@ -26,7 +29,7 @@ class BakeJob:
         command += ["-o", str(folder), "--json", "-", "--progress", "json"]
         with self._out_path.open("wb") as out, self._err_path.open("wb") as err:
             self._process = subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=out, stderr=err, env=_environment()
+                command, stdin=subprocess.DEVNULL, stdout=out, stderr=err, env=child_environment()
             )
 
     @property
@@ -59,13 +62,13 @@ class BakeJob:
         """Stop the process and leave nothing behind."""
         self._process.terminate()
         self._process.wait()
-        for partial in self._folder.glob(f".*.{self._process.pid}.partial.exr"):
-            partial.unlink()
+        for partial in self._folder.glob(f".*.{self._process.pid}.partial*"):
+            shutil.rmtree(partial) if partial.is_dir() else partial.unlink()
         self._logs.cleanup()
 
 
-def _environment() -> dict[str, str]:
-    """The child finds precompute in the extension and its packages where this Blender found them."""
+def child_environment() -> dict[str, str]:
+    """The child finds precompute in the extension, its packages where this Blender found them, and our cache."""
     packages = ("numpy", "OpenEXR", "PIL", "gwyfile")
     folders = [str(ROOT)]
     for package in packages:
@@ -75,4 +78,5 @@ def _environment() -> dict[str, str]:
         origin = Path(spec.origin)
         folders.append(str(origin.parents[1] if origin.name == "__init__.py" else origin.parent))
     path = os.pathsep.join(dict.fromkeys(folders))
-    return {**os.environ, "PYTHONPATH": path, "PYTHONIOENCODING": "utf-8"}
+    ours = {"PYTHONPATH": path, "PYTHONIOENCODING": "utf-8", FOLDER_VARIABLE: str(cache_folder())}
+    return {**os.environ, **ours}

@@ -85,7 +85,8 @@ def run_bake(arguments) -> None:
     grating = import_into_scene(arguments)
     grating.delta_e = arguments.delta_e
     grating.coherence_um = arguments.coherence_um or 0.0
-    facts = bake_and_wait(grating, str(arguments.output.resolve()) if arguments.output else "")
+    options = ["--no-cache"] if arguments.no_cache else []
+    facts = bake_and_wait(grating, str(arguments.output.resolve()) if arguments.output else "", options)
     if bpy.data.filepath or arguments.save:
         save(arguments.save)
     cli.emit(facts, arguments.json, lambda: cli.bake_summary(facts))

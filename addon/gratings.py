@@ -7,6 +7,7 @@ from pathlib import Path
 import bpy
 from bpy.props import CollectionProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
+from ..precompute import cache
 from ..precompute.failure import GratingError
 
 EXTENSION = __package__.rpartition(".")[0]
@@ -72,10 +73,8 @@ def active_grating(scene: bpy.types.Scene) -> Grating:
 
 
 def cache_folder() -> Path:
-    """Where bakes go: $NATURAL_GRATINGS_CACHE, else the folder that Blender gives this extension."""
-    chosen = os.environ.get("NATURAL_GRATINGS_CACHE")
-    if chosen:
-        return Path(chosen)
-    if EXTENSION.startswith("bl_ext."):
-        return Path(bpy.utils.extension_path_user(EXTENSION, create=True))
-    return Path.home() / ".cache" / "natural-gratings"
+    """Where bakes are kept: $NATURAL_GRATINGS_CACHE, else the folder that Blender gives this extension (whoever writes
+    there makes it)."""
+    if EXTENSION.startswith("bl_ext.") and not os.environ.get(cache.FOLDER_VARIABLE):
+        return Path(bpy.utils.extension_path_user(EXTENSION, path="cache"))
+    return cache.default_folder()

@@ -20,7 +20,6 @@ both ends included, so that a look-up need not wrap.
 """
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
@@ -76,9 +75,9 @@ def limit_table(series: SpectrumSeries, sigma_b: float) -> np.ndarray:
     directions = texel_directions()[:, :-1]
     cosine = directions[..., 2]
     lambdas = np.geomspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, _WAVELENGTHS)
-    orders, rest = split_orders(series)
+    orders = find_orders(series)
     smooth = cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas[::_STRIDE])
-    smooth += continuum_albedo(rest, sigma_b, directions, lambdas[::_STRIDE])
+    smooth += continuum_albedo(series, orders, sigma_b, directions, lambdas[::_STRIDE])
     total = orders_albedo(series, orders, sigma_b, directions, lambdas) + between(smooth, _STRIDE)
     total = total.max(axis=-1)
     excess = _MARGIN * raised(np.maximum(total - cosine, 0))
@@ -104,24 +103,21 @@ def raised(values: np.ndarray) -> np.ndarray:
 def albedo_times_cosine(series: SpectrumSeries, sigma_b: float, directions: np.ndarray, lambdas) -> np.ndarray:
     """A = a cos(ti) at R = 1 (rows, cols, n), light from directions (rows, cols, 3), n wavelengths."""
     cosine = directions[..., 2]
-    orders, rest = split_orders(series)
+    orders = find_orders(series)
     total = cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas)
     total += orders_albedo(series, orders, sigma_b, directions, lambdas)
-    return total + continuum_albedo(rest, sigma_b, directions, lambdas)
+    return total + continuum_albedo(series, orders, sigma_b, directions, lambdas)
 
 
-def split_orders(series: SpectrumSeries) -> tuple[np.ndarray, SpectrumSeries]:
-    """Flat indices of the bins that are orders, and the series without them. Bins that are blurred hold none."""
+def find_orders(series: SpectrumSeries) -> np.ndarray:
+    """Flat indices of the bins that are orders. Bins that are blurred hold none."""
     if series.blur_q:
-        return np.empty(0, int), series
-    s = chebyshev.nodes(len(series.amplitude), 0, series.s_max)
-    share = np.max([power * np.float32(at**2) for power, at in zip(series.scattered_over_s2, s, strict=True)], axis=0)
-    share = share.ravel()
+        return np.empty(0, int)
+    share = np.zeros(series.scattered_over_s2[0].size, np.float32)
+    for power, s in zip(series.scattered_over_s2, chebyshev.nodes(len(series.amplitude), 0, series.s_max), strict=True):
+        np.maximum(share, power.ravel() * np.float32(s**2), out=share)
     orders = np.argpartition(share, -min(_ORDERS, len(share)))[-_ORDERS:]
-    orders = orders[share[orders] > _ORDER_SHARE]
-    scattered = series.scattered_over_s2.reshape(len(s), -1).copy()
-    scattered[:, orders] = 0
-    return orders, replace(series, scattered_over_s2=scattered.reshape(series.scattered_over_s2.shape))
+    return orders[share[orders] > _ORDER_SHARE]
 
 
 def zero_order_albedo(series: SpectrumSeries, sigma_b: float, cosine: np.ndarray, lambdas: np.ndarray) -> np.ndarray:
@@ -156,15 +152,17 @@ def orders_albedo(series, orders: np.ndarray, sigma_b: float, directions: np.nda
     return out.reshape(*directions.shape[:2], -1)
 
 
-def continuum_albedo(series: SpectrumSeries, sigma_b: float, directions: np.ndarray, lambdas) -> np.ndarray:
-    """A (rows, cols, n) of a spectrum without strong orders, as a sum over the cells of a coarse picture of it.
+def continuum_albedo(
+    series: SpectrumSeries, orders: np.ndarray, sigma_b: float, directions: np.ndarray, lambdas
+) -> np.ndarray:
+    """A (rows, cols, n) of a spectrum without its orders, as a sum over the cells of a coarse picture of it.
 
     What multiplies the picture depends on no wavelength, so that one matrix product does them all."""
     cell = 4 / _CELLS
     sigma = max(sigma_b, _CELLS_PER_SIGMA * cell)
     half = math.ceil((2 + _KERNEL_REACH * sigma) / cell)
     axis = np.arange(-half, half + 1) * cell
-    terms = coarse_terms(series, axis, sigma, lambdas)
+    terms = coarse_terms(series, orders, axis, sigma, lambdas)
     size = np.abs(terms).max(axis=(0, 3))
     lit = size > 1e-7 * size.max()
     near = NearHorizon(sigma, -1)
@@ -182,14 +180,18 @@ def continuum_albedo(series: SpectrumSeries, sigma_b: float, directions: np.ndar
     return out
 
 
-def coarse_terms(series: SpectrumSeries, axis: np.ndarray, sigma: float, lambdas: np.ndarray) -> np.ndarray:
+def coarse_terms(series: SpectrumSeries, orders, axis: np.ndarray, sigma: float, lambdas: np.ndarray) -> np.ndarray:
     """Chebyshev coefficients in w of PSD / lambda^2 / w^2 over axis x axis; (K, len(axis), len(axis), n) float32."""
-    terms = np.empty((len(series.amplitude), len(axis), len(axis), len(lambdas)), np.float32)
-    for index, lam in enumerate(lambdas):
-        resample = Resampler(series.grid, axis, axis, lam, series.kernel_left(sigma, lam))
-        # The picture is linear in the spectrum: blurring the series' nodes is as good as blurring at each w.
-        nodes = np.stack([resample(power[resample.kept]) for power in series.scattered_over_s2])
-        terms[..., index] = np.tensordot(_terms_in_w(series, lam), nodes, axes=1)
+    resamplers = [Resampler(series.grid, axis, axis, lam, series.kernel_left(sigma, lam)) for lam in lambdas]
+    mixes = np.stack([_terms_in_w(series, lam) for lam in lambdas]).astype(np.float32)
+    terms = np.zeros((len(series.amplitude), len(axis), len(axis), len(lambdas)), np.float32)
+    # The picture is linear in the spectrum: blurring the series' nodes is as good as blurring at each w.
+    for node, power in enumerate(series.scattered_over_s2):
+        rest = power.copy()
+        rest.ravel()[orders] = 0
+        pictures = np.stack([resample(rest[resample.kept]) for resample in resamplers], axis=-1)
+        for term, mix in zip(terms, mixes[:, :, node].T, strict=True):
+            term += pictures * mix
     return _without_tail(terms)
 
 

@@ -38,6 +38,7 @@ _REACH_MIN = 0.15
 _SERIES_TOLERANCE = 2e-4
 # Wavelengths summed into the table at once, and rows of it: what a core's cache holds.
 _WAVELENGTHS_AT_ONCE, _ROWS_AT_ONCE = 8, 16
+_BINS_AT_ONCE = 1 << 23
 
 Progress = Callable[[str, float], None]
 
@@ -173,8 +174,8 @@ def plan(
     reliefs = (reliefs,) if isinstance(reliefs, Relief) else tuple(reliefs)
     auto = coherence_length_m is None
     sigma_b = kernel_for(reliefs, coherence_length_m, delta_e, needs)
-    if auto:  # what no table holds anyway need not be resolved
-        sigma_b = max(sigma_b, budget.TEXELS_MIN * texel_size(RESOLUTION_MAX))
+    if auto:  # what no table of that size holds anyway need not be resolved
+        sigma_b = max(sigma_b, budget.TEXELS_MIN * texel_size(int(math.sqrt(DEFAULT_BYTES / BYTES_PER_TEXEL / 4))))
     ensemble = _spectra(reliefs, sigma_b, delta_e, needs, progress)
     lambdas = bake_wavelengths(sigma_b, delta_e, needs.reach)
     probe = budget.probe(ensemble, sigma_b, lambdas[::2], illuminant, needs)
@@ -276,9 +277,13 @@ def xyz_over_w2(chosen: Plan, w_nodes, sigma, illuminant, progress: Progress = l
             group = slice(start, min(start + _WAVELENGTHS_AT_ONCE, len(lambdas)))
             for g, lam in enumerate(lambdas[group]):
                 resample = Resampler(series.grid, u, v, lam, series.kernel_left(sigma, lam), radius)
-                spectra = series.mixed(series.weights(w_nodes / lam) / lam**2, resample.kept)
-                for k in range(len(w_nodes)):
-                    images[k, :, g] = resample(spectra[:, k])
+                mix = series.weights(w_nodes / lam) / lam**2
+                bins = math.prod(kept.stop - kept.start for kept in resample.kept)
+                at_once = max(1, _BINS_AT_ONCE // max(bins, 1))
+                for first in range(0, len(mix), at_once):
+                    spectra = series.mixed(mix[first : first + at_once], resample.kept)
+                    for k in range(spectra.shape[1]):
+                        images[first + k, :, g] = resample(spectra[:, k])
             count = group.stop - group.start
             for tile, image in zip(out, images, strict=True):
                 for row in range(0, len(v), _ROWS_AT_ONCE):

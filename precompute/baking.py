@@ -1,19 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A bake that keeps its budget: plan, carry out, measure what the file would hold, and refine once if it must be."""
 
+import hashlib
 import math
+import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
-from . import atlas
+from . import atlas, coherence
 from .bake import BYTES_PER_TEXEL, Bake, Progress, carry_out, plan
 from .failure import GratingError
+from .height_map import HeightMap
 from .metric import Errors
 from .needs import EVERYTHING, Needs
-from .relief import Relief
+from .relief import Relief, prepare
 from .self_check import self_check
 
 # Past this a table is no longer something to hand to an artist's graphics card.
@@ -105,3 +109,68 @@ def _attempt(reliefs, order: Order, progress: Progress, finer: float, source: st
 def _with_time_of(made: Made, earlier: Made) -> Made:
     seconds, check_seconds = made.seconds + earlier.seconds, made.check_seconds + earlier.check_seconds
     return replace(made, seconds=seconds, check_seconds=check_seconds)
+
+
+def bake_to_folder(height_maps: Sequence[HeightMap], order: Order, folder: Path, progress: Progress) -> dict:
+    """Bake height maps into one file in a folder; the facts of the run, as `--json` gives them."""
+    reliefs = [prepare(height_map) for height_map in height_maps]
+    made = make(reliefs, order, progress, ", ".join(height_map.source for height_map in height_maps))
+    provenance = provenance_of(height_maps, reliefs, order, made)
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{bake_name(height_maps)}.exr"
+    atlas.write(path, made.image, made.layout, provenance)
+    return {
+        "seconds": made.seconds,
+        "check_seconds": made.check_seconds,
+        "peak_bytes": peak_bytes(),
+        "blender_bytes": made.blender_bytes,
+        "tiles": made.layout.terms,
+        "resolution": max(made.bake.tile),
+        "tile": list(made.bake.tile),
+        "wavelengths": made.wavelengths,
+        "transforms": made.transforms,
+        "precision": str(made.image.dtype),
+        "coherence_um": provenance["coherence_um"],
+        "delta_e": provenance["delta_e"],
+        "files": [str(path)],
+    }
+
+
+def provenance_of(height_maps: Sequence[HeightMap], reliefs: Sequence[Relief], order: Order, made: Made) -> dict:
+    """What the header says of a bake's making; of several scans in the order given."""
+    length_m = coherence.coherence_length(made.bake.sigma_b)
+    area = sum(float(np.prod(relief.size_m)) for relief in reliefs)
+    return {
+        "source": ", ".join(height_map.source_name for height_map in height_maps),
+        "channel": height_maps[0].channel,
+        "heights_sha256": [
+            hashlib.sha256(np.ascontiguousarray(height_map.height_m).tobytes()).hexdigest()
+            for height_map in height_maps
+        ],
+        "pixel_size_m": list(height_maps[0].pixel_size_m),
+        "shape": list(height_maps[0].height_m.shape),
+        "height_range_m": max(relief.height_range_m for relief in reliefs),
+        "model": "ensemble",
+        "coherence_um": length_m * 1e6,
+        "coherence_areas": coherence.coherence_areas((area, 1.0), length_m),
+        "asked_delta_e": order.delta_e,
+        "needs": order.needs.as_dict(),
+        "delta_e": made.errors.as_dict(),
+    }
+
+
+def bake_name(height_maps: Sequence[HeightMap]) -> str:
+    """File stem of a bake: the sample's name or the first scan's stem."""
+    source = height_maps[0].source
+    stem = source.removeprefix("sample:") if source.startswith("sample:") else Path(source).stem
+    return stem if len(height_maps) == 1 else f"{stem}_and_{len(height_maps) - 1}_more"
+
+
+def peak_bytes() -> int | None:
+    """The most memory this process has held, where the system tells (not on Windows)."""
+    try:
+        import resource
+    except ImportError:
+        return None
+    # Kilobytes on Linux, bytes on macOS.
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)

@@ -3,23 +3,23 @@
 and a non-zero exit."""
 
 import argparse
-import hashlib
 import json
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 
-from . import atlas, brdf_map, coherence, efficiency, evaluation, info, plots
+from . import atlas, brdf_map, cache, efficiency, evaluation, info, plots
 from .bake import bake, plan
-from .baking import Made, Order, make
+from .baking import Order, bake_to_folder
 from .colour import ILLUMINANTS
 from .failure import GratingError
 from .height_map import HeightMap
 from .methods import METHODS, Settings
 from .methods.unit_cell import grating_period
-from .needs import Needs, read_needs
+from .needs import EVERYTHING, read_needs
 from .readers import read_height_map
 from .relief import Relief, prepare
 
@@ -180,6 +180,7 @@ def add_bake_options(parser: argparse.ArgumentParser) -> None:
         "--needs", type=Path, metavar="NEEDS.json", help="bake only what a scene reaches (docs/needs.md)"
     )
     parser.add_argument("--illuminant", choices=ILLUMINANTS, default="D65", help="what counts as white; default D65")
+    parser.add_argument("--no-cache", action="store_true", help="bake even what has been baked before")
 
 
 def sample_names() -> tuple[str, ...]:
@@ -220,77 +221,35 @@ def run_bake(arguments) -> None:
         raise GratingError(
             f"--delta-e {arguments.delta_e:g}: not a colour difference; give a number from 0 to 100, such as 1"
         )
-    needs = Needs() if arguments.needs is None else read_needs(arguments.needs)
+    order = order_of(arguments)
     height_maps = [height_map_of(arguments, file) for file in arguments.files]
-    facts = bake_to_folder(height_maps, arguments, needs, Progress(arguments.progress))
+    progress = Progress(arguments.progress)
+
+    def make(folder: Path) -> dict:
+        return bake_to_folder(height_maps, order, folder, progress)
+
+    if arguments.no_cache:
+        facts = {**make(arguments.output), "cached": False}
+    else:
+        facts = cache.bake_once(cache.key_of(height_maps, asdict(order)), arguments.output, make, progress)
     emit(facts, arguments.json, lambda: bake_summary(facts))
 
 
-def bake_to_folder(height_maps: Sequence[HeightMap], arguments, needs: Needs, progress: Progress) -> dict:
-    """Bake height maps into arguments.output; the facts of the run, as `--json` gives them."""
+def order_of(arguments) -> Order:
+    """What the command line asks of a bake."""
     length_m = None if arguments.coherence_um is None else arguments.coherence_um * 1e-6
-    reliefs = [prepare(height_map) for height_map in height_maps]
-    order = Order(arguments.delta_e, length_m, arguments.illuminant, needs)
-    made = make(reliefs, order, progress, ", ".join(height_map.source for height_map in height_maps))
-    provenance = provenance_of(height_maps, reliefs, order, made)
-    arguments.output.mkdir(parents=True, exist_ok=True)
-    path = arguments.output / f"{bake_name(height_maps)}.exr"
-    atlas.write(path, made.image, made.layout, provenance)
-    return {
-        "seconds": made.seconds,
-        "check_seconds": made.check_seconds,
-        "peak_bytes": peak_bytes(),
-        "blender_bytes": made.blender_bytes,
-        "tiles": made.layout.terms,
-        "resolution": max(made.bake.tile),
-        "tile": list(made.bake.tile),
-        "wavelengths": made.wavelengths,
-        "transforms": made.transforms,
-        "precision": str(made.image.dtype),
-        "coherence_um": provenance["coherence_um"],
-        "delta_e": provenance["delta_e"],
-        "files": [str(path)],
-    }
-
-
-def provenance_of(height_maps: Sequence[HeightMap], reliefs: Sequence[Relief], order: Order, made: Made) -> dict:
-    """What the header says of a bake's making; of several scans in the order given."""
-    length_m = coherence.coherence_length(made.bake.sigma_b)
-    area = sum(float(np.prod(relief.size_m)) for relief in reliefs)
-    names = [one.source if one.source.startswith("sample:") else Path(one.source).name for one in height_maps]
-    return {
-        "source": ", ".join(names),
-        "channel": height_maps[0].channel,
-        "heights_sha256": [
-            hashlib.sha256(np.ascontiguousarray(height_map.height_m).tobytes()).hexdigest()
-            for height_map in height_maps
-        ],
-        "pixel_size_m": list(height_maps[0].pixel_size_m),
-        "shape": list(height_maps[0].height_m.shape),
-        "height_range_m": max(relief.height_range_m for relief in reliefs),
-        "model": "ensemble",
-        "coherence_um": length_m * 1e6,
-        "coherence_areas": coherence.coherence_areas((area, 1.0), length_m),
-        "asked_delta_e": order.delta_e,
-        "needs": order.needs.as_dict(),
-        "delta_e": made.errors.as_dict(),
-    }
-
-
-def bake_name(height_maps: Sequence[HeightMap]) -> str:
-    """File stem of a bake: the sample's name or the first scan's stem."""
-    source = height_maps[0].source
-    stem = source.removeprefix("sample:") if source.startswith("sample:") else Path(source).stem
-    return stem if len(height_maps) == 1 else f"{stem}_and_{len(height_maps) - 1}_more"
+    needs = EVERYTHING if arguments.needs is None else read_needs(arguments.needs)
+    return Order(arguments.delta_e, length_m, arguments.illuminant, needs)
 
 
 def bake_summary(facts: dict) -> str:
     """The two lines that a person reads after a bake."""
     de = facts["delta_e"]
+    origin = "from the cache, baked in " if facts["cached"] else ""
     return (
         f"{facts['files'][0]}: {facts['tiles']} tiles of {facts['tile'][1]} x {facts['tile'][0]}, "
         f"coherence {facts['coherence_um']:.1f} um, {facts['blender_bytes'] / 2**20:.0f} MiB in Blender, "
-        f"{facts['seconds']:.1f} s\n"
+        f"{origin}{facts['seconds']:.1f} s\n"
         f"dE00 mean {de['mean']:.2f}, p95 {de['p95']:.2f}, p99 {de['p99']:.2f}, max {de['max']:.2f} "
         f"({de['pairs']} direction pairs, {facts['check_seconds']:.1f} s)"
     )
@@ -525,13 +484,3 @@ def emit(facts: dict, target: str | None, summary) -> None:
         if target:
             Path(target).write_text(json.dumps(facts, indent=1) + "\n")
         print(summary())
-
-
-def peak_bytes() -> int | None:
-    """The most memory this process has held, where the system tells (not on Windows)."""
-    try:
-        import resource
-    except ImportError:
-        return None
-    # Kilobytes on Linux, bytes on macOS.
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -63,6 +64,11 @@ class HeightMap:
     @property
     def cols(self) -> int:
         return self.height_m.shape[1]
+
+    @property
+    def source_name(self) -> str:
+        """What a bake tells of its source: the file's name without its folders, or "sample:NAME"."""
+        return self.source if self.source.startswith("sample:") else Path(self.source).name
 
     @property
     def size_m(self) -> tuple[float, float]:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bake the active grating, in a process beside Blender."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import bpy
@@ -102,15 +103,15 @@ class BakeGrating(bpy.types.Operator):
         _redraw(context)
 
 
-def start_bake(grating: Grating, directory: str = "") -> BakeJob:
-    """Start a grating's bake; into the cache unless a folder is given."""
+def start_bake(grating: Grating, directory: str = "", options: Sequence[str] = ()) -> BakeJob:
+    """Start a grating's bake, with more options of `bake`; beside the cache's entries unless a folder is given."""
     folder = Path(bpy.path.abspath(directory)) if directory else cache_folder() / "bakes"
-    return BakeJob(bake_arguments(grating), folder)
+    return BakeJob([*bake_arguments(grating), *options], folder)
 
 
-def bake_and_wait(grating: Grating, directory: str = "") -> dict:
+def bake_and_wait(grating: Grating, directory: str = "", options: Sequence[str] = ()) -> dict:
     """Bake a grating and record it; the facts of the run. Raises GratingError if it fails."""
-    job = start_bake(grating, directory)
+    job = start_bake(grating, directory, options)
     job.wait()
     facts = job.result()
     record_bake(grating, facts)

@@ -18,6 +18,7 @@ def addon(extension) -> SimpleNamespace:
         "bake_grating": "operators.bake_grating",
         "bake_job": "bake_job",
         "commands": "commands",
+        "gratings": "gratings",
         "key_light": "key_light",
         "diffraction": "materials.diffraction",
         "package": None,

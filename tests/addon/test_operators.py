@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The buttons: import, bake, new material, assign, and what they say when they cannot."""
 
+from pathlib import Path
+
 import bpy
 import pytest
 
@@ -61,6 +63,27 @@ def test_cancelling_leaves_no_process_and_no_file(addon, scene, tmp_path):
     job.cancel()
     assert not job.running
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_child_bakes_into_the_extension_s_own_cache(addon, scene, scan, tmp_path, monkeypatch):
+    """Unless the user has named another; either way nothing is baked twice."""
+    monkeypatch.setenv("NATURAL_GRATINGS_CACHE", str(tmp_path / "own"))
+    assert addon.bake_job.child_environment()["NATURAL_GRATINGS_CACHE"] == str(tmp_path / "own")
+    monkeypatch.delenv("NATURAL_GRATINGS_CACHE")
+    folder = Path(bpy.utils.extension_path_user(addon.gratings.EXTENSION, path="cache"))
+    assert addon.bake_job.child_environment()["NATURAL_GRATINGS_CACHE"] == str(folder)
+    bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
+    grating = scene.natural_gratings.active()
+    found = [addon.bake_grating.bake_and_wait(grating, str(tmp_path / name))["cached"] for name in ("one", "two")]
+    assert found == [False, True]
+    assert len(list((folder / "entries").iterdir())) == 1
+    assert addon.bake_grating.bake_and_wait(grating, str(tmp_path), ["--no-cache"])["cached"] is False
+
+
+def test_the_cache_of_an_add_on_that_is_no_extension(addon, monkeypatch):
+    monkeypatch.delenv("NATURAL_GRATINGS_CACHE")
+    monkeypatch.setattr(addon.gratings, "EXTENSION", "natural_gratings")
+    assert addon.gratings.cache_folder() == Path.home() / ".cache" / "natural-gratings"
 
 
 def test_the_material_needs_no_extension(scene, baked):
