@@ -160,10 +160,9 @@ def provenance_of(height_maps: Sequence[HeightMap], reliefs: Sequence[Relief], o
 
 
 def bake_name(height_maps: Sequence[HeightMap]) -> str:
-    """File stem of a bake: the sample's name or the first scan's stem."""
-    source = height_maps[0].source
-    stem = source.removeprefix("sample:") if source.startswith("sample:") else Path(source).stem
-    return stem if len(height_maps) == 1 else f"{stem}_and_{len(height_maps) - 1}_more"
+    """File stem of a bake: the first height map's."""
+    more = f"_and_{len(height_maps) - 1}_more" if len(height_maps) > 1 else ""
+    return height_maps[0].stem + more
 
 
 def peak_bytes() -> int | None:

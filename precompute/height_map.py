@@ -71,6 +71,11 @@ class HeightMap:
         return self.source if self.source.startswith("sample:") else Path(self.source).name
 
     @property
+    def stem(self) -> str:
+        """The sample's name, or the file's without its ending."""
+        return self.source.removeprefix("sample:") if self.source.startswith("sample:") else Path(self.source).stem
+
+    @property
     def size_m(self) -> tuple[float, float]:
         """(Ly, Lx): the sides of the scan in metres, pixel edge to pixel edge."""
         return self.rows * self.pixel_size_m[0], self.cols * self.pixel_size_m[1]

@@ -6,7 +6,6 @@ from bpy.props import FloatProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
 from ...precompute import info
-from ...precompute.cli import bake_name
 from ...precompute.failure import GratingError
 from ...precompute.readers import read_height_map
 from ..gratings import Grating
@@ -51,7 +50,7 @@ def add_grating(scene: bpy.types.Scene, source: str, size_um=0.0, height_nm=0.0,
     height_map = read_height_map(source, size_um or None, height_nm or None, channel or None)
     facts = info.describe(height_map)
     gratings = scene.natural_gratings
-    name = unused_name(bake_name(height_map), {g.name for g in gratings.items})
+    name = unused_name(height_map.stem, {g.name for g in gratings.items})
     grating = gratings.items.add()
     grating.name = name
     grating.source, grating.summary = source, summary_of(facts)
