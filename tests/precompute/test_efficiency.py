@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Order efficiencies against the closed forms (issue 3, must show 1)."""
+"""Order efficiencies against the closed forms (issue 3, must show 1), and against rigorous coupled waves."""
 
 import json
 from itertools import product
@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from benchmarks import rcwa
 from precompute.cli import main
 from precompute.efficiency import PROFILES, analytic_efficiency, efficiencies
 from precompute.failure import GratingError
@@ -91,3 +92,50 @@ def test_what_cannot_be_is_refused(changed):
     given = {"kind": "binary", "period_m": PERIOD, "depth_m": 1e-7, "wavelength_m": 5e-7} | changed
     with pytest.raises(GratingError):
         efficiencies(**given)
+
+
+RCWA_ABSENT = "the rigorous solver (inkstone) is in the environment py311-bpy45 only"
+
+
+@pytest.mark.parametrize("theta_deg", [0.0, 60.0])
+def test_the_rigorous_solver_knows_a_flat_surface(theta_deg):
+    """Fresnel's equations, TE and TM; and nothing is lost."""
+    pytest.importorskip("inkstone", reason=RCWA_ABSENT)
+    powers = rcwa.reflected(rcwa.Grating("binary", 3.5, 1e-9, theta_deg))
+    assert powers[:, :-1].sum(axis=1) == pytest.approx(rcwa.fresnel(theta_deg), abs=1e-9)
+    assert powers.sum(axis=1) == pytest.approx(1, abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", PROFILES)
+def test_scalar_theory_holds_where_the_relief_is_shallow_and_long(kind):
+    """At a wall a strip as wide as the relief is deep is not what scalar theory takes it for: two strips in a period.
+
+    Finer RCWA changes an order by 5e-4 at most; energy is kept to rounding."""
+    pytest.importorskip("inkstone", reason=RCWA_ABSENT)
+    for depth in (0.02, 0.1):
+        grating = rcwa.Grating(kind, 10.5, depth)
+        assert rcwa.compare(grating).difference <= 2 * depth / grating.period + 5e-4
+        assert rcwa.reflected(grating).sum(axis=1) == pytest.approx(1, abs=1e-10)
+
+
+def test_what_walls_add_falls_as_the_period_grows():
+    """As their share of a period does, but for terms in higher powers of it: a slope of -0.91 is found for -1."""
+    pytest.importorskip("inkstone", reason=RCWA_ABSENT)
+    periods = (3.5, 5.5, 10.5, 20.5)
+    found = [rcwa.compare(rcwa.Grating("binary", period, 0.05)).difference for period in periods]
+    assert np.polyfit(np.log(periods), np.log(found), 1)[0] == pytest.approx(-1, abs=0.15)
+
+
+@pytest.mark.parametrize("theta_deg", [0.0, 40.0])
+@pytest.mark.parametrize("kind", PROFILES)
+def test_scalar_theory_fails_where_the_relief_is_deep_and_short(kind, theta_deg):
+    """More than 5 % of the reflected light is in another order; RCWA itself is known to 0.2 %."""
+    pytest.importorskip("inkstone", reason=RCWA_ABSENT)
+    assert rcwa.compare(rcwa.Grating(kind, 1.5, 0.25, theta_deg)).difference > 0.05
+
+
+def test_the_boundary_is_the_last_period_within():
+    """One that holds below a longer one that does not is no boundary."""
+    rows = [rcwa.Row(rcwa.Grating("binary", p, 0.1), d, 1.0) for p, d in ((1, 0.01), (2, 0.06), (5, 0.02), (9, 0.01))]
+    assert [rcwa.smallest_period(rows, one) for one in (0.001, 0.01, 0.02, 0.05, 0.1)] == [None, 9, 5, 5, 1]
+    assert "5% from period 5" in rcwa.boundary(rows)
