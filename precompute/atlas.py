@@ -18,11 +18,10 @@ from pathlib import Path
 import numpy as np
 import OpenEXR
 
-from .bake import Bake
+from .bake import STRIP_ROWS, Bake, tile_block
 from .failure import GratingError
 
 FORMAT = 3
-STRIP_ROWS = 4
 HEADER_KEY = "natural_gratings"
 # Half floats end at 65504 and lose digits under 6e-5; the largest value is put here, leaving room above.
 _LARGEST_STORED = 8192.0
@@ -86,18 +85,17 @@ class Layout:
 
 
 def layout_of(bake: Bake) -> Layout:
-    """The layout of a bake's atlas: tiles in as square a block as they make."""
+    """The layout of a bake's atlas."""
     terms = len(bake.terms)
     tile_rows, tile_columns = bake.tile
-    square = math.ceil(math.sqrt(terms * tile_rows / tile_columns))
-    columns = max(min(square, terms), math.ceil(max(len(bake.zero_order), bake.limit.shape[1]) / tile_columns))
+    rows, columns = tile_block(terms, bake.tile, max(len(bake.zero_order), bake.limit.shape[1]))
     peak = max(float(np.abs(bake.terms).max()), float(bake.zero_order.max()), 1e-30)
     return Layout(
         terms=terms,
         tile_rows=tile_rows,
         tile_columns=tile_columns,
         columns=columns,
-        rows=math.ceil(terms / columns),
+        rows=rows,
         strip_rows=STRIP_ROWS + len(bake.limit),
         texel=bake.texel,
         u_first=float(bake.first[1]),

@@ -27,6 +27,9 @@ RESOLUTION_MIN, RESOLUTION_MAX = 256, 2048
 TILE_PADDING = 2
 # The curve of the zero order lies in one row of the atlas.
 ZERO_ORDER_SAMPLES = 2 * RESOLUTION_MIN
+STRIP_ROWS = 4
+# A picture's side that every graphics card of today takes.
+PICTURE_SIDE_MAX = 16384
 # What a bake may take in Blender unless a coherence length is asked for; a packed picture is held as RGBA of 32 bits.
 DEFAULT_BYTES = 128 << 20
 BYTES_PER_TEXEL = 16
@@ -116,6 +119,30 @@ def resolution_for(sigma_b: float, texels_per_sigma: float) -> int:
     return max(RESOLUTION_MIN, inner + inner % 2 + 2 * TILE_PADDING)
 
 
+def tile_block(terms: int, tile: tuple[int, int], width_min: int = ZERO_ORDER_SAMPLES) -> tuple[int, int]:
+    """Rows and columns of tiles in the atlas: the fewest places, then the squarest picture, at least width_min texels
+    wide and such that a graphics card takes it."""
+    best = None
+    for columns in range(math.ceil(width_min / tile[1]), PICTURE_SIDE_MAX // tile[1] + 1):
+        rows = math.ceil(terms / columns)
+        if rows * tile[0] > PICTURE_SIDE_MAX:
+            continue
+        long, short = sorted((rows * tile[0], columns * tile[1]))[::-1]
+        best = min(best or (math.inf,), (rows * columns, long / short, rows, columns))
+    if best is None:
+        raise GratingError(
+            f"a table of {terms} tiles of {tile[1]} x {tile[0]}: larger than a graphics card takes; ask "
+            "for a shorter --coherence-um"
+        )
+    return best[2:]
+
+
+def blender_bytes(terms: int, tile: tuple[int, int]) -> int:
+    """What the atlas of a table takes in Blender."""
+    rows, columns = tile_block(terms, tile)
+    return BYTES_PER_TEXEL * columns * tile[1] * (rows * tile[0] + STRIP_ROWS + albedo.LIMIT_ROWS)
+
+
 @dataclass(frozen=True)
 class Plan:
     """What a bake is made from: spectra, wavelengths, kernel, the texels' middles along v and u, terms in w."""
@@ -183,6 +210,8 @@ def plan(
     texels = min(finer * probe.texels_per_sigma(delta_e), budget.TEXELS_MAX)
     resolution = resolution_for(sigma_b, texels)
     finest = min(RESOLUTION_MAX, int(math.sqrt(DEFAULT_BYTES / (BYTES_PER_TEXEL * terms))) // 2 * 2)
+    while blender_bytes(terms, (finest, finest)) > DEFAULT_BYTES and finest > RESOLUTION_MIN:
+        finest -= 2
     if not auto and resolution > RESOLUTION_MAX:
         raise _too_fine(coherence_length_m, delta_e)
     if auto and resolution > finest:

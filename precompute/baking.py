@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from . import atlas, coherence
-from .bake import BYTES_PER_TEXEL, Bake, Progress, carry_out, plan
+from .bake import Bake, Progress, blender_bytes, carry_out, plan
 from .failure import GratingError
 from .height_map import HeightMap
 from .metric import Errors
@@ -53,7 +53,7 @@ class Made:
 
     @property
     def blender_bytes(self) -> int:
-        return self.layout.width * self.layout.height * BYTES_PER_TEXEL
+        return blender_bytes(self.layout.terms, self.bake.tile)
 
 
 def make(
@@ -89,7 +89,7 @@ def _attempt(reliefs, order: Order, progress: Progress, finer: float, source: st
     chosen = plan(
         reliefs, order.coherence_length_m, order.delta_e, order.illuminant, order.needs, progress, finer
     )  # fmt: skip
-    in_blender = chosen.terms * len(chosen.axes[0]) * len(chosen.axes[1]) * BYTES_PER_TEXEL
+    in_blender = blender_bytes(chosen.terms, tuple(len(axis) for axis in chosen.axes))
     if in_blender > ATLAS_BYTES_MAX:
         raise GratingError(
             f"{source}: the table would take {in_blender / 2**20:.0f} MiB in Blender; ask for a shorter --coherence-um"
