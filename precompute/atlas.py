@@ -58,6 +58,12 @@ class Layout:
         return self.rows * self.tile_rows + self.strip_rows
 
     @property
+    def whole(self) -> bool:
+        """Whether the tiles hold every direction."""
+        last = self.u_first + (self.tile_columns - 1) * self.texel, self.v_first + (self.tile_rows - 1) * self.texel
+        return (self.w_min, self.w_max) == (0, 2) and max(self.u_first, self.v_first) <= -2 and min(last) >= 2
+
+    @property
     def limit_block(self) -> tuple[slice, slice]:
         """Rows and columns of the excess albedo, y upward."""
         return slice(STRIP_ROWS, STRIP_ROWS + self.limit_rows), slice(self.limit_columns)

@@ -208,6 +208,26 @@ def test_a_bake_that_misses_its_budget_is_not_written(refused, scan, tmp_path, m
     assert "7.31" in told and "--delta-e 7.7" in told
 
 
+def test_several_scans_and_a_region(run, scan, tmp_path):
+    """One table of two scans; its header names both, the region, and the hash of each."""
+    other = tmp_path / "other.png"
+    other.write_bytes(scan.read_bytes())
+    needs = tmp_path / "needs.json"
+    needs.write_text('{"format": 1, "u": [-0.5, 0.5], "v": [-0.2, 0.2], "w": [1, 2]}')
+    options = (*PICTURE, *SHORT, "--delta-e", "5", "--needs", needs)
+    status, out, _ = run("bake", scan, other, *options, "-o", tmp_path / "bakes", "--json", "-", "--progress", "none")
+    assert status == 0
+    facts = json.loads(out)
+    assert facts["files"] == [str(tmp_path / "bakes" / "skin_and_1_more.exr")]
+    layout, record = atlas.read_header(Path(facts["files"][0]))
+    assert record["source"] == "skin.png, other.png" and len(record["heights_sha256"]) == 2
+    assert record["needs"]["u"] == [-0.5, 0.5]
+    assert layout.tile_rows < layout.tile_columns and (layout.w_min, layout.w_max) == (1, 2)
+    needs.write_text("{}")
+    status, _, err = run("bake", scan, *options, "-o", tmp_path / "bakes")
+    assert status == 1 and "needs.json" in err.splitlines()[-1]
+
+
 # map
 
 
