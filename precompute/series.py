@@ -37,13 +37,15 @@ _BLUR, _SPACING = 0.6, 0.75
 class SpectrumSeries:
     """The scattered spectrum over s^2, and the zero order's amplitude, at Chebyshev nodes in s on [0, s_max].
 
-    `blur_q` is the standard deviation, in cycles per metre, of a Gaussian that the bins have been blurred by."""
+    `blur_q` is the standard deviation, in cycles per metre, of a Gaussian that the bins have been blurred by;
+    `periodic` whether they are orders of a surface that wraps, not samples of a continuum."""
 
     grid: FrequencyGrid
     s_max: float
     scattered_over_s2: np.ndarray  # (count, ny, nx), square metres
     amplitude: np.ndarray  # (count,) complex
     blur_q: float = 0.0
+    periodic: bool = True
 
     def weights(self, s: np.ndarray) -> np.ndarray:
         """Interpolation weights (..., count) of the nodes at s (...,)."""
@@ -78,7 +80,7 @@ def spectrum_series(relief: Relief, grid: FrequencyGrid, s_max: float, tolerance
         amplitude[k] = zero_order_amplitude(relief, s)
         if tick:
             tick(k + 1, count)
-    return SpectrumSeries(grid, s_max, scattered, amplitude)
+    return SpectrumSeries(grid, s_max, scattered, amplitude, periodic=relief.periodic)
 
 
 def exact_error(relief: Relief, series: SpectrumSeries, s_values: np.ndarray) -> float:
@@ -175,7 +177,7 @@ def _transforms(relief, grid, s_max, finest_kernel, count, tick) -> SpectrumSeri
         scattered[k] = power if coarse is grid else _blurred(power, grid, coarse, blur_q)
         if tick:
             tick(k + 1, count)
-    return SpectrumSeries(coarse, s_max, scattered, amplitude, blur_q)
+    return SpectrumSeries(coarse, s_max, scattered, amplitude, blur_q, relief.periodic)
 
 
 def _thinned_grid(grid: FrequencyGrid, finest_kernel: float) -> FrequencyGrid:
