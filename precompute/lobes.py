@@ -12,27 +12,28 @@ weight is at most so many times the mean as there are nodes. A spectrum of one s
 lights: weights up to 250 x the mean on the Elaphe scan, against 4 x. Without the division by the total, bright large s
 crowd out small ones (21 x).
 
-**q** is a bin's own. Bins lie close enough together for the bake's kernel (spectrum.py, series.py), and a material's lobe
-is that kernel, so nothing is gained by a jitter, and an order stays where it is. But bins may have been blurred by part
-of the kernel to thin them out: a lobe at lambda has what is left, sqrt(sigma_b^2 - (lambda blur_q)^2). Where scans
-differ in that, the less blurred are jittered by the difference, a Gaussian too.
+**q** is a bin's own. Bins lie close enough together for the bake's kernel (spectrum.py, series.py), and a lobe is that
+kernel, so nothing is gained by a jitter, and an order stays where it is. But bins may have been blurred by part of the
+kernel to thin them out: a lobe at lambda has what is left, sqrt(sigma_b^2 - (lambda blur_q)^2). Where scans differ in
+that, the less blurred are jittered by the difference, a Gaussian too.
 
 **Texels** are the points of Sobol's (0, 2)-sequence along a Z curve: its first coordinate chooses the row of bins, its
 second the bin in the row. So each aligned block of 2^a x 2^a texels is stratified by itself, and next to it lie others:
 a material may pick a random texel, or a random block for several lobes at once.
 
 **The file**, NAME.lobes.exr beside the table NAME.exr, has the table's header with a layout of its own. Half floats,
-RGBA, Non-Color; to be read with interpolation Closest and alpha mode Channel Packed (alpha is a number like the others):
-Blender has one interpolation for both axes, and nothing lies between two texels. Rows counted upward from the bottom;
-tile k of `size` x `size` texels stands at column k % columns, row k // columns; a draw is the same texel of two tiles:
+RGBA, Non-Color; to be read with interpolation Closest, since nothing lies between two texels and Blender has one
+interpolation for both axes, and alpha mode Channel Packed, since alpha is a number like the others. Rows counted upward
+from the bottom; tile k of `size` x `size` texels stands at column k % columns, row k // columns; a draw is the same
+texel of two tiles:
 
     tile 0              (R + B, G + A) = wavelength * q, that is (u, v) at `wavelength` (550 nm): rounded, and the rest
     tile 1 + piece      (R, G, B, A) = c0 .. c3;  W / wavelength^2 = scale (c0 + c1 t + c2 t^2 + c3 t^3)
                         x = pieces * (w wavelength / lambda) / s_last,  piece = min(floor(x), pieces - 1),
                         t = 2 (x - piece) - 1
 
-A half float alone would move an order by up to 1e-3 in u, an eighth of a kernel of 32 um; with its rest, by 1e-6. Cubics
-on equal pieces of s take one look-up whatever the relief's depth; a deeper one has more pieces. W may be off by
+A half float alone would move an order by up to 1e-3 in u, an eighth of a kernel of 32 um; with its rest, by 1e-6.
+Cubics on equal pieces of s take one look-up whatever the relief's depth; a deeper one has more pieces. W may be off by
 `INTERPOLATION` of the light. A surface that scatters nothing has one texel that weighs nothing.
 """
 
