@@ -265,7 +265,7 @@ def layout_of(lobes: Lobes) -> Layout:
     """The layout of a sample set's picture: tiles one above the other, side by side only where they get too high."""
     pieces, size = lobes.pieces.shape[:2]
     columns = math.ceil((1 + pieces) * size / _ROWS_MAX)
-    peak = max(float(np.abs(lobes.pieces).max()) / REFERENCE_WAVELENGTH_M**2, 1e-30)
+    peak = float(np.abs(lobes.pieces).max()) / REFERENCE_WAVELENGTH_M**2 or 1.0
     return Layout(
         size=size,
         pieces=pieces,
@@ -287,17 +287,17 @@ def pack(lobes: Lobes) -> tuple[np.ndarray, Layout]:
     rounded = u.astype(np.float16)
     image[layout.tile(0)] = np.concatenate([rounded, u - rounded], axis=-1)
     for k, piece in enumerate(lobes.pieces):
-        image[layout.tile(1 + k)] = piece / (layout.scale * layout.wavelength**2)
+        image[layout.tile(1 + k)] = piece.astype(float) / (layout.scale * layout.wavelength**2)
     return image, layout
 
 
 def unpack(image: np.ndarray, layout: Layout) -> Lobes:
     """The sample set that an image (height, width, 4), row 0 at the bottom, holds."""
     u = image[layout.tile(0)].astype(float)
-    tiles = np.stack([image[layout.tile(1 + k)] for k in range(layout.pieces)]).astype(np.float32)
+    tiles = np.stack([image[layout.tile(1 + k)] for k in range(layout.pieces)]).astype(float)
     return Lobes(
         (u[..., :2] + u[..., 2:]) / layout.wavelength,
-        tiles * np.float32(layout.scale * layout.wavelength**2),
+        (tiles * (layout.scale * layout.wavelength**2)).astype(np.float32),
         layout.s_last / layout.wavelength,
         layout.sigma_b,
         layout.blur / layout.wavelength,
