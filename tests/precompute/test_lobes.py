@@ -335,6 +335,16 @@ def test_neither_file_is_written_without_the_other(written, monkeypatch):
     assert os.listdir(path.parent) == [path.name]
 
 
+def test_temporary_names_are_found_by_who_cancels(written, monkeypatch):
+    """BakeJob.cancel removes what its process was at, by this pattern."""
+    found, path = written
+    seen = []
+    monkeypatch.setattr(os, "replace", lambda source, _: seen.append(source))
+    atlas.write_together({path: lobes.pack(found), path.with_name("table.exr"): lobes.pack(found)}, PROVENANCE)
+    assert len(set(seen)) == 2
+    assert all(name.match(f".*.{os.getpid()}.partial*") for name in seen)
+
+
 def refused(path):
     lines = set()
     for read in (lobes.read, lobes.read_header):
@@ -409,12 +419,12 @@ def picture(tmp_path):
     return tmp_path / "scans" / "skin.png"
 
 
-@pytest.mark.parametrize("cached", [(), ("--no-cache",)])
-def test_a_bake_writes_both(picture, tmp_path, capsys, cached):
+def test_a_bake_writes_both(picture, tmp_path, capsys):
+    """Baked, taken from the cache, and baked over what is there."""
     folder = tmp_path / "bakes"
-    options = ("--size-um", "2", "--height-nm", "60", "--coherence-um", "2", "--delta-e", "5", *cached)
-    for _ in range(2):
-        assert cli.main(["bake", str(picture), "-o", str(folder), *options, "--json", "-"]) == 0
+    options = ("--size-um", "2", "--height-nm", "60", "--coherence-um", "2", "--delta-e", "5")
+    for more in ((), (), ("--no-cache",)):
+        assert cli.main(["bake", str(picture), "-o", str(folder), *options, *more, "--json", "-"]) == 0
         facts = json.loads(capsys.readouterr().out)
         assert facts["files"] == [str(folder / "skin.exr"), str(folder / "skin.lobes.exr")]
         assert sorted(os.listdir(folder)) == ["skin.exr", "skin.lobes.exr"]
