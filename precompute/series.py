@@ -26,7 +26,7 @@ _COUNT_MIN = 4
 _CUT = 192
 _ROWS_AT_ONCE, _COLUMNS_AT_ONCE = 128, 64
 # A hundred times what single precision scatters.
-_ROUNDING = 1e-10
+ROUNDING = 1e-10
 # Share of a kernel that may go into a blur of the bins themselves, and the bins' spacing after it, in units of the
 # kernel at the longest wavelength: summed with the rest of the kernel, bins so far apart are flat to
 # 2 exp(-2 pi^2 * 0.6^2 * 0.8^2 / 0.75^2) = 6e-4 of what an order of its own would show.
@@ -95,7 +95,7 @@ def exact_error(relief: Relief, series: SpectrumSeries, s_values: np.ndarray) ->
             exact, _ = scattered_spectrum(relief, s, series.grid)
         found = series.mixed(series.weights(np.array([s])) * s**2, (slice(None), slice(None)))[:, 0]
         total = exact.sum(dtype=float)
-        if total > _ROUNDING:
+        if total > ROUNDING:
             worst = max(worst, float(np.abs(found - exact).sum(dtype=float) / total))
     return worst
 
