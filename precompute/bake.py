@@ -190,8 +190,8 @@ def kernel_for(
         raise GratingError(f"{asked}: shorter than a wavelength; ask for at least {SHORTEST_COHERENCE_M * 1e6:g} um")
     if coherence_length_m > held * (1 + 1e-9):
         raise GratingError(
-            f"{asked}: longer than the scan, {_sides(reliefs)} um, of which it would be one speckle; ask for a shorter "
-            "one, or give a larger scan"
+            f"{asked}: longer than the scan, {_sides(reliefs)} um, of which it would be one speckle; ask for at most "
+            f"{math.floor(held * 1e8) / 100:g} um, or give a larger scan"
         )
     sigma_b = max(coherence.kernel_sigma(coherence_length_m), needs.kernel)
     if resolution_for(sigma_b, budget.TEXELS_MIN) > RESOLUTION_MAX:
