@@ -229,7 +229,8 @@ CASES = (
     Case("2 x 2", "four pixels", lambda: scan(np.array([[0, 1e-7], [2e-7, 0]])), None),
     Case("1 x 1 that wraps", "a mirror", lambda: scan(np.zeros((1, 1)), periodic=True), None),
     Case("non-square pixels", "80 x 160 nm, against 80 x 80 nm",
-         lambda: scan(skin()[:, ::2], (PIXEL_M, 2 * PIXEL_M), periodic=True), same_as=lambda: scan(skin(), periodic=True)),
+         lambda: scan(skin()[:, ::2], (PIXEL_M, 2 * PIXEL_M), periodic=True),
+         same_as=lambda: scan(skin(), periodic=True)),
     Case("NaN holes", "2 % of pixels and 12 x 10 more missing, against none", holed, same_as=lambda: scan(skin())),
     Case("nothing but NaN", "no pixel measured", lambda: scan(np.full((32, 32), np.nan))),
     Case("dust 5 x the relief", "three grains of 1 um on 200 nm", dusty),
@@ -291,11 +292,11 @@ TAIL = """## What is behind them
   energy-conserving form, the materials' default, stays under 1.
 - **One row or column** is a profile that does not change across: the pixel's other side counts for nothing.
 - **Tiny scans.** A coherence window under a wavelength is none; a scan in which 30 of the smallest do not fit is
-  refused. So is a coherence that is asked for and longer than the scan: what it shows would be one speckle of this scan,
-  not the skin. What wraps exactly has no such limit.
-- **Dust** is part of the surface, and the bake is right about it; but grains of 1 um take a relief of 200 nm from 3 or 4
-  terms to 15, and scatter white light of their own. Take them off in the scan's own software if they are not the
-  animal's.
+  refused. So is a coherence that is asked for and longer than the scan: it would show one speckle of this scan, not
+  the skin. What wraps exactly has no such limit.
+- **Dust** is part of the surface, and the bake is right about it; but grains of 1 um take a relief of 200 nm from
+  3 or 4 terms to 15, and scatter white light of their own. Take them off in the scan's own software if they are not
+  the animal's.
 - **Holes** are filled smoothly; the figure is what the filling itself changes.
 - **Tilt** goes with the plane, exactly but for rounding (1e-15 m).
 - **8-bit steps** of d scatter (2 pi w / lambda)^2 d^2 / 12 of the light, spread evenly over the hemisphere: 3e-5 at 0.8
