@@ -306,7 +306,7 @@ TAIL = """## What is behind them
 - **Period longer than the patch.** A slope and a bend: levelling takes the slope, and the rest is right against the
   reference. No scan tells of a period that it does not hold.
 - **Narrow orders.** The wavelengths follow the kernel, so that orders side by side make white without gaps.
-- **8192 x 8192** takes minutes and is not in this table; its price is measured apart.
+- **8192 x 8192** is not in this table: its time and memory are measured apart.
 """
 
 
