@@ -100,10 +100,11 @@ def greatest(surface: Surface, limits: list[Limit], theta_deg: float, wavelength
     )
 
 
-def main() -> None:
+def main(argv: list[str] | None = None) -> None:
+    """Print the table of the samples named."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("samples", nargs="*", default=list(SAMPLES), help="names of samples; default all")
-    for name in parser.parse_args().samples:
+    for name in parser.parse_args(argv).samples:
         relief = prepare(make_sample(name))
         baked = atlas.unpack(*atlas.pack(bake(relief)))
         surface = surface_of(relief, baked.sigma_b)

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A bake as one OpenEXR image: the tiles B_k side by side, the zero order's curve in a strip below.
 
-One image is one texture slot. Half floats, or floats where a budget asks for more than their three digits; linear, no
-colour management; all parameters stand in the header. Counting
-rows upward from the picture's bottom: STRIP_ROWS rows hold Z(w) in texels 0 .. samples - 1, all alike so that
-filtering across them changes nothing; then the excess albedo E (albedo.py), the horizon's row first, the same in every
-channel, unscaled. Above these `strip_rows` tile k stands at column k % columns, row k // columns. Tiles reach a little
-past |u| = 2, so that a filter at the rim of one never touches the next. Values are B_k / scale and Z / scale in XYZ.
+One image is one texture slot. Half floats, or floats where a deep relief or a small budget asks for more than their
+three digits; linear, no colour management; all parameters stand in the header. Counting rows upward from the picture's
+bottom: STRIP_ROWS rows hold Z(w) in texels 0 .. samples - 1, all alike so that filtering across them changes nothing;
+then the excess albedo E (albedo.py), the horizon's row first, the same in every channel. Above these `strip_rows` tile
+k stands at column k % columns, row k // columns. Tiles reach a little past |u| = 2, so that a filter at the rim of one
+never touches the next. Tiles hold B_k / scale in XYZ; the strip is unscaled, since what a shallow relief scatters is
+nothing to the white of its zero order.
 """
 
 import json
@@ -20,12 +21,11 @@ import numpy as np
 import OpenEXR
 
 from .bake import STRIP_ROWS, Bake, tile_block
+from .budget import LARGEST_STORED
 from .failure import GratingError
 
-FORMAT = 3
+FORMAT = 4
 HEADER_KEY = "natural_gratings"
-# Half floats end at 65504 and lose digits under 6e-5; the largest value is put here, leaving room above.
-_LARGEST_STORED = 8192.0
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def layout_of(bake: Bake) -> Layout:
     terms = len(bake.terms)
     tile_rows, tile_columns = bake.tile
     rows, columns = tile_block(terms, bake.tile, max(len(bake.zero_order), bake.limit.shape[1]))
-    peak = max(float(np.abs(bake.terms).max()), float(bake.zero_order.max()), 1e-30)
+    peak = max(float(np.abs(bake.terms).max()), 1e-30)
     return Layout(
         terms=terms,
         tile_rows=tile_rows,
@@ -110,7 +110,7 @@ def layout_of(bake: Bake) -> Layout:
         w_min=float(bake.w_range[0]),
         w_max=float(bake.w_range[1]),
         sigma_b=bake.sigma_b,
-        scale=2.0 ** math.ceil(math.log2(peak / _LARGEST_STORED)),
+        scale=2.0 ** math.ceil(math.log2(peak / LARGEST_STORED)),
         zero_order_samples=len(bake.zero_order),
         limit_rows=bake.limit.shape[0],
         limit_columns=bake.limit.shape[1],
@@ -118,13 +118,12 @@ def layout_of(bake: Bake) -> Layout:
     )
 
 
-def pack(bake: Bake, precision: type = np.float16) -> tuple[np.ndarray, Layout]:
-    """Image (height, width, 3) float16, or float32, row 0 at the bottom, and its layout."""
+def pack(bake: Bake) -> tuple[np.ndarray, Layout]:
+    """Image (height, width, 3) of the bake's precision, row 0 at the bottom, and its layout."""
     layout = layout_of(bake)
-    image = np.zeros((layout.height, layout.width, 3), precision)
-    strip = bake.zero_order / layout.scale
-    image[:STRIP_ROWS] = strip[-1]
-    image[:STRIP_ROWS, : len(strip)] = strip
+    image = np.zeros((layout.height, layout.width, 3), bake.precision)
+    image[:STRIP_ROWS] = bake.zero_order[-1]
+    image[:STRIP_ROWS, : len(bake.zero_order)] = bake.zero_order
     image[layout.limit_block] = half_above(bake.limit)[..., None]
     for k, tile in enumerate(bake.terms):
         x, y = layout.tile_origin(k)
@@ -134,14 +133,17 @@ def pack(bake: Bake, precision: type = np.float16) -> tuple[np.ndarray, Layout]:
 
 def unpack(image: np.ndarray, layout: Layout) -> Bake:
     """The bake that an image (height, width, 3), row 0 at the bottom, holds."""
-    values = image.astype(np.float32) * layout.scale
+    values = image.astype(np.float32)
     rows, columns = layout.tile_rows, layout.tile_columns
     origins = [layout.tile_origin(k) for k in range(layout.terms)]
-    terms = np.stack([values[y : y + rows, x : x + columns] for x, y in origins])
+    terms = np.stack([values[y : y + rows, x : x + columns] for x, y in origins]) * np.float32(layout.scale)
     zero_order = values[0, : layout.zero_order_samples]
     limit = image[layout.limit_block][..., 0].astype(np.float32)
     first, w_range = (layout.v_first, layout.u_first), (layout.w_min, layout.w_max)
-    return Bake(terms, zero_order, layout.sigma_b, layout.texel, layout.illuminant, limit, first, w_range)
+    precision = image.dtype.type
+    return Bake(
+        terms, zero_order, layout.sigma_b, layout.texel, layout.illuminant, limit, first, w_range, precision
+    )  # fmt: skip
 
 
 def half_above(values: np.ndarray) -> np.ndarray:

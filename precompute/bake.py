@@ -24,6 +24,8 @@ from .resample import KERNEL_REACH, Resampler
 from .series import SpectrumSeries, fast_series
 
 RESOLUTION_MIN, RESOLUTION_MAX = 256, 2048
+# A window under a wavelength is no window of a wave: its kernel would be as wide as the hemisphere.
+SHORTEST_COHERENCE_M = coherence.REFERENCE_WAVELENGTH_M
 TILE_PADDING = 2
 # The curve of the zero order lies in one row of the atlas.
 ZERO_ORDER_SAMPLES = 2 * RESOLUTION_MIN
@@ -51,7 +53,8 @@ class Bake:
     """A relief's table: `terms` (K, rows, columns, 3) float32 holds B_k in XYZ, row along +v, column along +u; the
     middle of texel (row, column) is at `first` (v, u) + (row, column) * texel, by default about (0, 0); T_k is over
     `w_range`. `zero_order` (n, 3) is Z at n equal steps of w from 0 to 2, ends included. `limit` (rows, columns)
-    float32 is the excess albedo that albedo.py tells of; without one, Stam's form is kept."""
+    float32 is the excess albedo that albedo.py tells of; without one, Stam's form is kept. `precision` is the float
+    that holds the terms well enough in a file."""
 
     terms: np.ndarray
     zero_order: np.ndarray
@@ -61,6 +64,7 @@ class Bake:
     limit: np.ndarray = field(default_factory=albedo.NO_LIMIT.copy)
     first: tuple[float, float] | None = None
     w_range: tuple[float, float] = (0.0, 2.0)
+    precision: type = np.float16
 
     def __post_init__(self):
         if self.first is None:
@@ -148,7 +152,8 @@ def blender_bytes(terms: int, tile: tuple[int, int]) -> int:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a bake is made from: spectra, wavelengths, kernel, the texels' middles along v and u, terms in w."""
+    """What a bake is made from: spectra, wavelengths, kernel, the texels' middles along v and u, terms in w, and the
+    float that holds those."""
 
     ensemble: tuple[SpectrumSeries, ...]
     wavelengths: np.ndarray
@@ -157,6 +162,7 @@ class Plan:
     axes: tuple[np.ndarray, np.ndarray]
     terms: int
     w_range: tuple[float, float]
+    precision: type
 
     @property
     def texels_per_sigma(self) -> float:
@@ -169,14 +175,48 @@ def kernel_for(
     """The kernel sigma_b that a bake begins with: the asked coherence's, or the narrowest that averages enough areas of
     all scans (see coherence.py), or what the scene's lights and pixels blur anyway.
 
-    Raises GratingError if an asked length needs a finer table than there is."""
+    Raises GratingError for a length that no scan, no light or no table has."""
+    held = min(_longest_coherence(relief) for relief in reliefs)
     if coherence_length_m is None:
-        area = sum(float(np.prod(relief.size_m)) for relief in reliefs)
-        return max(coherence.narrowest_sound_kernel((area, 1.0)), needs.kernel)
+        length_m = min(coherence.longest_sound_length(*extent(reliefs)), held)
+        if length_m < SHORTEST_COHERENCE_M and held < math.inf:
+            raise GratingError(
+                f"the scan, {_sides(reliefs)} um, is too small to average {coherence.MINIMUM_AREAS} coherence areas of "
+                "a wavelength; give a larger one, or several"
+            )
+        return max(coherence.kernel_sigma(max(length_m, SHORTEST_COHERENCE_M)), needs.kernel)
+    asked = f"coherence of {coherence_length_m * 1e6:.3g} um"
+    if coherence_length_m < SHORTEST_COHERENCE_M:
+        raise GratingError(f"{asked}: shorter than a wavelength; ask for at least {SHORTEST_COHERENCE_M * 1e6:g} um")
+    if coherence_length_m > held * (1 + 1e-9):
+        raise GratingError(
+            f"{asked}: longer than the scan, {_sides(reliefs)} um, of which it would be one speckle; ask for at most "
+            f"{math.floor(held * 1e8) / 100:g} um, or give a larger scan"
+        )
     sigma_b = max(coherence.kernel_sigma(coherence_length_m), needs.kernel)
     if resolution_for(sigma_b, budget.TEXELS_MIN) > RESOLUTION_MAX:
         raise _too_fine(coherence_length_m, delta_e)
     return sigma_b
+
+
+def extent(reliefs: Sequence[Relief]) -> tuple[float, float]:
+    """Area of all scans, and length of those that are profiles: a single row or column does not change across."""
+    area = sum(math.prod(relief.size_m) for relief in reliefs if 1 not in relief.height_m.shape)
+    return area, sum(max(_changing_sides(relief), default=0.0) for relief in reliefs if 1 in relief.height_m.shape)
+
+
+def _changing_sides(relief: Relief) -> list[float]:
+    return [side for side, count in zip(relief.size_m, relief.height_m.shape, strict=True) if count > 1]
+
+
+def _longest_coherence(relief: Relief) -> float:
+    """Of a surface that wraps, any; else the scan's shorter side."""
+    return math.inf if relief.periodic else min(_changing_sides(relief), default=0.0)
+
+
+def _sides(reliefs: Sequence[Relief]) -> str:
+    smallest = min(reliefs, key=_longest_coherence)
+    return " x ".join(f"{side * 1e6:.3g}" for side in smallest.size_m[::-1])
 
 
 def _too_fine(coherence_length_m: float, delta_e: float) -> GratingError:
@@ -222,7 +262,8 @@ def plan(
         lambdas = bake_wavelengths(sigma_b, delta_e, needs.reach)
     texel = texel_size(resolution)
     axes = tuple(_texel_middles(*side, texel) for side in (needs.v, needs.u))
-    return Plan(ensemble, lambdas, sigma_b, texel, axes, terms, needs.w)
+    precision = np.float16 if probe.halves_do(terms, delta_e) else np.float32
+    return Plan(ensemble, lambdas, sigma_b, texel, axes, terms, needs.w, precision)
 
 
 def _spectra(reliefs, sigma_b, delta_e, needs, progress) -> tuple[SpectrumSeries, ...]:
@@ -284,7 +325,7 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = lambda
     limit = np.mean([albedo.limit_table(series, chosen.sigma_b) for series in chosen.ensemble], axis=0)
     return Bake(
         terms, zero_order, chosen.sigma_b, chosen.texel, illuminant, limit.astype(np.float32), (v[0], u[0]),
-        chosen.w_range,
+        chosen.w_range, chosen.precision,
     )  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from . import atlas, coherence, lobes
-from .bake import Bake, Progress, blender_bytes, carry_out, plan
+from .bake import Bake, Progress, blender_bytes, carry_out, extent, plan
 from .failure import GratingError
 from .height_map import HeightMap
 from .metric import Errors
@@ -22,8 +22,6 @@ from .self_check import self_check
 
 # Past this a table is no longer something to hand to an artist's graphics card.
 ATLAS_BYTES_MAX = 1 << 30
-# Under this budget the three digits of a half float (2^-11, 0.02 of dE00) are no longer nothing.
-_FLOATS_BELOW = 0.15
 # |dY| over Y that goes with a dE00 of 1 or less.
 _RELATIVE_DY = 0.01
 
@@ -95,8 +93,7 @@ def _attempt(reliefs, order: Order, progress: Progress, finer: float, source: st
         raise GratingError(
             f"{source}: the table would take {in_blender / 2**20:.0f} MiB in Blender; ask for a shorter --coherence-um"
         )
-    precision = np.float32 if order.delta_e < _FLOATS_BELOW else np.float16
-    image, layout = atlas.pack(carry_out(chosen, order.illuminant, progress), precision)
+    image, layout = atlas.pack(carry_out(chosen, order.illuminant, progress))
     stored = atlas.unpack(image, layout)
     sample_set = lobes.make_lobes(chosen.ensemble, chosen.sigma_b)
     baked = time.perf_counter()
@@ -143,7 +140,7 @@ def bake_to_folder(height_maps: Sequence[HeightMap], order: Order, folder: Path,
 def provenance_of(height_maps: Sequence[HeightMap], reliefs: Sequence[Relief], order: Order, made: Made) -> dict:
     """What the header says of a bake's making; of several scans in the order given."""
     length_m = coherence.coherence_length(made.bake.sigma_b)
-    area = sum(float(np.prod(relief.size_m)) for relief in reliefs)
+    area, profiles = extent(reliefs)
     return {
         "source": ", ".join(height_map.source_name for height_map in height_maps),
         "channel": height_maps[0].channel,
@@ -156,7 +153,8 @@ def provenance_of(height_maps: Sequence[HeightMap], reliefs: Sequence[Relief], o
         "height_range_m": max(relief.height_range_m for relief in reliefs),
         "model": "ensemble",
         "coherence_um": length_m * 1e6,
-        "coherence_areas": coherence.coherence_areas((area, 1.0), length_m),
+        "coherence_areas": coherence.coherence_areas((area, 1.0), length_m, profiles),
+        "precision": str(made.image.dtype),
         "asked_delta_e": order.delta_e,
         "needs": order.needs.as_dict(),
         "delta_e": made.errors.as_dict(),

@@ -25,7 +25,9 @@ _TEXELS_MEASURED, _LATTICE, _PLACES = 2.0, 6, 5
 # Fewer, and the square no longer holds; more, and half floats show first.
 TEXELS_MIN, TEXELS_MAX = 1.25, 8.0
 # Shares of the budget. The square law is one of a mean: a fifth more error than measured was the most seen on samples.
-_BILINEAR_SHARE, _TERMS_SHARE = 0.55, 0.25
+_BILINEAR_SHARE, _TERMS_SHARE, _HALVES_SHARE = 0.55, 0.25, 0.1
+# Half floats end at 65504 and lose digits under 6e-5; the largest value is put here, leaving room above.
+LARGEST_STORED = 8192.0
 _PATCHES_LIT, _PATCHES_INNER = 16, 5
 # Where light is drawn from a bin, a patch lies about it by so many sigma: the flanks of an order are where a bilinear
 # reading errs most.
@@ -50,12 +52,26 @@ class Probe:
     def terms(self, delta_e: float) -> int:
         """The fewest Chebyshev terms in w whose truncation keeps to its share of a dE00 of delta_e."""
         count = len(self.truth)
-        coefficients = np.tensordot(chebyshev.coefficients_from_nodes(count), self.truth, axes=1)
-        basis = chebyshev.polynomials(chebyshev.nodes(count, -1, 1), count)
+        coefficients = self._coefficients()
         for terms in range(2, count):
-            if self._p99(np.tensordot(basis[:, :terms], coefficients[:terms], axes=1)) <= _TERMS_SHARE * delta_e:
+            if self._p99(self._sum(coefficients[:terms])) <= _TERMS_SHARE * delta_e:
                 return terms
         return count
+
+    def halves_do(self, terms: int, delta_e: float) -> bool:
+        """Whether half floats hold so many terms within their share of delta_e: a deep relief's are large for the
+        sake of w = 0, where it scatters most, and all but cancel where w is large."""
+        coefficients = self._coefficients()[:terms]
+        scale = max(np.abs(coefficients).max(), 1e-30) / LARGEST_STORED
+        stored = (coefficients / scale).astype(np.float16).astype(float) * scale
+        return self._p99(self._sum(stored)) <= (_TERMS_SHARE + _HALVES_SHARE) * delta_e
+
+    def _coefficients(self) -> np.ndarray:
+        return np.tensordot(chebyshev.coefficients_from_nodes(len(self.truth)), self.truth, axes=1)
+
+    def _sum(self, coefficients: np.ndarray) -> np.ndarray:
+        basis = chebyshev.polynomials(chebyshev.nodes(len(self.truth), -1, 1), len(coefficients))
+        return np.tensordot(basis, coefficients, axes=1)
 
     def _p99(self, answer: np.ndarray) -> float:
         truth = self.truth[self.real]

@@ -22,13 +22,23 @@ def coherence_length(sigma_b: float) -> float:
     return kernel_sigma(1.0) / sigma_b
 
 
-def coherence_areas(size_m: tuple[float, float], coherence_length_m: float) -> float:
-    """How many coherence areas a scan of size (Ly, Lx) metres averages.
+def coherence_areas(size_m: tuple[float, float], coherence_length_m: float, profiles_m: float = 0.0) -> float:
+    """How many coherence areas a scan of size (Ly, Lx) metres averages, and profiles of so much length in all, which do
+    not change across.
 
     Two windows count as separate when the square of their overlap has fallen to 1/e: a shift of sqrt(2) sigma_s."""
-    return size_m[0] * size_m[1] / (2 * (coherence_length_m / 4) ** 2)
+    shift = math.sqrt(2) * coherence_length_m / 4
+    return size_m[0] * size_m[1] / shift**2 + profiles_m / shift
+
+
+def longest_sound_length(area_m2: float, profiles_m: float = 0.0) -> float:
+    """The longest coherence length that still averages MINIMUM_AREAS (less is mostly speckle) over scans of so much
+    area and profiles of so much length in all."""
+    half = profiles_m / 2
+    shift = (half + math.sqrt(half**2 + MINIMUM_AREAS * area_m2)) / MINIMUM_AREAS
+    return 4 * shift / math.sqrt(2)
 
 
 def narrowest_sound_kernel(size_m: tuple[float, float]) -> float:
     """The narrowest sigma_b that still averages MINIMUM_AREAS coherence areas of a scan (less is mostly speckle)."""
-    return kernel_sigma(4 * math.sqrt(size_m[0] * size_m[1] / (2 * MINIMUM_AREAS)))
+    return kernel_sigma(longest_sound_length(size_m[0] * size_m[1]))

@@ -198,10 +198,11 @@ def measure(truth: list[Truth], candidate, illuminant: str = "D65") -> Errors:
     total = reference[:, 1].sum()
     dy = answer[:, 1] - reference[:, 1]
     rms = np.sqrt(np.mean(reference[:, 1] ** 2))
+    lit = total > _DARK_Y * len(reference)
     return Errors(
         **figures,
-        relative_dy=float(np.abs(dy).sum() / total) if total > 0 else float(np.abs(dy).sum()),
-        relative_rms=float(np.sqrt(np.mean(dy**2)) / rms) if rms > 0 else float(np.sqrt(np.mean(dy**2))),
+        relative_dy=float(np.abs(dy).sum() / total) if lit else float(np.abs(dy).sum()),
+        relative_rms=float(np.sqrt(np.mean(dy**2)) / rms) if lit else float(np.sqrt(np.mean(dy**2))),
         zero_order_dy=float(max(zero)),
         pairs=len(reference),
     )

@@ -14,20 +14,22 @@ from .direct import build_direct_group
 _SKIN = (0.012, 0.010, 0.009, 1.0)
 
 
-def load_atlas(path: Path) -> bpy.types.Image:
-    """The bake's image, packed into the .blend so that it renders wherever the file goes."""
+def load_atlas(path: Path, half: bool) -> bpy.types.Image:
+    """The bake's image, packed into the .blend so that it renders wherever the file goes; on a graphics card in half
+    floats only where those hold it."""
     image = bpy.data.images.load(str(path), check_existing=False)
     image.name = path.stem
     image.colorspace_settings.name = "Non-Color"
     image.alpha_mode = "NONE"
+    image.use_half_precision = half
     image.pack()
     return image
 
 
 def new_diffraction_material(path: Path) -> bpy.types.Material:
     """A material for a bake file. Raises GratingError if the file is not a bake."""
-    layout, _ = atlas.read_header(path)
-    image = load_atlas(path)
+    layout, record = atlas.read_header(path)
+    image = load_atlas(path, half=record.get("precision") != "float32")
     matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
     group = build_direct_group(path.stem, image, layout, matrix)
 

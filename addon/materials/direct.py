@@ -48,7 +48,8 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, rgb_fr
     wi_wr = tree.dot(wi, wr)
     u_i, v_i = tree.dot(wi, t), tree.dot(wi, b)
 
-    xyz = _scattered(tree, image, layout, u, v, w) * (tree.squared(wi_wr + 1.0) / tree.maximum(cos_r, 1e-6))
+    obliquity = tree.squared(wi_wr + 1.0) / tree.maximum(cos_r, 1e-6)
+    xyz = _scattered(tree, image, layout, u, v, w) * (obliquity * layout.scale)
     xyz = xyz + _zero_order(tree, image, layout, u, v, w) * cos_i
     rgb = _matrix(tree, rgb_from_xyz, xyz)
 
@@ -56,7 +57,7 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, rgb_fr
     excess_i = _excess_albedo(tree, image, layout, u_i, v_i, cos_i)
     excess_r = _excess_albedo(tree, image, layout, u - u_i, v - v_i, cos_r)
     limit = tree.maximum(excess_i, excess_r).times_plus(conserving, 1.0)
-    gain = _fresnel(tree, wi_wr, ior) * lit * strength * layout.scale / limit
+    gain = _fresnel(tree, wi_wr, ior) * lit * strength / limit
     radiance = rgb * gain * tree.attribute(key_light.irradiance_name(0))
     # Out-of-gamut spectral colours have a negative component, which no renderer carries through.
     radiance = tree.vector_math("MAXIMUM", radiance, (0.0, 0.0, 0.0))
@@ -104,7 +105,7 @@ def _frame(tree: Tree, n: Value, tangent: Value, rotation: Value) -> tuple[Value
 
 
 def _scattered(tree: Tree, image, layout: Layout, u: Value, v: Value, w: Value) -> Value:
-    """sum_k T_k(t) B_k(u, v): XYZ over w^2, one look-up a term; t goes from -1 to 1 over the range of w."""
+    """sum_k T_k(t) B_k(u, v) / scale: XYZ over w^2, one look-up a term; t goes from -1 to 1 over the range of w."""
     width, height = layout.width, layout.height
     to_image = (1 / (layout.texel * width), 1 / (layout.texel * height), 0.0)
     first = (0.5 - layout.u_first / layout.texel) / width, (0.5 - layout.v_first / layout.texel) / height, 0.0

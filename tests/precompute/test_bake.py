@@ -311,9 +311,10 @@ def test_a_kernel_chosen_by_itself_averages_thirty_areas():
 
 
 def test_scans_of_one_skin_average_more_areas():
-    """Four scans of a size make thirty areas of twice the length."""
+    """Three scans of a size make thirty areas of sqrt(3) the length; but none holds a length over its own side."""
     scan = prepare(HeightMap(waves().height_m, (78e-9, 78e-9), "test"))
-    assert kernel_for((scan,) * 4) == pytest.approx(kernel_for((scan,)) / 2, rel=1e-12)
+    assert kernel_for((scan,) * 3) == pytest.approx(kernel_for((scan,)) / 3**0.5, rel=1e-12)
+    assert kernel_for((scan,) * 9) == pytest.approx(coherence.kernel_sigma(64 * 78e-9), rel=1e-12)
 
 
 def test_a_table_chosen_by_itself_keeps_to_its_memory(monkeypatch):

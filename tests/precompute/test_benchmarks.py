@@ -15,7 +15,7 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
 def test_every_benchmark_is_found(capsys):
-    assert {"terms", "evaluation"} <= set(runner.found())
+    assert {"terms", "evaluation", "hard_cases"} <= set(runner.found())
     assert "evaluation_page" not in runner.found()
     assert runner.main(["--help"]) == 0
     assert "terms" in capsys.readouterr().out
@@ -41,7 +41,7 @@ def test_a_table_is_markdown():
     assert evaluation_page.table([["a", "b"], ["1", "2"]]) == "| a | b |\n| --- | --- |\n| 1 | 2 |"
 
 
-@pytest.mark.parametrize("page", ["evaluation.md", "theory.md"])
+@pytest.mark.parametrize("page", ["evaluation.md", "hard_cases.md", "theory.md"])
 def test_what_the_pages_name_is_there(page):
     text = (DOCS / page).read_text()
     for picture in re.findall(r"\]\((images/[^)]+)\)", text):
