@@ -184,7 +184,9 @@ def read_table(path: Path) -> Table:
     try:
         return _table(channels["RGB"].pixels[::-1], record)
     except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
-        raise GratingError(f"{path}: its header and its picture do not agree; bake it again") from error
+        raise GratingError(
+            f"{path}: its header and its picture do not agree, or hold what is no number; bake it again"
+        ) from error
 
 
 def _table(image: np.ndarray, record: dict) -> Table:
@@ -203,7 +205,7 @@ def _table(image: np.ndarray, record: dict) -> Table:
         and min(numbers[:3]) > 0
         and 0 <= layout["w_min"] < layout["w_max"] <= 2
         and layout["illuminant"] in ILLUMINANTS
-        and np.isfinite(image).all()
+        and np.isfinite(image).all()  # of what is no number there is nothing to measure
     ):
         raise ValueError(layout)
     tiles = []
