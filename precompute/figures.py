@@ -145,9 +145,10 @@ def measure(truth: list[Truth], candidate, illuminant: str = "D65") -> Errors:
         figures = worst_exposure(reference, answer, drawn, white_xyz(illuminant))
     else:
         figures = dict.fromkeys(("mean", "p95", "p99", "max"), float("inf"))
-    total = reference[:, 1].sum()
+    # Relative to nothing, or to a rounding, no error is small: then it is told as it is.
+    total = reference[:, 1].sum() if reference[:, 1].max(initial=0) > _DARK_Y else 0.0
     dy = answer[:, 1] - reference[:, 1]
-    rms = np.sqrt(np.mean(reference[:, 1] ** 2))
+    rms = np.sqrt(np.mean(reference[:, 1] ** 2)) if total > 0 else 0.0
     return Errors(
         **figures,
         relative_dy=float(np.abs(dy).sum() / total) if total > 0 else float(np.abs(dy).sum()),

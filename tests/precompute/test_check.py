@@ -352,6 +352,18 @@ def test_what_was_asked_may_be_told(run, refused, baked, scan, tmp_path):
     assert run("check", path, scan, *PICTURE, *QUICK, "--delta-e", "4")[0] == 0
 
 
+def test_a_mirror_passes(run, refused, tmp_path):
+    """Its scattered light is a rounding of none, and of that no share is asked."""
+    black = tmp_path / "mirror.png"
+    Image.fromarray(np.zeros((16, 16), np.uint8)).save(black)
+    size = ("--size-um", "2", "--height-nm", "100", "--progress", "none")
+    assert run("bake", black, *size, "-o", tmp_path, "--no-cache")[0] == 0
+    bake = tmp_path / "mirror.exr"
+    assert run("check", bake, black, *size, *QUICK)[0] == 0
+    glow = spoilt(bake, tmp_path / "glow.exr", lambda table: replace(table, terms=table.terms + 0.1))
+    assert "dE00" in refused("check", glow, black, *size, *QUICK)
+
+
 def test_several_scans(run, refused, scan, tmp_path):
     other = tmp_path / "other.png"
     Image.open(scan).rotate(90).save(other)
