@@ -78,8 +78,10 @@ def limit_table(series: SpectrumSeries, sigma_b: float) -> np.ndarray:
     orders = find_orders(series)
     smooth = cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas[::_STRIDE])
     smooth += continuum_albedo(series, orders, sigma_b, directions, lambdas[::_STRIDE])
-    total = orders_albedo(series, orders, sigma_b, directions, lambdas) + between(smooth, _STRIDE)
-    total = total.max(axis=-1)
+    # The bins of a continuum do not cross the horizon alone.
+    stride = 1 if series.periodic else _STRIDE
+    sharp = between(orders_albedo(series, orders, sigma_b, directions, lambdas[::stride]), stride)
+    total = (sharp + between(smooth, _STRIDE)).max(axis=-1)
     excess = _MARGIN * raised(np.maximum(total - cosine, 0))
     return np.concatenate([excess, excess[:, :1]], axis=1).astype(np.float32)
 

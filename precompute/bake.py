@@ -77,15 +77,18 @@ class Bake:
         return tuple(first + np.arange(n) * self.texel for first, n in zip(self.first, self.tile, strict=True))
 
     def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w) -> np.ndarray:
-        """Scattered XYZ over w^2 (n, 3) at u, v (n,), read as a renderer reads it: bilinear, half floats as stored."""
-        x, y = (u - self.first[1]) / self.texel, (v - self.first[0]) / self.texel
+        """Scattered XYZ over w^2 (n, 3) at u, v (n,), read as a renderer reads it: bilinear, half floats as stored;
+        what lies outside the table is its rim."""
+        rows, columns = self.tile
+        x = np.clip((u - self.first[1]) / self.texel, 0, columns - 1)
+        y = np.clip((v - self.first[0]) / self.texel, 0, rows - 1)
         x0, y0 = (np.clip(np.floor(c).astype(int), 0, n - 2) for c, n in zip((x, y), self.tile[::-1], strict=True))
         fx, fy = (x - x0)[:, None, None], (y - y0)[:, None, None]
         texels = [[self.terms[:, y0 + j, x0 + i].transpose(1, 0, 2) for i in (0, 1)] for j in (0, 1)]
         lower = texels[0][0] * (1 - fx) + texels[0][1] * fx
         upper = texels[1][0] * (1 - fx) + texels[1][1] * fx
         low, high = self.w_range
-        t = np.broadcast_to((2 * np.asarray(w, float) - low - high) / (high - low), np.shape(u))
+        t = (2 * np.clip(np.broadcast_to(w, np.shape(u)), low, high) - low - high) / (high - low)
         basis = chebyshev.polynomials(t, len(self.terms))
         return np.einsum("nkc,nk->nc", lower * (1 - fy) + upper * fy, basis)
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import atlas, coherence
+from . import atlas, coherence, lobes
 from .bake import Bake, Progress, blender_bytes, carry_out, plan
 from .failure import GratingError
 from .height_map import HeightMap
@@ -40,9 +40,10 @@ class Order:
 
 @dataclass(frozen=True)
 class Made:
-    """A bake as its file will hold it, its measured errors, and what it took."""
+    """A bake as its file will hold it, the sample set beside it, its measured errors, and what it took."""
 
     bake: Bake
+    sample_set: lobes.Lobes
     image: np.ndarray
     layout: atlas.Layout
     errors: Errors
@@ -97,11 +98,12 @@ def _attempt(reliefs, order: Order, progress: Progress, finer: float, source: st
     precision = np.float32 if order.delta_e < _FLOATS_BELOW else np.float16
     image, layout = atlas.pack(carry_out(chosen, order.illuminant, progress), precision)
     stored = atlas.unpack(image, layout)
+    sample_set = lobes.make_lobes(chosen.ensemble, chosen.sigma_b)
     baked = time.perf_counter()
     errors = self_check(reliefs, chosen, stored, progress)
     transforms = sum(len(series.amplitude) for series in chosen.ensemble)
     return Made(
-        stored, image, layout, errors, len(chosen.wavelengths), transforms, baked - started,
+        stored, sample_set, image, layout, errors, len(chosen.wavelengths), transforms, baked - started,
         time.perf_counter() - baked,
     )  # fmt: skip
 
@@ -112,13 +114,15 @@ def _with_time_of(made: Made, earlier: Made) -> Made:
 
 
 def bake_to_folder(height_maps: Sequence[HeightMap], order: Order, folder: Path, progress: Progress) -> dict:
-    """Bake height maps into one file in a folder; the facts of the run, as `--json` gives them."""
+    """Bake height maps into a folder, the table's file and the sample set's; the facts of the run, as `--json` gives
+    them, the table's file first."""
     reliefs = [prepare(height_map) for height_map in height_maps]
     made = make(reliefs, order, progress, ", ".join(height_map.source for height_map in height_maps))
     provenance = provenance_of(height_maps, reliefs, order, made)
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{bake_name(height_maps)}.exr"
-    atlas.write(path, made.image, made.layout, provenance)
+    pictures = {path: (made.image, made.layout), lobes.path_beside(path): lobes.pack(made.sample_set)}
+    atlas.write_together(pictures, provenance)
     return {
         "seconds": made.seconds,
         "check_seconds": made.check_seconds,
@@ -132,7 +136,7 @@ def bake_to_folder(height_maps: Sequence[HeightMap], order: Order, folder: Path,
         "precision": str(made.image.dtype),
         "coherence_um": provenance["coherence_um"],
         "delta_e": provenance["delta_e"],
-        "files": [str(path)],
+        "files": [str(file) for file in pictures],
     }
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import atlas, brdf_map, cache, efficiency, evaluation, info, plots
+from . import atlas, brdf_map, cache, efficiency, evaluation, info, lobes, plots
 from .bake import bake, plan
 from .baking import Order, bake_to_folder
 from .check import check
@@ -460,12 +460,13 @@ def run_efficiency(arguments) -> None:
 
 
 def existing_bake(file: str) -> Path | None:
-    """The bake that FILE names: an .exr, or a folder that holds exactly one."""
+    """The bake that FILE names: an .exr, or a folder that holds exactly one (and what belongs to it)."""
     path = Path(file)
     if path.suffix.lower() == ".exr":
         return path
     if path.is_dir():
-        found = sorted(path.glob("*.exr"))
+        pictures = set(path.glob("*.exr"))
+        found = sorted(pictures - {lobes.path_beside(picture) for picture in pictures})
         if len(found) == 1:
             return found[0]
         if len(found) > 1:

@@ -26,7 +26,7 @@ _COUNT_MIN = 4
 _CUT = 192
 _ROWS_AT_ONCE, _COLUMNS_AT_ONCE = 128, 64
 # A hundred times what single precision scatters.
-_ROUNDING = 1e-10
+ROUNDING = 1e-10
 # Share of a kernel that may go into a blur of the bins themselves, and the bins' spacing after it, in units of the
 # kernel at the longest wavelength: summed with the rest of the kernel, bins so far apart are flat to
 # 2 exp(-2 pi^2 * 0.6^2 * 0.8^2 / 0.75^2) = 6e-4 of what an order of its own would show.
@@ -37,13 +37,15 @@ _BLUR, _SPACING = 0.6, 0.75
 class SpectrumSeries:
     """The scattered spectrum over s^2, and the zero order's amplitude, at Chebyshev nodes in s on [0, s_max].
 
-    `blur_q` is the standard deviation, in cycles per metre, of a Gaussian that the bins have been blurred by."""
+    `blur_q` is the standard deviation, in cycles per metre, of a Gaussian that the bins have been blurred by;
+    `periodic` whether they are orders of a surface that wraps, not samples of a continuum."""
 
     grid: FrequencyGrid
     s_max: float
     scattered_over_s2: np.ndarray  # (count, ny, nx), square metres
     amplitude: np.ndarray  # (count,) complex
     blur_q: float = 0.0
+    periodic: bool = True
 
     def weights(self, s: np.ndarray) -> np.ndarray:
         """Interpolation weights (..., count) of the nodes at s (...,)."""
@@ -78,7 +80,7 @@ def spectrum_series(relief: Relief, grid: FrequencyGrid, s_max: float, tolerance
         amplitude[k] = zero_order_amplitude(relief, s)
         if tick:
             tick(k + 1, count)
-    return SpectrumSeries(grid, s_max, scattered, amplitude)
+    return SpectrumSeries(grid, s_max, scattered, amplitude, periodic=relief.periodic)
 
 
 def exact_error(relief: Relief, series: SpectrumSeries, s_values: np.ndarray) -> float:
@@ -93,7 +95,7 @@ def exact_error(relief: Relief, series: SpectrumSeries, s_values: np.ndarray) ->
             exact, _ = scattered_spectrum(relief, s, series.grid)
         found = series.mixed(series.weights(np.array([s])) * s**2, (slice(None), slice(None)))[:, 0]
         total = exact.sum(dtype=float)
-        if total > _ROUNDING:
+        if total > ROUNDING:
             worst = max(worst, float(np.abs(found - exact).sum(dtype=float) / total))
     return worst
 
@@ -175,7 +177,7 @@ def _transforms(relief, grid, s_max, finest_kernel, count, tick) -> SpectrumSeri
         scattered[k] = power if coarse is grid else _blurred(power, grid, coarse, blur_q)
         if tick:
             tick(k + 1, count)
-    return SpectrumSeries(coarse, s_max, scattered, amplitude, blur_q)
+    return SpectrumSeries(coarse, s_max, scattered, amplitude, blur_q, relief.periodic)
 
 
 def _thinned_grid(grid: FrequencyGrid, finest_kernel: float) -> FrequencyGrid:

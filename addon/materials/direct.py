@@ -108,9 +108,18 @@ def _scattered(tree: Tree, image, layout: Layout, u: Value, v: Value, w: Value) 
     width, height = layout.width, layout.height
     to_image = (1 / (layout.texel * width), 1 / (layout.texel * height), 0.0)
     first = (0.5 - layout.u_first / layout.texel) / width, (0.5 - layout.v_first / layout.texel) / height, 0.0
-    place = tree.vector(u, v, 0.0).times_plus(to_image, first)
     half_range = (layout.w_max - layout.w_min) / 2
+    place = tree.vector(u, v, 0.0)
     t = w.times_plus(1 / half_range, -(layout.w_min + layout.w_max) / 2 / half_range)
+    if not layout.whole:  # its rim stands for what lies outside: beside it are other tiles, and polynomials run away
+        last = tuple(
+            start + (count - 1) * layout.texel
+            for start, count in ((layout.u_first, layout.tile_columns), (layout.v_first, layout.tile_rows))
+        )
+        place = tree.vector_math("MAXIMUM", place, (layout.u_first, layout.v_first, 0.0))
+        place = tree.vector_math("MINIMUM", place, (*last, 0.0))
+        t = tree.maximum(tree.math("MINIMUM", t, 1.0), -1.0)
+    place = place.times_plus(to_image, first)
     polynomials = [None, t]
     total = None
     for k in range(layout.terms):

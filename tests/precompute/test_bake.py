@@ -349,6 +349,14 @@ def test_a_region_is_the_same_light_in_fewer_texels(baked):
     assert part.axes[1][TILE_PADDING] <= REGION.u[0] + part.texel and part.axes[1][-1] >= REGION.u[1]
 
 
+def test_outside_a_region_its_rim_is_read():
+    part = bake(waves(), COHERENCE_M, needs=REGION)
+    u, v, w = np.array([-2.0, 2.0]), np.array([2.0, -2.0]), np.array([0.1, 2.0])
+    v_axis, u_axis = part.axes
+    rim = part.scattered_over_w2(u_axis[[0, -1]], v_axis[[-1, 0]], np.array(part.w_range))
+    np.testing.assert_allclose(part.scattered_over_w2(u, v, w), rim, rtol=1e-6)
+
+
 def test_a_region_keeps_its_budget():
     made = baking.make((waves(),), baking.Order(1.0, COHERENCE_M, needs=REGION))
     assert made.errors.p99 <= 1 and made.errors.pairs > 50

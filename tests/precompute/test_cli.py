@@ -119,11 +119,11 @@ def baked(run, scan, tmp_path):
     return json.loads(out), folder
 
 
-def test_bake_tells_its_facts_and_writes_one_file(baked, scan):
+def test_bake_tells_its_facts_and_writes_its_files(baked, scan):
     facts, folder = baked
     assert {"seconds", "peak_bytes", "tiles", "resolution", "delta_e", "files", "cached"} <= set(facts)
-    assert facts["files"] == [str(folder / "skin.exr")]
-    assert [path.name for path in folder.iterdir()] == ["skin.exr"]
+    assert facts["files"] == [str(folder / "skin.exr"), str(folder / "skin.lobes.exr")]
+    assert sorted(path.name for path in folder.iterdir()) == ["skin.exr", "skin.lobes.exr"]
     assert {"mean", "p95", "p99", "max"} <= set(facts["delta_e"])
     assert 0 < facts["delta_e"]["mean"] <= facts["delta_e"]["p95"] <= facts["delta_e"]["p99"] <= 3
     layout, record = atlas.read_header(folder / "skin.exr")
@@ -160,7 +160,7 @@ def test_bake_again_gives_the_same_file(baked, run, scan):
     np.testing.assert_allclose(again.terms, table.terms, rtol=2**-10, atol=1e-6 * np.abs(table.terms).max())
     assert again_record.pop("delta_e") == pytest.approx(record.pop("delta_e"), rel=1e-3)
     assert again_record == record
-    assert [each.name for each in folder.iterdir()] == ["skin.exr"]
+    assert sorted(each.name for each in folder.iterdir()) == ["skin.exr", "skin.lobes.exr"]
 
 
 def test_bake_takes_its_options(run, scan, tmp_path):
@@ -206,6 +206,26 @@ def test_a_bake_that_misses_its_budget_is_not_written(refused, scan, tmp_path, m
     monkeypatch.setattr(baking, "self_check", lambda *_: poor)
     told = refused("bake", scan, *PICTURE, "-o", tmp_path / "bakes", "--delta-e", "5", *SHORT, "--progress", "none")
     assert "7.31" in told and "--delta-e 7.7" in told
+
+
+def test_several_scans_and_a_region(run, scan, tmp_path):
+    """One table of two scans; its header names both, the region, and the hash of each."""
+    other = tmp_path / "other.png"
+    other.write_bytes(scan.read_bytes())
+    needs = tmp_path / "needs.json"
+    needs.write_text('{"format": 1, "u": [-0.5, 0.5], "v": [-0.2, 0.2], "w": [1, 2]}')
+    options = (*PICTURE, *SHORT, "--delta-e", "5", "--needs", needs)
+    status, out, _ = run("bake", scan, other, *options, "-o", tmp_path / "bakes", "--json", "-", "--progress", "none")
+    assert status == 0
+    facts = json.loads(out)
+    assert facts["files"][0] == str(tmp_path / "bakes" / "skin_and_1_more.exr")
+    layout, record = atlas.read_header(Path(facts["files"][0]))
+    assert record["source"] == "skin.png, other.png" and len(record["heights_sha256"]) == 2
+    assert record["needs"]["u"] == [-0.5, 0.5]
+    assert layout.tile_rows < layout.tile_columns and (layout.w_min, layout.w_max) == (1, 2)
+    needs.write_text("{}")
+    status, _, err = run("bake", scan, *options, "-o", tmp_path / "bakes")
+    assert status == 1 and "needs.json" in err.splitlines()[-1]
 
 
 # map
