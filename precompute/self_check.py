@@ -19,9 +19,9 @@ from .reference import KERNEL_REACH, blurred
 from .relief import Relief
 from .series import SpectrumSeries, exact_error
 
-GROUPS = 3
+GROUPS = 4
 # Pairs of a group, as many as make this many sums over bins.
-_PAIRS_MIN, _PAIRS_MAX, _BINS_SUMMED = 800, 2500, 1_500_000
+_PAIRS_MIN, _PAIRS_MAX, _BINS_SUMMED = 700, 2000, 1_200_000
 # dE00 of a relative error of 1 in luminance, at Y = 1: L* goes as its cube root.
 _DELTA_E_PER_UNIT = 116 / 3
 _SERIES_PROBES = 2
@@ -68,11 +68,13 @@ def _affordable_pairs(chosen: Plan) -> int:
 
 
 def _w_within(w_range: tuple[float, float], count: int, rng: np.random.Generator) -> np.ndarray:
-    drawn = metric.draw_w(64 * count, rng)
+    """w (count,) as two cosine-weighted directions have it, one from each quantile of what lies in the range: a deep
+    relief is hardest where w is large, which no draw may miss."""
+    drawn = np.sort(metric.draw_w(4096, rng))
     drawn = drawn[(drawn >= w_range[0]) & (drawn <= w_range[1])]
     if len(drawn) < count:
-        drawn = rng.uniform(*w_range, 64 * count)
-    return np.sort(rng.choice(drawn, count, replace=False))
+        drawn = np.linspace(*w_range, 4 * count)
+    return drawn[((np.arange(count) + rng.random(count)) / count * len(drawn)).astype(int)]
 
 
 def _spectrum(ensemble: Sequence[SpectrumSeries], rng: np.random.Generator) -> metric.Spectrum:
