@@ -4,8 +4,8 @@
 One image is one texture slot. Half floats, or floats where a deep relief or a small budget asks for more than their
 three digits; linear, no colour management; all parameters stand in the header. Counting rows upward from the picture's
 bottom: STRIP_ROWS rows hold Z(w) in texels 0 .. samples - 1, all alike so that filtering across them changes nothing;
-then the excess albedo E (albedo.py), the horizon's row first, the same in every channel. Above these `strip_rows` tile k
-stands at column k % columns, row k // columns. Tiles reach a little past |u| = 2, so that a filter at the rim of one
+then the excess albedo E (albedo.py), the horizon's row first, the same in every channel. Above these `strip_rows` tile
+k stands at column k % columns, row k // columns. Tiles reach a little past |u| = 2, so that a filter at the rim of one
 never touches the next. Tiles hold B_k / scale in XYZ; the strip is unscaled, since what a shallow relief scatters is
 nothing to the white of its zero order.
 """
