@@ -32,6 +32,9 @@ ZERO_ORDER_SAMPLES = 2 * RESOLUTION_MIN
 STRIP_ROWS = 4
 # A picture's side that every graphics card of today takes.
 PICTURE_SIDE_MAX = 16384
+# Its longer side over the shorter: seven times was off by 4 % of the light in EEVEE (software rasteriser, Mesa), by
+# 0.2 % at twice, by filtering.
+ASPECT_MAX = 3.0
 # What a bake may take in Blender unless a coherence length is asked for; a packed picture is held as RGBA of 32 bits.
 DEFAULT_BYTES = 128 << 20
 BYTES_PER_TEXEL = 16
@@ -128,20 +131,19 @@ def resolution_for(sigma_b: float, texels_per_sigma: float) -> int:
 
 def tile_block(terms: int, tile: tuple[int, int], width_min: int = ZERO_ORDER_SAMPLES) -> tuple[int, int]:
     """Rows and columns of tiles in the atlas: the fewest places, then the squarest picture, at least width_min texels
-    wide and such that a graphics card takes it."""
-    best = None
+    wide, such that a graphics card takes it, and none much longer than wide if that can be."""
+    blocks = []
     for columns in range(math.ceil(width_min / tile[1]), PICTURE_SIDE_MAX // tile[1] + 1):
         rows = math.ceil(terms / columns)
-        if rows * tile[0] > PICTURE_SIDE_MAX:
-            continue
         long, short = sorted((rows * tile[0], columns * tile[1]))[::-1]
-        best = min(best or (math.inf,), (rows * columns, long / short, rows, columns))
-    if best is None:
+        if long <= PICTURE_SIDE_MAX:
+            blocks.append((max(long / short, ASPECT_MAX), rows * columns, long / short, rows, columns))
+    if not blocks:
         raise GratingError(
-            f"a table of {terms} tiles of {tile[1]} x {tile[0]}: larger than a graphics card takes; ask "
-            "for a shorter --coherence-um"
+            f"a table of {terms} tiles of {tile[1]} x {tile[0]}: larger than a graphics card takes; ask for a shorter "
+            "--coherence-um"
         )
-    return best[2:]
+    return min(blocks)[3:]
 
 
 def blender_bytes(terms: int, tile: tuple[int, int]) -> int:

@@ -71,8 +71,8 @@ def test_a_mirror_packs():
 
 @pytest.mark.parametrize("terms", range(2, 50))
 def test_tiles_do_not_overlap(terms):
-    """Every tile lies inside the picture, above the strip, on texels of its own; and no place is left empty, for every
-    empty one is memory."""
+    """Every tile lies inside the picture, above the strip, on texels of its own; few places are left empty, for every
+    one is memory, and the picture is not much longer than wide, which EEVEE filters wrong."""
     layout = atlas.layout_of(random_bake(terms, 6, 6))
     taken = np.zeros((layout.height, layout.width), int)
     taken[: layout.strip_rows] += 1
@@ -82,7 +82,8 @@ def test_tiles_do_not_overlap(terms):
         assert tile.shape == (6, 6)
         tile += 1
     assert taken.max() == 1
-    assert layout.columns * layout.rows == terms
+    assert terms <= layout.columns * layout.rows <= 1.34 * terms
+    assert max(layout.columns, layout.rows) <= 3 * min(layout.columns, layout.rows)
 
 
 def test_row_zero_of_the_image_is_its_bottom():
@@ -237,13 +238,13 @@ def test_another_version_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("lie", [
-    {"terms": 10**4}, {"terms": 7}, {"terms": -1}, {"tile_rows": 13}, {"columns": 10**6}, {"rows": 2},
+    {"terms": 10**4}, {"terms": 7}, {"terms": -1}, {"tile_rows": 13}, {"columns": 10**6}, {"rows": 1},
     {"w_max": 0.0}, {"u_first": 9.0}, {"strip_rows": 0}, {"zero_order_samples": 10**4}, {"tile_columns": "12"},
     {"tile_columns": 12.5}, {"scale": "big"}, {"texel": None},
 ])  # fmt: skip
 def test_a_header_that_lies_about_its_picture_is_refused(tmp_path, lie):
     """Sizes are checked against the picture's before they are used (DESIGN 9); the reader of the header alone, which
-    has no picture, may believe them. Of 5 tiles in a block of 5 there is no seventh."""
+    has no picture, may believe them. Of 5 tiles in a block of 3 x 2 there is no seventh."""
     image, layout = atlas.pack(random_bake())
     path = tmp_path / "table.exr"
     lying = {"format": atlas.FORMAT, "layout": {**vars(layout), **lie}}
