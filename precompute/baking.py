@@ -85,9 +85,12 @@ def _excess(errors: Errors, delta_e: float) -> float:
 
 def _attempt(reliefs, order: Order, progress: Progress, finer: float, source: str) -> Made:
     started = time.perf_counter()
-    chosen = plan(
-        reliefs, order.coherence_length_m, order.delta_e, order.illuminant, order.needs, progress, finer
-    )  # fmt: skip
+    try:
+        chosen = plan(
+            reliefs, order.coherence_length_m, order.delta_e, order.illuminant, order.needs, progress, finer
+        )  # fmt: skip
+    except GratingError as error:
+        raise GratingError(f"{source}: {error}") from error
     in_blender = blender_bytes(chosen.terms, tuple(len(axis) for axis in chosen.axes))
     if in_blender > ATLAS_BYTES_MAX:
         raise GratingError(
