@@ -65,8 +65,9 @@ def limit(table: np.ndarray, directions: np.ndarray) -> np.ndarray:
     row = np.sqrt(np.clip(cosine, 0, 1)) * (rows - 1)
     c0, r0 = (np.clip(at.astype(int), 0, n - 2) for at, n in ((column, columns), (row, rows)))
     fc, fr = column - c0, row - r0
-    lower = table[r0, c0] * (1 - fc) + table[r0, c0 + 1] * fc
-    upper = table[r0 + 1, c0] * (1 - fc) + table[r0 + 1, c0 + 1] * fc
+    flat, at = table.ravel(), r0 * columns + c0
+    lower = flat.take(at) * (1 - fc) + flat.take(at + 1) * fc
+    upper = flat.take(at + columns) * (1 - fc) + flat.take(at + columns + 1) * fc
     return 1 + (lower * (1 - fr) + upper * fr) / np.maximum(cosine, 1e-6)
 
 

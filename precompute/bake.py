@@ -41,7 +41,7 @@ _SERIES_TOLERANCE = 2e-4
 _WAVELENGTHS_AT_ONCE, _ROWS_AT_ONCE = 8, 16
 _BINS_AT_ONCE = 1 << 23
 # Places of the table that are read at once: what a core's cache holds of their indices and weights.
-_READ_AT_ONCE = 4096
+_READ_AT_ONCE = 8192
 
 Progress = Callable[[str, float], None]
 
@@ -98,7 +98,7 @@ class Bake:
         weights = np.concatenate([term * corners for term in islice(chebyshev.recurrence(t), len(self.terms))])
         # Places of the X of every texel that counts, in the table laid out flat; Y and Z follow it.
         tiles = np.arange(len(self.terms))[:, None] * (rows * columns)
-        places = 3 * ((tiles + [0, 1, columns, columns + 1]).reshape(-1, 1) + (y0 * columns + x0).astype(np.intp))
+        places = 3 * (tiles + [0, 1, columns, columns + 1]).reshape(-1, 1) + (3 * (y0 * columns + x0)).astype(np.intp)
         flat = self.terms.reshape(-1)
         for c in range(3):
             out[c] = np.einsum("mn,mn->n", weights, flat[c:].take(places))

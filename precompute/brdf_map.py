@@ -17,15 +17,14 @@ from .series import spectrum_series
 
 # Interpolation in s at this tolerance is exact for every purpose of a picture; a test holds it against the reference.
 _EXACT = 1e-9
-# Directions a method is asked for at once: what it gathers stays within some tens of megabytes.
-_PIXELS = 8192
+# Directions that a bake, and that a method, is asked for at once: what a core's cache holds, and what a method gathers
+# stays within some tens of megabytes.
+_PIXELS, _METHOD_PIXELS = 16384, 8192
 # exp(-8.5^2 / 2) = 2e-16: past it nothing of the zero order is left.
 _KERNEL_SEEN = 8.5
 
 
-def view_hemisphere(
-    size: int, theta_i: float, rows: slice = slice(None)
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def view_hemisphere(size: int, theta_i: float, rows: slice = slice(None)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Light direction wi (3,), view directions wr (rows, size, 3) of a map's rows, along +y, and which pixels are real.
 
     The light comes from azimuth 180 degrees, so that its mirror image lies on the +x side."""
@@ -53,7 +52,7 @@ def from_bake(bake: Bake, size: int, theta_i: float, conserving: bool = True) ->
         out[near] += (of_zero_order[near] * kernel)[:, None] * bake.zero_order_xyz(w[near])
         return out
 
-    return _hemisphere_of(xyz, size, theta_i)
+    return _hemisphere_of(xyz, size, theta_i, _PIXELS)
 
 
 def from_reference(
@@ -95,17 +94,18 @@ def from_method(method: Method, size: int, theta_i: float, tick=None) -> np.ndar
         of_scattered, _ = _gains(wi, view, NO_LIMIT)
         return (of_scattered / w**2)[:, None] * method.xyz(u, v, w)
 
-    return _hemisphere_of(xyz, size, theta_i, tick)
+    return _hemisphere_of(xyz, size, theta_i, _METHOD_PIXELS, tick)
 
 
-def _hemisphere_of(xyz: Callable, size: int, theta_i: float, tick=None) -> np.ndarray:
-    """xyz(wi (3,), views (n, 3)) of every view above the surface, some rows of the map at once."""
+def _hemisphere_of(xyz: Callable, size: int, theta_i: float, at_once: int, tick=None) -> np.ndarray:
+    """xyz(wi (3,), views (n, 3)) of every view above the surface, about `at_once` pixels of whole rows at a time."""
     image = np.full((size, size, 3), np.nan)
-    rows_at_once = max(1, _PIXELS // size)
+    rows_at_once = max(1, at_once // size)
     for start in range(0, size, rows_at_once):
         rows = slice(start, start + rows_at_once)
         wi, wr, inside = view_hemisphere(size, theta_i, rows)
-        image[rows][inside] = xyz(wi, wr[inside])
+        seen = np.flatnonzero(inside)
+        image[rows].reshape(-1, 3)[seen] = xyz(wi, wr.reshape(-1, 3).take(seen, axis=0))
         if tick:
             tick(min(start + rows_at_once, size), size)
     return image
