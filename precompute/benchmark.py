@@ -47,6 +47,9 @@ _WHOLE = (slice(None), slice(None))
 # The fastest of so many more is what a machine that others use can do.
 _REPEATS = 3
 
+# Beside the project's root, where a checkout has it.
+SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
+
 Tick = Callable[[str, float], None]
 
 
@@ -539,6 +542,7 @@ def machine() -> dict[str, str | int]:
         "system": platform.system(),
         "python": platform.python_version(),
         "numpy": np.__version__,
+        "load": f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown",
     }
 
 
@@ -550,9 +554,10 @@ def run(effort: Effort, shared: Path, tick: Tick = lambda stage, fraction: None)
     facts: dict = {"machine": machine(), "quick": effort is not FULL, "surface": scan.source_name}
     facts["scan"], baked = scan_facts(judged, effort, tick)
     facts["map"] = map_facts(prepare(judged), baked, effort, tick)
-    rows, refused = [], []
+    rows, refused, pairs = [], [], {}
     for surface in surfaces(effort, scan):
         of_model = judges(surface, effort)
+        pairs = {model: sum(len(truth.pairs.u) for truth in one.truths) for model, one in of_model.items()}
         wanted = candidates(effort)
         for k, candidate in enumerate(wanted):
             try:
@@ -567,6 +572,7 @@ def run(effort: Effort, shared: Path, tick: Tick = lambda stage, fraction: None)
     for k, pixels in enumerate(effort.sizes):
         facts["sizes"].append(scan_in_child(pixels))
         tick("sizes", (k + 1) / len(effort.sizes))
+    facts["pairs"], facts["piece_um"] = pairs, effort.piece_m * 1e6
     facts["coherence_um"] = effort.coherence_m * 1e6
     facts["seconds"] = time.perf_counter() - started
     return facts
