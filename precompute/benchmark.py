@@ -67,18 +67,19 @@ class Effort:
     map_pixels: int
     map_w: int
     map_pairs: int
-    map_step_nm: float
+    reference_nm: float
     naive_transforms: int
     seconds_timed: float
     sizes: tuple[int, ...]
     scan_m: float | None = None
+    scan_bakes: int = 2
     coherence_m: float = 15e-6
 
 
 FULL = Effort(
     32e-6, 4, 800, 200, (3, 1, 0.3, 0.1), (2, 5, 10, 20), True, 512, 2, 150, 1, 8, 0.2, (512, 1024, 2048, 4096, 8192)
 )
-QUICK = Effort(8e-6, 2, 300, 60, (3, 0.3), (5, 20), False, 128, 1, 60, 5, 3, 0.05, (256, 512), 12e-6, 6e-6)
+QUICK = Effort(8e-6, 2, 300, 60, (3, 0.3), (5, 20), False, 128, 1, 60, 5, 3, 0.05, (256, 512), 12e-6, 1, 6e-6)
 
 
 @dataclass(frozen=True)
@@ -262,12 +263,13 @@ class Judge:
 def judges(surface: Surface, effort: Effort) -> dict[str, Judge]:
     """By model of coherence."""
     sigma_b = coherence.kernel_sigma(effort.coherence_m)
+    step_m = effort.reference_nm * 1e-9
     plane = evaluation.first_order_plane(THETA_I, wavelengths(5e-9), surface.period_m)
     settings = Settings(coherence_length_m=effort.coherence_m)
     series = exact_series(surface.whole, sigma_b)
     truths = {
-        "ensemble": ensemble_truths(surface.whole, sigma_b, effort.w_count, effort.pairs, wavelengths(1e-9), series),
-        "patch": patch_truths(surface.patch, sigma_b, effort.coherence_m, effort.w_count, effort.patch_pairs, 1e-9),
+        "ensemble": ensemble_truths(surface.whole, sigma_b, effort.w_count, effort.pairs, wavelengths(step_m), series),
+        "patch": patch_truths(surface.patch, sigma_b, effort.coherence_m, effort.w_count, effort.patch_pairs, step_m),
     }
     found, lambdas = {}, wavelengths(2.5e-9)
     for model, name, relief in (
@@ -466,9 +468,9 @@ def scan_facts(scan: HeightMap, effort: Effort, tick: Tick) -> tuple[dict, Baked
     transform = transform_seconds(relief.height_m.shape)
     with tempfile.TemporaryDirectory() as folder:
         named, runs = as_file(scan, Path(folder)), []
-        for k in range(2):
+        for k in range(effort.scan_bakes):
             runs.append(bake_in_child(named, Path(folder)))
-            tick("bake of the scan", (k + 1) / 3)
+            tick("bake of the scan", (k + 1) / (effort.scan_bakes + 1))
         table, _ = atlas.read(Path(runs[0]["files"][0]))
     transform = min(transform, transform_seconds(relief.height_m.shape))
     best = min(runs, key=lambda facts: facts["seconds"])
@@ -507,7 +509,7 @@ def map_facts(relief: Relief, baked: Baked, effort: Effort, tick: Tick) -> dict:
     seconds = min(seconds, *(_seconds_for(brdf_map.from_bake, baked.table, size, theta_i) for _ in range(7)))
     tick("maps", 0.3)
     sigma_b = baked.table.sigma_b
-    step_m = effort.map_step_nm * 1e-9
+    step_m = effort.reference_nm * 1e-9
     truths = ensemble_truths(relief, sigma_b, effort.map_w, effort.map_pairs, wavelengths(step_m))
     of_bake = metric.measure(truths, lambda u, v, w: (baked.table.scattered_over_w2(u, v, w), np.zeros(3)))
     tick("maps", 0.6)
@@ -523,7 +525,7 @@ def map_facts(relief: Relief, baked: Baked, effort: Effort, tick: Tick) -> dict:
         "flss_seconds": flss_seconds,
         "flss_preparation_seconds": prepared,
         "flss_to_bake": flss_seconds / seconds,
-        "reference_step_nm": effort.map_step_nm,
+        "reference_step_nm": effort.reference_nm,
         "bake": of_bake.as_dict(),
         "flss": of_flss.as_dict(),
     }
