@@ -134,7 +134,8 @@ def _plot_errors(facts: dict, path: Path) -> None:
         panel.axhline(_JUST_VISIBLE, color="0.7", linewidth=0.8, linestyle=":")
         panel.grid(alpha=0.25)
     panels[0, 0].set_ylabel("dE00, 99th percentile, worst exposure")
-    panels[0, -1].legend(fontsize=8, loc="upper right")
+    # The first surface refuses no method.
+    panels[0, -1].legend(*panels[0, 0].get_legend_handles_labels(), fontsize=8, loc="upper right")
     figure.savefig(path, dpi=80)
     pyplot.close(figure)
 
