@@ -89,7 +89,7 @@ class Bake:
         """Into out (3, n). Each channel is one sum over terms and corners, in the table's own precision."""
         rows, columns = self.tile
         x, y = (u - self.first[1]) / self.texel, (v - self.first[0]) / self.texel
-        x0, y0 = (np.minimum(np.maximum(c, 0), n - 2).astype(np.intp) for c, n in ((x, columns), (y, rows)))
+        x0, y0 = (np.minimum(np.maximum(c.astype(np.intp), 0), n - 2) for c, n in ((x, columns), (y, rows)))
         precision = self.terms.dtype
         fx, fy = (x - x0).astype(precision), (y - y0).astype(precision)
         corners = np.stack([(1 - fy) * (1 - fx), (1 - fy) * fx, fy * (1 - fx), fy * fx])
@@ -101,7 +101,8 @@ class Bake:
         places = 3 * (tiles + [0, 1, columns, columns + 1]).reshape(-1, 1) + 3 * (y0 * columns + x0)
         flat = self.terms.reshape(-1)
         for c in range(3):
-            out[c] = np.einsum("mn,mn->n", weights, flat[c:].take(places))
+            # All places are within the table, and wrapping is what NumPy checks fastest.
+            out[c] = np.einsum("mn,mn->n", weights, flat[c:].take(places, mode="wrap"))
 
     def zero_order_xyz(self, w) -> np.ndarray:
         """Z (..., 3) at w (...,), linear between samples."""
