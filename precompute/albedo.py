@@ -63,10 +63,11 @@ def limit(table: np.ndarray, directions: np.ndarray) -> np.ndarray:
     x, y, cosine = np.moveaxis(np.asarray(directions, float), -1, 0)
     column = (np.arctan2(y, x) / (2 * np.pi) + 0.5) * (columns - 1)
     row = np.sqrt(np.clip(cosine, 0, 1)) * (rows - 1)
-    c0, r0 = (np.clip(at.astype(int), 0, n - 2) for at, n in ((column, columns), (row, rows)))
+    c0, r0 = (np.minimum(at.astype(int), n - 2) for at, n in ((column, columns), (row, rows)))
     fc, fr = column - c0, row - r0
-    lower = table[r0, c0] * (1 - fc) + table[r0, c0 + 1] * fc
-    upper = table[r0 + 1, c0] * (1 - fc) + table[r0 + 1, c0 + 1] * fc
+    flat, at = table.ravel(), r0 * columns + c0
+    lower = flat.take(at) * (1 - fc) + flat.take(at + 1) * fc
+    upper = flat.take(at + columns) * (1 - fc) + flat.take(at + columns + 1) * fc
     return 1 + (lower * (1 - fr) + upper * fr) / np.maximum(cosine, 1e-6)
 
 

@@ -12,6 +12,7 @@ linear in the spectrum.
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from itertools import islice
 
 import numpy as np
 
@@ -47,6 +48,8 @@ _SERIES_TOLERANCE = 2e-4
 # Wavelengths summed into the table at once, and rows of it: what a core's cache holds.
 _WAVELENGTHS_AT_ONCE, _ROWS_AT_ONCE = 8, 16
 _BINS_AT_ONCE = 1 << 23
+# Places of the table that are read at once: what a core's cache holds of their indices and weights.
+_READ_AT_ONCE = 8192
 
 Progress = Callable[[str, float], None]
 
@@ -86,18 +89,32 @@ class Bake:
     def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w) -> np.ndarray:
         """Scattered XYZ over w^2 (n, 3) at u, v (n,), read as a renderer reads it: bilinear, half floats as stored;
         what lies outside the table is its rim."""
+        w = np.broadcast_to(np.asarray(w, float), np.shape(u))
+        out = np.empty((3, len(u)))
+        for start in range(0, len(u), _READ_AT_ONCE):
+            part = slice(start, start + _READ_AT_ONCE)
+            self._read(u[part], v[part], w[part], out[:, part])
+        return out.T
+
+    def _read(self, u: np.ndarray, v: np.ndarray, w: np.ndarray, out: np.ndarray) -> None:
+        """Into out (3, n). Each channel is one sum over terms and corners, in the table's own precision."""
         rows, columns = self.tile
-        x = np.clip((u - self.first[1]) / self.texel, 0, columns - 1)
-        y = np.clip((v - self.first[0]) / self.texel, 0, rows - 1)
-        x0, y0 = (np.clip(np.floor(c).astype(int), 0, n - 2) for c, n in zip((x, y), self.tile[::-1], strict=True))
-        fx, fy = (x - x0)[:, None, None], (y - y0)[:, None, None]
-        texels = [[self.terms[:, y0 + j, x0 + i].transpose(1, 0, 2) for i in (0, 1)] for j in (0, 1)]
-        lower = texels[0][0] * (1 - fx) + texels[0][1] * fx
-        upper = texels[1][0] * (1 - fx) + texels[1][1] * fx
+        x = np.minimum(np.maximum((u - self.first[1]) / self.texel, 0), columns - 1)
+        y = np.minimum(np.maximum((v - self.first[0]) / self.texel, 0), rows - 1)
+        x0, y0 = (np.minimum(c.astype(np.intp), n - 2) for c, n in ((x, columns), (y, rows)))
+        precision = self.terms.dtype
+        fx, fy = (x - x0).astype(precision), (y - y0).astype(precision)
+        corners = np.stack([(1 - fy) * (1 - fx), (1 - fy) * fx, fy * (1 - fx), fy * fx])
         low, high = self.w_range
-        t = (2 * np.clip(np.broadcast_to(w, np.shape(u)), low, high) - low - high) / (high - low)
-        basis = chebyshev.polynomials(t, len(self.terms))
-        return np.einsum("nkc,nk->nc", lower * (1 - fy) + upper * fy, basis)
+        t = np.clip((2 * w - low - high) / (high - low), -1, 1).astype(precision)
+        weights = np.concatenate([term * corners for term in islice(chebyshev.recurrence(t), len(self.terms))])
+        # Places of the X of every texel that counts, in the table laid out flat; Y and Z follow it.
+        tiles = np.arange(len(self.terms))[:, None] * (rows * columns)
+        places = 3 * (tiles + [0, 1, columns, columns + 1]).reshape(-1, 1) + 3 * (y0 * columns + x0)
+        flat = self.terms.reshape(-1)
+        for c in range(3):
+            # All places are within the table, and wrapping is what NumPy checks fastest.
+            out[c] = np.einsum("mn,mn->n", weights, flat[c:].take(places, mode="wrap"))
 
     def zero_order_xyz(self, w) -> np.ndarray:
         """Z (..., 3) at w (...,), linear between samples."""

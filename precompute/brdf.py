@@ -7,9 +7,14 @@ KERATIN_IOR = 1.56
 THESIS_IOR = 1.5
 
 
+def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Scalar products (...,) of vectors (..., 3)."""
+    return np.einsum("...i,...i->...", a, b)
+
+
 def half_angle_cosine(wi: np.ndarray, wr: np.ndarray) -> np.ndarray:
     """Cosine (...,) of the angle between the light direction wi (..., 3) and the half vector of wi and wr."""
-    return np.sqrt(np.clip(0.5 * (1 + np.sum(wi * wr, axis=-1)), 0, 1))
+    return np.sqrt(np.clip(0.5 * (1 + dot(wi, wr)), 0, 1))
 
 
 def fresnel_reflectance(cosine: np.ndarray, ior: float = KERATIN_IOR) -> np.ndarray:
@@ -28,7 +33,7 @@ def obliquity_times_cosine_and_w2(wi: np.ndarray, wr: np.ndarray) -> np.ndarray:
 
     Stam's O diverges as w = cos(ti) + cos(tr) -> 0 and the scattered spectrum vanishes as w^2, so the bake and this
     factor share the w^2 between them and their product never divides by a small number."""
-    return (1 + np.sum(wi * wr, axis=-1)) ** 2 / np.maximum(wr[..., 2], 1e-6)
+    return (1 + dot(wi, wr)) ** 2 / np.maximum(wr[..., 2], 1e-6)
 
 
 def fresnel_conductor(cosine: np.ndarray, n: float, k: float) -> np.ndarray:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """BRDF maps: reflected colour over the hemisphere of view, pixel (x, y) = (sin t cos p, sin t sin p) (thesis 6.1)."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from .albedo import NO_LIMIT, limit, limit_table
@@ -15,18 +17,22 @@ from .series import spectrum_series
 
 # Interpolation in s at this tolerance is exact for every purpose of a picture; a test holds it against the reference.
 _EXACT = 1e-9
-# Directions a method is asked for at once: what it gathers stays within some tens of megabytes.
-_PIXELS = 8192
+# Directions that a bake, and that a method, is asked for at once: what a core's cache holds, and what a method gathers
+# stays within some tens of megabytes.
+_PIXELS, _METHOD_PIXELS = 16384, 8192
+# exp(-8.5^2 / 2) = 2e-16: past it nothing of the zero order is left.
+_KERNEL_SEEN = 8.5
 
 
-def view_hemisphere(size: int, theta_i: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Light directions wi (3,), view directions wr (size, size, 3), row along +y, and which pixels are real.
+def view_hemisphere(size: int, theta_i: float, rows: slice = slice(None)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Light direction wi (3,), view directions wr (rows, size, 3) of a map's rows, along +y, and which pixels are real.
 
     The light comes from azimuth 180 degrees, so that its mirror image lies on the +x side."""
     axis = (np.arange(size) + 0.5) * 2 / size - 1
-    x, y = np.meshgrid(axis, axis)
-    inside = x**2 + y**2 < 1
-    z = np.sqrt(np.maximum(1 - x**2 - y**2, 0))
+    x, y = np.meshgrid(axis, axis[rows])
+    radius2 = x**2 + y**2
+    inside = radius2 < 1
+    z = np.sqrt(np.maximum(1 - radius2, 0))
     wi = np.array([-np.sin(theta_i), 0, np.cos(theta_i)])
     return wi, np.stack([x, y, z], axis=-1), inside
 
@@ -35,13 +41,18 @@ def from_bake(bake: Bake, size: int, theta_i: float, conserving: bool = True) ->
     """Radiance XYZ (size, size, 3) under unit irradiance, row along +y, from a bake; NaN outside the hemisphere.
 
     In the energy-conserving form of the materials, or in Stam's (DESIGN 2)."""
-    wi, wr, inside = view_hemisphere(size, theta_i)
-    view = wr[inside]
-    u, v, w = (wi + view).T
-    scattered = bake.scattered_over_w2(u, v, w)
-    zero_order = bake.zero_order_xyz(w) * bake.kernel(u, v)[:, None]
     excess = bake.limit if conserving else NO_LIMIT
-    return _scatter(_radiance(wi, view, scattered, zero_order, excess), inside)
+
+    def xyz(wi: np.ndarray, view: np.ndarray) -> np.ndarray:
+        u, v, w = wi[:, None] + view.T
+        of_scattered, of_zero_order = _gains(wi, view, excess)
+        out = of_scattered[:, None] * bake.scattered_over_w2(u, v, w)
+        near = np.flatnonzero(u**2 + v**2 < (_KERNEL_SEEN * bake.sigma_b) ** 2)
+        kernel = bake.kernel(u[near], v[near])
+        out[near] += (of_zero_order[near] * kernel)[:, None] * bake.zero_order_xyz(w[near])
+        return out
+
+    return _hemisphere_of(xyz, size, theta_i, _PIXELS)
 
 
 def from_reference(
@@ -67,38 +78,45 @@ def from_reference(
             tick(k + 1, len(lambdas))
     excess = limit_table(series, sigma_b) if conserving else NO_LIMIT
     kernel = np.exp(-(half[..., 0] ** 2 + half[..., 1] ** 2) / (2 * sigma_b**2)) / (2 * np.pi * sigma_b**2)
-    xyz = _radiance(wi, wr[inside], scattered[inside], (zero_order * kernel[..., None])[inside], excess)
-    return _scatter(xyz, inside)
+    of_scattered, of_zero_order = _gains(wi, wr[inside], excess)
+    image = np.full((size, size, 3), np.nan)
+    image[inside] = of_scattered[:, None] * scattered[inside]
+    image[inside] += (of_zero_order * kernel[inside])[:, None] * zero_order[inside]
+    return image
 
 
 def from_method(method: Method, size: int, theta_i: float, tick=None) -> np.ndarray:
     """As from_bake, from any of precompute.methods; their zero order stands in the density, and near it Stam's O is
     its O, cos(ti) / cos(tr) = 1."""
-    wi, wr, inside = view_hemisphere(size, theta_i)
-    view = wr[inside]
-    xyz = np.empty((len(view), 3))
-    for start in range(0, len(view), _PIXELS):
-        part = slice(start, start + _PIXELS)
-        u, v, w = (wi + view[part]).T
-        xyz[part] = _radiance(wi, view[part], method.xyz(u, v, w) / w[:, None] ** 2, 0, NO_LIMIT)
+
+    def xyz(wi: np.ndarray, view: np.ndarray) -> np.ndarray:
+        u, v, w = (wi + view).T
+        of_scattered, _ = _gains(wi, view, NO_LIMIT)
+        return (of_scattered / w**2)[:, None] * method.xyz(u, v, w)
+
+    return _hemisphere_of(xyz, size, theta_i, _METHOD_PIXELS, tick)
+
+
+def _hemisphere_of(xyz: Callable, size: int, theta_i: float, at_once: int, tick=None) -> np.ndarray:
+    """xyz(wi (3,), views (n, 3)) of every view above the surface, about `at_once` pixels of whole rows at a time."""
+    image = np.full((size, size, 3), np.nan)
+    rows_at_once = max(1, at_once // size)
+    for start in range(0, size, rows_at_once):
+        rows = slice(start, start + rows_at_once)
+        wi, wr, inside = view_hemisphere(size, theta_i, rows)
+        seen = np.flatnonzero(inside)
+        image[rows].reshape(-1, 3)[seen] = xyz(wi, wr.reshape(-1, 3).take(seen, axis=0))
         if tick:
-            tick(min(start + _PIXELS, len(view)), len(view))
-    return _scatter(xyz, inside)
-
-
-def _radiance(wi, view, scattered_over_w2, zero_order, excess_albedo):
-    """R O cos(ti) PSD over the albedo's limit: radiance (n, 3) under unit irradiance."""
-    light = np.broadcast_to(wi, view.shape)
-    reflectance = fresnel_reflectance(half_angle_cosine(light, view))
-    factor = obliquity_times_cosine_and_w2(light, view)
-    reflectance = reflectance / np.maximum(limit(excess_albedo, wi), limit(excess_albedo, view))
-    return reflectance[:, None] * (factor[:, None] * scattered_over_w2 + wi[2] * zero_order)
-
-
-def _scatter(values: np.ndarray, inside: np.ndarray) -> np.ndarray:
-    image = np.full((*inside.shape, 3), np.nan)
-    image[inside] = values
+            tick(min(start + rows_at_once, size), size)
     return image
+
+
+def _gains(wi: np.ndarray, view: np.ndarray, excess_albedo: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What turns scattered XYZ over w^2 (n,), and the zero order's (n,), into radiance under unit irradiance: R O
+    cos(ti) over the albedo's limit."""
+    reflectance = fresnel_reflectance(half_angle_cosine(wi, view))
+    reflectance /= np.maximum(limit(excess_albedo, wi), limit(excess_albedo, view))
+    return reflectance * obliquity_times_cosine_and_w2(wi, view), reflectance * wi[2]
 
 
 def linear_rgb(xyz: np.ndarray, illuminant: str = "D65") -> np.ndarray:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Chebyshev nodes, interpolation and the Jacobi-Anger bound that says how many terms a phase needs."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 
@@ -13,6 +15,14 @@ def nodes(count: int, lower: float, upper: float) -> np.ndarray:
 def polynomials(t: np.ndarray, count: int) -> np.ndarray:
     """T_0 .. T_{count-1} at t in [-1, 1]; (..., count)."""
     return np.cos(np.arange(count) * np.arccos(np.clip(t, -1, 1))[..., None])
+
+
+def recurrence(t: np.ndarray) -> Iterator[np.ndarray]:
+    """T_0, T_1, ... at t (...,), one after the other, in t's own precision: T_{n+1} = 2 t T_n - T_{n-1}."""
+    before, now = t, np.ones_like(t)
+    while True:
+        yield now
+        before, now = now, 2 * t * now - before
 
 
 def coefficients_from_nodes(count: int) -> np.ndarray:

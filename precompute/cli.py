@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line: `info`, `bake`, `check`, `map`, `evaluate`, `efficiency`. Whatever is wrong, one
-line of fault and remedy, and a non-zero exit."""
+"""The command line: `info`, `bake`, `check`, `map`, `evaluate`, `efficiency`, `benchmark`. Whatever is wrong, one line
+of fault and remedy, and a non-zero exit."""
 
 import argparse
 import json
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import atlas, brdf_map, cache, efficiency, evaluation, info, lobes, plots
+from . import atlas, benchmark, benchmark_page, brdf_map, cache, efficiency, evaluation, info, lobes, plots
 from .bake import bake, plan
 from .baking import Order, bake_to_folder
 from .check import check
@@ -160,6 +160,17 @@ def build_parser() -> argparse.ArgumentParser:
     orders.add_argument("--samples", type=int, default=2048, metavar="N", help="samples of a period; default 2048")
     orders.add_argument("--json", metavar="FILE|-", help="write the result as JSON")
     orders.set_defaults(run=run_efficiency)
+
+    speed = verbs.add_parser("benchmark", help="speed against error: every method on the same surfaces")
+    speed.add_argument("--quick", action="store_true", help="a minute's run of small pieces: a trial, no result")
+    speed.add_argument(
+        "-o", "--output", type=Path, default=Path("benchmark"), metavar="DIR",
+        help=f"folder for {benchmark_page.PAGE} and its pictures; default benchmark",
+    )  # fmt: skip
+    speed.add_argument("--shared", type=Path, metavar="DIR", help="real scans; default ../shared/data, if there")
+    speed.add_argument("--json", metavar="FILE|-", help="write the result as JSON")
+    speed.add_argument("--progress", choices=("text", "json", "none"), default="text", help=argparse.SUPPRESS)
+    speed.set_defaults(run=run_benchmark)
     return parser
 
 
@@ -459,6 +470,20 @@ def run_efficiency(arguments) -> None:
     emit({"orders": [o.as_dict() for o in found]}, arguments.json, lambda: "\n".join(lines))
 
 
+def run_benchmark(arguments) -> None:
+    """The `benchmark` verb: the table, the page and its pictures."""
+    if arguments.shared is not None and not arguments.shared.is_dir():
+        raise GratingError(f"{arguments.shared}: there is no such folder; leave --shared out for the sample surfaces")
+    plots.pyplot()
+    effort = benchmark.QUICK if arguments.quick else benchmark.FULL
+    facts = benchmark.run(effort, arguments.shared or benchmark.SHARED, Progress(arguments.progress))
+    pictures = benchmark_page.write_pictures(facts, arguments.output / "images")
+    page = arguments.output / benchmark_page.PAGE
+    write_whole(page, lambda path: path.write_text(benchmark_page.text(facts), encoding="utf-8"))
+    facts["files"] = [str(page), *map(str, pictures)]
+    emit(facts, arguments.json, lambda: "\n".join([benchmark_page.summary(facts), *facts["files"]]))
+
+
 def existing_bake(file: str) -> Path | None:
     """The bake that FILE names: an .exr, or a folder that holds exactly one (and what belongs to it)."""
     path = Path(file)
@@ -516,8 +541,8 @@ def check_targets(arguments) -> None:
     existing = next((each for each in (output, *output.parents) if each.exists()), None) if output else None
     if existing is not None and existing != output and not existing.is_dir():
         raise GratingError(f"{existing}: is a file; name a folder")
-    if output is not None and arguments.run is run_bake and output.exists() and not output.is_dir():
-        raise GratingError(f"{output}: is a file; name a folder for the bake")
+    if output is not None and arguments.run in (run_bake, run_benchmark) and output.exists() and not output.is_dir():
+        raise GratingError(f"{output}: is a file; name a folder")
 
 
 def _check_file(path: Path) -> None:

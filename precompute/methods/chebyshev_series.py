@@ -9,6 +9,7 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
@@ -28,11 +29,7 @@ class Chebyshev:
 
     def fields(self, height_m: np.ndarray) -> Iterator[np.ndarray]:
         """T_n(t) for n = 0 .. terms - 1, by the three-term recurrence."""
-        t = (height_m - self.middle_m) / self.half_range_m
-        before, now = t, np.ones_like(t)
-        for _ in range(self.terms):
-            yield now
-            before, now = now, 2 * t * now - before
+        yield from islice(chebyshev.recurrence((height_m - self.middle_m) / self.half_range_m), self.terms)
 
     def coefficients(self, s: np.ndarray) -> np.ndarray:
         """J_0(z), 2 (-i)^n J_n(z) (m, terms), up to the phase of the middle height, which |P|^2 does not see.
