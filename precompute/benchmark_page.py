@@ -297,8 +297,8 @@ def _of_the_map(facts: dict) -> str:
     )
     return f"""## A BRDF map, beside FLSS
 
-{one["pixels"]} x {one["pixels"]} pixels, light at 30 degrees, of the same surface. FLSS as in the thesis: 37 terms, 81
-wavelengths, 3 x 3 texels.
+{one["pixels"]} x {one["pixels"]} pixels, light at 30 degrees, same surface, Stam's form. FLSS as the thesis: 37
+terms, 81 wavelengths, 3 x 3 texels.
 
 {lines}
 

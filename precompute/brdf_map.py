@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .albedo import NO_LIMIT, limit, limit_table
+from .albedo import limit, limit_table
 from .bake import Bake
 from .brdf import fresnel_reflectance, half_angle_cosine, obliquity_times_cosine_and_w2
 from .colour import WAVELENGTH_MIN_M, rgb_from_xyz, spectral_weights, srgb_encode
@@ -41,7 +41,7 @@ def from_bake(bake: Bake, size: int, theta_i: float, conserving: bool = True) ->
     """Radiance XYZ (size, size, 3) under unit irradiance, row along +y, from a bake; NaN outside the hemisphere.
 
     In the energy-conserving form of the materials, or in Stam's (DESIGN 2)."""
-    excess = bake.limit if conserving else NO_LIMIT
+    excess = bake.limit if conserving else None
 
     def xyz(wi: np.ndarray, view: np.ndarray) -> np.ndarray:
         u, v, w = wi[:, None] + view.T
@@ -76,7 +76,7 @@ def from_reference(
         zero_order += series.zero_order(w / lam)[..., None] * weight
         if tick:
             tick(k + 1, len(lambdas))
-    excess = limit_table(series, sigma_b) if conserving else NO_LIMIT
+    excess = limit_table(series, sigma_b) if conserving else None
     kernel = np.exp(-(half[..., 0] ** 2 + half[..., 1] ** 2) / (2 * sigma_b**2)) / (2 * np.pi * sigma_b**2)
     of_scattered, of_zero_order = _gains(wi, wr[inside], excess)
     image = np.full((size, size, 3), np.nan)
@@ -91,7 +91,7 @@ def from_method(method: Method, size: int, theta_i: float, tick=None) -> np.ndar
 
     def xyz(wi: np.ndarray, view: np.ndarray) -> np.ndarray:
         u, v, w = (wi + view).T
-        of_scattered, _ = _gains(wi, view, NO_LIMIT)
+        of_scattered, _ = _gains(wi, view, None)
         return (of_scattered / w**2)[:, None] * method.xyz(u, v, w)
 
     return _hemisphere_of(xyz, size, theta_i, _METHOD_PIXELS, tick)
@@ -111,11 +111,12 @@ def _hemisphere_of(xyz: Callable, size: int, theta_i: float, at_once: int, tick=
     return image
 
 
-def _gains(wi: np.ndarray, view: np.ndarray, excess_albedo: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _gains(wi: np.ndarray, view: np.ndarray, excess_albedo: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
     """What turns scattered XYZ over w^2 (n,), and the zero order's (n,), into radiance under unit irradiance: R O
-    cos(ti) over the albedo's limit."""
+    cos(ti), over the albedo's limit or, without an excess, in Stam's form."""
     reflectance = fresnel_reflectance(half_angle_cosine(wi, view))
-    reflectance /= np.maximum(limit(excess_albedo, wi), limit(excess_albedo, view))
+    if excess_albedo is not None:
+        reflectance /= np.maximum(limit(excess_albedo, wi), limit(excess_albedo, view))
     return reflectance * obliquity_times_cosine_and_w2(wi, view), reflectance * wi[2]
 
 
