@@ -45,10 +45,11 @@ def reference_xyz(relief, u, v, w: float, sigma_b: float, step_m=1e-9, illuminan
     return scattered, zero_order
 
 
-def blurred(power: np.ndarray, grid: FrequencyGrid, u, v, lam: float, sigma_b: float) -> np.ndarray:
-    """Density (n,) over (u, v) of the binned power (ny, nx), each bin a Gaussian of sigma_b at lambda * q."""
-    index_y, kernel_y = _kernel_bins(grid.q_y, v, lam, sigma_b)
-    index_x, kernel_x = _kernel_bins(grid.q_x, u, lam, sigma_b)
+def blurred(power: np.ndarray, grid: FrequencyGrid, u, v, lam: float, sigma_b: float, cut=KERNEL_REACH) -> np.ndarray:
+    """Density (n,) over (u, v) of the binned power (ny, nx), each bin a Gaussian of sigma_b at lambda * q, cut at so
+    many sigma_b."""
+    index_y, kernel_y = _kernel_bins(grid.q_y, v, lam, sigma_b, cut)
+    index_x, kernel_x = _kernel_bins(grid.q_x, u, lam, sigma_b, cut)
     density = np.empty(len(u))
     chunk = max(1, 4_000_000 // (index_y.shape[1] * index_x.shape[1]))
     for start in range(0, len(u), chunk):
@@ -58,13 +59,13 @@ def blurred(power: np.ndarray, grid: FrequencyGrid, u, v, lam: float, sigma_b: f
     return density
 
 
-def _kernel_bins(q: np.ndarray, position, lam: float, sigma_b: float) -> tuple[np.ndarray, np.ndarray]:
+def _kernel_bins(q: np.ndarray, position, lam: float, sigma_b: float, cut: float) -> tuple[np.ndarray, np.ndarray]:
     """For each position in u or v, the bins within the kernel's reach and the kernel there; two (n, reach) arrays."""
     if len(q) == 1:
         centre = np.zeros((len(position), 1), int)
     else:
         spacing = q[1] - q[0]
-        reach = int(np.ceil(KERNEL_REACH * sigma_b / (lam * spacing)))
+        reach = int(np.ceil(cut * sigma_b / (lam * spacing)))
         nearest = np.rint((np.asarray(position) / lam - q[0]) / spacing).astype(int)
         centre = nearest[:, None] + np.arange(-reach, reach + 1)
     inside = (centre >= 0) & (centre < len(q))

@@ -26,6 +26,10 @@ class FrequencyGrid:
     q_x: np.ndarray
     transform_shape: tuple[int, int]
 
+    def part(self, kept: tuple[slice, slice]) -> "FrequencyGrid":
+        """The grid of some rows and columns."""
+        return FrequencyGrid(self.q_y[kept[0]], self.q_x[kept[1]], self.transform_shape)
+
 
 def phasor(height_m: np.ndarray, s: float) -> np.ndarray:
     """exp(-i 2 pi s h), complex128, s in cycles per metre."""

@@ -9,6 +9,7 @@ import pytest
 from precompute import metric, self_check
 from precompute.bake import carry_out, plan
 from precompute.height_map import HeightMap
+from precompute.needs import Needs
 from precompute.relief import prepare
 
 COHERENCE_M = 3e-6
@@ -56,6 +57,14 @@ def test_it_agrees_with_the_reference(made):
     assert own.p99 <= 1
     assert own.mean == pytest.approx(exact.mean, rel=0.35, abs=0.02)
     assert own.zero_order_dy == pytest.approx(exact.zero_order_dy, abs=3e-4)
+
+
+def test_a_small_region_is_still_looked_at():
+    """One percent of the directions, of which few of a first draw are."""
+    relief, needs = skin(), Needs(u=(0.5, 0.9), v=(-0.1, 0.1), w=(1.0, 1.4))
+    chosen = plan(relief, COHERENCE_M, needs=needs)
+    errors = self_check.self_check((relief,), chosen, carry_out(chosen), lambda *_: None)
+    assert errors.pairs > 1000 and errors.p99 <= 1
 
 
 def test_black_bright_and_shifted_bakes_fail(made):
