@@ -192,7 +192,7 @@ def as_file(height_map: HeightMap, folder: Path) -> list[str]:
     path = folder / "piece.png"
     Image.fromarray(np.rint((height_map.height_m - low) / span * 65535).astype(np.uint16)).save(path)
     width_m = height_map.height_m.shape[1] * height_map.pixel_size_m[1]
-    return [str(path), "--size-um", repr(width_m * 1e6), "--height-nm", repr(span * 1e9)]
+    return [str(path), "--size-um", repr(float(width_m * 1e6)), "--height-nm", repr(float(span * 1e9))]
 
 
 # The references

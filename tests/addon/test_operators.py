@@ -50,7 +50,7 @@ def test_bake_runs_and_is_recorded(scene, scan, tmp_path):
 def test_a_bake_that_fails_tells_its_one_line(scene, scan, tmp_path):
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
     scene.natural_gratings.active().coherence_um = 5000
-    with pytest.raises(RuntimeError, match="coherence of 5e.03 um: finer than"):
+    with pytest.raises(RuntimeError, match="waves.png: coherence of 5e.03 um: longer than the scan"):
         bpy.ops.grating.bake(directory=str(tmp_path))
     assert scene.natural_gratings.active().bake_path == ""
     assert list(tmp_path.iterdir()) == []

@@ -20,7 +20,7 @@ TINY = replace(
 
 
 @pytest.fixture(scope="module")
-def facts(tmp_path_factory):
+def facts(tmp_path_factory, matplotlib):
     """Those of the verb, as JSON."""
     folder, every = tmp_path_factory.mktemp("benchmark"), benchmark.surfaces
     with pytest.MonkeyPatch.context() as patch:
