@@ -3,8 +3,18 @@
 
 import bpy
 
-from . import commands, gratings, panel
-from .operators import assign, bake_grating, import_height_map, new_material, remove_grating
+from . import commands, gratings, key_lights, panel
+from .operators import (
+    add_diffraction,
+    assign,
+    bake_grating,
+    import_height_map,
+    new_material,
+    osl_reference,
+    remove_diffraction,
+    remove_grating,
+    update_lights,
+)
 
 # In the order of registration: property groups before those who hold them.
 CLASSES = (
@@ -15,9 +25,14 @@ CLASSES = (
     bake_grating.BakeGrating,
     new_material.NewDiffractionMaterial,
     assign.AssignToSelected,
+    add_diffraction.AddDiffraction,
+    remove_diffraction.RemoveDiffraction,
+    update_lights.UpdateLights,
+    osl_reference.NewOslReference,
     panel.SampleMenu,
     panel.GratingList,
     panel.GratingPanel,
+    panel.ReferencePanel,
 )
 
 _command = None
@@ -30,6 +45,7 @@ def register() -> None:
         bpy.utils.register_class(cls)
     bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=gratings.SceneGratings)
     bpy.types.TOPBAR_MT_file_import.append(import_height_map.menu_entry)
+    bpy.app.handlers.blend_import_post.append(key_lights.follow_after_import)
     _command = bpy.utils.register_cli_command("grating", commands.execute)
 
 
@@ -37,6 +53,7 @@ def unregister() -> None:
     """Undo register(), last first. What the scenes hold stays in them."""
     bpy.utils.unregister_cli_command(_command)
     bake_grating.stop_running_bake()
+    bpy.app.handlers.blend_import_post.remove(key_lights.follow_after_import)
     bpy.types.TOPBAR_MT_file_import.remove(import_height_map.menu_entry)
     del bpy.types.Scene.natural_gratings
     for cls in reversed(CLASSES):

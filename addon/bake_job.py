@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake in a process of its own, so that Blender's interface stays alive and cancelling is a terminate."""
+"""Precompute's work in a process of its own, so that Blender's interface stays alive and cancelling is a terminate."""
 
 import importlib.util
 import json
@@ -18,14 +18,15 @@ ROOT = Path(__file__).parent.parent
 
 
 class BakeJob:
-    """`python -m precompute bake ...` with JSON progress. The pipes are files: they never fill, never block."""
+    """`python -m precompute bake ...` (or another verb that writes a folder) with JSON progress. The pipes are files:
+    they never fill, never block."""
 
-    def __init__(self, arguments: list[str], folder: Path):
+    def __init__(self, arguments: list[str], folder: Path, verb: str = "bake"):
         self._folder = folder
         self._logs = tempfile.TemporaryDirectory(prefix="natural-gratings-")
         logs = Path(self._logs.name)
         self._out_path, self._err_path = logs / "result.json", logs / "progress.jsonl"
-        command = [sys.executable, "-B", "-m", "precompute", "bake", *arguments]
+        command = [sys.executable, "-B", "-m", "precompute", verb, *arguments]
         command += ["-o", str(folder), "--json", "-", "--progress", "json"]
         with self._out_path.open("wb") as out, self._err_path.open("wb") as err:
             self._process = subprocess.Popen(
@@ -48,7 +49,7 @@ class BakeJob:
         return "starting", 0.0
 
     def result(self) -> dict:
-        """The bake's facts once it has ended. Raises GratingError with the process's own line if it failed."""
+        """The run's facts once it has ended. Raises GratingError with the process's own line if it failed."""
         out, err = self._out_path.read_text(errors="replace"), self._err_path.read_text(errors="replace")
         status = self._process.returncode
         self._logs.cleanup()

@@ -85,7 +85,7 @@ def run_bake(arguments) -> None:
     grating = import_into_scene(arguments)
     grating.delta_e = arguments.delta_e
     grating.coherence_um = arguments.coherence_um or 0.0
-    options = ["--illuminant", arguments.illuminant]
+    options = ["--illuminant", arguments.illuminant, "--model", arguments.model]
     options += ["--no-cache"] if arguments.no_cache else []
     options += ["--needs", str(arguments.needs.resolve())] if arguments.needs else []
     facts = bake_and_wait(grating, str(arguments.output.resolve()) if arguments.output else "", options)

@@ -3,6 +3,9 @@
 
 import bpy
 
+# The Raycast node of materials: true shadows in Cycles, of what is on screen in EEVEE.
+HAS_RAYCAST = bpy.app.version >= (5, 1, 0)
+
 
 def working_space() -> str:
     """The file's linear working space, as precompute.colour names it. Blender 5.0 made it a choice."""

@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 
 import bpy
-from bpy.props import CollectionProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import BoolProperty, CollectionProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ..precompute import cache
 from ..precompute.failure import GratingError
@@ -40,6 +40,13 @@ class Grating(bpy.types.PropertyGroup):
     )
     bake_path: StringProperty(name="Bake", description="The baked table", subtype="FILE_PATH")
     bake_summary: StringProperty(name="Bake Summary", description="The bake's measured error and its size")
+    shadows: BoolProperty(
+        name="Shadows",
+        description="Objects shade the diffraction: all in Cycles, those on screen in EEVEE. Before Blender 5.1 "
+        "only Cycles with Open Shading Language shades",
+        default=True,
+    )
+    group: PointerProperty(type=bpy.types.ShaderNodeTree, name="Node Group", description="Made from the bake")
     material: PointerProperty(type=bpy.types.Material, name="Material", description="The material made from the bake")
 
     def baked_file(self) -> Path:

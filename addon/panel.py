@@ -3,14 +3,19 @@
 
 import bpy
 
-from ..precompute.failure import GratingError
 from ..precompute.samples import SAMPLES
-from . import key_light
+from . import compat, key_lights
+from .materials.diffraction import linked_with_fewer_lamps
+from .materials.osl import missing_for_osl
+from .operators.add_diffraction import AddDiffraction
 from .operators.assign import AssignToSelected
 from .operators.bake_grating import BakeGrating
 from .operators.import_height_map import ImportHeightMap
 from .operators.new_material import NewDiffractionMaterial
+from .operators.osl_reference import NewOslReference
+from .operators.remove_diffraction import RemoveDiffraction
 from .operators.remove_grating import RemoveGrating
+from .operators.update_lights import UpdateLights
 
 
 class SampleMenu(bpy.types.Menu):
@@ -58,7 +63,26 @@ class GratingPanel(bpy.types.Panel):
             layout.label(text="Import a height map, or add a sample", icon="INFO")
             return
         _draw_bake(layout, grating)
-        _draw_material(layout, context)
+        _draw_material(layout, grating)
+        _draw_lamps(layout, context)
+
+
+class ReferencePanel(bpy.types.Panel):
+    """For comparisons: the thesis's algorithms, evaluated in every pixel"""
+
+    bl_idname = "GRATING_PT_reference"
+    bl_label = "OSL Reference"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Grating"
+    bl_parent_id = GratingPanel.bl_idname
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        self.layout.operator(NewOslReference.bl_idname, icon="SHADING_RENDERED")
+        missing = missing_for_osl(context.scene)
+        if missing:
+            self.layout.label(text=missing[0].upper() + missing[1:], icon="INFO")
 
 
 def _draw_bake(layout, grating) -> None:
@@ -83,15 +107,41 @@ def _draw_lines(layout, summary: str) -> None:
         column.label(text=fact)
 
 
-def _draw_material(layout, context) -> None:
+def _draw_material(layout, grating) -> None:
     column = layout.column(align=True)
     column.operator(NewDiffractionMaterial.bl_idname, icon="MATERIAL")
     column.operator(AssignToSelected.bl_idname, icon="BRUSH_DATA")
-    try:
-        layout.label(text=f"Lit by {key_light.find_sun(context.scene).name}", icon="LIGHT_SUN")
-    except GratingError:
-        layout.label(text="No sun in the scene: add one", icon="ERROR")
+    row = column.row(align=True)
+    row.operator(AddDiffraction.bl_idname, icon="ADD")
+    row.operator(RemoveDiffraction.bl_idname, icon="REMOVE", text="Remove")
+    shadows = layout.row()
+    shadows.active = grating.group is None
+    shadows.prop(grating, "shadows")
+
+
+_ICONS = {"SUN": "LIGHT_SUN", "POINT": "LIGHT_POINT", "SPOT": "LIGHT_SPOT", "AREA": "LIGHT_AREA"}
+
+
+def _draw_lamps(layout, context) -> None:
+    scene = context.scene
+    header = layout.row()
+    header.label(text="Lit by")
+    header.operator(UpdateLights.bl_idname, icon="FILE_REFRESH", text="")
+    column = layout.column(align=True)
+    for lamp in key_lights.followed_lamps(scene):
+        if lamp is not None and lamp.type == "LIGHT":
+            column.label(text=lamp.name, icon=_ICONS[lamp.data.type])
+    if not key_lights.is_up_to_date(scene):
+        column.label(text="Lamps have come or gone: update", icon="ERROR")
+    instanced = key_lights.instanced_lamps(context.evaluated_depsgraph_get())
+    for line in key_lights.unfollowed_features(scene) + linked_with_fewer_lamps(scene):
+        column.label(text=line, icon="INFO")
+    if instanced:
+        column.label(text=f"Instanced: {', '.join(instanced)}", icon="ERROR")
+        column.label(text="Apply > Make Instances Real")
     note = layout.column(align=True)
     note.active = False
-    note.label(text="Diffraction is lit by that sun alone,")
-    note.label(text="and no object shades it yet.")
+    note.label(text="World and Material Preview light no diffraction.")
+    if not compat.HAS_RAYCAST:
+        note.label(text="Before Blender 5.1 objects shade it only in")
+        note.label(text="Cycles with Open Shading Language on.")

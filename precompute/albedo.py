@@ -16,14 +16,14 @@ does to the table.
 
 Rows of the table are equal steps of sqrt(cos(t)) from the horizon to the normal: A is smooth in cos(t), and changes
 most within sqrt(2 sigma_b) of the horizon, where the kernel is cut. Columns are equal steps of azimuth from -pi to pi,
-both ends included, so that a look-up need not wrap.
+both ends included.
 """
 
 import math
 
 import numpy as np
 
-from . import chebyshev
+from . import bspline, chebyshev
 from .colour import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
 from .resample import Resampler
 from .series import SpectrumSeries
@@ -61,14 +61,15 @@ def limit(table: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """max(1, a) (...,) towards directions (..., 3), the table (rows, columns) read as a renderer reads it."""
     rows, columns = table.shape
     x, y, cosine = np.moveaxis(np.asarray(directions, float), -1, 0)
-    column = (np.arctan2(y, x) / (2 * np.pi) + 0.5) * (columns - 1)
-    row = np.sqrt(np.clip(cosine, 0, 1)) * (rows - 1)
-    c0, r0 = (np.minimum(at.astype(int), n - 2) for at, n in ((column, columns), (row, rows)))
-    fc, fr = column - c0, row - r0
-    flat, at = table.ravel(), r0 * columns + c0
-    lower = flat.take(at) * (1 - fc) + flat.take(at + 1) * fc
-    upper = flat.take(at + columns) * (1 - fc) + flat.take(at + columns + 1) * fc
-    return 1 + (lower * (1 - fr) + upper * fr) / np.maximum(cosine, 1e-6)
+    column = (np.arctan2(y, x) / (2 * np.pi) + 0.5) * (columns - 1) + 1
+    row = np.sqrt(np.clip(cosine, 0, 1)) * (rows - 1) + 1
+    return 1 + bspline.read_grid(with_rim(table), row, column) / np.maximum(cosine, 1e-6)
+
+
+def with_rim(table: np.ndarray) -> np.ndarray:
+    """A table with the texel around it that a cubic reading meets, (rows + 2, columns + 2): rows mirrored, columns
+    going round, of which the first and the last are the same azimuth."""
+    return np.pad(np.concatenate([table[:, -2:-1], table, table[:, 1:2]], axis=1), ((1, 1), (0, 0)), mode="reflect")
 
 
 def limit_table(series: SpectrumSeries, sigma_b: float) -> np.ndarray:
@@ -95,10 +96,11 @@ def between(values: np.ndarray, stride: int) -> np.ndarray:
 
 
 def raised(values: np.ndarray) -> np.ndarray:
-    """Values (rows, columns), columns going round, so raised that a bilinear look-up does not fall under what lies
-    between: where they are concave, the look-up falls short by an eighth of the second difference along each axis."""
+    """Values (rows, columns), columns going round, so raised that a cubic look-up does not fall under what lies
+    between: where they are concave, it falls short of a parabola by a sixth of the second difference along each axis,
+    at the texels and between them alike."""
     wide = np.pad(np.pad(values, ((2, 2), (0, 0)), mode="reflect"), ((0, 0), (2, 2)), mode="wrap")
-    short = sum(np.maximum(2 * wide - np.roll(wide, 1, axis) - np.roll(wide, -1, axis), 0) for axis in (0, 1)) / 8
+    short = sum(np.maximum(2 * wide - np.roll(wide, 1, axis) - np.roll(wide, -1, axis), 0) for axis in (0, 1)) / 6
     around = np.lib.stride_tricks.sliding_window_view(short[1:-1, 1:-1], (3, 3)).max(axis=(-2, -1))
     return values + around
 

@@ -5,14 +5,14 @@ import hashlib
 import math
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from . import atlas, coherence, lobes
-from .bake import Bake, Progress, blender_bytes, carry_out, extent, plan
+from . import atlas, coherence, lobes, patch_bake
+from .bake import BYTES_PER_TEXEL, Bake, Progress, blender_bytes, carry_out, extent, plan
 from .failure import GratingError
 from .height_map import HeightMap
 from .metric import Errors
@@ -28,20 +28,26 @@ _RELATIVE_DY = 0.01
 
 @dataclass(frozen=True)
 class Order:
-    """What is asked of a bake. `delta_e` is the 99th percentile of CIEDE2000; a coherence length of None is auto."""
+    """What is asked of a bake. `delta_e` is the 99th percentile of CIEDE2000; a coherence length of None is auto, under
+    the patch model the thesis's."""
 
     delta_e: float = 1.0
     coherence_length_m: float | None = None
     illuminant: str = "D65"
     needs: Needs = EVERYTHING
+    model: str = "ensemble"
+
+
+MODELS = "ensemble", "patch"
 
 
 @dataclass(frozen=True)
 class Made:
-    """A bake as its file will hold it, the sample set beside it, its measured errors, and what it took."""
+    """A bake as its file will hold it, the sample set beside it (none under the patch model), its measured errors, and
+    what it took."""
 
     bake: Bake
-    sample_set: lobes.Lobes
+    sample_set: lobes.Lobes | None
     image: np.ndarray
     layout: atlas.Layout
     errors: Errors
@@ -52,7 +58,7 @@ class Made:
 
     @property
     def blender_bytes(self) -> int:
-        return blender_bytes(self.layout.terms, self.bake.tile)
+        return BYTES_PER_TEXEL * self.layout.width * self.layout.height
 
 
 def make(
@@ -63,8 +69,8 @@ def make(
     made = _attempt(reliefs, order, progress, 1.0, source)
     excess = _excess(made.errors, order.delta_e)
     if excess > 1:
-        # The error falls as the square of the texels; what it does not, a second look tells.
-        again = _attempt(reliefs, order, progress, math.sqrt(1.25 * excess), source)
+        # The error falls as the fourth power of the texels; what it does not, a second look tells.
+        again = _attempt(reliefs, order, progress, (1.5 * excess) ** 0.25, source)
         again = _with_time_of(again, made)
         made = again if _excess(again.errors, order.delta_e) < excess else made
     if _excess(made.errors, order.delta_e) > 1:
@@ -83,24 +89,33 @@ def _excess(errors: Errors, delta_e: float) -> float:
     return max(errors.p99 / delta_e, errors.relative_dy / (_RELATIVE_DY * max(delta_e, 1)))
 
 
+def _steps(model: str) -> tuple[Callable, Callable, Callable]:
+    """Plan, carry out and self-check of a model of coherence."""
+    if model == "patch":
+        return patch_bake.plan, patch_bake.carry_out, patch_bake.self_check
+    return plan, carry_out, self_check
+
+
 def _attempt(reliefs, order: Order, progress: Progress, finer: float, source: str) -> Made:
     started = time.perf_counter()
+    plan_it, carry_it_out, check_it = _steps(order.model)
     try:
-        chosen = plan(
+        chosen = plan_it(
             reliefs, order.coherence_length_m, order.delta_e, order.illuminant, order.needs, progress, finer
         )  # fmt: skip
     except GratingError as error:
         raise GratingError(f"{source}: {error}") from error
-    in_blender = blender_bytes(chosen.terms, tuple(len(axis) for axis in chosen.axes))
+    in_blender = blender_bytes(chosen.terms, tuple(len(axis) for axis in chosen.axes), chosen.sigma_b)
     if in_blender > ATLAS_BYTES_MAX:
         raise GratingError(
-            f"{source}: the table would take {in_blender / 2**20:.0f} MiB in Blender; ask for a shorter --coherence-um"
+            f"{source}: the table would take {in_blender / 2**20:.0f} MiB in Blender; ask for a shorter "
+            "--coherence-um, or for a part of it by --needs"
         )
-    image, layout = atlas.pack(carry_out(chosen, order.illuminant, progress))
+    image, layout = atlas.pack(carry_it_out(chosen, order.illuminant, progress))
     stored = atlas.unpack(image, layout)
-    sample_set = lobes.make_lobes(chosen.ensemble, chosen.sigma_b)
+    sample_set = None if order.model == "patch" else lobes.make_lobes(chosen.ensemble, chosen.sigma_b)
     baked = time.perf_counter()
-    errors = self_check(reliefs, chosen, stored, progress)
+    errors = check_it(reliefs, chosen, stored, progress)
     transforms = sum(len(series.amplitude) for series in chosen.ensemble)
     return Made(
         stored, sample_set, image, layout, errors, len(chosen.wavelengths), transforms, baked - started,
@@ -121,7 +136,9 @@ def bake_to_folder(height_maps: Sequence[HeightMap], order: Order, folder: Path,
     provenance = provenance_of(height_maps, reliefs, order, made)
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{bake_name(height_maps)}.exr"
-    pictures = {path: (made.image, made.layout), lobes.path_beside(path): lobes.pack(made.sample_set)}
+    pictures = {path: (made.image, made.layout)}
+    if made.sample_set is not None:
+        pictures[lobes.path_beside(path)] = lobes.pack(made.sample_set)
     atlas.write_together(pictures, provenance)
     return {
         "seconds": made.seconds,
@@ -154,7 +171,7 @@ def provenance_of(height_maps: Sequence[HeightMap], reliefs: Sequence[Relief], o
         "pixel_size_m": list(height_maps[0].pixel_size_m),
         "shape": list(height_maps[0].height_m.shape),
         "height_range_m": max(relief.height_range_m for relief in reliefs),
-        "model": "ensemble",
+        "model": order.model,
         "coherence_um": length_m * 1e6,
         "coherence_areas": coherence.coherence_areas((area, 1.0), length_m, profiles),
         "precision": str(made.image.dtype),

@@ -4,7 +4,7 @@
 Bounds alone ask for the worst: ideal line gratings, whose orders are as sharp as the kernel, and reliefs that have as
 much light at their full depth as anywhere. So both are measured, on a dozen patches of (u, v): some where the light
 is, some near the zero order, where a deep relief changes fastest with w. In each patch the exact sum over the bins
-stands at random places, and a small lattice of texels, read bilinearly, beside it.
+stands at random places, and a small lattice of texels, read by cubic B-splines, beside it.
 """
 
 import math
@@ -13,41 +13,44 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import chebyshev
+from . import bspline, chebyshev
 from .colour import spectral_weights, white_xyz
 from .metric import worst_exposure
 from .resample import KERNEL_REACH
 from .series import SpectrumSeries
 
-# The error of a bilinear table falls as the square of the texels to a standard deviation of the kernel: it is measured
-# at so many, on a lattice of so many texels a side, at so many places a side within it.
-_TEXELS_MEASURED, _LATTICE, _PLACES = 2.0, 6, 5
-# Fewer, and the square no longer holds; more, and half floats show first.
-TEXELS_MIN, TEXELS_MAX = 1.25, 8.0
-# Shares of the budget. The square law is one of a mean: a fifth more error than measured was the most seen on samples.
-_BILINEAR_SHARE, _TERMS_SHARE, _HALVES_SHARE = 0.55, 0.25, 0.1
+# The error of a cubic table falls as the fourth power of the texels to a standard deviation of the kernel: it is
+# measured at so many, on a lattice of so many texels a side, at so many places a side in its three middle cells.
+_TEXELS_MEASURED, _LATTICE, _PLACES = 1.0, 6, 5
+# Of a Gaussian's peak a reading is off by 1.8 % at one texel, 3.4 % at 0.9 and 7.7 % at 0.8, where the kernel to
+# sample, sqrt(sigma^2 - texel^2 / 3), falls between the texels: the fourth power of 0.9 is a quarter short of that, of
+# 0.8 a half. Above, it falls a little faster; half floats show before four.
+TEXELS_MIN, TEXELS_MAX = 0.9, 4.0
+# Shares of the budget. The reading's, a dE00, also keeps |dY| under the percent that goes with a dE00 of 1: at 0.75
+# some surfaces, sample:elaphe one of them, had to be baked twice for it.
+_READING_SHARE, _TERMS_SHARE, _HALVES_SHARE = 0.55, 0.25, 0.1
 # Half floats end at 65504 and lose digits under 6e-5; the largest value is put here, leaving room above.
 LARGEST_STORED = 8192.0
 _PATCHES_LIT, _PATCHES_INNER = 16, 5
-# Where light is drawn from a bin, a patch lies about it by so many sigma: the flanks of an order are where a bilinear
-# reading errs most.
+# Where light is drawn from a bin, a patch lies about it by so many sigma: a reading errs most on an order and its
+# flanks.
 _FLANK = 0.5
 
 
 @dataclass(frozen=True)
 class Probe:
-    """Truth and a bilinear reading of it, scattered XYZ over w^2 (count, places, 3), at `count` Chebyshev nodes of w;
+    """Truth and a cubic reading of it, scattered XYZ over w^2 (count, places, 3), at `count` Chebyshev nodes of w;
     `real` (count, places) marks the places that directions reach at that w."""
 
     truth: np.ndarray
-    bilinear: np.ndarray
+    reading: np.ndarray
     real: np.ndarray
     white: np.ndarray
 
     def texels_per_sigma(self, delta_e: float) -> float:
         """Texels that one standard deviation of the kernel must span for a dE00 of delta_e (99th percentile)."""
-        error = self._p99(self.bilinear)
-        return float(np.clip(_TEXELS_MEASURED * math.sqrt(error / (_BILINEAR_SHARE * delta_e)), TEXELS_MIN, TEXELS_MAX))
+        excess = self._p99(self.reading) / (_READING_SHARE * delta_e)
+        return float(np.clip(_TEXELS_MEASURED * excess**0.25, TEXELS_MIN, TEXELS_MAX))
 
     def terms(self, delta_e: float) -> int:
         """The fewest Chebyshev terms in w whose truncation keeps to its share of a dE00 of delta_e."""
@@ -84,20 +87,20 @@ def probe(ensemble: Sequence[SpectrumSeries], sigma_b: float, lambdas: np.ndarra
     centres = _patch_centres(ensemble[0], sigma_b, region, rng)
     texel = sigma_b / _TEXELS_MEASURED
     lattice = (np.arange(_LATTICE) - (_LATTICE - 1) / 2) * texel
-    places = np.sort(rng.uniform(lattice[0], lattice[-1], (2, len(centres), _PLACES)), axis=-1)
+    places = np.sort(rng.uniform(lattice[1], lattice[-2], (2, len(centres), _PLACES)), axis=-1)
     at = [np.concatenate([np.broadcast_to(lattice, (len(centres), _LATTICE)), places[k]], axis=1) for k in (0, 1)]
     v, u = (centres[:, k, None] + at[k] for k in (0, 1))
     # The texels' kernel is narrower by what reading them adds, as in the bake.
-    sigma = np.repeat([math.sqrt(sigma_b**2 - texel**2 / 6), sigma_b], [_LATTICE, _PLACES])
+    sigma = np.repeat([math.sqrt(sigma_b**2 - bspline.VARIANCE * texel**2), sigma_b], [_LATTICE, _PLACES])
     count = max(len(series.amplitude) for series in ensemble)
     w = chebyshev.nodes(count, *region.w)
     xyz = sum(_patches(series, v, u, w, lambdas, sigma, illuminant) for series in ensemble) / len(ensemble)
     truth = xyz[:, :, _LATTICE:, _LATTICE:]
-    bilinear = _read(xyz[:, :, :_LATTICE, :_LATTICE], places[0] / texel, places[1] / texel)
+    reading = _read(xyz[:, :, :_LATTICE, :_LATTICE], places[0] / texel, places[1] / texel)
     v, u = v[:, _LATTICE:, None], u[:, None, _LATTICE:]
     real = w[:, None, None, None] ** 2 + (v**2 + u**2) <= 4
     return Probe(
-        truth.reshape(count, -1, 3), bilinear.reshape(count, -1, 3), real.reshape(count, -1), white_xyz(illuminant)
+        truth.reshape(count, -1, 3), reading.reshape(count, -1, 3), real.reshape(count, -1), white_xyz(illuminant)
     )
 
 
@@ -152,6 +155,15 @@ def _kernels(q: np.ndarray, at: np.ndarray, lam: float, sigma: np.ndarray) -> tu
 
 
 def _read(texels: np.ndarray, y: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Lattices (k, patches, rows, columns, 3) read bilinearly at y x x (patches, n), in texels from their middles."""
-    weights = [np.maximum(1 - np.abs(each[..., None] + (_LATTICE - 1) / 2 - np.arange(_LATTICE)), 0) for each in (y, x)]
-    return np.einsum("pij,kpjlc,pml->kpimc", weights[0], texels, weights[1], optimize=True)
+    """Lattices (k, patches, rows, columns, 3) read at y x x (patches, n), in texels from their middles."""
+    shares = [_shares(each + (_LATTICE - 1) / 2) for each in (y, x)]
+    return np.einsum("pij,kpjlc,pml->kpimc", shares[0], texels, shares[1], optimize=True)
+
+
+def _shares(x: np.ndarray) -> np.ndarray:
+    """Weights (patches, n, _LATTICE) of a lattice's texels for places x (patches, n) in texels from the first."""
+    first, weights = bspline.taps(x, _LATTICE)
+    out = np.zeros((*x.shape, _LATTICE))
+    for k, weight in enumerate(weights):
+        np.put_along_axis(out, (first + k)[..., None], weight[..., None], axis=-1)
+    return out

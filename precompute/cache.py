@@ -36,7 +36,7 @@ except ImportError:  # Windows
 
 # To be raised with every change of the bake's results that leaves atlas.FORMAT as it is: older entries are then left
 # to the eviction.
-BAKE_VERSION = 2
+BAKE_VERSION = 3
 FOLDER_VARIABLE = "NATURAL_GRATINGS_CACHE"
 LIMIT_VARIABLE = "NATURAL_GRATINGS_CACHE_MB"
 _LIMIT_MIB = 2048

@@ -24,7 +24,7 @@ from .figures import Errors, Truth, draw_w, measure
 from .height_map import HeightMap
 from .relief import Relief, prepare
 
-FORMAT = 4
+FORMAT = 5
 RINGS = (0.0, 0.1, 0.5, 1.0, 2.0)
 # Of the luminance, for a dE00 of 1 or less; in proportion above.
 RELATIVE_DY = 0.01
@@ -32,6 +32,9 @@ RELATIVE_DY = 0.01
 _SEED = 1
 _ZERO_ORDER_AT = 17
 _HALF_STEP = 2.0**-11
+# Texels around a tile that reading alone meets, those that a tile takes of the picture over its texels within, and
+# rows under the excess albedo and around it.
+_RIM, _TAKEN, _STRIP = 2, 6, 4 + 2
 # The bake's expansion of the phasor may be off by so much of the light for a dE00 of 1; a mirror image, all of it in
 # one place, is held to the same.
 _EXPANSION = 2e-4
@@ -40,7 +43,8 @@ _EXPANSION = 2e-4
 @dataclass(frozen=True)
 class Table:
     """A bake as its file holds it: terms (K, rows, columns, 3) of XYZ over w^2, row along +v, column along +u, the
-    first texel's middle at `first` (u, v); the zero order's XYZ (n, 3) at equal steps of w from 0 to 2; the header."""
+    first texel's middle at `first` (u, v), the outer two on every side only met by reading; the zero order's XYZ (n, 3)
+    at equal steps of w from 0 to 2; the header. Of its levels the first, under the narrowest kernel."""
 
     terms: np.ndarray
     zero_order: np.ndarray
@@ -53,34 +57,44 @@ class Table:
 
     @property
     def u_range(self) -> tuple[float, float]:
-        """From the first texel's middle to the last's."""
-        return self.first[0], self.first[0] + (self.terms.shape[2] - 1) * self.texel
+        """From the middle of the first texel that holds the table to the last's."""
+        return self.first[0] + _RIM * self.texel, self.first[0] + (self.terms.shape[2] - 1 - _RIM) * self.texel
 
     @property
     def v_range(self) -> tuple[float, float]:
-        return self.first[1], self.first[1] + (self.terms.shape[1] - 1) * self.texel
+        return self.first[1] + _RIM * self.texel, self.first[1] + (self.terms.shape[1] - 1 - _RIM) * self.texel
 
     def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w: float) -> np.ndarray:
-        """Scattered XYZ over w^2 (n, 3) at u, v (n,): bilinear, and T_k(t) = cos(k arccos t)."""
+        """Scattered XYZ over w^2 (n, 3) at u, v (n,): B-splines over the texels, and T_k(t) = cos(k arccos t)."""
         low, high = self.w_range
         angle = math.acos(np.clip((2 * w - low - high) / (high - low), -1, 1))
         basis = np.cos(np.arange(len(self.terms)) * angle)
-        x, y = (u - self.first[0]) / self.texel, (v - self.first[1]) / self.texel
-        column = np.clip(x.astype(int), 0, self.terms.shape[2] - 2)
-        row = np.clip(y.astype(int), 0, self.terms.shape[1] - 2)
+        x = (np.clip(u, *self.u_range) - self.first[0]) / self.texel
+        y = (np.clip(v, *self.v_range) - self.first[1]) / self.texel
         found = np.zeros((len(u), 3))
-        for down in (0, 1):
-            for right in (0, 1):
-                share = np.abs(1 - down - (y - row)) * np.abs(1 - right - (x - column))
-                found += share[:, None] * np.tensordot(basis, self.terms[:, row + down, column + right], axes=1)
+        for row in (np.floor(y) + k for k in (-1, 0, 1, 2)):
+            for column in (np.floor(x) + k for k in (-1, 0, 1, 2)):
+                share = _bspline(y - row) * _bspline(x - column)
+                texels = self.terms[:, row.astype(int), column.astype(int)]
+                found += share[:, None] * np.tensordot(basis, texels, axes=1)
         return found
 
     def zero_order_xyz(self, w) -> np.ndarray:
-        """Z (..., 3) at w (...,), linear between samples."""
-        at = np.asarray(w, float) / 2 * (len(self.zero_order) - 1)
-        before = np.minimum(at.astype(int), len(self.zero_order) - 2)
-        part = (at - before)[..., None]
-        return (1 - part) * self.zero_order[before] + part * self.zero_order[before + 1]
+        """Z (..., 3) at w (...,), B-splines over the samples; past the last they go on in line."""
+        last = len(self.zero_order) - 1
+        at = np.asarray(w, float) / 2 * last
+        beyond = 2 * self.zero_order[-1] - self.zero_order[-2]
+        samples = np.concatenate([self.zero_order, [beyond]])
+        found = 0.0
+        for each in (np.floor(at) + k for k in (-1, 0, 1, 2)):
+            found = found + _bspline(at - each)[..., None] * samples[np.clip(each, 0, last + 1).astype(int)]
+        return found
+
+
+def _bspline(x: np.ndarray) -> np.ndarray:
+    """The uniform cubic B-spline at x, from its truncated powers."""
+    powers = [math.comb(4, k) * (-1) ** k * np.maximum(x + 2 - k, 0) ** 3 for k in range(5)]
+    return sum(powers) / 6
 
 
 @dataclass(frozen=True)
@@ -193,14 +207,15 @@ def _table(image: np.ndarray, record: dict) -> Table:
     """The table in a picture (height, width, 3), row 0 at the bottom. Raises ValueError if the header does not fit."""
     layout = record["layout"]
     rows, columns, across = layout["tile_rows"], layout["tile_columns"], layout["columns"]
-    size = (layout["strip_rows"] + layout["rows"] * rows, across * columns, 3)
+    inner = layout["inner_rows"], layout["inner_columns"]
     count, samples = layout["terms"], layout["zero_order_samples"]
     numbers = [layout[name] for name in ("texel", "sigma_b", "scale", "u_first", "v_first", "w_min", "w_max")]
     if not (
-        image.shape == size
+        image.shape == (*_picture_size(layout), 3)
+        and layout["strip_rows"] == layout["limit_rows"] + _STRIP
         and 1 <= count <= layout["rows"] * across
-        and 2 <= samples <= size[1]
-        and min(rows, columns) >= 2
+        and samples >= 2
+        and all(1 <= n <= taken - _TAKEN for n, taken in zip(inner, (rows, columns), strict=True))
         and all(math.isfinite(number) for number in numbers)
         and min(numbers[:3]) > 0
         and 0 <= layout["w_min"] < layout["w_max"] <= 2
@@ -211,7 +226,7 @@ def _table(image: np.ndarray, record: dict) -> Table:
     tiles = []
     for k in range(count):
         top, left = layout["strip_rows"] + k // across * rows, k % across * columns
-        tiles.append(image[top : top + rows, left : left + columns].astype(np.float32))
+        tiles.append(image[top : top + inner[0] + 2 * _RIM, left : left + inner[1] + 2 * _RIM].astype(np.float32))
     return Table(
         terms=np.stack(tiles) * np.float32(layout["scale"]),
         zero_order=image[0, :samples].astype(float),
@@ -222,6 +237,17 @@ def _table(image: np.ndarray, record: dict) -> Table:
         illuminant=layout["illuminant"],
         record=record,
     )
+
+
+def _picture_size(layout: dict) -> tuple[int, int]:
+    """Height and width of a picture with such a header: beside the first level's tiles, the others' above each
+    other."""
+    halves = [2**level for level in range(1, layout["levels"])]
+    rows, columns = layout["tile_rows"] - _TAKEN, layout["tile_columns"] - _TAKEN
+    above = max(rows + _TAKEN, sum(rows // half + _TAKEN for half in halves))
+    beside = columns + _TAKEN + sum(columns // half + _TAKEN for half in halves[:1])
+    strip = layout["zero_order_samples"] + 1, layout["limit_columns"] + 2
+    return layout["strip_rows"] + layout["rows"] * above, max(layout["columns"] * beside, *strip)
 
 
 def _refuse_another_surface(bake: Path, record: dict, height_maps: Sequence[HeightMap]) -> None:
@@ -287,12 +313,12 @@ def sampling_allowance(errors: Errors) -> float:
 
 
 def zero_order_budget(reliefs: Sequence[Relief], samples: int, asked: float) -> float:
-    """The largest |dY| of the zero order: a half float's step, what a curve of variance sigma^2 of the heights bends by
-    between its samples, |Z''| h^2 / 8 <= (2 pi sigma / lambda)^2 h^2 / 4, and the expansion's tolerance; as many times
-    as dE00 is asked above 1."""
+    """The largest |dY| of the zero order: a half float's step, what B-splines over its samples smooth off a curve of
+    variance sigma^2 of the heights, |Z''| h^2 / 6 <= (2 pi sigma / lambda)^2 h^2 / 3, and the expansion's tolerance; as
+    many times as dE00 is asked above 1."""
     step = 2 / (samples - 1)
     variance = max(np.average(relief.height_m**2, weights=relief.taper**2) for relief in reliefs)
-    bend = (2 * np.pi / WAVELENGTH_MIN_M) ** 2 * variance * step**2 / 4
+    bend = (2 * np.pi / WAVELENGTH_MIN_M) ** 2 * variance * step**2 / 3
     return max(1.0, asked) * float(_HALF_STEP + bend + _EXPANSION)
 
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line: `info`, `bake`, `check`, `map`, `evaluate`, `efficiency`, `benchmark`. Whatever is wrong, one line
-of fault and remedy, and a non-zero exit."""
+"""The command line: `info`, `bake`, `dft`, `check`, `map`, `evaluate`, `efficiency`, `benchmark`. Whatever is wrong,
+one line of fault and remedy, and a non-zero exit."""
 
 import argparse
 import json
@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from . import atlas, benchmark, benchmark_page, brdf_map, cache, efficiency, evaluation, info, lobes, plots
+from . import atlas, benchmark, benchmark_page, brdf_map, cache, dft_images, efficiency, evaluation, info, lobes, plots
 from .bake import bake, plan
-from .baking import Order, bake_to_folder
+from .baking import MODELS, Order, bake_to_folder
 from .check import check
 from .colour import ILLUMINANTS
 from .failure import GratingError
@@ -95,6 +95,23 @@ def build_parser() -> argparse.ArgumentParser:
     table.add_argument("-o", "--output", required=True, type=Path, metavar="DIR", help="folder for the bake")
     add_bake_options(table)
     table.set_defaults(run=run_bake)
+
+    images = verbs.add_parser("dft", help="the images that the OSL shaders of the thesis's algorithms read, one .exr")
+    add_input(images)
+    images.add_argument("-o", "--output", required=True, type=Path, metavar="DIR", help="folder for the images")
+    images.add_argument(
+        "--method", choices=dft_images.DFT_METHODS, default="flss",
+        help="that will read them; chebyshev is FLSS for reliefs too deep for Taylor's series; default flss",
+    )  # fmt: skip
+    images.add_argument("--terms", type=int, metavar="N", help="terms of the expansion; default: by error bound")
+    images.add_argument("--step-nm", type=float, default=5.0, metavar="NM", help="wavelength step; default 5")
+    images.add_argument(
+        "--texels", type=int, choices=(0, *range(1, 32, 2)), default=3, metavar="N",
+        help="read, a side, odd; 0: as many as the window reaches; default 3",
+    )  # fmt: skip
+    images.add_argument("--coherence-um", type=coherence_argument, default=65.0, metavar="UM", help="default 65")
+    images.add_argument("--period-nm", type=float, metavar="NM", help="of the grating (nmm); default: found")
+    images.set_defaults(run=run_dft)
 
     verify = verbs.add_parser("check", help="recompute a bake's error from its files alone")
     verify.add_argument("bake", metavar="BAKE", help=".exr, or a folder that holds one")
@@ -200,6 +217,11 @@ def add_bake_options(parser: argparse.ArgumentParser) -> None:
         help="coherence length at 550 nm (4 sigma); auto averages at least 30 areas of the scan",
     )  # fmt: skip
     parser.add_argument(
+        "--model", choices=MODELS, default="ensemble",
+        help="of coherence: the mean over a window's places, or the thesis's patch under one window, 65 um unless a "
+        "length is given; default ensemble",
+    )  # fmt: skip
+    parser.add_argument(
         "--needs", type=Path, metavar="NEEDS.json", help="bake only what a scene reaches (docs/needs.md)"
     )
     parser.add_argument("--illuminant", choices=ILLUMINANTS, default="D65", help="what counts as white; default D65")
@@ -258,11 +280,28 @@ def run_bake(arguments) -> None:
     emit(facts, arguments.json, lambda: bake_summary(facts))
 
 
+def run_dft(arguments) -> None:
+    """The `dft` verb: transform, write."""
+    check_sampling(arguments)
+    settings = dft_images.settings_for(
+        coherence_length_m=None if arguments.coherence_um is None else arguments.coherence_um * 1e-6,
+        terms=arguments.terms,
+        step_m=arguments.step_nm * 1e-9,
+        texels=arguments.texels,
+        period_m=period_of(arguments),
+    )
+    facts = dft_images.images_to_folder(
+        height_map_of(arguments), arguments.method, settings, arguments.output, Progress(arguments.progress)
+    )
+    size = facts["image_bytes"] / 2**20
+    emit(facts, arguments.json, lambda: f"{facts['files'][0]}: {facts['terms']} terms, {size:.0f} MiB")
+
+
 def order_of(arguments) -> Order:
     """What the command line asks of a bake."""
     length_m = None if arguments.coherence_um is None else arguments.coherence_um * 1e-6
     needs = EVERYTHING if arguments.needs is None else read_needs(arguments.needs)
-    return Order(arguments.delta_e, length_m, arguments.illuminant, needs)
+    return Order(arguments.delta_e, length_m, arguments.illuminant, needs, arguments.model)
 
 
 def bake_summary(facts: dict) -> str:
@@ -324,16 +363,21 @@ def run_map(arguments) -> None:
         raise GratingError(f"--theta-i {arguments.theta_i:g}: below the surface; give an angle between -90 and 90")
     if not 8 <= arguments.size <= 8192:
         raise GratingError(f"--size {arguments.size}: not a picture size; give 8 to 8192")
-    if not 0.1 <= arguments.step_nm <= 100:
-        raise GratingError(f"--step-nm {arguments.step_nm:g}: not a wavelength step; give 0.1 to 100")
-    if arguments.terms is not None and not 1 <= arguments.terms <= 1000:
-        raise GratingError(f"--terms {arguments.terms}: not a number of terms; give 1 to 1000")
+    check_sampling(arguments)
     period_of(arguments)
     progress = Progress(arguments.progress)
     xyz, illuminant = brdf_map_of(arguments, progress)
     arguments.output.parent.mkdir(parents=True, exist_ok=True)
     write_picture(arguments.output, xyz, illuminant)
     emit({"files": [str(arguments.output)]}, arguments.json, lambda: str(arguments.output))
+
+
+def check_sampling(arguments) -> None:
+    """Wavelength step and number of terms must make sense."""
+    if not 0.1 <= arguments.step_nm <= 100:
+        raise GratingError(f"--step-nm {arguments.step_nm:g}: not a wavelength step; give 0.1 to 100")
+    if arguments.terms is not None and not 1 <= arguments.terms <= 1000:
+        raise GratingError(f"--terms {arguments.terms}: not a number of terms; give 1 to 1000")
 
 
 def brdf_map_of(arguments, progress: Progress) -> tuple[np.ndarray, str]:
@@ -541,7 +585,12 @@ def check_targets(arguments) -> None:
     existing = next((each for each in (output, *output.parents) if each.exists()), None) if output else None
     if existing is not None and existing != output and not existing.is_dir():
         raise GratingError(f"{existing}: is a file; name a folder")
-    if output is not None and arguments.run in (run_bake, run_benchmark) and output.exists() and not output.is_dir():
+    if (
+        output is not None
+        and arguments.run in (run_bake, run_dft, run_benchmark)
+        and output.exists()
+        and not output.is_dir()
+    ):
         raise GratingError(f"{output}: is a file; name a folder")
 
 

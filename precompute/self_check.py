@@ -45,8 +45,8 @@ def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Bake, progress: 
     rng = np.random.default_rng(0)
     found = []
     pairs = _affordable_pairs(chosen)
-    for k, w in enumerate(_w_within(chosen.w_range, GROUPS, rng)):
-        drawn = _pairs_within(chosen, w, pairs, rng)
+    for k, w in enumerate(w_within(chosen.w_range, GROUPS, rng)):
+        drawn = pairs_within(chosen, w, pairs, rng)
         found.append(
             _truth(
                 chosen.ensemble, drawn, w, chosen.sigma_b, stored.illuminant,
@@ -68,7 +68,7 @@ def _affordable_pairs(chosen: Plan) -> int:
     return int(np.clip(_BINS_SUMMED / bins, _PAIRS_MIN, _PAIRS_MAX))
 
 
-def _w_within(w_range: tuple[float, float], count: int, rng: np.random.Generator) -> np.ndarray:
+def w_within(w_range: tuple[float, float], count: int, rng: np.random.Generator) -> np.ndarray:
     """w (count,) as two cosine-weighted directions have it, one from each quantile of what lies in the range: a deep
     relief is hardest where w is large, which no draw may miss."""
     drawn = np.sort(metric.draw_w(4096, rng))
@@ -78,11 +78,11 @@ def _w_within(w_range: tuple[float, float], count: int, rng: np.random.Generator
     return drawn[((np.arange(count) + rng.random(count)) / count * len(drawn)).astype(int)]
 
 
-def _pairs_within(chosen: Plan, w: float, count: int, rng: np.random.Generator) -> metric.Pairs:
+def pairs_within(chosen: Plan, w: float, count: int, rng: np.random.Generator) -> metric.Pairs:
     """Up to `count` pairs of w inside the table: of a small region more are drawn until half as many fall in it."""
     for more in (1, 4, 16, 64):
         drawn = metric.draw_pairs(_spectrum(chosen.ensemble, rng), chosen.sigma_b, w, more * count, rng)
-        drawn = drawn.within(chosen.axes[1][[1, -2]], chosen.axes[0][[1, -2]])
+        drawn = drawn.within(*chosen.inner)
         if 2 * len(drawn.wi) >= count:
             break
     return drawn.only(slice(None, None, -(-len(drawn.wi) // count) or 1))

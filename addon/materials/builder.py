@@ -118,12 +118,95 @@ class Tree:
     def vector(self, x: Operand, y: Operand, z: Operand) -> Value:
         return self.value(self.node("ShaderNodeCombineXYZ", x, y, z).outputs[0])
 
+    def clamp(self, a: Operand, low: Operand, high: Operand) -> Value:
+        """Component by component, for vectors."""
+        return self.vector_math("MINIMUM", self.vector_math("MAXIMUM", a, low), high)
+
+    def mix(self, share: Operand, a: Value, b: Value) -> Value:
+        """a + share (b - a)."""
+        return (b - a).times_plus(share, a)
+
     def image(self, image: bpy.types.Image, at: Value, label: str = "") -> Value:
-        """A linear, clamped look-up of an image at a vector in its 0..1 coordinates."""
-        settings = {"image": image, "interpolation": "Linear", "extension": "EXTEND"}
+        """A clamped look-up of an image at a vector in its 0..1 coordinates, by a cubic B-spline: the one filter that
+        is the same in Cycles and EEVEE at any footprint (EEVEE's linear one uses mip levels)."""
+        settings = {"image": image, "interpolation": "Cubic", "extension": "EXTEND"}
         return self.value(self.node("ShaderNodeTexImage", at, label=label, **settings).outputs["Color"])
 
-    def attribute(self, name: str) -> Value:
-        """A custom property of the scene (Attribute node, View Layer) as a vector."""
-        node = self.node("ShaderNodeAttribute", attribute_type="VIEW_LAYER", attribute_name=name, label=name)
-        return self.value(node.outputs["Vector"])
+    def attribute(self, name: str, holder: str = "VIEW_LAYER") -> tuple[Value, Value]:
+        """A custom property of the scene (or of the object: holder "OBJECT"): its first three numbers as a vector, and
+        its fourth; 0 where there is none."""
+        node = self.node("ShaderNodeAttribute", attribute_type=holder, attribute_name=name, label=name)
+        return self.value(node.outputs["Vector"]), self.value(node.outputs["Alpha"])
+
+    def split(self, vector: Value) -> list[Value]:
+        """A vector's three components."""
+        return [self.value(socket) for socket in self.node("ShaderNodeSeparateXYZ", vector).outputs]
+
+    def group(self, group: bpy.types.NodeTree, label: str = "", **inputs: Operand) -> dict[str, Value]:
+        """A node of a group, its inputs by their names (blanks as underscores; those that it has not are passed over);
+        its outputs by theirs."""
+        node = self.node("ShaderNodeGroup", node_tree=group, label=label)
+        for name, value in inputs.items():
+            socket = node.inputs.get(name.replace("_", " "))
+            if socket is not None:
+                self.feed(socket, value)
+        return {socket.name: self.value(socket) for socket in node.outputs}
+
+    def emission(self, radiance: Value, strength: Operand) -> Value:
+        return self.value(self.node("ShaderNodeEmission", radiance, strength).outputs[0])
+
+    def mix_shader(self, share: Operand, a: Value | None, b: Value | None) -> Value:
+        """(1 - share) a + share b; None is black. Cycles evaluates nothing of a side whose share is 0."""
+        node = self.node("ShaderNodeMixShader", share)
+        for socket, shader in zip(node.inputs[1:], (a, b), strict=True):
+            if shader is not None:
+                self.feed(socket, shader)
+        return self.value(node.outputs[0])
+
+    def add_shader(self, a: Value | None, b: Value) -> Value:
+        return b if a is None else self.value(self.node("ShaderNodeAddShader", a, b).outputs[0])
+
+
+@dataclass(frozen=True)
+class Socket:
+    """An input or output of a group: its kind (Float, Vector, Color, Shader), default, range and tooltip."""
+
+    name: str
+    kind: str
+    text: str
+    default: float | None = None
+    low: float | None = None
+    high: float | None = None
+    subtype: str | None = None
+
+
+def add_interface(group: bpy.types.NodeTree, inputs: tuple[Socket, ...], outputs: tuple[Socket, ...]) -> None:
+    """Give a new group its sockets. Vectors without a default hide their value: they are for links."""
+    for in_out, sockets in (("INPUT", inputs), ("OUTPUT", outputs)):
+        for socket in sockets:
+            made = group.interface.new_socket(
+                socket.name, in_out=in_out, socket_type=f"NodeSocket{socket.kind}", description=socket.text
+            )
+            if in_out == "OUTPUT" or socket.kind == "Shader":
+                continue
+            if socket.default is None:
+                made.hide_value = True
+                continue
+            if socket.subtype:
+                made.subtype = socket.subtype
+            made.default_value = socket.default
+            if socket.low is not None:
+                made.min_value, made.max_value = socket.low, socket.high
+
+
+def arrange(tree: bpy.types.NodeTree) -> None:
+    """Place nodes in columns by their distance from the inputs, so that the tree can be read."""
+    depth: dict[bpy.types.Node, int] = {}
+    for node in tree.nodes:  # nodes were made in the order of the formula: inputs come before their users
+        before = [depth.get(link.from_node, 0) for socket in node.inputs for link in socket.links]
+        depth[node] = 1 + max(before, default=-1)
+    filled: dict[int, int] = {}
+    for node, column in depth.items():
+        row = filled.get(column, 0)
+        filled[column] = row + 1
+        node.location = (column * 220, -row * 220)

@@ -1,5 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The diffraction material: a dark skin whose specular reflection is replaced by what the grating diffracts."""
+"""The Diffraction node group and the materials that hold it.
+
+| socket            | symbol | default | meaning |
+|-------------------|--------|---------|---------|
+| Base              |        | black   | the shader under the relief: what the material was without diffraction |
+| Base Blend        | wd     | 0       | 0 is a physical coat; the thesis's texture blending (Algorithm 4) takes 0.1 |
+| Normal, Tangent   | N, T   | surface's, UV map's U | frame of the scan; only for links |
+| Strength          |        | 1       | scales the diffraction; 1 is physical |
+| Rotation          |        | 0       | radians; turns the scan about the normal, from T towards B |
+| Roughness, IOR, Period Scale, Height Scale, Energy Conserving | | | see direct.py |
+| Shader (out)      |        |         | the material |
+| Diffraction (out) |        |         | its diffracted radiance alone, also an AOV of that name |
+
+    Shader = (1 - F + wd) Base + (1 - wd) Strength sum over lamps of Lo,   F = Fresnel reflectance towards the viewer
+
+One sub-group tells what a lamp sends (key_light.py), one what the surface answers (direct.py, osl.py).
+"""
 
 from pathlib import Path
 
@@ -7,11 +23,37 @@ import bpy
 
 from ...precompute import atlas
 from ...precompute.colour import rgb_from_xyz
+from ...precompute.failure import GratingError
 from .. import compat
-from .builder import Tree
-from .direct import build_direct_group
+from ..key_lights import UNLINKED, lamp_count, property_name
+from .builder import Socket, Tree, Value, add_interface, arrange
+from .direct import CONSERVING, HEIGHT_SCALE, IOR, PERIOD_SCALE, ROUGHNESS, build_direct_group, fresnel_reflectance
+from .key_light import key_light_group
+from .shadow import hit
 
+AOV_NAME = "Diffraction"
 _SKIN = (0.012, 0.010, 0.009, 1.0)
+# On a Diffraction group: for each lamp whether it is linked to some objects only; whether lamps cast shadow rays.
+_KEYS, _SHADOWS = "ng_keys", "ng_shadows"
+_RESPONSE = "Response"
+
+_INPUTS = (
+    Socket("Base", "Shader", "The material under the relief"),
+    Socket("Base Blend", "Float", "0: a physical coat. 0.1: the thesis's texture blending", 0.0, 0.0, 1.0, "FACTOR"),
+    Socket("Strength", "Float", "Scales the diffraction; 1 is physical", 1.0, 0.0, 1000.0),
+    ROUGHNESS,
+    IOR,
+    Socket("Rotation", "Float", "Turns the scan about the normal", 0.0, -1e3, 1e3, "ANGLE"),
+    PERIOD_SCALE,
+    HEIGHT_SCALE,
+    CONSERVING,
+    Socket("Normal", "Vector", "Shading normal; the surface's own if nothing is linked"),
+    Socket("Tangent", "Vector", "Direction of the scan's columns; the UV map's U if nothing is linked"),
+)
+_OUTPUTS = (
+    Socket("Shader", "Shader", "The whole material"),
+    Socket("Diffraction", "Color", "The diffracted radiance alone"),
+)
 
 
 def load_atlas(path: Path, half: bool) -> bpy.types.Image:
@@ -26,45 +68,210 @@ def load_atlas(path: Path, half: bool) -> bpy.types.Image:
     return image
 
 
-def new_diffraction_material(path: Path) -> bpy.types.Material:
-    """A material for a bake file. Raises GratingError if the file is not a bake."""
+def new_diffraction_group(path: Path, shadows: bool = True) -> bpy.types.NodeTree:
+    """The Diffraction group of a bake file, for the file's lamps. Raises GratingError if the file is not a bake."""
     layout, record = atlas.read_header(path)
     image = load_atlas(path, half=record.get("precision") != "float32")
     matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
-    group = build_direct_group(path.stem, image, layout, matrix)
+    return group_around(path.stem, build_direct_group(path.stem, image, layout, matrix), shadows)
 
-    material = bpy.data.materials.new(f"Diffraction {path.stem}")
+
+def group_around(name: str, response: bpy.types.NodeTree, shadows: bool = True) -> bpy.types.NodeTree:
+    """The Diffraction group of what a surface answers to one lamp."""
+    group = bpy.data.node_groups.new(f"Diffraction {name}", "ShaderNodeTree")
+    add_interface(group, _INPUTS, _OUTPUTS)
+    group[_SHADOWS] = shadows
+    fill_group(group, response)
+    return group
+
+
+def fill_group(group: bpy.types.NodeTree, response: bpy.types.NodeTree) -> None:
+    """Make a Diffraction group's nodes anew; its sockets, and so what is linked to them, stay."""
+    group.nodes.clear()
+    lamps = group[_KEYS] = _lamps_of_file()
+    tree = Tree(group)
+    node = tree.node("NodeGroupInput")
+    inputs = {socket.name: tree.value(socket) for socket in node.outputs if socket.name}
+    n, t = _frame(tree, inputs)
+    geometry = tree.node("ShaderNodeNewGeometry")
+    wr = tree.value(geometry.outputs["Incoming"])
+    cos_r = tree.dot(wr, n)
+    # Found by diffuse bounces at random, the glow would be fireflies on the floor: those see none.
+    bounced = tree.value(tree.node("ShaderNodeLightPath").outputs["Is Diffuse Ray"])
+    seen = tree.math("GREATER_THAN", cos_r, 0.0) * (1.0 - bounced)
+    strength = inputs["Strength"] * (1.0 - inputs["Base Blend"])
+    settings = {
+        socket.name.replace(" ", "_"): inputs[socket.name]
+        for socket in (ROUGHNESS, IOR, PERIOD_SCALE, HEIGHT_SCALE, CONSERVING)
+    }
+    start = _above_surface(tree, geometry) if group[_SHADOWS] else None
+    shader = colour = None
+    for index, linked in enumerate(lamps):
+        key = tree.group(key_light_group(index, linked), label=f"Lamp {index}")
+        wi, irradiance = key["To Light"], key["Irradiance"]
+        lit = seen * tree.math("GREATER_THAN", tree.dot(wi, n), 0.0)
+        lit = lit * tree.math("GREATER_THAN", tree.dot(irradiance, (1.0, 1.0, 1.0)), 0.0)
+        answer = tree.group(
+            response, label=_RESPONSE, Normal=n, Tangent=t, To_Light=wi, Irradiance=irradiance,
+            Variance=key["Variance"], **settings,
+        )  # fmt: skip
+        glow = tree.emission(answer["Finer"], strength)
+        radiance = answer["Finer"]
+        if "Coarser" in answer:
+            glow = tree.mix_shader(answer["Coarser Share"], glow, tree.emission(answer["Coarser"], strength))
+            radiance = tree.mix(answer["Coarser Share"], radiance, answer["Coarser"])
+        if start is not None:
+            visible = 1.0 - key["Shadow"] * hit(tree, start, wi, key["Distance"])
+            glow = tree.mix_shader(visible, None, glow)
+            radiance = radiance * visible
+        # What is dark is not evaluated (Cycles).
+        glow = tree.mix_shader(lit, None, glow)
+        radiance = radiance * lit
+        shader = tree.add_shader(shader, glow)
+        colour = radiance if colour is None else colour + radiance
+
+    fresnel = fresnel_reflectance(tree, tree.maximum(cos_r, 0.0), inputs["IOR"])
+    shader = tree.add_shader(shader, tree.mix_shader(fresnel, inputs["Base"], None))
+    shader = tree.add_shader(shader, tree.mix_shader(inputs["Base Blend"], None, inputs["Base"]))
+    colour = colour * strength
+    aov = tree.node("ShaderNodeOutputAOV", colour)
+    aov.aov_name = AOV_NAME
+    output = tree.node("NodeGroupOutput")
+    for socket, value in zip(output.inputs, (shader, colour), strict=False):
+        tree.feed(socket, value)
+    arrange(group)
+
+
+def _frame(tree: Tree, inputs: dict[str, Value]) -> tuple[Value, Value]:
+    """N and T: the linked vectors, else the surface's own; T made orthogonal, then turned."""
+    surface = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Normal"])
+    along_u = tree.value(tree.node("ShaderNodeTangent", direction_type="UV_MAP").outputs["Tangent"])
+    n, tangent = (
+        linked + own * tree.math("LESS_THAN", tree.dot(linked, linked), 1e-6)
+        for linked, own in ((inputs["Normal"], surface), (inputs["Tangent"], along_u))
+    )
+    n = tree.normalize(n)
+    t = tree.normalize(tangent - n * tree.dot(n, tangent))
+    b = tree.cross(n, t)
+    rotation = inputs["Rotation"]
+    return n, t * tree.math("COSINE", rotation) + b * tree.math("SINE", rotation)
+
+
+def _above_surface(tree: Tree, geometry: bpy.types.Node) -> Value:
+    """Where shadow rays start: a tenth of a pixel above the surface, else they hit the neighbour of a triangle on
+    whose edge they start."""
+    position, normal = (tree.value(geometry.outputs[name]) for name in ("Position", "True Normal"))
+    away = tree.value(tree.node("ShaderNodeCameraData").outputs["View Distance"])
+    return normal.times_plus(away * 1e-4, position)
+
+
+def new_diffraction_material(name: str, group: bpy.types.NodeTree) -> bpy.types.Material:
+    """A dark skin whose specular reflection is what the grating diffracts."""
+    material = bpy.data.materials.new(f"Diffraction {name}")
     compat.enable_nodes(material)
     material.node_tree.nodes.clear()
     tree = Tree(material.node_tree)
-    frame = tree.node("ShaderNodeTangent", direction_type="UV_MAP", label="Grating direction: UV map's U")
-    geometry = tree.node("ShaderNodeNewGeometry")
-    diffraction = tree.node("ShaderNodeGroup", node_tree=group, label="Diffraction")
-    tree.feed(diffraction.inputs["Normal"], tree.value(geometry.outputs["Normal"]))
-    tree.feed(diffraction.inputs["Tangent"], tree.value(frame.outputs["Tangent"]))
-    emission = tree.node("ShaderNodeEmission", tree.value(diffraction.outputs["Radiance"]))
     skin = tree.node("ShaderNodeBsdfPrincipled", label="Skin")
     skin.inputs["Base Color"].default_value = _SKIN
     skin.inputs["Roughness"].default_value = 0.6
     # The diffraction is the surface's specular reflection: the skin below keeps only its diffuse part.
     skin.inputs["Specular IOR Level"].default_value = 0.0
-    both = tree.node("ShaderNodeAddShader", tree.value(skin.outputs[0]), tree.value(emission.outputs[0]))
-    tree.node("ShaderNodeOutputMaterial", tree.value(both.outputs[0]))
-    _arrange(material.node_tree)
-    _arrange(group)
-    # Its glow is reflected sunlight: Cycles must not sample the mesh as a lamp (slower, and no less noise).
-    material.cycles.emission_sampling = "NONE"
+    shader = tree.group(group, label="Diffraction", Base=tree.value(skin.outputs[0]))["Shader"]
+    tree.node("ShaderNodeOutputMaterial", shader)
+    arrange(material.node_tree)
+    sample_no_emission(material)
     return material
 
 
-def _arrange(tree: bpy.types.NodeTree) -> None:
-    """Place nodes in columns by their distance from the inputs, so that the tree can be read."""
-    depth: dict[bpy.types.Node, int] = {}
-    for node in tree.nodes:  # nodes were made in the order of the formula: inputs come before their users
-        before = [depth.get(link.from_node, 0) for socket in node.inputs for link in socket.links]
-        depth[node] = 1 + max(before, default=-1)
-    filled: dict[int, int] = {}
-    for node, column in depth.items():
-        row = filled.get(column, 0)
-        filled[column] = row + 1
-        node.location = (column * 220, -row * 220)
+def add_diffraction(material: bpy.types.Material, group: bpy.types.NodeTree) -> None:
+    """Lay diffraction over a material that has none, or swap that which it has; nothing else in it changes.
+
+    Raises GratingError where a material cannot be changed."""
+    if material.library is not None:
+        raise GratingError(f"{material.name}: linked from {material.library.filepath}; make it local first")
+    present = diffraction_nodes(material)
+    if present:
+        for node in present:
+            node.node_tree = group
+        return
+    compat.enable_nodes(material)
+    tree = Tree(material.node_tree)
+    outputs = [n for n in material.node_tree.nodes if n.type == "OUTPUT_MATERIAL"]
+    if not outputs:
+        raise GratingError(f"{material.name}: it has no Material Output node; add one, and link a shader to it")
+    for output in outputs:
+        surface = output.inputs["Surface"]
+        node = tree.node("ShaderNodeGroup", node_tree=group, label="Diffraction")
+        node.location = output.location
+        output.location.x += 220
+        if surface.is_linked:
+            base = surface.links[0].from_socket
+            tree.feed(node.inputs["Base"], tree.value(base))
+            bump = base.node.inputs.get("Normal")
+            if bump is not None and bump.is_linked:  # the relief follows the bumps that the artist gave the base
+                tree.feed(node.inputs["Normal"], tree.value(bump.links[0].from_socket))
+        tree.feed(surface, tree.value(node.outputs["Shader"]))
+    sample_no_emission(material)
+
+
+def remove_diffraction(material: bpy.types.Material) -> None:
+    """Take diffraction from a material and leave it as it was."""
+    links = material.node_tree.links
+    for node in diffraction_nodes(material):
+        base = node.inputs["Base"].links[0].from_socket if node.inputs["Base"].is_linked else None
+        for link in list(node.outputs["Shader"].links):
+            output = link.to_node
+            if base is not None:
+                links.new(base, link.to_socket)
+            output.location.x -= 220
+        material.node_tree.nodes.remove(node)
+    if _EMISSION in material:
+        material.cycles.emission_sampling = material[_EMISSION]
+        del material[_EMISSION]
+
+
+_EMISSION = "ng_emission_sampling"
+
+
+def sample_no_emission(material: bpy.types.Material) -> None:
+    """Diffraction's glow is reflected lamplight: Cycles must not sample the mesh as a lamp (slower, no less noise)."""
+    # There already where diffraction was deleted by hand.
+    if _EMISSION not in material:
+        material[_EMISSION] = material.cycles.emission_sampling
+    material.cycles.emission_sampling = "NONE"
+
+
+def is_diffraction(group: bpy.types.NodeTree | None) -> bool:
+    return group is not None and _KEYS in group
+
+
+def diffraction_nodes(material: bpy.types.Material) -> list[bpy.types.Node]:
+    """The material's nodes of Diffraction groups."""
+    if material is None or material.node_tree is None:
+        return []
+    return [n for n in material.node_tree.nodes if n.type == "GROUP" and is_diffraction(n.node_tree)]
+
+
+def linked_with_fewer_lamps(scene: bpy.types.Scene) -> list[str]:
+    """Linked Diffraction groups, which cannot grow, that know fewer lamps than the scene follows; a line for each."""
+    count = lamp_count(scene)
+    groups = [g for g in bpy.data.node_groups if is_diffraction(g) and g.library is not None and len(g[_KEYS]) < count]
+    return [f"{g.name}: linked, it knows {len(g[_KEYS])} of {count} lamps; make it local" for g in groups]
+
+
+def show_key_lights() -> None:
+    """Give the file's Diffraction groups as many lamps as a scene of it follows, and light linking where they have it.
+
+    What a group has already is left alone: Blender would compile it again."""
+    for group in bpy.data.node_groups:
+        if is_diffraction(group) and group.library is None:
+            wanted = _lamps_of_file()
+            if list(group[_KEYS]) != wanted:
+                fill_group(group, next(n.node_tree for n in group.nodes if n.label == _RESPONSE))
+
+
+def _lamps_of_file() -> list[bool]:
+    """For each lamp that some scene of the file follows, whether light linking keeps it from some object; one at
+    least."""
+    count = max(1, *(lamp_count(scene) for scene in bpy.data.scenes))
+    return [any(property_name(index, UNLINKED) in o for o in bpy.data.objects) for index in range(count)]

@@ -1,46 +1,84 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Direct node group: one sun, no noise.
+"""The Direct node group: what a baked surface answers to one lamp, no noise.
 
-| socket    | symbol | unit    | default | meaning |
-|-----------|--------|---------|---------|---------|
-| Normal    | N      |         |         | shading normal |
-| Tangent   | T      |         |         | direction of the scan's columns on the surface |
-| Strength  |        |         | 1       | scales the diffraction; 1 is physical |
-| IOR       | n      |         | 1.56    | of the skin: sets how much is reflected at all |
-| Rotation  |        | radians | 0       | turns the grating about the normal, from T towards B |
-| Energy Conserving | e |  | 1       | 0 is Stam's form, which outshines its light towards grazing |
-| Radiance (out) | Lo | W/m2/sr |         | linear RGB of the scene |
+| socket         | symbol | unit    | default | meaning |
+|----------------|--------|---------|---------|---------|
+| Normal         | N      |         |         | shading normal, unit |
+| Tangent        | T      |         |         | direction of the scan's columns, unit, across N |
+| To Light       | wi     |         |         | unit |
+| Irradiance     | E      | W/m2    |         | on a surface that faces the lamp |
+| Variance       |        | rad2    | 0       | of the lamp's disc in the sky, along one axis |
+| Roughness      | r      |         | 0       | of the skin over the relief: alpha = r^2, as Blender's own |
+| IOR            | n      |         | 1.56    | of the skin: sets how much is reflected at all |
+| Period Scale   | p      |         | 1       | stretches the relief along the surface |
+| Height Scale   | c      |         | 1       | of the relief's heights, at most 1: the table ends at w = 2 |
+| Energy Conserving | e   |         | 1       | 0 is Stam's form, which outshines its light towards grazing |
+| Finer, Coarser (out) | Lo | W/m2/sr |       | radiance, linear RGB, by the levels next to the blur asked for |
+| Coarser Share (out) |  |         |         | of Coarser in their mix |
 
-    Lo = E R / M [ (1 + wi.wr)^2 / cos(tr) * sum_k T_k(w - 1) B_k(u, v) + cos(ti) Z(w) kernel(u, v) ]
+    Lo = E R / M [ (1 + wi.wr)^2 / cos(tr) * p^2 c^2 sum_k T_k(t(c w)) B_k(p u, p v) + cos(ti) Z(c w) kernel(u, v) ]
 
     M = 1 + e max(X(wi) / cos(ti), X(wr) / cos(tr))
 
 which is f * E * cos(ti) with Stam's obliquity, the w^2 of which cancels that of the table (DESIGN 2), over the limit M
-that keeps it from reflecting more than it receives: X is the excess albedo, E in precompute/albedo.py.
+that keeps it from reflecting more than it receives: X is the excess albedo, E in precompute/albedo.py, of the relief as
+baked. B_k come from the blurred levels (precompute/atlas.py) about the variance
+
+    sigma^2 = sigma_b^2 + max(0, Variance (1 + cos(ti)^2) / 2 - sigma_b^2) + (w r^2)^2 / 2:
+
+the kernel stands for the lamp's disc as far as it goes (DESIGN 2); a disc is as wide across the plane of incidence, cos
+ti as wide within it; a Beckmann lobe's slopes have a variance of alpha^2 / 2.
 """
 
 import math
 
 import bpy
 
-from ...precompute.atlas import STRIP_ROWS, Layout
+from ...precompute.atlas import LEVEL_PADDING, STRIP_ROWS, TILE_PADDING, Layout
 from ...precompute.brdf import KERATIN_IOR
-from .. import key_light
-from .builder import Tree, Value
+from .builder import Socket, Tree, Value, add_interface, arrange
 
 GROUP_PREFIX = "Diffraction Direct"
+
+IOR = Socket("IOR", "Float", "Index of refraction: 1.56 is keratin, 2.5 and above metal-like", KERATIN_IOR, 1.0, 10.0)
+ROUGHNESS = Socket("Roughness", "Float", "Of the skin over the relief: blurs the colours", 0.0, 0.0, 1.0, "FACTOR")
+PERIOD_SCALE = Socket(
+    "Period Scale", "Float", "Stretches the relief along the surface; 2 halves its colours' angles", 1.0, 0.1, 10.0
+)
+HEIGHT_SCALE = Socket(
+    "Height Scale", "Float", "Of the relief's heights: 0 is a mirror, 1 as baked, the most", 1.0, 0.0, 1.0, "FACTOR"
+)
+CONSERVING = Socket(
+    "Energy Conserving", "Float", "Keeps reflected light under the received; 0 is Stam's form", 1.0, 0.0, 1.0, "FACTOR"
+)
+_INPUTS = (
+    Socket("Normal", "Vector", "Shading normal"),
+    Socket("Tangent", "Vector", "Direction of the scan's columns on the surface"),
+    Socket("To Light", "Vector", "Unit vector to the lamp"),
+    Socket("Irradiance", "Vector", "On a surface that faces the lamp, W/m2"),
+    Socket("Variance", "Float", "Of the lamp's disc in the sky, rad2", 0.0, 0.0, 10.0),
+    ROUGHNESS,
+    IOR,
+    PERIOD_SCALE,
+    HEIGHT_SCALE,
+    CONSERVING,
+)
+_OUTPUTS = (
+    Socket("Finer", "Color", "Radiance by the finer of the two levels"),
+    Socket("Coarser", "Color", "Radiance by the coarser"),
+    Socket("Coarser Share", "Float", "Share of the coarser in their mix"),
+)
 
 
 def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, rgb_from_xyz) -> bpy.types.NodeTree:
     """Node group of one bake; image holds its atlas, rgb_from_xyz (3, 3) leads to the scene's linear space."""
     group = bpy.data.node_groups.new(f"{GROUP_PREFIX} {name}", "ShaderNodeTree")
+    add_interface(group, _INPUTS, _OUTPUTS)
     tree = Tree(group)
-    inputs = _interface(group)
-    normal, tangent, strength, ior, rotation, conserving = (tree.value(socket) for socket in inputs)
+    inputs = [tree.value(socket) for socket in tree.node("NodeGroupInput").outputs[: len(_INPUTS)]]
+    n, t, wi, irradiance, variance, roughness, ior, period_scale, height_scale, conserving = inputs
 
-    n = tree.normalize(normal)
-    t, b = _frame(tree, n, tangent, rotation)
-    wi = tree.normalize(tree.attribute(key_light.direction_name(0)))
+    b = tree.cross(n, t)
     wr = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Incoming"])
     half = wi + wr
     u, v, w = tree.dot(half, t), tree.dot(half, b), tree.dot(half, n)
@@ -48,114 +86,134 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, rgb_fr
     wi_wr = tree.dot(wi, wr)
     u_i, v_i = tree.dot(wi, t), tree.dot(wi, b)
 
-    obliquity = tree.squared(wi_wr + 1.0) / tree.maximum(cos_r, 1e-6)
-    xyz = _scattered(tree, image, layout, u, v, w) * (obliquity * layout.scale)
-    xyz = xyz + _zero_order(tree, image, layout, u, v, w) * cos_i
-    rgb = _matrix(tree, rgb_from_xyz, xyz)
+    slope = w * roughness * roughness
+    blur = tree.maximum(variance * (cos_i * cos_i).times_plus(0.5, 0.5) - layout.sigma_b**2, 0.0)
+    blur = slope.times_plus(slope * 0.5, blur)
+    table = _Table(tree, image, layout, u * period_scale, v * period_scale, w * height_scale)
+    # The kernel belongs to the relief, and shrinks and grows with it; a lamp and a roughness do not.
+    finer, coarser, share = table.around(blur * period_scale * period_scale)
 
-    lit = tree.math("GREATER_THAN", cos_i, 0.0) * tree.math("GREATER_THAN", cos_r, 0.0)
+    obliquity = tree.squared(wi_wr + 1.0) / tree.maximum(cos_r, 1e-6)
+    scattered = obliquity * tree.squared(period_scale * height_scale) * layout.scale
+    mirrored = _zero_order(tree, image, layout, u, v, w * height_scale, blur) * cos_i
     excess_i = _excess_albedo(tree, image, layout, u_i, v_i, cos_i)
     excess_r = _excess_albedo(tree, image, layout, u - u_i, v - v_i, cos_r)
     limit = tree.maximum(excess_i, excess_r).times_plus(conserving, 1.0)
-    gain = _fresnel(tree, wi_wr, ior) * lit * strength / limit
-    radiance = rgb * gain * tree.attribute(key_light.irradiance_name(0))
-    # Out-of-gamut spectral colours have a negative component, which no renderer carries through.
-    radiance = tree.vector_math("MAXIMUM", radiance, (0.0, 0.0, 0.0))
+    gain = irradiance * (_fresnel(tree, wi_wr, ior) / limit)
+
+    def radiance(table_xyz: Value) -> Value:
+        rgb = _matrix(tree, rgb_from_xyz, table_xyz.times_plus(scattered, mirrored)) * gain
+        # Out-of-gamut spectral colours have a negative component, which no renderer carries through.
+        return tree.vector_math("MAXIMUM", rgb, (0.0, 0.0, 0.0))
+
     output = tree.node("NodeGroupOutput")
-    tree.feed(output.inputs[0], radiance)
+    finer = radiance(finer)
+    coarser = finer if coarser is None else radiance(coarser)
+    for socket, value in zip(output.inputs, (finer, coarser, share), strict=False):
+        tree.feed(socket, value)
+    arrange(group)
     return group
 
 
-def _interface(group: bpy.types.NodeTree) -> list[bpy.types.NodeSocket]:
-    sockets = group.interface
-    for name, kind, default, text in (
-        ("Normal", "NodeSocketVector", None, "Shading normal"),
-        ("Tangent", "NodeSocketVector", None, "Direction of the scan's columns on the surface"),
-        ("Strength", "NodeSocketFloat", 1.0, "Scales the diffraction; 1 is physical"),
-        ("IOR", "NodeSocketFloat", KERATIN_IOR, "Index of refraction: 1.56 is keratin, 2.5 and above metal-like"),
-        ("Rotation", "NodeSocketFloat", 0.0, "Turns the grating about the normal"),
-        ("Energy Conserving", "NodeSocketFloat", 1.0, "Keeps the reflected light under the received; 0 is Stam's form"),
-    ):
-        socket = sockets.new_socket(name, in_out="INPUT", socket_type=kind, description=text)
-        if default is None:
-            socket.hide_value = True
-        else:
-            socket.default_value = default
-    for item in sockets.items_tree:
-        if item.name == "Strength":
-            item.min_value, item.max_value = 0.0, 1000.0
-        elif item.name == "IOR":
-            item.min_value, item.max_value = 1.0, 10.0
-        elif item.name == "Rotation":
-            item.subtype = "ANGLE"
-        elif item.name == "Energy Conserving":
-            item.min_value, item.max_value = 0.0, 1.0
-            item.subtype = "FACTOR"
-    sockets.new_socket("Radiance", in_out="OUTPUT", socket_type="NodeSocketColor", description="Diffracted light")
-    return list(Tree(group).node("NodeGroupInput").outputs)[:6]
+class _Table:
+    """sum_k T_k(t) B_k(u, v) / scale, XYZ over w^2: one look-up a term; t goes from -1 to 1 over the range of w. What
+    lies outside is the table's rim (polynomials run away, other tiles lie beside it), and nothing beyond |(u, v)| = 2,
+    which only a stretched relief asks for."""
 
-
-def _frame(tree: Tree, n: Value, tangent: Value, rotation: Value) -> tuple[Value, Value]:
-    """T and B about n: the tangent made orthogonal, then turned."""
-    t = tree.normalize(tangent - n * tree.dot(n, tangent))
-    b = tree.cross(n, t)
-    cosine, sine = tree.math("COSINE", rotation), tree.math("SINE", rotation)
-    turned = t * cosine + b * sine
-    return turned, tree.cross(n, turned)
-
-
-def _scattered(tree: Tree, image, layout: Layout, u: Value, v: Value, w: Value) -> Value:
-    """sum_k T_k(t) B_k(u, v) / scale: XYZ over w^2, one look-up a term; t goes from -1 to 1 over the range of w."""
-    width, height = layout.width, layout.height
-    to_image = (1 / (layout.texel * width), 1 / (layout.texel * height), 0.0)
-    first = (0.5 - layout.u_first / layout.texel) / width, (0.5 - layout.v_first / layout.texel) / height, 0.0
-    half_range = (layout.w_max - layout.w_min) / 2
-    place = tree.vector(u, v, 0.0)
-    t = w.times_plus(1 / half_range, -(layout.w_min + layout.w_max) / 2 / half_range)
-    if not layout.whole:  # its rim stands for what lies outside: beside it are other tiles, and polynomials run away
-        last = tuple(
-            start + (count - 1) * layout.texel
-            for start, count in ((layout.u_first, layout.tile_columns), (layout.v_first, layout.tile_rows))
-        )
-        place = tree.vector_math("MAXIMUM", place, (layout.u_first, layout.v_first, 0.0))
-        place = tree.vector_math("MINIMUM", place, (*last, 0.0))
+    def __init__(self, tree: Tree, image: bpy.types.Image, layout: Layout, u: Value, v: Value, w: Value):
+        self.tree, self.image, self.layout = tree, image, layout
+        (u_low, u_high), (v_low, v_high) = layout.inner
+        place = tree.clamp(tree.vector(u, v, 0.0), (u_low, v_low, 0.0), (u_high, v_high, 0.0))
+        self.place = place - (u_low, v_low, 0.0)
+        half_range = (layout.w_max - layout.w_min) / 2
+        t = w.times_plus(1 / half_range, -(layout.w_min + layout.w_max) / 2 / half_range)
         t = tree.maximum(tree.math("MINIMUM", t, 1.0), -1.0)
-    place = place.times_plus(to_image, first)
-    polynomials = [None, t]
-    total = None
-    for k in range(layout.terms):
-        x, y = layout.tile_origin(k)
-        term = tree.image(image, place + (x / width, y / height, 0.0), label=f"B{k}")
-        if k >= 2:
-            polynomials.append((t * 2.0).times_plus(polynomials[-1], polynomials[-2] * -1.0 if k > 2 else -1.0))
-        total = term if total is None else term.times_plus(polynomials[k], total)
-    return total
+        self.inside = tree.math("LESS_THAN", (u * u) + (v * v), 4.0)
+        self.polynomials = [None, t]
+        for k in range(2, layout.terms):
+            before = self.polynomials[-2] * -1.0 if k > 2 else -1.0
+            self.polynomials.append((t * 2.0).times_plus(self.polynomials[-1], before))
+
+    def around(self, blur: Value) -> tuple[Value, Value | None, Value | float]:
+        """The table at the levels next to a variance beyond the bake's own, and the coarser one's share in their mix,
+        by variance; a table of one level has no coarser one."""
+        if self.layout.levels == 1:
+            return self._read(None), None, 0.0
+        tree, last = self.tree, self.layout.levels - 1
+        ratio = blur.times_plus(1 / self.layout.sigma_b**2, 1.0)  # sigma^2 over that of level 0
+        level = tree.math("FLOOR", tree.math("LOGARITHM", ratio, 4.0))
+        level = tree.maximum(tree.math("MINIMUM", level, last - 1.0), 0.0)
+        spread = tree.math("POWER", 4.0, level)
+        # Clamped by the node: a blur beyond the last level is the last level's.
+        share = tree.value(tree.node("ShaderNodeClamp", (ratio / spread - 1.0) * (1 / 3)).outputs[0])
+        return self._read(level), self._read(level + 1.0), share
+
+    def _read(self, level: Value | None) -> Value:
+        """The sum at a level; None is level 0 for good."""
+        tree, layout = self.tree, self.layout
+        size = layout.width, layout.height
+        rows, columns = layout.tile_stride(0)
+        middle = TILE_PADDING + 0.5
+        if level is None:
+            at = self.place.times_plus(_over(1 / layout.texel, size), _over((middle, layout.strip_rows + middle), size))
+            strides = (columns / size[0], rows / size[1], 0.0)
+        else:
+            shrink = tree.math("POWER", 0.5, level)
+            inner = columns - LEVEL_PADDING, rows - LEVEL_PADDING
+            # Level 0 begins at the left; all others stand over each other to the right of it (precompute/atlas.py).
+            right = tree.math("MINIMUM", level, 1.0) * float(layout.columns * columns)
+            over = (level - 1.0).times_plus(float(LEVEL_PADDING), (1.0 - shrink * 2.0) * float(inner[1]))
+            up = tree.maximum(over, 0.0).times_plus(float(layout.rows), layout.strip_rows + middle)
+            origin = tree.vector(right + middle, up, 0.0) * _over(1.0, size)
+            at = (self.place * shrink).times_plus(_over(1 / layout.texel, size), origin)
+            strides = tree.vector(*(shrink.times_plus(n, LEVEL_PADDING) for n in inner), 0.0) * _over(1.0, size)
+        total = None
+        for k in range(layout.terms):
+            row, column = divmod(k, layout.columns)
+            if level is None:
+                place = at + (column * strides[0], row * strides[1], 0.0)
+            else:
+                place = strides.times_plus((float(column), float(row), 0.0), at)
+            term = tree.image(self.image, place, label=f"B{k}")
+            total = term if total is None else term.times_plus(self.polynomials[k], total)
+        return total * self.inside
 
 
-def _zero_order(tree: Tree, image, layout: Layout, u: Value, v: Value, w: Value) -> Value:
+def _over(value: float | tuple[float, float], size: tuple[int, int]) -> tuple[float, float, float]:
+    """Texels as a fraction of the image."""
+    x, y = value if isinstance(value, tuple) else (value, value)
+    return x / size[0], y / size[1], 0.0
+
+
+def _zero_order(tree: Tree, image, layout: Layout, u: Value, v: Value, w: Value, blur: Value) -> Value:
     """Z(w) kernel(u, v) in XYZ: the mirror's share."""
     step = (layout.zero_order_samples - 1) / 2
     x = w.times_plus(step / layout.width, 0.5 / layout.width)
     z = tree.image(image, tree.vector(x, STRIP_ROWS / 2 / layout.height, 0.0), label="Z")
-    variance = layout.sigma_b**2
+    variance = blur + layout.sigma_b**2
     radius2 = (u * u) + (v * v)
-    return z * (tree.math("EXPONENT", radius2 * (-0.5 / variance)) * (1 / (2 * math.pi * variance)))
+    return z * (tree.math("EXPONENT", radius2 * -0.5 / variance) / (variance * (2 * math.pi)))
 
 
 def _excess_albedo(tree: Tree, image, layout: Layout, x: Value, y: Value, cosine: Value) -> Value:
-    """X / cos(t) of the direction (x, y, cosine): columns by azimuth, rows by sqrt(cos(t)) (precompute/albedo.py)."""
+    """X / cos(t) of the direction (x, y, cosine): columns by azimuth, rows by sqrt(cos(t)) (precompute/albedo.py); one
+    texel more stands around them."""
     columns, rows = layout.limit_columns - 1, layout.limit_rows - 1
     azimuth = tree.math("ARCTAN2", y, x)
-    column = azimuth.times_plus(columns / (2 * math.pi) / layout.width, (columns / 2 + 0.5) / layout.width)
+    column = azimuth.times_plus(columns / (2 * math.pi) / layout.width, (columns / 2 + 1.5) / layout.width)
     root = tree.sqrt(tree.maximum(cosine, 0.0))
-    row = root.times_plus(rows / layout.height, (STRIP_ROWS + 0.5) / layout.height)
+    row = root.times_plus(rows / layout.height, (STRIP_ROWS + 1.5) / layout.height)
     excess = tree.image(image, tree.vector(column, row, 0.0), label="X")
     return tree.dot(excess, (1.0, 0.0, 0.0)) / tree.maximum(cosine, 1e-6)
 
 
 def _fresnel(tree: Tree, wi_wr: Value, ior: Value) -> Value:
     """Unpolarised reflectance of a dielectric at the half angle (precompute/brdf.py)."""
-    c = tree.sqrt(tree.maximum((wi_wr + 1.0) * 0.5, 0.0))
+    return fresnel_reflectance(tree, tree.sqrt(tree.maximum((wi_wr + 1.0) * 0.5, 0.0)), ior)
+
+
+def fresnel_reflectance(tree: Tree, c: Value, ior: Value) -> Value:
+    """Unpolarised reflectance of a dielectric at the cosine c."""
     n2 = ior * ior
     g = tree.sqrt(n2 - 1.0 + c * c)
     perpendicular = (c - g) / (c + g)

@@ -4,9 +4,8 @@
 import bpy
 
 from ...precompute.failure import GratingError
-from .. import key_light
 from ..gratings import active_grating
-from .new_material import make_material
+from .new_material import group_of, make_material
 
 
 class AssignToSelected(bpy.types.Operator):
@@ -18,14 +17,7 @@ class AssignToSelected(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        grating = context.scene.natural_gratings.active()
-        if grating is None or not grating.bake_path:
-            cls.poll_message_set("Bake a grating first")
-            return False
-        if not any(o.type == "MESH" for o in context.selected_objects):
-            cls.poll_message_set("Select a mesh first")
-            return False
-        return True
+        return poll_meshes(cls, context)
 
     def execute(self, context):
         try:
@@ -37,22 +29,40 @@ class AssignToSelected(bpy.types.Operator):
         return {"FINISHED"}
 
 
+def poll_meshes(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
+    """Whether there is a baked grating and a mesh to put it on; the button says what is missing."""
+    grating = context.scene.natural_gratings.active()
+    if grating is None or not grating.bake_path:
+        operator.poll_message_set("Bake a grating first")
+        return False
+    if not any(o.type == "MESH" for o in context.selected_objects):
+        operator.poll_message_set("Select a mesh first")
+        return False
+    return True
+
+
 def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> str:
     """Put the active grating's material on the meshes among the objects; one line of what was done.
 
-    Raises GratingError, with nothing assigned, if a mesh has no direction for the grating, or the bake or the sun is
-    missing."""
+    Raises GratingError, with nothing assigned, if a mesh has no direction for the grating, or the bake or all lamps
+    are missing."""
+    meshes = meshes_among(scene, objects)
+    grating = active_grating(scene)
+    group_of(scene, grating)
+    material = grating.material or make_material(scene, grating)
+    for mesh in meshes:
+        put_material(mesh, material)
+    return f"{material.name}: on {', '.join(o.name for o in meshes)}"
+
+
+def meshes_among(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[bpy.types.Object]:
+    """The meshes, each with a direction for the grating. Raises GratingError if one has none, or there is none."""
     meshes = [o for o in objects if o.type == "MESH"]
     if not meshes:
         raise GratingError(f"scene {scene.name}: no mesh is selected; select one or name it")
     for mesh in meshes:
         check_frame(mesh)
-    key_light.follow_sun(scene, key_light.find_sun(scene))
-    grating = active_grating(scene)
-    material = grating.material or make_material(scene, grating)
-    for mesh in meshes:
-        put_material(mesh, material)
-    return f"{material.name}: on {', '.join(o.name for o in meshes)}"
+    return meshes
 
 
 def check_frame(mesh: bpy.types.Object) -> None:

@@ -120,8 +120,12 @@ def bake_and_wait(grating: Grating, directory: str = "", options: Sequence[str] 
 
 def bake_arguments(grating: Grating) -> list[str]:
     """The command line of `bake` for a grating, without the folder."""
-    source = grating.source if grating.source.startswith("sample:") else bpy.path.abspath(grating.source)
-    arguments = [source, "--delta-e", f"{grating.delta_e:.6g}"]
+    return [*input_arguments(grating), "--delta-e", f"{grating.delta_e:.6g}"]
+
+
+def input_arguments(grating: Grating) -> list[str]:
+    """Of the command line of `bake` and of `dft`, what says which surface under which coherence."""
+    arguments = [grating.source if grating.source.startswith("sample:") else bpy.path.abspath(grating.source)]
     for option, value in (("--size-um", grating.size_um), ("--height-nm", grating.height_nm)):
         if value > 0:
             arguments += [option, f"{value:.9g}"]
@@ -135,7 +139,7 @@ def bake_arguments(grating: Grating) -> list[str]:
 def record_bake(grating: Grating, facts: dict) -> None:
     """Note a finished bake; a material of an earlier one is no longer this grating's."""
     grating.bake_path = facts["files"][0]
-    grating.material = None
+    grating.material = grating.group = None
     grating.bake_summary = (
         f"dE00 {facts['delta_e']['p99']:.2f} (99 %), coherence {facts['coherence_um']:.0f} um, "
         f"{facts['tiles']} look-ups, {facts['blender_bytes'] / 2**20:.0f} MiB"

@@ -8,23 +8,19 @@ The terms grow to e^z / sqrt(2 pi z) before they fall, and their sum has modulus
 run fails in two ways: too few terms, which only costs accuracy, or too few digits, which no number of terms mends.
 """
 
-import json
 import math
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from ..failure import GratingError
 from ..relief import Relief
 from .method import S_MAX, Settings
-from .term_images import TermImages, WindowedImages, windowed
+from .term_images import WindowedImages, windowed
 
 # A run whose phasor is uncertain by more than this is refused.
 LOSS_MAX = 1e-2
-HEADER_KEY = "natural_gratings_taylor"
 
 
 def truncation_error(z: float, terms: int) -> float:
@@ -96,65 +92,3 @@ def expansion_for(relief: Relief, settings: Settings, s_max: float = S_MAX) -> T
 def build(relief: Relief, settings: Settings) -> WindowedImages:
     """FLSS of a relief. Raises GratingError for a relief that is too deep for the series."""
     return windowed("flss", relief, expansion_for(relief, settings), settings)
-
-
-def write_taylor_images(path: Path, method: WindowedImages) -> None:
-    """Thesis Algorithm 1's result as one OpenEXR file of float32 channels re.00, im.00, re.01, ...; rows along +v.
-
-    The header's JSON holds what a reader needs, and the extrema of each term (re min, re max, im min, im max), with
-    which the thesis scaled its images to 0..1. A temporary name first: a broken run leaves no half file behind."""
-    import OpenEXR
-
-    images = method.images
-    channels = {}
-    for n in range(images.terms.shape[-1]):
-        for part, values in (("re", images.terms[..., n].real), ("im", images.terms[..., n].imag)):
-            channels[f"{part}.{n:02d}"] = np.ascontiguousarray(values, np.float32)
-    extrema = [
-        [float(f) for part in (term.real, term.imag) for f in (part.min(), part.max())]
-        for term in np.moveaxis(images.terms, -1, 0)
-    ]
-    record = {
-        "terms": method.expansion.terms,
-        "origin_m": method.expansion.origin_m,
-        "scale_m": method.expansion.scale_m,
-        "size_m": images.size_m,
-        "sigma_f": method.sigma_f,
-        "density_scale": method.scale,
-        "extrema": extrema,
-    }
-    header = {
-        "compression": OpenEXR.ZIP_COMPRESSION,
-        "type": OpenEXR.scanlineimage,
-        HEADER_KEY: json.dumps(record, sort_keys=True),
-    }
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}.partial.exr")
-    try:
-        with OpenEXR.File(header, channels) as file:
-            file.write(str(temporary))
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def read_taylor_images(path: Path, settings: Settings) -> WindowedImages:
-    """The method in a file of write_taylor_images. Raises GratingError if it is not one.
-
-    The window is the file's; `settings` give the wavelengths and the texels."""
-    import OpenEXR
-
-    if not path.is_file():
-        raise GratingError(f"{path}: there is no such file; write the Taylor images first")
-    try:
-        file = OpenEXR.File(str(path), separate_channels=True)
-        record = json.loads(file.header()[HEADER_KEY])
-        channels = file.channels()
-        terms = np.stack(
-            [channels[f"re.{n:02d}"].pixels + 1j * channels[f"im.{n:02d}"].pixels for n in range(record["terms"])],
-            axis=-1,
-        ).astype(np.complex64)
-        expansion = Taylor(record["terms"], record["origin_m"], record["scale_m"])
-        images = TermImages(terms, tuple(record["size_m"]))
-        return WindowedImages("flss", images, expansion, record["sigma_f"], record["density_scale"], settings)
-    except Exception as error:  # OpenEXR's own type differs by version
-        raise GratingError(f"{path}: not a file of Taylor images; write them again") from error

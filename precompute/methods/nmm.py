@@ -72,8 +72,12 @@ class Nmm:
         return self.settings.step_m
 
     def _specular(self, u, v) -> np.ndarray:
-        sigma = WAVELENGTH_MAX_M * self.full.sigma_f / np.sqrt(2)
-        return np.hypot(u, v) < _SPECULAR_REACH * sigma
+        return np.hypot(u, v) < specular_radius(self.full.sigma_f)
+
+
+def specular_radius(sigma_f: float) -> float:
+    """Of the disc in (u, v) where all wavelengths are summed."""
+    return float(_SPECULAR_REACH * WAVELENGTH_MAX_M * sigma_f / np.sqrt(2))
 
 
 def selected_wavelengths(component: float, period_m: float) -> np.ndarray:

@@ -19,7 +19,7 @@ def addon(extension) -> SimpleNamespace:
         "bake_job": "bake_job",
         "commands": "commands",
         "gratings": "gratings",
-        "key_light": "key_light",
+        "key_lights": "key_lights",
         "diffraction": "materials.diffraction",
         "package": None,
     }

@@ -6,12 +6,22 @@ from pathlib import Path
 import bpy
 import pytest
 
+from precompute import atlas
+
 
 def add_baked(scene, baked):
     grating = scene.natural_gratings.items.add()
     grating.name, grating.bake_path = "waves", str(baked)
     scene.natural_gratings.active_index = 0
     return grating
+
+
+def all_nodes(tree):
+    """The nodes of a tree and of the groups in it."""
+    for node in tree.nodes:
+        yield node
+        if node.type == "GROUP":
+            yield from all_nodes(node.node_tree)
 
 
 def test_import_adds_a_grating_with_its_facts(scene):
@@ -95,8 +105,7 @@ def test_the_material_needs_no_extension(scene, baked):
     (image,) = bpy.data.images
     assert image.packed_file is not None
     assert image.colorspace_settings.name == "Non-Color"
-    groups = [node.node_tree for node in material.node_tree.nodes if node.type == "GROUP"]
-    look_ups = [node for node in groups[0].nodes if node.type == "TEX_IMAGE"]
+    look_ups = [node for node in all_nodes(material.node_tree) if node.type == "TEX_IMAGE"]
     assert {node.image for node in look_ups} == {image}
 
 
@@ -128,7 +137,7 @@ def test_assign_without_a_uv_map_or_a_sun_changes_nothing(scene, baked):
         bpy.ops.grating.assign()
     plane.data.uv_layers.new()
     bpy.data.objects.remove(bpy.data.objects["Sun"])
-    with pytest.raises(RuntimeError, match="no sun"):
+    with pytest.raises(RuntimeError, match="no lamp"):
         bpy.ops.grating.assign()
     assert not plane.material_slots and not bpy.data.materials
 
@@ -153,3 +162,24 @@ def test_register_and_unregister_leave_nothing(addon, scene):
     assert not hasattr(bpy.types, "GRATING_PT_main")
     addon.package.register()
     assert bpy.ops.grating.import_height_map(filepath="sample:flat") == {"FINISHED"}
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="Blender 4.5 does not show flattened trees")
+def test_a_lamp_costs_no_more_than_its_budget_of_nodes(scene, baked):
+    add_baked(scene, baked)
+    bpy.ops.grating.new_material()
+    material = scene.natural_gratings.active().material
+
+    def nodes():
+        flat = material.inline_shader_nodes()
+        return [node.type for node in flat.node_tree.nodes]
+
+    one = nodes()
+    layout, _ = atlas.read_header(baked)
+    # Two levels of a look-up a term, the zero order's, and two of the excess albedo.
+    assert one.count("TEX_IMAGE") == 2 * layout.terms + 3
+    lamp = bpy.data.objects.new("Second", bpy.data.lights.new("Second", "POINT"))
+    scene.collection.objects.link(lamp)
+    bpy.ops.grating.update_lights()
+    # Measured: 263 with four terms; more is a change to be seen.
+    assert len(nodes()) - len(one) <= 230 + 10 * layout.terms

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from benchmarks.albedo import directional_albedo, no_limit, surface_of
-from precompute import albedo, atlas, brdf_map
+from precompute import albedo, atlas, brdf_map, bspline
 from precompute.bake import Bake, bake
 from precompute.brdf import obliquity_times_cosine_and_w2
 from precompute.relief import prepare
@@ -76,14 +76,18 @@ def test_a_mirror_has_albedo_one_and_no_excess(bakes):
 
 
 def test_the_table_is_read_at_its_texels():
-    """Texel by texel; between two, their mean in sqrt(cos); round the azimuth without a seam."""
+    """At a texel two thirds of it and a sixth of those beside it; round the azimuth without a seam, and turning back at
+    the horizon and at the normal."""
     rng = np.random.default_rng(4)
     table = rng.random((8, 13)).astype(np.float32)
     table[:, -1] = table[:, 0]
-    table[-1] = table[-1, 0]
-    directions = albedo.texel_directions(8, 13)[1:-1]
-    excess = (albedo.limit(table, directions) - 1) * directions[..., 2]
-    np.testing.assert_allclose(excess, table[1:-1], atol=1e-6)
+    directions = albedo.texel_directions(8, 13)
+    excess = (albedo.limit(table, directions) - 1) * np.maximum(directions[..., 2], 1e-6)
+    around = np.pad(np.pad(table[:, :-1], ((1, 1), (0, 0)), mode="reflect"), ((0, 0), (1, 2)), mode="wrap")
+    for axis in (0, 1):
+        around = (np.roll(around, 1, axis) + 4 * around + np.roll(around, -1, axis)) / 6
+    # The normal has no azimuth: it is read in one column only.
+    np.testing.assert_allclose(excess[:-1], around[1:-2, 1:-1], atol=1e-6)
     # The texel at azimuth 180 degrees from both sides.
     near = albedo.limit(table, np.array([toward(60, 180 - 1e-9), toward(60, -180 + 1e-9)]))
     assert near[0] == pytest.approx(near[1], rel=1e-6)
@@ -91,14 +95,24 @@ def test_the_table_is_read_at_its_texels():
 
 
 def test_raised_values_are_not_under_a_parabola():
-    """What lies between the texels of a concave quadric is reached by the bilinear look-up of the raised ones."""
+    """A concave quadric is reached, and no more, by the look-up of its raised values, wherever it is read."""
     row, column = np.mgrid[:9, :9].astype(float)
     values = 50 - (row - 4) ** 2 - 0.5 * (column - 4) ** 2
     raised = albedo.raised(values)
-    middle = 0.25 * (raised[2:6, 2:6] + raised[3:7, 2:6] + raised[2:6, 3:7] + raised[3:7, 3:7])
-    truth = 50 - (row[2:6, 2:6] - 3.5) ** 2 - 0.5 * (column[2:6, 2:6] - 3.5) ** 2
-    assert np.all(middle >= truth - 1e-12)
-    assert np.all(raised[2:-2, 2:-2] - values[2:-2, 2:-2] <= 0.375 + 1e-12)
+    y, x = np.random.default_rng(0).uniform(3, 5, (2, 100))
+    np.testing.assert_allclose(bspline.read_grid(raised, y, x), 50 - (y - 4) ** 2 - 0.5 * (x - 4) ** 2, rtol=1e-12)
+
+
+def test_raised_values_are_not_under_what_bends():
+    """Whatever the values: not under their own parabolas, of second differences that go over from texel to texel."""
+    rng = np.random.default_rng(1)
+    values = np.cumsum(rng.standard_normal(64))
+    bend = np.maximum(2 * values - np.roll(values, 1) - np.roll(values, -1), 0)
+    raised = albedo.raised(np.tile(values, (9, 1)))
+    x = rng.uniform(2, 61, 500)
+    i, f = x.astype(int), x % 1
+    truth = (1 - f) * values[i] + f * values[i + 1] + f * (1 - f) / 2 * ((1 - f) * bend[i] + f * bend[i + 1])
+    assert np.all(bspline.read_grid(raised, np.full(500, 4.0), x) >= truth - 1e-12)
 
 
 def test_the_atlas_never_rounds_the_limit_down(bakes):

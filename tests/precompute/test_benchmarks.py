@@ -41,7 +41,7 @@ def test_a_table_is_markdown():
     assert evaluation_page.table([["a", "b"], ["1", "2"]]) == "| a | b |\n| --- | --- |\n| 1 | 2 |"
 
 
-@pytest.mark.parametrize("page", ["evaluation.md", "hard_cases.md", "theory.md", "speed_against_error.md"])
+@pytest.mark.parametrize("page", ["evaluation.md", "hard_cases.md", "osl.md", "theory.md", "speed_against_error.md"])
 def test_what_the_pages_name_is_there(page):
     text = (DOCS / page).read_text()
     for picture in re.findall(r"\]\((images/[^)]+)\)", text):

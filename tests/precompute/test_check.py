@@ -199,9 +199,9 @@ def test_a_table_is_read_as_a_renderer_reads_it(tmp_path, precision):
     path = tmp_path / "table.exr"
     atlas.write(path, *atlas.pack(table), {"model": "ensemble"})
     read, stored = module.read_table(path), atlas.read(path)[0]
-    assert (read.u_range, read.v_range) == (pytest.approx((-0.4, 2.59)), pytest.approx((-0.1, 0.29)))
+    assert (read.u_range, read.v_range) == (pytest.approx((-0.38, 2.57)), pytest.approx((-0.08, 0.27)))
     assert (read.w_range, read.sigma_b, read.illuminant) == ((0.5, 1.9), 0.05, "E")
-    u, v = rng.uniform(-0.4, 2.59, 500), rng.uniform(-0.1, 0.29, 500)
+    u, v = rng.uniform(-0.5, 2.7, 500), rng.uniform(-0.2, 0.4, 500)
     for w in (0.5, 1.234, 1.9):
         expected = stored.scattered_over_w2(u, v, w)
         np.testing.assert_allclose(read.scattered_over_w2(u, v, w), expected, rtol=0, atol=1e-5)
@@ -432,6 +432,7 @@ def test_another_model_and_another_version(refused, baked, scan, tmp_path):
 @pytest.mark.parametrize(("key", "value"), [
     ("terms", 99), ("tile_rows", 7), ("strip_rows", -1), ("texel", 0.0), ("sigma_b", float("nan")), ("w_max", 0.0),
     ("illuminant", "moon"), ("scale", "1"), ("columns", None), ("zero_order_samples", 1), ("rows", 2.5),
+    ("inner_rows", 10**4), ("inner_columns", 0), ("levels", 1), ("levels", "2"),
 ])  # fmt: skip
 def test_a_header_that_cannot_be(refused, baked, scan, tmp_path, key, value):
     layout = {**atlas.read(baked)[1]["layout"], key: value}

@@ -127,7 +127,8 @@ def test_bake_tells_its_facts_and_writes_its_files(baked, scan):
     assert {"mean", "p95", "p99", "max"} <= set(facts["delta_e"])
     assert 0 < facts["delta_e"]["mean"] <= facts["delta_e"]["p95"] <= facts["delta_e"]["p99"] <= 3
     layout, record = atlas.read_header(folder / "skin.exr")
-    assert (layout.terms, [layout.tile_rows, layout.tile_columns]) == (facts["tiles"], facts["tile"])
+    tile = [n + 2 * atlas.TILE_PADDING for n in (layout.inner_rows, layout.inner_columns)]
+    assert (layout.terms, tile) == (facts["tiles"], facts["tile"])
     assert record["delta_e"] == facts["delta_e"]
     assert record["source"] == "skin.png"
     assert record["model"] == "ensemble"

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The patch model: its reference, FLSS over Taylor and over Chebyshev images, PQ, NMM."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -202,35 +200,6 @@ def test_too_few_terms_are_taken_as_asked():
     truth = exact.build_patch(relief, settings).density(u, v, w, lam)
     got = METHODS["flss"](relief, settings).density(u, v, w, lam)
     assert np.abs(got - truth).max() > truth.max()
-
-
-# Algorithm 1's images
-
-
-def test_images_come_back_from_their_file(tmp_path):
-    import OpenEXR
-
-    relief = skin()
-    settings = Settings(coherence_length_m=length_of(relief))
-    method = METHODS["flss"](relief, settings)
-    path = tmp_path / "taylor.exr"
-    flss.write_taylor_images(path, method)
-    again = flss.read_taylor_images(path, settings)
-    u, v, w, lam = places()
-    assert np.array_equal(again.images.terms, method.images.terms)
-    assert np.array_equal(again.density(u, v, w, lam), method.density(u, v, w, lam))
-    assert list(tmp_path.iterdir()) == [path]
-    extrema = json.loads(OpenEXR.File(str(path), header_only=True).header()[flss.HEADER_KEY])["extrema"]
-    term = method.images.terms[..., 2]
-    assert extrema[2] == pytest.approx([term.real.min(), term.real.max(), term.imag.min(), term.imag.max()])
-
-
-def test_other_files_are_no_images(tmp_path):
-    with pytest.raises(GratingError, match="no such file"):
-        flss.read_taylor_images(tmp_path / "none.exr", Settings())
-    (tmp_path / "text.exr").write_text("no picture")
-    with pytest.raises(GratingError, match="not a file of Taylor images"):
-        flss.read_taylor_images(tmp_path / "text.exr", Settings())
 
 
 # PQ

@@ -40,7 +40,7 @@ def test_every_part_of_the_range_of_w_is_looked_at(w_range):
     """A deep relief is hardest where w is large: a draw of three that all lay under 1.2 passed a bake with a dE00 of
     22 at 1.9."""
     for seed in range(20):
-        w = self_check._w_within(w_range, 4, np.random.default_rng(seed))
+        w = self_check.w_within(w_range, 4, np.random.default_rng(seed))
         assert w_range[0] <= w.min() and w.max() <= w_range[1]
         assert (np.diff(w) >= 0).all()
         if w_range == (0.0, 2.0):

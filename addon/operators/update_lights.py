@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Let diffraction follow the lamps that the scene has now."""
+
+import bpy
+
+from ...precompute.failure import GratingError
+from .. import key_lights
+from ..materials.diffraction import linked_with_fewer_lamps, show_key_lights
+
+
+class UpdateLights(bpy.types.Operator):
+    """Let diffraction follow the lamps that the scene has now. Needed after lamps were added, removed, linked to
+    objects, made another kind or moved between collections; what else is done to a lamp is followed by itself"""
+
+    bl_idname = "grating.update_lights"
+    bl_label = "Update Lights"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        try:
+            lamps = key_lights.follow_lamps(context.scene)
+        except GratingError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        show_key_lights()
+        self.report({"INFO"}, f"lit by {', '.join(lamp.name for lamp in lamps)}")
+        for line in key_lights.unfollowed_features(context.scene) + linked_with_fewer_lamps(context.scene):
+            self.report({"WARNING"}, line)
+        instanced = key_lights.instanced_lamps(context.evaluated_depsgraph_get())
+        if instanced:
+            self.report({"WARNING"}, key_lights.instances_are_not_followed(instanced))
+        return {"FINISHED"}

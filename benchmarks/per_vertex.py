@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shading at the vertices against shading in each pixel, and frames at the vertices (thesis 4.5.1).
+
+    python -m benchmarks per_vertex [--output DIR] [--pixels 320]
+
+The sample snake, coarser and coarser; the whole answer worked out at its vertices and interpolated, as a per-vertex
+shader does, against the Diffraction group. Relative error of luminance over the pixels above 1 % of the brightest.
+"""
+
+import argparse
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.render_time import TimedStage
+from precompute import atlas
+from precompute.shading import direct_radiance
+
+# Rings and segments of the snake: the sample's own, about the thesis's 11,696 vertices, and fewer.
+MESHES = ((1850, 132), (488, 24), (160, 12))
+_CAMERA, _TARGET, _FIELD_DEG = (-0.036, -0.80, 0.69), (-0.036, -0.025, 0.02), 12.0
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Print the table and write the pictures; the exit status."""
+    parser = argparse.ArgumentParser(prog="benchmarks per_vertex", description=__doc__.splitlines()[0])
+    parser.add_argument("--output", type=Path, metavar="DIR", help="where the pictures go")
+    parser.add_argument("--pixels", type=int, default=320)
+    arguments = parser.parse_args(argv)
+    with tempfile.TemporaryDirectory() as folder:
+        stage = TimedStage(Path(folder), arguments.pixels)
+        look(stage)
+        table, _ = atlas.read(stage.bake)
+        print(f"{'vertices':>9}{'median':>9}{'p95':>9}")
+        for rings, segments in MESHES:
+            pixel, vertex = both(stage, table, rings, segments)
+            error = relative_error(vertex, pixel)
+            print(f"{rings * segments:9}{np.median(error):9.1%}{np.percentile(error, 95):9.1%}", flush=True)
+            if arguments.output:
+                for name, picture in (("pixel", pixel), ("vertex", vertex)):
+                    save(picture, arguments.output / f"per_{name}_{rings * segments}.png")
+    return 0
+
+
+def look(stage: TimedStage) -> None:
+    """Camera at the snake's bends, one sun, nothing else."""
+    import bpy
+    from mathutils import Vector
+
+    bpy.data.objects.remove(stage.sphere)
+    camera = stage.scene.camera
+    camera.data.type, camera.data.angle = "PERSP", np.radians(_FIELD_DEG)
+    camera.data.clip_start, camera.location = 0.01, _CAMERA
+    camera.rotation_euler = (Vector(_CAMERA) - Vector(_TARGET)).to_track_quat("Z", "Y").to_euler()
+    stage.light(1)
+    sun = next(o for o in bpy.data.objects if o.type == "LIGHT")
+    sun.rotation_euler = Vector((-0.5, 0.6, 0.6)).to_track_quat("Z", "Y").to_euler()
+
+
+def both(stage: TimedStage, table, rings: int, segments: int) -> tuple[np.ndarray, np.ndarray]:
+    """The snake shaded in each pixel, and at its vertices: linear pictures (n, n, 3)."""
+    import bpy
+
+    from sample_scenes.snake import build_snake
+
+    stage.sphere = build_snake("Snake", rings, segments)
+    pictures = []
+    for make in (stage.direct, lambda: vertex_material(stage, table)):
+        material = make()
+        for node in material.node_tree.nodes:
+            if node.type == "BSDF_PRINCIPLED":
+                node.inputs["Base Color"].default_value = (0, 0, 0, 1)
+        stage.put(material)
+        pictures.append(stage.render("cycles", 1)[1])
+    bpy.data.objects.remove(stage.sphere)
+    return pictures[0], pictures[1]
+
+
+def vertex_material(stage: TimedStage, table):
+    """A material that shows what was worked out at the corners of the faces, with the frames there."""
+    import bpy
+
+    mesh = stage.sphere.data
+    mesh.calc_tangents()
+    corners = len(mesh.loops)
+    n, t = np.empty((2, corners * 3), np.float32)
+    mesh.loops.foreach_get("normal", n)
+    mesh.loops.foreach_get("tangent", t)
+    vertex = np.empty(corners, np.int32)
+    mesh.loops.foreach_get("vertex_index", vertex)
+    place = np.empty(len(mesh.vertices) * 3, np.float32)
+    mesh.vertices.foreach_get("co", place)
+    n, t, p = (a.astype(float).reshape(-1, 3) for a in (n, t, place.reshape(-1, 3)[vertex]))
+    t -= n * (n * t).sum(axis=1, keepdims=True)
+    t /= np.linalg.norm(t, axis=1, keepdims=True)
+    frame = np.stack([t, np.cross(n, t), n], axis=1)
+    bpy.context.view_layer.update()
+    lamp = next(o for o in bpy.data.objects if o.type == "LIGHT")
+    wi = frame @ np.array(lamp.matrix_world.col[2][:3])
+    to_camera = np.array(_CAMERA) - p
+    wr = np.einsum("nij,nj->ni", frame, to_camera / np.linalg.norm(to_camera, axis=1, keepdims=True))
+    irradiance = np.broadcast_to(lamp.data.energy * np.array(lamp.data.color), wi.shape)
+    radiance = np.ones((corners, 4), np.float32)
+    radiance[:, :3] = direct_radiance(table, wi, wr, irradiance)
+    mesh.color_attributes.new("radiance", "FLOAT_COLOR", "CORNER").data.foreach_set("color", radiance.ravel())
+
+    material = bpy.data.materials.new("Vertices")
+    stage.addon["compat"].enable_nodes(material)
+    material.node_tree.nodes.clear()
+    tree = stage.addon["materials.builder"].Tree(material.node_tree)
+    shown, _ = tree.attribute("radiance", "GEOMETRY")
+    tree.node("ShaderNodeOutputMaterial", tree.emission(shown, 1.0))
+    return material
+
+
+def relative_error(found: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """Of luminance, where the truth is above 1 % of its brightest."""
+    found, truth = (picture @ (0.2126, 0.7152, 0.0722) for picture in (found, truth))
+    counted = truth > 0.01 * np.percentile(truth[truth > 0], 99.9)
+    return np.abs(found - truth)[counted] / truth[counted]
+
+
+def save(picture: np.ndarray, path: Path) -> None:
+    """As displayed: the brightest thousandth clips."""
+    from PIL import Image
+
+    shown = np.clip(picture / np.percentile(picture, 99.9), 0, 1)
+    shown = np.where(shown <= 0.0031308, 12.92 * shown, 1.055 * shown ** (1 / 2.4) - 0.055)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    Image.fromarray(np.rint(shown * 255).astype(np.uint8)).save(path, optimize=True)

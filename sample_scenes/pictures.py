@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The snakes at three zooms under three suns, a sheet for each species (thesis figures 6.14 to 6.18).
+
+python -m sample_scenes.pictures --output DIR [--bpy 5.2] [--samples 16 --width 480]
+
+The real Elaphe scan is taken where it is there, else the sample like it.
+"""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+from PIL import Image
+
+from devtools import ROOT
+from devtools.environments import ALL
+from devtools.steps import clean_environment
+from sample_scenes.demo import ELAPHE_SCAN, Stopwatch, start_blender
+
+ZOOMS, AZIMUTHS = ("whole", "bends", "scales"), (128, 90, 52)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Bake, assign, render and lay out; the exit status."""
+    parser = argparse.ArgumentParser(prog="sample_scenes.pictures", description=__doc__.splitlines()[0])
+    parser.add_argument("--output", type=Path, required=True, metavar="DIR")
+    parser.add_argument("--bpy", choices=[e.blender_version for e in ALL], help="the bpy wheel to render with")
+    parser.add_argument("--samples", type=int, default=16)
+    parser.add_argument("--width", type=int, default=480)
+    arguments = parser.parse_args(argv)
+    arguments.blender = None
+    scan = [ELAPHE_SCAN, "--size-um", "65", "--height-nm", "375"] if ELAPHE_SCAN.is_file() else ["sample:elaphe"]
+    for name, height_map in (("elaphe", scan), ("xenopeltis", ["sample:xenopeltis"])):
+        sheet(name, height_map, arguments)
+    return 0
+
+
+def sheet(name: str, height_map: list, arguments) -> None:
+    """One species: a row for each zoom, a column for each sun."""
+    watch = Stopwatch()
+    folder = arguments.output.resolve() / name
+    folder.mkdir(parents=True, exist_ok=True)
+    bake = [sys.executable, "-m", "precompute", "bake", *height_map, "-o", folder, "--json", "-"]
+    baked = json.loads(watch.run(f"{name}: bake", bake))["files"][0]
+    scene = folder / "snake.blend"
+    script = ["--background", "--python-exit-code", "1", "--python"]
+    views = [scene, *script, ROOT / "sample_scenes" / "views.py", "--", "--output", folder]
+    steps = {
+        "scene": [*script, ROOT / "sample_scenes" / "stage.py", "--", "--output", scene],
+        "assign": [scene, "--background", "--command", "grating", "assign", baked, "--object", "Snake"],
+        "views": [*views, "--samples", arguments.samples, "--width", arguments.width],
+    }
+    for step, command in steps.items():
+        launch = start_blender(arguments, [str(part) for part in command])
+        watch.run(f"{name}: {step}", launch.command, env=clean_environment(**launch.variables))
+    rows = [[Image.open(folder / f"{zoom}_{azimuth}.png").convert("RGB") for azimuth in AZIMUTHS] for zoom in ZOOMS]
+    width, height = rows[0][0].size
+    picture = Image.new("RGB", (width * len(AZIMUTHS), height * len(ZOOMS)))
+    for y, row in enumerate(rows):
+        for x, part in enumerate(row):
+            picture.paste(part, (x * width, y * height))
+    picture.save(arguments.output / f"snake_{name}.png", optimize=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

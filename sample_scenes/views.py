@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Render the stage at three zooms under three suns, without assigning anything anew: moving the lamp is enough.
+
+blender FILE --background --python sample_scenes/views.py -- --output DIR [--samples 16 --width 480]
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from math import cos, radians, sin
+from pathlib import Path
+
+import bpy
+from mathutils import Vector
+
+# Name, focal length in mm, and where the camera looks: the whole animal, two of its bends, single scales.
+ZOOMS = (
+    ("whole", 74.0, (-0.036, -0.025, 0.02)),
+    ("bends", 240.0, (-0.03, -0.05, 0.03)),
+    ("scales", 900.0, (-0.03, -0.047, 0.03)),
+)
+SUN_AZIMUTHS_DEG = (128.0, 90.0, 52.0)
+SUN_ELEVATION_DEG = 30.0
+
+
+def turn_sun(sun: bpy.types.Object, azimuth_deg: float) -> None:
+    """Move the sun round the animal."""
+    azimuth, elevation = radians(azimuth_deg), radians(SUN_ELEVATION_DEG)
+    to_sun = Vector((cos(elevation) * cos(azimuth), cos(elevation) * sin(azimuth), sin(elevation)))
+    sun.rotation_euler = to_sun.to_track_quat("Z", "Y").to_euler()
+
+
+def aim(camera: bpy.types.Object, lens_mm: float, target: tuple[float, float, float]) -> None:
+    """Point the camera at a place."""
+    camera.data.lens = lens_mm
+    camera.rotation_euler = (camera.location - Vector(target)).to_track_quat("Z", "Y").to_euler()
+
+
+def main(argv: list[str]) -> None:
+    parser = argparse.ArgumentParser(prog="sample_scenes.views", description=__doc__.splitlines()[0])
+    parser.add_argument("--output", type=Path, required=True, metavar="DIR")
+    parser.add_argument("--samples", type=int, default=16)
+    parser.add_argument("--width", type=int, default=480)
+    arguments = parser.parse_args(argv)
+    scene = bpy.context.scene
+    scene.cycles.samples = arguments.samples
+    scene.cycles.use_denoising = False
+    scene.render.resolution_x, scene.render.resolution_y = arguments.width, arguments.width * 9 // 16
+    scene.render.image_settings.file_format = "PNG"
+    for zoom, lens, target in ZOOMS:
+        aim(scene.camera, lens, target)
+        for azimuth in SUN_AZIMUTHS_DEG:
+            turn_sun(bpy.data.objects["Sun"], azimuth)
+            scene.render.filepath = str(arguments.output.resolve() / f"{zoom}_{azimuth:.0f}.png")
+            bpy.ops.render.render(write_still=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:])

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Buttons pressed with the mouse in a Blender with a window; the saved file renders the same without the extension."""
+
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+import pytest
+
+from .conftest import Blender, binary_command
+
+HERE = Path(__file__).parent
+FRAME = "6"
+
+
+@pytest.fixture(scope="module")
+def display() -> Iterator[str]:
+    """A screen of its own."""
+    if shutil.which("Xvfb") is None:
+        pytest.skip("no Xvfb: on Debian the package xvfb brings it")
+    reader, writer = os.pipe()
+    screen = ["Xvfb", "-displayfd", str(writer), "-screen", "0", "1280x900x24", "-nolisten", "tcp"]
+    server = subprocess.Popen(screen, pass_fds=[writer], stderr=subprocess.DEVNULL)
+    os.close(writer)
+    with os.fdopen(reader) as answer:
+        number = answer.readline().strip()
+    assert number, "Xvfb did not start"
+    yield f":{number}"
+    server.terminate()
+    server.wait()
+
+
+@pytest.fixture(scope="module")
+def blender(built, tmp_path_factory) -> Blender:
+    """A real Blender with the extension installed from its zip into an empty user folder."""
+    made = Blender(binary_command(), tmp_path_factory.mktemp("user"))
+    made.run_script(HERE / "install.py", built["linux_x64"])
+    return made
+
+
+def render(blender: Blender, file: Path, scene: str, frame: str, to: Path, *options: str) -> np.ndarray:
+    """(rows, cols, 3), linear; by Blender alone, not by the extension's command."""
+    blender.run("--background", *options, file, "-S", scene, "-o", f"{to}_#", "-F", "OPEN_EXR", "-f", frame)
+    with OpenEXR.File(f"{to}_{frame}.exr", separate_channels=True) as picture:
+        return np.stack([picture.channels()[c].pixels for c in "RGB"], axis=-1)
+
+
+def test_pressed_saved_and_reopened_without_the_extension(display, blender, tmp_path):
+    file, bake = tmp_path / "unseen.blend", tmp_path / "bake"
+    bare = replace(blender, user_folder=tmp_path / "empty")
+    bare.run_script(HERE / "make_unseen.py", file)
+    dull = render(bare, file, "Still", FRAME, tmp_path / "dull")
+    blender.run_grating("bake", "sample:blazed", "--delta-e", "6", "-o", bake)
+
+    window = replace(blender, command=("env", f"DISPLAY={display}", *blender.command))
+    options = ("--enable-event-simulate", "--window-geometry", "0", "0", "1280", "900")
+    window.run(*options, file, "--python", HERE / "press_buttons.py", "--", bake / "blazed.exr")
+
+    for scene, frame in (("Still", "1"), ("Still", FRAME), ("Other", "1")):
+        here = render(blender, file, scene, frame, tmp_path / f"with_{scene}")
+        there = render(bare, file, scene, frame, tmp_path / f"without_{scene}", "-Y", "--factory-startup")
+        assert not list(bare.user_folder.glob("extensions/user_default/*"))
+        # The same program and sampler at one sample, on one or two threads: the same to single precision.
+        np.testing.assert_allclose(there, here, rtol=1e-6, atol=1e-6)
+        if frame == FRAME:
+            assert np.abs(here - dull).max() > 0.1, "no diffraction in the picture"

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Small float renders: an empty scene, lamps, and a picture of one sample at each pixel's centre."""
+
+import importlib
+import os
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+import OpenEXR
+import pytest
+
+from precompute import atlas
+from precompute.bake import bake
+from precompute.readers import read_height_map
+from precompute.relief import prepare
+
+# Mesa's software rasteriser filters textures by its own sharp kernel where anisotropic filtering is on, which no
+# graphics card does. It is asked once, when Blender makes its graphics context.
+os.environ.setdefault(
+    "MESA_EXTENSION_OVERRIDE", "-GL_EXT_texture_filter_anisotropic -GL_ARB_texture_filter_anisotropic"
+)
+
+
+@pytest.fixture
+def addon(extension) -> SimpleNamespace:
+    """The add-on's modules by their short names."""
+    names = {
+        "add_diffraction": "operators.add_diffraction",
+        "assign": "operators.assign",
+        "builder": "materials.builder",
+        "compat": "compat",
+        "diffraction": "materials.diffraction",
+        "key_lights": "key_lights",
+    }
+    root = extension.__name__ + ".addon"
+    return SimpleNamespace(**{short: importlib.import_module(f"{root}.{path}") for short, path in names.items()})
+
+
+@dataclass
+class Stage:
+    """A scene under construction."""
+
+    addon: SimpleNamespace
+    folder: object
+    scene: object
+
+    def add(self, name, data, location=(0, 0, 0), rotation=(0, 0, 0), scale=(1, 1, 1), collection=None):
+        """An object of the data."""
+        import bpy
+
+        made = bpy.data.objects.new(name, data)
+        made.location, made.rotation_euler, made.scale = location, rotation, scale
+        (collection or self.scene.collection).objects.link(made)
+        return made
+
+    def lamp(self, kind: str, location=(0, 0, 1), to=None, name="Lamp", **settings):
+        """A lamp of a kind; `to`: the unit vector that it lies along from where it shines (its own +Z)."""
+        import bpy
+        from mathutils import Vector
+
+        data = bpy.data.lights.new(name, kind)
+        for key, value in settings.items():
+            setattr(data, key, value)
+        rotation = Vector(to).to_track_quat("Z", "Y").to_euler() if to is not None else (0, 0, 0)
+        return self.add(name, data, location, rotation)
+
+    def camera(self, location, target=(0, 0, 0), ortho=None, angle=None):
+        """A camera that looks at a target, its picture upright along +y or +z."""
+        import bpy
+        from mathutils import Vector
+
+        data = bpy.data.cameras.new("Camera")
+        data.clip_start = 1e-3
+        if ortho:
+            data.type, data.ortho_scale = "ORTHO", ortho
+        if angle:
+            data.angle = angle
+        made = self.add("Camera", data, location)
+        made.rotation_euler = (Vector(location) - Vector(target)).to_track_quat("Z", "Y").to_euler()
+        self.scene.camera = made
+        return made
+
+    def render(self, engine="cycles", pixels=64, passes=(), samples=1, name="picture") -> dict[str, np.ndarray]:
+        """Channels of a float EXR (rows, columns), row 0 at the top, by name; the picture's own are R, G, B."""
+        import bpy
+
+        scene = self.scene
+        settings = scene.render
+        settings.resolution_x = settings.resolution_y = pixels
+        settings.resolution_percentage = 100
+        settings.filter_size = 0.01
+        settings.image_settings.file_format = "OPEN_EXR_MULTILAYER" if passes else "OPEN_EXR"
+        settings.image_settings.color_depth = "32"
+        layer = scene.view_layers[0]
+        for each in ("position", "normal", "z"):
+            setattr(layer, f"use_pass_{each}", each in passes)
+        if engine == "cycles":
+            settings.engine = "CYCLES"
+            scene.cycles.device = "CPU"
+            scene.cycles.samples = samples
+            scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
+            scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01
+        else:
+            settings.engine = self.addon.compat.eevee_engine()
+            scene.eevee.taa_render_samples = samples
+        path = self.folder / f"{name}.exr"
+        settings.filepath = str(path)
+        bpy.ops.render.render(write_still=True)
+        return read_channels(path)
+
+    def rgb(self, engine="cycles", pixels=64, samples=1, name="picture") -> np.ndarray:
+        """Linear RGB (n, n, 3), row 0 at the top."""
+        return rgb_of(self.render(engine, pixels, samples=samples, name=name))
+
+
+def read_channels(path) -> dict[str, np.ndarray]:
+    """Channels of an EXR by their short names."""
+    with OpenEXR.File(str(path), separate_channels=True) as file:
+        channels = {key: np.asarray(value.pixels, float) for key, value in file.channels().items()}
+    return {short_name(key): pixels for key, pixels in channels.items()}
+
+
+def rgb_of(channels: dict[str, np.ndarray]) -> np.ndarray:
+    """(rows, columns, 3)."""
+    return np.stack([channels[c] for c in "RGB"], axis=-1)
+
+
+def short_name(channel: str) -> str:
+    """`ViewLayer.Combined.R` -> R, `ViewLayer.Normal.X` -> Normal.X."""
+    parts = channel.split(".")
+    return parts[-1] if len(parts) < 3 or parts[-2] == "Combined" else ".".join(parts[-2:])
+
+
+@pytest.fixture
+def stage(addon, tmp_path) -> Stage:
+    """An empty, dark scene."""
+    import bpy
+
+    scene = bpy.context.scene
+    clear(addon, scene)
+    return Stage(addon, tmp_path, scene)
+
+
+def clear(addon, scene) -> None:
+    """Make a scene, and the file, as the stage is."""
+    import bpy
+
+    data = bpy.data
+    held = (data.objects, data.meshes, data.lights, data.cameras, data.materials, data.node_groups, data.images)
+    for collection in (*held, data.collections):
+        data.batch_remove(list(collection))
+    scene.natural_gratings.items.clear()
+    if scene.animation_data:
+        scene.animation_data_clear()
+    addon.key_lights.stop_following(scene)
+    scene.world = None
+    scene.frame_set(1)
+
+
+@pytest.fixture(scope="session")
+def baked(tmp_path_factory):
+    """The blazed sample's file, and the bake as the file holds it: of a short coherence, which is made in seconds."""
+    image, layout = atlas.pack(bake(prepare(read_height_map("sample:blazed")), coherence_length_m=8e-6))
+    path = tmp_path_factory.mktemp("radiance") / "blazed.exr"
+    atlas.write(path, image, layout, {})
+    return path, atlas.unpack(image, layout)

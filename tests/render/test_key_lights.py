@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Calibration: a Lambertian in place of the relief's answer gives Blender's own lamp-lit radiance.
+
+A white diffuse plane lit by Blender, and the same plane whose Diffraction group answers E cos(ti) / pi, for every kind
+of lamp and whatever is done to it.
+"""
+
+import math
+
+import bpy
+import numpy as np
+import pytest
+
+PIXELS = 24
+
+
+def lambertian(addon) -> bpy.types.NodeTree:
+    """A response group: radiance of a white diffuse surface."""
+    builder = addon.builder
+    group = bpy.data.node_groups.new("Lambertian", "ShaderNodeTree")
+    inputs = tuple(builder.Socket(name, "Vector", "") for name in ("Normal", "To Light", "Irradiance"))
+    builder.add_interface(group, inputs, (builder.Socket("Finer", "Color", ""),))
+    tree = builder.Tree(group)
+    n, wi, irradiance = (tree.value(s) for s in tree.node("NodeGroupInput").outputs[:3])
+    output = tree.node("NodeGroupOutput")
+    tree.feed(output.inputs[0], irradiance * (tree.maximum(tree.dot(n, wi), 0.0) * (1 / math.pi)))
+    return group
+
+
+@pytest.fixture
+def both(stage, addon):
+    """both(engine, samples) -> what Cycles lights with so many samples, and what the key lights give in an engine,
+    (n, n) each, green. EEVEE's own lamps are approximations, up to 3 % off Cycles' here: they are no measure."""
+
+    def render(engine: str, samples: int) -> tuple[np.ndarray, np.ndarray]:
+        # Away from the middle, so that no symmetry hides a wrong axis.
+        stage.camera((0.3, 0.2, 3), (0.3, 0.2, 0), ortho=2.0)
+        bpy.ops.mesh.primitive_plane_add(size=4)
+        plane = bpy.context.object
+        white = bpy.data.materials.new("White")
+        addon.compat.enable_nodes(white)
+        white.node_tree.nodes.clear()
+        tree = addon.builder.Tree(white.node_tree)
+        diffuse = tree.node("ShaderNodeBsdfDiffuse")
+        diffuse.inputs["Color"].default_value = (1, 1, 1, 1)
+        tree.node("ShaderNodeOutputMaterial", tree.value(diffuse.outputs[0]))
+        plane.data.materials.append(white)
+        theirs = stage.rgb("cycles", PIXELS, samples, "theirs")[..., 1]
+
+        addon.key_lights.follow_lamps(stage.scene)
+        group = addon.diffraction.group_around("lambertian", lambertian(addon), shadows=False)
+        ours = bpy.data.materials.new("Ours")
+        addon.compat.enable_nodes(ours)
+        ours.node_tree.nodes.clear()
+        tree = addon.builder.Tree(ours.node_tree)
+        tree.node("ShaderNodeOutputMaterial", tree.group(group, IOR=1.0)["Shader"])
+        plane.data.materials[0] = ours
+        return theirs, stage.rgb(engine, PIXELS, 1, "ours")[..., 1]
+
+    return render
+
+
+def agree(both, engine: str, tolerance: float, samples: int = 1) -> None:
+    theirs, ours = both(engine, samples)
+    assert theirs.max() > 0
+    np.testing.assert_allclose(ours, theirs, rtol=tolerance, atol=tolerance * theirs.max() / 10)
+
+
+# Lamps that are points: one sample has no noise, and single precision is left, along the rim of a spot a thousandth of
+# a pixel, where Cycles puts a pixel's middle. EEVEE's pictures are half floats, cut off: 2^-10.
+EXACT = {"cycles": 1e-3, "eevee": 2e-3}
+ENGINES = ["cycles", "eevee"]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_sun(stage, both, engine):
+    stage.lamp("SUN", to=(0.4, -0.3, 1), energy=3.0, angle=0.0, color=(0.2, 0.6, 0.9), exposure=0.5)
+    agree(both, engine, EXACT[engine])
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_point(stage, both, engine):
+    stage.lamp("POINT", (0.5, -0.4, 1.2), energy=40.0, shadow_soft_size=0.0)
+    agree(both, engine, EXACT[engine])
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("scale", [(1, 1, 1), (0.5, 1.5, 0.8), (-1, 1, 1)])
+def test_spot(stage, both, engine, scale):
+    spot = stage.lamp("SPOT", (0.6, -0.2, 1.0), (0.3, -0.2, 1), energy=60.0, shadow_soft_size=0.0, spot_size=1.2)
+    spot.data.spot_blend = 0.5
+    spot.scale = scale
+    agree(both, engine, EXACT[engine])
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_area(stage, both, engine):
+    # Its centre alone counts: of 1 cm at 1.3 m, off by (0.01 / 1.3)^2.
+    lamp = stage.lamp("AREA", (0.5, -0.4, 1.2), (0.2, -0.4, 1), energy=50.0, shape="RECTANGLE", size=0.01, size_y=0.005)
+    lamp.scale = (0.7, 1.5, 1.0)
+    agree(both, engine, 1e-2, samples=64)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(
+    ("kind", "settings"),
+    [
+        ("SUN", {"angle": 0.2, "energy": 30.0}),
+        ("POINT", {"shadow_soft_size": 0.02, "energy": 5e4}),
+        ("SPOT", {"shadow_soft_size": 0.02, "energy": 5e4, "spot_size": 2.5}),
+        ("AREA", {"size": 0.02, "shape": "DISK", "energy": 5e4}),
+    ],
+)
+def test_lamps_that_are_not_normalized(stage, both, engine, kind, settings):
+    # A sun of 0.2 rad is a disc, whose mean cosine differs by 0.1^2 / 4; Cycles samples discs, to a few thousandths.
+    stage.lamp(kind, (0.3, 0.2, 1.5), (0.1, 0, 1), normalize=False, **settings)
+    agree(both, engine, 2e-2, samples=256)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_two_lamps_parented_scaled_and_hidden(stage, both, engine):
+    parent = stage.add("Parent", None, (0.1, 0.2, 0.3), (0.2, -0.3, 0.5), (1.2, 1.2, 1.2))
+    lamp = stage.lamp("POINT", (0.3, 0.1, 0.8), energy=30.0, shadow_soft_size=0.0)
+    lamp.parent = parent
+    stage.lamp("SUN", to=(-0.5, 0.2, 1), energy=1.0, angle=0.0, use_temperature=True, temperature=3500.0)
+    hidden = stage.lamp("SUN", to=(0.5, 0.2, 1), energy=9.0)
+    hidden.hide_render = True
+    dark = bpy.data.collections.new("Dark")
+    stage.scene.collection.children.link(dark)
+    dark.hide_render = True
+    stage.add("Unseen", bpy.data.lights.new("Unseen", "SUN"), collection=dark)
+    # Cycles draws one of the lamps a sample.
+    agree(both, engine, 1e-2, samples=4096)

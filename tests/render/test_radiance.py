@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Radiance truth: each pixel of a render against the same bake sampled in software.
+
+Position, normal and tangent come from float pictures of Cycles, so that nothing of the node group is used: a plane, a
+sphere and the sample snake, under a sun, a point light, and both.
+"""
+
+import bpy
+import numpy as np
+import pytest
+
+from precompute.bake import Bake
+from precompute.colour import rgb_from_xyz
+from precompute.shading import direct_radiance
+from sample_scenes.snake import build_snake
+
+PIXELS = 224
+RGB_FROM_XYZ = rgb_from_xyz("Rec.709")
+# A blaze tilted in its own plane: neither axis nor sign can be swapped unseen.
+TURN = np.radians(20)
+
+
+def shape(stage, kind: str):
+    """A mesh with a UV map, and where the camera looks at it from: location, target, angle of the view."""
+    if kind == "plane":
+        bpy.ops.mesh.primitive_plane_add(size=2)
+        return bpy.context.object, ((0.1, -0.4, 0.9), (0.05, 0, 0), np.radians(80))
+    if kind == "sphere":
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32)
+        bpy.ops.object.shade_smooth()
+        return bpy.context.object, ((0.0, -3.0, 0.5), (0, 0, 0), np.radians(42))
+    return build_snake(), ((-0.036, -0.80, 0.69), (-0.036, -0.025, 0.02), np.radians(12))
+
+
+def lamps(stage, kind: str, target=(0, 0, 0)):
+    """A sun, a point light to the left and in front of a target, or both."""
+    if kind in {"sun", "two"}:
+        stage.lamp("SUN", to=(0.35, -0.2, 1.0), energy=2.0, angle=0.0, color=(1.0, 0.8, 0.6), name="Sun")
+    if kind in {"point", "two"}:
+        stage.lamp("POINT", np.array(target) + (-0.8, -1.3, 1.6), energy=90.0, shadow_soft_size=0.0, name="Point")
+
+
+def irradiances(stage, position):
+    """For each lamp: unit vectors to it (n, 3) and irradiance (n, 3), from what the artist set, by Blender's manual."""
+    for lamp in stage.scene.objects:
+        if lamp.type == "LIGHT":
+            colour = np.array(lamp.data.color)
+            if lamp.data.type == "SUN":
+                axis = np.array(lamp.matrix_world.col[2][:3])
+                yield np.broadcast_to(axis, position.shape), np.broadcast_to(lamp.data.energy * colour, position.shape)
+            else:
+                away = np.array(lamp.matrix_world.translation) - position
+                distance = np.linalg.norm(away, axis=1, keepdims=True)
+                yield away / distance, lamp.data.energy / (4 * np.pi * distance**2) * colour
+
+
+def vector_material(addon, kind: str, socket: str, **settings):
+    """A material that shows a node's vector as its colour, moved to be positive: (x + 2) / 4."""
+    material = bpy.data.materials.new(socket)
+    addon.compat.enable_nodes(material)
+    material.node_tree.nodes.clear()
+    tree = addon.builder.Tree(material.node_tree)
+    value = tree.value(tree.node(kind, **settings).outputs[socket])
+    shown = tree.emission(value.times_plus(0.25, (0.5, 0.5, 0.5)), 1.0)
+    tree.node("ShaderNodeOutputMaterial", shown)
+    return material
+
+
+def geometry(stage, mesh):
+    """Position, normal, tangent, direction to the camera, (n, n, 3) each, and which pixels see the mesh: float
+    pictures of Cycles."""
+    kept = [slot.material for slot in mesh.material_slots]
+    found = {}
+    for name, (kind, settings) in {
+        "Position": ("ShaderNodeNewGeometry", {}),
+        "Normal": ("ShaderNodeNewGeometry", {}),
+        "Incoming": ("ShaderNodeNewGeometry", {}),
+        "Tangent": ("ShaderNodeTangent", {"direction_type": "UV_MAP"}),
+    }.items():
+        for slot in mesh.material_slots:
+            slot.material = vector_material(stage.addon, kind, name, **settings)
+        found[name] = stage.rgb("cycles", PIXELS, 1, name)
+    for slot, material in zip(mesh.material_slots, kept, strict=True):
+        slot.material = material
+    seen = found["Incoming"].max(axis=-1) > 0
+    return {name: value * 4 - 2 for name, value in found.items()}, seen
+
+
+def expected(stage, mesh, table: Bake, **settings):
+    """What each pixel should show (n, n, 3), and which pixels see the mesh."""
+    passes, seen = geometry(stage, mesh)
+    position, n, wr, t = (passes[name][seen] for name in ("Position", "Normal", "Incoming", "Tangent"))
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    t -= n * (n * t).sum(axis=1, keepdims=True)
+    t /= np.linalg.norm(t, axis=1, keepdims=True)
+    b = np.cross(n, t)
+    frame = np.stack([t * np.cos(TURN) + b * np.sin(TURN), b * np.cos(TURN) - t * np.sin(TURN), n], axis=1)
+
+    def own(direction):
+        return np.einsum("nij,nj->ni", frame, direction)
+
+    total = sum(direct_radiance(table, own(wi), own(wr), e, **settings) for wi, e in irradiances(stage, position))
+    out = np.zeros((*seen.shape, 3))
+    out[seen] = total
+    return out, seen
+
+
+def assign(stage, mesh, path, **inputs):
+    """Put the bake on a mesh by the operator's own function, over a black base, its scan turned by TURN."""
+    gratings = stage.scene.natural_gratings
+    grating = gratings.items.add()
+    grating.name, grating.bake_path, grating.shadows = "radiance", str(path), False
+    gratings.active_index = len(gratings.items) - 1
+    stage.addon.assign.assign_to_meshes(stage.scene, [mesh])
+    (node,) = stage.addon.diffraction.diffraction_nodes(mesh.active_material)
+    node.inputs["Rotation"].default_value = TURN
+    for name, value in inputs.items():
+        node.inputs[name].default_value = value
+    for base in mesh.active_material.node_tree.nodes:
+        if base.type == "BSDF_PRINCIPLED":
+            base.inputs["Base Color"].default_value = (0, 0, 0, 1)
+    return node
+
+
+def relative_error(rendered, truth):
+    """Relative error of luminance over the pixels above 1 % of the brightest."""
+    luminance = np.linalg.inv(RGB_FROM_XYZ)[1]
+    rendered, truth = rendered @ luminance, truth @ luminance
+    counted = truth > 0.01 * np.percentile(truth[truth > 0], 99.9)
+    assert counted.sum() > 200
+    return np.abs(rendered - truth)[counted] / truth[counted]
+
+
+# DESIGN's bounds. Cycles: single precision on the kernel's slopes, a few tenths of this. EEVEE: half floats, cut off.
+BOUNDS = {"cycles": (0.005, 0.02), "eevee": (0.01, 0.04)}
+
+
+@pytest.mark.parametrize("lights", ["sun", "point", "two"])
+@pytest.mark.parametrize("form", ["plane", "sphere", "snake"])
+def test_a_render_is_the_bake(stage, baked, form, lights):
+    path, table = baked
+    mesh, (location, target, angle) = shape(stage, form)
+    stage.camera(location, target, angle=angle)
+    lamps(stage, lights, target)
+    assign(stage, mesh, path)
+    truth, _ = expected(stage, mesh, table)
+    for engine, (median, p95) in BOUNDS.items():
+        error = relative_error(stage.rgb(engine, PIXELS), truth)
+        print(f"{form} {lights} {engine}: median {np.median(error):.2%}, p95 {np.percentile(error, 95):.2%}")
+        assert np.median(error) <= median
+        assert np.percentile(error, 95) <= p95
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"Roughness": 0.3},
+        {"Period Scale": 1.7},
+        {"Period Scale": 0.8, "Height Scale": 0.6, "IOR": 1.3},
+        {"Energy Conserving": 0.0, "Strength": 2.0},
+    ],
+)
+def test_the_inputs_are_what_they_say(stage, baked, settings):
+    path, table = baked
+    mesh, (location, target, angle) = shape(stage, "sphere")
+    stage.camera(location, target, angle=angle)
+    lamps(stage, "sun")
+    assign(stage, mesh, path, **settings)
+    asked = {name.lower().replace(" ", "_"): value for name, value in settings.items() if name != "Strength"}
+    asked = {"conserving" if name == "energy_conserving" else name: value for name, value in asked.items()}
+    truth, _ = expected(stage, mesh, table, **asked)
+    truth *= settings.get("Strength", 1.0)
+    for engine, (median, p95) in BOUNDS.items():
+        error = relative_error(stage.rgb(engine, PIXELS), truth)
+        print(f"{settings} {engine}: median {np.median(error):.2%}, p95 {np.percentile(error, 95):.2%}")
+        assert np.median(error) <= median
+        assert np.percentile(error, 95) <= p95
