@@ -41,11 +41,15 @@ def property_name(index: int, what: str) -> str:
     return f"ng_key_{index}_{what}"
 
 
+def _lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    return [o for o in scene.objects if o.type == "LIGHT"]
+
+
 def find_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """All lamps of the scene, also hidden ones (they may be shown later), brightest kind first, then by name.
 
     Raises GratingError if there is none."""
-    lamps = [o for o in scene.objects if o.type == "LIGHT"]
+    lamps = _lamps(scene)
     if not lamps:
         instanced = instanced_lamps(bpy.context.evaluated_depsgraph_get()) if bpy.context.scene == scene else []
         if instanced:
@@ -104,14 +108,14 @@ def lamp_count(scene: bpy.types.Scene) -> int:
 
 def is_up_to_date(scene: bpy.types.Scene) -> bool:
     """Whether the properties follow just the lamps that the scene has."""
-    lamps = [o for o in scene.objects if o.type == "LIGHT"]
+    lamps = _lamps(scene)
     followed = followed_lamps(scene)
     return len(followed) == min(len(lamps), KEYS_MAX) and all(lamp in lamps for lamp in followed)
 
 
 def unfollowed_features(scene: bpy.types.Scene) -> list[str]:
     """What of the lamps diffraction does not follow, a line for each."""
-    lamps = [o for o in scene.objects if o.type == "LIGHT"]
+    lamps = _lamps(scene)
     lines = []
     if len(lamps) > KEYS_MAX:
         lines.append(f"{len(lamps) - KEYS_MAX} lamps too many: the first {KEYS_MAX} are used")

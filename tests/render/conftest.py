@@ -81,7 +81,16 @@ class Stage:
         self.scene.camera = made
         return made
 
-    def render(self, engine="cycles", pixels=64, passes=(), samples=1, name="picture") -> dict[str, np.ndarray]:
+    def material(self, name: str):
+        """A material without nodes yet, and the builder of its tree."""
+        import bpy
+
+        made = bpy.data.materials.new(name)
+        self.addon.compat.enable_nodes(made)
+        made.node_tree.nodes.clear()
+        return made, self.addon.builder.Tree(made.node_tree)
+
+    def render(self, engine="cycles", pixels=64, samples=1, name="picture") -> dict[str, np.ndarray]:
         """Channels of a float EXR (rows, columns), row 0 at the top, by name; the picture's own are R, G, B."""
         import bpy
 
@@ -90,11 +99,8 @@ class Stage:
         settings.resolution_x = settings.resolution_y = pixels
         settings.resolution_percentage = 100
         settings.filter_size = 0.01
-        settings.image_settings.file_format = "OPEN_EXR_MULTILAYER" if passes else "OPEN_EXR"
+        settings.image_settings.file_format = "OPEN_EXR"
         settings.image_settings.color_depth = "32"
-        layer = scene.view_layers[0]
-        for each in ("position", "normal", "z"):
-            setattr(layer, f"use_pass_{each}", each in passes)
         if engine == "cycles":
             settings.engine = "CYCLES"
             scene.cycles.device = "CPU"
@@ -111,7 +117,7 @@ class Stage:
 
     def rgb(self, engine="cycles", pixels=64, samples=1, name="picture") -> np.ndarray:
         """Linear RGB (n, n, 3), row 0 at the top."""
-        return rgb_of(self.render(engine, pixels, samples=samples, name=name))
+        return rgb_of(self.render(engine, pixels, samples, name))
 
 
 def read_channels(path) -> dict[str, np.ndarray]:

@@ -37,10 +37,7 @@ def both(stage, addon):
         stage.camera((0.3, 0.2, 3), (0.3, 0.2, 0), ortho=2.0)
         bpy.ops.mesh.primitive_plane_add(size=4)
         plane = bpy.context.object
-        white = bpy.data.materials.new("White")
-        addon.compat.enable_nodes(white)
-        white.node_tree.nodes.clear()
-        tree = addon.builder.Tree(white.node_tree)
+        white, tree = stage.material("White")
         diffuse = tree.node("ShaderNodeBsdfDiffuse")
         diffuse.inputs["Color"].default_value = (1, 1, 1, 1)
         tree.node("ShaderNodeOutputMaterial", tree.value(diffuse.outputs[0]))
@@ -49,10 +46,7 @@ def both(stage, addon):
 
         addon.key_lights.follow_lamps(stage.scene)
         group = addon.diffraction.group_around("lambertian", lambertian(addon), shadows=False)
-        ours = bpy.data.materials.new("Ours")
-        addon.compat.enable_nodes(ours)
-        ours.node_tree.nodes.clear()
-        tree = addon.builder.Tree(ours.node_tree)
+        ours, tree = stage.material("Ours")
         tree.node("ShaderNodeOutputMaterial", tree.group(group, IOR=1.0)["Shader"])
         plane.data.materials[0] = ours
         return theirs, stage.rgb(engine, PIXELS, 1, "ours")[..., 1]

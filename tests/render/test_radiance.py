@@ -54,12 +54,9 @@ def irradiances(stage, position):
                 yield away / distance, lamp.data.energy / (4 * np.pi * distance**2) * colour
 
 
-def vector_material(addon, kind: str, socket: str, **settings):
+def vector_material(stage, kind: str, socket: str, **settings):
     """A material that shows a node's vector as its colour, moved to be positive: (x + 2) / 4."""
-    material = bpy.data.materials.new(socket)
-    addon.compat.enable_nodes(material)
-    material.node_tree.nodes.clear()
-    tree = addon.builder.Tree(material.node_tree)
+    material, tree = stage.material(socket)
     value = tree.value(tree.node(kind, **settings).outputs[socket])
     shown = tree.emission(value.times_plus(0.25, (0.5, 0.5, 0.5)), 1.0)
     tree.node("ShaderNodeOutputMaterial", shown)
@@ -78,7 +75,7 @@ def geometry(stage, mesh):
         "Tangent": ("ShaderNodeTangent", {"direction_type": "UV_MAP"}),
     }.items():
         for slot in mesh.material_slots:
-            slot.material = vector_material(stage.addon, kind, name, **settings)
+            slot.material = vector_material(stage, kind, name, **settings)
         found[name] = stage.rgb("cycles", PIXELS, 1, name)
     for slot, material in zip(mesh.material_slots, kept, strict=True):
         slot.material = material

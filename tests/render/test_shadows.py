@@ -22,10 +22,7 @@ def test_a_card_shades_what_lies_under_it(stage, addon, casts):
     stage.scene.cycles.shading_system = not addon.compat.HAS_RAYCAST
     addon.key_lights.follow_lamps(stage.scene)
     group = addon.diffraction.group_around("lambertian", lambertian(addon), shadows=True)
-    material = bpy.data.materials.new("Shaded")
-    addon.compat.enable_nodes(material)
-    material.node_tree.nodes.clear()
-    tree = addon.builder.Tree(material.node_tree)
+    material, tree = stage.material("Shaded")
     tree.node("ShaderNodeOutputMaterial", tree.group(group, IOR=1.0)["Shader"])
     plane.data.materials.append(material)
     picture = stage.rgb("cycles", PIXELS)[..., 1]
