@@ -28,7 +28,10 @@ def hit(tree: Tree, start: Value, wi: Value, distance: Value) -> Value | float:
         return 0.0
     for socket, value in zip(node.inputs, (start, wi, distance), strict=True):
         tree.feed(socket, value)
-    return tree.value(node.outputs["Hit"])
+    # A renderer that passes the script over takes what the linked socket itself holds, of which the default is a half.
+    add = tree.node("ShaderNodeMath", 0.0, 0.0, operation="ADD")
+    tree.feed(add.inputs[0], tree.value(node.outputs["Hit"]))
+    return tree.value(add.outputs[0])
 
 
 def _text() -> bpy.types.Text:

@@ -10,8 +10,8 @@ from .test_key_lights import lambertian
 PIXELS = 32
 
 
-@pytest.mark.parametrize("casts", [True, False])
-def test_a_card_shades_what_lies_under_it(stage, addon, casts):
+def shaded(stage, addon, engine: str, casts: bool, osl: bool) -> np.ndarray:
+    """The plane's radiance (n, n) under the card, which covers its right half."""
     stage.camera((0, 0, 3), ortho=2.0).rotation_euler = (0, 0, 0)
     bpy.ops.mesh.primitive_plane_add(size=4)
     plane = bpy.context.object
@@ -19,15 +19,29 @@ def test_a_card_shades_what_lies_under_it(stage, addon, casts):
     bpy.ops.mesh.primitive_plane_add(size=4, location=(2, 0, 5))
     sun = stage.lamp("SUN", to=(0, 0, 1), energy=np.pi, angle=0.0)
     sun.data.use_shadow = casts
-    stage.scene.cycles.shading_system = not addon.compat.HAS_RAYCAST
+    stage.scene.cycles.shading_system = osl
     addon.key_lights.follow_lamps(stage.scene)
     group = addon.diffraction.group_around("lambertian", lambertian(addon), shadows=True)
     material, tree = stage.material("Shaded")
     tree.node("ShaderNodeOutputMaterial", tree.group(group, IOR=1.0)["Shader"])
     plane.data.materials.append(material)
-    picture = stage.rgb("cycles", PIXELS)[..., 1]
+    picture = stage.rgb(engine, PIXELS)[..., 1]
     stage.scene.cycles.shading_system = False
+    return picture
+
+
+@pytest.mark.parametrize("casts", [True, False])
+def test_a_card_shades_what_lies_under_it(stage, addon, casts):
+    picture = shaded(stage, addon, "cycles", casts, osl=not addon.compat.HAS_RAYCAST)
     # Irradiance pi on a white Lambertian: 1, to single precision.
     lit, under = picture[:, : PIXELS // 2], picture[:, PIXELS // 2 :]
     np.testing.assert_allclose(lit, 1, rtol=1e-5)
     np.testing.assert_allclose(under, 0 if casts else 1, rtol=1e-5)
+
+
+# EEVEE's film is of half floats: eleven bits.
+@pytest.mark.parametrize(("engine", "rtol"), [("cycles", 1e-5), ("eevee", 2e-3)])
+def test_where_no_shadow_ray_is_there_is_no_shadow(stage, addon, engine, rtol):
+    if addon.compat.HAS_RAYCAST:
+        pytest.skip("this Blender traces shadow rays without Open Shading Language")
+    np.testing.assert_allclose(shaded(stage, addon, engine, True, osl=False), 1, rtol=rtol)
