@@ -12,9 +12,9 @@ is appended to another scene follows that scene's lamps.
     power   linear RGB: a sun's irradiance, W/m2; another's radiant intensity along its axis, W/sr
             its own x over its y scale; negative if it casts no shadow
     z       its axis z over its squared length
-            cosine of a spot's half angle; 2 for an area lamp, -2 for others
+            cosine of the angle off its axis from which a spot begins to shine; 3 for an area lamp, -3 for others
     x       its axis x over its squared length
-            one over the width of a spot's soft rim
+            cosine of the angle within which it shines in full; 2 for an area lamp, -2 for others: all round
 
 Four properties, and not more: EEVEE looks each up in a loop of its own for every pixel, and the software rasteriser's
 compiler takes minutes over twenty such loops.
@@ -155,16 +155,18 @@ def _follow(scene: bpy.types.Scene, index: int, lamp: bpy.types.Object) -> None:
     position = {name: f"matrix_world[3][{i}]" for i, name in enumerate("abc")}
     strength = f"{shown} * energy * pow(2, exposure) * {_per_watt(data)}"
     power = (f"{strength} * c{i} * (t{i} if heated else 1)" for i in range(3))
-    code = {"AREA": "2", "SPOT": "cos(cone / 2)"}.get(kind, "-2")
-    # At blend 0 the rim is sharp: a width that single precision still tells from none.
-    rim = "1 / max((1 - cos(cone / 2)) * blend, 1e-5)" if kind == "SPOT" else "1"
+    outer, inner = {"AREA": ("3", "2")}.get(kind, ("-3", "-2"))
+    if kind == "SPOT":
+        outer = "cos(cone / 2)"
+        # At blend 0 the rim is sharp: a width that single precision still tells from none.
+        inner = f"{outer} + max((1 - {outer}) * blend, 1e-5)"
     cone = {"cone": "spot_size", "blend": "spot_blend"} if kind == "SPOT" else {}
     drive = _Drive(scene, index, lamp)
     drive("place", (*place, f"-1 - {variance}" if kind == "SUN" else variance), axes | position, size)
     drive("power", (*power, f"{_length('x')} / max({_length('y')}, 1e-9) * (2 * shadow - 1)"),
           {"hidden": "hide_render"} | axes, light, holders)  # fmt: skip
-    drive("z", (*(f"z{i} / max(pow({_length('z')}, 2), 1e-30)" for i in range(3)), code), axes, cone)
-    drive("x", (*(f"x{i} / max(pow({_length('x')}, 2), 1e-30)" for i in range(3)), rim), axes, cone)
+    drive("z", (*(f"z{i} / max(pow({_length('z')}, 2), 1e-30)" for i in range(3)), outer), axes, cone)
+    drive("x", (*(f"x{i} / max(pow({_length('x')}, 2), 1e-30)" for i in range(3)), inner), axes, cone)
 
 
 class _Drive:

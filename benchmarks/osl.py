@@ -135,6 +135,8 @@ def _material(group, view: PlaneView, ior: float):
 def addon_modules(extension_name: str) -> SimpleNamespace:
     """What these pictures need of the add-on, by their short names."""
     names = {
+        "compat": "compat",
+        "builder": "materials.builder",
         "osl": "materials.osl",
         "diffraction": "materials.diffraction",
         "key_lights": "key_lights",

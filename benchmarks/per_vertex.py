@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.render_time import TimedStage
+from benchmarks.render_time import Studio
 from precompute import atlas
 from precompute.shading import direct_radiance
 
@@ -29,12 +29,12 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--pixels", type=int, default=320)
     arguments = parser.parse_args(argv)
     with tempfile.TemporaryDirectory() as folder:
-        stage = TimedStage(Path(folder), arguments.pixels)
-        look(stage)
-        table, _ = atlas.read(stage.bake)
+        studio = Studio(Path(folder), arguments.pixels)
+        look(studio)
+        table, _ = atlas.read(studio.bake)
         print(f"{'vertices':>9}{'median':>9}{'p95':>9}")
         for rings, segments in MESHES:
-            pixel, vertex = both(stage, table, rings, segments)
+            pixel, vertex = both(studio, table, rings, segments)
             error = relative_error(vertex, pixel)
             print(f"{rings * segments:9}{np.median(error):9.1%}{np.percentile(error, 95):9.1%}", flush=True)
             if arguments.output:
@@ -43,45 +43,46 @@ def main(argv: list[str] | None = None) -> int:
     return 0
 
 
-def look(stage: TimedStage) -> None:
+def look(studio: Studio) -> None:
     """Camera at the snake's bends, one sun, nothing else."""
     import bpy
     from mathutils import Vector
 
-    bpy.data.objects.remove(stage.sphere)
-    camera = stage.scene.camera
+    studio.build("sphere")
+    bpy.data.objects.remove(studio.mesh)
+    camera = studio.scene.camera
     camera.data.type, camera.data.angle = "PERSP", np.radians(_FIELD_DEG)
     camera.data.clip_start, camera.location = 0.01, _CAMERA
     camera.rotation_euler = (Vector(_CAMERA) - Vector(_TARGET)).to_track_quat("Z", "Y").to_euler()
-    stage.light(1)
+    studio.light(1)
     sun = next(o for o in bpy.data.objects if o.type == "LIGHT")
     sun.rotation_euler = Vector((-0.5, 0.6, 0.6)).to_track_quat("Z", "Y").to_euler()
 
 
-def both(stage: TimedStage, table, rings: int, segments: int) -> tuple[np.ndarray, np.ndarray]:
+def both(studio: Studio, table, rings: int, segments: int) -> tuple[np.ndarray, np.ndarray]:
     """The snake shaded in each pixel, and at its vertices: linear pictures (n, n, 3)."""
     import bpy
 
     from sample_scenes.snake import build_snake
 
-    stage.sphere = build_snake("Snake", rings, segments)
+    studio.mesh = build_snake("Snake", rings, segments)
     pictures = []
-    for make in (stage.direct, lambda: vertex_material(stage, table)):
+    for make in (studio.direct, lambda: vertex_material(studio, table)):
         material = make()
         for node in material.node_tree.nodes:
             if node.type == "BSDF_PRINCIPLED":
                 node.inputs["Base Color"].default_value = (0, 0, 0, 1)
-        stage.put(material)
-        pictures.append(stage.render("cycles", 1)[1])
-    bpy.data.objects.remove(stage.sphere)
+        studio.mesh.material_slots[0].material = material
+        pictures.append(studio.render("cycles", 1)[1])
+    bpy.data.objects.remove(studio.mesh)
     return pictures[0], pictures[1]
 
 
-def vertex_material(stage: TimedStage, table):
+def vertex_material(studio: Studio, table):
     """A material that shows what was worked out at the corners of the faces, with the frames there."""
     import bpy
 
-    mesh = stage.sphere.data
+    mesh = studio.mesh.data
     mesh.calc_tangents()
     corners = len(mesh.loops)
     n, t = np.empty((2, corners * 3), np.float32)
@@ -106,9 +107,9 @@ def vertex_material(stage: TimedStage, table):
     mesh.color_attributes.new("radiance", "FLOAT_COLOR", "CORNER").data.foreach_set("color", radiance.ravel())
 
     material = bpy.data.materials.new("Vertices")
-    stage.addon["compat"].enable_nodes(material)
+    studio.addon.compat.enable_nodes(material)
     material.node_tree.nodes.clear()
-    tree = stage.addon["materials.builder"].Tree(material.node_tree)
+    tree = studio.addon.builder.Tree(material.node_tree)
     shown, _ = tree.attribute("radiance", "GEOMETRY")
     tree.node("ShaderNodeOutputMaterial", tree.emission(shown, 1.0))
     return material

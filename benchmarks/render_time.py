@@ -1,171 +1,232 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Render seconds of a sphere: Principled metal against Direct with one and three lamps (OSL: benchmarks/osl.py).
+"""Render time of Principled metal against Direct with one and three lamps, and the thesis's algorithms in OSL.
 
-    python -m benchmarks render_time [--pixels 256 --samples 16 --repeat 3] [--engine cycles --engine eevee]
+    python -m benchmarks render_time [--engine cycles --engine eevee] [--scene snake --scene sphere] [--pixels 192]
 
-All in one run, the least of `repeat` renders each, the first one (compiling, uploading) not counted; and the samples at
-which Direct is as near its own picture of many samples (RMSE) as the metal is to its own at `samples`.
+All in one run. What a sample of a pixel costs is the least of `--repeat` renders with `--samples` samples less the
+least with a quarter of them, so that start-up, compiling and upload are left out. Two scenes: the sample snake on its
+ground, as an artist renders it, and a sphere alone in the dark, where nothing but the material takes time. Shaders in
+OSL are timed on the sphere, on a small picture.
+
+For Cycles also the noise: RMSE against each material's own picture of many samples, every sample cut at a display's
+white, and the samples with which Direct has the metal's.
 """
 
 import argparse
-import importlib
-import os
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from devtools import EXTENSION
-from devtools.extension import link_extension
+from precompute import atlas, dft_images
 from precompute.baking import Order, bake_to_folder
+from precompute.colour import rgb_from_xyz
+from precompute.methods import METHODS
 from precompute.readers import read_height_map
+from precompute.relief import prepare
 
-_REFERENCE_SAMPLES = 256
+from .osl import start_blender
+
+_REFERENCE_SAMPLES = 1024
+_SURFACE = "sample:elaphe"
+# The thesis's settings.
+_STEP_M, _TEXELS, _OSL_PIXELS = 5e-9, 3, 16
+_TURNS_DEG = (0, 90, 200)
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A material, what lights it, and what it is rendered with."""
+
+    name: str
+    make: Callable
+    lamps: int = 1
+    osl: bool = False
+    pixels: int | None = None
 
 
 def main(argv: list[str] | None = None) -> int:
     """Print the tables; the exit status."""
     parser = argparse.ArgumentParser(prog="benchmarks render_time", description=__doc__.splitlines()[0])
-    parser.add_argument("--pixels", type=int, default=256)
-    parser.add_argument("--samples", type=int, default=16)
-    parser.add_argument("--repeat", type=int, default=3)
     parser.add_argument("--engine", action="append", choices=("cycles", "eevee"))
+    parser.add_argument("--scene", action="append", choices=("snake", "sphere"))
+    parser.add_argument("--pixels", type=int, default=192)
+    parser.add_argument("--samples", type=int, default=64)
+    parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--lamps", type=int, default=3, help="of the rows with several")
     arguments = parser.parse_args(argv)
     with tempfile.TemporaryDirectory() as folder:
-        stage = TimedStage(Path(folder), arguments.pixels)
+        studio = Studio(Path(folder), arguments.pixels)
         for engine in arguments.engine or ("cycles", "eevee"):
-            measure(stage, engine, arguments.samples, arguments.repeat)
+            for scene in arguments.scene or ("snake", "sphere"):
+                studio.build(scene)
+                measure(studio, engine, scene, arguments)
     return 0
 
 
-def measure(stage: "TimedStage", engine: str, samples: int, repeat: int) -> None:
-    """One engine's table."""
+def measure(studio: "Studio", engine: str, scene: str, arguments) -> None:
+    """One engine's and scene's tables."""
     import bpy
 
-    print(f"{engine}, Blender {bpy.app.version_string}, {stage.pixels}^2 pixels, {samples} samples")
-    print(f"{'material':28}{'seconds':>9}{'ratio':>8}")
-    base = None
-    for name, (make, lamps) in stage.subjects().items():
-        stage.light(lamps)
-        stage.put(make())
-        seconds = min(stage.render(engine, samples)[0] for _ in range(repeat + 1))
-        base = base or seconds
-        print(f"{name:28}{seconds:9.2f}{seconds / base:8.2f}", flush=True)
+    print(f"\n{engine}, {scene}, Blender {bpy.app.version_string}, {studio.pixels}^2 pixels")
+    print(f"{'material':34}{'us/sample':>11}{'to metal':>10}")
+    metal = {}
+    for subject in studio.subjects(engine, scene, arguments.lamps):
+        studio.show(subject)
+        cost = 1e6 * studio.seconds_per_sample(subject, engine, arguments.samples, arguments.repeat)
+        metal.setdefault(subject.lamps, cost)
+        print(f"{subject.name:34}{cost:11.3f}{cost / metal[subject.lamps]:10.2f}", flush=True)
     if engine == "cycles":
-        equal_error(stage, samples)
+        equal_error(studio, scene, arguments.lamps)
 
 
-def equal_error(stage: "TimedStage", samples: int) -> None:
-    """The samples that Direct needs for the metal's RMSE, relative to each picture's own mean."""
-    errors = {}
-    for name, (make, lamps) in list(stage.subjects().items())[:2]:
-        stage.light(lamps)
-        stage.put(make())
-        truth = stage.render("cycles", _REFERENCE_SAMPLES)[1]
-        for count in (1, 2, 4, 8, samples, 2 * samples):
-            picture = stage.render("cycles", count)[1]
-            errors[name, count] = float(np.sqrt(np.mean((picture - truth) ** 2)) / truth.mean())
-    for (name, count), error in errors.items():
-        print(f"{name:28}{count:5} samples: RMSE {error:.4f} of the mean")
+def equal_error(studio: "Studio", scene: str, lamps: int) -> None:
+    """RMSE over the picture's mean at several samples, and Direct's samples for the metal's RMSE at the most of them,
+    noise falling with the root of their number."""
+    counts = (4, 16, 64)
+    print(f"{'RMSE over the mean, at samples':34}" + "".join(f"{count:10}" for count in counts))
+    cycles = studio.scene.cycles
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 1.0
+    last = []
+    for subject in studio.subjects("cycles", scene, lamps)[:2]:
+        studio.show(subject)
+        truth = studio.render("cycles", _REFERENCE_SAMPLES)[1]
+        pictures = [studio.render("cycles", count)[1] for count in counts]
+        errors = [float(np.sqrt(np.mean((picture - truth) ** 2)) / truth.mean()) for picture in pictures]
+        last.append(errors[-1])
+        print(f"{subject.name:34}" + "".join(f"{error:10.4f}" for error in errors), flush=True)
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0
+    print(f"for the metal's RMSE at {counts[-1]} samples Direct takes {counts[-1] * (last[1] / last[0]) ** 2:.0f}")
 
 
-class TimedStage:
-    """A sphere under suns, its materials, and a clock."""
+class Studio:
+    """A scene of one mesh under suns, its materials, and a clock."""
 
     def __init__(self, folder: Path, pixels: int):
-        os.environ["BLENDER_USER_RESOURCES"] = str(folder)
-        link_extension(folder)
-        import bpy
-
-        from devtools.blender_shim import show_hidden_packages
-
-        show_hidden_packages()
-        import addon_utils
-
-        addon_utils.enable(EXTENSION, default_set=True)
+        self.addon = start_blender(folder)
         self.folder, self.pixels = folder, pixels
-        self.addon = {
-            name: importlib.import_module(f"{EXTENSION}.addon.{name}")
-            for name in ("compat", "key_lights", "materials.diffraction", "materials.builder")
-        }
-        data = bpy.data
-        data.batch_remove([*data.objects, *data.meshes, *data.cameras, *data.materials])
-        self.scene = bpy.context.scene
-        self.scene.world = None
-        bpy.ops.mesh.primitive_uv_sphere_add(segments=128, ring_count=64)
-        bpy.ops.object.shade_smooth()
-        self.sphere = bpy.context.object
-        self.sphere.data.materials.append(None)
-        camera = data.objects.new("Camera", data.cameras.new("Camera"))
-        camera.data.type, camera.data.ortho_scale, camera.location = "ORTHO", 2.1, (0, 0, 3)
-        self.scene.collection.objects.link(camera)
-        self.scene.camera = camera
-        facts = bake_to_folder([read_height_map("sample:elaphe")], Order(), folder, lambda *_: None)
+        facts = bake_to_folder([read_height_map(_SURFACE)], Order(), folder, lambda *_: None)
         self.bake = Path(facts["files"][0])
 
-    def light(self, count: int) -> None:
-        """So many suns."""
+    def build(self, scene: str) -> None:
+        """Make one of the two scenes, its mesh without a material."""
         import bpy
 
+        from sample_scenes import stage
+        from sample_scenes.snake import build_snake
+
+        self.scene = bpy.context.scene
+        stage.clean_scene()
+        stage.render_settings(self.scene)
+        if scene == "snake":
+            self.mesh = build_snake()
+            stage.add_ground(self.scene)
+            stage.add_camera(self.scene)
+            stage.dim_world(self.scene)
+        else:
+            bpy.ops.mesh.primitive_uv_sphere_add(segments=128, ring_count=64)
+            bpy.ops.object.shade_smooth()
+            self.mesh = bpy.context.object
+            self.mesh.data.materials.append(None)
+            camera = stage.add_camera(self.scene)
+            camera.data.type, camera.data.ortho_scale = "ORTHO", 2.1
+            camera.location, camera.rotation_euler = (0, 0, 3), (0, 0, 0)
+            self.scene.world = None
+        self.scene.cycles.use_denoising = self.scene.cycles.use_adaptive_sampling = False
+        image = self.scene.render.image_settings
+        image.file_format, image.color_depth = "OPEN_EXR", "32"
+
+    def light(self, count: int) -> None:
+        """So many suns, that the add-on follows."""
+        import bpy
+
+        from sample_scenes import stage
+
         bpy.data.batch_remove([o for o in bpy.data.objects if o.type == "LIGHT"])
-        for k in range(count):
-            sun = bpy.data.objects.new(f"Sun {k}", bpy.data.lights.new(f"Sun {k}", "SUN"))
-            sun.rotation_euler = (0.5 * k - 0.3, 0.4 - 0.5 * k, 0)
-            self.scene.collection.objects.link(sun)
-        self.addon["key_lights"].follow_lamps(self.scene)
+        for turn in _TURNS_DEG[:count]:
+            stage.add_sun(self.scene, stage.SUN_AZIMUTH_DEG + turn, stage.SUN_ELEVATION_DEG)
+        self.addon.key_lights.follow_lamps(self.scene)
 
-    def put(self, material) -> None:
-        self.sphere.material_slots[0].material = material
+    def show(self, subject: Subject) -> None:
+        """Light the mesh and give it the subject's material."""
+        self.light(subject.lamps)
+        # A shader compiles where its renderer is chosen.
+        self.scene.render.engine = "CYCLES"
+        self.scene.cycles.shading_system = subject.osl
+        self.mesh.material_slots[0].material = subject.make()
 
-    def subjects(self) -> dict[str, tuple[Callable, int]]:
-        """Name, how the material is made, and its lamps."""
-        found = {
-            "Principled metal, 1 sun": (self.metal, 1),
-            "Direct, 1 sun": (self.direct, 1),
-            "Principled metal, 3 suns": (self.metal, 3),
-            "Direct, 3 suns": (self.direct, 3),
-        }
-        if self.addon["compat"].HAS_RAYCAST:
-            found["Direct, 1 sun, shadow rays"] = (lambda: self.direct(shadows=True), 1)
+    def subjects(self, engine: str, scene: str, lamps: int) -> list[Subject]:
+        """The rows of a table."""
+        found = [
+            Subject("Principled metal, 1 sun", self.metal),
+            Subject("Direct, 1 sun", self.direct),
+            Subject("Direct, 1 sun, shadow rays", lambda: self.direct(shadows=True)),
+            Subject(f"Principled metal, {lamps} suns", self.metal, lamps),
+            Subject(f"Direct, {lamps} suns", self.direct, lamps),
+        ]
+        if engine == "cycles" and scene == "sphere":
+            found += [
+                Subject("Principled metal, OSL on", self.metal, osl=True),
+                Subject("Direct, 1 sun, OSL on", self.direct, osl=True),
+                *(
+                    Subject(f"OSL {name.upper()}, 1 sun", lambda name=name: self.thesis(name), 1, True, _OSL_PIXELS)
+                    for name in ("flss", "nmm", "pq")
+                ),
+            ]
         return found
 
     def metal(self):
-        """Principled, metallic, its roughness that of the bake's kernel."""
+        """Principled, metallic, as rough as the bake's kernel is wide at normal incidence: alpha is sigma_b / sqrt(2)."""
         import bpy
 
-        self.scene.cycles.shading_system = False
+        sigma_b = atlas.read_header(self.bake)[0].sigma_b
         material = bpy.data.materials.new("Metal")
-        self.addon["compat"].enable_nodes(material)
+        self.addon.compat.enable_nodes(material)
         principled = next(n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
-        principled.inputs["Metallic"].default_value, principled.inputs["Roughness"].default_value = 1.0, 0.3
+        principled.inputs["Metallic"].default_value = 1.0
+        principled.inputs["Roughness"].default_value = (sigma_b / 2**0.5) ** 0.5
         return material
 
     def direct(self, shadows: bool = False):
         """The add-on's own material."""
-        self.scene.cycles.shading_system = False
-        diffraction = self.addon["materials.diffraction"]
+        diffraction = self.addon.diffraction
         return diffraction.new_diffraction_material("timed", diffraction.new_diffraction_group(self.bake, shadows))
 
-    def render(self, engine: str, samples: int) -> tuple[float, np.ndarray]:
+    def thesis(self, name: str):
+        """One of the thesis's algorithms in every pixel."""
+        settings = dft_images.settings_for(step_m=_STEP_M, texels=_TEXELS)
+        method = METHODS[name](prepare(read_height_map(_SURFACE)), settings)
+        path = self.folder / f"{name}.exr"
+        atlas.write_together({path: dft_images.pack(method)}, {})
+        response = self.addon.osl.build_osl_response(name, path, rgb_from_xyz("Rec.709"))
+        diffraction = self.addon.diffraction
+        return diffraction.new_diffraction_material(name, diffraction.group_around(name, response, shadows=False))
+
+    def seconds_per_sample(self, subject: Subject, engine: str, samples: int, repeat: int) -> float:
+        """Of one sample of one pixel."""
+        pixels = subject.pixels or self.pixels
+        more, fewer, repeat = (4, 1, 1) if subject.pixels else (samples, samples // 4, repeat)
+        self.render(engine, 1, pixels)
+        long, short = (min(self.render(engine, count, pixels)[0] for _ in range(repeat)) for count in (more, fewer))
+        return (long - short) / (pixels**2 * (more - fewer))
+
+    def render(self, engine: str, samples: int, pixels: int | None = None) -> tuple[float, np.ndarray]:
         """Seconds, and the linear picture (n, n, 3)."""
         import bpy
         import OpenEXR
 
         scene = self.scene
-        scene.render.engine = "CYCLES" if engine == "cycles" else self.addon["compat"].eevee_engine()
+        scene.render.engine = "CYCLES" if engine == "cycles" else self.addon.compat.eevee_engine()
         scene.cycles.samples = scene.eevee.taa_render_samples = samples
-        scene.cycles.device = "CPU"
-        scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
-        scene.render.resolution_x = scene.render.resolution_y = self.pixels
-        scene.render.image_settings.file_format = "OPEN_EXR"
-        scene.render.image_settings.color_depth = "32"
+        scene.render.resolution_x = scene.render.resolution_y = pixels or self.pixels
         path = self.folder / "timed.exr"
         scene.render.filepath = str(path)
         start = time.perf_counter()
         bpy.ops.render.render(write_still=True)
         seconds = time.perf_counter() - start
         with OpenEXR.File(str(path)) as file:
-            pixels = next(iter(file.channels().values())).pixels
-        return seconds, np.asarray(pixels[..., :3], float)
+            rendered = next(iter(file.channels().values())).pixels
+        return seconds, np.asarray(rendered[..., :3], float)

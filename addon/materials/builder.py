@@ -84,8 +84,14 @@ class Tree:
         return Value(self, socket)
 
     def arithmetic(self, operation: str, *operands: Operand) -> Value:
-        vector = any(o.is_vector if isinstance(o, Value) else isinstance(o, tuple) for o in operands)
-        kind = "ShaderNodeVectorMath" if vector else "ShaderNodeMath"
+        vectors = [o.is_vector if isinstance(o, Value) else isinstance(o, tuple) for o in operands]
+        if operation == "MULTIPLY" and vectors in ([True, False], [False, True]):
+            # Multiply would have Cycles make a vector of the number first.
+            vector, factor = operands if vectors[0] else operands[::-1]
+            node = self.node("ShaderNodeVectorMath", vector, operation="SCALE")
+            self.feed(node.inputs["Scale"], factor)
+            return self.value(node.outputs["Vector"])
+        kind = "ShaderNodeVectorMath" if any(vectors) else "ShaderNodeMath"
         return self.value(self.node(kind, *operands, operation=operation).outputs[0])
 
     def math(self, operation: str, *operands: Operand) -> Value:
@@ -112,8 +118,18 @@ class Tree:
     def maximum(self, a: Operand, b: Operand) -> Value:
         return self.math("MAXIMUM", a, b)
 
+    def minimum(self, a: Operand, b: Operand) -> Value:
+        return self.math("MINIMUM", a, b)
+
     def squared(self, a: Value) -> Value:
         return a * a
+
+    def fresnel(self, ior: Operand, normal: Value) -> Value:
+        """Unpolarised reflectance of a dielectric towards the viewer, whichever side of the mesh shows: Blender's node
+        takes the viewer behind the mesh for one inside the dielectric."""
+        behind = self.value(self.node("ShaderNodeNewGeometry").outputs["Backfacing"])
+        ior = self.math("POWER", ior, behind.times_plus(-2.0, 1.0))
+        return self.value(self.node("ShaderNodeFresnel", ior, normal).outputs[0])
 
     def vector(self, x: Operand, y: Operand, z: Operand) -> Value:
         return self.value(self.node("ShaderNodeCombineXYZ", x, y, z).outputs[0])

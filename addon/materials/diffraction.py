@@ -27,7 +27,7 @@ from ...precompute.failure import GratingError
 from .. import compat
 from ..key_lights import UNLINKED, lamp_count, property_name
 from .builder import Socket, Tree, Value, add_interface, arrange
-from .direct import CONSERVING, HEIGHT_SCALE, IOR, PERIOD_SCALE, ROUGHNESS, build_direct_group, fresnel_reflectance
+from .direct import CONSERVING, HEIGHT_SCALE, IOR, PERIOD_SCALE, ROUGHNESS, build_direct_group
 from .key_light import key_light_group
 from .shadow import hit
 
@@ -98,7 +98,6 @@ def fill_group(group: bpy.types.NodeTree, response: bpy.types.NodeTree) -> None:
     cos_r = tree.dot(wr, n)
     # Found by diffuse bounces at random, the glow would be fireflies on the floor: those see none.
     bounced = tree.value(tree.node("ShaderNodeLightPath").outputs["Is Diffuse Ray"])
-    seen = tree.math("GREATER_THAN", cos_r, 0.0) * (1.0 - bounced)
     strength = inputs["Strength"] * (1.0 - inputs["Base Blend"])
     settings = {
         socket.name.replace(" ", "_"): inputs[socket.name]
@@ -109,8 +108,9 @@ def fill_group(group: bpy.types.NodeTree, response: bpy.types.NodeTree) -> None:
     for index, linked in enumerate(lamps):
         key = tree.group(key_light_group(index, linked), label=f"Lamp {index}")
         wi, irradiance = key["To Light"], key["Irradiance"]
-        lit = seen * tree.math("GREATER_THAN", tree.dot(wi, n), 0.0)
-        lit = lit * tree.math("GREATER_THAN", tree.dot(irradiance, (1.0, 1.0, 1.0)), 0.0)
+        # All are positive, and no cosine is over 1, which is what a diffuse ray has.
+        least = tree.minimum(tree.minimum(cos_r, tree.dot(wi, n)), tree.dot(irradiance, (1.0, 1.0, 1.0)))
+        lit = tree.math("GREATER_THAN", least, bounced)
         answer = tree.group(
             response, label=_RESPONSE, Normal=n, Tangent=t, To_Light=wi, Irradiance=irradiance,
             Variance=key["Variance"], **settings,
@@ -119,7 +119,8 @@ def fill_group(group: bpy.types.NodeTree, response: bpy.types.NodeTree) -> None:
         radiance = answer["Finer"]
         if "Coarser" in answer:
             glow = tree.mix_shader(answer["Coarser Share"], glow, tree.emission(answer["Coarser"], strength))
-            radiance = tree.mix(answer["Coarser Share"], radiance, answer["Coarser"])
+            share = tree.maximum(tree.minimum(answer["Coarser Share"], 1.0), 0.0)
+            radiance = tree.mix(share, radiance, answer["Coarser"])
         if start is not None:
             visible = 1.0 - key["Shadow"] * hit(tree, start, wi, key["Distance"])
             glow = tree.mix_shader(visible, None, glow)
@@ -130,8 +131,7 @@ def fill_group(group: bpy.types.NodeTree, response: bpy.types.NodeTree) -> None:
         shader = tree.add_shader(shader, glow)
         colour = radiance if colour is None else colour + radiance
 
-    fresnel = fresnel_reflectance(tree, tree.maximum(cos_r, 0.0), inputs["IOR"])
-    shader = tree.add_shader(shader, tree.mix_shader(fresnel, inputs["Base"], None))
+    shader = tree.add_shader(shader, tree.mix_shader(tree.fresnel(inputs["IOR"], n), inputs["Base"], None))
     shader = tree.add_shader(shader, tree.mix_shader(inputs["Base Blend"], None, inputs["Base"]))
     colour = colour * strength
     aov = tree.node("ShaderNodeOutputAOV", colour)

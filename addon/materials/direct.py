@@ -80,29 +80,28 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, rgb_fr
 
     b = tree.cross(n, t)
     wr = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Incoming"])
-    half = wi + wr
-    u, v, w = tree.dot(half, t), tree.dot(half, b), tree.dot(half, n)
-    cos_i, cos_r = tree.dot(wi, n), tree.dot(wr, n)
-    wi_wr = tree.dot(wi, wr)
-    u_i, v_i = tree.dot(wi, t), tree.dot(wi, b)
+    light, view = _Direction(tree, wi, t, b, n), _Direction(tree, wr, t, b, n)
+    half = light.vector + view.vector
+    w = light.cosine + view.cosine
+    uv = half * (1.0, 1.0, 0.0)
+    half2 = tree.dot(half, half)  # 2 (1 + wi.wr)
 
-    slope = w * roughness * roughness
-    blur = tree.maximum(variance * (cos_i * cos_i).times_plus(0.5, 0.5) - layout.sigma_b**2, 0.0)
-    blur = slope.times_plus(slope * 0.5, blur)
-    table = _Table(tree, image, layout, u * period_scale, v * period_scale, w * height_scale)
+    slope = w * (roughness * roughness)
+    disc = variance * tree.squared(light.cosine).times_plus(0.5, 0.5)
+    blur = tree.maximum(disc - layout.sigma_b**2, 0.0) + slope * slope * 0.5
+    table = _Table(tree, image, layout, uv * period_scale, w * height_scale)
     # The kernel belongs to the relief, and shrinks and grows with it; a lamp and a roughness do not.
-    finer, coarser, share = table.around(blur * period_scale * period_scale)
+    finer, coarser, share = table.around(blur * (period_scale * period_scale))
 
-    obliquity = tree.squared(wi_wr + 1.0) / tree.maximum(cos_r, 1e-6)
-    scattered = obliquity * tree.squared(period_scale * height_scale) * layout.scale
-    mirrored = _zero_order(tree, image, layout, u, v, w * height_scale, blur) * cos_i
-    excess_i = _excess_albedo(tree, image, layout, u_i, v_i, cos_i)
-    excess_r = _excess_albedo(tree, image, layout, u - u_i, v - v_i, cos_r)
-    limit = tree.maximum(excess_i, excess_r).times_plus(conserving, 1.0)
-    gain = irradiance * (_fresnel(tree, wi_wr, ior) / limit)
+    obliquity = half2 * half2 / tree.maximum(view.cosine, 1e-6)
+    scattered = obliquity * (tree.squared(period_scale * height_scale) * (layout.scale / 4))
+    mirrored = _zero_order(tree, image, layout, tree.dot(uv, uv), w * height_scale, blur, light.cosine)
+    excess = tree.maximum(*(_excess_albedo(tree, image, layout, way) for way in (light, view)))
+    limit = excess.times_plus(conserving, 1.0)
+    gain = irradiance * (tree.fresnel(ior, tree.normalize(wi + wr)) / limit)
 
     def radiance(table_xyz: Value) -> Value:
-        rgb = _matrix(tree, rgb_from_xyz, table_xyz.times_plus(scattered, mirrored)) * gain
+        rgb = _matrix(tree, rgb_from_xyz, table_xyz * scattered + mirrored) * gain
         # Out-of-gamut spectral colours have a negative component, which no renderer carries through.
         return tree.vector_math("MAXIMUM", rgb, (0.0, 0.0, 0.0))
 
@@ -115,68 +114,90 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, rgb_fr
     return group
 
 
+class _Direction:
+    """A unit vector in the surface's frame: (T, B, N) components as a vector and one by one."""
+
+    def __init__(self, tree: Tree, direction: Value, t: Value, b: Value, n: Value):
+        self.x, self.y, self.cosine = (tree.dot(direction, axis) for axis in (t, b, n))
+        self.vector = tree.vector(self.x, self.y, self.cosine)
+
+
 class _Table:
     """sum_k T_k(t) B_k(u, v) / scale, XYZ over w^2: one look-up a term; t goes from -1 to 1 over the range of w. What
     lies outside is the table's rim (polynomials run away, other tiles lie beside it), and nothing beyond |(u, v)| = 2,
     which only a stretched relief asks for."""
 
-    def __init__(self, tree: Tree, image: bpy.types.Image, layout: Layout, u: Value, v: Value, w: Value):
+    def __init__(self, tree: Tree, image: bpy.types.Image, layout: Layout, uv: Value, w: Value):
         self.tree, self.image, self.layout = tree, image, layout
         (u_low, u_high), (v_low, v_high) = layout.inner
-        place = tree.clamp(tree.vector(u, v, 0.0), (u_low, v_low, 0.0), (u_high, v_high, 0.0))
-        self.place = place - (u_low, v_low, 0.0)
+        inner = tree.clamp(uv, (u_low, v_low, 0.0), (u_high, v_high, 0.0))
+        x, y, _ = _over(1 / layout.texel, (layout.width, layout.height))
+        self.place = inner.times_plus((x, y, 0.0), (-u_low * x, -v_low * y, 0.0))
         half_range = (layout.w_max - layout.w_min) / 2
         t = w.times_plus(1 / half_range, -(layout.w_min + layout.w_max) / 2 / half_range)
-        t = tree.maximum(tree.math("MINIMUM", t, 1.0), -1.0)
-        self.inside = tree.math("LESS_THAN", (u * u) + (v * v), 4.0)
-        self.polynomials = [None, t]
-        for k in range(2, layout.terms):
-            before = self.polynomials[-2] * -1.0 if k > 2 else -1.0
-            self.polynomials.append((t * 2.0).times_plus(self.polynomials[-1], before))
+        self.t = tree.maximum(tree.minimum(t, 1.0), -1.0)
+        self.inside = tree.math("LESS_THAN", tree.dot(uv, uv), 4.0)
 
     def around(self, blur: Value) -> tuple[Value, Value | None, Value | float]:
         """The table at the levels next to a variance beyond the bake's own, and the coarser one's share in their mix,
-        by variance; a table of one level has no coarser one."""
+        by variance, which a Mix Shader clamps: a blur beyond the last level is the last level's. A table of one level
+        has no coarser one."""
         if self.layout.levels == 1:
             return self._read(None), None, 0.0
         tree, last = self.tree, self.layout.levels - 1
         ratio = blur.times_plus(1 / self.layout.sigma_b**2, 1.0)  # sigma^2 over that of level 0
-        level = tree.math("FLOOR", tree.math("LOGARITHM", ratio, 4.0))
-        level = tree.maximum(tree.math("MINIMUM", level, last - 1.0), 0.0)
-        spread = tree.math("POWER", 4.0, level)
-        # Clamped by the node: a blur beyond the last level is the last level's.
-        share = tree.value(tree.node("ShaderNodeClamp", (ratio / spread - 1.0) * (1 / 3)).outputs[0])
-        return self._read(level), self._read(level + 1.0), share
+        level = tree.minimum(tree.math("FLOOR", tree.math("LOGARITHM", ratio, 4.0)), last - 1.0)
+        shrink = tree.math("POWER", 0.5, level)
+        share = (ratio * tree.squared(shrink)).times_plus(1 / 3, -1 / 3)
+        # Level 0 begins at the left; all others stand over each other to the right of it (precompute/tiling.py).
+        finer = self._read(self._beside(level, shrink) * tree.minimum(level, 1.0), shrink)
+        level, shrink = level + 1.0, shrink * 0.5
+        return finer, self._read(self._beside(level, shrink), shrink), share
 
-    def _read(self, level: Value | None) -> Value:
-        """The sum at a level; None is level 0 for good."""
+    def _beside(self, level: Value, shrink: Value) -> Value:
+        """From the first level's block to that of another, as a fraction of the image."""
+        layout, (rows, columns) = self.layout, self.layout.tile_stride(0)
+        size = layout.width, layout.height
+        each, first, shrunk = (
+            _over((x, layout.rows * y), size)
+            for x, y in (
+                (0.0, LEVEL_PADDING),
+                (layout.columns * columns, rows - 2 * LEVEL_PADDING),
+                (0.0, -2.0 * (rows - LEVEL_PADDING)),
+            )
+        )
+        return level.times_plus(each, shrink.times_plus(shrunk, first))
+
+    def _read(self, block: Value | None, shrink: Value | None) -> Value:
+        """The sum at a level, by its block's place and what its texels are fewer by; None is level 0 for good."""
         tree, layout = self.tree, self.layout
         size = layout.width, layout.height
         rows, columns = layout.tile_stride(0)
-        middle = TILE_PADDING + 0.5
-        if level is None:
-            at = self.place.times_plus(_over(1 / layout.texel, size), _over((middle, layout.strip_rows + middle), size))
-            strides = (columns / size[0], rows / size[1], 0.0)
+        middle = _over((TILE_PADDING + 0.5, layout.strip_rows + TILE_PADDING + 0.5), size)
+        if block is None:
+            at, stride = self.place + middle, None
         else:
-            shrink = tree.math("POWER", 0.5, level)
-            inner = columns - LEVEL_PADDING, rows - LEVEL_PADDING
-            # Level 0 begins at the left; all others stand over each other to the right of it (precompute/atlas.py).
-            right = tree.math("MINIMUM", level, 1.0) * float(layout.columns * columns)
-            over = (level - 1.0).times_plus(float(LEVEL_PADDING), (1.0 - shrink * 2.0) * float(inner[1]))
-            up = tree.maximum(over, 0.0).times_plus(float(layout.rows), layout.strip_rows + middle)
-            origin = tree.vector(right + middle, up, 0.0) * _over(1.0, size)
-            at = (self.place * shrink).times_plus(_over(1 / layout.texel, size), origin)
-            strides = tree.vector(*(shrink.times_plus(n, LEVEL_PADDING) for n in inner), 0.0) * _over(1.0, size)
-        total = None
+            at = self.place.times_plus(shrink, block + middle)
+            inner, padding = (_over(n, size) for n in ((columns - LEVEL_PADDING, rows - LEVEL_PADDING), LEVEL_PADDING))
+            stride = shrink.times_plus(inner, padding)
+        terms = []
         for k in range(layout.terms):
             row, column = divmod(k, layout.columns)
-            if level is None:
-                place = at + (column * strides[0], row * strides[1], 0.0)
+            if stride is None:
+                place = at + _over((column * columns, row * rows), size)
             else:
-                place = strides.times_plus((float(column), float(row), 0.0), at)
-            term = tree.image(self.image, place, label=f"B{k}")
-            total = term if total is None else term.times_plus(self.polynomials[k], total)
-        return total * self.inside
+                place = stride.times_plus((float(column), float(row), 0.0), at) if k else at
+            terms.append(tree.image(self.image, place, label=f"B{k}"))
+        return _chebyshev_sum(terms, self.t) * self.inside
+
+
+def _chebyshev_sum(terms: list[Value], t: Value) -> Value:
+    """sum_k T_k(t) B_k by Clenshaw's recurrence: b_k = B_k + 2 t b_(k+1) - b_(k+2), the sum B_0 + t b_1 - b_2."""
+    twice = t * 2.0
+    after, last = None, terms[-1]
+    for term in terms[-2:0:-1]:
+        after, last = last, last.times_plus(twice, term if after is None else term - after)
+    return last.times_plus(t, terms[0] if after is None else terms[0] - after)
 
 
 def _over(value: float | tuple[float, float], size: tuple[int, int]) -> tuple[float, float, float]:
@@ -185,40 +206,25 @@ def _over(value: float | tuple[float, float], size: tuple[int, int]) -> tuple[fl
     return x / size[0], y / size[1], 0.0
 
 
-def _zero_order(tree: Tree, image, layout: Layout, u: Value, v: Value, w: Value, blur: Value) -> Value:
-    """Z(w) kernel(u, v) in XYZ: the mirror's share."""
+def _zero_order(tree: Tree, image, layout: Layout, radius2: Value, w: Value, blur: Value, cos_i: Value) -> Value:
+    """Z(w) kernel(u, v) cos(ti) in XYZ, radius2 = u^2 + v^2: the mirror's share."""
     step = (layout.zero_order_samples - 1) / 2
     x = w.times_plus(step / layout.width, 0.5 / layout.width)
     z = tree.image(image, tree.vector(x, STRIP_ROWS / 2 / layout.height, 0.0), label="Z")
     variance = blur + layout.sigma_b**2
-    radius2 = (u * u) + (v * v)
-    return z * (tree.math("EXPONENT", radius2 * -0.5 / variance) / (variance * (2 * math.pi)))
+    gaussian = tree.math("POWER", math.exp(-0.5), radius2 / variance)
+    return z * (gaussian / variance * cos_i * (1 / (2 * math.pi)))
 
 
-def _excess_albedo(tree: Tree, image, layout: Layout, x: Value, y: Value, cosine: Value) -> Value:
-    """X / cos(t) of the direction (x, y, cosine): columns by azimuth, rows by sqrt(cos(t)) (precompute/albedo.py); one
-    texel more stands around them."""
+def _excess_albedo(tree: Tree, image, layout: Layout, way: _Direction) -> Value:
+    """X / cos(t) of a direction: columns by azimuth, rows by sqrt(cos(t)) (precompute/albedo.py); one texel more stands
+    around them."""
     columns, rows = layout.limit_columns - 1, layout.limit_rows - 1
-    azimuth = tree.math("ARCTAN2", y, x)
+    azimuth = tree.math("ARCTAN2", way.y, way.x)
     column = azimuth.times_plus(columns / (2 * math.pi) / layout.width, (columns / 2 + 1.5) / layout.width)
-    root = tree.sqrt(tree.maximum(cosine, 0.0))
-    row = root.times_plus(rows / layout.height, (STRIP_ROWS + 1.5) / layout.height)
+    row = tree.sqrt(way.cosine).times_plus(rows / layout.height, (STRIP_ROWS + 1.5) / layout.height)
     excess = tree.image(image, tree.vector(column, row, 0.0), label="X")
-    return tree.dot(excess, (1.0, 0.0, 0.0)) / tree.maximum(cosine, 1e-6)
-
-
-def _fresnel(tree: Tree, wi_wr: Value, ior: Value) -> Value:
-    """Unpolarised reflectance of a dielectric at the half angle (precompute/brdf.py)."""
-    return fresnel_reflectance(tree, tree.sqrt(tree.maximum((wi_wr + 1.0) * 0.5, 0.0)), ior)
-
-
-def fresnel_reflectance(tree: Tree, c: Value, ior: Value) -> Value:
-    """Unpolarised reflectance of a dielectric at the cosine c."""
-    n2 = ior * ior
-    g = tree.sqrt(n2 - 1.0 + c * c)
-    perpendicular = (c - g) / (c + g)
-    parallel = (n2 * c - g) / (n2 * c + g)
-    return (perpendicular * perpendicular + parallel * parallel) * 0.5
+    return tree.dot(excess, (1.0, 0.0, 0.0)) / tree.maximum(way.cosine, 1e-6)
 
 
 def _matrix(tree: Tree, matrix, vector: Value) -> Value:

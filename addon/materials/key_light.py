@@ -49,11 +49,12 @@ def key_light_group(index: int, linked: bool) -> bpy.types.NodeTree:
     position = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Position"])
     local = tree.math("GREATER_THAN", size, -0.5)
     # A sun's is kept as minus one minus it.
-    variance = tree.math("ABSOLUTE", size) - (1.0 - local)
+    variance = tree.math("ABSOLUTE", size + (1.0 - local))
+    # A sun's place is a unit vector, its distance 1.
     away = place - position * local
-    distance = tree.maximum(tree.vector_math("LENGTH", away), 1e-9)
-    wi = away / distance
-    squared_distance = tree.maximum(distance * distance * local, 1.0 - local)
+    squared_distance = tree.maximum(tree.dot(away, away), 1e-18)
+    distance = tree.sqrt(squared_distance)
+    wi = tree.normalize(away)
 
     power = power * (_cone(tree, index, wi, tree.math("ABSOLUTE", scales)) / squared_distance)
     if linked:
@@ -70,14 +71,14 @@ def key_light_group(index: int, linked: bool) -> bpy.types.NodeTree:
 
 def _cone(tree: Tree, index: int, wi: Value, x_over_y: Value) -> Value:
     """A spot's soft cone in the lamp's own space, an area lamp's cosine, 1 for others: Blender's own formulas."""
-    z, cos_half = tree.attribute(property_name(index, "z"))
-    x, smoothness = tree.attribute(property_name(index, "x"))
+    z, rim_outer = tree.attribute(property_name(index, "z"))
+    x, rim_inner = tree.attribute(property_name(index, "x"))
     axis = tree.normalize(z)
     y = tree.cross(axis, x) * x_over_y
-    own = tree.vector(tree.dot(wi, x), tree.dot(wi, y), tree.dot(wi, z))
-    along = tree.dot(tree.normalize(own), (0.0, 0.0, 1.0))
-    is_area = tree.math("GREATER_THAN", cos_half, 1.5)
-    step = tree.value(tree.node("ShaderNodeClamp", (along - cos_half) * smoothness + is_area * 10.0).outputs[0])
-    soft = step * step * (3.0 - step * 2.0)
-    cosine = tree.maximum(tree.dot(wi, axis), 0.0)
-    return soft * (cosine - 1.0).times_plus(is_area, 1.0)
+    own_z = tree.dot(wi, z)
+    own = tree.vector(tree.dot(wi, x), tree.dot(wi, y), own_z)
+    along = own_z / tree.vector_math("LENGTH", own)
+    rim = tree.node("ShaderNodeMapRange", along, rim_outer, rim_inner, interpolation_type="SMOOTHSTEP")
+    # Beyond every cosine, for an area lamp, and then of no account here.
+    not_area = tree.math("LESS_THAN", rim_outer, 1.5)
+    return tree.value(rim.outputs["Result"]) * tree.maximum(tree.dot(wi, axis), not_area)

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import OpenEXR
 import pytest
+from PIL import Image
 
 from .conftest import Blender, binary_command
 
@@ -69,3 +70,26 @@ def test_pressed_saved_and_reopened_without_the_extension(display, blender, tmp_
         np.testing.assert_allclose(there, here, rtol=1e-6, atol=1e-6)
         if frame == FRAME:
             assert np.abs(here - dull).max() > 0.1, "no diffraction in the picture"
+
+
+def shown(path: Path) -> np.ndarray:
+    """(rows, cols, 3) of a picture as displayed, 0 to 1."""
+    with Image.open(path) as picture:
+        return np.asarray(picture.convert("RGB"), float) / 255
+
+
+def test_the_viewport_follows_the_lamp(display, blender, tmp_path):
+    file, bake = tmp_path / "plane.blend", tmp_path / "bake"
+    blender.run_script(HERE / "make_plane.py", file)
+    blender.run_grating("bake", "sample:blazed", "--delta-e", "6", "-o", bake)
+    window = replace(blender, command=("env", f"DISPLAY={display}", *blender.command))
+    window.run("--window-geometry", "0", "0", "900", "700", file, "--python", HERE / "watch_viewport.py", "--",
+               bake / "blazed.exr", tmp_path)  # fmt: skip
+    before = None
+    for step in ("assigned", "turned", "coloured", "animated"):
+        viewport, rendered = (shown(tmp_path / f"{step}_{what}.png") for what in ("view", "render"))
+        # The same engine draws both, with the same samples: to the rounding of a picture of eight bits.
+        assert np.abs(viewport - rendered).max() < 1.5 / 255, step
+        # Orders move, or lose their green.
+        assert before is None or np.abs(viewport - before).max() > 0.5, f"{step}: the viewport did not change"
+        before = viewport

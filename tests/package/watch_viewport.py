@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run by a Blender with a window: `--python watch_viewport.py -- BAKE FOLDER`, on make_plane.py's file.
+
+Assigns the bake, shows the camera's view in Rendered mode, and changes the lamp as an artist does. After each change
+what the viewport shows and what a render gives are written to FOLDER: STEP_view.png, STEP_render.png. It quits at the
+end; what went wrong is in the exit status and the output.
+"""
+
+import os
+import sys
+import traceback
+from math import radians
+from pathlib import Path
+
+import bpy
+
+BAKE, FOLDER = map(Path, sys.argv[sys.argv.index("--") + 1 :])
+# Seconds in which the window draws.
+PAUSE = 2.0
+
+
+def assign():
+    scene = bpy.context.scene
+    grating = scene.natural_gratings.items.add()
+    grating.name, grating.bake_path = "baked", str(BAKE)
+    scene.natural_gratings.active_index = 0
+    plane = bpy.data.objects["Plane"]
+    bpy.context.view_layer.objects.active = plane
+    plane.select_set(True)
+    assert bpy.ops.grating.assign() == {"FINISHED"}
+
+
+def set_view():
+    """Rendered mode through the camera, without overlays; the renderer's pictures as the viewport shows them."""
+    scene = bpy.context.scene
+    scene.render.engine = "BLENDER_EEVEE_NEXT" if bpy.app.version < (5, 0) else "BLENDER_EEVEE"
+    scene.eevee.taa_samples = scene.eevee.taa_render_samples = 4
+    scene.render.resolution_x = scene.render.resolution_y = 160
+    scene.view_settings.view_transform = "Standard"
+    scene.render.image_settings.file_format = "PNG"
+    area = next(a for a in bpy.context.window_manager.windows[0].screen.areas if a.type == "VIEW_3D")
+    space = area.spaces.active
+    space.shading.type = "RENDERED"
+    space.overlay.show_overlays = False
+    space.region_3d.view_perspective = "CAMERA"
+    return area
+
+
+def turn(lamp):
+    lamp.rotation_euler = (radians(15), radians(-20), 0)
+
+
+def colour(lamp):
+    lamp.data.color, lamp.data.energy = (1.0, 0.2, 0.1), 2.0
+
+
+def animate(lamp):
+    lamp.keyframe_insert("rotation_euler", frame=1)
+    lamp.rotation_euler = (0, radians(40), 0)
+    lamp.keyframe_insert("rotation_euler", frame=10)
+    bpy.context.scene.frame_set(10)
+
+
+def story():
+    """The steps; each yields the seconds until the next."""
+    yield PAUSE
+    assign()
+    area = set_view()
+    lamp = next(o for o in bpy.data.objects if o.type == "LIGHT")
+    for name, change in {"assigned": None, "turned": turn, "coloured": colour, "animated": animate}.items():
+        if change:
+            change(lamp)
+        yield PAUSE
+        scene = bpy.context.scene
+        region = next(r for r in area.regions if r.type == "WINDOW")
+        with bpy.context.temp_override(window=bpy.context.window_manager.windows[0], area=area, region=region):
+            scene.render.filepath = str(FOLDER / f"{name}_view.png")
+            bpy.ops.render.opengl(write_still=True, view_context=True)
+        scene.render.filepath = str(FOLDER / f"{name}_render.png")
+        bpy.ops.render.render(write_still=True)
+
+
+def play(steps):
+    """The next step, by Blender's timer."""
+    try:
+        return next(steps)
+    except StopIteration:
+        os._exit(0)
+    except BaseException:
+        traceback.print_exc()
+        sys.stderr.flush()
+        os._exit(1)
+
+
+steps = story()
+bpy.app.timers.register(lambda: play(steps), first_interval=1.0)
