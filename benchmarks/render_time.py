@@ -179,7 +179,7 @@ class Studio:
         return found
 
     def metal(self):
-        """Principled, metallic, as rough as the bake's kernel is wide at normal incidence: alpha is sigma_b / sqrt(2)."""
+        """Principled, metallic, as rough as the kernel is wide at normal incidence: alpha is sigma_b over sqrt(2)."""
         import bpy
 
         sigma_b = atlas.read_header(self.bake)[0].sigma_b
