@@ -23,3 +23,8 @@ def enable_nodes(material: bpy.types.Material) -> None:
     """Nodes are on from the start from 5.0, where setting them warns."""
     if bpy.app.version < (5, 0, 0):
         material.use_nodes = True
+
+
+def lamp_nodes(lamp: bpy.types.Light) -> bpy.types.NodeTree | None:
+    """The nodes that make a lamp's light, if any; asking whether they are on warns from 5.0, where they always are."""
+    return lamp.node_tree if bpy.app.version >= (5, 0, 0) or lamp.use_nodes else None

@@ -29,6 +29,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..precompute.failure import GratingError
+from . import compat
 
 # More would cost every pixel: the brightest are kept.
 KEYS_MAX = 8
@@ -120,7 +121,7 @@ def unfollowed_features(scene: bpy.types.Scene) -> list[str]:
     if len(lamps) > KEYS_MAX:
         lines.append(f"{len(lamps) - KEYS_MAX} lamps too many: the first {KEYS_MAX} are used")
     for lamp in lamps:
-        if lamp.data.use_nodes and _has_own_nodes(lamp.data):
+        if _has_own_nodes(lamp.data):
             lines.append(f"{lamp.name}: its shader nodes are not followed")
         if lamp.data.type == "AREA" and lamp.data.spread < math.pi - 1e-3:
             lines.append(f"{lamp.name}: its spread is not followed")
@@ -129,7 +130,8 @@ def unfollowed_features(scene: bpy.types.Scene) -> list[str]:
 
 def _has_own_nodes(lamp: bpy.types.Light) -> bool:
     """Whether the lamp's nodes are more than the white emission of strength 1 that every lamp has."""
-    nodes = lamp.node_tree.nodes if lamp.node_tree is not None else ()
+    tree = compat.lamp_nodes(lamp)
+    nodes = tree.nodes if tree is not None else ()
     return not all(n.type == "OUTPUT_LIGHT" or _is_plain_emission(n) for n in nodes)
 
 

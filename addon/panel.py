@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The panel: 3D View > Sidebar > Grating, from top to bottom in the order of the work."""
 
+import textwrap
+
 import bpy
 
 from ..precompute.samples import SAMPLES
@@ -82,7 +84,7 @@ class ReferencePanel(bpy.types.Panel):
         self.layout.operator(NewOslReference.bl_idname, icon="SHADING_RENDERED")
         missing = missing_for_osl(context.scene)
         if missing:
-            self.layout.label(text=missing[0].upper() + missing[1:], icon="INFO")
+            _draw_note(self.layout, context, missing[0].upper() + missing[1:], "INFO")
 
 
 def _draw_bake(layout, grating) -> None:
@@ -132,16 +134,27 @@ def _draw_lamps(layout, context) -> None:
         if lamp is not None and lamp.type == "LIGHT":
             column.label(text=lamp.name, icon=_ICONS[lamp.data.type])
     if not key_lights.is_up_to_date(scene):
-        column.label(text="Lamps have come or gone: update", icon="ERROR")
+        _draw_note(column, context, "Lamps have come or gone: update", "ERROR")
     instanced = key_lights.instanced_lamps(context.evaluated_depsgraph_get())
     for line in key_lights.unfollowed_features(scene) + linked_with_fewer_lamps(scene):
-        column.label(text=line, icon="INFO")
+        _draw_note(column, context, line, "INFO")
     if instanced:
-        column.label(text=f"Instanced: {', '.join(instanced)}", icon="ERROR")
-        column.label(text="Apply > Make Instances Real")
+        _draw_note(column, context, f"Instanced: {', '.join(instanced)}; Apply > Make Instances Real", "ERROR")
     note = layout.column(align=True)
     note.active = False
-    note.label(text="World and Material Preview light no diffraction.")
+    _draw_note(note, context, "World and Material Preview light no diffraction.")
     if not compat.HAS_RAYCAST:
-        note.label(text="Before Blender 5.1 objects shade it only in")
-        note.label(text="Cycles with Open Shading Language on.")
+        shade = "Before Blender 5.1 objects shade it only in Cycles with Open Shading Language on."
+        _draw_note(note, context, shade)
+
+
+# Pixels that a letter takes on the average, and that icon and margins take, at an interface scale of 1.
+_LETTER, _MARGINS = 6.5, 55
+
+
+def _draw_note(layout, context, text: str, icon: str = "NONE") -> None:
+    """A sentence in as many lines as the sidebar's width makes of it."""
+    width = context.region.width / context.preferences.system.ui_scale - _MARGINS
+    for line in textwrap.wrap(text, max(16, int(width / _LETTER))):
+        layout.label(text=line, icon=icon)
+        icon = "BLANK1" if icon != "NONE" else icon
