@@ -233,8 +233,7 @@ nanometres of its speckle.
 
 BAKE = """
 Compared over the first order with the ensemble's reference at the bake's own kernel: the angle where Y is
-greatest and, over all views of at least a tenth of that Y, the dominant wavelength. The table is bilinear, so its
-greatest Y sits on a texel: up to 0.1 degrees off.
+greatest and, over all views of at least a tenth of that Y, the dominant wavelength.
 """
 
 MAPS = """

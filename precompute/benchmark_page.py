@@ -247,7 +247,7 @@ all, are left out. *Peak* is the most that preparing and judging had allocated; 
 bake as Blender holds it (RGBA, 32 bits), the images of an expansion's terms, or nothing but the heights.
 
 **Angle** is that between the brightest views of the method and of its reference over the first order, light at 75
-degrees. A bilinear table's brightest view sits on a texel."""
+degrees."""
 
 
 def _of_the_scan(facts: dict) -> str:

@@ -128,7 +128,7 @@ def test_steps_scatter_what_their_rounding_is():
 
 
 def test_narrow_orders_leave_no_gaps_at_the_rim(no_limit):
-    """Wavelengths follow the kernel: flat to 1e-3 at |u| = 2, and a bilinear reading on top of it, under 1 % of a sum
+    """Wavelengths follow the kernel: flat to 1e-3 at |u| = 2, and a cubic reading on top of it, under 1 % of a sum
     of overlapping orders; with half of them an order moves by 3.2 sigma, 2 exp(-2 pi^2 / 3.2^2) = 29 %."""
     case = BY_NAME["orders narrower than the wavelength step"]
     relief = prepare(case.surface())
