@@ -89,9 +89,7 @@ class ReferencePanel(bpy.types.Panel):
 
 def _draw_bake(layout, grating) -> None:
     _draw_lines(layout, grating.summary)
-    settings = layout.column()
-    settings.use_property_split = True
-    settings.use_property_decorate = False
+    settings = layout.column(align=True)
     settings.prop(grating, "delta_e")
     settings.prop(grating, "coherence_um", text="Coherence (um)" if grating.coherence_um else "Coherence (auto)")
     if BakeGrating.job is not None:
