@@ -70,7 +70,7 @@ class GratingPanel(bpy.types.Panel):
 
 
 class ReferencePanel(bpy.types.Panel):
-    """For comparisons: the thesis's algorithms, evaluated in every pixel"""
+    """For comparisons: the thesis's algorithms, or the bake, evaluated in every pixel by a shader"""
 
     bl_idname = "GRATING_PT_reference"
     bl_label = "OSL Reference"

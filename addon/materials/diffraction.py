@@ -14,7 +14,8 @@
 
     Shader = (1 - F + wd) Base + (1 - wd) Strength sum over lamps of Lo,   F = Fresnel reflectance towards the viewer
 
-One sub-group tells what a lamp sends (key_light.py), one what the surface answers (direct.py, osl.py).
+One sub-group tells what a lamp sends (key_light.py), one what the surface answers (direct.py, osl.py,
+osl_direct.py).
 """
 
 from pathlib import Path

@@ -51,7 +51,7 @@ HEIGHT_SCALE = Socket(
 CONSERVING = Socket(
     "Energy Conserving", "Float", "Keeps reflected light under the received; 0 is Stam's form", 1.0, 0.0, 1.0, "FACTOR"
 )
-_INPUTS = (
+INPUTS = (
     Socket("Normal", "Vector", "Shading normal"),
     Socket("Tangent", "Vector", "Direction of the scan's columns on the surface"),
     Socket("To Light", "Vector", "Unit vector to the lamp"),
@@ -73,9 +73,9 @@ _OUTPUTS = (
 def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, rgb_from_xyz) -> bpy.types.NodeTree:
     """Node group of one bake; image holds its atlas, rgb_from_xyz (3, 3) leads to the scene's linear space."""
     group = bpy.data.node_groups.new(f"{GROUP_PREFIX} {name}", "ShaderNodeTree")
-    add_interface(group, _INPUTS, _OUTPUTS)
+    add_interface(group, INPUTS, _OUTPUTS)
     tree = Tree(group)
-    inputs = [tree.value(socket) for socket in tree.node("NodeGroupInput").outputs[: len(_INPUTS)]]
+    inputs = [tree.value(socket) for socket in tree.node("NodeGroupInput").outputs[: len(INPUTS)]]
     n, t, wi, irradiance, variance, roughness, ior, period_scale, height_scale, conserving = inputs
 
     b = tree.cross(n, t)

@@ -18,24 +18,27 @@ it; the images it reads stay a file of their own, at the path that is written in
 names that are constants.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import bpy
 import numpy as np
 
-from ...precompute.brdf import KERATIN_IOR
 from ...precompute.colour import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, spectral_weights
 from ...precompute.dft_images import Layout, read_layout
 from ...precompute.failure import GratingError
 from ...precompute.methods.nmm import specular_radius
 from ...precompute.reference import wavelengths
-from .builder import Tree
+from .builder import Socket, Tree, add_interface, arrange
+from .direct import INPUTS
 
 GROUP_PREFIX = "Diffraction OSL"
 _PARTS = Path(__file__).resolve().parents[1] / "osl"
 # In um, as the shaders count: wavelengths go through single precision better than in metres.
 _UM = 1e6
 _OBSERVER_STEP_M = 1e-9
+_INPUTS = tuple(s for s in INPUTS if s.name in {"Normal", "Tangent", "To Light", "Irradiance", "IOR"})
+_OUTPUTS = (Socket("Finer", "Color", "Radiance"),)
 
 
 def build_osl_response(name: str, images_path: Path, rgb_from_xyz: np.ndarray) -> bpy.types.NodeTree:
@@ -44,22 +47,31 @@ def build_osl_response(name: str, images_path: Path, rgb_from_xyz: np.ndarray) -
 
     Raises GratingError if the file is none, or if the shader does not compile, as where Cycles has no OSL."""
     layout = read_layout(images_path)
-    title = f"{GROUP_PREFIX} {layout.method.upper()} {name}"
+    return script_group(f"{layout.method.upper()} {name}", shader_text(layout, images_path, rgb_from_xyz), _INPUTS)
+
+
+def script_group(name: str, text: str, inputs: tuple[Socket, ...]) -> bpy.types.NodeTree:
+    """Node group around a shader's source: its parameters are the inputs, in their order, its output is Radiance.
+
+    Raises GratingError, with nothing left behind, if it does not compile, as where Cycles has no OSL."""
+    title = f"{GROUP_PREFIX} {name}"
     group = bpy.data.node_groups.new(title, "ShaderNodeTree")
+    add_interface(group, inputs, _OUTPUTS)
     tree = Tree(group)
-    inputs = _interface(group)
-    script = tree.node("ShaderNodeScript", label=layout.method.upper())
-    text = bpy.data.texts.new(f"{title}.osl")
-    text.from_string(shader_text(layout, images_path, rgb_from_xyz))
+    values = [tree.value(socket) for socket in tree.node("NodeGroupInput").outputs[: len(inputs)]]
+    script = tree.node("ShaderNodeScript", label=name)
+    source = bpy.data.texts.new(f"{title}.osl")
+    source.from_string(text)
     script.mode = "INTERNAL"
-    script.script = text
+    script.script = source
     if not script.bytecode or len(script.inputs) != len(inputs):
         bpy.data.node_groups.remove(group)
-        bpy.data.texts.remove(text)
+        bpy.data.texts.remove(source)
         raise GratingError(f"{title}: the shader does not compile; choose Cycles as the renderer of a Blender with OSL")
-    for socket, value in zip(script.inputs, inputs, strict=True):
-        tree.feed(socket, tree.value(value))
+    for socket, value in zip(script.inputs, values, strict=True):
+        tree.feed(socket, value)
     tree.feed(tree.node("NodeGroupOutput").inputs[0], tree.value(script.outputs["Radiance"]))
+    arrange(group)
     return group
 
 
@@ -79,17 +91,21 @@ def missing_for_osl(scene: bpy.types.Scene) -> str | None:
 def shader_text(layout: Layout, images_path: Path, rgb_from_xyz: np.ndarray) -> str:
     """The whole source of a layout's shader."""
     window = "pq" if layout.method == "pq" else "window"
-    parts = [window, layout.expansion, "images", "flss", *(["nmm"] if layout.period_m else []), "radiance"]
-    constants = _constants(layout, images_path, rgb_from_xyz)
-    return "\n".join([*constants, "", *((_PARTS / f"{part}.osl").read_text() for part in parts)])
+    parts = [window, layout.expansion, "images", "flss", *(["nmm"] if layout.period_m else []), "fresnel", "radiance"]
+    return joined(_constants(layout, images_path, rgb_from_xyz), parts)
 
 
-def _constants(layout: Layout, images_path: Path, rgb_from_xyz: np.ndarray) -> list[str]:
-    """What the parts leave open, as the lines that define it."""
+def joined(constants: dict[str, object], parts: Sequence[str]) -> str:
+    """The source of parts in addon/osl, behind the lines that define what they leave open."""
+    lines = [f"#define {name} {value}" for name, value in constants.items()]
+    return "\n".join([*lines, "", *((_PARTS / f"{part}.osl").read_text() for part in parts)])
+
+
+def _constants(layout: Layout, images_path: Path, rgb_from_xyz: np.ndarray) -> dict[str, object]:
     lambdas = wavelengths(layout.step_m)
     table = np.arange(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M + _OBSERVER_STEP_M / 2, _OBSERVER_STEP_M)
     values = {
-        "IMAGES": f'"{images_path.absolute().as_posix()}"',
+        "IMAGES": file_name(images_path),
         "WIDTH": float(layout.width),
         "HEIGHT": float(layout.height),
         "TILES_ACROSS": layout.columns,
@@ -110,7 +126,7 @@ def _constants(layout: Layout, images_path: Path, rgb_from_xyz: np.ndarray) -> l
         "LAST_WAVELENGTH": WAVELENGTH_MAX_M * _UM,
         "STEP": float(lambdas[1] - lambdas[0]) * _UM,
         "SAMPLES": len(lambdas),
-        "WEIGHTS": _colours(spectral_weights(lambdas, layout.illuminant) @ np.transpose(rgb_from_xyz)),
+        "WEIGHTS": colours(spectral_weights(lambdas, layout.illuminant) @ np.transpose(rgb_from_xyz)),
         "RESPONSE": "grating_wavelengths" if layout.period_m else "all_wavelengths",
     }
     if layout.period_m:
@@ -120,28 +136,16 @@ def _constants(layout: Layout, images_path: Path, rgb_from_xyz: np.ndarray) -> l
             "JACOBIAN": int(layout.method == "nmm-jacobian"),
             "OBSERVER_STEP": _OBSERVER_STEP_M * _UM,
             "OBSERVER_SAMPLES": len(table),
-            "OBSERVER": _colours(observer(table, layout.illuminant) @ np.transpose(rgb_from_xyz) / _UM),
+            "OBSERVER": colours(observer(table, layout.illuminant) @ np.transpose(rgb_from_xyz) / _UM),
         }
-    return [f"#define {name} {value}" for name, value in values.items()]
+    return values
 
 
-def _colours(values: np.ndarray) -> str:
+def file_name(path: Path) -> str:
+    """A path as a shader writes it."""
+    return f'"{path.absolute().as_posix()}"'
+
+
+def colours(values: np.ndarray) -> str:
+    """Rows (n, 3) as the elements of an array of colours."""
     return ", ".join(f"color({r:.8g}, {g:.8g}, {b:.8g})" for r, g, b in values)
-
-
-def _interface(group: bpy.types.NodeTree) -> list[bpy.types.NodeSocket]:
-    """The group's sockets, in the order of the shader's parameters."""
-    for name, kind, default, text in (
-        ("Normal", "NodeSocketVector", None, "Unit shading normal"),
-        ("Tangent", "NodeSocketVector", None, "Unit direction of the scan's columns, orthogonal to the normal"),
-        ("To Light", "NodeSocketVector", None, "Unit vector to the light"),
-        ("Irradiance", "NodeSocketColor", (1.0, 1.0, 1.0, 1.0), "On a surface that faces the light"),
-        ("IOR", "NodeSocketFloat", KERATIN_IOR, "Index of refraction"),
-    ):
-        socket = group.interface.new_socket(name, in_out="INPUT", socket_type=kind, description=text)
-        if default is None:
-            socket.hide_value = True
-        else:
-            socket.default_value = default
-    group.interface.new_socket("Finer", in_out="OUTPUT", socket_type="NodeSocketColor")
-    return list(Tree(group).node("NodeGroupInput").outputs)[:5]

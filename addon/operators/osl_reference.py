@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Make a material that evaluates one of the thesis's algorithms in every pixel, by Open Shading Language."""
+"""Make a material that evaluates one of the thesis's algorithms, or the bake, in every pixel, in Open Shading
+Language."""
 
 import hashlib
 from pathlib import Path
@@ -7,6 +8,7 @@ from pathlib import Path
 import bpy
 from bpy.props import EnumProperty, StringProperty
 
+from ...precompute import atlas
 from ...precompute.colour import rgb_from_xyz
 from ...precompute.dft_images import read_layout
 from ...precompute.failure import GratingError
@@ -15,27 +17,31 @@ from ..bake_job import BakeJob
 from ..gratings import Grating, active_grating, cache_folder
 from ..materials.diffraction import group_around, new_diffraction_material, show_key_lights
 from ..materials.osl import build_osl_response, missing_for_osl
+from ..materials.osl_direct import build_osl_direct
 from .bake_grating import input_arguments
 
+_DIRECT = "DIRECT"
 _METHODS = (
     ("FLSS", "FLSS", "Every wavelength, Taylor terms of the relief (thesis Algorithm 3)"),
     ("CHEBYSHEV", "Chebyshev", "Every wavelength, Chebyshev terms: for reliefs too deep for Taylor's"),
     ("NMM", "NMM", "Only the wavelengths that the grating equation selects (thesis 4.3)"),
     ("PQ", "PQ", "The scan repeated side by side (thesis Algorithm 5)"),
+    (_DIRECT, "Direct", "The add-on's own table, as a shader: the quickest. Bake the grating first"),
 )
 
 
 class NewOslReference(bpy.types.Operator):
-    """Make a material that evaluates one of the thesis's algorithms in every pixel: slow, for comparisons"""
+    """Make a material whose shader evaluates one of the thesis's algorithms, or the bake, in every pixel: slow, for
+    comparisons"""
 
     bl_idname = "grating.osl_reference"
     bl_label = "New OSL Reference Material"
     bl_options = {"REGISTER", "UNDO"}
 
-    method: EnumProperty(name="Method", description="Which of the thesis's algorithms", items=_METHODS, default="FLSS")
+    method: EnumProperty(name="Method", description="What the shader evaluates", items=_METHODS, default="FLSS")
     filepath: StringProperty(
-        name="Images",
-        description="A file of DFT images that is there already; empty computes one from the active grating",
+        name="File",
+        description="A file of DFT images (for Direct, a bake) that is there already; empty takes the active grating",
         subtype="FILE_PATH",
     )
 
@@ -51,16 +57,18 @@ class NewOslReference(bpy.types.Operator):
 
     def execute(self, context):
         try:
-            if self.filepath:
-                path = Path(bpy.path.abspath(self.filepath))
-            else:
-                path = write_images(active_grating(context.scene), self.method.lower())
-            material = make_reference(context.scene, path)
+            material = make_reference(context.scene, self.method, self._file(context.scene))
         except GratingError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         self.report({"INFO"}, f"{material.name}: assign it to a mesh that has a UV map")
         return {"FINISHED"}
+
+    def _file(self, scene: bpy.types.Scene) -> Path:
+        if self.filepath:
+            return Path(bpy.path.abspath(self.filepath))
+        grating = active_grating(scene)
+        return grating.baked_file() if self.method == _DIRECT else write_images(grating, self.method.lower())
 
 
 def write_images(grating: Grating, method: str) -> Path:
@@ -75,14 +83,18 @@ def write_images(grating: Grating, method: str) -> Path:
     return Path(job.result()["files"][0])
 
 
-def make_reference(scene: bpy.types.Scene, images: Path) -> bpy.types.Material:
-    """A new material by the method of a file of DFT images, lit by the scene's lamps.
+def make_reference(scene: bpy.types.Scene, method: str, path: Path) -> bpy.types.Material:
+    """A new material by a file of DFT images (whose method it is), or for DIRECT by a bake, lit by the scene's lamps.
 
     Raises GratingError, with nothing changed, if the file is none, the shader does not compile or no lamp is there."""
     key_lights.find_lamps(scene)
-    matrix = rgb_from_xyz(compat.working_space(), read_layout(images).illuminant)
-    response = build_osl_response(images.stem, images, matrix)
+    space = compat.working_space()
+    if method == _DIRECT:
+        layout, _ = atlas.read_header(path)
+        response = build_osl_direct(path.stem, path, layout, rgb_from_xyz(space, layout.illuminant))
+    else:
+        response = build_osl_response(path.stem, path, rgb_from_xyz(space, read_layout(path).illuminant))
     key_lights.follow_lamps(scene)
-    group = group_around(f"OSL {images.stem}", response, shadows=True)
+    group = group_around(f"OSL {path.stem}", response, shadows=True)
     show_key_lights()
-    return new_diffraction_material(f"OSL {images.stem}", group)
+    return new_diffraction_material(f"OSL {path.stem}", group)

@@ -32,6 +32,8 @@ def addon(extension) -> SimpleNamespace:
         "compat": "compat",
         "diffraction": "materials.diffraction",
         "key_lights": "key_lights",
+        "osl": "materials.osl",
+        "osl_direct": "materials.osl_direct",
     }
     root = extension.__name__ + ".addon"
     return SimpleNamespace(**{short: importlib.import_module(f"{root}.{path}") for short, path in names.items()})

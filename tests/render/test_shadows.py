@@ -10,8 +10,8 @@ from .test_key_lights import lambertian
 PIXELS = 32
 
 
-def shaded(stage, addon, engine: str, casts: bool, osl: bool) -> np.ndarray:
-    """The plane's radiance (n, n) under the card, which covers its right half."""
+def shaded(stage, addon, response, engine: str, casts: bool, osl: bool) -> np.ndarray:
+    """The radiance (n, n), green, of a plane that answers so, under the card, which covers its right half."""
     stage.camera((0, 0, 3), ortho=2.0).rotation_euler = (0, 0, 0)
     bpy.ops.mesh.primitive_plane_add(size=4)
     plane = bpy.context.object
@@ -21,9 +21,9 @@ def shaded(stage, addon, engine: str, casts: bool, osl: bool) -> np.ndarray:
     sun.data.use_shadow = casts
     stage.scene.cycles.shading_system = osl
     addon.key_lights.follow_lamps(stage.scene)
-    group = addon.diffraction.group_around("lambertian", lambertian(addon), shadows=True)
+    group = addon.diffraction.group_around("shaded", response, shadows=True)
     material, tree = stage.material("Shaded")
-    tree.node("ShaderNodeOutputMaterial", tree.group(group, IOR=1.0)["Shader"])
+    tree.node("ShaderNodeOutputMaterial", tree.group(group)["Shader"])
     plane.data.materials.append(material)
     picture = stage.rgb(engine, PIXELS)[..., 1]
     stage.scene.cycles.shading_system = False
@@ -32,7 +32,7 @@ def shaded(stage, addon, engine: str, casts: bool, osl: bool) -> np.ndarray:
 
 @pytest.mark.parametrize("casts", [True, False])
 def test_a_card_shades_what_lies_under_it(stage, addon, casts):
-    picture = shaded(stage, addon, "cycles", casts, osl=not addon.compat.HAS_RAYCAST)
+    picture = shaded(stage, addon, lambertian(addon), "cycles", casts, osl=not addon.compat.HAS_RAYCAST)
     # Irradiance pi on a white Lambertian: 1, to single precision.
     lit, under = picture[:, : PIXELS // 2], picture[:, PIXELS // 2 :]
     np.testing.assert_allclose(lit, 1, rtol=1e-5)
@@ -44,4 +44,5 @@ def test_a_card_shades_what_lies_under_it(stage, addon, casts):
 def test_where_no_shadow_ray_is_there_is_no_shadow(stage, addon, engine, rtol):
     if addon.compat.HAS_RAYCAST:
         pytest.skip("this Blender traces shadow rays without Open Shading Language")
-    np.testing.assert_allclose(shaded(stage, addon, engine, True, osl=False), 1, rtol=rtol)
+    picture = shaded(stage, addon, lambertian(addon), engine, True, osl=False)
+    np.testing.assert_allclose(picture, 1, rtol=rtol)

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The OSL form of the Direct group, rendered by Cycles: against that group, and against precompute at every pixel."""
+
+from dataclasses import replace
+
+import bpy
+import numpy as np
+import pytest
+
+from precompute import atlas
+
+from .test_radiance import PIXELS, RGB_FROM_XYZ, TURN, assign, expected, relative_error, shape
+from .test_shadows import shaded
+
+# DESIGN's bounds, on pixels above 1 % of the peak: what a wrong axis, level or filter passes. The same texels under the
+# same weights in single precision leave 0.001 % and 0.006 % (measured in Blender 4.5 and 5.2), linear readings in place
+# of cubic ones 3 % and 25 %.
+MEDIAN, P95 = 0.005, 0.02
+
+
+@pytest.fixture
+def osl(stage, addon):
+    """The stage, set up for shaders."""
+    if not bpy.app.build_options.cycles_osl:
+        pytest.skip(addon.osl.missing_for_osl(stage.scene))
+    stage.scene.render.engine = "CYCLES"
+    stage.scene.cycles.shading_system = True
+    yield stage
+    stage.scene.cycles.shading_system = False
+
+
+def plane(stage, disc: float = 0.0):
+    """A plane under a camera and a sun whose disc is so many radians wide."""
+    mesh, (location, target, angle) = shape(stage, "plane")
+    stage.camera(location, target, angle=angle)
+    stage.lamp("SUN", to=(0.35, -0.2, 1.0), energy=2.0, angle=disc, color=(1.0, 0.8, 0.6))
+    return mesh
+
+
+def response(addon, path):
+    """The shader's group of a bake's file."""
+    return addon.osl_direct.build_osl_direct("test", path, atlas.read_header(path)[0], RGB_FROM_XYZ)
+
+
+def agree(name: str, picture: np.ndarray, truth: np.ndarray) -> None:
+    error = relative_error(picture, truth)
+    median, p95 = np.median(error), np.percentile(error, 95)
+    print(f"{name}: median {median:.4%}, p95 {p95:.4%}")
+    assert median <= MEDIAN
+    assert p95 <= P95
+
+
+@pytest.fixture
+def middle(baked, tmp_path):
+    """A file, and the bake that it holds: the table's middle alone, beyond which its rim is read, of one level, and
+    without a zero order, as the patch model's."""
+    _, table = baked
+    rows, columns = (slice(n // 4, n - n // 4) for n in table.tile)
+    (v, u), path = table.axes, tmp_path / "middle.exr"
+    part = replace(
+        table,
+        terms=table.terms[:, rows, columns],
+        first=(float(v[rows][0]), float(u[columns][0])),
+        zero_order=np.zeros_like(table.zero_order),
+        wider=(),
+    )
+    image, layout = atlas.pack(part)
+    atlas.write(path, image, layout, {})
+    return path, atlas.unpack(image, layout)
+
+
+@pytest.mark.parametrize(
+    ("bake", "disc", "settings"),
+    [
+        ("baked", 0.0, {}),
+        ("baked", 0.3, {"Roughness": 0.2, "Period Scale": 1.3, "Height Scale": 0.8}),
+        ("middle", 0.0, {"IOR": 1.3}),
+    ],
+)
+def test_the_shader_is_the_node_group_and_the_table(osl, addon, request, bake, disc, settings):
+    path, table = request.getfixturevalue(bake)
+    mesh = plane(osl, disc)
+    node = assign(osl, mesh, path, **settings)
+    asked = {name.lower().replace(" ", "_"): value for name, value in settings.items()}
+    truth, _ = expected(osl, mesh, table, variance=np.sin(disc / 2) ** 2 / 4, **asked)
+    osl.scene.cycles.shading_system = False
+    by_nodes = osl.rgb("cycles", PIXELS)
+    osl.scene.cycles.shading_system = True
+    node.node_tree = addon.diffraction.group_around("test", response(addon, path), shadows=False)
+    by_shader = osl.rgb("cycles", PIXELS)
+    agree("precompute", by_shader, truth)
+    agree("node group", by_shader, by_nodes)
+
+
+def test_a_card_shades_what_lies_under_it(osl, addon, baked):
+    picture = shaded(osl, addon, response(addon, baked[0]), "cycles", casts=True, osl=True)
+    lit, under = np.split(picture, 2, axis=1)
+    assert lit.min() > 0
+    np.testing.assert_array_equal(under, 0)
+
+
+def test_the_operator_makes_it_of_the_active_grating(osl, addon, baked):
+    path, table = baked
+    mesh = plane(osl)
+    grating = osl.scene.natural_gratings.items.add()
+    grating.name = "radiance"
+    with pytest.raises(RuntimeError, match="radiance: not baked yet; press Bake Grating"):
+        bpy.ops.grating.osl_reference(method="DIRECT")
+    grating.bake_path = str(path)
+    assert bpy.ops.grating.osl_reference(method="DIRECT") == {"FINISHED"}
+    (material,) = bpy.data.materials
+    (node,) = addon.diffraction.diffraction_nodes(material)
+    node.inputs["Rotation"].default_value = TURN
+    material.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (0, 0, 0, 1)
+    mesh.data.materials.append(material)
+    agree("operator", osl.rgb("cycles", PIXELS), expected(osl, mesh, table)[0])
+
+
+def test_a_file_that_is_no_bake_is_refused(osl, tmp_path):
+    plane(osl)
+    with pytest.raises(RuntimeError, match="none.exr: there is no such file"):
+        bpy.ops.grating.osl_reference(method="DIRECT", filepath=str(tmp_path / "none.exr"))
+    assert not bpy.data.materials
