@@ -138,6 +138,7 @@ def addon_modules(extension_name: str) -> SimpleNamespace:
         "compat": "compat",
         "builder": "materials.builder",
         "osl": "materials.osl",
+        "osl_direct": "materials.osl_direct",
         "diffraction": "materials.diffraction",
         "key_lights": "key_lights",
         "osl_reference": "operators.osl_reference",

@@ -3,8 +3,9 @@
 
     python -m benchmarks render_time [--engine cycles --engine eevee] [--scene snake --scene sphere] [--pixels 192]
 
-All in one run. What a sample of a pixel costs is the least of `--repeat` renders with `--samples` samples less the
-least with a quarter of them, so that start-up, compiling and upload are left out. Two scenes: the sample snake on its
+All in one run. What a sample of a pixel costs, in processor time, is the least of `--repeat` renders with `--samples`
+samples less the least with a quarter of them, so that start-up, compiling and upload are left out; the materials take
+turns, so that a machine that is slow for a while is slow for all. Two scenes: the sample snake on its
 ground, as an artist renders it, and a sphere alone in the dark, where nothing but the material takes time. Shaders in
 OSL are timed on the sphere, on a small picture.
 
@@ -30,7 +31,7 @@ from precompute.relief import prepare
 
 from .osl import start_blender
 
-_REFERENCE_SAMPLES = 1024
+_REFERENCE_SAMPLES = 512
 _SURFACE = "sample:elaphe"
 # The thesis's settings.
 _STEP_M, _TEXELS, _OSL_PIXELS = 5e-9, 3, 16
@@ -54,8 +55,8 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--engine", action="append", choices=("cycles", "eevee"))
     parser.add_argument("--scene", action="append", choices=("snake", "sphere"))
     parser.add_argument("--pixels", type=int, default=192)
-    parser.add_argument("--samples", type=int, default=64)
-    parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--samples", type=int, default=32)
+    parser.add_argument("--repeat", type=int, default=5)
     parser.add_argument("--lamps", type=int, default=3, help="of the rows with several")
     arguments = parser.parse_args(argv)
     with tempfile.TemporaryDirectory() as folder:
@@ -72,13 +73,19 @@ def measure(studio: "Studio", engine: str, scene: str, arguments) -> None:
     import bpy
 
     print(f"\n{engine}, {scene}, Blender {bpy.app.version_string}, {studio.pixels}^2 pixels")
-    print(f"{'material':34}{'us/sample':>11}{'to metal':>10}")
+    print(f"{'material':34}{'us/sample':>11}{'to metal':>10}", flush=True)
+    subjects = studio.subjects(engine, scene, arguments.lamps)
+    rounds = []
+    for _ in range(arguments.repeat):
+        rounds.append([])
+        for subject in subjects:
+            studio.show(subject)
+            rounds[-1].append(studio.spans(subject, engine, arguments.samples))
     metal = {}
-    for subject in studio.subjects(engine, scene, arguments.lamps):
-        studio.show(subject)
-        cost = 1e6 * studio.seconds_per_sample(subject, engine, arguments.samples, arguments.repeat)
+    for subject, (fewer, more) in zip(subjects, np.min(rounds, axis=0), strict=True):
+        cost = 1e6 * (more - fewer)
         metal.setdefault(subject.lamps, cost)
-        print(f"{subject.name:34}{cost:11.3f}{cost / metal[subject.lamps]:10.2f}", flush=True)
+        print(f"{subject.name:34}{cost:11.3f}{cost / metal[subject.lamps]:10.2f}")
     if engine == "cycles":
         equal_error(studio, scene, arguments.lamps)
 
@@ -171,6 +178,7 @@ class Studio:
             found += [
                 Subject("Principled metal, OSL on", self.metal, osl=True),
                 Subject("Direct, 1 sun, OSL on", self.direct, osl=True),
+                Subject("OSL DIRECT, 1 sun", self.direct_shader, osl=True),
                 *(
                     Subject(f"OSL {name.upper()}, 1 sun", lambda name=name: self.thesis(name), 1, True, _OSL_PIXELS)
                     for name in ("flss", "nmm", "pq")
@@ -195,6 +203,13 @@ class Studio:
         diffraction = self.addon.diffraction
         return diffraction.new_diffraction_material("timed", diffraction.new_diffraction_group(self.bake, shadows))
 
+    def direct_shader(self):
+        """The add-on's own table, read by a shader."""
+        layout, _ = atlas.read_header(self.bake)
+        response = self.addon.osl_direct.build_osl_direct("timed", self.bake, layout, rgb_from_xyz("Rec.709"))
+        diffraction = self.addon.diffraction
+        return diffraction.new_diffraction_material("timed", diffraction.group_around("timed", response, shadows=False))
+
     def thesis(self, name: str):
         """One of the thesis's algorithms in every pixel."""
         settings = dft_images.settings_for(step_m=_STEP_M, texels=_TEXELS)
@@ -205,16 +220,18 @@ class Studio:
         diffraction = self.addon.diffraction
         return diffraction.new_diffraction_material(name, diffraction.group_around(name, response, shadows=False))
 
-    def seconds_per_sample(self, subject: Subject, engine: str, samples: int, repeat: int) -> float:
-        """Of one sample of one pixel."""
+    def spans(self, subject: Subject, engine: str, samples: int) -> tuple[float, float]:
+        """Processor seconds of a quarter of the samples, and of all, over the pixels and the samples between the two; a
+        picture before them is not counted."""
         pixels = subject.pixels or self.pixels
-        more, fewer, repeat = (4, 1, 1) if subject.pixels else (samples, samples // 4, repeat)
+        more = 4 if subject.pixels else samples
+        fewer = more // 4
         self.render(engine, 1, pixels)
-        long, short = (min(self.render(engine, count, pixels)[0] for _ in range(repeat)) for count in (more, fewer))
-        return (long - short) / (pixels**2 * (more - fewer))
+        seconds = (self.render(engine, count, pixels)[0] for count in (fewer, more))
+        return tuple(each / (pixels**2 * (more - fewer)) for each in seconds)
 
     def render(self, engine: str, samples: int, pixels: int | None = None) -> tuple[float, np.ndarray]:
-        """Seconds, and the linear picture (n, n, 3)."""
+        """Processor seconds, and the linear picture (n, n, 3)."""
         import bpy
         import OpenEXR
 
@@ -224,9 +241,9 @@ class Studio:
         scene.render.resolution_x = scene.render.resolution_y = pixels or self.pixels
         path = self.folder / "timed.exr"
         scene.render.filepath = str(path)
-        start = time.perf_counter()
+        start = time.process_time()
         bpy.ops.render.render(write_still=True)
-        seconds = time.perf_counter() - start
+        seconds = time.process_time() - start
         with OpenEXR.File(str(path)) as file:
             rendered = next(iter(file.channels().values())).pixels
         return seconds, np.asarray(rendered[..., :3], float)
