@@ -57,7 +57,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--pixels", type=int, default=192)
     parser.add_argument("--samples", type=int, default=32)
     parser.add_argument("--repeat", type=int, default=5)
-    parser.add_argument("--lamps", type=int, default=3, help="of the rows with several")
+    parser.add_argument("--lamps", type=int, default=3, help="of the rows with several; 1: no such rows")
     arguments = parser.parse_args(argv)
     with tempfile.TemporaryDirectory() as folder:
         studio = Studio(Path(folder), arguments.pixels)
@@ -171,9 +171,12 @@ class Studio:
             Subject("Principled metal, 1 sun", self.metal),
             Subject("Direct, 1 sun", self.direct),
             Subject("Direct, 1 sun, shadow rays", lambda: self.direct(shadows=True)),
-            Subject(f"Principled metal, {lamps} suns", self.metal, lamps),
-            Subject(f"Direct, {lamps} suns", self.direct, lamps),
         ]
+        if lamps > 1:
+            found += [
+                Subject(f"Principled metal, {lamps} suns", self.metal, lamps),
+                Subject(f"Direct, {lamps} suns", self.direct, lamps),
+            ]
         if engine == "cycles" and scene == "sphere":
             found += [
                 Subject("Principled metal, OSL on", self.metal, osl=True),
