@@ -153,7 +153,7 @@ def _follow(scene: bpy.types.Scene, index: int, lamp: bpy.types.Object) -> None:
     light |= size | {"shadow": "use_shadow"}
     variance = _variance(data)
     # A lamp shines along its own -Z: a sun lies along +Z.
-    place = [f"z{i}" for i in range(3)] if kind == "SUN" else "abc"
+    place = [f"z{i} / max({_length('z')}, 1e-30)" for i in range(3)] if kind == "SUN" else "abc"
     position = {name: f"matrix_world[3][{i}]" for i, name in enumerate("abc")}
     strength = f"{shown} * energy * pow(2, exposure) * {_per_watt(data)}"
     power = (f"{strength} * c{i} * (t{i} if heated else 1)" for i in range(3))

@@ -67,8 +67,10 @@ ENGINES = ["cycles", "eevee"]
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_sun(stage, both, engine):
-    stage.lamp("SUN", to=(0.4, -0.3, 1), energy=3.0, angle=0.0, color=(0.2, 0.6, 0.9), exposure=0.5)
+@pytest.mark.parametrize("scale", [(1, 1, 1), (0.5, 1.5, 2.0)])
+def test_sun(stage, both, engine, scale):
+    sun = stage.lamp("SUN", to=(0.4, -0.3, 1), energy=3.0, angle=0.0, color=(0.2, 0.6, 0.9), exposure=0.5)
+    sun.scale = scale
     agree(both, engine, EXACT[engine])
 
 
