@@ -143,7 +143,7 @@ class _Table:
         by variance, which a Mix Shader clamps: a blur beyond the last level is the last level's. A table of one level
         has no coarser one."""
         if self.layout.levels == 1:
-            return self._read(None), None, 0.0
+            return self._read(), None, 0.0
         tree, last = self.tree, self.layout.levels - 1
         ratio = blur.times_plus(1 / self.layout.sigma_b**2, 1.0)  # sigma^2 over that of level 0
         level = tree.minimum(tree.math("FLOOR", tree.math("LOGARITHM", ratio, 4.0)), last - 1.0)
@@ -168,8 +168,8 @@ class _Table:
         )
         return level.times_plus(each, shrink.times_plus(shrunk, first))
 
-    def _read(self, block: Value | None, shrink: Value | None) -> Value:
-        """The sum at a level, by its block's place and what its texels are fewer by; None is level 0 for good."""
+    def _read(self, block: Value | None = None, shrink: Value | None = None) -> Value:
+        """The sum at a level, by its block's place and what its texels are fewer by; without them level 0 for good."""
         tree, layout = self.tree, self.layout
         size = layout.width, layout.height
         rows, columns = layout.tile_stride(0)
