@@ -154,10 +154,6 @@ class Tree:
         node = self.node("ShaderNodeAttribute", attribute_type=holder, attribute_name=name, label=name)
         return self.value(node.outputs["Vector"]), self.value(node.outputs["Alpha"])
 
-    def split(self, vector: Value) -> list[Value]:
-        """A vector's three components."""
-        return [self.value(socket) for socket in self.node("ShaderNodeSeparateXYZ", vector).outputs]
-
     def group(self, group: bpy.types.NodeTree, label: str = "", **inputs: Operand) -> dict[str, Value]:
         """A node of a group, its inputs by their names (blanks as underscores; those that it has not are passed over);
         its outputs by theirs."""

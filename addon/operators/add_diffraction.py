@@ -6,29 +6,19 @@ import bpy
 from ...precompute.failure import GratingError
 from ..gratings import active_grating
 from ..materials.diffraction import add_diffraction
-from .assign import meshes_among, poll_meshes
+from .assign import OnSelectedMeshes, meshes_among
 from .new_material import group_of
 
 
-class AddDiffraction(bpy.types.Operator):
+class AddDiffraction(OnSelectedMeshes, bpy.types.Operator):
     """Lay the active grating's diffraction over the selected meshes' own materials, or swap what they have of it"""
 
     bl_idname = "grating.add_diffraction"
     bl_label = "Add to Materials"
     bl_options = {"REGISTER", "UNDO"}
 
-    @classmethod
-    def poll(cls, context):
-        return poll_meshes(cls, context)
-
-    def execute(self, context):
-        try:
-            report = add_to_meshes(context.scene, context.selected_objects)
-        except GratingError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        self.report({"INFO"}, report)
-        return {"FINISHED"}
+    def put(self, scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> str:
+        return add_to_meshes(scene, objects)
 
 
 def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> str:

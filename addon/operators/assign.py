@@ -8,12 +8,9 @@ from ..gratings import active_grating
 from .new_material import group_of, make_material
 
 
-class AssignToSelected(bpy.types.Operator):
-    """Put the active grating's material (made if need be) on the selected meshes; the grating's columns run along U"""
-
-    bl_idname = "grating.assign"
-    bl_label = "Assign to Selected"
-    bl_options = {"REGISTER", "UNDO"}
+class OnSelectedMeshes:
+    """What an operator that puts a grating on the selected meshes does beside `put`, which says what was done or
+    raises GratingError."""
 
     @classmethod
     def poll(cls, context):
@@ -21,12 +18,23 @@ class AssignToSelected(bpy.types.Operator):
 
     def execute(self, context):
         try:
-            report = assign_to_meshes(context.scene, context.selected_objects)
+            report = self.put(context.scene, context.selected_objects)
         except GratingError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         self.report({"INFO"}, report)
         return {"FINISHED"}
+
+
+class AssignToSelected(OnSelectedMeshes, bpy.types.Operator):
+    """Put the active grating's material (made if need be) on the selected meshes; the grating's columns run along U"""
+
+    bl_idname = "grating.assign"
+    bl_label = "Assign to Selected"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def put(self, scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> str:
+        return assign_to_meshes(scene, objects)
 
 
 def poll_meshes(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
