@@ -3,7 +3,8 @@
 
 import bpy
 
-from . import commands, gratings, key_lights, panel
+from .actions.lamps import follow_after_import
+from .batch import commands
 from .operators import (
     add_diffraction,
     assign,
@@ -15,6 +16,8 @@ from .operators import (
     remove_grating,
     update_lights,
 )
+from .scene import gratings
+from .ui import panel
 
 # In the order of registration: property groups before those who hold them.
 CLASSES = (
@@ -35,6 +38,7 @@ CLASSES = (
     panel.ReferencePanel,
 )
 
+
 _command = None
 
 
@@ -45,7 +49,7 @@ def register() -> None:
         bpy.utils.register_class(cls)
     bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=gratings.SceneGratings)
     bpy.types.TOPBAR_MT_file_import.append(import_height_map.menu_entry)
-    bpy.app.handlers.blend_import_post.append(key_lights.follow_after_import)
+    bpy.app.handlers.blend_import_post.append(follow_after_import)
     _command = bpy.utils.register_cli_command("grating", commands.execute)
 
 
@@ -53,7 +57,7 @@ def unregister() -> None:
     """Undo register(), last first. What the scenes hold stays in them."""
     bpy.utils.unregister_cli_command(_command)
     bake_grating.stop_running_bake()
-    bpy.app.handlers.blend_import_post.remove(key_lights.follow_after_import)
+    bpy.app.handlers.blend_import_post.remove(follow_after_import)
     bpy.types.TOPBAR_MT_file_import.remove(import_height_map.menu_entry)
     del bpy.types.Scene.natural_gratings
     for cls in reversed(CLASSES):

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from precompute import atlas
-from precompute.bake import bake
-from precompute.colour import WAVELENGTH_MIN_M
-from precompute.reference import reference_grid
-from precompute.relief import Relief, prepare
-from precompute.samples import SAMPLES, make_sample
-from precompute.series import SpectrumSeries, spectrum_series
+from precompute.bake.ensemble import bake
+from precompute.colour.observer import WAVELENGTH_MIN_M
+from precompute.reference.ensemble import reference_grid
+from precompute.spectra.series import SpectrumSeries, spectrum_series
+from precompute.surface.relief import Relief, prepare
+from precompute.surface.samples.catalogue import SAMPLES, make_sample
+from precompute.table import atlas
 
 ANGLES_DEG = (0.0, 30.0, 60.0, 75.0, 85.0, 89.0, 89.9)
 AZIMUTHS_DEG = (0.0, 37.0, 90.0)

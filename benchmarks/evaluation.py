@@ -17,15 +17,18 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from benchmarks import evaluation_page, terms
-from precompute import brdf_map, evaluation, slits
-from precompute.bake import plan
-from precompute.height_map import HeightMap
-from precompute.methods import METHODS, Settings
-from precompute.methods.unit_cell import grating_period
-from precompute.readers import read_height_map
-from precompute.reference import wavelengths
-from precompute.relief import Relief, prepare
-from precompute.samples import blazed
+from precompute.bake.ensemble import plan
+from precompute.colour.observer import wavelengths
+from precompute.methods.method import Settings
+from precompute.methods.registry import METHODS
+from precompute.study import brdf_map, evaluation, evaluation_plot, slits
+from precompute.study.colour_comparison import compare_bake
+from precompute.study.response import WINDOW, first_order_plane, response
+from precompute.surface.height_map import HeightMap
+from precompute.surface.readers.registry import read_height_map
+from precompute.surface.relief import Relief, prepare
+from precompute.surface.samples.gratings import blazed
+from precompute.surface.unit_cell import grating_period
 
 ROOT = Path(__file__).resolve().parents[1]
 PIXELS = 256
@@ -231,10 +234,10 @@ def grid_variance(surface: HeightMap, step_deg: float) -> float:
     """Period variance in square nm on the blaze when each peak is the highest sample of an angle grid, as the thesis
     takes it."""
     relief, lambdas = prepare(surface), wavelengths(5e-9)
-    plane = evaluation.first_order_plane(THETA_I, lambdas, 2.5e-6, np.radians(step_deg))
+    plane = first_order_plane(THETA_I, lambdas, 2.5e-6, np.radians(step_deg))
     method = METHODS["chebyshev"](relief, evaluation.thesis_settings())
     order = np.abs(plane.u) * 2.5e-6 / lambdas[:, None]
-    found = evaluation.response(method, plane, lambdas) * (np.abs(order - 1) < evaluation.WINDOW)
+    found = response(method, plane, lambdas) * (np.abs(order - 1) < WINDOW)
     return float(np.var(lambdas / np.abs(plane.u[found.argmax(axis=1)]) * 1e9))
 
 
@@ -317,10 +320,10 @@ def main(argv: list[str] | None = None) -> None:
     for name, rows in tables.items():
         azimuth = 90 if name == "xenopeltis" else 180
         relief = prepare(evaluation.turned(surfaces[name], azimuth))
-        bakes[name] = evaluation.compare_bake(relief, Settings(), THETA_I, rows[0].evaluation.expected_m)
+        bakes[name] = compare_bake(relief, Settings(), THETA_I, rows[0].evaluation.expected_m)
         plain = [row.evaluation for row in rows if row.label in METHODS]
         plots[name] = images / f"response-{name}.png"
-        evaluation.plot(plots[name], plain)
+        evaluation_plot.plot(plots[name], plain)
         save_small(Image.open(plots[name]), plots[name])
         print(f"  {name} evaluated, {time.perf_counter() - started:.0f} s", flush=True)
     facts = evaluation_page.Facts(

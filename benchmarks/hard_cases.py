@@ -15,16 +15,21 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.albedo import greatest, no_limit, surface_of
-from precompute import chebyshev, metric
-from precompute.bake import Bake, carry_out, plan
-from precompute.baking import Order, make
-from precompute.colour import WAVELENGTH_MIN_M, spectral_weights
-from precompute.failure import GratingError
-from precompute.height_map import HeightMap
-from precompute.metric import Errors, Pairs, Truth
-from precompute.reference import reference_xyz, wavelengths
-from precompute.relief import Relief, prepare
-from precompute.samples import sinusoidal
+from precompute.bake.ensemble import plan
+from precompute.bake.make import make
+from precompute.bake.request import BakeRequest
+from precompute.bake.tiles import carry_out
+from precompute.base.failure import GratingError
+from precompute.colour.observer import WAVELENGTH_MIN_M, spectral_weights, wavelengths
+from precompute.maths import chebyshev
+from precompute.measure import truths
+from precompute.measure.errors import Errors, Truth, measure
+from precompute.measure.pairs import Pairs
+from precompute.reference.ensemble import reference_xyz
+from precompute.surface.height_map import HeightMap
+from precompute.surface.relief import Relief, prepare
+from precompute.surface.samples.gratings import sinusoidal
+from precompute.table.table import Table
 
 PIXEL_M = 80e-9
 # A kernel of 0.12: small surfaces have 30 areas of it.
@@ -36,7 +41,7 @@ W_COUNT, PAIRS = 3, 150
 STEP_MAX_M = 3e-9
 GRAZING = np.radians(89.9)
 
-Baker = Callable[[Relief, float | None], Bake]
+Baker = Callable[[Relief, float | None], Table]
 Truths = Callable[[Relief, float], list[Truth]]
 
 
@@ -94,7 +99,7 @@ def wavelength_step(sigma_b: float) -> float:
 
 def anywhere(relief: Relief, sigma_b: float) -> list[Truth]:
     """The metric's own pairs."""
-    return metric.truths(relief, sigma_b, W_COUNT, PAIRS, wavelength_step(sigma_b), seed=7)
+    return truths.truths(relief, sigma_b, W_COUNT, PAIRS, wavelength_step(sigma_b), seed=7)
 
 
 def grazing(relief: Relief, sigma_b: float) -> list[Truth]:
@@ -131,7 +136,7 @@ def truth(relief: Relief, sigma_b: float, wi: np.ndarray, wr: np.ndarray) -> Tru
     return Truth(w, pairs, *reference_xyz(relief, pairs.u, pairs.v, w, sigma_b, wavelength_step(sigma_b)))
 
 
-def albedo(relief: Relief, baked: Bake) -> dict[str, float]:
+def albedo(relief: Relief, baked: Table) -> dict[str, float]:
     """The greatest albedo at 89.9 degrees, by a quadrature of its own."""
     stam, conserving = greatest(
         surface_of(relief, baked.sigma_b), [no_limit, baked.limit_at], 89.9, (390e-9, 550e-9, 700e-9)
@@ -139,7 +144,7 @@ def albedo(relief: Relief, baked: Bake) -> dict[str, float]:
     return {"albedo of Stam's form": stam, "albedo": conserving}
 
 
-def zero_order(relief: Relief, baked: Bake) -> dict[str, float]:
+def zero_order(relief: Relief, baked: Table) -> dict[str, float]:
     """What the zero order's luminance is off J_0(pi w depth / lambda)^2, over all w."""
     lambdas, w = wavelengths(1e-9), np.linspace(0, 2, 21)
     weights = spectral_weights(lambdas, baked.illuminant)[:, 1]
@@ -148,12 +153,12 @@ def zero_order(relief: Relief, baked: Bake) -> dict[str, float]:
     return {"zero order against J0^2": float(np.abs(baked.zero_order_xyz(w)[:, 1] - exact).max())}
 
 
-def brightest(relief: Relief, baked: Bake) -> dict[str, float]:
+def brightest(relief: Relief, baked: Table) -> dict[str, float]:
     """The brightest texel's Y over w^2, at the middle of the range of w."""
     return {"brightest Y / w^2": float(np.abs(at_w(baked, 1.0)).max())}
 
 
-def evanescent(relief: Relief, baked: Bake) -> dict[str, float]:
+def evanescent(relief: Relief, baked: Table) -> dict[str, float]:
     """The brightest Y of any view along T, the zero order apart: light along the normal, and at 80 degrees."""
     found = {}
     for name, angle in (("light at 0 degrees", 0.0), ("light at 80 degrees", 80.0)):
@@ -164,7 +169,7 @@ def evanescent(relief: Relief, baked: Bake) -> dict[str, float]:
     return found
 
 
-def fewer_wavelengths(relief: Relief, baked: Bake) -> dict[str, float]:
+def fewer_wavelengths(relief: Relief, baked: Table) -> dict[str, float]:
     """The greatest error of Y along T from u = 1.7 to 1.95, relative to the greatest Y, and what it is with half the
     wavelengths."""
     chosen = plan(relief, LONG_M)
@@ -176,7 +181,7 @@ def fewer_wavelengths(relief: Relief, baked: Bake) -> dict[str, float]:
     return {**found, "with half of them": ripple[1] / exact.max()}
 
 
-def at_w(baked: Bake, w: float) -> np.ndarray:
+def at_w(baked: Table, w: float) -> np.ndarray:
     """Y over w^2 (rows, columns) of the table."""
     low, high = baked.w_range
     basis = chebyshev.polynomials(np.array((2 * w - low - high) / (high - low)), len(baked.terms))
@@ -193,7 +198,7 @@ class Case:
     coherence_m: float | None = COHERENCE_M
     same_as: Callable[[], HeightMap] | None = None
     truths: Truths = anywhere
-    figures: Callable[[Relief, Bake], dict[str, float]] | None = None
+    figures: Callable[[Relief, Table], dict[str, float]] | None = None
 
 
 @dataclass(frozen=True)
@@ -254,9 +259,9 @@ CASES = (
 )  # fmt: skip
 
 
-def as_baked(relief: Relief, coherence_m: float | None) -> Bake:
+def as_baked(relief: Relief, coherence_m: float | None) -> Table:
     """What the file of a bake holds."""
-    return make([relief], Order(coherence_length_m=coherence_m)).bake
+    return make([relief], BakeRequest(coherence_length_m=coherence_m)).bake
 
 
 def outcome(case: Case, baker: Baker = as_baked) -> Outcome:
@@ -267,7 +272,7 @@ def outcome(case: Case, baker: Baker = as_baked) -> Outcome:
     except GratingError as refusal:
         return Outcome(refusal=str(refusal))
     exact = prepare(case.same_as()) if case.same_as else relief
-    errors = metric.measure(case.truths(exact, baked.sigma_b), baked.candidate)
+    errors = measure(case.truths(exact, baked.sigma_b), baked.candidate)
     return Outcome(errors, case.figures(relief, baked) if case.figures else None)
 
 

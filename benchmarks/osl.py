@@ -10,7 +10,6 @@ shader against the node group's picture. Of each render also the seconds, the fi
 """
 
 import argparse
-import importlib
 import math
 import os
 import tempfile
@@ -23,16 +22,21 @@ from types import SimpleNamespace
 import numpy as np
 
 from devtools import EXTENSION, ROOT
-from devtools.extension import link_extension
-from precompute import atlas, dft_images
-from precompute.baking import Made, Order, make
-from precompute.brdf import KERATIN_IOR, fresnel_reflectance, half_angle_cosine, obliquity_times_cosine_and_w2
-from precompute.colour import delta_e_2000, lab, rgb_from_xyz, white_xyz
-from precompute.figures import COUNTED_Y
-from precompute.methods import METHODS
-from precompute.needs import Needs
-from precompute.readers import read_height_map
-from precompute.relief import Relief, prepare
+from devtools.extension import addon_modules, link_extension
+from precompute.bake.make import Made, make
+from precompute.bake.needs import Needs
+from precompute.bake.request import BakeRequest
+from precompute.colour.difference import delta_e_2000, lab
+from precompute.colour.observer import white_xyz
+from precompute.colour.working_space import rgb_from_xyz
+from precompute.measure.errors import COUNTED_Y
+from precompute.methods import dft_images
+from precompute.methods.registry import METHODS
+from precompute.optics.brdf import half_angle_cosine, obliquity_times_cosine_and_w2
+from precompute.optics.fresnel import KERATIN_IOR, fresnel_reflectance
+from precompute.surface.readers.registry import read_height_map
+from precompute.surface.relief import Relief, prepare
+from precompute.table.atlas_file import write_together
 
 _WIDTH_MIN = 0.02
 # Method, wavelength step in nm, texels a side: FLSS from the thesis's settings to fine ones, then the others.
@@ -98,8 +102,8 @@ def render(addon, group, view: PlaneView, path: Path, irradiance=(1.0, 1.0, 1.0)
     sun = data.objects.new("Sun", lamp)
     sun.rotation_euler = Vector(view.to_light).to_track_quat("Z", "Y").to_euler()
     scene.collection.objects.link(sun)
-    addon.key_lights.follow_lamps(scene)
-    addon.diffraction.show_key_lights()
+    addon.follow.follow_lamps(scene)
+    addon.skin.show_lamps()
     scene.cycles.samples = 1
     scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
     scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01
@@ -130,22 +134,6 @@ def _material(group, view: PlaneView, ior: float):
         diffraction.inputs[name].default_value = value
     links.new(diffraction.outputs["Shader"], nodes.new("ShaderNodeOutputMaterial").inputs[0])
     return material
-
-
-def addon_modules(extension_name: str) -> SimpleNamespace:
-    """What these pictures need of the add-on, by their short names."""
-    names = {
-        "compat": "compat",
-        "builder": "materials.builder",
-        "osl": "materials.osl",
-        "osl_direct": "materials.osl_direct",
-        "diffraction": "materials.diffraction",
-        "key_lights": "key_lights",
-        "osl_reference": "operators.osl_reference",
-    }
-    return SimpleNamespace(
-        **{short: importlib.import_module(f"{extension_name}.addon.{path}") for short, path in names.items()}
-    )
 
 
 def set_up_cycles() -> None:
@@ -197,17 +185,17 @@ def compare(addon, relief: Relief, made: Made, view: PlaneView, folder: Path, ru
     """A row for the node group and for each run: its settings, terms, seconds of the render and colour differences."""
     software = view.radiance(made.bake.scattered_over_w2)
     path = folder / "table.exr"
-    atlas.write_together({path: (made.image, made.layout)}, {"precision": str(made.image.dtype)})
-    group = addon.diffraction.new_diffraction_group(path, shadows=False)
+    write_together({path: (made.image, made.layout)}, {"precision": str(made.image.dtype)})
+    group = addon.direct.new_diffraction_group(path, shadows=False)
     truth, seconds = _timed(addon, group, view, folder)
     yield _row("node group", made.layout.terms, seconds, colour_differences(truth, software))
     for name, step_nm, texels in runs:
         method = METHODS[name](relief, dft_images.settings_for(step_m=step_nm * 1e-9, texels=texels))
         path = folder / f"{name}_{step_nm}_{texels}.exr"
         image, layout = dft_images.pack(method)
-        atlas.write_together({path: (image, layout)}, {})
-        response = addon.osl.build_osl_response(path.stem, path, rgb_from_xyz("Rec.709"))
-        group = addon.diffraction.group_around(path.stem, response, shadows=False)
+        write_together({path: (image, layout)}, {})
+        response = addon.osl_thesis.build_osl_response(path.stem, path, rgb_from_xyz("Rec.709"))
+        group = addon.skin.group_around(path.stem, response, shadows=False)
         picture, seconds = _timed(addon, group, view, folder)
         path.unlink()
         how = f"{name}, {step_nm:g} nm, {texels} texels"
@@ -263,7 +251,7 @@ def main(argv: list[str] | None = None) -> None:
             if arguments.only not in (None, surface):
                 continue
             relief, view = prepare(read_height_map(*source)), views[surface]
-            made = make([relief], Order(delta_e=0.5, needs=needs_of(view), model="patch"))
+            made = make([relief], BakeRequest(delta_e=0.5, needs=needs_of(view), model="patch"))
             print(f"{surface}: bake of {made.bake.tile}, {made.layout.terms} terms, dE00 p99 {made.errors.p99:.2f}")
             for row in compare(addon, relief, made, view, Path(folder)):
                 print(as_text(row), flush=True)

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.render_time import Studio
-from precompute import atlas
-from precompute.shading import direct_radiance
+from precompute.table import atlas_file
+from precompute.table.radiance import lamp_radiance
 
 # Rings and segments of the snake: the sample's own, about the thesis's 11,696 vertices, and fewer.
 MESHES = ((1850, 132), (488, 24), (160, 12))
@@ -31,7 +31,7 @@ def main(argv: list[str] | None = None) -> int:
     with tempfile.TemporaryDirectory() as folder:
         studio = Studio(Path(folder), arguments.pixels)
         look(studio)
-        table, _ = atlas.read(studio.bake)
+        table, _ = atlas_file.read(studio.bake)
         print(f"{'vertices':>9}{'median':>9}{'p95':>9}")
         for rings, segments in MESHES:
             pixel, vertex = both(studio, table, rings, segments)
@@ -103,7 +103,7 @@ def vertex_material(studio: Studio, table):
     wr = np.einsum("nij,nj->ni", frame, to_camera / np.linalg.norm(to_camera, axis=1, keepdims=True))
     irradiance = np.broadcast_to(lamp.data.energy * np.array(lamp.data.color), wi.shape)
     radiance = np.ones((corners, 4), np.float32)
-    radiance[:, :3] = direct_radiance(table, wi, wr, irradiance)
+    radiance[:, :3] = lamp_radiance(table, wi, wr, irradiance)
     mesh.color_attributes.new("radiance", "FLOAT_COLOR", "CORNER").data.foreach_set("color", radiance.ravel())
 
     material = bpy.data.materials.new("Vertices")

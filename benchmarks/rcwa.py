@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from precompute.efficiency import PROFILES, efficiencies, profile
+from precompute.study.efficiency import PROFILES, efficiencies, profile
 
 PERIODS = (1.1, 1.5, 2.5, 3.5, 5.5, 10.5, 20.5)
 DEPTHS = (0.02, 0.05, 0.1, 0.25, 0.5)

@@ -22,12 +22,14 @@ from pathlib import Path
 
 import numpy as np
 
-from precompute import atlas, dft_images
-from precompute.baking import Order, bake_to_folder
-from precompute.colour import rgb_from_xyz
-from precompute.methods import METHODS
-from precompute.readers import read_height_map
-from precompute.relief import prepare
+from precompute.bake.output import bake_to_folder
+from precompute.bake.request import BakeRequest
+from precompute.colour.working_space import rgb_from_xyz
+from precompute.methods import dft_images
+from precompute.methods.registry import METHODS
+from precompute.surface.readers.registry import read_height_map
+from precompute.surface.relief import prepare
+from precompute.table.atlas_file import read_header, write_together
 
 from .osl import start_blender
 
@@ -115,7 +117,7 @@ class Studio:
     def __init__(self, folder: Path, pixels: int):
         self.addon = start_blender(folder)
         self.folder, self.pixels = folder, pixels
-        facts = bake_to_folder([read_height_map(_SURFACE)], Order(), folder, lambda *_: None)
+        facts = bake_to_folder([read_height_map(_SURFACE)], BakeRequest(), folder, lambda *_: None)
         self.bake = Path(facts["files"][0])
 
     def build(self, scene: str) -> None:
@@ -155,7 +157,7 @@ class Studio:
         bpy.data.batch_remove([o for o in bpy.data.objects if o.type == "LIGHT"])
         for turn in _TURNS_DEG[:count]:
             stage.add_sun(self.scene, stage.SUN_AZIMUTH_DEG + turn, stage.SUN_ELEVATION_DEG)
-        self.addon.key_lights.follow_lamps(self.scene)
+        self.addon.follow.follow_lamps(self.scene)
 
     def show(self, subject: Subject) -> None:
         """Light the mesh and give it the subject's material."""
@@ -193,7 +195,7 @@ class Studio:
         """Principled, metallic, as rough as the kernel is wide at normal incidence: alpha is sigma_b over sqrt(2)."""
         import bpy
 
-        sigma_b = atlas.read_header(self.bake)[0].sigma_b
+        sigma_b = read_header(self.bake)[0].sigma_b
         material = bpy.data.materials.new("Metal")
         self.addon.compat.enable_nodes(material)
         principled = next(n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
@@ -203,25 +205,25 @@ class Studio:
 
     def direct(self, shadows: bool = False):
         """The add-on's own material."""
-        diffraction = self.addon.diffraction
-        return diffraction.new_diffraction_material("timed", diffraction.new_diffraction_group(self.bake, shadows))
+        group = self.addon.direct.new_diffraction_group(self.bake, shadows)
+        return self.addon.material.new_diffraction_material("timed", group)
 
     def direct_shader(self):
         """The add-on's own table, read by a shader."""
-        layout, _ = atlas.read_header(self.bake)
-        response = self.addon.osl_direct.build_osl_direct("timed", self.bake, layout, rgb_from_xyz("Rec.709"))
-        diffraction = self.addon.diffraction
-        return diffraction.new_diffraction_material("timed", diffraction.group_around("timed", response, shadows=False))
+        layout, _ = read_header(self.bake)
+        response = self.addon.osl_baked.build_osl_direct("timed", self.bake, layout, rgb_from_xyz("Rec.709"))
+        group = self.addon.skin.group_around("timed", response, shadows=False)
+        return self.addon.material.new_diffraction_material("timed", group)
 
     def thesis(self, name: str):
         """One of the thesis's algorithms in every pixel."""
         settings = dft_images.settings_for(step_m=_STEP_M, texels=_TEXELS)
         method = METHODS[name](prepare(read_height_map(_SURFACE)), settings)
         path = self.folder / f"{name}.exr"
-        atlas.write_together({path: dft_images.pack(method)}, {})
-        response = self.addon.osl.build_osl_response(name, path, rgb_from_xyz("Rec.709"))
-        diffraction = self.addon.diffraction
-        return diffraction.new_diffraction_material(name, diffraction.group_around(name, response, shadows=False))
+        write_together({path: dft_images.pack(method)}, {})
+        response = self.addon.osl_thesis.build_osl_response(name, path, rgb_from_xyz("Rec.709"))
+        group = self.addon.skin.group_around(name, response, shadows=False)
+        return self.addon.material.new_diffraction_material(name, group)
 
     def spans(self, subject: Subject, engine: str, samples: int) -> tuple[float, float]:
         """Processor seconds of a quarter of the samples, and of all, over the pixels and the samples between the two; a

@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from precompute import plots
+from precompute.colour.observer import S_MAX
 from precompute.methods import chebyshev_series, flss
-from precompute.methods.method import S_MAX
 from precompute.methods.term_images import Expansion
+from precompute.study import plots
 
 RELIEFS_NM = (50, 100, 150, 250, 400, 600, 800, 1000, 1400, 2000)
 TOLERANCE = 1e-3

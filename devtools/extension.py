@@ -1,12 +1,34 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The working tree as an installed extension: links in a Blender user folder, so that no copy goes stale."""
 
+import importlib
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 from . import ROOT
 
 LINKED = ("__init__.py", "addon", "precompute")
+# The add-on's modules that tests and benchmarks call, by short names.
+MODULES = {
+    "assign": "actions.assign",
+    "bake": "actions.bake",
+    "osl_reference": "actions.osl_reference",
+    "commands": "batch.commands",
+    "child": "jobs.child",
+    "find": "lamps.find",
+    "follow": "lamps.follow",
+    "pack": "lamps.pack",
+    "direct": "materials.direct.response",
+    "material": "materials.material",
+    "osl_baked": "materials.osl.baked",
+    "osl_script": "materials.osl.script",
+    "osl_thesis": "materials.osl.thesis",
+    "skin": "materials.skin",
+    "builder": "nodes.builder",
+    "compat": "scene.compat",
+    "gratings": "scene.gratings",
+}
 WHEELS_LIST = re.compile(r"^wheels = \[.*?^\]\n", re.DOTALL | re.MULTILINE)
 
 
@@ -34,3 +56,10 @@ def link_extension(user_folder: Path, wheels: bool = False) -> Path:
     for name in (*LINKED, "wheels") if wheels else LINKED:
         link(folder / name, ROOT / name)
     return folder
+
+
+def addon_modules(extension_name: str) -> SimpleNamespace:
+    """The modules of an enabled extension's add-on by their short names, and the add-on itself as `package`."""
+    root = f"{extension_name}.addon"
+    found = {short: importlib.import_module(f"{root}.{path}") for short, path in MODULES.items()}
+    return SimpleNamespace(package=importlib.import_module(root), **found)

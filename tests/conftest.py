@@ -6,12 +6,12 @@ import shutil
 import tempfile
 from importlib.machinery import PathFinder
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import pytest
 
 from devtools import EXTENSION
-from devtools.extension import link_extension
+from devtools.extension import addon_modules, link_extension
 
 # Before any test module imports bpy.
 USER_FOLDER = Path(tempfile.mkdtemp(prefix="natural-gratings-tests-"))
@@ -35,6 +35,12 @@ def extension() -> ModuleType:
     module = addon_utils.enable(EXTENSION, default_set=True)
     assert module is not None, "the add-on cannot be enabled: its traceback is above"
     return module
+
+
+@pytest.fixture
+def addon(extension: ModuleType) -> SimpleNamespace:
+    """The add-on's modules by their short names."""
+    return addon_modules(extension.__name__)
 
 
 @pytest.fixture(scope="session")

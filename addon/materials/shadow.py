@@ -6,11 +6,13 @@ from pathlib import Path
 
 import bpy
 
-from .. import compat
-from .builder import Tree, Value
+from ..nodes.builder import Tree, Value
+from ..scene import compat
 
 _TEXT = "Diffraction Shadow.osl"
-_SOURCE = Path(__file__).parents[1] / "osl" / "shadow.osl"
+
+
+_SOURCE = Path(__file__).parent / "osl" / "shadow.osl"
 
 
 def hit(tree: Tree, start: Value, wi: Value, distance: Value) -> Value | float:

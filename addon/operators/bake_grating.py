@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bake the active grating, in a process beside Blender."""
 
-from collections.abc import Sequence
-from pathlib import Path
-
 import bpy
 from bpy.props import StringProperty
 
-from ...precompute.failure import GratingError
-from ..bake_job import BakeJob
-from ..gratings import Grating, active_grating, cache_folder
+from ...precompute.base.failure import GratingError
+from ..actions.bake import bake_and_wait, record_bake, start_bake
+from ..jobs.child import Job
+from ..scene.gratings import active_grating
 
 _POLL_SECONDS = 0.2
 
@@ -26,7 +24,7 @@ class BakeGrating(bpy.types.Operator):
     )
 
     # The one bake that runs under the interface, if any: shown by the panel, stopped when the extension goes.
-    job: BakeJob | None = None
+    job: Job | None = None
 
     @classmethod
     def poll(cls, context):
@@ -79,7 +77,7 @@ class BakeGrating(bpy.types.Operator):
         self._end_modal(context)
         return self._finish(job)
 
-    def _finish(self, job: BakeJob):
+    def _finish(self, job: Job):
         try:
             facts = job.result()
         except GratingError as error:
@@ -101,49 +99,6 @@ class BakeGrating(bpy.types.Operator):
         context.window_manager.progress_end()
         context.workspace.status_text_set(None)
         _redraw(context)
-
-
-def start_bake(grating: Grating, directory: str = "", options: Sequence[str] = ()) -> BakeJob:
-    """Start a grating's bake, with more options of `bake`; beside the cache's entries unless a folder is given."""
-    folder = Path(bpy.path.abspath(directory)) if directory else cache_folder() / "bakes"
-    return BakeJob([*bake_arguments(grating), *options], folder)
-
-
-def bake_and_wait(grating: Grating, directory: str = "", options: Sequence[str] = ()) -> dict:
-    """Bake a grating and record it; the facts of the run. Raises GratingError if it fails."""
-    job = start_bake(grating, directory, options)
-    job.wait()
-    facts = job.result()
-    record_bake(grating, facts)
-    return facts
-
-
-def bake_arguments(grating: Grating) -> list[str]:
-    """The command line of `bake` for a grating, without the folder."""
-    return [*input_arguments(grating), "--delta-e", f"{grating.delta_e:.6g}"]
-
-
-def input_arguments(grating: Grating) -> list[str]:
-    """Of the command line of `bake` and of `dft`, what says which surface under which coherence."""
-    arguments = [grating.source if grating.source.startswith("sample:") else bpy.path.abspath(grating.source)]
-    for option, value in (("--size-um", grating.size_um), ("--height-nm", grating.height_nm)):
-        if value > 0:
-            arguments += [option, f"{value:.9g}"]
-    if grating.coherence_um > 0:
-        arguments += ["--coherence-um", f"{grating.coherence_um:.6g}"]
-    if grating.channel:
-        arguments += ["--channel", grating.channel]
-    return arguments
-
-
-def record_bake(grating: Grating, facts: dict) -> None:
-    """Note a finished bake; a material of an earlier one is no longer this grating's."""
-    grating.bake_path = facts["files"][0]
-    grating.material = grating.group = None
-    grating.bake_summary = (
-        f"dE00 {facts['delta_e']['p99']:.2f} (99 %), coherence {facts['coherence_um']:.0f} um, "
-        f"{facts['tiles']} look-ups, {facts['blender_bytes'] / 2**20:.0f} MiB"
-    )
 
 
 def stop_running_bake() -> None:

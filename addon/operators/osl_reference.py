@@ -2,31 +2,22 @@
 """Make a material that evaluates one of the thesis's algorithms, or the bake, in every pixel, in Open Shading
 Language."""
 
-import hashlib
 from pathlib import Path
 
 import bpy
 from bpy.props import EnumProperty, StringProperty
 
-from ...precompute import atlas
-from ...precompute.colour import rgb_from_xyz
-from ...precompute.dft_images import read_layout
-from ...precompute.failure import GratingError
-from .. import compat, key_lights
-from ..bake_job import BakeJob
-from ..gratings import Grating, active_grating, cache_folder
-from ..materials.diffraction import group_around, new_diffraction_material, show_key_lights
-from ..materials.osl import build_osl_response, missing_for_osl
-from ..materials.osl_direct import build_osl_direct
-from .bake_grating import input_arguments
+from ...precompute.base.failure import GratingError
+from ..actions.osl_reference import DIRECT, make_reference, write_images
+from ..materials.osl.script import missing_for_osl
+from ..scene.gratings import active_grating
 
-_DIRECT = "DIRECT"
 _METHODS = (
     ("FLSS", "FLSS", "Every wavelength, Taylor terms of the relief (thesis Algorithm 3)"),
     ("CHEBYSHEV", "Chebyshev", "Every wavelength, Chebyshev terms: for reliefs too deep for Taylor's"),
     ("NMM", "NMM", "Only the wavelengths that the grating equation selects (thesis 4.3)"),
     ("PQ", "PQ", "The scan repeated side by side (thesis Algorithm 5)"),
-    (_DIRECT, "Direct", "The add-on's own table, as a shader: the quickest. Bake the grating first"),
+    (DIRECT, "Direct", "The add-on's own table, as a shader: the quickest. Bake the grating first"),
 )
 
 
@@ -68,33 +59,4 @@ class NewOslReference(bpy.types.Operator):
         if self.filepath:
             return Path(bpy.path.abspath(self.filepath))
         grating = active_grating(scene)
-        return grating.baked_file() if self.method == _DIRECT else write_images(grating, self.method.lower())
-
-
-def write_images(grating: Grating, method: str) -> Path:
-    """The file of a method's DFT images of a grating, made in the cache by a process beside Blender.
-
-    Raises GratingError if that fails."""
-    arguments = [*input_arguments(grating), "--method", method, "--texels", "0"]
-    # Shaders read the file where it lies: each setting has a folder of its own, so that none is written over.
-    key = hashlib.sha256("\0".join(arguments).encode()).hexdigest()[:16]
-    job = BakeJob(arguments, cache_folder() / "dft" / key, "dft")
-    job.wait()
-    return Path(job.result()["files"][0])
-
-
-def make_reference(scene: bpy.types.Scene, method: str, path: Path) -> bpy.types.Material:
-    """A new material by a file of DFT images (whose method it is), or for DIRECT by a bake, lit by the scene's lamps.
-
-    Raises GratingError, with nothing changed, if the file is none, the shader does not compile or no lamp is there."""
-    key_lights.find_lamps(scene)
-    space = compat.working_space()
-    if method == _DIRECT:
-        layout, _ = atlas.read_header(path)
-        response = build_osl_direct(path.stem, path, layout, rgb_from_xyz(space, layout.illuminant))
-    else:
-        response = build_osl_response(path.stem, path, rgb_from_xyz(space, read_layout(path).illuminant))
-    key_lights.follow_lamps(scene)
-    group = group_around(f"OSL {path.stem}", response, shadows=True)
-    show_key_lights()
-    return new_diffraction_material(f"OSL {path.stem}", group)
+        return grating.baked_file() if self.method == DIRECT else write_images(grating, self.method.lower())

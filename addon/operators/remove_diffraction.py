@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..materials.diffraction import diffraction_nodes, remove_diffraction
+from ..materials.material import diffraction_nodes, remove_diffraction
 
 
 class RemoveDiffraction(bpy.types.Operator):

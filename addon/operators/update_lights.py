@@ -3,9 +3,10 @@
 
 import bpy
 
-from ...precompute.failure import GratingError
-from .. import key_lights
-from ..materials.diffraction import linked_with_fewer_lamps, show_key_lights
+from ...precompute.base.failure import GratingError
+from ..lamps.find import instanced_lamps, instances_are_not_followed, unfollowed_features
+from ..lamps.follow import follow_lamps
+from ..materials.skin import linked_with_fewer_lamps, show_lamps
 
 
 class UpdateLights(bpy.types.Operator):
@@ -18,15 +19,15 @@ class UpdateLights(bpy.types.Operator):
 
     def execute(self, context):
         try:
-            lamps = key_lights.follow_lamps(context.scene)
+            lamps = follow_lamps(context.scene)
         except GratingError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        show_key_lights()
+        show_lamps()
         self.report({"INFO"}, f"lit by {', '.join(lamp.name for lamp in lamps)}")
-        for line in key_lights.unfollowed_features(context.scene) + linked_with_fewer_lamps(context.scene):
+        for line in unfollowed_features(context.scene) + linked_with_fewer_lamps(context.scene):
             self.report({"WARNING"}, line)
-        instanced = key_lights.instanced_lamps(context.evaluated_depsgraph_get())
+        instanced = instanced_lamps(context.evaluated_depsgraph_get())
         if instanced:
-            self.report({"WARNING"}, key_lights.instances_are_not_followed(instanced))
+            self.report({"WARNING"}, instances_are_not_followed(instanced))
         return {"FINISHED"}

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import atlas
-from ..bake import Bake, bake
-from ..failure import GratingError
-from ..relief import Relief
+from ..bake.ensemble import bake
+from ..base.failure import GratingError
+from ..surface.relief import Relief
+from ..table import atlas
+from ..table.table import Table
 from .method import Settings
 
 
@@ -16,7 +17,7 @@ from .method import Settings
 class Baked:
     """A table as its file holds it, in half floats."""
 
-    table: Bake
+    table: Table
     settings: Settings
     name: str = "bake"
     coherence: str = "ensemble"

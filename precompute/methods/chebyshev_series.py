@@ -13,9 +13,10 @@ from itertools import islice
 
 import numpy as np
 
-from .. import chebyshev
-from ..relief import Relief
-from .method import S_MAX, Settings
+from ..colour.observer import S_MAX
+from ..maths import chebyshev
+from ..surface.relief import Relief
+from .method import Settings
 from .term_images import WindowedImages, windowed
 
 

@@ -8,11 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import coherence, reference
-from ..relief import Relief
-from ..spectrum import phasor, scattered_spectrum
+from ..optics import coherence
+from ..reference import ensemble
+from ..reference.ensemble import reference_grid
+from ..spectra.patch_window import PatchWindow
+from ..spectra.spectrum import phasor, scattered_spectrum
+from ..surface.relief import Relief
 from .method import Settings, spectral_sum
-from .patch_window import PatchWindow
 
 # Complex numbers in one block of waves.
 _CHUNK = 2_000_000
@@ -31,13 +33,13 @@ class Ensemble:
     def density(self, u, v, w, wavelength_m) -> np.ndarray:
         """See Method."""
         u, v, w = np.broadcast_arrays(u, v, w)
-        grid = reference.reference_grid(self.relief, self.sigma_b)
+        grid = reference_grid(self.relief, self.sigma_b)
         out = np.empty(len(u))
         for one in np.unique(w):
             at = w == one
             power, zero_order = scattered_spectrum(self.relief, one / wavelength_m, grid)
             kernel = np.exp(-(u[at] ** 2 + v[at] ** 2) / (2 * self.sigma_b**2)) / (2 * np.pi * self.sigma_b**2)
-            blurred = reference.blurred(power, grid, u[at], v[at], wavelength_m, self.sigma_b)
+            blurred = ensemble.blurred(power, grid, u[at], v[at], wavelength_m, self.sigma_b)
             out[at] = blurred + zero_order * kernel
         return out
 

@@ -14,9 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..failure import GratingError
-from ..relief import Relief
-from .method import S_MAX, Settings
+from ..base.failure import GratingError
+from ..colour.observer import S_MAX
+from ..surface.relief import Relief
+from .method import Settings
 from .term_images import WindowedImages, windowed
 
 # A run whose phasor is uncertain by more than this is refused.

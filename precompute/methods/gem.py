@@ -9,15 +9,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..colour import rgb_from_xyz
-from ..failure import GratingError
-from ..relief import Relief
+from ..base.failure import GratingError
+from ..colour.working_space import rgb_from_xyz
+from ..surface.relief import Relief
+from ..surface.unit_cell import grating_period
 from .method import Settings
-from .unit_cell import grating_period
 
 ORDERS = 7
+
+
 _SHARPNESS = 4.0
+
+
 _CENTRES = np.array([0.75, 0.5, 0.25])
+
+
 _ROUGHNESS = 20.0
 
 

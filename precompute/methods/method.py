@@ -7,12 +7,8 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from ..colour import WAVELENGTH_MIN_M, spectral_weights
-from ..reference import wavelengths
-
-# The largest s = w / lambda of any scene: light and view along the normal, at the shortest wavelength.
-S_MAX = 2 / WAVELENGTH_MIN_M
-THESIS_COHERENCE_M = 65e-6
+from ..colour.observer import spectral_weights, wavelengths
+from ..optics.coherence import THESIS_COHERENCE_M
 
 
 @dataclass(frozen=True)

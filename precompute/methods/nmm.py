@@ -14,12 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..colour import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer
-from ..relief import Relief
+from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer
+from ..surface.relief import Relief
+from ..surface.unit_cell import grating_period
 from . import flss
 from .method import Settings, spectral_sum
 from .term_images import WindowedImages
-from .unit_cell import grating_period
 
 # Within this many standard deviations of the specular peak no order fits, and all wavelengths are summed; the thesis
 # paints that disc white.

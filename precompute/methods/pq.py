@@ -10,11 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..relief import Relief
+from ..optics.coherence import THESIS_COHERENCE_M
+from ..surface.relief import Relief
+from ..surface.unit_cell import unit_cell
 from . import flss
-from .method import THESIS_COHERENCE_M, Settings, spectral_sum
+from .method import Settings, spectral_sum
 from .term_images import Expansion, TermImages, make_images
-from .unit_cell import unit_cell
 
 # Where 1 - cos(phase) is under this the thesis takes p = N, q = 0.
 _PRINTED_LIMIT = 1e-5

@@ -15,14 +15,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import coherence
-from ..colour import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, spectral_weights
-from ..reference import wavelengths
-from ..relief import Relief
+from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, spectral_weights, wavelengths
+from ..optics import coherence
+from ..surface.relief import Relief
+from ..surface.unit_cell import grating_period
 from .method import Settings
-from .unit_cell import grating_period
 
 _SAMPLES_MAX = 256
+
+
 _CHUNK = 4096
 
 

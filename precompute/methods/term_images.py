@@ -10,9 +10,10 @@ from typing import Protocol
 
 import numpy as np
 
-from ..relief import Relief
-from .method import S_MAX, Settings, spectral_sum
-from .patch_window import PatchWindow
+from ..colour.observer import S_MAX
+from ..spectra.patch_window import PatchWindow
+from ..surface.relief import Relief
+from .method import Settings, spectral_sum
 
 
 class Expansion(Protocol):

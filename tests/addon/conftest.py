@@ -1,31 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A clean scene with a plane and a sun, and the extension's modules."""
 
-import importlib
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from PIL import Image
-
-
-@pytest.fixture
-def addon(extension) -> SimpleNamespace:
-    """The add-on's modules by their short names."""
-    root = extension.__name__ + ".addon"
-    names = {
-        "assign": "operators.assign",
-        "bake_grating": "operators.bake_grating",
-        "bake_job": "bake_job",
-        "commands": "commands",
-        "gratings": "gratings",
-        "key_lights": "key_lights",
-        "diffraction": "materials.diffraction",
-        "package": None,
-    }
-    return SimpleNamespace(
-        **{short: importlib.import_module(f"{root}.{path}" if path else root) for short, path in names.items()}
-    )
 
 
 @pytest.fixture

@@ -22,12 +22,12 @@ def add_lamp(scene, kind="SUN", name="Lamp", collection=None, **settings):
 
 def read(addon, scene, what, index=0) -> np.ndarray:
     bpy.context.view_layer.update()
-    return np.array(scene[addon.key_lights.property_name(index, what)])
+    return np.array(scene[addon.pack.property_name(index, what)])
 
 
 @pytest.fixture
 def sun(addon, scene):
-    addon.key_lights.follow_lamps(scene)
+    addon.follow.follow_lamps(scene)
     return bpy.data.objects["Sun"]
 
 
@@ -42,7 +42,7 @@ def test_drivers_are_simple_expressions_whatever_the_lamp(addon, scene, kind):
     lamp = add_lamp(scene, kind, "Deep", deep)
     if kind == "AREA":
         lamp.data.shape = "ELLIPSE"
-    addon.key_lights.follow_lamps(scene)
+    addon.follow.follow_lamps(scene)
     drivers = [curve.driver for curve in scene.animation_data.drivers]
     assert len(drivers) == 2 * 16
     assert all(driver.is_simple_expression and driver.is_valid for driver in drivers)
@@ -80,11 +80,11 @@ def test_what_the_render_hides_is_dark(addon, scene, sun):
     held = bpy.data.collections.new("Held")
     scene.collection.children.link(held)
     held.objects.link(sun)
-    addon.key_lights.follow_lamps(scene)
+    addon.follow.follow_lamps(scene)
     held.hide_render = True
     assert read(addon, scene, "power")[0] == 1  # still in the scene's own collection
     scene.collection.objects.unlink(sun)
-    addon.key_lights.follow_lamps(scene)
+    addon.follow.follow_lamps(scene)
     assert read(addon, scene, "power")[0] == 0
     held.hide_render = False
     assert read(addon, scene, "power")[0] == 1
@@ -93,7 +93,7 @@ def test_what_the_render_hides_is_dark(addon, scene, sun):
 
 
 def test_lamps_that_come_and_go_are_noticed(addon, scene, sun):
-    keys = addon.key_lights
+    keys = addon.follow
     assert keys.is_up_to_date(scene) and keys.followed_lamps(scene) == [sun]
     second = add_lamp(scene, "POINT", "Second")
     assert not keys.is_up_to_date(scene)
@@ -108,10 +108,10 @@ def test_lamps_that_come_and_go_are_noticed(addon, scene, sun):
 def test_too_many_lamps_are_told(addon, scene):
     for k in range(9):
         add_lamp(scene, "POINT", f"P{k}", energy=10.0 + k)
-    followed = addon.key_lights.follow_lamps(scene)
-    assert len(followed) == addon.key_lights.KEYS_MAX
+    followed = addon.follow.follow_lamps(scene)
+    assert len(followed) == addon.find.LAMPS_MAX
     assert followed[0].name == "Sun" and followed[1].name == "P8"
-    assert any("2 lamps too many" in line for line in addon.key_lights.unfollowed_features(scene))
+    assert any("2 lamps too many" in line for line in addon.find.unfollowed_features(scene))
 
 
 def test_instanced_lamps_are_named(addon, scene):

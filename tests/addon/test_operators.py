@@ -6,7 +6,7 @@ from pathlib import Path
 import bpy
 import pytest
 
-from precompute import atlas
+from precompute.table.atlas_file import read_header
 
 
 def add_baked(scene, baked):
@@ -68,7 +68,7 @@ def test_a_bake_that_fails_tells_its_one_line(scene, scan, tmp_path):
 
 def test_cancelling_leaves_no_process_and_no_file(addon, scene, tmp_path):
     bpy.ops.grating.import_height_map(filepath="sample:elaphe")
-    job = addon.bake_grating.start_bake(scene.natural_gratings.active(), str(tmp_path))
+    job = addon.bake.start_bake(scene.natural_gratings.active(), str(tmp_path))
     assert job.running
     job.cancel()
     assert not job.running
@@ -78,16 +78,16 @@ def test_cancelling_leaves_no_process_and_no_file(addon, scene, tmp_path):
 def test_a_child_bakes_into_the_extension_s_own_cache(addon, scene, scan, tmp_path, monkeypatch):
     """Unless the user has named another; either way nothing is baked twice."""
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE", str(tmp_path / "own"))
-    assert addon.bake_job.child_environment()["NATURAL_GRATINGS_CACHE"] == str(tmp_path / "own")
+    assert addon.child.child_environment()["NATURAL_GRATINGS_CACHE"] == str(tmp_path / "own")
     monkeypatch.delenv("NATURAL_GRATINGS_CACHE")
     folder = Path(bpy.utils.extension_path_user(addon.gratings.EXTENSION, path="cache"))
-    assert addon.bake_job.child_environment()["NATURAL_GRATINGS_CACHE"] == str(folder)
+    assert addon.child.child_environment()["NATURAL_GRATINGS_CACHE"] == str(folder)
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
     grating = scene.natural_gratings.active()
-    found = [addon.bake_grating.bake_and_wait(grating, str(tmp_path / name))["cached"] for name in ("one", "two")]
+    found = [addon.bake.bake_and_wait(grating, str(tmp_path / name))["cached"] for name in ("one", "two")]
     assert found == [False, True]
     assert len(list((folder / "entries").iterdir())) == 1
-    assert addon.bake_grating.bake_and_wait(grating, str(tmp_path), ["--no-cache"])["cached"] is False
+    assert addon.bake.bake_and_wait(grating, str(tmp_path), ["--no-cache"])["cached"] is False
 
 
 def test_the_cache_of_an_add_on_that_is_no_extension(addon, monkeypatch):
@@ -175,7 +175,7 @@ def test_a_lamp_costs_no_more_than_its_budget_of_nodes(scene, baked):
         return [node.type for node in flat.node_tree.nodes]
 
     one = nodes()
-    layout, _ = atlas.read_header(baked)
+    layout, _ = read_header(baked)
     # Two levels of a look-up a term, the zero order's, and two of the excess albedo.
     assert one.count("TEX_IMAGE") == 2 * layout.terms + 3
     lamp = bpy.data.objects.new("Second", bpy.data.lights.new("Second", "POINT"))

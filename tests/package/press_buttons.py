@@ -145,7 +145,7 @@ def story():
     yield from click_object("Floor", (0.45, 0.3, 0))
     yield from press_undo_redo("bpy.ops.grating.assign")
     assert bpy.data.objects["Floor"].active_material, "Assign to Selected assigned nothing"
-    is_up_to_date = importlib.import_module("bl_ext.user_default.natural_gratings.addon.key_lights").is_up_to_date
+    is_up_to_date = importlib.import_module("bl_ext.user_default.natural_gratings.addon.lamps.follow").is_up_to_date
     assert is_up_to_date(bpy.context.scene)
     yield from click_object("Ball", (0.08, -0.05, 0.3))
     yield from press_undo_redo("bpy.ops.grating.add_diffraction")

@@ -55,8 +55,8 @@ def tops(path):
 
 def test_the_walk_sees_what_is_there():
     """Of sources whose imports are known."""
-    assert "precompute.relief.Relief" in imports(ROOT / "precompute" / "bake.py")
-    assert "precompute.failure.GratingError" in imports(ROOT / "precompute" / "readers" / "nid.py")
+    assert "precompute.surface.relief.Relief" in imports(ROOT / "precompute" / "bake" / "make.py")
+    assert "precompute.base.failure.GratingError" in imports(ROOT / "precompute/surface/readers/nid.py")
     assert "addon" in {name.split(".")[0] for name in imports(ROOT / "__init__.py")}
 
 

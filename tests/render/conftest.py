@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Small float renders: an empty scene, lamps, and a picture of one sample at each pixel's centre."""
 
-import importlib
 import os
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -10,33 +9,16 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from precompute import atlas
-from precompute.bake import bake
-from precompute.readers import read_height_map
-from precompute.relief import prepare
+from precompute.bake.ensemble import bake
+from precompute.surface.readers.registry import read_height_map
+from precompute.surface.relief import prepare
+from precompute.table import atlas, atlas_file
 
 # Mesa's software rasteriser filters textures by its own sharp kernel where anisotropic filtering is on, which no
 # graphics card does. It is asked once, when Blender makes its graphics context.
 os.environ.setdefault(
     "MESA_EXTENSION_OVERRIDE", "-GL_EXT_texture_filter_anisotropic -GL_ARB_texture_filter_anisotropic"
 )
-
-
-@pytest.fixture
-def addon(extension) -> SimpleNamespace:
-    """The add-on's modules by their short names."""
-    names = {
-        "add_diffraction": "operators.add_diffraction",
-        "assign": "operators.assign",
-        "builder": "materials.builder",
-        "compat": "compat",
-        "diffraction": "materials.diffraction",
-        "key_lights": "key_lights",
-        "osl": "materials.osl",
-        "osl_direct": "materials.osl_direct",
-    }
-    root = extension.__name__ + ".addon"
-    return SimpleNamespace(**{short: importlib.import_module(f"{root}.{path}") for short, path in names.items()})
 
 
 @dataclass
@@ -161,7 +143,7 @@ def clear(addon, scene) -> None:
     scene.natural_gratings.items.clear()
     if scene.animation_data:
         scene.animation_data_clear()
-    addon.key_lights.stop_following(scene)
+    addon.follow.stop_following(scene)
     scene.world = None
     scene.frame_set(1)
 
@@ -171,5 +153,5 @@ def baked(tmp_path_factory):
     """The blazed sample's file, and the bake as the file holds it: of a short coherence, which is made in seconds."""
     image, layout = atlas.pack(bake(prepare(read_height_map("sample:blazed")), coherence_length_m=8e-6))
     path = tmp_path_factory.mktemp("radiance") / "blazed.exr"
-    atlas.write(path, image, layout, {})
+    atlas_file.write(path, image, layout, {})
     return path, atlas.unpack(image, layout)

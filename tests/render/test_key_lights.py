@@ -44,8 +44,8 @@ def both(stage, addon):
         plane.data.materials.append(white)
         theirs = stage.rgb("cycles", PIXELS, samples, "theirs")[..., 1]
 
-        addon.key_lights.follow_lamps(stage.scene)
-        group = addon.diffraction.group_around("lambertian", lambertian(addon), shadows=False)
+        addon.follow.follow_lamps(stage.scene)
+        group = addon.skin.group_around("lambertian", lambertian(addon), shadows=False)
         ours, tree = stage.material("Ours")
         tree.node("ShaderNodeOutputMaterial", tree.group(group, IOR=1.0)["Shader"])
         plane.data.materials[0] = ours

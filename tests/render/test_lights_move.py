@@ -275,7 +275,7 @@ def test_the_light_linking_of_another_file_stays_there(files, baked, link):
     wanted = truth(files, baked[0], AFTER, "cycles")
     path = library(files, baked[0], unlinked=True)
     made = other_file(files)
-    made.addon.key_lights.follow_lamps(made.scene)
+    made.addon.follow.follow_lamps(made.scene)
     bring_by_operator(path, "Object", "Plane", link)
     agree(made.rgb("cycles", PIXELS), wanted)
 
@@ -340,9 +340,9 @@ def test_instanced_lamps_are_named(stage, baked, capfd):
 def test_a_lamp_added(stage, baked, engine):
     wanted = truth(stage, baked[0], AFTER, engine)
     build(stage, baked[0], {"Sun": AFTER["Sun"]})
-    is_up_to_date = stage.addon.key_lights.is_up_to_date
+    is_up_to_date = stage.addon.follow.is_up_to_date
     assert is_up_to_date(stage.scene)
-    assert stage.addon.key_lights.followed_lamps(stage.scene) == [bpy.data.objects["Sun"]]
+    assert stage.addon.follow.followed_lamps(stage.scene) == [bpy.data.objects["Sun"]]
     differs(stage.rgb(engine, PIXELS), wanted)
     add_lamps(stage, {"Point": AFTER["Point"]})
     assert not is_up_to_date(stage.scene)
@@ -359,7 +359,7 @@ def test_only_nodes_that_change_a_lamp_are_reported(stage, kind):
     lamp = bpy.context.object
     if bpy.app.version < (5, 0, 0):
         lamp.data.use_nodes = True
-    told = stage.addon.key_lights.unfollowed_features
+    told = stage.addon.find.unfollowed_features
     assert told(stage.scene) == []
     emission = next(n for n in lamp.data.node_tree.nodes if n.type == "EMISSION")
     emission.inputs["Strength"].default_value = 2.0
@@ -421,13 +421,13 @@ def test_diffraction_added_swapped_and_removed_leaves_a_material_as_it_was(stage
     places = {n.name: tuple(n.location) for n in material.node_tree.nodes}
     assert bpy.ops.grating.add_diffraction() == {"FINISHED"}
     assert material.cycles.emission_sampling == "NONE"
-    nodes = addon.diffraction.diffraction_nodes(material)
+    nodes = addon.material.diffraction_nodes(material)
     assert len(nodes) == 2
     nodes[0].inputs["Rotation"].default_value = 0.3
 
     second = add_grating(stage, baked[0], "second")
     assert bpy.ops.grating.add_diffraction() == {"FINISHED"}
-    nodes = addon.diffraction.diffraction_nodes(material)
+    nodes = addon.material.diffraction_nodes(material)
     assert {n.node_tree for n in nodes} == {second.group} != {stage.scene.natural_gratings.items[0].group}
     assert first is not second
     assert sorted(round(n.inputs["Rotation"].default_value, 6) for n in nodes) == [0.0, 0.3]
@@ -454,7 +454,7 @@ def test_a_diffraction_node_deleted_by_hand_does_not_lose_the_artists_setting(st
     material = artists_material(addon)
     on_a_plane(stage, baked[0], material)
     bpy.ops.grating.add_diffraction()
-    for node in addon.diffraction.diffraction_nodes(material):
+    for node in addon.material.diffraction_nodes(material):
         material.node_tree.nodes.remove(node)
     bpy.ops.grating.add_diffraction()
     bpy.ops.grating.remove_diffraction()

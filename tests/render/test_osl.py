@@ -7,13 +7,15 @@ A plane at z = 0 seen from one metre above, lit by a sun: the whole Diffraction 
 import numpy as np
 import pytest
 
-from benchmarks.osl import PlaneView, addon_modules, render, set_up_cycles
-from precompute import atlas, dft_images
-from precompute.colour import rgb_from_xyz
-from precompute.dft_images import settings_for
-from precompute.methods import METHODS
-from precompute.relief import prepare
-from precompute.samples import blazed, sinusoidal
+from benchmarks.osl import PlaneView, render, set_up_cycles
+from devtools.extension import addon_modules
+from precompute.colour.working_space import rgb_from_xyz
+from precompute.methods import dft_images
+from precompute.methods.dft_images import settings_for
+from precompute.methods.registry import METHODS
+from precompute.surface.relief import prepare
+from precompute.surface.samples.gratings import blazed, sinusoidal
+from precompute.table.atlas_file import write_together
 
 TO_SUN = np.array([0.3, -0.15, 1.0]) / np.linalg.norm([0.3, -0.15, 1.0])
 # The plane's frame is turned against the world's, so that none of its axes is one of the world's.
@@ -30,7 +32,7 @@ def addon(extension):
     set_up_cycles()
     modules = addon_modules(extension.__name__)
     if not bpy.app.build_options.cycles_osl:
-        pytest.skip(modules.osl.missing_for_osl(bpy.context.scene))
+        pytest.skip(modules.osl_script.missing_for_osl(bpy.context.scene))
     yield modules
     bpy.context.scene.cycles.shading_system = False
 
@@ -38,14 +40,14 @@ def addon(extension):
 @pytest.fixture
 def osl(addon):
     """The add-on's module of these shaders."""
-    return addon.osl
+    return addon.osl_thesis
 
 
 def images_file(folder, height_map, name, **asked):
     """A method and the file of its images."""
     method = METHODS[name](prepare(height_map), settings_for(**asked))
     path = folder / f"{name}.exr"
-    atlas.write_together({path: dft_images.pack(method)}, {})
+    write_together({path: dft_images.pack(method)}, {})
     return method, path
 
 
@@ -63,8 +65,8 @@ def test_cycles_renders_what_the_method_says(addon, tmp_path, name, surface):
     """DESIGN's bounds, on pixels over 1 % of the peak. What is left is where in its pixel Cycles sees the plane: within
     0.005 of a pixel, over which a lobe of sigma 1.3 pixels changes by 0.4 % at its 1 % flank; 0.2 % was measured."""
     method, path = images_file(tmp_path, surface, name, **SMALL)
-    response = addon.osl.build_osl_response("test", path, rgb_from_xyz("Rec.709"))
-    group = addon.diffraction.group_around("test", response, shadows=False)
+    response = addon.osl_thesis.build_osl_response("test", path, rgb_from_xyz("Rec.709"))
+    group = addon.skin.group_around("test", response, shadows=False)
     picture = render(addon, group, VIEW, tmp_path / "picture.exr", IRRADIANCE, IOR) @ LUMINANCE
     software = VIEW.radiance(lambda u, v, w: method.xyz(u, v, w) / w[:, None] ** 2, IOR)
     expected = software * IRRADIANCE @ LUMINANCE

@@ -7,7 +7,8 @@ import bpy
 import numpy as np
 import pytest
 
-from precompute import atlas
+from precompute.table import atlas, atlas_file
+from precompute.table.atlas_file import read_header
 
 from .test_radiance import PIXELS, RGB_FROM_XYZ, TURN, assign, expected, relative_error, shape
 from .test_shadows import shaded
@@ -22,7 +23,7 @@ MEDIAN, P95 = 0.005, 0.02
 def osl(stage, addon):
     """The stage, set up for shaders."""
     if not bpy.app.build_options.cycles_osl:
-        pytest.skip(addon.osl.missing_for_osl(stage.scene))
+        pytest.skip(addon.osl_script.missing_for_osl(stage.scene))
     stage.scene.render.engine = "CYCLES"
     stage.scene.cycles.shading_system = True
     yield stage
@@ -39,7 +40,7 @@ def plane(stage, disc: float = 0.0):
 
 def response(addon, path):
     """The shader's group of a bake's file."""
-    return addon.osl_direct.build_osl_direct("test", path, atlas.read_header(path)[0], RGB_FROM_XYZ)
+    return addon.osl_baked.build_osl_direct("test", path, read_header(path)[0], RGB_FROM_XYZ)
 
 
 def agree(name: str, picture: np.ndarray, truth: np.ndarray) -> None:
@@ -65,7 +66,7 @@ def middle(baked, tmp_path):
         wider=(),
     )
     image, layout = atlas.pack(part)
-    atlas.write(path, image, layout, {})
+    atlas_file.write(path, image, layout, {})
     return path, atlas.unpack(image, layout)
 
 
@@ -86,7 +87,7 @@ def test_the_shader_is_the_node_group_and_the_table(osl, addon, request, bake, d
     osl.scene.cycles.shading_system = False
     by_nodes = osl.rgb("cycles", PIXELS)
     osl.scene.cycles.shading_system = True
-    node.node_tree = addon.diffraction.group_around("test", response(addon, path), shadows=False)
+    node.node_tree = addon.skin.group_around("test", response(addon, path), shadows=False)
     by_shader = osl.rgb("cycles", PIXELS)
     agree("precompute", by_shader, truth)
     agree("node group", by_shader, by_nodes)
@@ -109,7 +110,7 @@ def test_the_operator_makes_it_of_the_active_grating(osl, addon, baked):
     grating.bake_path = str(path)
     assert bpy.ops.grating.osl_reference(method="DIRECT") == {"FINISHED"}
     (material,) = bpy.data.materials
-    (node,) = addon.diffraction.diffraction_nodes(material)
+    (node,) = addon.material.diffraction_nodes(material)
     node.inputs["Rotation"].default_value = TURN
     material.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (0, 0, 0, 1)
     mesh.data.materials.append(material)

@@ -5,11 +5,13 @@ import bpy
 import numpy as np
 import pytest
 
-from benchmarks.osl import addon_modules, colour_differences, needs_of, render, set_up_cycles, view_of
-from precompute import atlas
-from precompute.baking import Order, make
-from precompute.readers import read_height_map
-from precompute.relief import prepare
+from benchmarks.osl import colour_differences, needs_of, render, set_up_cycles, view_of
+from devtools.extension import addon_modules
+from precompute.bake.make import make
+from precompute.bake.request import BakeRequest
+from precompute.surface.readers.registry import read_height_map
+from precompute.surface.relief import prepare
+from precompute.table.atlas_file import write_together
 
 
 @pytest.fixture
@@ -17,7 +19,7 @@ def addon(extension):
     """The add-on's modules; in the scene a blaze, a sun and Cycles with OSL."""
     modules = addon_modules(extension.__name__)
     if not bpy.app.build_options.cycles_osl:
-        pytest.skip(modules.osl.missing_for_osl(bpy.context.scene))
+        pytest.skip(modules.osl_script.missing_for_osl(bpy.context.scene))
     scene = bpy.context.scene
     scene.natural_gratings.items.clear()
     bpy.ops.grating.import_height_map(filepath="sample:blazed")
@@ -46,10 +48,10 @@ def test_flss_is_the_patch_bake(addon, tmp_path):
     """Measured by `./dev bench osl`: a p95 of 0.4 at 65 um."""
     view = view_of(20, 12, (-0.22, 0.0))
     relief = prepare(read_height_map("sample:blazed"))
-    made = make([relief], Order(delta_e=0.5, needs=needs_of(view), model="patch"))
+    made = make([relief], BakeRequest(delta_e=0.5, needs=needs_of(view), model="patch"))
     path = tmp_path / "table.exr"
-    atlas.write_together({path: (made.image, made.layout)}, {"precision": str(made.image.dtype)})
-    table = addon.diffraction.new_diffraction_group(path, shadows=False)
+    write_together({path: (made.image, made.layout)}, {"precision": str(made.image.dtype)})
+    table = addon.direct.new_diffraction_group(path, shadows=False)
     reference = new_reference()
     truth = render(addon, table, view, tmp_path / "truth.exr")
     differences = colour_differences(render(addon, reference, view, tmp_path / "reference.exr"), truth)

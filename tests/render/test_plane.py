@@ -12,14 +12,17 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from precompute import atlas, brdf_map
-from precompute.bake import Bake, bake
-from precompute.brdf import fresnel_reflectance, half_angle_cosine, obliquity_times_cosine_and_w2
-from precompute.colour import rgb_from_xyz, spectral_weights
-from precompute.needs import EVERYTHING, Needs
-from precompute.readers import read_height_map
-from precompute.reference import wavelengths
-from precompute.relief import Relief, prepare
+from precompute.bake.ensemble import bake
+from precompute.bake.needs import EVERYTHING, Needs
+from precompute.colour.observer import spectral_weights, wavelengths
+from precompute.colour.working_space import rgb_from_xyz
+from precompute.optics.brdf import half_angle_cosine, obliquity_times_cosine_and_w2
+from precompute.optics.fresnel import fresnel_reflectance
+from precompute.study import brdf_map
+from precompute.surface.readers.registry import read_height_map
+from precompute.surface.relief import Relief, prepare
+from precompute.table import atlas, atlas_file
+from precompute.table.table import Table
 
 PIXELS = 360
 FIELD_DEG = 90.0
@@ -30,7 +33,7 @@ class Baked:
     """A sample, its bake as the file holds it, and the file."""
 
     relief: Relief
-    bake: Bake
+    bake: Table
     path: Path
 
 
@@ -45,7 +48,7 @@ def bakes(tmp_path_factory):
             relief = prepare(read_height_map(f"sample:{name}"))
             image, layout = atlas.pack(bake(relief, needs=needs))
             path = folder / f"{name}{len(made)}.exr"
-            atlas.write(path, image, layout, {})
+            atlas_file.write(path, image, layout, {})
             made[name, needs] = Baked(relief, atlas.unpack(image, layout), path)
         return made[name, needs]
 
@@ -63,7 +66,7 @@ class View:
     def half(self) -> np.ndarray:
         return self.wi + self.wr
 
-    def software_rgb(self, baked: Bake) -> np.ndarray:
+    def software_rgb(self, baked: Table) -> np.ndarray:
         """Radiance under unit irradiance (n, n, 3) that the node group should give: direct.py's formula in NumPy."""
         u, v, w = (axis.ravel() for axis in np.moveaxis(self.half, -1, 0))
         factor = obliquity_times_cosine_and_w2(self.wi, self.wr).ravel()[:, None]
@@ -93,8 +96,8 @@ def picture(extension, tmp_path):
     addon = extension.__name__ + ".addon"
 
     def render(path: Path, to_sun=(0, 0, 1), engine="cycles", turn_deg=0.0, energy=1.0, behind=False) -> np.ndarray:
-        assign = importlib.import_module(addon + ".operators.assign")
-        compat = importlib.import_module(addon + ".compat")
+        assign = importlib.import_module(addon + ".actions.assign")
+        compat = importlib.import_module(addon + ".scene.compat")
         data = bpy.data
         for collection in (data.objects, data.meshes, data.lights, data.cameras, data.materials, data.node_groups):
             data.batch_remove(list(collection))

@@ -9,9 +9,9 @@ import bpy
 import numpy as np
 import pytest
 
-from precompute.bake import Bake
-from precompute.colour import rgb_from_xyz
-from precompute.shading import direct_radiance
+from precompute.colour.working_space import rgb_from_xyz
+from precompute.table.radiance import lamp_radiance
+from precompute.table.table import Table
 from sample_scenes.snake import build_snake
 
 PIXELS = 224
@@ -83,7 +83,7 @@ def geometry(stage, mesh):
     return {name: value * 4 - 2 for name, value in found.items()}, seen
 
 
-def expected(stage, mesh, table: Bake, **settings):
+def expected(stage, mesh, table: Table, **settings):
     """What each pixel should show (n, n, 3), and which pixels see the mesh."""
     passes, seen = geometry(stage, mesh)
     position, n, wr, t = (passes[name][seen] for name in ("Position", "Normal", "Incoming", "Tangent"))
@@ -96,7 +96,7 @@ def expected(stage, mesh, table: Bake, **settings):
     def own(direction):
         return np.einsum("nij,nj->ni", frame, direction)
 
-    total = sum(direct_radiance(table, own(wi), own(wr), e, **settings) for wi, e in irradiances(stage, position))
+    total = sum(lamp_radiance(table, own(wi), own(wr), e, **settings) for wi, e in irradiances(stage, position))
     out = np.zeros((*seen.shape, 3))
     out[seen] = total
     return out, seen
@@ -109,7 +109,7 @@ def assign(stage, mesh, path, **inputs):
     grating.name, grating.bake_path, grating.shadows = "radiance", str(path), False
     gratings.active_index = len(gratings.items) - 1
     stage.addon.assign.assign_to_meshes(stage.scene, [mesh])
-    (node,) = stage.addon.diffraction.diffraction_nodes(mesh.active_material)
+    (node,) = stage.addon.material.diffraction_nodes(mesh.active_material)
     node.inputs["Rotation"].default_value = TURN
     for name, value in inputs.items():
         node.inputs[name].default_value = value

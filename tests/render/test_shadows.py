@@ -20,8 +20,8 @@ def shaded(stage, addon, response, engine: str, casts: bool, osl: bool) -> np.nd
     sun = stage.lamp("SUN", to=(0, 0, 1), energy=np.pi, angle=0.0)
     sun.data.use_shadow = casts
     stage.scene.cycles.shading_system = osl
-    addon.key_lights.follow_lamps(stage.scene)
-    group = addon.diffraction.group_around("shaded", response, shadows=True)
+    addon.follow.follow_lamps(stage.scene)
+    group = addon.skin.group_around("shaded", response, shadows=True)
     material, tree = stage.material("Shaded")
     tree.node("ShaderNodeOutputMaterial", tree.group(group)["Shader"])
     plane.data.materials.append(material)

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reading a height map into a scene's gratings."""
+
+import bpy
+
+from ...precompute.surface.description import describe
+from ...precompute.surface.readers.registry import read_height_map
+from ..scene.gratings import Grating
+
+
+def add_grating(scene: bpy.types.Scene, source: str, size_um=0.0, height_nm=0.0, channel="") -> Grating:
+    """Read a height map and add it to the scene as its active grating; 0 and "" leave it to the file.
+
+    Raises GratingError if it cannot be read."""
+    height_map = read_height_map(source, size_um or None, height_nm or None, channel or None)
+    facts = describe(height_map)
+    gratings = scene.natural_gratings
+    name = unused_name(height_map.stem, {g.name for g in gratings.items})
+    grating = gratings.items.add()
+    grating.name = name
+    grating.source, grating.summary = source, summary_of(facts)
+    grating.size_um, grating.height_nm, grating.channel = size_um, height_nm, channel
+    gratings.active_index = len(gratings.items) - 1
+    return grating
+
+
+def unused_name(name: str, taken: set[str]) -> str:
+    """The name, numbered as Blender numbers if it is taken: a bake that ends finds its grating by name."""
+    candidates = (name, *(f"{name}.{number:03}" for number in range(1, len(taken) + 1)))
+    return next(c for c in candidates if c not in taken)
+
+
+def summary_of(facts: dict) -> str:
+    """One line of what `info` found."""
+    dy, dx = facts["pixel_size_m"]
+    size = f"{facts['cols'] * dx * 1e6:.3g} x {facts['rows'] * dy * 1e6:.3g} um"
+    relief = f"relief {facts['height_range_m'] * 1e9:.0f} nm"
+    periods = facts["periods_m"]
+    # round() and + 0 keep a minus off zero.
+    angle = round(facts["period_angles_deg"][0]) + 0 if periods else 0
+    period = f", period {periods[0] * 1e9:.0f} nm at {angle} deg" if periods else ""
+    return f"{size}, {relief}{period}"

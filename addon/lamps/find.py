@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The lamps of a scene: which light diffraction, and what of them it does not follow."""
+
+import math
+
+import bpy
+
+from ...precompute.base.failure import GratingError
+from ..scene import compat
+
+# More would cost every pixel: the brightest are kept.
+LAMPS_MAX = 8
+
+
+def lamps_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    return [o for o in scene.objects if o.type == "LIGHT"]
+
+
+def find_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """All lamps of the scene, also hidden ones (they may be shown later), brightest kind first, then by name.
+
+    Raises GratingError if there is none."""
+    lamps = lamps_of(scene)
+    if not lamps:
+        instanced = instanced_lamps(bpy.context.evaluated_depsgraph_get()) if bpy.context.scene == scene else []
+        if instanced:
+            raise GratingError(f"scene {scene.name}: {instances_are_not_followed(instanced)}")
+        raise GratingError(f"scene {scene.name}: no lamp lights it; add a Sun lamp, then assign again")
+    return sorted(lamps, key=lambda o: (o.data.type != "SUN", -o.data.energy, o.name))
+
+
+def instanced_lamps(depsgraph: bpy.types.Depsgraph) -> list[str]:
+    """Names of the lamps that instances of collections and particles show: one object with many places, which no
+    driver follows."""
+    found = {i.object.original.name for i in depsgraph.object_instances if i.is_instance and i.object.type == "LIGHT"}
+    return sorted(found)
+
+
+def instances_are_not_followed(names: list[str]) -> str:
+    return f"instanced lamps do not light diffraction: {', '.join(names)}; use Object > Apply > Make Instances Real"
+
+
+def unfollowed_features(scene: bpy.types.Scene) -> list[str]:
+    """What of the lamps diffraction does not follow, a line for each."""
+    lamps = lamps_of(scene)
+    lines = []
+    if len(lamps) > LAMPS_MAX:
+        lines.append(f"{len(lamps) - LAMPS_MAX} lamps too many: the first {LAMPS_MAX} are used")
+    for lamp in lamps:
+        if _has_own_nodes(lamp.data):
+            lines.append(f"{lamp.name}: its shader nodes are not followed")
+        if lamp.data.type == "AREA" and lamp.data.spread < math.pi - 1e-3:
+            lines.append(f"{lamp.name}: its spread is not followed")
+    return lines
+
+
+def _has_own_nodes(lamp: bpy.types.Light) -> bool:
+    """Whether the lamp's nodes are more than the white emission of strength 1 that every lamp has."""
+    tree = compat.lamp_nodes(lamp)
+    nodes = tree.nodes if tree is not None else ()
+    return not all(n.type == "OUTPUT_LIGHT" or _is_plain_emission(n) for n in nodes)
+
+
+def _is_plain_emission(node: bpy.types.Node) -> bool:
+    if node.type != "EMISSION":
+        return False
+    colour, strength = node.inputs["Color"], node.inputs["Strength"]
+    is_white = tuple(colour.default_value) == (1, 1, 1, 1) and strength.default_value == 1
+    return is_white and not colour.is_linked and not strength.is_linked

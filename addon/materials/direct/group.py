@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Direct node group: what a baked surface answers to one lamp, no noise.
+
+| socket         | symbol | unit    | default | meaning |
+|----------------|--------|---------|---------|---------|
+| Normal         | N      |         |         | shading normal, unit |
+| Tangent        | T      |         |         | direction of the scan's columns, unit, across N |
+| To Light       | wi     |         |         | unit |
+| Irradiance     | E      | W/m2    |         | on a surface that faces the lamp |
+| Variance       |        | rad2    | 0       | of the lamp's disc in the sky, along one axis |
+| Roughness      | r      |         | 0       | of the skin over the relief: alpha = r^2, as Blender's own |
+| IOR            | n      |         | 1.56    | of the skin: sets how much is reflected at all |
+| Period Scale   | p      |         | 1       | stretches the relief along the surface |
+| Height Scale   | c      |         | 1       | of the relief's heights, at most 1: the table ends at w = 2 |
+| Energy Conserving | e   |         | 1       | 0 is Stam's form, which outshines its light towards grazing |
+| Finer, Coarser (out) | Lo | W/m2/sr |       | radiance, linear RGB, by the levels next to the blur asked for |
+| Coarser Share (out) |  |         |         | of Coarser in their mix |
+
+    Lo = E R / M [ (1 + wi.wr)^2 / cos(tr) * p^2 c^2 sum_k T_k(t(c w)) B_k(p u, p v) + cos(ti) Z(c w) kernel(u, v) ]
+
+    M = 1 + e max(X(wi) / cos(ti), X(wr) / cos(tr))
+
+which is f * E * cos(ti) with Stam's obliquity, the w^2 of which cancels that of the table (DESIGN 2), over the limit M
+that keeps it from reflecting more than it receives: X is the excess albedo, E in precompute/albedo.py, of the relief as
+baked. B_k come from the blurred levels (precompute/atlas.py) about the variance
+
+    sigma^2 = sigma_b^2 + max(0, Variance (1 + cos(ti)^2) / 2 - sigma_b^2) + (w r^2)^2 / 2:
+
+the kernel stands for the lamp's disc as far as it goes (DESIGN 2); a disc is as wide across the plane of incidence, cos
+ti as wide within it; a Beckmann lobe's slopes have a variance of alpha^2 / 2.
+"""
+
+import math
+
+import bpy
+
+from ....precompute.table.atlas import STRIP_ROWS, Layout
+from ....precompute.table.tiling import LEVEL_PADDING, TILE_PADDING
+from ...nodes.arrange import arrange
+from ...nodes.builder import Tree, Value
+from ...nodes.interface import Socket, add_interface
+from ..response import INPUTS
+
+GROUP_PREFIX = "Diffraction Direct"
+
+
+_OUTPUTS = (
+    Socket("Finer", "Color", "Radiance by the finer of the two levels"),
+    Socket("Coarser", "Color", "Radiance by the coarser"),
+    Socket("Coarser Share", "Float", "Share of the coarser in their mix"),
+)
+
+
+def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, rgb_from_xyz) -> bpy.types.NodeTree:
+    """Node group of one bake; image holds its atlas, rgb_from_xyz (3, 3) leads to the scene's linear space."""
+    group = bpy.data.node_groups.new(f"{GROUP_PREFIX} {name}", "ShaderNodeTree")
+    add_interface(group, INPUTS, _OUTPUTS)
+    tree = Tree(group)
+    inputs = [tree.value(socket) for socket in tree.node("NodeGroupInput").outputs[: len(INPUTS)]]
+    n, t, wi, irradiance, variance, roughness, ior, period_scale, height_scale, conserving = inputs
+
+    b = tree.cross(n, t)
+    wr = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Incoming"])
+    light, view = _Direction(tree, wi, t, b, n), _Direction(tree, wr, t, b, n)
+    half = light.vector + view.vector
+    w = light.cosine + view.cosine
+    uv = half * (1.0, 1.0, 0.0)
+    half2 = tree.dot(half, half)  # 2 (1 + wi.wr)
+
+    slope = w * (roughness * roughness)
+    disc = variance * tree.squared(light.cosine).times_plus(0.5, 0.5)
+    blur = tree.maximum(disc - layout.sigma_b**2, 0.0) + slope * slope * 0.5
+    table = _Table(tree, image, layout, uv * period_scale, w * height_scale)
+    # The kernel belongs to the relief, and shrinks and grows with it; a lamp and a roughness do not.
+    finer, coarser, share = table.around(blur * (period_scale * period_scale))
+
+    obliquity = half2 * half2 / tree.maximum(view.cosine, 1e-6)
+    scattered = obliquity * (tree.squared(period_scale * height_scale) * (layout.scale / 4))
+    mirrored = _zero_order(tree, image, layout, tree.dot(uv, uv), w * height_scale, blur, light.cosine)
+    excess = tree.maximum(*(_excess_albedo(tree, image, layout, way) for way in (light, view)))
+    limit = excess.times_plus(conserving, 1.0)
+    gain = irradiance * (tree.fresnel(ior, tree.normalize(wi + wr)) / limit)
+
+    def radiance(table_xyz: Value) -> Value:
+        rgb = _matrix(tree, rgb_from_xyz, table_xyz * scattered + mirrored) * gain
+        # Out-of-gamut spectral colours have a negative component, which no renderer carries through.
+        return tree.vector_math("MAXIMUM", rgb, (0.0, 0.0, 0.0))
+
+    output = tree.node("NodeGroupOutput")
+    finer = radiance(finer)
+    coarser = finer if coarser is None else radiance(coarser)
+    for socket, value in zip(output.inputs, (finer, coarser, share), strict=False):
+        tree.feed(socket, value)
+    arrange(group)
+    return group
+
+
+class _Direction:
+    """A unit vector in the surface's frame: (T, B, N) components as a vector and one by one."""
+
+    def __init__(self, tree: Tree, direction: Value, t: Value, b: Value, n: Value):
+        self.x, self.y, self.cosine = (tree.dot(direction, axis) for axis in (t, b, n))
+        self.vector = tree.vector(self.x, self.y, self.cosine)
+
+
+class _Table:
+    """sum_k T_k(t) B_k(u, v) / scale, XYZ over w^2: one look-up a term; t goes from -1 to 1 over the range of w. What
+    lies outside is the table's rim (polynomials run away, other tiles lie beside it), and nothing beyond |(u, v)| = 2,
+    which only a stretched relief asks for."""
+
+    def __init__(self, tree: Tree, image: bpy.types.Image, layout: Layout, uv: Value, w: Value):
+        self.tree, self.image, self.layout = tree, image, layout
+        (u_low, u_high), (v_low, v_high) = layout.inner
+        inner = tree.clamp(uv, (u_low, v_low, 0.0), (u_high, v_high, 0.0))
+        x, y, _ = _over(1 / layout.texel, (layout.width, layout.height))
+        self.place = inner.times_plus((x, y, 0.0), (-u_low * x, -v_low * y, 0.0))
+        half_range = (layout.w_max - layout.w_min) / 2
+        t = w.times_plus(1 / half_range, -(layout.w_min + layout.w_max) / 2 / half_range)
+        self.t = tree.maximum(tree.minimum(t, 1.0), -1.0)
+        self.inside = tree.math("LESS_THAN", tree.dot(uv, uv), 4.0)
+
+    def around(self, blur: Value) -> tuple[Value, Value | None, Value | float]:
+        """The table at the levels next to a variance beyond the bake's own, and the coarser one's share in their mix,
+        by variance, which a Mix Shader clamps: a blur beyond the last level is the last level's. A table of one level
+        has no coarser one."""
+        if self.layout.levels == 1:
+            return self._read(), None, 0.0
+        tree, last = self.tree, self.layout.levels - 1
+        ratio = blur.times_plus(1 / self.layout.sigma_b**2, 1.0)  # sigma^2 over that of level 0
+        level = tree.minimum(tree.math("FLOOR", tree.math("LOGARITHM", ratio, 4.0)), last - 1.0)
+        shrink = tree.math("POWER", 0.5, level)
+        share = (ratio * tree.squared(shrink)).times_plus(1 / 3, -1 / 3)
+        # Level 0 begins at the left; all others stand over each other to the right of it (precompute/tiling.py).
+        finer = self._read(self._beside(level, shrink) * tree.minimum(level, 1.0), shrink)
+        level, shrink = level + 1.0, shrink * 0.5
+        return finer, self._read(self._beside(level, shrink), shrink), share
+
+    def _beside(self, level: Value, shrink: Value) -> Value:
+        """From the first level's block to that of another, as a fraction of the image."""
+        layout, (rows, columns) = self.layout, self.layout.tile_stride(0)
+        size = layout.width, layout.height
+        each, first, shrunk = (
+            _over((x, layout.rows * y), size)
+            for x, y in (
+                (0.0, LEVEL_PADDING),
+                (layout.columns * columns, rows - 2 * LEVEL_PADDING),
+                (0.0, -2.0 * (rows - LEVEL_PADDING)),
+            )
+        )
+        return level.times_plus(each, shrink.times_plus(shrunk, first))
+
+    def _read(self, block: Value | None = None, shrink: Value | None = None) -> Value:
+        """The sum at a level, by its block's place and what its texels are fewer by; without them level 0 for good."""
+        tree, layout = self.tree, self.layout
+        size = layout.width, layout.height
+        rows, columns = layout.tile_stride(0)
+        middle = _over((TILE_PADDING + 0.5, layout.strip_rows + TILE_PADDING + 0.5), size)
+        if block is None:
+            at, stride = self.place + middle, None
+        else:
+            at = self.place.times_plus(shrink, block + middle)
+            inner, padding = (_over(n, size) for n in ((columns - LEVEL_PADDING, rows - LEVEL_PADDING), LEVEL_PADDING))
+            stride = shrink.times_plus(inner, padding)
+        terms = []
+        for k in range(layout.terms):
+            row, column = divmod(k, layout.columns)
+            if stride is None:
+                place = at + _over((column * columns, row * rows), size)
+            else:
+                place = stride.times_plus((float(column), float(row), 0.0), at) if k else at
+            terms.append(tree.image(self.image, place, label=f"B{k}"))
+        return _chebyshev_sum(terms, self.t) * self.inside
+
+
+def _chebyshev_sum(terms: list[Value], t: Value) -> Value:
+    """sum_k T_k(t) B_k by Clenshaw's recurrence: b_k = B_k + 2 t b_(k+1) - b_(k+2), the sum B_0 + t b_1 - b_2."""
+    twice = t * 2.0
+    after, last = None, terms[-1]
+    for term in terms[-2:0:-1]:
+        after, last = last, last.times_plus(twice, term if after is None else term - after)
+    return last.times_plus(t, terms[0] if after is None else terms[0] - after)
+
+
+def _over(value: float | tuple[float, float], size: tuple[int, int]) -> tuple[float, float, float]:
+    """Texels as a fraction of the image."""
+    x, y = value if isinstance(value, tuple) else (value, value)
+    return x / size[0], y / size[1], 0.0
+
+
+def _zero_order(tree: Tree, image, layout: Layout, radius2: Value, w: Value, blur: Value, cos_i: Value) -> Value:
+    """Z(w) kernel(u, v) cos(ti) in XYZ, radius2 = u^2 + v^2: the mirror's share."""
+    step = (layout.zero_order_samples - 1) / 2
+    x = w.times_plus(step / layout.width, 0.5 / layout.width)
+    z = tree.image(image, tree.vector(x, STRIP_ROWS / 2 / layout.height, 0.0), label="Z")
+    variance = blur + layout.sigma_b**2
+    gaussian = tree.math("POWER", math.exp(-0.5), radius2 / variance)
+    return z * (gaussian / variance * cos_i * (1 / (2 * math.pi)))
+
+
+def _excess_albedo(tree: Tree, image, layout: Layout, way: _Direction) -> Value:
+    """X / cos(t) of a direction: columns by azimuth, rows by sqrt(cos(t)) (precompute/albedo.py); one texel more stands
+    around them."""
+    columns, rows = layout.limit_columns - 1, layout.limit_rows - 1
+    azimuth = tree.math("ARCTAN2", way.y, way.x)
+    column = azimuth.times_plus(columns / (2 * math.pi) / layout.width, (columns / 2 + 1.5) / layout.width)
+    row = tree.sqrt(way.cosine).times_plus(rows / layout.height, (STRIP_ROWS + 1.5) / layout.height)
+    excess = tree.image(image, tree.vector(column, row, 0.0), label="X")
+    return tree.dot(excess, (1.0, 0.0, 0.0)) / tree.maximum(way.cosine, 1e-6)
+
+
+def _matrix(tree: Tree, matrix, vector: Value) -> Value:
+    rows = [tree.dot(vector, tuple(float(m) for m in row)) for row in matrix]
+    return tree.vector(*rows)

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Diffraction in materials: made new, laid over what a material was, taken away."""
+
+import bpy
+
+from ...precompute.base.failure import GratingError
+from ..nodes.arrange import arrange
+from ..nodes.builder import Tree
+from ..scene import compat
+from .skin import is_diffraction
+
+_SKIN = (0.012, 0.010, 0.009, 1.0)
+
+
+def new_diffraction_material(name: str, group: bpy.types.NodeTree) -> bpy.types.Material:
+    """A dark skin whose specular reflection is what the grating diffracts."""
+    material = bpy.data.materials.new(f"Diffraction {name}")
+    compat.enable_nodes(material)
+    material.node_tree.nodes.clear()
+    tree = Tree(material.node_tree)
+    skin = tree.node("ShaderNodeBsdfPrincipled", label="Skin")
+    skin.inputs["Base Color"].default_value = _SKIN
+    skin.inputs["Roughness"].default_value = 0.6
+    # The diffraction is the surface's specular reflection: the skin below keeps only its diffuse part.
+    skin.inputs["Specular IOR Level"].default_value = 0.0
+    shader = tree.group(group, label="Diffraction", Base=tree.value(skin.outputs[0]))["Shader"]
+    tree.node("ShaderNodeOutputMaterial", shader)
+    arrange(material.node_tree)
+    sample_no_emission(material)
+    return material
+
+
+def add_diffraction(material: bpy.types.Material, group: bpy.types.NodeTree) -> None:
+    """Lay diffraction over a material that has none, or swap that which it has; nothing else in it changes.
+
+    Raises GratingError where a material cannot be changed."""
+    if material.library is not None:
+        raise GratingError(f"{material.name}: linked from {material.library.filepath}; make it local first")
+    present = diffraction_nodes(material)
+    if present:
+        for node in present:
+            node.node_tree = group
+        return
+    compat.enable_nodes(material)
+    tree = Tree(material.node_tree)
+    outputs = [n for n in material.node_tree.nodes if n.type == "OUTPUT_MATERIAL"]
+    if not outputs:
+        raise GratingError(f"{material.name}: it has no Material Output node; add one, and link a shader to it")
+    for output in outputs:
+        surface = output.inputs["Surface"]
+        node = tree.node("ShaderNodeGroup", node_tree=group, label="Diffraction")
+        node.location = output.location
+        output.location.x += 220
+        if surface.is_linked:
+            base = surface.links[0].from_socket
+            tree.feed(node.inputs["Base"], tree.value(base))
+            bump = base.node.inputs.get("Normal")
+            if bump is not None and bump.is_linked:  # the relief follows the bumps that the artist gave the base
+                tree.feed(node.inputs["Normal"], tree.value(bump.links[0].from_socket))
+        tree.feed(surface, tree.value(node.outputs["Shader"]))
+    sample_no_emission(material)
+
+
+def remove_diffraction(material: bpy.types.Material) -> None:
+    """Take diffraction from a material and leave it as it was."""
+    links = material.node_tree.links
+    for node in diffraction_nodes(material):
+        base = node.inputs["Base"].links[0].from_socket if node.inputs["Base"].is_linked else None
+        for link in list(node.outputs["Shader"].links):
+            output = link.to_node
+            if base is not None:
+                links.new(base, link.to_socket)
+            output.location.x -= 220
+        material.node_tree.nodes.remove(node)
+    if _EMISSION in material:
+        material.cycles.emission_sampling = material[_EMISSION]
+        del material[_EMISSION]
+
+
+_EMISSION = "ng_emission_sampling"
+
+
+def sample_no_emission(material: bpy.types.Material) -> None:
+    """Diffraction's glow is reflected lamplight: Cycles must not sample the mesh as a lamp (slower, no less noise)."""
+    # There already where diffraction was deleted by hand.
+    if _EMISSION not in material:
+        material[_EMISSION] = material.cycles.emission_sampling
+    material.cycles.emission_sampling = "NONE"
+
+
+def diffraction_nodes(material: bpy.types.Material) -> list[bpy.types.Node]:
+    """The material's nodes of Diffraction groups."""
+    if material is None or material.node_tree is None:
+        return []
+    return [n for n in material.node_tree.nodes if n.type == "GROUP" and is_diffraction(n.node_tree)]

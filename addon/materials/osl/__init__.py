@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Responses in Open Shading Language, for Cycles on the CPU."""

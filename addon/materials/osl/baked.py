@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Direct group's formula (direct.py) in Open Shading Language, for Cycles on the CPU.
+
+Its sockets are the Direct group's own, but that Finer is the mix of both levels already. Where the levels' tiles stand
+is written into the shader as lists with one number a level, so that it knows nothing of how tiling.py orders them. The
+bake stays a file of its own, as osl.py says; which way up a Blender reads it, the shader finds by one of its texels.
+"""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ....precompute.table import atlas_file
+from ....precompute.table.atlas import STRIP_ROWS, Layout
+from ....precompute.table.tiling import TILE_PADDING
+from ..response import INPUTS
+from .script import colours, file_name, joined, script_group
+
+
+def build_osl_direct(name: str, bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> bpy.types.NodeTree:
+    """Node group that answers to one lamp by a bake's file; rgb_from_xyz (3, 3) leads to the scene's linear space.
+
+    Raises GratingError, with nothing left behind, if the file is none, or if the shader does not compile, as where
+    Cycles has no OSL."""
+    text = joined(_constants(bake_path, layout, rgb_from_xyz), ("fresnel", "direct"))
+    return script_group(f"Direct {name}", text, INPUTS)
+
+
+def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dict[str, object]:
+    (u_low, u_high), (v_low, v_high) = layout.inner
+    levels = range(layout.levels)
+    firsts = [layout.tile_origin(0, level) for level in levels]
+    strides = [layout.tile_stride(level) for level in levels]
+    return {
+        "ATLAS": file_name(bake_path),
+        "WIDTH": float(layout.width),
+        "HEIGHT": float(layout.height),
+        "TERMS": layout.terms,
+        "COLUMNS": layout.columns,
+        "SCALE": layout.scale,
+        "U_LOW": u_low,
+        "U_HIGH": u_high,
+        "V_LOW": v_low,
+        "V_HIGH": v_high,
+        "W_MIN": layout.w_min,
+        "W_MAX": layout.w_max,
+        "SIGMA_B2": layout.sigma_b**2,
+        "LEVELS": layout.levels,
+        "LEVEL_VARIANCES": _listed((layout.sigma_b * 2**level) ** 2 for level in levels),
+        "LEVEL_TEXELS": _listed(layout.texel * 2**level for level in levels),
+        "LEVEL_FIRSTS_X": _listed(x + TILE_PADDING for x, _ in firsts),
+        "LEVEL_FIRSTS_Y": _listed(y + TILE_PADDING for _, y in firsts),
+        "LEVEL_STRIDES_X": _listed(columns for _, columns in strides),
+        "LEVEL_STRIDES_Y": _listed(rows for rows, _ in strides),
+        # Between the strip's rows, which are all alike.
+        "ZERO_ORDER_Y": (STRIP_ROWS - 1) / 2,
+        "ZERO_ORDER_SAMPLES": layout.zero_order_samples,
+        # Past the texel that stands around them.
+        "LIMIT_X": 1.0,
+        "LIMIT_Y": STRIP_ROWS + 1.0,
+        "LIMIT_COLUMNS": layout.limit_columns,
+        "LIMIT_ROWS": layout.limit_rows,
+        "RGB_COLUMNS": colours(np.transpose(rgb_from_xyz)),
+        **_mark(bake_path, layout),
+    }
+
+
+def _mark(bake_path: Path, layout: Layout) -> dict[str, float]:
+    """The texel that is greener, by the most, than the one in its place with the picture upside down, and the green
+    half-way between both."""
+    _, channels = atlas_file.open_file(bake_path, header_only=False)
+    green = atlas_file.image_of(bake_path, channels, (layout.height, layout.width, 3))[..., 1].astype(np.float32)
+    turned = green[::-1]
+    y, x = np.unravel_index(np.argmax(green - turned), green.shape)
+    return {"MARK_X": float(x), "MARK_Y": float(y), "MARK": float(green[y, x] + turned[y, x]) / 2}
+
+
+def _listed(values: Iterable[float]) -> str:
+    return ", ".join(str(float(value)) for value in values)

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The thesis's algorithms per pixel, in Open Shading Language (Cycles on the CPU): the in-render reference.
+
+| socket         | symbol | unit    | meaning |
+|----------------|--------|---------|---------|
+| Normal         | N      |         | unit shading normal |
+| Tangent        | T      |         | unit, orthogonal to N, along the scan's columns |
+| To Light       | wi     |         | unit vector to the light |
+| Irradiance     | E      | W/m2    | on a surface that faces the light, linear RGB |
+| IOR            | n      |         | of the skin |
+| Finer (out)    | Lo     | W/m2/sr | linear RGB of the scene; the name that diffraction.py asks every answer for |
+
+The formula stands at the head of addon/osl/radiance.osl; it is Stam's form. The zero order is not told apart from the
+rest and has the rest's obliquity, as in precompute's own comparison of the methods (brdf_map.from_method).
+
+A shader's text is put together from the parts in addon/osl, behind a list of constants, so that a .blend holds all of
+it; the images it reads stay a file of their own, at the path that is written into the text: Blender 5.2 wants texture
+names that are constants.
+"""
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ....precompute.colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, spectral_weights, wavelengths
+from ....precompute.methods.dft_images import Layout, read_layout
+from ....precompute.methods.nmm import specular_radius
+from ..response import INPUTS
+from .script import colours, file_name, joined, script_group
+
+# In um, as the shaders count: wavelengths go through single precision better than in metres.
+_UM = 1e6
+
+
+_OBSERVER_STEP_M = 1e-9
+
+
+_INPUTS = tuple(s for s in INPUTS if s.name in {"Normal", "Tangent", "To Light", "Irradiance", "IOR"})
+
+
+def build_osl_response(name: str, images_path: Path, rgb_from_xyz: np.ndarray) -> bpy.types.NodeTree:
+    """Node group that answers to one lamp by the method of a file of images (`precompute dft`); rgb_from_xyz (3, 3)
+    leads to the scene's linear space.
+
+    Raises GratingError if the file is none, or if the shader does not compile, as where Cycles has no OSL."""
+    layout = read_layout(images_path)
+    return script_group(f"{layout.method.upper()} {name}", shader_text(layout, images_path, rgb_from_xyz), _INPUTS)
+
+
+def shader_text(layout: Layout, images_path: Path, rgb_from_xyz: np.ndarray) -> str:
+    """The whole source of a layout's shader."""
+    window = "pq" if layout.method == "pq" else "window"
+    parts = [window, layout.expansion, "images", "flss", *(["nmm"] if layout.period_m else []), "fresnel", "radiance"]
+    return joined(_constants(layout, images_path, rgb_from_xyz), parts)
+
+
+def _constants(layout: Layout, images_path: Path, rgb_from_xyz: np.ndarray) -> dict[str, object]:
+    lambdas = wavelengths(layout.step_m)
+    table = np.arange(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M + _OBSERVER_STEP_M / 2, _OBSERVER_STEP_M)
+    values = {
+        "IMAGES": file_name(images_path),
+        "WIDTH": float(layout.width),
+        "HEIGHT": float(layout.height),
+        "TILES_ACROSS": layout.columns,
+        "TILE_ROWS": layout.tile_rows,
+        "TILE_COLUMNS": layout.tile_columns,
+        "TERMS": layout.terms,
+        "REACH": layout.texels // 2,
+        "LENGTH_U": layout.length_u_m * _UM,
+        "LENGTH_V": layout.length_v_m * _UM,
+        "ORIGIN_U": layout.tile_columns // 2,
+        "ORIGIN_V": layout.tile_rows // 2,
+        "SCALE": layout.scale_m * _UM,
+        "POWER": layout.power * _UM**2,
+        "SIGMA_F": layout.sigma_f / _UM,
+        "COPIES_U": layout.copies_u,
+        "COPIES_V": layout.copies_v,
+        "FIRST_WAVELENGTH": WAVELENGTH_MIN_M * _UM,
+        "LAST_WAVELENGTH": WAVELENGTH_MAX_M * _UM,
+        "STEP": float(lambdas[1] - lambdas[0]) * _UM,
+        "SAMPLES": len(lambdas),
+        "WEIGHTS": colours(spectral_weights(lambdas, layout.illuminant) @ np.transpose(rgb_from_xyz)),
+        "RESPONSE": "grating_wavelengths" if layout.period_m else "all_wavelengths",
+    }
+    if layout.period_m:
+        values |= {
+            "PERIOD": layout.period_m * _UM,
+            "SPECULAR": specular_radius(layout.sigma_f),
+            "JACOBIAN": int(layout.method == "nmm-jacobian"),
+            "OBSERVER_STEP": _OBSERVER_STEP_M * _UM,
+            "OBSERVER_SAMPLES": len(table),
+            "OBSERVER": colours(observer(table, layout.illuminant) @ np.transpose(rgb_from_xyz) / _UM),
+        }
+    return values

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the operators that work on the selected meshes share."""
+
+import bpy
+
+from ...precompute.base.failure import GratingError
+
+
+class OnSelectedMeshes:
+    """What an operator that puts a grating on the selected meshes does beside `put`, which says what was done or
+    raises GratingError."""
+
+    @classmethod
+    def poll(cls, context):
+        return poll_meshes(cls, context)
+
+    def execute(self, context):
+        try:
+            report = self.put(context.scene, context.selected_objects)
+        except GratingError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self.report({"INFO"}, report)
+        return {"FINISHED"}
+
+
+def poll_meshes(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
+    """Whether there is a baked grating and a mesh to put it on; the button says what is missing."""
+    grating = context.scene.natural_gratings.active()
+    if grating is None or not grating.bake_path:
+        operator.poll_message_set("Bake a grating first")
+        return False
+    if not any(o.type == "MESH" for o in context.selected_objects):
+        operator.poll_message_set("Select a mesh first")
+        return False
+    return True

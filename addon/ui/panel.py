@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The panel: 3D View > Sidebar > Grating, from top to bottom in the order of the work."""
+
+import textwrap
+
+import bpy
+
+from ...precompute.surface.samples.catalogue import SAMPLES
+from ..lamps.find import instanced_lamps, unfollowed_features
+from ..lamps.follow import followed_lamps, is_up_to_date
+from ..materials.osl.script import missing_for_osl
+from ..materials.skin import linked_with_fewer_lamps
+from ..operators.add_diffraction import AddDiffraction
+from ..operators.assign import AssignToSelected
+from ..operators.bake_grating import BakeGrating
+from ..operators.import_height_map import ImportHeightMap
+from ..operators.new_material import NewDiffractionMaterial
+from ..operators.osl_reference import NewOslReference
+from ..operators.remove_diffraction import RemoveDiffraction
+from ..operators.remove_grating import RemoveGrating
+from ..operators.update_lights import UpdateLights
+from ..scene import compat
+
+
+class SampleMenu(bpy.types.Menu):
+    """Surfaces that come with the extension"""
+
+    bl_idname = "GRATING_MT_samples"
+    bl_label = "Add Sample"
+
+    def draw(self, context):
+        self.layout.operator_context = "EXEC_DEFAULT"
+        for name in SAMPLES:
+            entry = self.layout.operator(ImportHeightMap.bl_idname, text=name.capitalize())
+            entry.filepath = f"sample:{name}"
+
+
+class GratingList(bpy.types.UIList):
+    """The scene's gratings"""
+
+    bl_idname = "GRATING_UL_gratings"
+
+    def draw_item(self, context, layout, data, item, icon, active_data, active_property):
+        layout.prop(item, "name", text="", emboss=False, icon="TEXTURE" if item.bake_path else "IMAGE_DATA")
+
+
+class GratingPanel(bpy.types.Panel):
+    """Import, bake, assign"""
+
+    bl_idname = "GRATING_PT_main"
+    bl_label = "Natural Gratings"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Grating"
+
+    def draw(self, context):
+        layout = self.layout
+        gratings = context.scene.natural_gratings
+        row = layout.row()
+        row.template_list(GratingList.bl_idname, "", gratings, "items", gratings, "active_index", rows=3)
+        buttons = row.column(align=True)
+        buttons.operator(ImportHeightMap.bl_idname, text="", icon="ADD")
+        buttons.menu(SampleMenu.bl_idname, text="", icon="DOWNARROW_HLT")
+        buttons.operator(RemoveGrating.bl_idname, text="", icon="REMOVE")
+        grating = gratings.active()
+        if grating is None:
+            layout.label(text="Import a height map, or add a sample", icon="INFO")
+            return
+        _draw_bake(layout, grating)
+        _draw_material(layout, grating)
+        _draw_lamps(layout, context)
+
+
+class ReferencePanel(bpy.types.Panel):
+    """For comparisons: the thesis's algorithms, or the bake, evaluated in every pixel by a shader"""
+
+    bl_idname = "GRATING_PT_reference"
+    bl_label = "OSL Reference"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Grating"
+    bl_parent_id = GratingPanel.bl_idname
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        self.layout.operator(NewOslReference.bl_idname, icon="SHADING_RENDERED")
+        missing = missing_for_osl(context.scene)
+        if missing:
+            _draw_note(self.layout, context, missing[0].upper() + missing[1:], "INFO")
+
+
+def _draw_bake(layout, grating) -> None:
+    _draw_lines(layout, grating.summary)
+    settings = layout.column(align=True)
+    settings.prop(grating, "delta_e")
+    settings.prop(grating, "coherence_um", text="Coherence (um)" if grating.coherence_um else "Coherence (auto)")
+    if BakeGrating.job is not None:
+        stage, fraction = BakeGrating.job.progress()
+        layout.progress(factor=fraction, text=f"{stage} (Esc cancels)")
+    else:
+        layout.operator(BakeGrating.bl_idname, icon="RENDER_STILL")
+    _draw_lines(layout, grating.bake_summary)
+
+
+def _draw_lines(layout, summary: str) -> None:
+    """A summary, a line for each of its facts: the sidebar is narrow."""
+    column = layout.column(align=True)
+    for fact in filter(None, summary.split(", ")):
+        column.label(text=fact)
+
+
+def _draw_material(layout, grating) -> None:
+    column = layout.column(align=True)
+    column.operator(NewDiffractionMaterial.bl_idname, icon="MATERIAL")
+    column.operator(AssignToSelected.bl_idname, icon="BRUSH_DATA")
+    row = column.row(align=True)
+    row.operator(AddDiffraction.bl_idname, icon="ADD")
+    row.operator(RemoveDiffraction.bl_idname, icon="REMOVE", text="Remove")
+    shadows = layout.row()
+    shadows.active = grating.group is None
+    shadows.prop(grating, "shadows")
+
+
+_ICONS = {"SUN": "LIGHT_SUN", "POINT": "LIGHT_POINT", "SPOT": "LIGHT_SPOT", "AREA": "LIGHT_AREA"}
+
+
+def _draw_lamps(layout, context) -> None:
+    scene = context.scene
+    header = layout.row()
+    header.label(text="Lit by")
+    header.operator(UpdateLights.bl_idname, icon="FILE_REFRESH", text="")
+    column = layout.column(align=True)
+    for lamp in followed_lamps(scene):
+        if lamp is not None and lamp.type == "LIGHT":
+            column.label(text=lamp.name, icon=_ICONS[lamp.data.type])
+    if not is_up_to_date(scene):
+        _draw_note(column, context, "Lamps have come or gone: update", "ERROR")
+    instanced = instanced_lamps(context.evaluated_depsgraph_get())
+    for line in unfollowed_features(scene) + linked_with_fewer_lamps(scene):
+        _draw_note(column, context, line, "INFO")
+    if instanced:
+        _draw_note(column, context, f"Instanced: {', '.join(instanced)}; Apply > Make Instances Real", "ERROR")
+    note = layout.column(align=True)
+    note.active = False
+    _draw_note(note, context, "World and Material Preview light no diffraction.")
+    if not compat.HAS_RAYCAST:
+        shade = "Before Blender 5.1 objects shade it only in Cycles with Open Shading Language on."
+        _draw_note(note, context, shade)
+
+
+# Pixels that a letter takes on the average, and that icon and margins take, at an interface scale of 1.
+_LETTER, _MARGINS = 6.5, 55
+
+
+def _draw_note(layout, context, text: str, icon: str = "NONE") -> None:
+    """A sentence in as many lines as the sidebar's width makes of it."""
+    width = context.region.width / context.preferences.system.ui_scale - _MARGINS
+    for line in textwrap.wrap(text, max(16, int(width / _LETTER))):
+        layout.label(text=line, icon=icon)
+        icon = "BLANK1" if icon != "NONE" else icon

@@ -1,0 +1,282 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Directional albedo, and the limit that keeps a material from reflecting more than it receives (DESIGN 2).
+
+With Stam's obliquity the albedo at R = 1, a(wi) = integral of f cos(tr) dwr, passes 1 towards grazing light. Dividing
+f by
+
+    M(wi, wr) = max(1, a(wi), a(wr))
+
+keeps f reciprocal and its albedo at most a(wi) / max(1, a(wi)). At the horizon a diverges as 1 / cos(ti), but
+
+    A = a cos(ti) = cos(ti) * zero order + integral of ((1 + wi.wr) / w)^2 * PSD / cos(tr) du dv
+
+does not: PSD vanishes as w^2, and 1 / cos(tr) is integrable. So the table holds the excess E = max(0, A - cos(t)), the
+greatest over wavelength, and M = 1 + max(E(wi) / cos(ti), E(wr) / cos(tr)). A mirror has none, whatever the filter
+does to the table.
+
+Rows of the table are equal steps of sqrt(cos(t)) from the horizon to the normal: A is smooth in cos(t), and changes
+most within sqrt(2 sigma_b) of the horizon, where the kernel is cut. Columns are equal steps of azimuth from -pi to pi,
+both ends included.
+"""
+
+import math
+
+import numpy as np
+
+from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
+from ..maths import chebyshev
+from ..spectra.resample import Resampler
+from ..spectra.series import SpectrumSeries
+from ..table.albedo_bound import texel_directions
+
+# Wavelengths: an order that leaves over the horizon is seen for a step of sigma_b / 2 in the logarithm of one; all else
+# is interpolated between every fourth.
+_WAVELENGTHS = 125
+
+
+_STRIDE = 4
+
+
+# So many of the strongest bins, as far as they ever hold that share of the light, are orders, summed one by one with
+# their own kernel; the rest is seen in a coarse picture over (u, v) of so many cells to [-2, 2].
+_ORDERS = 64
+
+
+_ORDER_SHARE = 1e-6
+
+
+_CELLS = 128
+
+
+# Standard deviation of the coarse picture's kernel in cells: sums over cells are flat to 2 exp(-2 pi^2 0.6^2) = 2e-3.
+_CELLS_PER_SIGMA = 0.6
+
+
+_KERNEL_REACH = 4.5
+
+
+_TERMS_TOLERANCE = 1e-3
+
+
+_BLOCK = 8
+
+
+# The excess is known to about 1 % (benchmarks.albedo): the table errs to the safe side.
+_MARGIN = 1.01
+
+
+def excess_table(series: SpectrumSeries, sigma_b: float) -> np.ndarray:
+    """The excess E (rows, columns) float32 of a relief's spectrum under a kernel sigma_b."""
+    directions = texel_directions()[:, :-1]
+    cosine = directions[..., 2]
+    lambdas = np.geomspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, _WAVELENGTHS)
+    orders = find_orders(series)
+    smooth = cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas[::_STRIDE])
+    smooth += continuum_albedo(series, orders, sigma_b, directions, lambdas[::_STRIDE])
+    # The bins of a continuum do not cross the horizon alone.
+    stride = 1 if series.periodic else _STRIDE
+    sharp = between(orders_albedo(series, orders, sigma_b, directions, lambdas[::stride]), stride)
+    total = (sharp + between(smooth, _STRIDE)).max(axis=-1)
+    excess = _MARGIN * raised(np.maximum(total - cosine, 0))
+    return np.concatenate([excess, excess[:, :1]], axis=1).astype(np.float32)
+
+
+def between(values: np.ndarray, stride: int) -> np.ndarray:
+    """Values (..., n) with stride - 1 linear steps put between each two; (..., (n - 1) * stride + 1)."""
+    share = np.arange(stride) / stride
+    steps = values[..., :-1, None] * (1 - share) + values[..., 1:, None] * share
+    return np.concatenate([steps.reshape(*values.shape[:-1], -1), values[..., -1:]], axis=-1)
+
+
+def raised(values: np.ndarray) -> np.ndarray:
+    """Values (rows, columns), columns going round, so raised that a cubic look-up does not fall under what lies
+    between: where they are concave, it falls short of a parabola by a sixth of the second difference along each axis,
+    at the texels and between them alike."""
+    wide = np.pad(np.pad(values, ((2, 2), (0, 0)), mode="reflect"), ((0, 0), (2, 2)), mode="wrap")
+    short = sum(np.maximum(2 * wide - np.roll(wide, 1, axis) - np.roll(wide, -1, axis), 0) for axis in (0, 1)) / 6
+    around = np.lib.stride_tricks.sliding_window_view(short[1:-1, 1:-1], (3, 3)).max(axis=(-2, -1))
+    return values + around
+
+
+def albedo_times_cosine(series: SpectrumSeries, sigma_b: float, directions: np.ndarray, lambdas) -> np.ndarray:
+    """A = a cos(ti) at R = 1 (rows, cols, n), light from directions (rows, cols, 3), n wavelengths."""
+    cosine = directions[..., 2]
+    orders = find_orders(series)
+    total = cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas)
+    total += orders_albedo(series, orders, sigma_b, directions, lambdas)
+    return total + continuum_albedo(series, orders, sigma_b, directions, lambdas)
+
+
+def find_orders(series: SpectrumSeries) -> np.ndarray:
+    """Flat indices of the bins that are orders. Bins that are blurred hold none."""
+    if series.blur_q:
+        return np.empty(0, int)
+    share = np.zeros(series.scattered_over_s2[0].size, np.float32)
+    for power, s in zip(series.scattered_over_s2, chebyshev.nodes(len(series.amplitude), 0, series.s_max), strict=True):
+        np.maximum(share, power.ravel() * np.float32(s**2), out=share)
+    orders = np.argpartition(share, -min(_ORDERS, len(share)))[-_ORDERS:]
+    return orders[share[orders] > _ORDER_SHARE]
+
+
+def zero_order_albedo(series: SpectrumSeries, sigma_b: float, cosine: np.ndarray, lambdas: np.ndarray) -> np.ndarray:
+    """Share (..., n) of the light that the zero order sends above the surface, light at cosine (...,)."""
+    at = np.linspace(0, 1, 257) ** 2
+    views = NearHorizon(sigma_b, 0)(np.sqrt(1 - at**2))
+    curves = [
+        np.interp(cosine, at, sum(share * series.zero_order((at + view) / lam) for share, view in views))
+        for lam in lambdas
+    ]
+    return np.stack(curves, axis=-1)
+
+
+def orders_albedo(series, orders: np.ndarray, sigma_b: float, directions: np.ndarray, lambdas) -> np.ndarray:
+    """A (rows, cols, n) of single bins, each a Gaussian of sigma_b at lambda * q."""
+    wi = directions.reshape(-1, 3)
+    out = np.zeros((len(wi), len(lambdas)))
+    row, col = np.unravel_index(orders, series.scattered_over_s2.shape[1:])
+    nodes = series.scattered_over_s2[:, row, col]
+    near = NearHorizon(sigma_b, -1)
+    for index, lam in enumerate(lambdas):
+        terms = _without_tail(_terms_in_w(series, lam) @ nodes)
+        u, v = lam * series.grid.q_x[col], lam * series.grid.q_y[row]
+        light, bin_ = np.nonzero(np.hypot(u - wi[:, :1], v - wi[:, 1:2]) < near.reach)
+        for weight, t in _views(wi[light], u[bin_], v[bin_], near):
+            density = np.zeros(len(t))
+            before, now = np.ones_like(t), t
+            for term in terms:
+                density += term[bin_] * before
+                before, now = now, 2 * t * now - before
+            out[:, index] += np.bincount(light, weight * density, len(wi))
+    return out.reshape(*directions.shape[:2], -1)
+
+
+def continuum_albedo(
+    series: SpectrumSeries, orders: np.ndarray, sigma_b: float, directions: np.ndarray, lambdas
+) -> np.ndarray:
+    """A (rows, cols, n) of a spectrum without its orders, as a sum over the cells of a coarse picture of it.
+
+    What multiplies the picture depends on no wavelength, so that one matrix product does them all."""
+    cell = 4 / _CELLS
+    sigma = max(sigma_b, _CELLS_PER_SIGMA * cell)
+    half = math.ceil((2 + _KERNEL_REACH * sigma) / cell)
+    axis = np.arange(-half, half + 1) * cell
+    terms = coarse_terms(series, orders, axis, sigma, lambdas)
+    size = np.abs(terms).max(axis=(0, 3))
+    lit = size > 1e-7 * size.max()
+    near = NearHorizon(sigma, -1)
+    out = np.zeros((*directions.shape[:2], len(lambdas)))
+    for y in range(0, directions.shape[0], _BLOCK):
+        for x in range(0, directions.shape[1], _BLOCK):
+            block = (slice(y, y + _BLOCK), slice(x, x + _BLOCK))
+            wi = directions[block].reshape(-1, 3)
+            rows, cols = (_reached(axis, wi[:, k], 1 + _KERNEL_REACH * sigma) for k in (1, 0))
+            v, u = np.nonzero(lit[rows, cols])
+            v, u = v + rows.start, u + cols.start
+            factors = _factors(wi, axis[u], axis[v], near, len(terms)) * np.float32(cell**2)
+            albedo = factors.reshape(len(wi), -1) @ terms[:, v, u].reshape(-1, len(lambdas))
+            out[block] = albedo.reshape(out[block].shape)
+    return out
+
+
+def coarse_terms(series: SpectrumSeries, orders, axis: np.ndarray, sigma: float, lambdas: np.ndarray) -> np.ndarray:
+    """Chebyshev coefficients in w of PSD / lambda^2 / w^2 over axis x axis; (K, len(axis), len(axis), n) float32."""
+    resamplers = [Resampler(series.grid, axis, axis, lam, series.kernel_left(sigma, lam)) for lam in lambdas]
+    mixes = np.stack([_terms_in_w(series, lam) for lam in lambdas]).astype(np.float32)
+    terms = np.zeros((len(series.amplitude), len(axis), len(axis), len(lambdas)), np.float32)
+    # The picture is linear in the spectrum: blurring the series' nodes is as good as blurring at each w.
+    for node, power in enumerate(series.scattered_over_s2):
+        rest = power.copy()
+        rest.ravel()[orders] = 0
+        pictures = np.stack([resample(rest[resample.kept]) for resample in resamplers], axis=-1)
+        for term, mix in zip(terms, mixes[:, :, node].T, strict=True):
+            term += pictures * mix
+    return _without_tail(terms)
+
+
+def _without_tail(terms: np.ndarray) -> np.ndarray:
+    """The first of the terms (K, ...), as many as matter; at least 2."""
+    size = np.abs(terms).reshape(len(terms), -1).sum(axis=1)
+    needed = np.count_nonzero(np.cumsum(size[::-1])[::-1] > _TERMS_TOLERANCE * size.sum())
+    return terms[: max(int(needed), 2)]
+
+
+def _terms_in_w(series: SpectrumSeries, lam: float) -> np.ndarray:
+    """Matrix (K, K) from the series' nodes to Chebyshev coefficients in w, over lambda^2."""
+    count = len(series.amplitude)
+    w = chebyshev.nodes(count, 0, 2)
+    return chebyshev.coefficients_from_nodes(count) @ series.weights(w / lam) / lam**2
+
+
+def _reached(axis: np.ndarray, centres: np.ndarray, reach: float) -> slice:
+    return slice(*np.searchsorted(axis, [centres.min() - reach, centres.max() + reach]))
+
+
+class NearHorizon:
+    """What a kernel across the horizon sees: two cosines of view, and the weights that they have in the mean of
+    cos(tr)^power g(cos(tr)) over the kernel's real part, right for g of third degree (Gauss; away from the horizon
+    both are the cosine itself).
+
+    1 / c is integrable but has no value at the horizon; with c as the variable, drho = -c / rho dc takes it out:
+    mean(g / c) = integral N(sqrt(1 - c^2) - rho) g / sqrt(1 - c^2) dc. The kernel's extent along the horizon only
+    shifts rho by sigma^2 / 2."""
+
+    def __init__(self, sigma: float, power: int):
+        self.reach = 1 + _KERNEL_REACH * sigma
+        rho = np.linspace(0, self.reach, 1 << 14)
+        self._per_step = (len(rho) - 1) / rho[-1]
+        cosine = np.sqrt(np.maximum(1 - rho**2, 1e-12))
+        self._pairs = [(0.5 * cosine**power, cosine.copy()), (0.5 * cosine**power, cosine.copy())]
+        rim = rho > 1 - _KERNEL_REACH * sigma
+        c = (np.arange(512) + 0.5) / 512
+        across = np.sqrt(1 - c**2)
+        density = np.exp(-0.5 * ((across - rho[rim, None]) / sigma) ** 2) / (math.sqrt(2 * math.pi) * sigma)
+        moments = (density / across / len(c)) @ c[:, None] ** (power + 1 + np.arange(4))
+        for pair, values in zip(self._pairs, _gauss_of_two(moments), strict=True):
+            for table, column in zip(pair, values, strict=True):
+                table[rim] = column
+        self._pairs = [tuple(table.astype(np.float32) for table in pair) for pair in self._pairs]
+
+    def __call__(self, rho: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Two pairs of weight and cosine at rho, float32; weight 0 past the kernel's reach."""
+        last = len(self._pairs[0][0]) - 1
+        at = np.minimum((rho * self._per_step + 0.5).astype(np.int32), last)
+        return [(weight[at] * (at < last), cosine[at]) for weight, cosine in self._pairs]
+
+
+def _gauss_of_two(moments: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Two pairs of weight and node (n,) with the given moments of degree 0 to 3 (n, 4)."""
+    total = np.maximum(moments[:, 0], 1e-300)
+    m1, m2, m3 = (moments[:, k] / total for k in (1, 2, 3))
+    variance = np.maximum(m2 - m1**2, 1e-12)
+    skew = (m3 - 3 * m1 * m2 + 2 * m1**3) / variance**1.5
+    root = np.sqrt(1 + skew**2 / 4)
+    deviation = np.sqrt(variance)
+    return [
+        (moments[:, 0] * 0.5 * (1 - sign * skew / 2 / root), np.clip(m1 + deviation * (skew / 2 + sign * root), 0, 1))
+        for sign in (1, -1)
+    ]
+
+
+def _views(wi: np.ndarray, u: np.ndarray, v: np.ndarray, near: NearHorizon) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Two pairs of (1 + wi.wr)^2 / cos(tr) and w - 1, float32, for light wi (..., 3) and cells at u, v (...,)."""
+    x, y = (u - wi[..., 0]).astype(np.float32), (v - wi[..., 1]).astype(np.float32)
+    rho = np.hypot(x, y)
+    wi = wi.astype(np.float32)
+    along = (x * wi[..., 0] + y * wi[..., 1]) / np.maximum(rho, np.float32(1e-6))
+    views = []
+    for weight, cosine in near(rho):
+        # Of a cell across the horizon only the part above it counts: wr is the unit vector of that cosine.
+        wi_wr = along * np.minimum(np.sqrt(1 - cosine**2), rho) + cosine * wi[..., 2]
+        views.append((weight * (1 + wi_wr) ** 2, cosine + wi[..., 2] - 1))
+    return views
+
+
+def _factors(wi: np.ndarray, u: np.ndarray, v: np.ndarray, near: NearHorizon, count: int) -> np.ndarray:
+    """(1 + wi.wr)^2 T_k(w - 1) / cos(tr) (m, count, n) float32, light wi (m, 3), cells u, v (n,)."""
+    factors = np.zeros((len(wi), count, len(u)), np.float32)
+    for weight, t in _views(wi[:, None], u, v, near):
+        before, now = weight, t * weight
+        for k in range(count):
+            factors[:, k] += before
+            before, now = now, 2 * t * now - before
+    return factors

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The kernel that a bake begins with: from the coherence asked for, the scans' size and the scene's needs."""
+
+import math
+from collections.abc import Sequence
+
+from ..base.failure import GratingError
+from ..optics import coherence
+from ..surface.relief import Relief
+from .needs import EVERYTHING, Needs
+from .probe import TEXELS_MAX, TEXELS_MIN
+from .resolution import RESOLUTION_MAX, TEXELS_ALWAYS, resolution_for, texel_size
+
+# A window under a wavelength is no window of a wave: its kernel would be as wide as the hemisphere.
+SHORTEST_COHERENCE_M = coherence.REFERENCE_WAVELENGTH_M
+
+
+def kernel_for(
+    reliefs: Sequence[Relief], coherence_length_m: float | None = None, delta_e: float = 1.0, needs: Needs = EVERYTHING
+) -> float:
+    """The kernel sigma_b that a bake begins with: the asked coherence's, or the narrowest that averages enough areas of
+    all scans (see coherence.py), or what the scene's lights and pixels blur anyway.
+
+    Raises GratingError for a length that no scan, no light or no table has."""
+    held = min(_longest_coherence(relief) for relief in reliefs)
+    if coherence_length_m is None:
+        length_m = min(coherence.longest_sound_length(*extent(reliefs)), held)
+        if length_m < SHORTEST_COHERENCE_M and held < math.inf:
+            raise GratingError(
+                f"the scan, {_sides(reliefs)} um, is too small to average {coherence.MINIMUM_AREAS} coherence areas of "
+                "a wavelength; give a larger one, or several"
+            )
+        return max(coherence.kernel_sigma(max(length_m, SHORTEST_COHERENCE_M)), needs.kernel)
+    asked = f"coherence of {coherence_length_m * 1e6:.3g} um"
+    if coherence_length_m < SHORTEST_COHERENCE_M:
+        raise GratingError(f"{asked}: shorter than a wavelength; ask for at least {SHORTEST_COHERENCE_M * 1e6:g} um")
+    if coherence_length_m > held * (1 + 1e-9):
+        raise GratingError(
+            f"{asked}: longer than the scan, {_sides(reliefs)} um, of which it would be one speckle; ask for at most "
+            f"{math.floor(held * 1e8) / 100:g} um, or give a larger scan"
+        )
+    sigma_b = max(coherence.kernel_sigma(coherence_length_m), needs.kernel)
+    if resolution_for(sigma_b, TEXELS_MIN) > RESOLUTION_MAX:
+        raise too_fine(coherence_length_m, delta_e)
+    return sigma_b
+
+
+def extent(reliefs: Sequence[Relief]) -> tuple[float, float]:
+    """Area of all scans, and length of those that are profiles: a single row or column does not change across."""
+    area = sum(math.prod(relief.size_m) for relief in reliefs if 1 not in relief.height_m.shape)
+    return area, sum(max(_changing_sides(relief), default=0.0) for relief in reliefs if 1 in relief.height_m.shape)
+
+
+def _changing_sides(relief: Relief) -> list[float]:
+    return [side for side, count in zip(relief.size_m, relief.height_m.shape, strict=True) if count > 1]
+
+
+def _longest_coherence(relief: Relief) -> float:
+    """Of a surface that wraps, any; else the scan's shorter side."""
+    return math.inf if relief.periodic else min(_changing_sides(relief), default=0.0)
+
+
+def _sides(reliefs: Sequence[Relief]) -> str:
+    smallest = min(reliefs, key=_longest_coherence)
+    return " x ".join(f"{side * 1e6:.3g}" for side in smallest.size_m[::-1])
+
+
+def too_fine(coherence_length_m: float, delta_e: float) -> GratingError:
+    texels = min(TEXELS_ALWAYS / delta_e**0.25, TEXELS_MAX)
+    longest = coherence.coherence_length(max(texels, TEXELS_MIN) * texel_size(RESOLUTION_MAX))
+    return GratingError(
+        f"coherence of {coherence_length_m * 1e6:.3g} um: finer than the largest table holds at a dE00 of "
+        f"{delta_e:g}; ask for at most {math.floor(longest * 1e6)} um"
+    )

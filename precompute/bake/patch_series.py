@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The patch model's power spectrum at every s."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..colour.observer import WAVELENGTH_MIN_M
+from ..maths import chebyshev
+from ..optics import coherence
+from ..spectra.patch_window import PatchWindow
+from ..spectra.resample import KERNEL_REACH
+from ..spectra.series import SpectrumSeries, bound
+from ..spectra.spectrum import FrequencyGrid, fft_order, phasor
+
+# Window and transform reach so many sigma_s from their middle: the window has fallen to 3e-4 of its amplitude, its
+# autocorrelation, exp(-x^2 / (4 sigma_s^2)), to 1e-7 of its peak.
+_WINDOW_REACH, _LAG_REACH = 4.0, 8.0
+
+
+# From here on the transform of |P|^2, 1e-4 of its peak, is let go, so that dividing by the Gaussian's stays small.
+_LAG_KEPT = 6.0
+
+
+# The Gaussian's standard deviation, in units of sigma_f: what folds back is weighed by exp(-48 0.45^2) = 6e-5 where
+# the autocorrelation is 2e-3 of its peak, and by less elsewhere.
+_GAUSSIAN = 0.5
+
+
+# Of the Gaussian's variance, what reading a coarse table may not take off: 0.3 sigma_f still weighs by 1e-2.
+_GAUSSIAN_LEFT = 0.36
+
+
+# Points past the region, where dividing meets the rim of the grid.
+_MARGIN = 40
+
+
+_SERIES_TOLERANCE = 1e-4
+
+
+_ROWS_AT_ONCE = 64
+
+
+@dataclass(frozen=True)
+class PatchSeries(SpectrumSeries):
+    """The patch model's power per bin at Chebyshev nodes in s; `scattered_over_s2` holds the power itself, all of it,
+    which does not vanish with s, and `amplitude` nothing. A bin is a Gaussian of `gaussian` in q; the kernel asked for,
+    `sigma_b` and what reading the table takes off, is only told by its difference."""
+
+    gaussian: float = 0.0
+    sigma_b: float = 0.0
+
+    def weights(self, s: np.ndarray) -> np.ndarray:
+        """See SpectrumSeries: of the power over s^2."""
+        return super().weights(s) / np.asarray(s)[..., None] ** 2
+
+    def zero_order(self, s: np.ndarray) -> np.ndarray:
+        """None apart from the rest."""
+        return np.zeros(np.shape(s))
+
+    def kernel_left(self, sigma: float, wavelength_m: float) -> float:
+        """The bins' Gaussian in (u, v), narrower by what `sigma` is narrower than sigma_b."""
+        whole = (wavelength_m * self.gaussian) ** 2
+        return math.sqrt(max(whole + sigma**2 - self.sigma_b**2, _GAUSSIAN_LEFT * whole))
+
+
+def patch_series(window: PatchWindow, reach: float, tick=None) -> PatchSeries:
+    """The series of a window's relief for |u|, |v| <= reach. tick(done, total) is called after each transform."""
+    s_max = 2 / WAVELENGTH_MIN_M
+    gaussian = _GAUSSIAN * window.sigma_f
+    q_max = reach / WAVELENGTH_MIN_M + KERNEL_REACH * gaussian
+    axes = [_Axis(window, axis, q_max) for axis in (0, 1)]
+    count = bound(window.relief, s_max, _SERIES_TOLERANCE)
+    power = np.empty((count, *(len(axis.q) for axis in axes)), np.float32)
+    for k, s in enumerate(chebyshev.nodes(count, 0, s_max)):
+        power[k] = _power(window, axes, s)
+        if tick:
+            tick(k + 1, count)
+    grid = FrequencyGrid(axes[0].q, axes[1].q, (axes[0].transform, axes[1].transform))
+    sigma_b = coherence.kernel_sigma(4 * window.sigma_m)
+    return PatchSeries(grid, s_max, power, np.zeros(count), 0.0, True, gaussian, sigma_b)
+
+
+class _Axis:
+    """Pixels under the window, the window, and the frequencies that are kept, along axis 0 (B) or 1 (T)."""
+
+    def __init__(self, window: PatchWindow, axis: int, q_max: float):
+        pixel, count = window.relief.pixel_size_m[axis], window.relief.height_m.shape[axis]
+        half = math.ceil(_WINDOW_REACH * window.sigma_m / pixel)
+        offset = np.arange(-half, half + 1)
+        self.pixels = (offset + count // 2) % count
+        self.window = np.exp(-0.5 * (offset * pixel / window.sigma_m) ** 2) * window.relief.tapers[axis][self.pixels]
+        self.transform = math.ceil(2 * _LAG_REACH * window.sigma_m / pixel)
+        self.spacing = 1 / (self.transform * pixel)
+        last = min(math.ceil(q_max / self.spacing) + _MARGIN, (self.transform - 1) // 2)
+        self.q = np.arange(-last, last + 1) * self.spacing
+        lag = np.abs(np.fft.fftfreq(len(self.q), self.spacing)) / window.sigma_m
+        fall = np.clip((lag - _LAG_KEPT) / (_LAG_REACH - _LAG_KEPT), 0, 1)
+        self.undo = np.exp(0.5 * (_GAUSSIAN * np.minimum(lag, _LAG_REACH)) ** 2) * (0.5 + 0.5 * np.cos(np.pi * fall))
+
+
+def _power(window: PatchWindow, axes: Sequence[_Axis], s: float) -> np.ndarray:
+    """PSD per bin (ny, nx) at s, its transform divided by the Gaussian's."""
+    y, x = axes
+    field = phasor(window.relief.height_m, s).astype(np.complex64)
+    half = np.empty((len(y.pixels), len(x.q)), np.complex64)
+    for start in range(0, len(y.pixels), _ROWS_AT_ONCE):
+        part = slice(start, start + _ROWS_AT_ONCE)
+        rows = field[np.ix_(y.pixels[part], x.pixels)] * (y.window[part, None] * x.window).astype(np.float32)
+        half[part] = np.fft.fft(rows, x.transform, axis=1)[:, fft_order(x.q, x.transform)]
+    power = np.empty((len(y.q), len(x.q)), np.float32)
+    for start in range(0, len(x.q), _ROWS_AT_ONCE):
+        part = slice(start, start + _ROWS_AT_ONCE)
+        kept = np.fft.fft(half[:, part], y.transform, axis=0)[fft_order(y.q, y.transform)]
+        power[:, part] = kept.real**2 + kept.imag**2
+    transform = np.fft.rfft2(power)
+    transform *= y.undo[:, None] * x.undo[: transform.shape[1]]
+    return np.fft.irfft2(transform, power.shape) * (window.density_scale() * y.spacing * x.spacing)

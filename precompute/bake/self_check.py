@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A bake's own measure of its error, at about the price of the bake.
+
+The reference proper takes one transform for every w and wavelength: minutes. Of what stands between it and the table
+only the series in s is the bake's own transform, so it is held against exact ones by itself, at s that it was not made
+at. All else (wavelengths, kernel, texels, terms, half floats) is measured by the project's metric against sums over
+the series' bins at each asked direction. `check` is the same figure by a road of its own.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..base.progress import Progress
+from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, spectral_weights
+from ..measure.errors import Errors, Truth, measure
+from ..measure.pairs import Pairs, draw_w
+from ..measure.truths import Spectrum, draw_pairs
+from ..reference.ensemble import blurred
+from ..spectra.fast import exact_error
+from ..spectra.series import SpectrumSeries
+from ..surface.relief import Relief
+from ..table.table import Table
+from .plan import Plan
+
+GROUPS = 4
+
+
+# Pairs of a group, as many as make this many sums over bins.
+_PAIRS_MIN, _PAIRS_MAX, _BINS_SUMMED = 700, 1600, 800_000
+
+
+# Standard deviations at which a kernel is cut: 1.5e-8 of its peak.
+_CUT = 6.0
+
+
+# dE00 of a relative error of 1 in luminance, at Y = 1: L* goes as its cube root.
+_DELTA_E_PER_UNIT = 116 / 3
+
+
+_SERIES_PROBES = 2
+
+
+def wavelengths_for(sigma_b: float) -> np.ndarray:
+    """Wavelengths (n,) equally spaced in log: an order at |u| = 1 moves by sigma_b a step, and a Gaussian summed at
+    that spacing is flat to 5e-9; at the rim, |u| = 2, to 1.4 %."""
+    step = min(sigma_b, np.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / 80)
+    return np.geomspace(
+        WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, int(np.ceil(np.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / step)) + 1
+    )
+
+
+def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, progress: Progress) -> Errors:
+    """The error of a bake as its file holds it, on a few w of direction pairs that it was not made from.
+
+    What the series lacks is added to every figure of colour. progress(stage, fraction) as in bake."""
+    rng = np.random.default_rng(0)
+    found = []
+    pairs = _affordable_pairs(chosen)
+    for k, w in enumerate(w_within(chosen.w_range, GROUPS, rng)):
+        drawn = pairs_within(chosen, w, pairs, rng)
+        found.append(
+            _truth(
+                chosen.ensemble, drawn, w, chosen.sigma_b, stored.illuminant,
+                lambda fraction, k=k: progress("self-check", (k + fraction) / GROUPS),
+            )
+        )  # fmt: skip
+    errors = measure(found, stored.candidate, stored.illuminant)
+    s = rng.uniform(0.3, 1, _SERIES_PROBES) * chosen.ensemble[0].s_max
+    lacking = max(exact_error(relief, series, s) for relief, series in zip(reliefs, chosen.ensemble, strict=True))
+    return errors.worse_by(_DELTA_E_PER_UNIT * lacking, lacking)
+
+
+def _affordable_pairs(chosen: Plan) -> int:
+    """A wide kernel meets many bins, and shows less detail for them to find."""
+    bins = 1.0
+    for q in (chosen.ensemble[0].grid.q_y, chosen.ensemble[0].grid.q_x):
+        if len(q) > 1:
+            bins *= 1 + 2 * _CUT * chosen.sigma_b / (550e-9 * (q[1] - q[0]))
+    return int(np.clip(_BINS_SUMMED / bins, _PAIRS_MIN, _PAIRS_MAX))
+
+
+def w_within(w_range: tuple[float, float], count: int, rng: np.random.Generator) -> np.ndarray:
+    """w (count,) as two cosine-weighted directions have it, one from each quantile of what lies in the range: a deep
+    relief is hardest where w is large, which no draw may miss."""
+    drawn = np.sort(draw_w(4096, rng))
+    drawn = drawn[(drawn >= w_range[0]) & (drawn <= w_range[1])]
+    if len(drawn) < count:
+        drawn = np.linspace(*w_range, 4 * count)
+    return drawn[((np.arange(count) + rng.random(count)) / count * len(drawn)).astype(int)]
+
+
+def pairs_within(chosen: Plan, w: float, count: int, rng: np.random.Generator) -> Pairs:
+    """Up to `count` pairs of w inside the table: of a small region more are drawn until half as many fall in it."""
+    for more in (1, 4, 16, 64):
+        drawn = draw_pairs(_spectrum(chosen.ensemble, rng), chosen.sigma_b, w, more * count, rng)
+        drawn = drawn.within(*chosen.inner)
+        if 2 * len(drawn.wi) >= count:
+            break
+    return drawn.only(slice(None, None, -(-len(drawn.wi) // count) or 1))
+
+
+def _spectrum(ensemble: Sequence[SpectrumSeries], rng: np.random.Generator) -> Spectrum:
+    """One of the spectra at a time: drawn from in turn, they make their mean."""
+    whole = (slice(None), slice(None))
+
+    def at(s: float):
+        series = ensemble[rng.integers(len(ensemble))]
+        return series.mixed(series.weights(np.array([s])) * s**2, whole)[:, 0], series.grid
+
+    return at
+
+
+def _truth(ensemble, pairs: Pairs, w: float, sigma_b: float, illuminant: str, tick) -> Truth:
+    lambdas = wavelengths_for(sigma_b)
+    weights = spectral_weights(lambdas, illuminant) / len(ensemble)
+    scattered, zero_order = np.zeros((len(pairs.wi), 3)), np.zeros(3)
+    for n, series in enumerate(ensemble):
+        for k, (lam, weight) in enumerate(zip(lambdas, weights, strict=True)):
+            s = w / lam
+            left = series.kernel_left(sigma_b, lam)
+            sides = (series.grid.q_y, pairs.v), (series.grid.q_x, pairs.u)
+            kept = tuple(_reached(q, at / lam, _CUT * left / lam) for q, at in sides)
+            power = series.mixed(series.weights(np.array([s])) * s**2, kept)[:, 0]
+            density = blurred(power, series.grid.part(kept), pairs.u, pairs.v, lam, left, _CUT)
+            scattered += density[:, None] * weight
+            zero_order += series.zero_order(np.array(s)) * weight
+            tick((n + (k + 1) / len(lambdas)) / len(ensemble))
+    return Truth(w, pairs, scattered, zero_order)
+
+
+def _reached(q: np.ndarray, at: np.ndarray, reach: float) -> slice:
+    """The bins from two short of the first place's reach to two past the last's; all, if that leaves none."""
+    if not len(at):
+        return slice(None)
+    start, stop = np.searchsorted(q, [at.min() - reach, at.max() + reach])
+    return slice(max(start - 2, 0), stop + 2) if stop - start > 1 else slice(None)

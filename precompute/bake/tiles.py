@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A plan carried out: the tiles of the table.
+
+Per wavelength the spectrum at each w node is blurred and resampled onto (u, v) by two banded matrix products (the
+kernel is separable and fixed in (u, v), so a wavelength only stretches the bins it acts on), weighted by the observer
+and added up; a cosine transform over the nodes gives the B_k. Several scans of one skin are averaged: every step is
+linear in the spectrum.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..base.progress import Progress
+from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, spectral_weights
+from ..maths import bspline, chebyshev
+from ..spectra.resample import KERNEL_REACH, Resampler
+from ..spectra.series import SpectrumSeries
+from ..table import tiling
+from ..table.table import ZERO_ORDER_SAMPLES, Table, inner_ranges
+from ..table.tiling import TILE_PADDING
+from .excess_albedo import excess_table
+from .plan import Plan
+
+# Texels past |(u, v)| = 2 that a reading there meets: less than two along each axis.
+_RIM = 3
+
+
+# Wavelengths summed into the table at once, and rows of it: what a core's cache holds.
+_WAVELENGTHS_AT_ONCE, _ROWS_AT_ONCE = 8, 16
+
+
+_BINS_AT_ONCE = 1 << 23
+
+
+def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = lambda stage, fraction: None) -> Table:
+    """The bake that a plan describes."""
+    sigma_table = narrower(chosen.sigma_b, chosen.texel)
+    nodes = chebyshev.nodes(chosen.terms, *chosen.w_range)
+    at_nodes = xyz_over_w2(chosen, nodes, sigma_table, illuminant, progress)
+    to_terms = chebyshev.coefficients_from_nodes(chosen.terms).astype(np.float32)
+    terms = np.tensordot(to_terms, at_nodes, axes=1)
+    v, u = chosen.axes
+    terms[:, v[:, None] ** 2 + u**2 > (2 + _RIM * chosen.texel) ** 2] = 0
+    zero_order = zero_order_curve(chosen.ensemble, illuminant)
+    limit = np.mean([excess_table(series, chosen.sigma_b) for series in chosen.ensemble], axis=0)
+    return Table(
+        terms, zero_order, chosen.sigma_b, chosen.texel, illuminant, limit.astype(np.float32), (v[0], u[0]),
+        chosen.w_range, chosen.precision, wider_levels(terms, (v, u), chosen.sigma_b, chosen.texel),
+    )  # fmt: skip
+
+
+def narrower(sigma: float, texel: float) -> float:
+    """The kernel to sample so that a reading, which widens it by the B-spline, has sigma."""
+    return math.sqrt(sigma**2 - bspline.VARIANCE * texel**2)
+
+
+def wider_levels(terms: np.ndarray, axes, sigma_b: float, texel: float) -> tuple[np.ndarray, ...]:
+    """Levels 1, 2, ... of terms (K, rows, columns, 3) whose texels' middles are at axes v, u.
+
+    What a table that ends at |u| = 2 does not hold is nothing; a region's rim goes on as it is."""
+    whole = [low <= 1e-9 - 2 and high >= 2 - 1e-9 for low, high in inner_ranges(axes)[::-1]]
+    modes = ["constant" if each else "edge" for each in whole]
+    levels = tiling.level_count(sigma_b, tuple(len(axis) - 2 * TILE_PADDING for axis in axes))
+    # Each level's sampled kernel is twice as wide as the one's before: 3 times its variance is to be added.
+    sigma = math.sqrt(3) * narrower(sigma_b, texel) / texel
+    found = [terms]
+    for _ in range(levels - 1):
+        rows = _halved(found[-1], sigma, modes[0])
+        found.append(_halved(rows.swapaxes(1, 2), sigma, modes[1]).swapaxes(1, 2))
+    return tuple(np.ascontiguousarray(level) for level in found[1:])
+
+
+def _halved(terms: np.ndarray, sigma: float, mode: str) -> np.ndarray:
+    """Terms (K, rows, ...) under a Gaussian of sigma texels along the rows, at every second inner row."""
+    inner = len(terms[0]) - 2 * TILE_PADDING
+    (count,) = tiling.level_inner((inner,), 1)
+    count += 2 * TILE_PADDING
+    reach = math.ceil(KERNEL_REACH * sigma)
+    gaussian = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
+    gaussian = (gaussian / gaussian.sum()).astype(terms.dtype)
+    # Row i stands at row 2 (i - padding) + padding of what it is made from, which thus begins at -padding.
+    after = 2 * (count - 1) - TILE_PADDING - (len(terms[0]) - 1) + reach
+    padding = [(0, 0), (TILE_PADDING + reach, after)] + [(0, 0)] * (terms.ndim - 2)
+    wide = np.pad(terms, padding, mode=mode)
+    return sum(share * wide[:, k : k + 2 * count - 1 : 2] for k, share in enumerate(gaussian))
+
+
+def zero_order_curve(ensemble: Sequence[SpectrumSeries], illuminant: str) -> np.ndarray:
+    """Z (n, 3) in XYZ at equal steps of w from 0 to 2."""
+    lambdas = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401)
+    s = np.linspace(0, 2, ZERO_ORDER_SAMPLES)[:, None] / lambdas
+    return sum(series.zero_order(s) for series in ensemble) @ spectral_weights(lambdas, illuminant) / len(ensemble)
+
+
+def xyz_over_w2(chosen: Plan, w_nodes, sigma, illuminant, progress: Progress = lambda stage, fraction: None):
+    """Scattered XYZ / w^2 (K, rows, columns, 3) float32 at w nodes (K,) over the plan's texels."""
+    v, u = chosen.axes
+    lambdas = chosen.wavelengths
+    weights = (spectral_weights(lambdas, illuminant) / len(chosen.ensemble)).astype(np.float32)
+    out = np.zeros((len(w_nodes), len(v), 3, len(u)), np.float32)
+    radius = 2 + _RIM * chosen.texel
+    images = np.empty((len(w_nodes), len(v), _WAVELENGTHS_AT_ONCE, len(u)), np.float32)
+    done = 0
+    for series in chosen.ensemble:
+        for start in range(0, len(lambdas), _WAVELENGTHS_AT_ONCE):
+            group = slice(start, min(start + _WAVELENGTHS_AT_ONCE, len(lambdas)))
+            for g, lam in enumerate(lambdas[group]):
+                resample = Resampler(series.grid, u, v, lam, series.kernel_left(sigma, lam), radius)
+                mix = series.weights(w_nodes / lam) / lam**2
+                bins = math.prod(kept.stop - kept.start for kept in resample.kept)
+                at_once = max(1, _BINS_AT_ONCE // max(bins, 1))
+                for first in range(0, len(mix), at_once):
+                    spectra = series.mixed(mix[first : first + at_once], resample.kept)
+                    for k in range(spectra.shape[1]):
+                        images[first + k, :, g] = resample(spectra[:, k])
+            count = group.stop - group.start
+            for tile, image in zip(out, images, strict=True):
+                for row in range(0, len(v), _ROWS_AT_ONCE):
+                    rows = slice(row, row + _ROWS_AT_ONCE)
+                    tile[rows] += weights[group].T @ image[rows, :count]
+            done += count
+            progress("wavelengths", done / (len(lambdas) * len(chosen.ensemble)))
+    return np.moveaxis(out, 2, -1)

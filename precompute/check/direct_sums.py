@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The ensemble model's radiance by direct sums: a second road to what reference.py computes, for `check` alone.
+
+It shares no code with the reference or the bake, only what counts as the surface (relief.py: levelled, filled, refined,
+tapered) and the observer's tables. There is no FFT and no expansion: the tapered phasor without its mean is summed
+against cosines and sines over every pixel, at explicit frequencies. A surface that wraps has its orders there and
+nowhere else. The spectrum of one that does not is continuous, and is sampled so finely that the kernel's sum over the
+samples is its integral: at 1 / (scan + PAD), PAD in units of 1 / (2 pi sigma_q), the standard deviation of the Gaussian
+by which the kernel weighs the autocorrelation's lags. What meets from beyond is weighed by exp(-PAD^2 / 2) at the
+longest lag, where the tapered scan barely overlaps itself, and by less at all others.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, spectral_weights
+from ..measure.pairs import Pairs, cosine_weighted, pair_about
+from ..surface.relief import Relief
+
+PAD = 3.0
+
+
+# exp(-6^2 / 2) = 1.5e-8 of a cell's peak is left out.
+KERNEL_REACH = 6.0
+
+
+# Wavelengths at which half vectors are drawn, each of the same luminance.
+_DRAWN_AT = 12
+
+
+# Of the heights' range: a class of 1 / 4096 of 2 um turns the phase by 0.02 at most, 1e-5 of the mean phasor.
+_HEIGHT_CLASSES = 4096
+
+
+_GATHERED = 4_000_000
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Share of the light, `power` (ny, nx), that is scattered into the cells about frequencies q_y (ny,), q_x (nx,),
+    ascending, cycles per metre."""
+
+    q_y: np.ndarray
+    q_x: np.ndarray
+    power: np.ndarray
+
+    def density(self, u: np.ndarray, v: np.ndarray, lam: float, sigma_b: float) -> np.ndarray:
+        """Density (n,) over (u, v) at places u, v (n,): each cell a Gaussian of sigma_b about lam * q."""
+        rows, kernel_y = _near(self.q_y, v, lam, sigma_b)
+        cols, kernel_x = _near(self.q_x, u, lam, sigma_b)
+        found = np.empty(len(u))
+        at_once = max(1, _GATHERED // (rows.shape[1] * cols.shape[1]))
+        for start in range(0, len(u), at_once):
+            part = slice(start, start + at_once)
+            along_x = self.power[rows[part, :, None], cols[part, None, :]] @ kernel_x[part, :, None]
+            found[part] = (along_x[..., 0] * kernel_y[part]).sum(axis=1)
+        return found
+
+
+def _near(q: np.ndarray, places: np.ndarray, lam: float, sigma_b: float) -> tuple[np.ndarray, np.ndarray]:
+    """Indices (n, m) of the frequencies within the kernel's reach of places (n,), and the kernel there."""
+    centres = lam * q
+    first = np.searchsorted(centres, places - KERNEL_REACH * sigma_b)
+    count = int((np.searchsorted(centres, places + KERNEL_REACH * sigma_b) - first).max(initial=1))
+    index = first[:, None] + np.arange(count)
+    inside = index < len(q)
+    index = np.minimum(index, len(q) - 1)
+    kernel = np.exp(-0.5 * ((places[:, None] - centres[index]) / sigma_b) ** 2) / (np.sqrt(2 * np.pi) * sigma_b)
+    return index, inside * kernel
+
+
+def scattered_cells(relief: Relief, s: float, reach: tuple[float, float], sigma_q: float) -> Cells:
+    """Cells of a relief at s = w / lambda that reach to |q_y|, |q_x| of `reach`, for a kernel of sigma_q; all in cycles
+    per metre."""
+    phase = (-2 * np.pi * s) * relief.height_m
+    parts = np.stack([np.cos(phase), np.sin(phase)])
+    mean_y, mean_x = (taper**2 / np.sum(taper**2) for taper in relief.tapers)
+    parts -= (mean_y @ parts @ mean_x)[:, None, None]
+    parts *= relief.tapers[0][:, None]
+    parts *= relief.tapers[1]
+    (q_y, step_y), (q_x, step_x) = (_frequencies(relief, axis, reach[axis], sigma_q) for axis in (0, 1))
+    sums = _waves(q_y, relief, 0).T @ (parts @ _waves(q_x, relief, 1))
+    energy = np.prod([np.sum(taper**2) for taper in relief.tapers])
+    power = _power(sums[0] + 1j * sums[1]) * (np.prod(relief.pixel_size_m) * step_y * step_x / energy)
+    return Cells(np.concatenate([-q_y[:0:-1], q_y]), np.concatenate([-q_x[:0:-1], q_x]), power)
+
+
+def _frequencies(relief: Relief, axis: int, reach: float, sigma_q: float) -> tuple[np.ndarray, float]:
+    """Frequencies from 0 up to `reach`, but inside of the Nyquist cell, and their spacing; cycles per metre."""
+    length, pixel = relief.size_m[axis], relief.pixel_size_m[axis]
+    # A single row or column is a profile that does not change across it.
+    if not relief.periodic and relief.height_m.shape[axis] > 1:
+        length += PAD / (2 * np.pi * sigma_q)
+    most = min(reach * length, (length / pixel - 1) / 2 + 1e-6)
+    return np.arange(int(most) + 1) / length, 1 / length
+
+
+def _waves(q: np.ndarray, relief: Relief, axis: int) -> np.ndarray:
+    """cos and sin of 2 pi q x (pixels, 2 n) side by side."""
+    phase = 2 * np.pi * np.outer(np.arange(relief.height_m.shape[axis]) * relief.pixel_size_m[axis], q)
+    return np.hstack([np.cos(phase), np.sin(phase)])
+
+
+def _power(sums: np.ndarray) -> np.ndarray:
+    """|sum of p exp(-2 pi i (q_y y + q_x x))|^2 for both signs of both frequencies, (2 ny - 1, 2 nx - 1), from the sums
+    of p against cosines and sines (2 ny, 2 nx)."""
+    ny, nx = sums.shape[0] // 2, sums.shape[1] // 2
+    cc, cs, sc, ss = sums[:ny, :nx], sums[:ny, nx:], sums[ny:, :nx], sums[ny:, nx:]
+    same, opposite = (cc - ss, cs + sc), (cc + ss, cs - sc)
+    up_right, down_left = (_squared(same[0] + sign * same[1]) for sign in (-1j, 1j))
+    down_right, up_left = (_squared(opposite[0] + sign * opposite[1]) for sign in (-1j, 1j))
+    down = np.hstack([down_left[:0:-1, :0:-1], down_right[:0:-1]])
+    return np.vstack([down, np.hstack([up_left[:, :0:-1], up_right])])
+
+
+def _squared(amplitude: np.ndarray) -> np.ndarray:
+    return amplitude.real**2 + amplitude.imag**2
+
+
+def scattered_xyz(
+    reliefs: Sequence[Relief], u, v, w: float, sigma_b: float, step_m: float, illuminant: str = "D65",
+    tick: Callable[[float], None] = lambda fraction: None,
+) -> np.ndarray:  # fmt: skip
+    """Scattered XYZ (n, 3) at (u, v) (n,), all at one w, mean of the reliefs' spectra: the density over (u, v) of
+    reflected light at R = O = 1, a perfect mirror's white having Y = 1.
+
+    tick(fraction) is called after each transform."""
+    count = int(np.ceil((WAVELENGTH_MAX_M - WAVELENGTH_MIN_M) / step_m - 1e-6))
+    lambdas = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, count + 1)
+    weights = spectral_weights(lambdas, illuminant) / len(reliefs)
+    reach = [np.abs(places).max(initial=0) + KERNEL_REACH * sigma_b for places in (v, u)]
+    found = np.zeros((len(u), 3))
+    for n, relief in enumerate(reliefs):
+        for k, (lam, weight) in enumerate(zip(lambdas, weights, strict=True)):
+            cells = scattered_cells(relief, w / lam, (reach[0] / lam, reach[1] / lam), sigma_b / lam)
+            found += cells.density(u, v, lam, sigma_b)[:, None] * weight
+            tick((n + (k + 1) / len(lambdas)) / len(reliefs))
+    return found
+
+
+def zero_order_xyz(reliefs: Sequence[Relief], w: np.ndarray, illuminant: str = "D65") -> np.ndarray:
+    """The zero order's XYZ (n, 3) at w (n,): the characteristic function of the heights' distribution, squared, at 1
+    nm; mean of the reliefs'."""
+    lambdas = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401)
+    efficiency = np.zeros((len(w), len(lambdas)))
+    for relief in reliefs:
+        height, share = _distribution(relief)
+        for k, each in enumerate(w):
+            efficiency[k] += np.abs(np.exp(-2j * np.pi * each / lambdas[:, None] * height) @ share) ** 2
+    return efficiency @ spectral_weights(lambdas, illuminant) / len(reliefs)
+
+
+def _distribution(relief: Relief) -> tuple[np.ndarray, np.ndarray]:
+    """Mean heights of the classes of heights that occur, and their shares of the surface under the taper's square."""
+    weight = (relief.taper**2).ravel()
+    height = relief.height_m.ravel()
+    width = max(relief.height_range_m / _HEIGHT_CLASSES, np.finfo(float).tiny)
+    index = np.minimum(((height - height.min()) / width).astype(int), _HEIGHT_CLASSES - 1)
+    share = np.bincount(index, weight)
+    mean = np.bincount(index, weight * height)[share > 0] / share[share > 0]
+    return mean, share[share > 0] / weight.sum()
+
+
+def draw_pairs(
+    reliefs: Sequence[Relief], sigma_b: float, w: float, count: int, u_range, v_range, rng: np.random.Generator
+) -> Pairs:
+    """Up to `count` pairs of cos(ti) + cos(tr) = w with u and v in their ranges (low, high), half of them cosine
+    weighted, half drawn from the spectrum; fewer where these barely reach the ranges."""
+    cosine = _cosine_within(w, count // 2, u_range, v_range, rng)
+    half = _half_vectors(reliefs, sigma_b, w, count - count // 2, u_range, v_range, rng)
+    wi, wr = pair_about(half, rng)
+    drawn = np.arange(len(cosine.wi) + len(wi)) >= len(cosine.wi)
+    return Pairs(np.concatenate([cosine.wi, wi]), np.concatenate([cosine.wr, wr]), drawn)
+
+
+def _cosine_within(w: float, count: int, u_range, v_range, rng: np.random.Generator) -> Pairs:
+    wi, wr = np.empty((2, 0, 3))
+    for _ in range(100):
+        more = cosine_weighted(w, count, rng)
+        kept = Pairs(*more, np.zeros(len(more[0]), bool)).within(u_range, v_range)
+        wi, wr = np.concatenate([wi, kept.wi])[:count], np.concatenate([wr, kept.wr])[:count]
+        if len(wi) == count:
+            break
+    return Pairs(wi, wr, np.zeros(len(wi), bool))
+
+
+def _half_vectors(reliefs, sigma_b, w, count, u_range, v_range, rng) -> np.ndarray:
+    """Up to count half vectors (n, 3), drawn from the scattered power times luminance, jittered by the kernel."""
+    nm = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401)
+    luminance = np.cumsum(observer(nm)[:, 1])
+    # Twice as many as are wanted: the jitter takes some past the horizon.
+    each = -(-2 * count // (_DRAWN_AT * len(reliefs)))
+    radius = np.sqrt(4 - w**2)
+    found = [np.empty((0, 2))]
+    for k in range(_DRAWN_AT):
+        at = np.append((k + rng.random(each)) / _DRAWN_AT, (k + 0.5) / _DRAWN_AT)
+        *lambdas, middle = np.interp(at * luminance[-1], luminance, nm)
+        for relief in reliefs:
+            cells = scattered_cells(relief, w / middle, (radius / middle, radius / middle), sigma_b / middle)
+            u, v = middle * cells.q_x, middle * cells.q_y[:, None]
+            inside = (u >= u_range[0]) & (u <= u_range[1]) & (v >= v_range[0]) & (v <= v_range[1])
+            cumulative = np.cumsum(cells.power * (inside & (u**2 + v**2 < radius**2)))
+            if cumulative[-1] > 0:
+                bins = np.searchsorted(cumulative, rng.random(each) * cumulative[-1], side="right")
+                row, col = np.unravel_index(np.minimum(bins, cumulative.size - 1), cells.power.shape)
+                q = np.column_stack([cells.q_x[col], cells.q_y[row]])
+                found.append(np.array(lambdas)[:, None] * q + sigma_b * rng.standard_normal((each, 2)))
+    uv = rng.permutation(np.concatenate(found))
+    low, high = np.transpose([u_range, v_range])
+    uv = uv[((uv >= low) & (uv <= high)).all(axis=1) & (np.sum(uv**2, axis=1) < radius**2)][:count]
+    return np.column_stack([uv, np.full(len(uv), w)])

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A bake's file read by the few lines here, which share nothing with the code that packs or reads a table."""
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+
+from ..base.failure import GratingError
+from ..colour.observer import ILLUMINANTS
+
+FORMAT = 5
+
+
+# Texels around a tile that reading alone meets, those that a tile takes of the picture over its texels within, and
+# rows under the excess albedo and around it.
+_RIM, _TAKEN, _STRIP = 2, 6, 4 + 2
+
+
+@dataclass(frozen=True)
+class Table:
+    """A bake as its file holds it: terms (K, rows, columns, 3) of XYZ over w^2, row along +v, column along +u, the
+    first texel's middle at `first` (u, v), the outer two on every side only met by reading; the zero order's XYZ (n, 3)
+    at equal steps of w from 0 to 2; the header. Of its levels the first, under the narrowest kernel."""
+
+    terms: np.ndarray
+    zero_order: np.ndarray
+    first: tuple[float, float]
+    texel: float
+    w_range: tuple[float, float]
+    sigma_b: float
+    illuminant: str
+    record: dict
+
+    @property
+    def u_range(self) -> tuple[float, float]:
+        """From the middle of the first texel that holds the table to the last's."""
+        return self.first[0] + _RIM * self.texel, self.first[0] + (self.terms.shape[2] - 1 - _RIM) * self.texel
+
+    @property
+    def v_range(self) -> tuple[float, float]:
+        return self.first[1] + _RIM * self.texel, self.first[1] + (self.terms.shape[1] - 1 - _RIM) * self.texel
+
+    def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w: float) -> np.ndarray:
+        """Scattered XYZ over w^2 (n, 3) at u, v (n,): B-splines over the texels, and T_k(t) = cos(k arccos t)."""
+        low, high = self.w_range
+        angle = math.acos(np.clip((2 * w - low - high) / (high - low), -1, 1))
+        basis = np.cos(np.arange(len(self.terms)) * angle)
+        x = (np.clip(u, *self.u_range) - self.first[0]) / self.texel
+        y = (np.clip(v, *self.v_range) - self.first[1]) / self.texel
+        found = np.zeros((len(u), 3))
+        for row in (np.floor(y) + k for k in (-1, 0, 1, 2)):
+            for column in (np.floor(x) + k for k in (-1, 0, 1, 2)):
+                share = cubic_bspline(y - row) * cubic_bspline(x - column)
+                texels = self.terms[:, row.astype(int), column.astype(int)]
+                found += share[:, None] * np.tensordot(basis, texels, axes=1)
+        return found
+
+    def zero_order_xyz(self, w) -> np.ndarray:
+        """Z (..., 3) at w (...,), B-splines over the samples; past the last they go on in line."""
+        last = len(self.zero_order) - 1
+        at = np.asarray(w, float) / 2 * last
+        beyond = 2 * self.zero_order[-1] - self.zero_order[-2]
+        samples = np.concatenate([self.zero_order, [beyond]])
+        found = 0.0
+        for each in (np.floor(at) + k for k in (-1, 0, 1, 2)):
+            found = found + cubic_bspline(at - each)[..., None] * samples[np.clip(each, 0, last + 1).astype(int)]
+        return found
+
+
+def cubic_bspline(x: np.ndarray) -> np.ndarray:
+    """The uniform cubic B-spline at x, from its truncated powers."""
+    powers = [math.comb(4, k) * (-1) ** k * np.maximum(x + 2 - k, 0) ** 3 for k in range(5)]
+    return sum(powers) / 6
+
+
+def read_table(path: Path) -> Table:
+    """The table in a bake's file. Raises GratingError if it is none."""
+    if not path.is_file():
+        raise GratingError(f"{path}: there is no such file; give the .exr that `bake` wrote")
+    try:
+        file = OpenEXR.File(str(path))
+        header, channels = file.header(), file.channels()
+    except Exception as error:  # OpenEXR's own type differs by version
+        raise GratingError(f"{path}: not a readable OpenEXR file; bake it again") from error
+    try:
+        record = json.loads(header["natural_gratings"])
+        found, model = record["format"], record["model"]
+    except (KeyError, TypeError, ValueError) as error:
+        raise GratingError(f"{path}: not a Natural Gratings bake; give the .exr that `bake` wrote") from error
+    if found != FORMAT:
+        raise GratingError(f"{path}: made by another version (format {found}); bake it again")
+    if model != "ensemble":
+        raise GratingError(f"{path}: holds the {model} model, of which there is no check; bake the ensemble model")
+    try:
+        return _table(channels["RGB"].pixels[::-1], record)
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
+        raise GratingError(
+            f"{path}: its header and its picture do not agree, or hold what is no number; bake it again"
+        ) from error
+
+
+def _table(image: np.ndarray, record: dict) -> Table:
+    """The table in a picture (height, width, 3), row 0 at the bottom. Raises ValueError if the header does not fit."""
+    layout = record["layout"]
+    rows, columns, across = layout["tile_rows"], layout["tile_columns"], layout["columns"]
+    inner = layout["inner_rows"], layout["inner_columns"]
+    count, samples = layout["terms"], layout["zero_order_samples"]
+    numbers = [layout[name] for name in ("texel", "sigma_b", "scale", "u_first", "v_first", "w_min", "w_max")]
+    if not (
+        image.shape == (*_picture_size(layout), 3)
+        and layout["strip_rows"] == layout["limit_rows"] + _STRIP
+        and 1 <= count <= layout["rows"] * across
+        and samples >= 2
+        and all(1 <= n <= taken - _TAKEN for n, taken in zip(inner, (rows, columns), strict=True))
+        and all(math.isfinite(number) for number in numbers)
+        and min(numbers[:3]) > 0
+        and 0 <= layout["w_min"] < layout["w_max"] <= 2
+        and layout["illuminant"] in ILLUMINANTS
+        and np.isfinite(image).all()  # of what is no number there is nothing to measure
+    ):
+        raise ValueError(layout)
+    tiles = []
+    for k in range(count):
+        top, left = layout["strip_rows"] + k // across * rows, k % across * columns
+        tiles.append(image[top : top + inner[0] + 2 * _RIM, left : left + inner[1] + 2 * _RIM].astype(np.float32))
+    return Table(
+        terms=np.stack(tiles) * np.float32(layout["scale"]),
+        zero_order=image[0, :samples].astype(float),
+        first=(layout["u_first"], layout["v_first"]),
+        texel=layout["texel"],
+        w_range=(layout["w_min"], layout["w_max"]),
+        sigma_b=layout["sigma_b"],
+        illuminant=layout["illuminant"],
+        record=record,
+    )
+
+
+def _picture_size(layout: dict) -> tuple[int, int]:
+    """Height and width of a picture with such a header: beside the first level's tiles, the others' above each
+    other."""
+    halves = [2**level for level in range(1, layout["levels"])]
+    rows, columns = layout["tile_rows"] - _TAKEN, layout["tile_columns"] - _TAKEN
+    above = max(rows + _TAKEN, sum(rows // half + _TAKEN for half in halves))
+    beside = columns + _TAKEN + sum(columns // half + _TAKEN for half in halves[:1])
+    strip = layout["zero_order_samples"] + 1, layout["limit_columns"] + 2
+    return layout["strip_rows"] + layout["rows"] * above, max(layout["columns"] * beside, *strip)

@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Is a bake what it says it is? Its error, recomputed from its file and the height maps alone.
+
+The table is read and sampled by the few lines here and held against direct sums (direct.py): nothing is shared with
+the code that bakes, packs, reads or measures a bake but the figures themselves, the observer's tables and what counts
+as the surface.
+"""
+
+import hashlib
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..base.failure import GratingError
+from ..colour.observer import WAVELENGTH_MIN_M
+from ..measure.errors import Errors, Truth, measure
+from ..measure.pairs import draw_w
+from ..surface.height_map import HeightMap
+from ..surface.relief import Relief, prepare
+from . import direct_sums
+from .direct_sums import draw_pairs, scattered_xyz
+from .table_file import Table, read_table
+
+RINGS = (0.0, 0.1, 0.5, 1.0, 2.0)
+
+
+# Of the luminance, for a dE00 of 1 or less; in proportion above.
+RELATIVE_DY = 0.01
+
+
+# Another than that of the bake's own check: the same directions would forgive what was tuned to them.
+_SEED = 1
+
+
+_ZERO_ORDER_AT = 17
+
+
+_HALF_STEP = 2.0**-11
+
+
+# The bake's expansion of the phasor may be off by so much of the light for a dE00 of 1; a mirror image, all of it in
+# one place, is held to the same.
+_EXPANSION = 2e-4
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a check found: the figures, what they may be, and each ring of |u| by itself."""
+
+    errors: Errors
+    asked: float
+    allowance: float
+    zero_order_dy: float
+    zero_order_budget: float
+    rings: list[dict]
+    w: list[float]
+    step_m: float
+    seconds: float
+
+    @property
+    def relative_dy_budget(self) -> float:
+        return RELATIVE_DY * max(1.0, self.asked)
+
+    @property
+    def faults(self) -> list[str]:
+        """What is not as it was asked; empty if the bake passes."""
+        found = []
+        if not self.errors.p99 <= self.asked + self.allowance:
+            found.append(f"dE00 p99 {self.errors.p99:.2f}, asked {self.asked:g}")
+        if not self.errors.relative_dy <= self.relative_dy_budget:
+            found.append(f"|dY| {self.errors.relative_dy:.1%}, asked {self.relative_dy_budget:.1%}")
+        if not self.zero_order_dy <= self.zero_order_budget:
+            found.append(f"zero order off by {self.zero_order_dy:.1e}, asked {self.zero_order_budget:.1e}")
+        return found
+
+    def as_dict(self) -> dict:
+        """Ready for JSON."""
+        return {
+            "passed": not self.faults,
+            "faults": self.faults,
+            "asked_delta_e": self.asked,
+            "delta_e": self.errors.as_dict(),
+            "p99_allowance": self.allowance,
+            "relative_dy_budget": self.relative_dy_budget,
+            "zero_order": {"dy": self.zero_order_dy, "budget": self.zero_order_budget},
+            "rings": self.rings,
+            "w": self.w,
+            "step_nm": self.step_m * 1e9,
+            "seconds": self.seconds,
+        }
+
+
+def check(
+    bake: Path,
+    height_maps: Sequence[HeightMap],
+    delta_e: float | None = None,
+    groups: int = 2,
+    pairs: int = 4000,
+    step_m: float | None = None,
+    progress: Callable[[str, float], None] = lambda stage, fraction: None,
+) -> Verdict:
+    """Recompute a bake's error on `groups` values of w, `pairs` direction pairs each, at a wavelength step.
+
+    delta_e: what was asked, by default as the header says. progress(stage, fraction) as in the bake. Raises
+    GratingError if the file is no bake or not one of these height maps."""
+    started = time.perf_counter()
+    table = read_table(bake)
+    _refuse_another_surface(bake, table.record, height_maps)
+    asked = float(table.record.get("asked_delta_e", 1.0)) if delta_e is None else delta_e
+    step_m = default_step(table.sigma_b) if step_m is None else step_m
+    reliefs = [prepare(height_map) for height_map in height_maps]
+    truth = truths(table, reliefs, groups, pairs, step_m, progress)
+    if not sum(len(t.scattered_xyz) for t in truth):
+        raise GratingError(f"{bake}: none of {pairs} direction pairs falls in what it covers; give more --pairs")
+    errors = _measured(table, truth)
+    w = np.linspace(0, 2, _ZERO_ORDER_AT) + 1 / len(table.zero_order)
+    w = w[(w >= table.w_range[0]) & (w <= table.w_range[1])]
+    exact = direct_sums.zero_order_xyz(reliefs, w, table.illuminant)[:, 1]
+    off = np.abs(table.zero_order_xyz(w)[:, 1] - exact).max(initial=errors.zero_order_dy)
+    return Verdict(
+        errors, asked, sampling_allowance(errors), float(off), zero_order_budget(reliefs, len(table.zero_order), asked),
+        _rings(table, truth), [t.w for t in truth], step_m, time.perf_counter() - started,
+    )  # fmt: skip
+
+
+def _refuse_another_surface(bake: Path, record: dict, height_maps: Sequence[HeightMap]) -> None:
+    told = record.get("heights_sha256", [])
+    told = [told] if isinstance(told, str) else told
+    if len(told) != len(height_maps):
+        raise GratingError(
+            f"{bake}: a bake of {len(told)} height maps, not {len(height_maps)}; name them all, in order"
+        )
+    for digest, height_map in zip(told, height_maps, strict=True):
+        if hashlib.sha256(np.ascontiguousarray(height_map.height_m).tobytes()).hexdigest() != digest:
+            raise GratingError(
+                f"{bake}: a bake of another surface than {height_map.source}; name the file, --size-um, --height-nm "
+                "and --channel that it was baked from"
+            )
+    pixel = record.get("pixel_size_m", height_maps[0].pixel_size_m)
+    if not np.allclose(pixel, height_maps[0].pixel_size_m, rtol=1e-6, atol=0):
+        raise GratingError(
+            f"{bake}: baked from pixels of {pixel[1] * 1e9:.4g} nm; give the --size-um that it was given"
+        )
+
+
+def default_step(sigma_b: float) -> float:
+    """Wavelength step in metres: an order at |u| = 1 moves by at most one sigma_b a step, and a Gaussian summed at that
+    spacing is flat to 5e-9; from 1 nm, to 3 nm for the observer's sake."""
+    return float(np.clip(WAVELENGTH_MIN_M * sigma_b, 1e-9, 3e-9))
+
+
+def truths(table: Table, reliefs: Sequence[Relief], groups: int, pairs: int, step_m: float, progress) -> list[Truth]:
+    """What a table should hold at `groups` values of w, up to `pairs` direction pairs each, within what it covers."""
+    rng = np.random.default_rng(_SEED)
+    found = []
+    for k, w in enumerate(_draw_w(table.w_range, groups, rng)):
+        drawn = draw_pairs(reliefs, table.sigma_b, w, pairs, table.u_range, table.v_range, rng)
+        scattered = scattered_xyz(
+            reliefs, drawn.u, drawn.v, w, table.sigma_b, step_m, table.illuminant,
+            lambda fraction, k=k: progress("check", (k + fraction) / groups),
+        )  # fmt: skip
+        zero_order = direct_sums.zero_order_xyz(reliefs, np.array([w]), table.illuminant)[0]
+        found.append(Truth(float(w), drawn, scattered, zero_order))
+    return found
+
+
+def _draw_w(w_range: tuple[float, float], count: int, rng: np.random.Generator) -> np.ndarray:
+    """w (count,) as two cosine-weighted directions have it, one from each quantile of what lies in the range."""
+    low, high = w_range
+    every = np.sort(draw_w(4096, rng))
+    inside = every[(every >= low) & (every <= high)]
+    if len(inside) < count:
+        inside = np.linspace(low, high, 4 * count)
+    return inside[((np.arange(count) + rng.random(count)) / count * len(inside)).astype(int)]
+
+
+def _measured(table: Table, truth: list[Truth]) -> Errors:
+    return measure(truth, lambda u, v, w: (table.scattered_over_w2(u, v, w), table.zero_order_xyz(w)), table.illuminant)
+
+
+def sampling_allowance(errors: Errors) -> float:
+    """Two standard deviations of a 99th percentile of that many pairs: sqrt(0.99 0.01 / n) over the density there, that
+    of an exponential tail through p95 and p99."""
+    tail = (errors.p99 - errors.p95) / math.log(5)
+    return 2 * tail * math.sqrt(0.99 * 0.01 / errors.pairs) / 0.01
+
+
+def zero_order_budget(reliefs: Sequence[Relief], samples: int, asked: float) -> float:
+    """The largest |dY| of the zero order: a half float's step, what B-splines over its samples smooth off a curve of
+    variance sigma^2 of the heights, |Z''| h^2 / 6 <= (2 pi sigma / lambda)^2 h^2 / 3, and the expansion's tolerance; as
+    many times as dE00 is asked above 1."""
+    step = 2 / (samples - 1)
+    variance = max(np.average(relief.height_m**2, weights=relief.taper**2) for relief in reliefs)
+    bend = (2 * np.pi / WAVELENGTH_MIN_M) ** 2 * variance * step**2 / 3
+    return max(1.0, asked) * float(_HALF_STEP + bend + _EXPANSION)
+
+
+def _rings(table: Table, truth: list[Truth]) -> list[dict]:
+    """Of each ring of sqrt(u^2 + v^2): its pairs, its share of the light, and |dY| relative to that."""
+    parts = [[_in_ring(t, low, high) for t in truth] for low, high in zip(RINGS, RINGS[1:], strict=False)]
+    light = [sum(float(t.pairs.radiance_factor() @ t.scattered_xyz[:, 1]) / t.w**2 for t in part) for part in parts]
+    found = []
+    for low, high, part, lit in zip(RINGS, RINGS[1:], parts, light, strict=False):
+        pairs = sum(len(t.scattered_xyz) for t in part)
+        found.append({
+            "u_from": low, "u_to": high, "pairs": pairs, "light": lit / max(sum(light), np.finfo(float).tiny),
+            "relative_dy": _measured(table, part).relative_dy if pairs else 0.0,
+        })  # fmt: skip
+    return found
+
+
+def _in_ring(truth: Truth, low: float, high: float) -> Truth:
+    radius = np.hypot(truth.pairs.u, truth.pairs.v)
+    kept = (radius >= low) & (radius < high)
+    return Truth(truth.w, truth.pairs.only(kept), truth.scattered_xyz[kept], truth.zero_order_xyz)

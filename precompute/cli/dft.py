@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`dft`: the images that the OSL shaders of the thesis's algorithms read."""
+
+import argparse
+from pathlib import Path
+
+from ..methods import dft_images
+from .arguments import add_input, check_sampling, coherence_argument, height_map_of, period_of
+from .output import Progress, emit
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `dft`."""
+    add_input(parser)
+    parser.add_argument("-o", "--output", required=True, type=Path, metavar="DIR", help="folder for the images")
+    parser.add_argument(
+        "--method", choices=dft_images.DFT_METHODS, default="flss",
+        help="that will read them; chebyshev is FLSS for reliefs too deep for Taylor's series; default flss",
+    )  # fmt: skip
+    parser.add_argument("--terms", type=int, metavar="N", help="terms of the expansion; default: by error bound")
+    parser.add_argument("--step-nm", type=float, default=5.0, metavar="NM", help="wavelength step; default 5")
+    parser.add_argument(
+        "--texels", type=int, choices=(0, *range(1, 32, 2)), default=3, metavar="N",
+        help="read, a side, odd; 0: as many as the window reaches; default 3",
+    )  # fmt: skip
+    parser.add_argument("--coherence-um", type=coherence_argument, default=65.0, metavar="UM", help="default 65")
+    parser.add_argument("--period-nm", type=float, metavar="NM", help="of the grating (nmm); default: found")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """The `dft` verb: transform, write."""
+    check_sampling(arguments)
+    settings = dft_images.settings_for(
+        coherence_length_m=None if arguments.coherence_um is None else arguments.coherence_um * 1e-6,
+        terms=arguments.terms,
+        step_m=arguments.step_nm * 1e-9,
+        texels=arguments.texels,
+        period_m=period_of(arguments),
+    )
+    facts = dft_images.images_to_folder(
+        height_map_of(arguments), arguments.method, settings, arguments.output, Progress(arguments.progress)
+    )
+    size = facts["image_bytes"] / 2**20
+    emit(facts, arguments.json, lambda: f"{facts['files'][0]}: {facts['terms']} terms, {size:.0f} MiB")

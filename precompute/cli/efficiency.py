@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`efficiency`: a grating's orders against their closed forms."""
+
+import argparse
+
+import numpy as np
+
+from ..study import efficiency
+from .output import emit
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `efficiency`."""
+    parser.add_argument("profile", choices=efficiency.PROFILES)
+    parser.add_argument("--period-um", type=float, required=True, metavar="UM")
+    parser.add_argument("--depth-nm", type=float, required=True, metavar="NM", help="from trough to crest")
+    parser.add_argument("--wavelength-nm", type=float, required=True, metavar="NM")
+    parser.add_argument("--theta-i", type=float, default=0.0, metavar="DEG", help="angle of the light; default 0")
+    parser.add_argument("--orders", type=int, default=3, metavar="M", help="orders -M to M; default 3")
+    parser.add_argument("--samples", type=int, default=2048, metavar="N", help="samples of a period; default 2048")
+    parser.add_argument("--json", metavar="FILE|-", help="write the result as JSON")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """The `efficiency` verb."""
+    found = efficiency.efficiencies(
+        arguments.profile, arguments.period_um * 1e-6, arguments.depth_nm * 1e-9, arguments.wavelength_nm * 1e-9,
+        np.radians(arguments.theta_i), arguments.orders, arguments.samples,
+    )  # fmt: skip
+    lines = [f"{o.order:+3d}  computed {o.computed:.9f}  analytic {o.analytic:.9f}  error {o.error:.1e}" for o in found]
+    emit({"orders": [o.as_dict() for o in found]}, arguments.json, lambda: "\n".join(lines))

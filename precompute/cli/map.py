@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`map`: a BRDF map over the hemisphere of view."""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from ..bake.ensemble import bake, plan
+from ..base.failure import GratingError
+from ..base.files import write_whole
+from ..methods.method import Settings
+from ..methods.registry import METHODS
+from ..study import brdf_map
+from ..surface.relief import Relief, prepare
+from ..table import atlas, atlas_file
+from .arguments import add_input, check_sampling, coherence_argument, existing_bake, height_map_of, period_of
+from .output import Progress, emit
+
+# The patch model's reference sums every pixel anew for every direction: hours for a picture.
+MAP_METHODS = tuple(name for name in METHODS if name != "reference-patch")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `map`."""
+    add_input(parser)
+    parser.add_argument("-o", "--output", required=True, type=Path, metavar="PNG|EXR")
+    parser.add_argument("--method", choices=MAP_METHODS, default="bake")
+    parser.add_argument(
+        "--theta-i", type=float, default=0.0, metavar="DEG", help="angle of the light, from -x; default 0"
+    )
+    parser.add_argument("--step-nm", type=float, default=5.0, metavar="NM", help="wavelength step; default 5")
+    parser.add_argument("--terms", type=int, metavar="N", help="terms of Taylor or Chebyshev; default: by error bound")
+    parser.add_argument("--precision", choices=("float32", "float64"), default="float32", help="of those terms")
+    parser.add_argument("--centred", action="store_true", help="Taylor about the middle of the relief, not its floor")
+    parser.add_argument("--period-nm", type=float, metavar="NM", help="of the grating (nmm, stam, gem); default: found")
+    parser.add_argument("--size", type=int, default=512, metavar="PIXELS")
+    parser.add_argument("--coherence-um", type=coherence_argument, default=None, metavar="auto|UM")
+    parser.add_argument(
+        "--form", choices=("conserving", "stam"), default="conserving", help="limited to the light received, or not"
+    )
+    parser.set_defaults(output_is_file=True)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """The `map` verb: a PNG to look at or an EXR of linear Rec.709 radiance under unit irradiance."""
+    if arguments.output.suffix.lower() not in (".png", ".exr"):
+        raise GratingError(f"{arguments.output}: neither PNG nor EXR; name the file .png or .exr")
+    if not -90 < arguments.theta_i < 90:
+        raise GratingError(f"--theta-i {arguments.theta_i:g}: below the surface; give an angle between -90 and 90")
+    if not 8 <= arguments.size <= 8192:
+        raise GratingError(f"--size {arguments.size}: not a picture size; give 8 to 8192")
+    check_sampling(arguments)
+    period_of(arguments)
+    progress = Progress(arguments.progress)
+    xyz, illuminant = brdf_map_of(arguments, progress)
+    arguments.output.parent.mkdir(parents=True, exist_ok=True)
+    write_picture(arguments.output, xyz, illuminant)
+    emit({"files": [str(arguments.output)]}, arguments.json, lambda: str(arguments.output))
+
+
+def brdf_map_of(arguments, progress: Progress) -> tuple[np.ndarray, str]:
+    """Map (size, size, 3) in XYZ and its illuminant, from a bake's file or folder, or from a height map."""
+    theta_i, conserving = np.radians(arguments.theta_i), arguments.form == "conserving"
+    file = existing_bake(arguments.file)
+    if file is not None:
+        if arguments.method != "bake":
+            raise GratingError(
+                f"{file}: a bake no longer holds the surface; give --method {arguments.method} the height map"
+            )
+        baked, _ = atlas_file.read(file)
+        return brdf_map.from_bake(baked, arguments.size, theta_i, conserving), baked.illuminant
+    length_m = None if arguments.coherence_um is None else arguments.coherence_um * 1e-6
+    relief = prepare(height_map_of(arguments))
+    if arguments.method == "bake":
+        baked = atlas.unpack(*atlas.pack(bake(relief, length_m, progress=progress)))
+        return brdf_map.from_bake(baked, arguments.size, theta_i, conserving), baked.illuminant
+    if arguments.method != "reference":
+        return method_map(relief, length_m, arguments, progress), "D65"
+    sigma_b = plan(relief, length_m).sigma_b
+    xyz = brdf_map.from_reference(
+        relief, sigma_b, arguments.size, theta_i, arguments.step_nm * 1e-9,
+        tick=lambda done, total: progress("reference", done / total), conserving=conserving,
+    )  # fmt: skip
+    return xyz, "D65"
+
+
+def method_map(relief: Relief, length_m: float | None, arguments, progress: Progress) -> np.ndarray:
+    """Map (size, size, 3) in XYZ by one of METHODS."""
+    settings = Settings(
+        coherence_length_m=length_m,
+        terms=arguments.terms,
+        step_m=arguments.step_nm * 1e-9,
+        dtype=np.dtype(arguments.precision).type,
+        centred=arguments.centred,
+        period_m=period_of(arguments),
+    )
+    method = METHODS[arguments.method](relief, settings)
+    return brdf_map.from_method(
+        method, arguments.size, np.radians(arguments.theta_i),
+        tick=lambda done, total: progress(arguments.method, done / total),
+    )  # fmt: skip
+
+
+def write_picture(path: Path, xyz: np.ndarray, illuminant: str) -> None:
+    """PNG, or EXR of linear Rec.709."""
+    if path.suffix.lower() == ".png":
+        from PIL import Image
+
+        write_whole(path, Image.fromarray(brdf_map.picture(xyz, illuminant)).save)
+        return
+    import OpenEXR
+
+    rgb = np.nan_to_num(brdf_map.linear_rgb(xyz, illuminant))[::-1].astype(np.float32)
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    with OpenEXR.File(header, {"RGB": np.ascontiguousarray(rgb)}) as file:
+        write_whole(path, lambda temporary: file.write(str(temporary)))

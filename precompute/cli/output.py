@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a verb tells: progress, facts as JSON or as text; and what it refuses to write to."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+from ..base.failure import GratingError
+
+
+class Progress:
+    """Reports stages on standard error: lines for people, or JSON lines for the program that started us."""
+
+    def __init__(self, style: str):
+        self.style = style
+        self._last = (None, -1.0)
+
+    def __call__(self, stage: str, fraction: float) -> None:
+        last_stage, last_fraction = self._last
+        step = 0.01 if self.style == "json" else 0.25
+        if self.style == "none" or (stage == last_stage and fraction < min(1.0, last_fraction + step)):
+            return
+        self._last = (stage, fraction)
+        if self.style == "json":
+            line = json.dumps({"stage": stage, "fraction": round(fraction, 4)})
+        else:
+            line = f"{stage}: {fraction:4.0%}"
+        print(line, file=sys.stderr, flush=True)
+
+
+def check_targets(arguments: argparse.Namespace) -> None:
+    """Refuse, before any work, what could not be written after it.
+
+    Raises GratingError where --json or --output names a folder instead of a file, or a file instead of a folder. A
+    verb whose output is a file says so by its default `output_is_file`."""
+    if arguments.json and arguments.json != "-":
+        _check_file(Path(arguments.json))
+        if not Path(arguments.json).parent.is_dir():
+            raise GratingError(f"{arguments.json}: its folder is not there; make it first")
+    output = getattr(arguments, "output", None)
+    if output is None:
+        return
+    output_is_file = getattr(arguments, "output_is_file", False)
+    if output_is_file:
+        _check_file(output)
+    existing = next((each for each in (output, *output.parents) if each.exists()), None)
+    if existing is not None and not existing.is_dir() and not (output_is_file and existing == output):
+        raise GratingError(f"{existing}: is a file; name a folder")
+
+
+def _check_file(path: Path) -> None:
+    if path.is_dir():
+        raise GratingError(f"{path}: is a folder; name a file")
+    if path.parent.exists() and not path.parent.is_dir():
+        raise GratingError(f"{path.parent}: is a file; name a folder")
+
+
+def emit(facts: dict, target: str | None, summary) -> None:
+    """Facts as JSON to a file or standard output, or a summary for people."""
+    if target == "-":
+        print(json.dumps(facts, indent=1))
+    else:
+        if target:
+            Path(target).write_text(json.dumps(facts, indent=1) + "\n")
+        print(summary())

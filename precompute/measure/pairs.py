@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pairs of directions on which an error is measured."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..optics.brdf import half_angle_cosine, obliquity_times_cosine_and_w2
+from ..optics.fresnel import fresnel_reflectance
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Direction pairs of equal w: wi, wr (n, 3); `drawn` (n,) marks those drawn from the reference's spectrum."""
+
+    wi: np.ndarray
+    wr: np.ndarray
+    drawn: np.ndarray
+
+    @property
+    def u(self) -> np.ndarray:
+        return self.wi[:, 0] + self.wr[:, 0]
+
+    @property
+    def v(self) -> np.ndarray:
+        return self.wi[:, 1] + self.wr[:, 1]
+
+    def within(self, u_range, v_range) -> "Pairs":
+        """Those of u and v inside the ranges (low, high)."""
+        u, v = self.u, self.v
+        return self.only((u >= u_range[0]) & (u <= u_range[1]) & (v >= v_range[0]) & (v <= v_range[1]))
+
+    def only(self, kept: np.ndarray) -> "Pairs":
+        """Those that a mask (n,) keeps."""
+        return Pairs(self.wi[kept], self.wr[kept], self.drawn[kept])
+
+    def radiance_factor(self) -> np.ndarray:
+        """R * O * cos(ti) * w^2 (n,): what turns scattered XYZ over w^2 into radiance under unit irradiance."""
+        reflectance = fresnel_reflectance(half_angle_cosine(self.wi, self.wr))
+        return reflectance * obliquity_times_cosine_and_w2(self.wi, self.wr)
+
+
+def draw_w(count: int, rng: np.random.Generator) -> np.ndarray:
+    """w (count,) as two cosine-weighted directions have it, one from each quantile so that few cover the range."""
+    sums = np.sort(np.sqrt(rng.random((4096, 2))).sum(axis=1))
+    return sums[((np.arange(count) + rng.random(count)) / count * len(sums)).astype(int)]
+
+
+def cosine_weighted(w: float, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """wi, wr (count, 3) of cos(ti) + cos(tr) = w, each cosine weighted, of any azimuth."""
+    low, high = max(0.0, w - 1), min(1.0, w)
+    candidates = rng.uniform(low, high, 64 * count)
+    # Density of a cosine-weighted cosine c is 2 c, and its partner is w - c; their product peaks at w / 2.
+    kept = candidates[rng.random(len(candidates)) * (w / 2) ** 2 < candidates * (w - candidates)]
+    ci = kept[:count]
+    azimuth = rng.uniform(0, 2 * np.pi, (2, len(ci)))
+    return _direction(ci, azimuth[0]), _direction(w - ci, azimuth[1])
+
+
+def _direction(cosine: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+    sine = np.sqrt(np.maximum(1 - cosine**2, 0))
+    return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), cosine], axis=-1)
+
+
+def pair_about(half: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Unit pairs (n, 3) whose sums are the half vectors (n, 3), both above the surface, otherwise at random."""
+    length = np.linalg.norm(half, axis=1, keepdims=True)
+    axis = half / length
+    side = np.cross(axis, np.where(np.abs(axis[:, :1]) < 0.7, [[1.0, 0, 0]], [[0, 1.0, 0]]))
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    reach = np.sqrt(np.maximum(1 - length**2 / 4, 0))
+    offset = np.zeros_like(half)
+    pending = np.arange(len(half))
+    for _ in range(200):
+        turn = rng.uniform(0, 2 * np.pi, (len(pending), 1))
+        a, s = axis[pending], side[pending]
+        trial = reach[pending] * (np.cos(turn) * s + np.sin(turn) * np.cross(a, s))
+        above = np.abs(trial[:, 2]) < half[pending, 2] / 2
+        offset[pending[above]] = trial[above]
+        pending = pending[~above]
+        if len(pending) == 0:
+            break
+    kept = np.setdiff1d(np.arange(len(half)), pending)
+    return (half / 2 + offset)[kept], (half / 2 - offset)[kept]

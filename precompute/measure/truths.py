@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one measure of error: how far a method's colours are from the reference's, as an eye would see them (DESIGN 6).
+
+Direction pairs in groups of equal w: half cosine weighted, half drawn from the reference's own spectrum, since random
+directions rarely meet a narrow order. The figures are those of figures.py.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..colour.observer import spectral_weights, wavelengths
+from ..reference.ensemble import reference_grid, reference_xyz
+from ..spectra.spectrum import FrequencyGrid, scattered_spectrum
+from .errors import Truth
+from .pairs import Pairs, cosine_weighted, draw_w, pair_about
+
+# Power per bin (ny, nx) at s in cycles per metre, and the bins' grid.
+Spectrum = Callable[[float], tuple[np.ndarray, FrequencyGrid]]
+
+
+def draw_pairs(spectrum: Spectrum, sigma_b: float, w: float, count: int, rng: np.random.Generator) -> Pairs:
+    """`count` pairs of cos(ti) + cos(tr) = w, the first half cosine weighted, the second from the spectrum."""
+    cosine = cosine_weighted(w, count // 2, rng)
+    spectral = _spectrum_weighted(spectrum, sigma_b, w, count - count // 2, rng)
+    wi, wr = (np.concatenate(halves) for halves in zip(cosine, spectral, strict=True))
+    drawn = np.arange(len(wi)) >= len(cosine[0])
+    return Pairs(wi, wr, drawn)
+
+
+def _spectrum_weighted(spectrum, sigma_b, w, count, rng) -> tuple[np.ndarray, np.ndarray]:
+    """Half vectors drawn from the scattered power times luminance, jittered by the kernel, each with a random pair."""
+    lambdas = wavelengths(20e-9)
+    luminance = spectral_weights(lambdas)[:, 1]
+    half = []
+    # Four times as many as are wanted: half vectors past the horizon are thrown away.
+    for lam, share in zip(lambdas, rng.multinomial(4 * count, luminance / luminance.sum()), strict=True):
+        if share == 0:
+            continue
+        power, grid = spectrum(w / lam)
+        cumulative = np.cumsum(np.maximum(power, 0), dtype=float)
+        if cumulative[-1] <= 0:
+            continue
+        bins = np.searchsorted(cumulative, rng.random(share) * cumulative[-1])
+        row, col = np.unravel_index(np.minimum(bins, power.size - 1), power.shape)
+        uv = lam * np.stack([grid.q_x[col], grid.q_y[row]], axis=-1) + sigma_b * rng.standard_normal((share, 2))
+        half.append(uv)
+    if not half:
+        return np.empty((0, 3)), np.empty((0, 3))
+    uv = rng.permutation(np.concatenate(half))
+    uv = uv[np.sum(uv**2, axis=1) < 4 - w**2][:count]
+    return pair_about(np.column_stack([uv, np.full(len(uv), w)]), rng)
+
+
+def truths(relief, sigma_b, w_count, pairs_each, step_m, illuminant="D65", seed=0, tick=None) -> list[Truth]:
+    """The reference at w_count random w, pairs_each direction pairs each."""
+    rng = np.random.default_rng(seed)
+    grid = reference_grid(relief, sigma_b)
+    found = []
+    for k, w in enumerate(draw_w(w_count, rng)):
+        pairs = draw_pairs(lambda s: (scattered_spectrum(relief, s, grid)[0], grid), sigma_b, w, pairs_each, rng)
+
+        def step(done, total, k=k):
+            if tick:
+                tick(k * total + done, w_count * total)
+
+        found.append(Truth(w, pairs, *reference_xyz(relief, pairs.u, pairs.v, w, sigma_b, step_m, illuminant, step)))
+    return found

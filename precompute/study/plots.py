@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Plots are for the researcher's command line: matplotlib is no part of the extension and may be absent."""
+
+from importlib.machinery import PathFinder
+from types import ModuleType
+
+from ..base.failure import GratingError
+
+
+def pyplot() -> ModuleType:
+    """matplotlib.pyplot, drawing into files. Raises GratingError where matplotlib is not installed."""
+    # Only the search path tells: where matplotlib is absent, colour-science leaves a stand-in among the loaded modules.
+    if PathFinder.find_spec("matplotlib") is None:
+        raise GratingError("plots need matplotlib, which is not installed: python -m pip install matplotlib")
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    return pyplot

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A measured or synthetic relief."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..base.failure import GratingError
+
+
+@dataclass(frozen=True, eq=False)
+class HeightMap:
+    """Heights over a rectangle.
+
+    height_m      (rows, cols) float64 in metres, positive outward, NaN where nothing was measured; columns
+                  run along the tangent T, row 0 is the top of the scan (rows run along -B); read-only
+    pixel_size_m  (dy, dx) in metres
+    source        what it was read from: a path, or "sample:NAME"
+    channel       the instrument's name of these heights; channels: all that the source offers
+    periodic      the edges wrap exactly (synthetic surfaces)
+
+    Raises GratingError unless the heights are a two-dimensional array with at least one finite value and no
+    infinite one, and the pixel sizes are positive and finite.
+    """
+
+    height_m: np.ndarray
+    pixel_size_m: tuple[float, float]
+    source: str
+    channel: str = ""
+    channels: tuple[str, ...] = ()
+    periodic: bool = False
+
+    def __post_init__(self) -> None:
+        height = np.asarray(self.height_m, dtype=np.float64).view()
+        if height.ndim != 2 or height.size == 0:
+            raise GratingError(f"{self.source}: heights of shape {height.shape} are no map; give rows by columns")
+        pixel = tuple(float(side) for side in self.pixel_size_m)
+        if len(pixel) != 2 or not all(math.isfinite(side) and side > 0 for side in pixel):
+            raise GratingError(f"{self.source}: pixel size {pixel} m is not positive; give the real size of the scan")
+        if np.isinf(height).any():
+            raise GratingError(f"{self.source}: some heights are infinite; mark them as missing (NaN)")
+        if np.isnan(height).all():
+            raise GratingError(f"{self.source}: every height is missing; choose another channel or scan")
+        height.flags.writeable = False
+        object.__setattr__(self, "height_m", height)
+        object.__setattr__(self, "pixel_size_m", pixel)
+
+    @property
+    def rows(self) -> int:
+        return self.height_m.shape[0]
+
+    @property
+    def cols(self) -> int:
+        return self.height_m.shape[1]
+
+    @property
+    def source_name(self) -> str:
+        """What a bake tells of its source: the file's name without its folders, or "sample:NAME"."""
+        return self.source if self.source.startswith("sample:") else Path(self.source).name
+
+    @property
+    def stem(self) -> str:
+        """The sample's name, or the file's without its ending."""
+        return self.source.removeprefix("sample:") if self.source.startswith("sample:") else Path(self.source).stem
+
+    @property
+    def size_m(self) -> tuple[float, float]:
+        """(Ly, Lx): the sides of the scan in metres, pixel edge to pixel edge."""
+        return self.rows * self.pixel_size_m[0], self.cols * self.pixel_size_m[1]

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Synthetic surfaces: exact, seeded, and wrapping at their edges."""

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Line gratings of exact profiles, and the mirror.
+
+Heights vary along the columns (the tangent T), so that T is the direction of the grating vector.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..height_map import HeightMap
+from .wrapping import wrapping_surface
+
+_SAMPLES_PER_PERIOD = 32
+
+
+_PERIODS = 26
+
+
+_PERIOD_M = 2.5e-6
+
+
+def flat() -> HeightMap:
+    """A mirror: 256 x 256 zeros over 65 um."""
+    return wrapping_surface("flat", np.zeros((256, 256)), 65e-6 / 256)
+
+
+def sinusoidal(
+    period_m: float = _PERIOD_M,
+    depth_m: float = 200e-9,
+    *,
+    periods: int = _PERIODS,
+    samples_per_period: int = _SAMPLES_PER_PERIOD,
+    rows: int = _PERIODS * _SAMPLES_PER_PERIOD,
+) -> HeightMap:
+    """h = depth/2 sin(2 pi x / period), depth from trough to crest."""
+    phase = np.arange(samples_per_period) / samples_per_period
+    return _grating("sinusoidal", depth_m / 2 * np.sin(2 * np.pi * phase), period_m, periods, rows)
+
+
+def binary(
+    period_m: float = _PERIOD_M,
+    depth_m: float = 140e-9,
+    *,
+    duty: float = 0.5,
+    periods: int = _PERIODS,
+    samples_per_period: int = _SAMPLES_PER_PERIOD,
+    rows: int = _PERIODS * _SAMPLES_PER_PERIOD,
+) -> HeightMap:
+    """Ridges of height depth over a floor of 0; duty is the ridges' share, rounded to whole samples."""
+    ridge = np.arange(samples_per_period) < round(duty * samples_per_period)
+    return _grating("binary", np.where(ridge, depth_m, 0.0), period_m, periods, rows)
+
+
+def blazed(
+    period_m: float = _PERIOD_M,
+    depth_m: float = 246.23e-9,
+    *,
+    periods: int = _PERIODS,
+    samples_per_period: int = _SAMPLES_PER_PERIOD,
+    rows: int = _PERIODS * _SAMPLES_PER_PERIOD,
+) -> HeightMap:
+    """Facets that rise along +T with the slope depth/period, and drop between two samples.
+
+    The samples of a facet are j depth / samples_per_period, so that their own range is one step less than depth.
+    """
+    ramp = depth_m * np.arange(samples_per_period) / samples_per_period
+    return _grating("blazed", ramp, period_m, periods, rows)
+
+
+def _grating(name: str, profile_m: np.ndarray, period_m: float, periods: int, rows: int) -> HeightMap:
+    """One period's profile, repeated along the columns, the same in every row."""
+    height = np.broadcast_to(np.tile(profile_m, periods), (rows, periods * len(profile_m)))
+    return wrapping_surface(name, height.copy(), period_m / len(profile_m))

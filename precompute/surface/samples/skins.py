@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Surfaces like the shed skins of two snakes: rows of fingers on an uneven ground."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..height_map import HeightMap
+from .wrapping import wrapping_surface
+
+
+def elaphe() -> HeightMap:
+    """Like the shed skin of Elaphe guttata: rows of long fingers 1144 nm apart along T, 375 nm from peak to peak.
+
+    Not a copy of a scan: the irregularities are drawn at random, to the measured strength of a real one (about
+    25 nm rms in the first order, fingers 3.1 um long, slow waves of 20 nm rms, some grains of dust).
+    """
+    return _skin(
+        "elaphe",
+        _Skin(
+            seed=1144,
+            side_m=57 * 1144e-9,
+            fingers=(21, 57),
+            relief_m=375e-9,
+            finger_m=80e-9,
+            rise_m=16e-9,
+            floor_m=-52e-9,
+            tip_width=0.17,
+            base_width=0.66,
+            stagger=0.13,
+            drift=(0.4, 0.5),
+            uneven=0.15,
+            waves_m=(16e-9, 13e-9),
+            grains=14,
+            grain_m=260e-9,
+        ),
+    )
+
+
+def xenopeltis() -> HeightMap:
+    """Like the shed skin of Xenopeltis unicolor: short, dense fingers in straight rows 1552 nm apart.
+
+    The strong period lies along the fingers, across the rows, so its grating vector points along B; 818.69 nm
+    from peak to peak.
+    """
+    return _skin(
+        "xenopeltis",
+        _Skin(
+            seed=1552,
+            side_m=42 * 1552e-9,
+            fingers=(42, 116),
+            relief_m=818.69e-9,
+            finger_m=95e-9,
+            rise_m=60e-9,
+            floor_m=200e-9,
+            tip_width=0.25,
+            base_width=0.62,
+            stagger=0.05,
+            drift=(0.1, 0.7),
+            uneven=0.15,
+            waves_m=(60e-9, 25e-9),
+            grains=0,
+            grain_m=0.0,
+        ),
+    )
+
+
+@dataclass(frozen=True)
+class _Skin:
+    seed: int
+    side_m: float
+    fingers: tuple[int, int]  # rows of fingers, fingers in a row
+    relief_m: float  # of the whole, from peak to peak
+    finger_m: float  # height of a finger's ridge over the floor beside its tip
+    rise_m: float  # of the ridge from tip to base
+    floor_m: float  # rise of the floor from tip to base
+    tip_width: float  # half widths of a finger, in pitches
+    base_width: float
+    stagger: float  # rms shift of a finger's ends against its neighbours', in rows
+    drift: tuple[float, float]  # rms wander of the row lines and of the fingers' axes, in pitches
+    uneven: float  # rms of the fingers' heights, as a fraction
+    waves_m: tuple[float, float]  # rms of the long and of the shorter waves under it all
+    grains: int  # of dust
+    grain_m: float
+
+
+def _skin(name: str, skin: _Skin) -> HeightMap:
+    """Rows of fingers that point to the top of the scan, on an uneven ground; 800 pixels a side.
+
+    A finger starts as a narrow tip on the base of the row above it and widens until it meets its neighbours;
+    the floor beside it rises or sinks meanwhile, and both end in a step at the next row's line.
+    """
+    rng = np.random.default_rng(skin.seed)
+    shape = (800, 800)
+    y, x = np.arange(shape[0])[:, None] / shape[0], np.arange(shape[1]) / shape[1]
+    lane = skin.fingers[1] * x + skin.drift[1] * _noise(rng, shape, (0.30, 0.06))
+    row = (
+        skin.fingers[0] * y
+        + skin.drift[0] * _noise(rng, shape, (0.20, 0.08))
+        + skin.stagger * _noise(rng, shape, (0.05, 0.5 / skin.fingers[1]))
+    )
+    along = row % 1
+    own = np.floor(row).astype(int) % skin.fingers[0], np.round(lane).astype(int) % skin.fingers[1]
+    height = 1 + skin.uneven * rng.standard_normal(skin.fingers)[own]
+    half_width = skin.tip_width + (skin.base_width - skin.tip_width) * along**1.5
+    aside = np.minimum(np.abs(lane - np.round(lane)) / half_width, 1)
+    ridge = (skin.finger_m + skin.rise_m * along) * height * np.cos(np.pi / 2 * aside) ** 2
+    floor = skin.floor_m * along**2
+    relief = (
+        _blur(ridge + floor, 0.6)
+        + skin.waves_m[0] * _noise(rng, shape, (0.14, 0.14))
+        + skin.waves_m[1] * _noise(rng, shape, (0.04, 0.03))
+        + _dust(rng, shape, skin.grains, skin.grain_m)
+    )
+    relief -= relief.min()
+    return wrapping_surface(name, relief * (skin.relief_m / relief.max()), skin.side_m / shape[1])
+
+
+def _noise(rng: np.random.Generator, shape: tuple[int, int], correlation: tuple[float, float]) -> np.ndarray:
+    """Periodic noise of mean 0 and rms 1, smooth over the given fractions of the sides (rows, cols)."""
+    sigma = correlation[0] * shape[0], correlation[1] * shape[1]
+    noise = _blur(rng.standard_normal(shape), sigma)
+    noise -= noise.mean()
+    return noise / noise.std()
+
+
+def _blur(values: np.ndarray, sigma: float | tuple[float, float]) -> np.ndarray:
+    """Periodic convolution with a Gaussian of standard deviation sigma pixels along (rows, cols)."""
+    sigma_y, sigma_x = np.broadcast_to(sigma, 2)
+    y = np.exp(-2 * (np.pi * sigma_y * np.fft.fftfreq(values.shape[0])) ** 2)
+    x = np.exp(-2 * (np.pi * sigma_x * np.fft.rfftfreq(values.shape[1])) ** 2)
+    return np.fft.irfft2(np.fft.rfft2(values) * y[:, None] * x, s=values.shape)
+
+
+def _dust(rng: np.random.Generator, shape: tuple[int, int], count: int, height_m: float) -> np.ndarray:
+    """Round grains a few pixels wide, the highest of height_m."""
+    dust = np.zeros(shape)
+    if count:
+        places = rng.integers(shape[0], size=count), rng.integers(shape[1], size=count)
+        dust[places] = rng.uniform(0.1, 1, count)
+        dust = _blur(dust, 2.5)
+        dust *= height_m / dust.max()
+    return dust

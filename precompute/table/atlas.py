@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A bake as one OpenEXR image: the tiles B_k side by side, the zero order's curve in a strip below.
+
+One image is one texture slot. Half floats, or floats where a deep relief or a small budget asks for more than their
+three digits; linear, no colour management; all parameters stand in the header. It is made to be read by cubic B-splines
+(Blender's Cubic, at full resolution at any distance), which at a place of index coordinate x, 0 at the first texel's
+middle, read the texels floor(x) - 1 to floor(x) + 2. Counting rows upward from the picture's bottom:
+
+    STRIP_ROWS rows         Z(w) in texels 0 .. samples - 1, all alike, and in line with the last two in what follows
+    limit_rows + 2 rows     the excess albedo E (albedo.py), the same in every channel, its texel (0, 0), the horizon's
+                            row first, at x = 1 of the second of these rows; around it one more texel for reading
+    above `strip_rows`      the tiles of every level (tiling.py)
+
+Tiles hold B_k / scale in XYZ; the strip is unscaled, since what a shallow relief scatters is nothing to the white of
+its zero order.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import tiling
+from .albedo_bound import with_rim
+from .table import Table, past_end
+from .tiling import TILE_PADDING
+
+# From the narrowest kernel of any table to the widest, and beyond.
+_LEVELS_MAX = 16
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a reader finds u, v, w in the image; what a material's nodes need, and nothing else.
+
+    A tile of level 0 takes tile_rows x tile_columns texels, of which inner_rows x inner_columns hold the table and
+    TILE_PADDING more on each side are met by reading; the middle of its texel (0, 0) is at (v_first, u_first). See
+    tiling.py for the other levels."""
+
+    terms: int
+    levels: int
+    tile_rows: int
+    tile_columns: int
+    inner_rows: int
+    inner_columns: int
+    columns: int
+    rows: int
+    strip_rows: int
+    texel: float
+    u_first: float
+    v_first: float
+    w_min: float
+    w_max: float
+    sigma_b: float
+    scale: float
+    zero_order_samples: int
+    limit_rows: int
+    limit_columns: int
+    illuminant: str
+
+    @property
+    def width(self) -> int:
+        return max(self._blocks_size[1], _strip_width(self.zero_order_samples, self.limit_columns))
+
+    @property
+    def height(self) -> int:
+        return self._blocks_size[0] + self.strip_rows
+
+    @property
+    def inner(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The ranges of u and of v that the tiles hold, from the first inner texel's middle to the last's; what lies
+        outside is read at its rim."""
+        ends = TILE_PADDING * self.texel, (TILE_PADDING - 1) * self.texel
+        u, v = (
+            (first + ends[0], first + ends[1] + count * self.texel)
+            for first, count in ((self.u_first, self.inner_columns), (self.v_first, self.inner_rows))
+        )
+        return u, v
+
+    @property
+    def whole(self) -> bool:
+        """Whether the tiles hold every direction."""
+        ends = (self.w_min, self.w_max) == (0, 2)
+        return ends and all(low <= 1e-9 - 2 and high >= 2 - 1e-9 for low, high in self.inner)
+
+    @property
+    def limit_block(self) -> tuple[slice, slice]:
+        """Rows and columns of the excess albedo, y upward, with the texel around it that reading meets."""
+        return slice(STRIP_ROWS, STRIP_ROWS + self.limit_rows + 2), slice(self.limit_columns + 2)
+
+    @property
+    def sound(self) -> bool:
+        """Whether the numbers can be those of an image: what a header says is believed only then."""
+        tiles = self.levels, self.terms, self.tile_rows, self.tile_columns, self.columns, self.rows
+        table = self.inner_rows, self.inner_columns
+        strip = self.strip_rows, self.zero_order_samples, self.limit_rows, self.limit_columns
+        return (
+            all(isinstance(n, int) and n > 0 for n in tiles + table + strip)
+            and self.levels <= _LEVELS_MAX
+            and (self.tile_rows, self.tile_columns) == tiling.first_stride(table, self.levels)
+            and all(math.isfinite(x) and x > 0 for x in (self.texel, self.sigma_b, self.scale))
+            and all(math.isfinite(x) and abs(x) <= 4 for x in (self.u_first, self.v_first))
+            and 0 <= self.w_min < self.w_max <= 2
+            and self.terms <= self.columns * self.rows
+            and min(self.zero_order_samples, self.limit_rows, self.limit_columns) >= 2
+            and STRIP_ROWS + self.limit_rows + 2 == self.strip_rows
+        )
+
+    def tile_stride(self, level: int) -> tuple[int, int]:
+        """Rows and columns of the picture that a tile of a level takes."""
+        return tiling.level_stride((self.tile_rows, self.tile_columns), level)
+
+    def tile_origin(self, term: int, level: int = 0) -> tuple[int, int]:
+        """Lower left texel (x, y) of a tile, y upward."""
+        row, column = divmod(term, self.columns)
+        rows, columns = self.tile_stride(level)
+        x, y = tiling.block_origin((self.rows, self.columns), (self.tile_rows, self.tile_columns), level)
+        return x + column * columns, y + self.strip_rows + row * rows
+
+    def tile_block(self, term: int, level: int) -> tuple[slice, slice]:
+        """Rows and columns of a tile's own texels, those met by reading included."""
+        x, y = self.tile_origin(term, level)
+        rows, columns = tiling.level_inner((self.inner_rows, self.inner_columns), level)
+        return slice(y, y + rows + 2 * TILE_PADDING), slice(x, x + columns + 2 * TILE_PADDING)
+
+    @property
+    def _blocks_size(self) -> tuple[int, int]:
+        return tiling.blocks_size((self.rows, self.columns), (self.tile_rows, self.tile_columns), self.levels)
+
+
+def _strip_width(zero_order_samples: int, limit_columns: int) -> int:
+    return max(zero_order_samples + 1, limit_columns + 2)
+
+
+def layout_of(bake: Table) -> Layout:
+    """The layout of a bake's atlas."""
+    terms, levels = len(bake.terms), len(bake.levels)
+    inner = tuple(n - 2 * TILE_PADDING for n in bake.tile)
+    stride = tiling.first_stride(inner, levels)
+    rows, columns = tiling.tile_block(terms, stride, levels, _strip_width(len(bake.zero_order), bake.limit.shape[1]))
+    peak = max(*(float(np.abs(terms).max()) for terms in bake.levels), 1e-30)
+    return Layout(
+        terms=terms,
+        levels=levels,
+        tile_rows=stride[0],
+        tile_columns=stride[1],
+        inner_rows=inner[0],
+        inner_columns=inner[1],
+        columns=columns,
+        rows=rows,
+        strip_rows=STRIP_ROWS + len(bake.limit) + 2,
+        texel=bake.texel,
+        u_first=float(bake.first[1]),
+        v_first=float(bake.first[0]),
+        w_min=float(bake.w_range[0]),
+        w_max=float(bake.w_range[1]),
+        sigma_b=bake.sigma_b,
+        scale=2.0 ** math.ceil(math.log2(peak / LARGEST_STORED)),
+        zero_order_samples=len(bake.zero_order),
+        limit_rows=bake.limit.shape[0],
+        limit_columns=bake.limit.shape[1],
+        illuminant=bake.illuminant,
+    )
+
+
+def pack(bake: Table) -> tuple[np.ndarray, Layout]:
+    """Image (height, width, 3) of the bake's precision, row 0 at the bottom, and its layout."""
+    layout = layout_of(bake)
+    image = np.zeros((layout.height, layout.width, 3), bake.precision)
+    zero_order = bake.zero_order.astype(bake.precision)
+    image[:STRIP_ROWS] = past_end(zero_order)
+    image[:STRIP_ROWS, : len(zero_order)] = zero_order
+    image[layout.limit_block] = half_above(with_rim(bake.limit))[..., None]
+    for level, terms in enumerate(bake.levels):
+        for k, tile in enumerate(terms):
+            image[layout.tile_block(k, level)] = tile / layout.scale
+    return image, layout
+
+
+def unpack(image: np.ndarray, layout: Layout) -> Table:
+    """The bake that an image (height, width, 3), row 0 at the bottom, holds."""
+    terms, *wider = (
+        np.stack([image[layout.tile_block(k, level)] for k in range(layout.terms)]).astype(np.float32)
+        * np.float32(layout.scale)
+        for level in range(layout.levels)
+    )
+    zero_order = image[0, : layout.zero_order_samples].astype(np.float32)
+    limit = image[layout.limit_block][1:-1, 1:-1, 0].astype(np.float32)
+    first, w_range = (layout.v_first, layout.u_first), (layout.w_min, layout.w_max)
+    return Table(
+        terms, zero_order, layout.sigma_b, layout.texel, layout.illuminant, limit, first, w_range, image.dtype.type,
+        tuple(wider),
+    )  # fmt: skip
+
+
+def half_above(values: np.ndarray) -> np.ndarray:
+    """The least half floats that are not under the values: a limit must not be rounded down."""
+    half = values.astype(np.float16)
+    return np.where(half < values, np.nextafter(half, np.float16(np.inf)), half)
+
+
+STRIP_ROWS = 4
+
+
+# Half floats end at 65504 and lose digits under 6e-5; the largest value is put here, leaving room above.
+LARGEST_STORED = 8192.0

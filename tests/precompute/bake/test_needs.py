@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+import json
+import math
+
+import pytest
+
+from precompute.bake.needs import EVERYTHING, Needs, read_needs
+from precompute.base.failure import GratingError
+
+
+def written(tmp_path, record):
+    path = tmp_path / "needs.json"
+    path.write_text(record if isinstance(record, str) else json.dumps(record))
+    return path
+
+
+def test_what_is_not_said_is_everything(tmp_path):
+    assert read_needs(written(tmp_path, {"format": 1})) == EVERYTHING
+    assert EVERYTHING.everything and EVERYTHING.kernel == 0 and EVERYTHING.reach == 2
+
+
+def test_a_file_says_what_a_scene_needs(tmp_path):
+    record = {"format": 1, "u": [-0.5, 1], "w": [0.5, 2], "light_radius_deg": 2, "footprint": 0.2}
+    needs = read_needs(written(tmp_path, record))
+    assert (needs.u, needs.v, needs.w) == ((-0.5, 1), (-2, 2), (0.5, 2))
+    assert not needs.everything and needs.reach == 2
+    # Half a pixel's own 0.2 / sqrt(12) is more than half of two degrees.
+    assert needs.kernel == pytest.approx(0.1 / math.sqrt(12))
+    assert read_needs(written(tmp_path, needs.as_dict())).u == needs.u
+
+
+def test_a_disc_blurs_by_half_its_radius():
+    assert Needs(light_radius=0.1).kernel == 0.05
+
+
+@pytest.mark.parametrize(
+    ("record", "fault"),
+    [
+        ("{", "not a readable needs file"),
+        ([], "not a needs file of format 1"),
+        ({"u": [0, 1]}, "not a needs file of format 1"),
+        ({"format": 2}, "not a needs file of format 1"),
+        ({"format": 1, "x": 0}, "x: no such key"),
+        ({"format": 1, "u": [1, 0]}, "u: give two numbers"),
+        ({"format": 1, "u": [0, 0.001]}, "u: give two numbers"),
+        ({"format": 1, "v": [-3, 0]}, "v: give two numbers"),
+        ({"format": 1, "w": "all"}, "w: give two numbers"),
+        ({"format": 1, "w": [0, None]}, "w: give two numbers"),
+        ({"format": 1, "footprint": -1}, "footprint: give a number"),
+        ({"format": 1, "light_radius_deg": "wide"}, "light_radius_deg: give a number"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_one_line(tmp_path, record, fault):
+    with pytest.raises(GratingError, match=fault) as caught:
+        read_needs(written(tmp_path, record))
+    assert "\n" not in str(caught.value) and "needs.json" in str(caught.value)
+
+
+def test_a_file_that_is_not_there(tmp_path):
+    with pytest.raises(GratingError, match="none.json"):
+        read_needs(tmp_path / "none.json")

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The ensemble's reference, Stam's form, the rainbow, the bake as a method; gain and blending; the maps."""
+
+import numpy as np
+import pytest
+
+from precompute.base.failure import GratingError
+from precompute.cli.parser import main
+from precompute.colour.working_space import rgb_from_xyz
+from precompute.methods import gem
+from precompute.methods.baked import Baked
+from precompute.methods.blending import blend_texture
+from precompute.methods.method import Settings, spectral_sum
+from precompute.methods.registry import METHODS
+from precompute.optics import brdf
+from precompute.optics.coherence import kernel_sigma
+from precompute.optics.fresnel import fresnel_conductor, fresnel_reflectance, fresnel_schlick
+from precompute.reference.ensemble import reference_xyz
+from precompute.study import brdf_map
+from precompute.surface.relief import prepare
+from precompute.surface.samples.gratings import blazed, sinusoidal
+from precompute.table.table import Table
+
+LENGTH = 8e-6
+
+
+@pytest.fixture(scope="module")
+def grating():
+    return prepare(blazed(periods=4, rows=24))
+
+
+def places(count=80, seed=2):
+    rng = np.random.default_rng(seed)
+    return rng.uniform(-1.2, 1.2, count), rng.normal(0, 0.01, count), rng.uniform(0.3, 2, count)
+
+
+@pytest.mark.parametrize("name", [name for name in METHODS if name != "bake"])
+def test_all_methods_have_one_shape(name, grating):
+    method = METHODS[name](grating, Settings(coherence_length_m=LENGTH, step_m=50e-9))
+    u, v, w = places(5)
+    assert method.name == name
+    assert method.coherence in ("patch", "ensemble")
+    assert method.xyz(u, v, w).shape == (5, 3)
+    assert np.all(np.isfinite(method.xyz(u, v, 1.5)))
+    if name != "gem":
+        assert method.density(u, v, w, 500e-9).shape == (5,)
+        assert np.all(method.density(u, v, w, 500e-9) >= 0)
+
+
+def test_the_ensemble_is_the_core_reference():
+    relief = prepare(sinusoidal(2e-6, 200e-9, periods=4, rows=16))
+    u, v, _ = places(30)
+    method = METHODS["reference"](relief, Settings(coherence_length_m=LENGTH, step_m=10e-9))
+    sigma = kernel_sigma(LENGTH)
+    scattered, zero = reference_xyz(relief, u, v, 1.4, sigma, 10e-9)
+    kernel = np.exp(-(u**2 + v**2) / (2 * sigma**2)) / (2 * np.pi * sigma**2)
+    assert method.xyz(u, v, 1.4) == pytest.approx(scattered + kernel[:, None] * zero, rel=1e-9, abs=1e-12)
+
+
+# Stam
+
+
+def test_stam_knows_a_true_grating_exactly(grating):
+    """A line grating is what his form is made for: the reference's density, order by order, up to its kernel's reach of
+    7 sigma (2e-11) and ours of 8."""
+    settings = Settings(coherence_length_m=LENGTH)
+    u, v, w = places()
+    for lam in (420e-9, 650e-9):
+        truth = METHODS["reference"](grating, settings).density(u, v, w, lam)
+        got = METHODS["stam"](grating, settings).density(u, v, w, lam)
+        assert np.abs(got - truth).max() <= 1e-9 * truth.max()
+
+
+def test_stam_orders_of_a_sine_are_bessel_functions():
+    from precompute.maths.chebyshev import bessel_j
+
+    stam = METHODS["stam"](prepare(sinusoidal(3e-6, 180e-9, samples_per_period=64, periods=2, rows=4)), Settings())
+    s = np.array([1.2e6, 4.1e6])
+    for k, one in enumerate(s):
+        expected = bessel_j(2 * np.pi * one * 90e-9, 6) ** 2
+        for order in range(-5, 6):
+            assert stam.efficiency(order, s)[k] == pytest.approx(expected[abs(order)], abs=1e-12)
+
+
+def test_stam_colours_are_the_integral_of_his_density(grating):
+    """His sum takes the orders as lines in u, so that it equals the integral where a kernel changes no colour:
+    here its width is 1 to 2 nm of wavelength."""
+    settings = Settings(coherence_length_m=600e-6, step_m=0.25e-9)
+    stam = METHODS["stam"](grating, settings)
+    u, w = np.array([-0.9, -0.5, -0.21, 0.22, 0.44]), np.linspace(1.2, 1.9, 5)
+    integral = spectral_sum(stam.density, u, 0 * u, w, settings)
+    assert stam.xyz(u, 0 * u, w) == pytest.approx(integral, rel=5e-3, abs=1e-4 * integral.max())
+
+
+# The rainbow and the bake
+
+
+def test_the_rainbow():
+    assert gem.bump(np.array([-2, -1, 0, 0.5, 1])) == pytest.approx([0, 0, 1, 0.75, 0])
+    rainbow = gem.Gem(1e-6, Settings())
+    # u d = 0.75 um is y = 0.5, the middle of green, in the first order; the others are under 0.5 um.
+    rgb = rainbow.xyz(np.array([0.75, -0.75]), np.zeros(2), np.ones(2)) @ rgb_from_xyz().T
+    assert rgb[0] == pytest.approx([0, 1, 0], abs=1e-9)
+    assert rgb[1] == pytest.approx(rgb[0])
+    assert rainbow.xyz(np.zeros(1), np.zeros(1), np.ones(1))[0, 1] == pytest.approx(1)
+
+
+def test_colours_without_a_spectrum_say_so():
+    table = Table(np.ones((2, 16, 16, 3), np.float32), np.ones((8, 3)), 0.1, 0.25, "D65")
+    for method in (gem.Gem(1e-6, Settings()), Baked(table, Settings())):
+        with pytest.raises(GratingError, match=f"{method.name}: it h"):
+            method.density(np.zeros(1), np.zeros(1), 1.0, 5e-7)
+
+
+def test_the_bake_as_a_method():
+    table = Table(np.random.default_rng(0).random((3, 16, 16, 3)).astype(np.float32), np.ones((8, 3)), 0.1, 0.25, "D65")
+    u, v, w = places(20)
+    scattered, zero = table.candidate(u, v, w)
+    expected = scattered * w[:, None] ** 2 + zero * table.kernel(u, v)[:, None]
+    assert Baked(table, Settings()).xyz(u, v, w) == pytest.approx(expected)
+
+
+# Fresnel, gain, blending
+
+
+def test_conductors():
+    c = np.linspace(0, 1, 21)
+    assert fresnel_conductor(c, 1.56, 0.0) == pytest.approx(fresnel_reflectance(c, 1.56))
+    # Aluminium at 550 nm, n = 0.958, k = 6.69 (Rakic 1995): ((n - 1)^2 + k^2) / ((n + 1)^2 + k^2).
+    assert fresnel_conductor(np.ones(1), 0.958, 6.69) == pytest.approx(0.9211, abs=1e-4)
+    assert fresnel_conductor(np.zeros(1), 0.958, 6.69) == pytest.approx(1)
+
+
+def test_schlick_at_both_ends():
+    assert fresnel_schlick(np.array([1.0, 0.0]), 1.5) == pytest.approx([0.04, 1.0])
+
+
+def test_relative_reflectance_of_a_mirror_is_one():
+    samples = 400
+    up = np.array([0.0, 0.0, 1.0])
+    assert brdf.relative_reflectance(up, up, samples) * samples**2 == pytest.approx(1)
+    a, b = np.radians(50), np.radians(20)
+    wi, wr = np.array([-np.sin(a), 0, np.cos(a)]), np.array([np.sin(b), 0, np.cos(b)])
+    c = np.cos((a + b) / 2)
+    f = (0.04 + 0.96 * (1 - c) ** 5) / 0.04
+    expected = f**2 * (1 + wi @ wr) ** 2 / ((np.cos(a) + np.cos(b)) ** 2 * np.cos(b))
+    assert brdf.relative_reflectance(wi, wr, 1) == pytest.approx(expected)
+
+
+def test_blending():
+    diffraction, texture = np.array([[1.0, 0, 0]] * 3), np.array([[0, 1.0, 0]] * 3)
+    mixed = blend_texture(diffraction, texture, np.array([0.0, -0.4, 7.0]))
+    assert mixed == pytest.approx(np.array([[0.9, 1.1, 0], [0.9, 0.7, 0], [0.9, 0.1, 0]]))
+
+
+# Maps
+
+
+def test_a_map_by_a_method_is_the_map_by_the_reference():
+    relief = prepare(sinusoidal(2e-6, 150e-9, periods=4, rows=16))
+    settings = Settings(coherence_length_m=LENGTH, step_m=40e-9)
+    got = brdf_map.from_method(METHODS["reference"](relief, settings), 16, 0.3)
+    truth = brdf_map.from_reference(relief, kernel_sigma(LENGTH), 16, 0.3, 40e-9, conserving=False)
+    assert np.array_equal(np.isnan(got), np.isnan(truth))
+    # Near the zero order the one multiplies its kernel by O = 1, the other by Stam's O at the pixel.
+    far = np.abs(brdf_map.view_hemisphere(16, 0.3)[1][..., 0] - np.sin(0.3)) > 8 * kernel_sigma(LENGTH)
+    near = np.nanmax(truth)
+    assert np.nanmax(np.abs(got - truth)[far]) <= 1e-6 * near
+
+
+@pytest.mark.parametrize("method", ["flss", "chebyshev", "nmm", "nmm-jacobian", "pq", "pq-printed", "stam", "gem"])
+def test_map_verb(method, tmp_path):
+    path = tmp_path / "map.png"
+    arguments = ["map", "sample:flat", "-o", str(path), "--method", method, "--period-nm", "2500", "--size", "24"]
+    assert main([*arguments, "--terms", "4", "--progress", "none", "--step-nm", "20"]) == 0
+    assert path.stat().st_size > 100
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--method", "flss", "--terms", "0"], "--terms 0"),
+        (["--method", "nmm", "--period-nm", "1"], "--period-nm 1"),
+        (["--method", "nmm"], "no period"),
+    ],
+)
+def test_map_verb_says_what_is_wrong(options, message, tmp_path, capsys):
+    path = tmp_path / "map.png"
+    assert main(["map", "sample:flat", "-o", str(path), *options, "--progress", "none"]) == 1
+    assert message in capsys.readouterr().err
+    assert not path.exists()
+
+
+def test_map_verb_refuses_taylor_for_deep_reliefs(tmp_path, capsys):
+    path = tmp_path / "map.png"
+    assert main(["map", "sample:xenopeltis", "-o", str(path), "--method", "flss", "--progress", "none"]) == 1
+    assert "cannot converge in float32" in capsys.readouterr().err

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from precompute.surface.description import describe
+from precompute.surface.height_map import HeightMap
+from precompute.surface.readers.registry import read_height_map
+
+KEYS = [
+    "rows",
+    "cols",
+    "pixel_size_m",
+    "height_range_m",
+    "height_rms_m",
+    "periods_m",
+    "period_angles_deg",
+    "channels",
+]
+# The parabola through the logarithm of a Hann lobe, sinc(x) / (1 - x^2), misses its top by 0.016 bins at most
+# (at 0.29 bins from the middle of one); the lobe of the negative frequency, 12 bins away, adds 0.001.
+MISSED_BINS = 0.02
+
+
+def wave(shape, pixel, period, angle_deg, amplitude=50e-9):
+    """A sine whose grating vector points angle_deg from T towards B; rows run along -B."""
+    y, x = -np.arange(shape[0])[:, None] * pixel[0], np.arange(shape[1]) * pixel[1]
+    angle = np.radians(angle_deg)
+    return amplitude * np.sin(2 * np.pi * (x * np.cos(angle) + y * np.sin(angle)) / period + 0.4)
+
+
+def described(height, pixel):
+    return describe(HeightMap(height, pixel, "test"))
+
+
+@settings(max_examples=40, deadline=None)
+@given(angle=st.floats(-89, 90), repeats=st.floats(8, 30), stretch=st.floats(0.8, 1.25))
+def test_a_wave_is_found_where_it_is(angle, repeats, stretch):
+    """On pixels that need not be square, with a tilt and an offset on top."""
+    shape, pixel = (128, 128), (20e-9, 20e-9 * stretch)
+    side = min(shape[0] * pixel[0], shape[1] * pixel[1])
+    period = side / repeats
+    y, x = np.indices(shape)
+    figures = described(wave(shape, pixel, period, angle) + 1e-9 * x - 2e-9 * y + 1e-6, pixel)
+    # Errors of a bin on both axes; a bin of the shorter side is the wider one: 1/repeats of the wave's
+    # frequency.
+    miss = MISSED_BINS * np.sqrt(2) / repeats
+    assert figures["periods_m"][0] == pytest.approx(period, rel=miss)
+    turned = (figures["period_angles_deg"][0] - angle + 90) % 180 - 90
+    assert abs(turned) <= np.degrees(miss)
+    assert -90 < figures["period_angles_deg"][0] <= 90
+
+
+def test_two_waves_come_strongest_first_with_their_own_angles():
+    pixel = (20e-9, 20e-9)
+    height = wave((256, 256), pixel, 400e-9, 30, 40e-9) + wave((256, 256), pixel, 300e-9, -70, 20e-9)
+    figures = described(height, pixel)
+    assert figures["periods_m"] == pytest.approx([400e-9, 300e-9], rel=0.003)
+    assert figures["period_angles_deg"] == pytest.approx([30, -70], abs=0.2)
+
+
+def test_a_stronger_wave_comes_first_though_a_slower_one_is_higher():
+    """Waviness as of a real skin: 400 nm high, but only twice in the scan."""
+    pixel = (50e-9, 50e-9)
+    height = wave((256, 256), pixel, 1000e-9, 0, 40e-9) + wave((256, 256), pixel, 6400e-9, 70, 200e-9)
+    assert described(height, pixel)["periods_m"] == pytest.approx([1000e-9], rel=0.005)
+
+
+@pytest.mark.parametrize("angle", [0, 90])
+def test_the_flank_of_slow_waves_is_no_period(angle):
+    """A period that fits 2.4 times: its lobe reaches well into the periods that fit three times."""
+    pixel = (50e-9, 50e-9)
+    assert described(wave((256, 256), pixel, 256 * 50e-9 / 2.4, angle), pixel)["periods_m"] == []
+
+
+@pytest.mark.parametrize("rows", range(100, 112))
+def test_straight_up_is_90_degrees_and_never_minus_90(rows):
+    pixel = (20e-9, 20e-9)
+    assert described(wave((rows, 1), pixel, 200e-9, 90), pixel)["period_angles_deg"] == [90]
+
+
+def test_one_row_and_one_column():
+    pixel = (20e-9, 20e-9)
+    along_t = described(wave((1, 200), pixel, 400e-9, 0), pixel)
+    along_b = described(wave((200, 1), pixel, 400e-9, 90), pixel)
+    for figures, angle in ((along_t, 0), (along_b, 90)):
+        assert figures["periods_m"] == pytest.approx([400e-9], rel=MISSED_BINS / 10)
+        assert figures["period_angles_deg"] == [angle]
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (2, 2), (3, 1), (32, 32)])
+def test_a_plane_has_no_relief_and_no_period(shape):
+    y, x = np.indices(shape)
+    figures = described(1e-6 + 3e-9 * x - 2e-9 * y, (20e-9, 20e-9))
+    # Rounding of heights near 1 um.
+    assert figures["height_range_m"] < 1e-20
+    assert figures["height_rms_m"] < 1e-20
+    assert figures["periods_m"] == figures["period_angles_deg"] == []
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_noise_has_no_period(seed):
+    height = 1e-9 * np.random.default_rng(seed).standard_normal((128, 128))
+    assert described(height, (20e-9, 20e-9))["periods_m"] == []
+
+
+def test_holes_change_no_figure_by_more_than_their_share():
+    pixel = (20e-9, 20e-9)
+    height = wave((128, 128), pixel, 400e-9, 20)
+    whole = described(height, pixel)
+    height[40:44, 50:54] = np.nan
+    holed = described(height, pixel)
+    # 16 of 16384 pixels.
+    assert holed["height_rms_m"] == pytest.approx(whole["height_rms_m"], rel=1e-3)
+    assert holed["periods_m"][0] == pytest.approx(whole["periods_m"][0], rel=1e-3)
+
+
+def test_relief_is_that_of_the_levelled_heights():
+    """A wave of whole periods along the columns and a plane: range and rms of a sine, amplitude and 1 / sqrt
+    2.
+
+    The plane that fits 16 whole periods of a sine has a slope of 6 / (pi 16) amplitudes over the scan at
+    most.
+    """
+    pixel = (20e-9, 20e-9)
+    y, x = np.indices((128, 128))
+    height = wave((128, 128), pixel, 160e-9, 0, 10e-9) + 5e-9 * x + 7e-9 * y
+    figures = described(height, pixel)
+    assert figures["height_range_m"] == pytest.approx(20e-9, rel=0.12)
+    assert figures["height_rms_m"] == pytest.approx(10e-9 / np.sqrt(2), rel=0.02)
+
+
+def test_figures_are_plain_json_in_their_order():
+    hm = HeightMap(np.eye(4), (1e-9, 2e-9), "test", "a", ("a", "b"))
+    figures = json.loads(json.dumps(describe(hm)))
+    assert list(figures) == KEYS
+    assert figures["pixel_size_m"] == [1e-9, 2e-9]
+    assert figures["channels"] == ["a", "b"]
+
+
+def test_both_files_of_the_real_grid_agree(shared_data):
+    """The same heights through two file formats: what is left is rounding."""
+    paths = (str(shared_data / "nanosurf" / name) for name in ("grid.nid", "grid.gwy"))
+    nid, gwy = (describe(read_height_map(path)) for path in paths)
+    for key in KEYS[:-1]:
+        np.testing.assert_allclose(nid[key], gwy[key], rtol=1e-6)
+    assert nid["periods_m"][0] == pytest.approx(316e-9, abs=2e-9)
+    assert nid["period_angles_deg"][0] == pytest.approx(45, abs=1)
+
+
+def test_real_skin_shows_the_period_of_the_thesis(shared_data):
+    """1144 nm, found there from peaks of a smaller patch; the lobe is 15 % wide, and its top is speckle."""
+    scan = read_height_map(str(shared_data / "snake" / "elaphe_65um.png"), size_um=65, height_nm=375)
+    figures = describe(scan)
+    assert figures["periods_m"][0] == pytest.approx(1144e-9, rel=0.05)
+    assert figures["period_angles_deg"][0] == pytest.approx(0, abs=1)
