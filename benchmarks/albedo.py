@@ -108,7 +108,7 @@ def main(argv: list[str] | None = None) -> None:
         relief = prepare(make_sample(name))
         baked = atlas.unpack(*atlas.pack(bake(relief)))
         surface = surface_of(relief, baked.sigma_b)
-        rows = [greatest(surface, [no_limit, baked.limit_at], theta) for theta in ANGLES_DEG]
+        rows = [greatest(surface, [no_limit, baked.albedo_bound_at], theta) for theta in ANGLES_DEG]
         print(f"{name:12}" + "".join(f"{theta:9g}" for theta in ANGLES_DEG))
         for label, column in zip(("Stam", "conserving"), zip(*rows, strict=True), strict=True):
             print(f"  {label:10}" + "".join(f"{value:9.4f}" for value in column), flush=True)

@@ -208,11 +208,11 @@ def elaphe_rows(surface: HeightMap) -> list[Row]:
 
 
 def as_the_thesis_cuts(relief: Relief) -> Relief:
-    """Raw edges, no taper, and the coherence window centred on the patch's corner, where its seams cross."""
+    """Raw edges, no apodisation, and the coherence window centred on the patch's corner, where its seams cross."""
     middle = tuple(n // 2 for n in relief.height_m.shape)
     return replace(
         relief,
-        tapers=tuple(np.ones(n) for n in relief.height_m.shape),
+        apodisation_axes=tuple(np.ones(n) for n in relief.height_m.shape),
         height_m=np.roll(relief.height_m, middle, (0, 1)),
     )
 

@@ -198,8 +198,9 @@ The thesis's 1144.26 nm is one number of many that this scan can give. Its first
 as its own plot shows (`flss_elaphe`): stripes at many periods, of which the brightest wins, at all wavelengths alike,
 so that the *variance* stays small however arbitrary the *mean* is. Which stripe wins depends on where the window lies:
 
-- With our taper and the window in the middle, light from -T: about 1127 nm. From +T, the other first order: 1182 nm.
-- Cut as the thesis does (raw edges, window on the patch's corner), light from +T: within 2 nm of 1144.26. That is the
+- With our apodisation and the window in the middle, light from -T: about 1127 nm. From +T, the other first order: 1182
+nm. - Cut as the thesis does (raw edges, window on the patch's corner), light from +T: within 2 nm of 1144.26. That is
+the
   nearest set-up we found; we cannot know its light's side for certain.
 - NMM told 1144.26 nm finds something near 1139 nm: it can only see wavelengths within half a step of what it is told.
 - FLSS differs from its reference by a fifth of a nanometre, which is the price of 3 x 3 texels: with more texels it
@@ -247,14 +248,14 @@ FLSS, Chebyshev and the thesis's FLSS show the same orders in the same places, t
 a facet that rises towards +T sends its light. The bake's and the reference's orders are wider: an ensemble of 30 areas,
 not of one. NMM as printed has the thesis's purple ends (see its inset), as its sum lacks the Jacobian of the
 wavelengths' spacing; the thesis paints the specular disc white, we sum it. Both kinds of PQ spread across the strongest
-order, as in the thesis, whose exposure hides most of it: no window tapers the patch. Stam's form is exact for a line
-grating. The rainbow of GPU Gems fills the hemisphere because it ignores v; the thesis's picture has it on the orders'
-line only, so that something that its text does not tell must have masked it.
+order, as in the thesis, whose exposure hides most of it: no window apodisation_axes the patch. Stam's form is exact for
+a line grating. The rainbow of GPU Gems fills the hemisphere because it ignores v; the thesis's picture has it on the
+orders' line only, so that something that its text does not tell must have masked it.
 """
 
 MAPS_ELAPHE = """
 The thesis's two wings with blue inside and red outside, the faint bands above and below them and the speckle about the
-middle are all there, in the same places. The thesis's vertical streak is not: raw edges draw it, and ours are tapered.
+middle are all there, in the same places. The thesis's vertical streak is not: raw edges draw it, and ours are apodised.
 NMM does not work on a skin: a window where one grating equation holds leaves a black square about the middle, with or
 without the Jacobian. The bake and the reference agree with each other, and show the wings without the speckle, which
 only this one patch has. PQ with the right product looks like FLSS, as in the thesis, whose inset shows it combed into
@@ -279,10 +280,10 @@ At 50 nm the wings break up into dots, eight sets of speckle side by side, in bo
 """
 
 TAYLOR = """
-One term is the mirror alone: a dot in the thesis, here a small star, which is the transform of our taper. Two are the
-first-order perturbation: everything in its place. 39 agree with the exact phasor. In between **we do not agree with the
-thesis**: ours fails at nine and ten terms, as it must. The scan's relief is 408 nm once it is levelled (375 raw), so
-that z is 13.5 at 380 nm counted from the lowest point; dust stands that high, and 13.5^10 / 10! = 55000. The thesis
+One term is the mirror alone: a dot in the thesis, here a small star, which is the transform of our apodisation. Two are
+the first-order perturbation: everything in its place. 39 agree with the exact phasor. In between **we do not agree with
+the thesis**: ours fails at nine and ten terms, as it must. The scan's relief is 408 nm once it is levelled (375 raw),
+so that z is 13.5 at 380 nm counted from the lowest point; dust stands that high, and 13.5^10 / 10! = 55000. The thesis
 finds nine terms enough, with a blue haze at four. Half the height gives just that:
 """
 

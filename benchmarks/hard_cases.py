@@ -133,13 +133,15 @@ def polar(theta: float, azimuth: np.ndarray) -> np.ndarray:
 def truth(relief: Relief, sigma_b: float, wi: np.ndarray, wr: np.ndarray) -> Truth:
     """The reference for pairs (n, 3) of one w."""
     pairs, w = Pairs(wi, wr, np.ones(len(wi), bool)), float(wi[0, 2] + wr[0, 2])
-    return Truth(w, pairs, *reference_xyz(relief, pairs.u, pairs.v, w, sigma_b, wavelength_step(sigma_b)))
+    return Truth(
+        w, pairs, *reference_xyz(relief, pairs.u, pairs.v, w=w, sigma_b=sigma_b, step_m=wavelength_step(sigma_b))
+    )
 
 
 def albedo(relief: Relief, baked: Table) -> dict[str, float]:
     """The greatest albedo at 89.9 degrees, by a quadrature of its own."""
     stam, conserving = greatest(
-        surface_of(relief, baked.sigma_b), [no_limit, baked.limit_at], 89.9, (390e-9, 550e-9, 700e-9)
+        surface_of(relief, baked.sigma_b), [no_limit, baked.albedo_bound_at], 89.9, (390e-9, 550e-9, 700e-9)
     )
     return {"albedo of Stam's form": stam, "albedo": conserving}
 
@@ -172,10 +174,12 @@ def evanescent(relief: Relief, baked: Table) -> dict[str, float]:
 def fewer_wavelengths(relief: Relief, baked: Table) -> dict[str, float]:
     """The greatest error of Y along T from u = 1.7 to 1.95, relative to the greatest Y, and what it is with half the
     wavelengths."""
-    chosen = plan(relief, LONG_M)
+    chosen = plan(relief, BakeRequest(coherence_length_m=LONG_M))
     half = carry_out(replace(chosen, wavelengths=chosen.wavelengths[::2]))
     u, w = np.linspace(1.7, 1.95, 200), 0.3
-    exact = reference_xyz(relief, u, 0 * u, w, baked.sigma_b, wavelength_step(baked.sigma_b) / 2)[0][:, 1]
+    exact = reference_xyz(relief, u, 0 * u, w=w, sigma_b=baked.sigma_b, step_m=wavelength_step(baked.sigma_b) / 2)[0][
+        :, 1
+    ]
     ripple = [np.abs(each.scattered_over_w2(u, 0 * u, w)[:, 1] * w**2 - exact).max() for each in (baked, half)]
     found = {"wavelengths": float(len(chosen.wavelengths)), "off near the rim": ripple[0] / exact.max()}
     return {**found, "with half of them": ripple[1] / exact.max()}
@@ -261,7 +265,7 @@ CASES = (
 
 def as_baked(relief: Relief, coherence_m: float | None) -> Table:
     """What the file of a bake holds."""
-    return make([relief], BakeRequest(coherence_length_m=coherence_m)).bake
+    return make([relief], BakeRequest(coherence_length_m=coherence_m)).table
 
 
 def outcome(case: Case, baker: Baker = as_baked) -> Outcome:

@@ -34,6 +34,7 @@ from precompute.methods import dft_images
 from precompute.methods.registry import METHODS
 from precompute.optics.brdf import half_angle_cosine, obliquity_times_cosine_and_w2
 from precompute.optics.fresnel import KERATIN_IOR, fresnel_reflectance
+from precompute.optics.region import Region
 from precompute.surface.readers.registry import read_height_map
 from precompute.surface.relief import Relief, prepare
 from precompute.table.atlas_file import write_together
@@ -167,7 +168,7 @@ def needs_of(view: PlaneView) -> Needs:
     low, high = half.min(axis=0) - 0.01, half.max(axis=0) + 0.01
     low[2], high[2] = min(low[2], 2 - _WIDTH_MIN), min(high[2], 2.0)
     u, v, w = ((float(a), float(b)) for a, b in zip(low, high, strict=True))
-    return Needs(u=u, v=v, w=w)
+    return Needs(Region(u, v), w)
 
 
 def colour_differences(picture: np.ndarray, truth: np.ndarray) -> np.ndarray:
@@ -183,7 +184,7 @@ def colour_differences(picture: np.ndarray, truth: np.ndarray) -> np.ndarray:
 
 def compare(addon, relief: Relief, made: Made, view: PlaneView, folder: Path, runs=RUNS) -> Iterator[dict]:
     """A row for the node group and for each run: its settings, terms, seconds of the render and colour differences."""
-    software = view.radiance(made.bake.scattered_over_w2)
+    software = view.radiance(made.table.scattered_over_w2)
     path = folder / "table.exr"
     write_together({path: (made.image, made.layout)}, {"precision": str(made.image.dtype)})
     group = addon.direct.new_diffraction_group(path, shadows=False)
@@ -252,7 +253,7 @@ def main(argv: list[str] | None = None) -> None:
                 continue
             relief, view = prepare(read_height_map(*source)), views[surface]
             made = make([relief], BakeRequest(delta_e=0.5, needs=needs_of(view), model="patch"))
-            print(f"{surface}: bake of {made.bake.tile}, {made.layout.terms} terms, dE00 p99 {made.errors.p99:.2f}")
+            print(f"{surface}: bake of {made.table.tile}, {made.layout.terms} terms, dE00 p99 {made.errors.p99:.2f}")
             for row in compare(addon, relief, made, view, Path(folder)):
                 print(as_text(row), flush=True)
 

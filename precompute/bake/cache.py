@@ -25,8 +25,10 @@ from typing import BinaryIO
 import numpy as np
 
 from ..base.failure import GratingError
+from ..base.progress import Progress, silent
 from ..surface.height_map import HeightMap
 from ..table.atlas_file import FORMAT
+from .request import BakeRequest
 
 try:
     import fcntl
@@ -55,8 +57,8 @@ _POLL_SECONDS = 0.1
 WAITING = "waiting for another bake of the same surface"
 
 
-def key_of(height_maps: Sequence[HeightMap], parameters: dict) -> str:
-    """The key of a bake: SHA-256, in hexadecimal, of heights, pixel size, parameters (JSON values) and versions.
+def key_of(height_maps: Sequence[HeightMap], request: BakeRequest) -> str:
+    """The key of a bake: SHA-256, in hexadecimal, of heights, pixel size, what is asked of the bake, and versions.
 
     The source's name and channel are part of it, as they are of the file that a bake writes; its folder is not."""
     surfaces = [
@@ -69,6 +71,7 @@ def key_of(height_maps: Sequence[HeightMap], parameters: dict) -> str:
         }
         for one in height_maps
     ]
+    parameters = {key: value for key, value in request.as_dict().items() if key != "scans"}
     content = {"versions": [FORMAT, BAKE_VERSION], "surfaces": surfaces, "parameters": parameters}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
@@ -77,7 +80,7 @@ def bake_once(
     key: str,
     output: Path,
     make: Callable[[Path], dict],
-    progress: Callable[[str, float], None] = lambda stage, fraction: None,
+    progress: Progress = silent,
 ) -> dict:
     """Bring the bake of a key into the folder `output`, from the cache or else by `make`; its facts, and `cached`.
 

@@ -7,18 +7,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..base.progress import Progress
+from ..base.progress import Progress, part_of, silent
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
 from ..spectra.fast import fast_series
 from ..spectra.resample import KERNEL_REACH
 from ..spectra.series import SpectrumSeries
 from ..surface.relief import Relief
+from ..table.sample_set import SampleSet
 from ..table.table import Table
 from ..table.tiling import BYTES_PER_TEXEL
+from .draws import make_sample_set
 from .kernel import kernel_for, too_fine
-from .needs import EVERYTHING, Needs
 from .plan import Plan
 from .probe import TEXELS_MAX, TEXELS_MIN, probe
+from .request import BakeRequest
 from .resolution import (
     DEFAULT_BYTES,
     RESOLUTION_MAX,
@@ -29,8 +31,11 @@ from .resolution import (
     texel_middles,
     texel_size,
 )
+from .self_check import self_check as self_check
 from .tiles import carry_out
 
+# What is asked of a bake where nothing is said.
+ANY = BakeRequest()
 # Bins this far past |u| = 2 are kept, so that the kernel may still be widened.
 _REACH_MIN = 0.15
 
@@ -41,25 +46,24 @@ _SERIES_TOLERANCE = 2e-4
 
 def plan(
     reliefs: Relief | Sequence[Relief],
-    coherence_length_m: float | None = None,
-    delta_e: float = 1.0,
-    illuminant: str = "D65",
-    needs: Needs = EVERYTHING,
-    progress: Progress = lambda stage, fraction: None,
+    request: BakeRequest = ANY,
+    *,
+    progress: Progress = silent,
     finer: float = 1.0,
 ) -> Plan:
-    """Choose kernel, texels and terms for reliefs, a coherence length in metres (None: auto) and a dE00.
+    """Choose kernel, texels and terms for reliefs and what is asked of their bake.
 
-    An automatic kernel is widened until the table fits DEFAULT_BYTES. Texels are `finer` times as many as measured.
-    Raises GratingError if an asked length needs a finer table than there is."""
+    An automatic kernel is widened until the table fits DEFAULT_BYTES. There are `finer` times as many texels as the
+    probe finds needed. Raises GratingError if an asked coherence length needs a finer table than there is."""
     reliefs = (reliefs,) if isinstance(reliefs, Relief) else tuple(reliefs)
-    auto = coherence_length_m is None
-    sigma_b = kernel_for(reliefs, coherence_length_m, delta_e, needs)
+    delta_e, needs = request.delta_e, request.needs
+    auto = request.coherence_length_m is None
+    sigma_b = kernel_for(reliefs, request)
     if auto:  # what no table of that size holds anyway need not be resolved
         sigma_b = max(sigma_b, TEXELS_MIN * texel_size(int(math.sqrt(DEFAULT_BYTES / BYTES_PER_TEXEL / 4))))
-    ensemble = _spectra(reliefs, sigma_b, delta_e, needs, progress)
-    lambdas = bake_wavelengths(sigma_b, delta_e, needs.reach)
-    measured = probe(ensemble, sigma_b, lambdas[::2], illuminant, needs)
+    ensemble = _spectra(reliefs, sigma_b, request, progress)
+    lambdas = bake_wavelengths(sigma_b, delta_e, needs.region.reach)
+    measured = probe(ensemble, sigma_b, lambdas[::2], request.illuminant, needs)
     terms = measured.terms(delta_e)
     texels = min(finer * measured.texels_per_sigma(delta_e), TEXELS_MAX)
     resolution = resolution_for(sigma_b, texels)
@@ -69,28 +73,28 @@ def plan(
     ):
         finest -= 2
     if not auto and resolution > RESOLUTION_MAX:
-        raise too_fine(coherence_length_m, delta_e)
+        raise too_fine(request)
     if auto and resolution > finest:
         resolution, sigma_b = finest, texels * texel_size(finest)
-        lambdas = bake_wavelengths(sigma_b, delta_e, needs.reach)
+        lambdas = bake_wavelengths(sigma_b, delta_e, needs.region.reach)
     texel = texel_size(resolution)
-    axes = tuple(texel_middles(*side, texel) for side in (needs.v, needs.u))
+    axes = tuple(texel_middles(*side, texel) for side in (needs.region.v, needs.region.u))
     precision = np.float16 if measured.halves_do(terms, delta_e) else np.float32
     return Plan(ensemble, lambdas, sigma_b, texel, axes, terms, needs.w, precision)
 
 
-def _spectra(reliefs, sigma_b, delta_e, needs, progress) -> tuple[SpectrumSeries, ...]:
+def _spectra(
+    reliefs: Sequence[Relief], sigma_b: float, request: BakeRequest, progress: Progress
+) -> tuple[SpectrumSeries, ...]:
+    needs = request.needs
     reach = max(KERNEL_REACH * sigma_b, _REACH_MIN)
     found = []
     for k, relief in enumerate(reliefs):
-
-        def tick(done, total, k=k):
-            progress("transforms", (k + done / total) / len(reliefs))
-
         found.append(
             fast_series(
-                relief, (needs.reach + reach) / WAVELENGTH_MIN_M, needs.w[1] / WAVELENGTH_MIN_M,
-                sigma_b / WAVELENGTH_MAX_M, _SERIES_TOLERANCE * delta_e, tick,
+                relief, (needs.region.reach + reach) / WAVELENGTH_MIN_M, needs.w[1] / WAVELENGTH_MIN_M,
+                finest_kernel=sigma_b / WAVELENGTH_MAX_M, tolerance=_SERIES_TOLERANCE * request.delta_e,
+                progress=part_of(progress, "transforms", k, len(reliefs)),
             )
         )  # fmt: skip
     return tuple(found)
@@ -98,11 +102,14 @@ def _spectra(reliefs, sigma_b, delta_e, needs, progress) -> tuple[SpectrumSeries
 
 def bake(
     reliefs: Relief | Sequence[Relief],
-    coherence_length_m: float | None = None,
-    delta_e: float = 1.0,
-    illuminant: str = "D65",
-    needs: Needs = EVERYTHING,
-    progress: Progress = lambda stage, fraction: None,
+    request: BakeRequest = ANY,
+    *,
+    progress: Progress = silent,
 ) -> Table:
-    """Bake reliefs for a dE00 of delta_e; see plan for the arguments and the errors raised."""
-    return carry_out(plan(reliefs, coherence_length_m, delta_e, illuminant, needs, progress), illuminant, progress)
+    """The table of reliefs as a request asks for it, not yet checked; see plan for the errors raised."""
+    return carry_out(plan(reliefs, request, progress=progress), request.illuminant, progress)
+
+
+def sample_set(chosen: Plan) -> SampleSet:
+    """The sample set that stands beside the table."""
+    return make_sample_set(chosen.ensemble, chosen.sigma_b)

@@ -7,24 +7,23 @@ from collections.abc import Sequence
 from ..base.failure import GratingError
 from ..optics import coherence
 from ..surface.relief import Relief
-from .needs import EVERYTHING, Needs
 from .probe import TEXELS_MAX, TEXELS_MIN
+from .request import BakeRequest
 from .resolution import RESOLUTION_MAX, TEXELS_ALWAYS, resolution_for, texel_size
 
 # A window under a wavelength is no window of a wave: its kernel would be as wide as the hemisphere.
 SHORTEST_COHERENCE_M = coherence.REFERENCE_WAVELENGTH_M
 
 
-def kernel_for(
-    reliefs: Sequence[Relief], coherence_length_m: float | None = None, delta_e: float = 1.0, needs: Needs = EVERYTHING
-) -> float:
+def kernel_for(reliefs: Sequence[Relief], request: BakeRequest) -> float:
     """The kernel sigma_b that a bake begins with: the asked coherence's, or the narrowest that averages enough areas of
     all scans (see coherence.py), or what the scene's lights and pixels blur anyway.
 
     Raises GratingError for a length that no scan, no light or no table has."""
+    coherence_length_m, needs = request.coherence_length_m, request.needs
     held = min(_longest_coherence(relief) for relief in reliefs)
     if coherence_length_m is None:
-        length_m = min(coherence.longest_sound_length(*extent(reliefs)), held)
+        length_m = min(coherence.longest_averaging_length(*extent(reliefs)), held)
         if length_m < SHORTEST_COHERENCE_M and held < math.inf:
             raise GratingError(
                 f"the scan, {_sides(reliefs)} um, is too small to average {coherence.MINIMUM_AREAS} coherence areas of "
@@ -41,7 +40,7 @@ def kernel_for(
         )
     sigma_b = max(coherence.kernel_sigma(coherence_length_m), needs.kernel)
     if resolution_for(sigma_b, TEXELS_MIN) > RESOLUTION_MAX:
-        raise too_fine(coherence_length_m, delta_e)
+        raise too_fine(request)
     return sigma_b
 
 
@@ -65,10 +64,11 @@ def _sides(reliefs: Sequence[Relief]) -> str:
     return " x ".join(f"{side * 1e6:.3g}" for side in smallest.size_m[::-1])
 
 
-def too_fine(coherence_length_m: float, delta_e: float) -> GratingError:
-    texels = min(TEXELS_ALWAYS / delta_e**0.25, TEXELS_MAX)
+def too_fine(request: BakeRequest) -> GratingError:
+    """The refusal of a coherence length that no table resolves at the colour error asked for."""
+    texels = min(TEXELS_ALWAYS / request.delta_e**0.25, TEXELS_MAX)
     longest = coherence.coherence_length(max(texels, TEXELS_MIN) * texel_size(RESOLUTION_MAX))
     return GratingError(
-        f"coherence of {coherence_length_m * 1e6:.3g} um: finer than the largest table holds at a dE00 of "
-        f"{delta_e:g}; ask for at most {math.floor(longest * 1e6)} um"
+        f"coherence of {request.coherence_length_m * 1e6:.3g} um: finer than the largest table holds at a dE00 of "
+        f"{request.delta_e:g}; ask for at most {math.floor(longest * 1e6)} um"
     )

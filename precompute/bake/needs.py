@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a scene asks of a bake (DESIGN 5): the region of (u, v, w) that it reaches, its lights' size, its pixels' size.
+"""What a scene asks of a bake: the region of (u, v, w) that it reaches, its lights' size, its pixels' size.
 
 A needs file is JSON, every key optional but the format:
 
@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..base.failure import GratingError
+from ..optics.region import Region
 
 FORMAT = 1
 
@@ -27,11 +28,10 @@ _WIDTH_MIN = 0.02
 
 @dataclass(frozen=True)
 class Needs:
-    """Ranges of u, v and w; the angular radius of the smallest light in radians; the change of (u, v) across a
-    pixel."""
+    """The region of (u, v) and the range of w; the angular radius of the smallest light in radians; the change of
+    (u, v) across a pixel."""
 
-    u: tuple[float, float] = _LIMITS["u"]
-    v: tuple[float, float] = _LIMITS["v"]
+    region: Region = Region()
     w: tuple[float, float] = _LIMITS["w"]
     light_radius: float = 0.0
     footprint: float = 0.0
@@ -39,7 +39,7 @@ class Needs:
     @property
     def everything(self) -> bool:
         """Whether the region is the whole of (u, v, w)."""
-        return (self.u, self.v, self.w) == tuple(_LIMITS.values())
+        return (*self.region, self.w) == tuple(_LIMITS.values())
 
     @property
     def kernel(self) -> float:
@@ -47,14 +47,9 @@ class Needs:
         own, which a square of that width has as width / sqrt(12)."""
         return max(self.light_radius / 2, self.footprint / math.sqrt(12) / 2)
 
-    @property
-    def reach(self) -> float:
-        """The largest |u| or |v|."""
-        return max(abs(x) for x in (*self.u, *self.v))
-
     def as_dict(self) -> dict:
         """As the file has it, every key."""
-        region = {"u": list(self.u), "v": list(self.v), "w": list(self.w)}
+        region = {"u": list(self.region.u), "v": list(self.region.v), "w": list(self.w)}
         light = {"light_radius_deg": math.degrees(self.light_radius), "footprint": self.footprint}
         return {"format": FORMAT, **region, **light}
 
@@ -67,30 +62,32 @@ def read_needs(path: Path) -> Needs:
     try:
         record = json.loads(path.read_text())
     except (OSError, ValueError) as error:
-        raise GratingError(f"{path}: not a readable needs file ({error}); see precompute/needs.py") from error
+        raise GratingError(f"{path}: not a readable needs file ({error}); see docs/needs.md") from error
+    return needs_of(record, str(path))
+
+
+def needs_of(record: object, source: str) -> Needs:
+    """The needs that a record of JSON holds. Raises GratingError that names the source, the key and what it may be."""
     if not isinstance(record, dict) or record.get("format") != FORMAT:
-        raise GratingError(f'{path}: not a needs file of format {FORMAT}; it begins {{"format": {FORMAT}, ...')
+        raise GratingError(f'{source}: not a needs file of format {FORMAT}; it begins {{"format": {FORMAT}, ...')
     unknown = sorted(set(record) - {"format", *_LIMITS, "light_radius_deg", "footprint"})
     if unknown:
-        raise GratingError(f"{path}: {unknown[0]}: no such key; there are u, v, w, light_radius_deg and footprint")
-    ranges = {name: _range(path, name, record.get(name, limits)) for name, limits in _LIMITS.items()}
-    return Needs(
-        **ranges,
-        light_radius=math.radians(_size(path, "light_radius_deg", record, 90)),
-        footprint=_size(path, "footprint", record, 4),
-    )
+        raise GratingError(f"{source}: {unknown[0]}: no such key; there are u, v, w, light_radius_deg and footprint")
+    u, v, w = (_range(source, name, record.get(name, limits)) for name, limits in _LIMITS.items())
+    radius = math.radians(_size(source, "light_radius_deg", record, 90))
+    return Needs(Region(u, v), w, radius, _size(source, "footprint", record, 4))
 
 
-def _range(path: Path, name: str, value) -> tuple[float, float]:
+def _range(source: str, name: str, value) -> tuple[float, float]:
     low, high = _LIMITS[name]
     numbers = isinstance(value, (list, tuple)) and len(value) == 2 and all(isinstance(x, (int, float)) for x in value)
     if not (numbers and low <= value[0] and value[1] <= high and value[1] - value[0] >= _WIDTH_MIN):
-        raise GratingError(f"{path}: {name}: give two numbers from {low:g} to {high:g}, at least {_WIDTH_MIN} apart")
+        raise GratingError(f"{source}: {name}: give two numbers from {low:g} to {high:g}, at least {_WIDTH_MIN} apart")
     return float(value[0]), float(value[1])
 
 
-def _size(path: Path, name: str, record: dict, most: float) -> float:
+def _size(source: str, name: str, record: dict, most: float) -> float:
     value = record.get(name, 0.0)
     if not (isinstance(value, (int, float)) and 0 <= value <= most):
-        raise GratingError(f"{path}: {name}: give a number from 0 to {most}")
+        raise GratingError(f"{source}: {name}: give a number from 0 to {most}")
     return float(value)

@@ -20,12 +20,12 @@ from .make import Made, make
 from .request import BakeRequest
 
 
-def bake_to_folder(height_maps: Sequence[HeightMap], order: BakeRequest, folder: Path, progress: Progress) -> dict:
+def bake_to_folder(height_maps: Sequence[HeightMap], request: BakeRequest, folder: Path, progress: Progress) -> dict:
     """Bake height maps into a folder, the table's file and the sample set's; the facts of the run, as `--json` gives
     them, the table's file first."""
     reliefs = [prepare(height_map) for height_map in height_maps]
-    made = make(reliefs, order, progress, ", ".join(height_map.source for height_map in height_maps))
-    provenance = provenance_of(height_maps, reliefs, order, made)
+    made = make(reliefs, request, progress=progress, source=", ".join(height_map.source for height_map in height_maps))
+    provenance = provenance_of(height_maps, reliefs, request, made)
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{bake_name(height_maps)}.exr"
     pictures = {path: (made.image, made.layout)}
@@ -38,8 +38,8 @@ def bake_to_folder(height_maps: Sequence[HeightMap], order: BakeRequest, folder:
         "peak_bytes": peak_bytes(),
         "blender_bytes": made.blender_bytes,
         "tiles": made.layout.terms,
-        "resolution": max(made.bake.tile),
-        "tile": list(made.bake.tile),
+        "resolution": max(made.table.tile),
+        "tile": list(made.table.tile),
         "wavelengths": made.wavelengths,
         "transforms": made.transforms,
         "precision": str(made.image.dtype),
@@ -49,9 +49,11 @@ def bake_to_folder(height_maps: Sequence[HeightMap], order: BakeRequest, folder:
     }
 
 
-def provenance_of(height_maps: Sequence[HeightMap], reliefs: Sequence[Relief], order: BakeRequest, made: Made) -> dict:
+def provenance_of(
+    height_maps: Sequence[HeightMap], reliefs: Sequence[Relief], request: BakeRequest, made: Made
+) -> dict:
     """What the header says of a bake's making; of several scans in the order given."""
-    length_m = coherence.coherence_length(made.bake.sigma_b)
+    length_m = coherence.coherence_length(made.table.sigma_b)
     area, profiles = extent(reliefs)
     return {
         "source": ", ".join(height_map.source_name for height_map in height_maps),
@@ -63,12 +65,12 @@ def provenance_of(height_maps: Sequence[HeightMap], reliefs: Sequence[Relief], o
         "pixel_size_m": list(height_maps[0].pixel_size_m),
         "shape": list(height_maps[0].height_m.shape),
         "height_range_m": max(relief.height_range_m for relief in reliefs),
-        "model": order.model,
+        "model": request.model,
         "coherence_um": length_m * 1e6,
         "coherence_areas": coherence.coherence_areas((area, 1.0), length_m, profiles),
         "precision": str(made.image.dtype),
-        "asked_delta_e": order.delta_e,
-        "needs": order.needs.as_dict(),
+        "asked_delta_e": request.delta_e,
+        "request": request.as_dict(),
         "delta_e": made.errors.as_dict(),
     }
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..base.progress import Progress, silent
 from ..colour.observer import WAVELENGTH_MIN_M
 from ..maths import chebyshev
 from ..optics import coherence
@@ -66,8 +67,8 @@ class PatchSeries(SpectrumSeries):
         return math.sqrt(max(whole + sigma**2 - self.sigma_b**2, _GAUSSIAN_LEFT * whole))
 
 
-def patch_series(window: PatchWindow, reach: float, tick=None) -> PatchSeries:
-    """The series of a window's relief for |u|, |v| <= reach. tick(done, total) is called after each transform."""
+def patch_series(window: PatchWindow, reach: float, progress: Progress = silent) -> PatchSeries:
+    """The series of a window's relief for |u|, |v| <= reach. `progress` hears of each transform."""
     s_max = 2 / WAVELENGTH_MIN_M
     gaussian = _GAUSSIAN * window.sigma_f
     q_max = reach / WAVELENGTH_MIN_M + KERNEL_REACH * gaussian
@@ -76,8 +77,7 @@ def patch_series(window: PatchWindow, reach: float, tick=None) -> PatchSeries:
     power = np.empty((count, *(len(axis.q) for axis in axes)), np.float32)
     for k, s in enumerate(chebyshev.nodes(count, 0, s_max)):
         power[k] = _power(window, axes, s)
-        if tick:
-            tick(k + 1, count)
+        progress("transforms", (k + 1) / count)
     grid = FrequencyGrid(axes[0].q, axes[1].q, (axes[0].transform, axes[1].transform))
     sigma_b = coherence.kernel_sigma(4 * window.sigma_m)
     return PatchSeries(grid, s_max, power, np.zeros(count), 0.0, True, gaussian, sigma_b)
@@ -91,7 +91,9 @@ class _Axis:
         half = math.ceil(_WINDOW_REACH * window.sigma_m / pixel)
         offset = np.arange(-half, half + 1)
         self.pixels = (offset + count // 2) % count
-        self.window = np.exp(-0.5 * (offset * pixel / window.sigma_m) ** 2) * window.relief.tapers[axis][self.pixels]
+        self.window = (
+            np.exp(-0.5 * (offset * pixel / window.sigma_m) ** 2) * window.relief.apodisation_axes[axis][self.pixels]
+        )
         self.transform = math.ceil(2 * _LAG_REACH * window.sigma_m / pixel)
         self.spacing = 1 / (self.transform * pixel)
         last = min(math.ceil(q_max / self.spacing) + _MARGIN, (self.transform - 1) // 2)

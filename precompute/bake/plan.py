@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..optics.region import Region
 from ..spectra.series import SpectrumSeries
-from ..table.table import inner_ranges
+from ..table.table import held_region
 
 
 @dataclass(frozen=True)
@@ -24,9 +25,9 @@ class Plan:
     precision: type
 
     @property
-    def inner(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """The ranges of u and of v that the table holds."""
-        return inner_ranges(self.axes)
+    def region(self) -> Region:
+        """What the table holds of (u, v)."""
+        return held_region(self.axes)
 
     @property
     def texels_per_sigma(self) -> float:

@@ -19,6 +19,7 @@ from ..measure.errors import worst_exposure
 from ..spectra.resample import KERNEL_REACH
 from ..spectra.series import SpectrumSeries
 from ..table.atlas import LARGEST_STORED
+from .needs import Needs
 
 # The error of a cubic table falls as the fourth power of the texels to a standard deviation of the kernel: it is
 # measured at so many, on a lattice of so many texels a side, at so many places a side in its three middle cells.
@@ -88,10 +89,12 @@ class Probe:
         return worst_exposure(truth, answer[self.real], np.ones(len(truth), bool), self.white)["p99"]
 
 
-def probe(ensemble: Sequence[SpectrumSeries], sigma_b: float, lambdas: np.ndarray, illuminant: str, region) -> Probe:
+def probe(
+    ensemble: Sequence[SpectrumSeries], sigma_b: float, lambdas: np.ndarray, illuminant: str, needs: Needs
+) -> Probe:
     """Measure the mean of the ensemble's spectra under a kernel sigma_b, within the region of (u, v, w) asked for."""
     rng = np.random.default_rng(0)
-    centres = _patch_centres(ensemble[0], sigma_b, region, rng)
+    centres = _patch_centres(ensemble[0], sigma_b, needs, rng)
     texel = sigma_b / _TEXELS_MEASURED
     lattice = (np.arange(_LATTICE) - (_LATTICE - 1) / 2) * texel
     places = np.sort(rng.uniform(lattice[1], lattice[-2], (2, len(centres), _PLACES)), axis=-1)
@@ -100,7 +103,7 @@ def probe(ensemble: Sequence[SpectrumSeries], sigma_b: float, lambdas: np.ndarra
     # The texels' kernel is narrower by what reading them adds, as in the bake.
     sigma = np.repeat([math.sqrt(sigma_b**2 - bspline.VARIANCE * texel**2), sigma_b], [_LATTICE, _PLACES])
     count = max(len(series.amplitude) for series in ensemble)
-    w = chebyshev.nodes(count, *region.w)
+    w = chebyshev.nodes(count, *needs.w)
     xyz = sum(_patches(series, v, u, w, lambdas, sigma, illuminant) for series in ensemble) / len(ensemble)
     truth = xyz[:, :, _LATTICE:, _LATTICE:]
     reading = _read(xyz[:, :, :_LATTICE, :_LATTICE], places[0] / texel, places[1] / texel)
@@ -111,7 +114,7 @@ def probe(ensemble: Sequence[SpectrumSeries], sigma_b: float, lambdas: np.ndarra
     )
 
 
-def _patch_centres(series: SpectrumSeries, sigma_b: float, region, rng: np.random.Generator) -> np.ndarray:
+def _patch_centres(series: SpectrumSeries, sigma_b: float, needs: Needs, rng: np.random.Generator) -> np.ndarray:
     """Centres (n, 2) of patches as (v, u)."""
     radius = np.exp(rng.uniform(math.log(2 * sigma_b), math.log(max(0.4, 3 * sigma_b)), _PATCHES_INNER))
     turn = rng.uniform(0, 2 * np.pi, _PATCHES_INNER)
@@ -119,7 +122,7 @@ def _patch_centres(series: SpectrumSeries, sigma_b: float, region, rng: np.rando
     whole = (slice(None), slice(None))
     each = 4
     for _ in range(_PATCHES_LIT // each):
-        lam, w = rng.uniform(450e-9, 650e-9), rng.uniform(*region.w)
+        lam, w = rng.uniform(450e-9, 650e-9), rng.uniform(*needs.w)
         power = np.maximum(series.mixed(series.weights(np.array([w / lam])), whole)[:, 0], 0)
         cumulative = np.cumsum(power, dtype=float)
         if cumulative[-1] > 0:
@@ -128,7 +131,7 @@ def _patch_centres(series: SpectrumSeries, sigma_b: float, region, rng: np.rando
             middle = lam * np.column_stack([series.grid.q_y[row], series.grid.q_x[col]])
             found.append(middle + _FLANK * sigma_b * rng.standard_normal(middle.shape))
     centres = np.concatenate(found)
-    return np.clip(centres, [region.v[0], region.u[0]], [region.v[1], region.u[1]])
+    return np.clip(centres, *zip(needs.region.v, needs.region.u, strict=True))
 
 
 def _patches(series: SpectrumSeries, v, u, w, lambdas, sigma, illuminant) -> np.ndarray:

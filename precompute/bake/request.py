@@ -1,21 +1,143 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is asked of a bake."""
+"""What is asked of a bake: all that its result depends on, and nothing else.
 
-from dataclasses import dataclass
+One request is read off the command line or off Blender's panel, stands in the header of the file that the bake writes,
+and is part of the cache's key, so that a bake can be repeated from any of the three.
+"""
 
-from .needs import EVERYTHING, Needs
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from ..base.failure import GratingError
+from ..colour.observer import ILLUMINANTS
+from ..surface.height_map import HeightMap
+from ..surface.readers.registry import read_height_map
+from .needs import EVERYTHING, Needs, needs_of
+
+MODELS = ("ensemble", "patch")
+# What levelling a scan gets. Others will be asked for by name, in the order in which they are done.
+LEVELLING = ("plane",)
+DELTA_E_MAX = 100.0
+
+
+@dataclass(frozen=True)
+class Scan:
+    """A scan by its file, or by sample:NAME; the width in micrometres and the height of white over black in nanometres
+    of a picture, which does not know them; the channel, if it is not the topography."""
+
+    source: str
+    size_um: float | None = None
+    height_nm: float | None = None
+    channel: str | None = None
+
+    def read(self) -> HeightMap:
+        """Its height map. Raises GratingError as read_height_map does."""
+        return read_height_map(self.source, self.size_um, self.height_nm, self.channel)
 
 
 @dataclass(frozen=True)
 class BakeRequest:
-    """What is asked of a bake. `delta_e` is the 99th percentile of CIEDE2000; a coherence length of None is auto, under
-    the patch model the thesis's."""
+    """What is asked of a bake.
+
+    delta_e             99th percentile of CIEDE2000 that the bake must keep
+    coherence_length_m  4 sigma_s in metres; None: as long as the scans can average, under the patch model the thesis's
+    illuminant          what counts as white
+    needs               what the scene reaches
+    model               of coherence, one of MODELS
+    levelling           the steps by which the scans are levelled
+    scans               of one skin; their spectra are averaged
+    """
 
     delta_e: float = 1.0
     coherence_length_m: float | None = None
     illuminant: str = "D65"
     needs: Needs = EVERYTHING
     model: str = "ensemble"
+    levelling: tuple[str, ...] = LEVELLING
+    scans: tuple[Scan, ...] = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """As JSON has it, every key. The folders of the scans are left out: a bake moves from machine to machine."""
+        scans = [{**asdict(scan), "source": _without_folder(scan.source)} for scan in self.scans]
+        return {
+            "scans": scans,
+            "levelling": list(self.levelling),
+            "model": self.model,
+            "delta_e": self.delta_e,
+            "coherence_um": None if self.coherence_length_m is None else self.coherence_length_m * 1e6,
+            "illuminant": self.illuminant,
+            "needs": self.needs.as_dict(),
+        }
+
+    def at(self, folder: Path) -> "BakeRequest":
+        """The request with its scans looked for in a folder, but for samples and whole paths."""
+        return replace(self, scans=tuple(replace(scan, source=_within(folder, scan.source)) for scan in self.scans))
 
 
-MODELS = "ensemble", "patch"
+def request_from(record: Mapping[str, Any], source: str) -> BakeRequest:
+    """The request that JSON holds; keys that are absent have their defaults.
+
+    Raises GratingError, naming `source` and the key, for a value that no bake can have."""
+    known = set(BakeRequest().as_dict())
+    if not isinstance(record, Mapping):
+        raise GratingError(f"{source}: no request of a bake; give the .exr that `bake` wrote, or a request's JSON")
+    for key in record:
+        if key not in known:
+            raise GratingError(f"{source}: {key}: a bake is not asked for this; there are {', '.join(sorted(known))}")
+    found = BakeRequest(
+        delta_e=_number(source, "delta_e", record.get("delta_e", 1.0), DELTA_E_MAX),
+        coherence_length_m=None,
+        illuminant=_one_of(source, "illuminant", record.get("illuminant", "D65"), ILLUMINANTS),
+        needs=needs_of(record["needs"], source) if "needs" in record else EVERYTHING,
+        model=_one_of(source, "model", record.get("model", "ensemble"), MODELS),
+        levelling=LEVELLING,
+        scans=tuple(_scan(source, each) for each in _list(source, "scans", record.get("scans", []))),
+    )
+    for step in _list(source, "levelling", record.get("levelling", list(LEVELLING))):
+        _one_of(source, "levelling", step, LEVELLING)
+    if record.get("coherence_um") is not None:
+        length_um = _number(source, "coherence_um", record["coherence_um"], 1e4)
+        found = replace(found, coherence_length_m=length_um * 1e-6)
+    return found
+
+
+def _scan(source: str, record: Any) -> Scan:
+    if not isinstance(record, Mapping) or not isinstance(record.get("source"), str):
+        raise GratingError(f"{source}: scans: give each as an object with its `source`")
+    channel = record.get("channel")
+    if channel is not None and not isinstance(channel, str):
+        raise GratingError(f"{source}: scans: channel: give a name")
+    sizes = (record.get(key) for key in ("size_um", "height_nm"))
+    return Scan(
+        record["source"], *(None if size is None else _number(source, "scans", size, 1e6) for size in sizes), channel
+    )
+
+
+def _list(source: str, key: str, value: Any) -> list:
+    if not isinstance(value, list):
+        raise GratingError(f"{source}: {key}: give a list")
+    return value
+
+
+def _number(source: str, key: str, value: Any, most: float) -> float:
+    is_number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    if not (is_number and 0 < value < most):
+        raise GratingError(f"{source}: {key}: give a number above 0 and below {most:g}")
+    return float(value)
+
+
+def _one_of(source: str, key: str, value: Any, known: tuple[str, ...]) -> str:
+    if value not in known:
+        raise GratingError(f"{source}: {key}: give one of {', '.join(known)}")
+    return value
+
+
+def _without_folder(source: str) -> str:
+    return source if source.startswith("sample:") else Path(source).name
+
+
+def _within(folder: Path, source: str) -> str:
+    return source if source.startswith("sample:") else str(folder / source)

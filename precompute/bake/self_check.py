@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..base.progress import Progress
+from ..base.progress import Progress, part_of
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, spectral_weights
 from ..measure.errors import Errors, Truth, measure
 from ..measure.pairs import Pairs, draw_w
@@ -62,7 +62,7 @@ def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, progress:
         found.append(
             _truth(
                 chosen.ensemble, drawn, w, chosen.sigma_b, stored.illuminant,
-                lambda fraction, k=k: progress("self-check", (k + fraction) / GROUPS),
+                part_of(progress, "self-check", k, GROUPS),
             )
         )  # fmt: skip
     errors = measure(found, stored.candidate, stored.illuminant)
@@ -94,7 +94,7 @@ def pairs_within(chosen: Plan, w: float, count: int, rng: np.random.Generator) -
     """Up to `count` pairs of w inside the table: of a small region more are drawn until half as many fall in it."""
     for more in (1, 4, 16, 64):
         drawn = draw_pairs(_spectrum(chosen.ensemble, rng), chosen.sigma_b, w, more * count, rng)
-        drawn = drawn.within(*chosen.inner)
+        drawn = drawn.within(chosen.region)
         if 2 * len(drawn.wi) >= count:
             break
     return drawn.only(slice(None, None, -(-len(drawn.wi) // count) or 1))
@@ -111,7 +111,7 @@ def _spectrum(ensemble: Sequence[SpectrumSeries], rng: np.random.Generator) -> S
     return at
 
 
-def _truth(ensemble, pairs: Pairs, w: float, sigma_b: float, illuminant: str, tick) -> Truth:
+def _truth(ensemble, pairs: Pairs, w: float, sigma_b: float, illuminant: str, progress: Progress) -> Truth:
     lambdas = wavelengths_for(sigma_b)
     weights = spectral_weights(lambdas, illuminant) / len(ensemble)
     scattered, zero_order = np.zeros((len(pairs.wi), 3)), np.zeros(3)
@@ -125,7 +125,7 @@ def _truth(ensemble, pairs: Pairs, w: float, sigma_b: float, illuminant: str, ti
             density = blurred(power, series.grid.part(kept), pairs.u, pairs.v, lam, left, _CUT)
             scattered += density[:, None] * weight
             zero_order += series.zero_order(np.array(s)) * weight
-            tick((n + (k + 1) / len(lambdas)) / len(ensemble))
+            progress("self-check", (n + (k + 1) / len(lambdas)) / len(ensemble))
     return Truth(w, pairs, scattered, zero_order)
 
 

@@ -12,13 +12,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..base.progress import Progress
+from ..base.progress import Progress, silent
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, spectral_weights
 from ..maths import bspline, chebyshev
 from ..spectra.resample import KERNEL_REACH, Resampler
 from ..spectra.series import SpectrumSeries
 from ..table import tiling
-from ..table.table import ZERO_ORDER_SAMPLES, Table, inner_ranges
+from ..table.table import ZERO_ORDER_SAMPLES, Table, held_region
 from ..table.tiling import TILE_PADDING
 from .excess_albedo import excess_table
 from .plan import Plan
@@ -34,7 +34,7 @@ _WAVELENGTHS_AT_ONCE, _ROWS_AT_ONCE = 8, 16
 _BINS_AT_ONCE = 1 << 23
 
 
-def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = lambda stage, fraction: None) -> Table:
+def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent) -> Table:
     """The bake that a plan describes."""
     sigma_table = narrower(chosen.sigma_b, chosen.texel)
     nodes = chebyshev.nodes(chosen.terms, *chosen.w_range)
@@ -44,9 +44,9 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = lambda
     v, u = chosen.axes
     terms[:, v[:, None] ** 2 + u**2 > (2 + _RIM * chosen.texel) ** 2] = 0
     zero_order = zero_order_curve(chosen.ensemble, illuminant)
-    limit = np.mean([excess_table(series, chosen.sigma_b) for series in chosen.ensemble], axis=0)
+    excess = np.mean([excess_table(series, chosen.sigma_b) for series in chosen.ensemble], axis=0)
     return Table(
-        terms, zero_order, chosen.sigma_b, chosen.texel, illuminant, limit.astype(np.float32), (v[0], u[0]),
+        terms, zero_order, chosen.sigma_b, chosen.texel, illuminant, excess.astype(np.float32), (v[0], u[0]),
         chosen.w_range, chosen.precision, wider_levels(terms, (v, u), chosen.sigma_b, chosen.texel),
     )  # fmt: skip
 
@@ -60,7 +60,7 @@ def wider_levels(terms: np.ndarray, axes, sigma_b: float, texel: float) -> tuple
     """Levels 1, 2, ... of terms (K, rows, columns, 3) whose texels' middles are at axes v, u.
 
     What a table that ends at |u| = 2 does not hold is nothing; a region's rim goes on as it is."""
-    whole = [low <= 1e-9 - 2 and high >= 2 - 1e-9 for low, high in inner_ranges(axes)[::-1]]
+    whole = [low <= 1e-9 - 2 and high >= 2 - 1e-9 for low, high in held_region(axes)[::-1]]
     modes = ["constant" if each else "edge" for each in whole]
     levels = tiling.level_count(sigma_b, tuple(len(axis) - 2 * TILE_PADDING for axis in axes))
     # Each level's sampled kernel is twice as wide as the one's before: 3 times its variance is to be added.
@@ -94,7 +94,7 @@ def zero_order_curve(ensemble: Sequence[SpectrumSeries], illuminant: str) -> np.
     return sum(series.zero_order(s) for series in ensemble) @ spectral_weights(lambdas, illuminant) / len(ensemble)
 
 
-def xyz_over_w2(chosen: Plan, w_nodes, sigma, illuminant, progress: Progress = lambda stage, fraction: None):
+def xyz_over_w2(chosen: Plan, w_nodes, sigma, illuminant, progress: Progress = silent):
     """Scattered XYZ / w^2 (K, rows, columns, 3) float32 at w nodes (K,) over the plan's texels."""
     v, u = chosen.axes
     lambdas = chosen.wavelengths

@@ -2,21 +2,23 @@
 """The ensemble model's radiance by direct sums: a second road to what reference.py computes, for `check` alone.
 
 It shares no code with the reference or the bake, only what counts as the surface (relief.py: levelled, filled, refined,
-tapered) and the observer's tables. There is no FFT and no expansion: the tapered phasor without its mean is summed
+apodised) and the observer's tables. There is no FFT and no expansion: the apodised phasor without its mean is summed
 against cosines and sines over every pixel, at explicit frequencies. A surface that wraps has its orders there and
 nowhere else. The spectrum of one that does not is continuous, and is sampled so finely that the kernel's sum over the
 samples is its integral: at 1 / (scan + PAD), PAD in units of 1 / (2 pi sigma_q), the standard deviation of the Gaussian
 by which the kernel weighs the autocorrelation's lags. What meets from beyond is weighed by exp(-PAD^2 / 2) at the
-longest lag, where the tapered scan barely overlaps itself, and by less at all others.
+longest lag, where the apodised scan barely overlaps itself, and by less at all others.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..base.progress import Progress, silent
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, spectral_weights
 from ..measure.pairs import Pairs, cosine_weighted, pair_about
+from ..optics.region import Region
 from ..surface.relief import Relief
 
 PAD = 3.0
@@ -76,13 +78,13 @@ def scattered_cells(relief: Relief, s: float, reach: tuple[float, float], sigma_
     per metre."""
     phase = (-2 * np.pi * s) * relief.height_m
     parts = np.stack([np.cos(phase), np.sin(phase)])
-    mean_y, mean_x = (taper**2 / np.sum(taper**2) for taper in relief.tapers)
+    mean_y, mean_x = (apodisation**2 / np.sum(apodisation**2) for apodisation in relief.apodisation_axes)
     parts -= (mean_y @ parts @ mean_x)[:, None, None]
-    parts *= relief.tapers[0][:, None]
-    parts *= relief.tapers[1]
+    parts *= relief.apodisation_axes[0][:, None]
+    parts *= relief.apodisation_axes[1]
     (q_y, step_y), (q_x, step_x) = (_frequencies(relief, axis, reach[axis], sigma_q) for axis in (0, 1))
     sums = _waves(q_y, relief, 0).T @ (parts @ _waves(q_x, relief, 1))
-    energy = np.prod([np.sum(taper**2) for taper in relief.tapers])
+    energy = np.prod([np.sum(apodisation**2) for apodisation in relief.apodisation_axes])
     power = _power(sums[0] + 1j * sums[1]) * (np.prod(relief.pixel_size_m) * step_y * step_x / energy)
     return Cells(np.concatenate([-q_y[:0:-1], q_y]), np.concatenate([-q_x[:0:-1], q_x]), power)
 
@@ -120,13 +122,13 @@ def _squared(amplitude: np.ndarray) -> np.ndarray:
 
 
 def scattered_xyz(
-    reliefs: Sequence[Relief], u, v, w: float, sigma_b: float, step_m: float, illuminant: str = "D65",
-    tick: Callable[[float], None] = lambda fraction: None,
+    reliefs: Sequence[Relief], u, v, *, w: float, sigma_b: float, step_m: float, illuminant: str = "D65",
+    progress: Progress = silent,
 ) -> np.ndarray:  # fmt: skip
     """Scattered XYZ (n, 3) at (u, v) (n,), all at one w, mean of the reliefs' spectra: the density over (u, v) of
     reflected light at R = O = 1, a perfect mirror's white having Y = 1.
 
-    tick(fraction) is called after each transform."""
+    `progress` hears of each transform."""
     count = int(np.ceil((WAVELENGTH_MAX_M - WAVELENGTH_MIN_M) / step_m - 1e-6))
     lambdas = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, count + 1)
     weights = spectral_weights(lambdas, illuminant) / len(reliefs)
@@ -136,7 +138,7 @@ def scattered_xyz(
         for k, (lam, weight) in enumerate(zip(lambdas, weights, strict=True)):
             cells = scattered_cells(relief, w / lam, (reach[0] / lam, reach[1] / lam), sigma_b / lam)
             found += cells.density(u, v, lam, sigma_b)[:, None] * weight
-            tick((n + (k + 1) / len(lambdas)) / len(reliefs))
+            progress("check", (n + (k + 1) / len(lambdas)) / len(reliefs))
     return found
 
 
@@ -153,8 +155,9 @@ def zero_order_xyz(reliefs: Sequence[Relief], w: np.ndarray, illuminant: str = "
 
 
 def _distribution(relief: Relief) -> tuple[np.ndarray, np.ndarray]:
-    """Mean heights of the classes of heights that occur, and their shares of the surface under the taper's square."""
-    weight = (relief.taper**2).ravel()
+    """Mean heights of the classes of heights that occur, and their shares of the surface under the apodisation's
+    square."""
+    weight = (relief.apodisation**2).ravel()
     height = relief.height_m.ravel()
     width = max(relief.height_range_m / _HEIGHT_CLASSES, np.finfo(float).tiny)
     index = np.minimum(((height - height.min()) / width).astype(int), _HEIGHT_CLASSES - 1)
@@ -164,29 +167,29 @@ def _distribution(relief: Relief) -> tuple[np.ndarray, np.ndarray]:
 
 
 def draw_pairs(
-    reliefs: Sequence[Relief], sigma_b: float, w: float, count: int, u_range, v_range, rng: np.random.Generator
+    reliefs: Sequence[Relief], sigma_b: float, w: float, *, count: int, region: Region, rng: np.random.Generator
 ) -> Pairs:
-    """Up to `count` pairs of cos(ti) + cos(tr) = w with u and v in their ranges (low, high), half of them cosine
-    weighted, half drawn from the spectrum; fewer where these barely reach the ranges."""
-    cosine = _cosine_within(w, count // 2, u_range, v_range, rng)
-    half = _half_vectors(reliefs, sigma_b, w, count - count // 2, u_range, v_range, rng)
+    """Up to `count` pairs of cos(ti) + cos(tr) = w with u and v in a region, half of them cosine
+    weighted, half drawn from the spectrum; fewer where these barely reach it."""
+    cosine = _cosine_within(w, count // 2, region, rng)
+    half = _half_vectors(reliefs, sigma_b, w, count - count // 2, region, rng)
     wi, wr = pair_about(half, rng)
     drawn = np.arange(len(cosine.wi) + len(wi)) >= len(cosine.wi)
     return Pairs(np.concatenate([cosine.wi, wi]), np.concatenate([cosine.wr, wr]), drawn)
 
 
-def _cosine_within(w: float, count: int, u_range, v_range, rng: np.random.Generator) -> Pairs:
+def _cosine_within(w: float, count: int, region: Region, rng: np.random.Generator) -> Pairs:
     wi, wr = np.empty((2, 0, 3))
     for _ in range(100):
         more = cosine_weighted(w, count, rng)
-        kept = Pairs(*more, np.zeros(len(more[0]), bool)).within(u_range, v_range)
+        kept = Pairs(*more, np.zeros(len(more[0]), bool)).within(region)
         wi, wr = np.concatenate([wi, kept.wi])[:count], np.concatenate([wr, kept.wr])[:count]
         if len(wi) == count:
             break
     return Pairs(wi, wr, np.zeros(len(wi), bool))
 
 
-def _half_vectors(reliefs, sigma_b, w, count, u_range, v_range, rng) -> np.ndarray:
+def _half_vectors(reliefs, sigma_b, w, count, region: Region, rng) -> np.ndarray:
     """Up to count half vectors (n, 3), drawn from the scattered power times luminance, jittered by the kernel."""
     nm = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401)
     luminance = np.cumsum(observer(nm)[:, 1])
@@ -200,7 +203,7 @@ def _half_vectors(reliefs, sigma_b, w, count, u_range, v_range, rng) -> np.ndarr
         for relief in reliefs:
             cells = scattered_cells(relief, w / middle, (radius / middle, radius / middle), sigma_b / middle)
             u, v = middle * cells.q_x, middle * cells.q_y[:, None]
-            inside = (u >= u_range[0]) & (u <= u_range[1]) & (v >= v_range[0]) & (v <= v_range[1])
+            inside = region.contains(u, v)
             cumulative = np.cumsum(cells.power * (inside & (u**2 + v**2 < radius**2)))
             if cumulative[-1] > 0:
                 bins = np.searchsorted(cumulative, rng.random(each) * cumulative[-1], side="right")
@@ -208,6 +211,5 @@ def _half_vectors(reliefs, sigma_b, w, count, u_range, v_range, rng) -> np.ndarr
                 q = np.column_stack([cells.q_x[col], cells.q_y[row]])
                 found.append(np.array(lambdas)[:, None] * q + sigma_b * rng.standard_normal((each, 2)))
     uv = rng.permutation(np.concatenate(found))
-    low, high = np.transpose([u_range, v_range])
-    uv = uv[((uv >= low) & (uv <= high)).all(axis=1) & (np.sum(uv**2, axis=1) < radius**2)][:count]
+    uv = uv[region.contains(uv[:, 0], uv[:, 1]) & (np.sum(uv**2, axis=1) < radius**2)][:count]
     return np.column_stack([uv, np.full(len(uv), w)])

@@ -11,8 +11,9 @@ import OpenEXR
 
 from ..base.failure import GratingError
 from ..colour.observer import ILLUMINANTS
+from ..optics.region import Region
 
-FORMAT = 5
+FORMAT = 6
 
 
 # Texels around a tile that reading alone meets, those that a tile takes of the picture over its texels within, and
@@ -36,21 +37,21 @@ class Table:
     record: dict
 
     @property
-    def u_range(self) -> tuple[float, float]:
+    def region(self) -> Region:
         """From the middle of the first texel that holds the table to the last's."""
-        return self.first[0] + _RIM * self.texel, self.first[0] + (self.terms.shape[2] - 1 - _RIM) * self.texel
-
-    @property
-    def v_range(self) -> tuple[float, float]:
-        return self.first[1] + _RIM * self.texel, self.first[1] + (self.terms.shape[1] - 1 - _RIM) * self.texel
+        _, rows, columns, _ = self.terms.shape
+        return Region(*(
+            (first + _RIM * self.texel, first + (count - 1 - _RIM) * self.texel)
+            for first, count in zip(self.first, (columns, rows), strict=True)
+        ))  # fmt: skip
 
     def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w: float) -> np.ndarray:
         """Scattered XYZ over w^2 (n, 3) at u, v (n,): B-splines over the texels, and T_k(t) = cos(k arccos t)."""
         low, high = self.w_range
         angle = math.acos(np.clip((2 * w - low - high) / (high - low), -1, 1))
         basis = np.cos(np.arange(len(self.terms)) * angle)
-        x = (np.clip(u, *self.u_range) - self.first[0]) / self.texel
-        y = (np.clip(v, *self.v_range) - self.first[1]) / self.texel
+        x = (np.clip(u, *self.region.u) - self.first[0]) / self.texel
+        y = (np.clip(v, *self.region.v) - self.first[1]) / self.texel
         found = np.zeros((len(u), 3))
         for row in (np.floor(y) + k for k in (-1, 0, 1, 2)):
             for column in (np.floor(x) + k for k in (-1, 0, 1, 2)):
@@ -112,7 +113,7 @@ def _table(image: np.ndarray, record: dict) -> Table:
     numbers = [layout[name] for name in ("texel", "sigma_b", "scale", "u_first", "v_first", "w_min", "w_max")]
     if not (
         image.shape == (*_picture_size(layout), 3)
-        and layout["strip_rows"] == layout["limit_rows"] + _STRIP
+        and layout["strip_rows"] == layout["bound_rows"] + _STRIP
         and 1 <= count <= layout["rows"] * across
         and samples >= 2
         and all(1 <= n <= taken - _TAKEN for n, taken in zip(inner, (rows, columns), strict=True))
@@ -146,5 +147,5 @@ def _picture_size(layout: dict) -> tuple[int, int]:
     rows, columns = layout["tile_rows"] - _TAKEN, layout["tile_columns"] - _TAKEN
     above = max(rows + _TAKEN, sum(rows // half + _TAKEN for half in halves))
     beside = columns + _TAKEN + sum(columns // half + _TAKEN for half in halves[:1])
-    strip = layout["zero_order_samples"] + 1, layout["limit_columns"] + 2
+    strip = layout["zero_order_samples"] + 1, layout["bound_columns"] + 2
     return layout["strip_rows"] + layout["rows"] * above, max(layout["columns"] * beside, *strip)

@@ -9,13 +9,14 @@ as the surface.
 import hashlib
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from ..base.failure import GratingError
+from ..base.progress import Progress, part_of, silent
 from ..colour.observer import WAVELENGTH_MIN_M
 from ..measure.errors import Errors, Truth, measure
 from ..measure.pairs import draw_w
@@ -101,7 +102,7 @@ def check(
     groups: int = 2,
     pairs: int = 4000,
     step_m: float | None = None,
-    progress: Callable[[str, float], None] = lambda stage, fraction: None,
+    progress: Progress = silent,
 ) -> Verdict:
     """Recompute a bake's error on `groups` values of w, `pairs` direction pairs each, at a wavelength step.
 
@@ -158,10 +159,10 @@ def truths(table: Table, reliefs: Sequence[Relief], groups: int, pairs: int, ste
     rng = np.random.default_rng(_SEED)
     found = []
     for k, w in enumerate(_draw_w(table.w_range, groups, rng)):
-        drawn = draw_pairs(reliefs, table.sigma_b, w, pairs, table.u_range, table.v_range, rng)
+        drawn = draw_pairs(reliefs, table.sigma_b, w, count=pairs, region=table.region, rng=rng)
         scattered = scattered_xyz(
-            reliefs, drawn.u, drawn.v, w, table.sigma_b, step_m, table.illuminant,
-            lambda fraction, k=k: progress("check", (k + fraction) / groups),
+            reliefs, drawn.u, drawn.v, w=w, sigma_b=table.sigma_b, step_m=step_m, illuminant=table.illuminant,
+            progress=part_of(progress, "check", k, groups),
         )  # fmt: skip
         zero_order = direct_sums.zero_order_xyz(reliefs, np.array([w]), table.illuminant)[0]
         found.append(Truth(float(w), drawn, scattered, zero_order))
@@ -194,7 +195,7 @@ def zero_order_budget(reliefs: Sequence[Relief], samples: int, asked: float) -> 
     variance sigma^2 of the heights, |Z''| h^2 / 6 <= (2 pi sigma / lambda)^2 h^2 / 3, and the expansion's tolerance; as
     many times as dE00 is asked above 1."""
     step = 2 / (samples - 1)
-    variance = max(np.average(relief.height_m**2, weights=relief.taper**2) for relief in reliefs)
+    variance = max(np.average(relief.height_m**2, weights=relief.apodisation**2) for relief in reliefs)
     bend = (2 * np.pi / WAVELENGTH_MIN_M) ** 2 * variance * step**2 / 3
     return max(1.0, asked) * float(_HALF_STEP + bend + _EXPANSION)
 

@@ -12,11 +12,13 @@ from ..surface.readers.registry import read_height_map
 from ..table.sample_set import path_beside
 
 
-def add_input(parser: argparse.ArgumentParser, several: bool = False) -> None:
-    """FILE and what a file without units needs."""
+def add_input(parser: argparse.ArgumentParser, several: str | None = None) -> None:
+    """FILE (as many as argparse's `several` tells) and what a file without units needs."""
     text = "height map, or sample:NAME (" + ", ".join(sample_names()) + ")"
     if several:
-        parser.add_argument("files", nargs="+", metavar="FILE", help=text + "; several scans of one skin are averaged")
+        parser.add_argument(
+            "files", nargs=several, metavar="FILE", help=text + "; several scans of one skin are averaged"
+        )
     else:
         parser.add_argument("file", metavar="FILE", help=text)
     parser.add_argument("--size-um", type=float, metavar="W", help="width of the scan in micrometres (pictures)")

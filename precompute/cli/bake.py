@@ -2,50 +2,85 @@
 """`bake`: height maps into the table that the material reads."""
 
 import argparse
-from dataclasses import asdict
+import json
 from pathlib import Path
 
 from ..bake import cache
 from ..bake.needs import EVERYTHING, read_needs
 from ..bake.output import bake_to_folder
-from ..bake.request import BakeRequest
+from ..bake.request import DELTA_E_MAX, BakeRequest, Scan, request_from
 from ..base.failure import GratingError
-from .arguments import add_bake_options, add_input, height_map_of
+from ..table import atlas_file
+from .arguments import add_bake_options, add_input
 from .output import Progress, emit
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `bake`."""
-    add_input(parser, several=True)
+    add_input(parser, several="*")
     parser.add_argument("-o", "--output", required=True, type=Path, metavar="DIR", help="folder for the bake")
     add_bake_options(parser)
+    parser.add_argument(
+        "--request", type=Path, metavar="BAKE.exr|JSON", help="repeat a bake: all that was asked of it, scans included"
+    )
 
 
 def run(arguments: argparse.Namespace) -> None:
     """The `bake` verb: bake, measure, write."""
-    if not 0 < arguments.delta_e < 100:
-        raise GratingError(
-            f"--delta-e {arguments.delta_e:g}: not a colour difference; give a number from 0 to 100, such as 1"
-        )
-    order = request_of(arguments)
-    height_maps = [height_map_of(arguments, file) for file in arguments.files]
+    request = request_of(arguments)
+    height_maps = [scan.read() for scan in request.scans]
     progress = Progress(arguments.progress)
 
     def make(folder: Path) -> dict:
-        return bake_to_folder(height_maps, order, folder, progress)
+        return bake_to_folder(height_maps, request, folder, progress)
 
     if arguments.no_cache:
         facts = {**make(arguments.output), "cached": False}
     else:
-        facts = cache.bake_once(cache.key_of(height_maps, asdict(order)), arguments.output, make, progress)
+        facts = cache.bake_once(cache.key_of(height_maps, request), arguments.output, make, progress)
     emit(facts, arguments.json, lambda: bake_summary(facts))
 
 
-def request_of(arguments) -> BakeRequest:
-    """What the command line asks of a bake."""
-    length_m = None if arguments.coherence_um is None else arguments.coherence_um * 1e-6
-    needs = EVERYTHING if arguments.needs is None else read_needs(arguments.needs)
-    return BakeRequest(arguments.delta_e, length_m, arguments.illuminant, needs, arguments.model)
+def request_of(arguments: argparse.Namespace) -> BakeRequest:
+    """What the command line asks of a bake: by --request, or by FILE and options.
+
+    Raises GratingError for a request that no bake can keep."""
+    if arguments.request is not None:
+        if arguments.files:
+            raise GratingError(f"{arguments.files[0]}: --request names the scans already; leave out one of the two")
+        return read_request(arguments.request)
+    if not arguments.files:
+        raise GratingError("no height map to bake; name a FILE, or a bake to repeat by --request")
+    if not 0 < arguments.delta_e < DELTA_E_MAX:
+        raise GratingError(
+            f"--delta-e {arguments.delta_e:g}: not a colour difference; give a number from 0 to 100, such as 1"
+        )
+    return BakeRequest(
+        delta_e=arguments.delta_e,
+        coherence_length_m=None if arguments.coherence_um is None else arguments.coherence_um * 1e-6,
+        illuminant=arguments.illuminant,
+        needs=EVERYTHING if arguments.needs is None else read_needs(arguments.needs),
+        model=arguments.model,
+        scans=tuple(Scan(file, arguments.size_um, arguments.height_nm, arguments.channel) for file in arguments.files),
+    )
+
+
+def read_request(path: Path) -> BakeRequest:
+    """The request in a file of JSON, or in the header of a bake's .exr; its scans are looked for beside the file.
+
+    Raises GratingError if the file is neither."""
+    if path.suffix.lower() == ".exr":
+        _, header = atlas_file.read_header(path)
+        record = header.get("request")
+    else:
+        try:
+            record = json.loads(path.read_text(encoding="utf-8"))
+        except (ValueError, RecursionError) as error:
+            raise GratingError(f"{path}: not JSON ({error}); give the .exr that `bake` wrote") from error
+    request = request_from(record, str(path)).at(path.resolve().parent)
+    if not request.scans:
+        raise GratingError(f"{path}: the request names no scan; add one under `scans`")
+    return request
 
 
 def bake_summary(facts: dict) -> str:

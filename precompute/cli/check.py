@@ -12,7 +12,7 @@ from .output import Progress, emit
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `check`."""
     parser.add_argument("bake", metavar="BAKE", help=".exr, or a folder that holds one")
-    add_input(parser, several=True)
+    add_input(parser, several="+")
     parser.add_argument(
         "--delta-e", type=float, metavar="DE", help="what it must keep; default: what its bake was asked"
     )

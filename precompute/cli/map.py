@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ..bake.ensemble import bake, plan
+from ..bake.request import BakeRequest
 from ..base.failure import GratingError
 from ..base.files import write_whole
 from ..methods.method import Settings
@@ -73,11 +74,11 @@ def brdf_map_of(arguments, progress: Progress) -> tuple[np.ndarray, str]:
     length_m = None if arguments.coherence_um is None else arguments.coherence_um * 1e-6
     relief = prepare(height_map_of(arguments))
     if arguments.method == "bake":
-        baked = atlas.unpack(*atlas.pack(bake(relief, length_m, progress=progress)))
+        baked = atlas.unpack(*atlas.pack(bake(relief, BakeRequest(coherence_length_m=length_m), progress=progress)))
         return brdf_map.from_bake(baked, arguments.size, theta_i, conserving), baked.illuminant
     if arguments.method != "reference":
         return method_map(relief, length_m, arguments, progress), "D65"
-    sigma_b = plan(relief, length_m).sigma_b
+    sigma_b = plan(relief, BakeRequest(coherence_length_m=length_m)).sigma_b
     xyz = brdf_map.from_reference(
         relief, sigma_b, arguments.size, theta_i, arguments.step_nm * 1e-9,
         tick=lambda done, total: progress("reference", done / total), conserving=conserving,

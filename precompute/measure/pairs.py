@@ -7,6 +7,7 @@ import numpy as np
 
 from ..optics.brdf import half_angle_cosine, obliquity_times_cosine_and_w2
 from ..optics.fresnel import fresnel_reflectance
+from ..optics.region import Region
 
 
 @dataclass(frozen=True)
@@ -25,10 +26,9 @@ class Pairs:
     def v(self) -> np.ndarray:
         return self.wi[:, 1] + self.wr[:, 1]
 
-    def within(self, u_range, v_range) -> "Pairs":
-        """Those of u and v inside the ranges (low, high)."""
-        u, v = self.u, self.v
-        return self.only((u >= u_range[0]) & (u <= u_range[1]) & (v >= v_range[0]) & (v <= v_range[1]))
+    def within(self, region: Region) -> "Pairs":
+        """Those of u and v inside a region."""
+        return self.only(region.contains(self.u, self.v))
 
     def only(self, kept: np.ndarray) -> "Pairs":
         """Those that a mask (n,) keeps."""

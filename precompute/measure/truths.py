@@ -9,9 +9,11 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ..base.progress import Progress, part_of, silent
 from ..colour.observer import spectral_weights, wavelengths
 from ..reference.ensemble import reference_grid, reference_xyz
 from ..spectra.spectrum import FrequencyGrid, scattered_spectrum
+from ..surface.relief import Relief
 from .errors import Truth
 from .pairs import Pairs, cosine_weighted, draw_w, pair_about
 
@@ -52,7 +54,10 @@ def _spectrum_weighted(spectrum, sigma_b, w, count, rng) -> tuple[np.ndarray, np
     return pair_about(np.column_stack([uv, np.full(len(uv), w)]), rng)
 
 
-def truths(relief, sigma_b, w_count, pairs_each, step_m, illuminant="D65", seed=0, tick=None) -> list[Truth]:
+def truths(
+    relief: Relief, sigma_b: float, w_count: int, pairs_each: int, step_m: float, *, seed: int = 0,
+    progress: Progress = silent,
+) -> list[Truth]:  # fmt: skip
     """The reference at w_count random w, pairs_each direction pairs each."""
     rng = np.random.default_rng(seed)
     grid = reference_grid(relief, sigma_b)
@@ -60,9 +65,19 @@ def truths(relief, sigma_b, w_count, pairs_each, step_m, illuminant="D65", seed=
     for k, w in enumerate(draw_w(w_count, rng)):
         pairs = draw_pairs(lambda s: (scattered_spectrum(relief, s, grid)[0], grid), sigma_b, w, pairs_each, rng)
 
-        def step(done, total, k=k):
-            if tick:
-                tick(k * total + done, w_count * total)
-
-        found.append(Truth(w, pairs, *reference_xyz(relief, pairs.u, pairs.v, w, sigma_b, step_m, illuminant, step)))
+        found.append(
+            Truth(
+                w,
+                pairs,
+                *reference_xyz(
+                    relief,
+                    pairs.u,
+                    pairs.v,
+                    w=w,
+                    sigma_b=sigma_b,
+                    step_m=step_m,
+                    progress=part_of(progress, "reference", k, w_count),
+                ),
+            )
+        )
     return found

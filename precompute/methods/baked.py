@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bake.ensemble import bake
+from ..bake.request import BakeRequest
 from ..base.failure import GratingError
 from ..surface.relief import Relief
 from ..table import atlas
@@ -35,5 +36,5 @@ class Baked:
 
 def build(relief: Relief, settings: Settings) -> Baked:
     """Bake a relief, through the half floats of the atlas."""
-    table = bake(relief, settings.coherence_length_m, illuminant=settings.illuminant)
+    table = bake(relief, BakeRequest(coherence_length_m=settings.coherence_length_m, illuminant=settings.illuminant))
     return Baked(atlas.unpack(*atlas.pack(table)), settings)

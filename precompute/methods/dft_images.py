@@ -86,7 +86,7 @@ class Layout:
         return self.rows * self.tile_rows
 
     @property
-    def sound(self) -> bool:
+    def is_valid(self) -> bool:
         """Whether a shader can make something of it."""
         counts = self.terms, self.tile_rows, self.tile_columns, self.columns, self.texels, self.copies_v, self.copies_u
         return (

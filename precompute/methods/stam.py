@@ -83,7 +83,7 @@ class Stam:
 
 def mean_profile(relief: Relief, period_m: float) -> np.ndarray:
     """Mean height (samples,) in metres over the rows and periods of a relief, along T."""
-    line = np.average(relief.height_m, axis=0, weights=relief.tapers[0] + 1e-12)
+    line = np.average(relief.height_m, axis=0, weights=relief.apodisation_axes[0] + 1e-12)
     pixel = relief.pixel_size_m[1]
     count = int(np.clip(round(period_m / pixel), 1, _SAMPLES_MAX))
     x = np.arange(len(line)) * pixel
@@ -96,5 +96,5 @@ def build(relief: Relief, settings: Settings) -> Stam:
     """Stam's form of a relief. Raises GratingError where it has no period."""
     period = grating_period(relief, settings.period_m)
     length_m = settings.coherence_length_m
-    sigma_b = coherence.kernel_sigma(length_m) if length_m else coherence.narrowest_sound_kernel(relief.size_m)
+    sigma_b = coherence.kernel_sigma(length_m) if length_m else coherence.narrowest_averaging_kernel(relief.size_m)
     return Stam(mean_profile(relief, period), period, sigma_b, settings)

@@ -30,8 +30,8 @@ class Expansion(Protocol):
 
 @dataclass(frozen=True)
 class TermImages:
-    """terms (ny, nx, N), complex: the DFT of each term times the taper over the number of pixels, zero frequency in
-    the middle, phases counted from the middle pixel; the frequencies are bins of 1 / size_m (Ly, Lx) metres."""
+    """terms (ny, nx, N), complex: the DFT of each term times the apodisation over the number of pixels, zero frequency
+    in the middle, phases counted from the middle pixel; the frequencies are bins of 1 / size_m (Ly, Lx) metres."""
 
     terms: np.ndarray
     size_m: tuple[float, float]
@@ -72,7 +72,7 @@ def make_images(relief: Relief, expansion: Expansion, dtype: type) -> TermImages
     narrow = np.complex64 if dtype == np.float32 else np.complex128
     images = []
     for field in expansion.fields(relief.height_m):
-        transform = np.fft.fft2(np.fft.ifftshift(relief.taper * field)) / relief.height_m.size
+        transform = np.fft.fft2(np.fft.ifftshift(relief.apodisation * field)) / relief.height_m.size
         images.append(transform[np.ix_(*kept)].astype(narrow))
     return TermImages(np.stack(images, axis=-1), relief.size_m)
 

@@ -33,7 +33,7 @@ def coherence_areas(size_m: tuple[float, float], coherence_length_m: float, prof
     return size_m[0] * size_m[1] / shift**2 + profiles_m / shift
 
 
-def longest_sound_length(area_m2: float, profiles_m: float = 0.0) -> float:
+def longest_averaging_length(area_m2: float, profiles_m: float = 0.0) -> float:
     """The longest coherence length that still averages MINIMUM_AREAS (less is mostly speckle) over scans of so much
     area and profiles of so much length in all."""
     half = profiles_m / 2
@@ -41,9 +41,9 @@ def longest_sound_length(area_m2: float, profiles_m: float = 0.0) -> float:
     return 4 * shift / math.sqrt(2)
 
 
-def narrowest_sound_kernel(size_m: tuple[float, float]) -> float:
+def narrowest_averaging_kernel(size_m: tuple[float, float]) -> float:
     """The narrowest sigma_b that still averages MINIMUM_AREAS coherence areas of a scan (less is mostly speckle)."""
-    return kernel_sigma(longest_sound_length(size_m[0] * size_m[1]))
+    return kernel_sigma(longest_averaging_length(size_m[0] * size_m[1]))
 
 
 THESIS_COHERENCE_M = 65e-6

@@ -7,6 +7,7 @@ kernel reaches. Slow and simple on purpose.
 
 import numpy as np
 
+from ..base.progress import Progress, silent
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, spectral_weights, wavelengths
 from ..spectra.spectrum import FrequencyGrid, frequency_grid, scattered_spectrum
 from ..surface.relief import Relief
@@ -20,7 +21,10 @@ def reference_grid(relief: Relief, sigma_b: float) -> FrequencyGrid:
     return frequency_grid(relief, (2 + KERNEL_REACH * sigma_b) / WAVELENGTH_MIN_M, sigma_b / WAVELENGTH_MAX_M)
 
 
-def reference_xyz(relief, u, v, w: float, sigma_b: float, step_m=1e-9, illuminant="D65", tick=None):
+def reference_xyz(
+    relief: Relief, u: np.ndarray, v: np.ndarray, *, w: float, sigma_b: float, step_m: float = 1e-9,
+    illuminant: str = "D65", progress: Progress = silent,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Scattered XYZ (n, 3) at (u, v) (n,) and the zero order's XYZ (3,), all at one w.
 
     XYZ = integral of PSD((u, v) / lambda; w / lambda) / lambda^2 times the observer: the density over (u, v) of
@@ -34,8 +38,7 @@ def reference_xyz(relief, u, v, w: float, sigma_b: float, step_m=1e-9, illuminan
         power, efficiency = scattered_spectrum(relief, w / lam, grid)
         scattered += blurred(power, grid, u, v, lam, sigma_b)[:, None] * weight
         zero_order += efficiency * weight
-        if tick:
-            tick(k + 1, len(lambdas))
+        progress("reference", (k + 1) / len(lambdas))
     return scattered, zero_order
 
 

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from ..base.progress import Progress, silent
 from ..maths import chebyshev
 from ..surface.relief import Relief
 from .resample import KERNEL_REACH, Resampler
@@ -52,17 +53,17 @@ def exact_error(relief: Relief, series: SpectrumSeries, s_values: np.ndarray) ->
 
 
 def fast_series(
-    relief: Relief, q_max: float, s_max: float, finest_kernel: float, tolerance: float, tick=None
+    relief: Relief, q_max: float, s_max: float, *, finest_kernel: float, tolerance: float, progress: Progress = silent
 ) -> SpectrumSeries:
     """The series in single precision, for kernels of finest_kernel (per metre) and wider, of bins up to q_max.
 
     What the series leaves out is about `tolerance` of the light, as its last coefficients tell. Bins finer than such a
-    kernel can show are blurred by a part of it and thinned out. tick(done, total) is called after each transform."""
+    kernel can show are blurred by a part of it and thinned out. `progress` hears of each transform."""
     grid = frequency_grid(relief, q_max, finest_kernel)
     most = bound(relief, s_max, tolerance)
     count = min(most, measured_count(relief, q_max, s_max, tolerance))
     while True:
-        series = _transforms(relief, grid, s_max, finest_kernel, count, tick)
+        series = _transforms(relief, grid, s_max, finest_kernel, count, progress)
         left_out, ratio = _left_out(_coefficient_sizes(series.scattered_over_s2))
         if count == most or left_out <= 2 * tolerance:
             return series
@@ -82,8 +83,8 @@ def measured_count(relief: Relief, q_max: float, s_max: float, tolerance: float)
     for place in places:
         part = tuple(_slice_around(at, n) for at, n in zip(place, (rows, cols), strict=True))
         height = relief.height_m[part]
-        tapers = tuple(np.hanning(n + 2)[1:-1] if n > 1 else np.ones(1) for n in height.shape)
-        cut = Relief(height, tapers, relief.pixel_size_m, periodic=True)
+        apodisation_axes = tuple(np.hanning(n + 2)[1:-1] if n > 1 else np.ones(1) for n in height.shape)
+        cut = Relief(height, apodisation_axes, relief.pixel_size_m, periodic=True)
         grid = frequency_grid(cut, q_max, 1.0)
         sizes = _coefficient_sizes(np.stack([_power(cut, s, grid)[0] / np.float32(s**2) for s in nodes]))
         counts.append(int(np.count_nonzero(np.cumsum(sizes[::-1])[::-1] > tolerance * sizes.sum())))
@@ -111,7 +112,7 @@ def _left_out(sizes: np.ndarray) -> tuple[float, float]:
     return last * ratio / (1 - ratio) / max(sizes.sum(), 1e-300), max(ratio, 1e-6)
 
 
-def _transforms(relief, grid, s_max, finest_kernel, count, tick) -> SpectrumSeries:
+def _transforms(relief, grid, s_max, finest_kernel, count, progress: Progress) -> SpectrumSeries:
     coarse = _thinned_grid(grid, finest_kernel)
     blur_q = 0.0 if coarse is grid else _BLUR * finest_kernel
     scattered = np.empty((count, len(coarse.q_y), len(coarse.q_x)), np.float32)
@@ -120,8 +121,7 @@ def _transforms(relief, grid, s_max, finest_kernel, count, tick) -> SpectrumSeri
         power, amplitude[k] = _power(relief, s, grid)
         power /= np.float32(s**2)
         scattered[k] = power if coarse is grid else _blurred(power, grid, coarse, blur_q)
-        if tick:
-            tick(k + 1, count)
+        progress("transforms", (k + 1) / count)
     return SpectrumSeries(coarse, s_max, scattered, amplitude, blur_q, relief.periodic)
 
 
@@ -151,24 +151,24 @@ def _power(relief: Relief, s: float, grid: FrequencyGrid) -> tuple[np.ndarray, c
     rows, cols = grid.transform_shape
     kept_x, kept_y = fft_order(grid.q_x, cols), fft_order(grid.q_y, rows)
     half = np.empty((len(relief.height_m), len(kept_x)), np.complex64)
-    taper_y, taper_x = (taper.astype(np.float32) for taper in relief.tapers)
+    apodisation_y, apodisation_x = (apodisation.astype(np.float32) for apodisation in relief.apodisation_axes)
     for part, cosine, sine in _phases(relief, s):
         field = np.empty(cosine.shape, np.complex64)
         field.real = cosine - np.float32(amplitude.real)
         field.imag = -sine - np.float32(amplitude.imag)
-        field *= taper_y[part, None] * taper_x
+        field *= apodisation_y[part, None] * apodisation_x
         half[part] = np.fft.fft(field, cols, axis=1)[:, kept_x]
     power = np.empty((len(kept_y), len(kept_x)), np.float32)
     for start in range(0, len(kept_x), _COLUMNS_AT_ONCE):
         part = slice(start, start + _COLUMNS_AT_ONCE)
         kept = np.fft.fft(half[:, part], rows, axis=0)[kept_y]
         power[:, part] = kept.real**2 + kept.imag**2
-    power /= np.float32(rows * cols * np.prod([np.sum(taper**2) for taper in relief.tapers]))
+    power /= np.float32(rows * cols * np.prod([np.sum(apodisation**2) for apodisation in relief.apodisation_axes]))
     return power, amplitude
 
 
 def _mean_phasor(relief: Relief, s: float) -> complex:
-    weights_y, weights_x = (taper**2 / np.sum(taper**2) for taper in relief.tapers)
+    weights_y, weights_x = (apodisation**2 / np.sum(apodisation**2) for apodisation in relief.apodisation_axes)
     total = 0j
     for part, cosine, sine in _phases(relief, s):
         total += weights_y[part] @ (cosine @ weights_x - 1j * (sine @ weights_x))

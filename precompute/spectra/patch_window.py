@@ -3,9 +3,9 @@
 
     P(q; s) = sum over pixels of g t p exp(-i 2 pi q.x),   g = exp(-|x|^2 / (2 sigma^2)),   PSD = dA |P|^2 / sum (g t)^2
 
-with the taper t of the relief (1 where its edges wrap), so that the integral over the Nyquist cell is 1. Repeating is
-what the thesis's convolution of the DFT with a Gaussian means; the window is centred on the patch, not on its corner
-as there, where the seams of a raw scan run through the middle of the window and draw a cross.
+with the apodisation t of the relief (1 where its edges wrap), so that the integral over the Nyquist cell is 1.
+Repeating is what the thesis's convolution of the DFT with a Gaussian means; the window is centred on the patch, not on
+its corner as there, where the seams of a raw scan run through the middle of the window and draw a cross.
 """
 
 from dataclasses import dataclass
@@ -47,7 +47,7 @@ class PatchWindow:
             np.exp(-(((self.positions(axis)[:, None] + self.copies(axis)) / self.sigma_m) ** 2)).sum(axis=1)
             for axis in (0, 1)
         ]
-        return float(along[0] @ self.relief.taper**2 @ along[1])
+        return float(along[0] @ self.relief.apodisation**2 @ along[1])
 
     def density_scale(self) -> float:
         """dA / sum (g t)^2: what turns |P|^2 into PSD."""

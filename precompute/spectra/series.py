@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..base.progress import Progress, silent
 from ..maths import chebyshev
 from ..surface.relief import Relief
 from .spectrum import FrequencyGrid, scattered_spectrum, zero_order_amplitude
@@ -51,10 +52,12 @@ class SpectrumSeries:
         return math.sqrt(sigma**2 - (wavelength_m * self.blur_q) ** 2)
 
 
-def spectrum_series(relief: Relief, grid: FrequencyGrid, s_max: float, tolerance: float, tick=None) -> SpectrumSeries:
+def spectrum_series(
+    relief: Relief, grid: FrequencyGrid, s_max: float, tolerance: float, *, progress: Progress = silent
+) -> SpectrumSeries:
     """The series in float64, whose interpolation error is at most `tolerance` of its largest value.
 
-    tick(done, total) is called after each transform."""
+    `progress` hears of each transform."""
     count = bound(relief, s_max, tolerance)
     s_nodes = chebyshev.nodes(count, 0, s_max)
     scattered = np.empty((count, len(grid.q_y), len(grid.q_x)))
@@ -63,8 +66,7 @@ def spectrum_series(relief: Relief, grid: FrequencyGrid, s_max: float, tolerance
         power, _ = scattered_spectrum(relief, s, grid)
         scattered[k] = power / s**2
         amplitude[k] = zero_order_amplitude(relief, s)
-        if tick:
-            tick(k + 1, count)
+        progress("transforms", (k + 1) / count)
     return SpectrumSeries(grid, s_max, scattered, amplitude, periodic=relief.periodic)
 
 

@@ -3,7 +3,7 @@
 
 p(x, y; s) = exp(-i 2 pi s h) with s = w / lambda. Its weighted mean is the zero order; what is left, transformed and
 squared, is the scattered spectrum. By Parseval the two sum to 1 exactly, because the mean is taken under the square of
-the taper, which makes it orthogonal to the rest.
+the apodisation, which makes it orthogonal to the rest.
 """
 
 import math
@@ -37,8 +37,8 @@ def phasor(height_m: np.ndarray, s: float) -> np.ndarray:
 
 
 def zero_order_amplitude(relief: Relief, s: float) -> complex:
-    """Mean of the phasor under the taper's square; its squared modulus is the zero order's efficiency."""
-    weights = relief.taper**2
+    """Mean of the phasor under the apodisation's square; its squared modulus is the zero order's efficiency."""
+    weights = relief.apodisation**2
     return complex(np.sum(weights * phasor(relief.height_m, s)) / np.sum(weights))
 
 
@@ -48,8 +48,8 @@ def frequency_grid(relief: Relief, q_max: float, finest_kernel: float) -> Freque
     Blurring the bins of a transform weighs the scan's autocorrelation by a Gaussian of 1 / (2 pi finest_kernel), and
     where the scan does not wrap its two ends would meet there. Zero padding keeps them apart: by 0.4 / finest_kernel
     what still meets is weighed by exp(-2 pi^2 0.4^2) = 4e-2 at the padding's edge and less beyond, and holds next to no
-    area under the taper; measured, 3e-4 of the peak. A surface that wraps has orders, not samples of a continuum, and a
-    single row or column is a profile that does not change across it: neither is padded."""
+    area under the apodisation; measured, 3e-4 of the peak. A surface that wraps has orders, not samples of a continuum,
+    and a single row or column is a profile that does not change across it: neither is padded."""
     shape = []
     for count, pixel in zip(relief.height_m.shape, relief.pixel_size_m, strict=True):
         alone = relief.periodic or count == 1
@@ -81,12 +81,12 @@ def scattered_spectrum(relief: Relief, s: float, grid: FrequencyGrid) -> tuple[n
 
     Over all bins (not only those the grid keeps) the two sum to 1."""
     amplitude = zero_order_amplitude(relief, s)
-    scattered = relief.taper * (phasor(relief.height_m, s) - amplitude)
+    scattered = relief.apodisation * (phasor(relief.height_m, s) - amplitude)
     rows, cols = grid.transform_shape
     # Row by row first, so that the second pass runs over the kept columns alone.
     half = np.fft.fft(scattered, n=cols, axis=1)[:, fft_order(grid.q_x, cols)]
     kept = np.fft.fft(half, n=rows, axis=0)[fft_order(grid.q_y, rows)]
-    norm = rows * cols * np.sum(relief.taper**2)
+    norm = rows * cols * np.sum(relief.apodisation**2)
     return (kept.real**2 + kept.imag**2) / norm, abs(amplitude) ** 2
 
 

@@ -48,7 +48,7 @@ def from_bake(bake: Table, size: int, theta_i: float, conserving: bool = True) -
     """Radiance XYZ (size, size, 3) under unit irradiance, row along +y, from a bake; NaN outside the hemisphere.
 
     In the energy-conserving form of the materials, or in Stam's (DESIGN 2)."""
-    excess = bake.limit if conserving else None
+    excess = bake.excess_albedo if conserving else None
 
     def xyz(wi: np.ndarray, view: np.ndarray) -> np.ndarray:
         u, v, w = wi[:, None] + view.T
@@ -120,7 +120,7 @@ def _hemisphere_of(xyz: Callable, size: int, theta_i: float, at_once: int, tick=
 
 def _gains(wi: np.ndarray, view: np.ndarray, excess_albedo: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
     """What turns scattered XYZ over w^2 (n,), and the zero order's (n,), into radiance under unit irradiance: R O
-    cos(ti), over the albedo's limit or, without an excess, in Stam's form."""
+    cos(ti), over the albedo bound or, without an excess, in Stam's form."""
     reflectance = fresnel_reflectance(half_angle_cosine(wi, view))
     if excess_albedo is not None:
         reflectance /= np.maximum(albedo_bound(excess_albedo, wi), albedo_bound(excess_albedo, view))

@@ -113,7 +113,7 @@ def _patch_response(method: Patch, plane: Plane, lambdas_m) -> np.ndarray:
     count = chebyshev.jacobi_anger_terms(np.pi * s_max * relief.height_range_m, _EXACT)
     along_b = window.waves(0, np.zeros(1))[0]
     lines = np.stack(
-        [along_b @ (relief.taper * phasor(relief.height_m, s)) for s in chebyshev.nodes(count, 0, s_max)], axis=-1
+        [along_b @ (relief.apodisation * phasor(relief.height_m, s)) for s in chebyshev.nodes(count, 0, s_max)], axis=-1
     )
     rows = []
     for lam in lambdas_m:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A height map made ready for the Fourier transform: levelled, filled, fine enough, tapered."""
+"""A height map made ready for the Fourier transform: levelled, filled, fine enough, apodised."""
 
 from dataclasses import dataclass
 
@@ -14,23 +14,23 @@ from .levelling import level_plane
 PIXEL_MAX_M = WAVELENGTH_MIN_M / 4
 
 
-_TAPERED_FRACTION = 0.125
+_APODISED_FRACTION = 0.125
 
 
 @dataclass(frozen=True)
 class Relief:
-    """Heights (rows, cols) in metres with row index along +B and column index along +T, zero mean under the taper's
-    square; the taper g as its two factors (rows,), (cols,); pixel_size_m (dy, dx)."""
+    """Heights (rows, cols) in metres with row index along +B and column index along +T, zero mean under the
+    apodisation's square; the apodisation g as its two factors (rows,), (cols,); pixel_size_m (dy, dx)."""
 
     height_m: np.ndarray
-    tapers: tuple[np.ndarray, np.ndarray]
+    apodisation_axes: tuple[np.ndarray, np.ndarray]
     pixel_size_m: tuple[float, float]
     periodic: bool
 
     @property
-    def taper(self) -> np.ndarray:
+    def apodisation(self) -> np.ndarray:
         """g (rows, cols)."""
-        return np.outer(*self.tapers)
+        return np.outer(*self.apodisation_axes)
 
     @property
     def size_m(self) -> tuple[float, float]:
@@ -44,7 +44,7 @@ class Relief:
 
 def prepare(height_map: HeightMap) -> Relief:
     """Relief of a height map: plane removed (a synthetic surface whose edges wrap has none), holes filled, pixels
-    refined until nothing aliases, edges tapered unless they wrap."""
+    refined until nothing aliases, edges apodised unless they wrap."""
     levelled = height_map if height_map.periodic else level_plane(height_map)
     height = fill_missing(levelled).height_m[::-1]
     pixel_size = height_map.pixel_size_m
@@ -54,19 +54,19 @@ def prepare(height_map: HeightMap) -> Relief:
             height = _upsample(height, factor, axis, height_map.periodic)
     size_m = tuple(n * d for n, d in zip(height_map.height_m.shape, pixel_size, strict=True))
     pixel_size = tuple(length / n for length, n in zip(size_m, height.shape, strict=True))
-    tapers = tuple(np.ones(n) if height_map.periodic else _edge_taper(n) for n in height.shape)
-    weights = [taper**2 / np.sum(taper**2) for taper in tapers]
+    apodisation_axes = tuple(np.ones(n) if height_map.periodic else _tukey_window(n) for n in height.shape)
+    weights = [apodisation**2 / np.sum(apodisation**2) for apodisation in apodisation_axes]
     height = height - weights[0] @ height @ weights[1]
-    return Relief(height, tapers, pixel_size, height_map.periodic)
+    return Relief(height, apodisation_axes, pixel_size, height_map.periodic)
 
 
-def _edge_taper(count: int) -> np.ndarray:
+def _tukey_window(count: int) -> np.ndarray:
     """Tukey window: a cosine rise over an eighth of the scan at each end. A raw edge would add a false cross to the
-    spectrum, several times the signal; a single row or column has no edges to taper."""
+    spectrum, several times the signal; a single row or column has no edges to apodisation."""
     if count == 1:
         return np.ones(1)
     x = (np.arange(count) + 0.5) / count
-    edge = np.minimum(np.minimum(x, 1 - x) / _TAPERED_FRACTION, 1)
+    edge = np.minimum(np.minimum(x, 1 - x) / _APODISED_FRACTION, 1)
     return 0.5 - 0.5 * np.cos(np.pi * edge)
 
 

@@ -21,8 +21,8 @@ def unit_cell(relief: Relief) -> Relief:
         return relief
     cols = _repeat(relief.height_m, 1, 1)
     rows = _repeat(relief.height_m, 0, min(cols, relief.height_m.shape[0]))
-    tapers = relief.tapers[0][:rows], relief.tapers[1][:cols]
-    return replace(relief, height_m=relief.height_m[:rows, :cols], tapers=tapers)
+    apodisation_axes = relief.apodisation_axes[0][:rows], relief.apodisation_axes[1][:cols]
+    return replace(relief, height_m=relief.height_m[:rows, :cols], apodisation_axes=apodisation_axes)
 
 
 def _repeat(height: np.ndarray, axis: int, least: int) -> int:

@@ -7,7 +7,7 @@ three digits; linear, no colour management; all parameters stand in the header. 
 middle, read the texels floor(x) - 1 to floor(x) + 2. Counting rows upward from the picture's bottom:
 
     STRIP_ROWS rows         Z(w) in texels 0 .. samples - 1, all alike, and in line with the last two in what follows
-    limit_rows + 2 rows     the excess albedo E (albedo.py), the same in every channel, its texel (0, 0), the horizon's
+    bound_rows + 2 rows     the excess albedo E (albedo.py), the same in every channel, its texel (0, 0), the horizon's
                             row first, at x = 1 of the second of these rows; around it one more texel for reading
     above `strip_rows`      the tiles of every level (tiling.py)
 
@@ -20,6 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..optics.region import Region
 from . import tiling
 from .albedo_bound import with_rim
 from .table import Table, past_end
@@ -54,46 +55,46 @@ class Layout:
     sigma_b: float
     scale: float
     zero_order_samples: int
-    limit_rows: int
-    limit_columns: int
+    bound_rows: int
+    bound_columns: int
     illuminant: str
 
     @property
     def width(self) -> int:
-        return max(self._blocks_size[1], _strip_width(self.zero_order_samples, self.limit_columns))
+        return max(self._blocks_size[1], _strip_width(self.zero_order_samples, self.bound_columns))
 
     @property
     def height(self) -> int:
         return self._blocks_size[0] + self.strip_rows
 
     @property
-    def inner(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """The ranges of u and of v that the tiles hold, from the first inner texel's middle to the last's; what lies
+    def region(self) -> Region:
+        """What the tiles hold of (u, v), from the first inner texel's middle to the last's; what lies
         outside is read at its rim."""
         ends = TILE_PADDING * self.texel, (TILE_PADDING - 1) * self.texel
         u, v = (
             (first + ends[0], first + ends[1] + count * self.texel)
             for first, count in ((self.u_first, self.inner_columns), (self.v_first, self.inner_rows))
         )
-        return u, v
+        return Region(u, v)
 
     @property
     def whole(self) -> bool:
         """Whether the tiles hold every direction."""
         ends = (self.w_min, self.w_max) == (0, 2)
-        return ends and all(low <= 1e-9 - 2 and high >= 2 - 1e-9 for low, high in self.inner)
+        return ends and self.region.is_whole
 
     @property
-    def limit_block(self) -> tuple[slice, slice]:
+    def bound_block(self) -> tuple[slice, slice]:
         """Rows and columns of the excess albedo, y upward, with the texel around it that reading meets."""
-        return slice(STRIP_ROWS, STRIP_ROWS + self.limit_rows + 2), slice(self.limit_columns + 2)
+        return slice(STRIP_ROWS, STRIP_ROWS + self.bound_rows + 2), slice(self.bound_columns + 2)
 
     @property
-    def sound(self) -> bool:
+    def is_valid(self) -> bool:
         """Whether the numbers can be those of an image: what a header says is believed only then."""
         tiles = self.levels, self.terms, self.tile_rows, self.tile_columns, self.columns, self.rows
         table = self.inner_rows, self.inner_columns
-        strip = self.strip_rows, self.zero_order_samples, self.limit_rows, self.limit_columns
+        strip = self.strip_rows, self.zero_order_samples, self.bound_rows, self.bound_columns
         return (
             all(isinstance(n, int) and n > 0 for n in tiles + table + strip)
             and self.levels <= _LEVELS_MAX
@@ -102,8 +103,8 @@ class Layout:
             and all(math.isfinite(x) and abs(x) <= 4 for x in (self.u_first, self.v_first))
             and 0 <= self.w_min < self.w_max <= 2
             and self.terms <= self.columns * self.rows
-            and min(self.zero_order_samples, self.limit_rows, self.limit_columns) >= 2
-            and STRIP_ROWS + self.limit_rows + 2 == self.strip_rows
+            and min(self.zero_order_samples, self.bound_rows, self.bound_columns) >= 2
+            and STRIP_ROWS + self.bound_rows + 2 == self.strip_rows
         )
 
     def tile_stride(self, level: int) -> tuple[int, int]:
@@ -128,8 +129,8 @@ class Layout:
         return tiling.blocks_size((self.rows, self.columns), (self.tile_rows, self.tile_columns), self.levels)
 
 
-def _strip_width(zero_order_samples: int, limit_columns: int) -> int:
-    return max(zero_order_samples + 1, limit_columns + 2)
+def _strip_width(zero_order_samples: int, bound_columns: int) -> int:
+    return max(zero_order_samples + 1, bound_columns + 2)
 
 
 def layout_of(bake: Table) -> Layout:
@@ -137,7 +138,9 @@ def layout_of(bake: Table) -> Layout:
     terms, levels = len(bake.terms), len(bake.levels)
     inner = tuple(n - 2 * TILE_PADDING for n in bake.tile)
     stride = tiling.first_stride(inner, levels)
-    rows, columns = tiling.tile_block(terms, stride, levels, _strip_width(len(bake.zero_order), bake.limit.shape[1]))
+    rows, columns = tiling.tile_block(
+        terms, stride, levels, _strip_width(len(bake.zero_order), bake.excess_albedo.shape[1])
+    )
     peak = max(*(float(np.abs(terms).max()) for terms in bake.levels), 1e-30)
     return Layout(
         terms=terms,
@@ -148,7 +151,7 @@ def layout_of(bake: Table) -> Layout:
         inner_columns=inner[1],
         columns=columns,
         rows=rows,
-        strip_rows=STRIP_ROWS + len(bake.limit) + 2,
+        strip_rows=STRIP_ROWS + len(bake.excess_albedo) + 2,
         texel=bake.texel,
         u_first=float(bake.first[1]),
         v_first=float(bake.first[0]),
@@ -157,8 +160,8 @@ def layout_of(bake: Table) -> Layout:
         sigma_b=bake.sigma_b,
         scale=2.0 ** math.ceil(math.log2(peak / LARGEST_STORED)),
         zero_order_samples=len(bake.zero_order),
-        limit_rows=bake.limit.shape[0],
-        limit_columns=bake.limit.shape[1],
+        bound_rows=bake.excess_albedo.shape[0],
+        bound_columns=bake.excess_albedo.shape[1],
         illuminant=bake.illuminant,
     )
 
@@ -170,7 +173,7 @@ def pack(bake: Table) -> tuple[np.ndarray, Layout]:
     zero_order = bake.zero_order.astype(bake.precision)
     image[:STRIP_ROWS] = past_end(zero_order)
     image[:STRIP_ROWS, : len(zero_order)] = zero_order
-    image[layout.limit_block] = half_above(with_rim(bake.limit))[..., None]
+    image[layout.bound_block] = half_above(with_rim(bake.excess_albedo))[..., None]
     for level, terms in enumerate(bake.levels):
         for k, tile in enumerate(terms):
             image[layout.tile_block(k, level)] = tile / layout.scale
@@ -185,16 +188,16 @@ def unpack(image: np.ndarray, layout: Layout) -> Table:
         for level in range(layout.levels)
     )
     zero_order = image[0, : layout.zero_order_samples].astype(np.float32)
-    limit = image[layout.limit_block][1:-1, 1:-1, 0].astype(np.float32)
+    excess = image[layout.bound_block][1:-1, 1:-1, 0].astype(np.float32)
     first, w_range = (layout.v_first, layout.u_first), (layout.w_min, layout.w_max)
     return Table(
-        terms, zero_order, layout.sigma_b, layout.texel, layout.illuminant, limit, first, w_range, image.dtype.type,
+        terms, zero_order, layout.sigma_b, layout.texel, layout.illuminant, excess, first, w_range, image.dtype.type,
         tuple(wider),
     )  # fmt: skip
 
 
 def half_above(values: np.ndarray) -> np.ndarray:
-    """The least half floats that are not under the values: a limit must not be rounded down."""
+    """The least half floats that are not under the values: a bound must not be rounded down."""
     half = values.astype(np.float16)
     return np.where(half < values, np.nextafter(half, np.float16(np.inf)), half)
 

@@ -14,7 +14,7 @@ from ..base.failure import GratingError
 from .atlas import Layout, unpack
 from .table import Table
 
-FORMAT = 5
+FORMAT = 6
 
 
 HEADER_KEY = "natural_gratings"
@@ -94,7 +94,7 @@ def parse(path: Path, header: dict, layout_type: type = Layout, expected="bake; 
         if record["format"] != FORMAT:
             raise GratingError(f"{path}: made by another version (format {record['format']}); bake it again")
         layout = layout_type(**record["layout"])
-        if not layout.sound:
+        if not layout.is_valid:
             raise ValueError(record["layout"])
         return layout, record
     except (KeyError, TypeError, ValueError) as error:

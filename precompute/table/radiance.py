@@ -34,8 +34,8 @@ def lamp_radiance(
     xyz = inside[:, None] * bake.scattered_over_w2(p * u, p * v, c * w, blur * p**2)
     xyz *= (obliquity_times_cosine_and_w2(wi, wr) * (p * c) ** 2)[:, None]
     xyz += (cos_i * bake.kernel(u, v, blur))[:, None] * bake.zero_order_xyz(c * w)
-    limit = 1 + conserving * (np.maximum(bake.limit_at(wi), bake.limit_at(wr)) - 1)
-    xyz *= (fresnel_reflectance(half_angle_cosine(wi, wr), ior) / limit)[:, None]
+    bound = 1 + conserving * (np.maximum(bake.albedo_bound_at(wi), bake.albedo_bound_at(wr)) - 1)
+    xyz *= (fresnel_reflectance(half_angle_cosine(wi, wr), ior) / bound)[:, None]
     lit = (cos_i > 0) & (wr[:, 2] > 0)
     # As a renderer's colours: none is negative.
     return np.maximum(xyz @ rgb_from_xyz("Rec.709").T, 0) * irradiance * lit[:, None]

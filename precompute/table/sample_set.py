@@ -102,7 +102,7 @@ class SampleSetLayout:
         return self.rows * self.size
 
     @property
-    def sound(self) -> bool:
+    def is_valid(self) -> bool:
         """Whether the numbers can be those of an image: what a header says is believed only then."""
         return (
             all(isinstance(n, int) and n > 0 for n in (self.size, self.pieces, self.columns, self.rows))

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..maths import bspline, chebyshev
+from ..optics.region import Region
 from .albedo_bound import NO_EXCESS, albedo_bound
 from .tiling import TILE_PADDING
 
@@ -25,8 +26,8 @@ class Table:
     """A relief's table: `terms` (K, rows, columns, 3) float32 holds B_k in XYZ, row along +v, column along +u; the
     middle of texel (row, column) is at `first` (v, u) + (row, column) * texel, by default about (0, 0); T_k is over
     `w_range`. The outermost TILE_PADDING texels on each side are only for reading. `zero_order` (n, 3) is Z at n equal
-    steps of w from 0 to 2, ends included. `limit` (rows, columns) float32 is the excess albedo that albedo.py tells of;
-    without one, Stam's form is kept. `precision` is the float that holds the terms well enough in a file.
+    steps of w from 0 to 2, ends included. `excess_albedo` (rows, columns) float32 is the excess albedo that albedo.py
+    tells of; without one, Stam's form is kept. `precision` is the float that holds the terms well enough in a file.
     `wider` are the same terms under kernels of 2, 4, ... sigma_b, at texels 2, 4, ... times as large (tiling.py)."""
 
     terms: np.ndarray
@@ -34,7 +35,7 @@ class Table:
     sigma_b: float
     texel: float
     illuminant: str
-    limit: np.ndarray = field(default_factory=NO_EXCESS.copy)
+    excess_albedo: np.ndarray = field(default_factory=NO_EXCESS.copy)
     first: tuple[float, float] | None = None
     w_range: tuple[float, float] = (0.0, 2.0)
     precision: type = np.float16
@@ -60,9 +61,9 @@ class Table:
         return tuple(first + np.arange(n) * self.texel for first, n in zip(self.first, self.tile, strict=True))
 
     @property
-    def inner(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """The ranges of u and of v that the table holds; what lies outside is read at its rim."""
-        return inner_ranges(self.axes)
+    def region(self) -> Region:
+        """What the table holds of (u, v); what lies outside is read at its rim."""
+        return held_region(self.axes)
 
     def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w, variance=0.0) -> np.ndarray:
         """Scattered XYZ over w^2 (n, 3) at u, v (n,), read as a renderer reads it: by cubic B-splines, half floats as
@@ -83,7 +84,7 @@ class Table:
         """XYZ (3, n) of a level. Each channel of a term is one sum over taps, in the table's own precision."""
         terms = self.levels[level]
         _, rows, columns, _ = terms.shape
-        (u_low, u_high), (v_low, v_high) = self.inner
+        (u_low, u_high), (v_low, v_high) = self.region
         texel = self.texel * 2**level
         x, y = (np.clip(u, u_low, u_high) - u_low) / texel, (np.clip(v, v_low, v_high) - v_low) / texel
         places, weights = bspline.patches(y + TILE_PADDING, x + TILE_PADDING, rows, columns, terms.dtype)
@@ -110,20 +111,20 @@ class Table:
         variance = self.sigma_b**2 + variance
         return np.exp(-(u**2 + v**2) / (2 * variance)) / (2 * np.pi * variance)
 
-    def limit_at(self, directions: np.ndarray) -> np.ndarray:
+    def albedo_bound_at(self, directions: np.ndarray) -> np.ndarray:
         """max(1, albedo) (...,) for directions (..., 3): the energy-conserving form divides f by the greater of the
         light's and the view's."""
-        return albedo_bound(self.limit, directions)
+        return albedo_bound(self.excess_albedo, directions)
 
     def candidate(self, u, v, w) -> tuple[np.ndarray, np.ndarray]:
         """The bake as metric.measure wants it."""
         return self.scattered_over_w2(u, v, w), self.zero_order_xyz(w)
 
 
-def inner_ranges(axes: tuple[np.ndarray, np.ndarray]) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Of a tile whose texels' middles are at v, u: the first and the last u, then v, that are not padding."""
+def held_region(axes: tuple[np.ndarray, np.ndarray]) -> Region:
+    """What a tile whose texels' middles are at v, u holds: from its first texel that is not padding to its last."""
     v, u = (axis[[TILE_PADDING, -1 - TILE_PADDING]] for axis in axes)
-    return tuple(u.tolist()), tuple(v.tolist())
+    return Region(tuple(u.tolist()), tuple(v.tolist()))
 
 
 def level_mix(added, levels: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A clean scene with a plane and a sun, and the extension's modules."""
 
-
 import numpy as np
 import pytest
 from PIL import Image

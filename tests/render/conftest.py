@@ -10,6 +10,7 @@ import OpenEXR
 import pytest
 
 from precompute.bake.ensemble import bake
+from precompute.bake.request import BakeRequest
 from precompute.surface.readers.registry import read_height_map
 from precompute.surface.relief import prepare
 from precompute.table import atlas, atlas_file
@@ -151,7 +152,7 @@ def clear(addon, scene) -> None:
 @pytest.fixture(scope="session")
 def baked(tmp_path_factory):
     """The blazed sample's file, and the bake as the file holds it: of a short coherence, which is made in seconds."""
-    image, layout = atlas.pack(bake(prepare(read_height_map("sample:blazed")), coherence_length_m=8e-6))
+    image, layout = atlas.pack(bake(prepare(read_height_map("sample:blazed")), BakeRequest(coherence_length_m=8e-6)))
     path = tmp_path_factory.mktemp("radiance") / "blazed.exr"
     atlas_file.write(path, image, layout, {})
     return path, atlas.unpack(image, layout)

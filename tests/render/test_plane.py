@@ -14,10 +14,12 @@ import pytest
 
 from precompute.bake.ensemble import bake
 from precompute.bake.needs import EVERYTHING, Needs
+from precompute.bake.request import BakeRequest
 from precompute.colour.observer import spectral_weights, wavelengths
 from precompute.colour.working_space import rgb_from_xyz
 from precompute.optics.brdf import half_angle_cosine, obliquity_times_cosine_and_w2
 from precompute.optics.fresnel import fresnel_reflectance
+from precompute.optics.region import Region
 from precompute.study import brdf_map
 from precompute.surface.readers.registry import read_height_map
 from precompute.surface.relief import Relief, prepare
@@ -46,7 +48,7 @@ def bakes(tmp_path_factory):
     def get(name: str, needs: Needs = EVERYTHING) -> Baked:
         if (name, needs) not in made:
             relief = prepare(read_height_map(f"sample:{name}"))
-            image, layout = atlas.pack(bake(relief, needs=needs))
+            image, layout = atlas.pack(bake(relief, BakeRequest(needs=needs)))
             path = folder / f"{name}{len(made)}.exr"
             atlas_file.write(path, image, layout, {})
             made[name, needs] = Baked(relief, atlas.unpack(image, layout), path)
@@ -72,7 +74,7 @@ class View:
         factor = obliquity_times_cosine_and_w2(self.wi, self.wr).ravel()[:, None]
         xyz = factor * baked.scattered_over_w2(u, v, w)
         xyz += self.wi[..., 2].reshape(-1, 1) * baked.zero_order_xyz(w) * baked.kernel(u, v)[:, None]
-        limit = np.maximum(baked.limit_at(self.wi), baked.limit_at(self.wr))
+        limit = np.maximum(baked.albedo_bound_at(self.wi), baked.albedo_bound_at(self.wr))
         xyz *= (fresnel_reflectance(half_angle_cosine(self.wi, self.wr)) / limit).ravel()[:, None]
         return np.maximum(xyz @ rgb_from_xyz("Rec.709").T, 0).reshape(*self.wi.shape)
 
@@ -212,7 +214,7 @@ def test_the_blaze_throws_its_light_to_minus_u(bakes, picture):
     assert minus > 100 * plus
 
 
-REGION = Needs(u=(-0.5, 0.3), v=(-0.1, 0.2), w=(1.2, 1.9))
+REGION = Needs(Region((-0.5, 0.3), (-0.1, 0.2)), w=(1.2, 1.9))
 
 
 @pytest.mark.parametrize(

@@ -20,9 +20,9 @@
 
     M = 1 + e max(X(wi) / cos(ti), X(wr) / cos(tr))
 
-which is f * E * cos(ti) with Stam's obliquity, the w^2 of which cancels that of the table (DESIGN 2), over the limit M
-that keeps it from reflecting more than it receives: X is the excess albedo, E in precompute/albedo.py, of the relief as
-baked. B_k come from the blurred levels (precompute/atlas.py) about the variance
+which is f * E * cos(ti) with Stam's obliquity, the w^2 of which cancels that of the table (DESIGN 2), over the albedo
+bound M that keeps it from reflecting more than it receives: X is the excess albedo, E in precompute/albedo.py, of the
+relief as baked. B_k come from the blurred levels (precompute/atlas.py) about the variance
 
     sigma^2 = sigma_b^2 + max(0, Variance (1 + cos(ti)^2) / 2 - sigma_b^2) + (w r^2)^2 / 2:
 
@@ -78,8 +78,8 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, rgb_fr
     scattered = obliquity * (tree.squared(period_scale * height_scale) * (layout.scale / 4))
     mirrored = _zero_order(tree, image, layout, tree.dot(uv, uv), w * height_scale, blur, light.cosine)
     excess = tree.maximum(*(_excess_albedo(tree, image, layout, way) for way in (light, view)))
-    limit = excess.times_plus(conserving, 1.0)
-    gain = irradiance * (tree.fresnel(ior, tree.normalize(wi + wr)) / limit)
+    bound = excess.times_plus(conserving, 1.0)
+    gain = irradiance * (tree.fresnel(ior, tree.normalize(wi + wr)) / bound)
 
     def radiance(table_xyz: Value) -> Value:
         rgb = _matrix(tree, rgb_from_xyz, table_xyz * scattered + mirrored) * gain
@@ -110,7 +110,7 @@ class _Table:
 
     def __init__(self, tree: Tree, image: bpy.types.Image, layout: Layout, uv: Value, w: Value):
         self.tree, self.image, self.layout = tree, image, layout
-        (u_low, u_high), (v_low, v_high) = layout.inner
+        (u_low, u_high), (v_low, v_high) = layout.region
         inner = tree.clamp(uv, (u_low, v_low, 0.0), (u_high, v_high, 0.0))
         x, y, _ = _over(1 / layout.texel, (layout.width, layout.height))
         self.place = inner.times_plus((x, y, 0.0), (-u_low * x, -v_low * y, 0.0))
@@ -200,7 +200,7 @@ def _zero_order(tree: Tree, image, layout: Layout, radius2: Value, w: Value, blu
 def _excess_albedo(tree: Tree, image, layout: Layout, way: _Direction) -> Value:
     """X / cos(t) of a direction: columns by azimuth, rows by sqrt(cos(t)) (precompute/albedo.py); one texel more stands
     around them."""
-    columns, rows = layout.limit_columns - 1, layout.limit_rows - 1
+    columns, rows = layout.bound_columns - 1, layout.bound_rows - 1
     azimuth = tree.math("ARCTAN2", way.y, way.x)
     column = azimuth.times_plus(columns / (2 * math.pi) / layout.width, (columns / 2 + 1.5) / layout.width)
     row = tree.sqrt(way.cosine).times_plus(rows / layout.height, (STRIP_ROWS + 1.5) / layout.height)

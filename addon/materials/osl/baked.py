@@ -29,7 +29,7 @@ def build_osl_direct(name: str, bake_path: Path, layout: Layout, rgb_from_xyz: n
 
 
 def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dict[str, object]:
-    (u_low, u_high), (v_low, v_high) = layout.inner
+    (u_low, u_high), (v_low, v_high) = layout.region
     levels = range(layout.levels)
     firsts = [layout.tile_origin(0, level) for level in levels]
     strides = [layout.tile_stride(level) for level in levels]
@@ -58,10 +58,10 @@ def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dic
         "ZERO_ORDER_Y": (STRIP_ROWS - 1) / 2,
         "ZERO_ORDER_SAMPLES": layout.zero_order_samples,
         # Past the texel that stands around them.
-        "LIMIT_X": 1.0,
-        "LIMIT_Y": STRIP_ROWS + 1.0,
-        "LIMIT_COLUMNS": layout.limit_columns,
-        "LIMIT_ROWS": layout.limit_rows,
+        "BOUND_X": 1.0,
+        "BOUND_Y": STRIP_ROWS + 1.0,
+        "BOUND_COLUMNS": layout.bound_columns,
+        "BOUND_ROWS": layout.bound_rows,
         "RGB_COLUMNS": colours(np.transpose(rgb_from_xyz)),
         **_mark(bake_path, layout),
     }

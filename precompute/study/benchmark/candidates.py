@@ -117,8 +117,12 @@ def build(candidate: Candidate, surface: Surface) -> tuple[Method, int]:
     if candidate.method == "bake":
         if candidate.terms is None and candidate.finer == 1:
             made = make([relief], BakeRequest(candidate.delta_e, settings.coherence_length_m), source=surface.name)
-            return Baked(made.bake, settings), made.blender_bytes
-        chosen = plan(relief, settings.coherence_length_m, candidate.delta_e, finer=candidate.finer)
+            return Baked(made.table, settings), made.blender_bytes
+        chosen = plan(
+            relief,
+            BakeRequest(delta_e=candidate.delta_e, coherence_length_m=settings.coherence_length_m),
+            finer=candidate.finer,
+        )
         chosen = replace(chosen, terms=candidate.terms or chosen.terms)
         image, layout = atlas.pack(carry_out(chosen))
         return Baked(atlas.unpack(image, layout), settings), layout.width * layout.height * BYTES_PER_TEXEL

@@ -8,6 +8,7 @@ from benchmarks.albedo import directional_albedo, no_limit, surface_of
 from precompute.bake import excess_albedo
 from precompute.bake.ensemble import bake
 from precompute.bake.excess_albedo import albedo_times_cosine
+from precompute.bake.request import BakeRequest
 from precompute.maths import bspline
 from precompute.optics.brdf import obliquity_times_cosine_and_w2
 from precompute.study import brdf_map
@@ -37,7 +38,7 @@ def bakes():
     found = {}
     for name, height_map in SURFACES.items():
         relief = prepare(height_map)
-        baked = atlas.unpack(*atlas.pack(bake(relief, COHERENCE_M, delta_e=10)))
+        baked = atlas.unpack(*atlas.pack(bake(relief, BakeRequest(delta_e=10, coherence_length_m=COHERENCE_M))))
         found[name] = baked, surface_of(relief, baked.sigma_b)
     return found
 
@@ -48,7 +49,7 @@ def test_no_more_is_reflected_than_received(bakes, name):
     baked, surface = bakes[name]
     greatest = np.max(
         [
-            directional_albedo(surface, toward(theta, azimuth), lam, [no_limit, baked.limit_at], 1 << 14)
+            directional_albedo(surface, toward(theta, azimuth), lam, [no_limit, baked.albedo_bound_at], 1 << 14)
             for theta in (0, 30, 60, 75, 85, 89, 89.9)
             for azimuth in (0, 37, 90, 180)
             for lam in np.linspace(390e-9, 770e-9, 5)
@@ -77,8 +78,8 @@ def test_a_mirror_has_albedo_one_and_no_excess(bakes):
     theta = np.degrees(np.arcsin(1 - 5.5 * surface.sigma_b))
     for angle in (0, 30, theta):
         assert directional_albedo(surface, toward(angle), 550e-9, [no_limit])[0] == pytest.approx(1, abs=1e-6)
-    np.testing.assert_allclose(baked.limit * 1e3, 0, atol=1e-3)
-    assert baked.limit_at(toward(80)) == pytest.approx(1, abs=1e-5)
+    np.testing.assert_allclose(baked.excess_albedo * 1e3, 0, atol=1e-3)
+    assert baked.albedo_bound_at(toward(80)) == pytest.approx(1, abs=1e-5)
 
 
 def test_the_table_is_read_at_its_texels():
@@ -128,7 +129,7 @@ def test_the_atlas_never_rounds_the_limit_down(bakes):
     half = atlas.half_above(values).astype(np.float32)
     assert np.all(half >= values)
     assert np.all(half <= values * (1 + 2**-9) + 1e-7)
-    assert bakes["binary"][0].limit.shape == (BOUND_ROWS, BOUND_COLUMNS)
+    assert bakes["binary"][0].excess_albedo.shape == (BOUND_ROWS, BOUND_COLUMNS)
 
 
 @pytest.mark.parametrize("conserving", [False, True])
@@ -145,7 +146,7 @@ def test_reciprocity_in_both_forms(bakes, conserving):
     def brdf(wi, wr):
         u, v, w = (wi + wr).T
         factor = obliquity_times_cosine_and_w2(wi, wr) / wi[:, 2]
-        limit = np.maximum(baked.limit_at(wi), baked.limit_at(wr)) if conserving else np.ones(len(wi))
+        limit = np.maximum(baked.albedo_bound_at(wi), baked.albedo_bound_at(wr)) if conserving else np.ones(len(wi))
         zero_order = baked.zero_order_xyz(w) * baked.kernel(u, v)[:, None]
         return (factor[:, None] * baked.scattered_over_w2(u, v, w) + zero_order) / limit[:, None]
 
@@ -159,7 +160,7 @@ def test_maps_in_both_forms(bakes):
     theta = np.radians(75)
     stam, conserving = (brdf_map.from_bake(baked, 32, theta, form) for form in (False, True))
     wi, wr, inside = brdf_map.view_hemisphere(32, theta)
-    limit = np.maximum(baked.limit_at(wi), baked.limit_at(wr[inside]))
+    limit = np.maximum(baked.albedo_bound_at(wi), baked.albedo_bound_at(wr[inside]))
     assert limit.max() > 1.2
     np.testing.assert_allclose(conserving[inside] * limit[:, None], stam[inside], rtol=1e-12, atol=1e-12)
     bare = Table(baked.terms, baked.zero_order, baked.sigma_b, baked.texel, baked.illuminant)

@@ -28,6 +28,7 @@ from precompute.measure import truths
 from precompute.measure.errors import measure
 from precompute.measure.truths import draw_pairs
 from precompute.optics import coherence
+from precompute.optics.region import Region
 from precompute.reference.ensemble import blurred, reference_grid, reference_xyz
 from precompute.spectra.resample import Resampler
 from precompute.spectra.spectrum import frequency_grid, scattered_spectrum
@@ -56,7 +57,11 @@ def waves(depth=150e-9):
 def made():
     """The bake of `waves` with what it told of its progress."""
     told = []
-    return bake(waves(), COHERENCE_M, progress=lambda stage, fraction: told.append((stage, fraction))), told
+    return bake(
+        waves(),
+        BakeRequest(coherence_length_m=COHERENCE_M),
+        progress=lambda stage, fraction: told.append((stage, fraction)),
+    ), told
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +79,7 @@ def test_the_table_is_the_reference(baked, w):
     has room because no order stands where both axes are at their worst."""
     assert baked.sigma_b / baked.texel > 1.1
     u, v = np.random.default_rng(0).uniform(-0.6, 0.6, (2, 400))
-    scattered, zero = reference_xyz(waves(), u, v, w, baked.sigma_b, 5e-9)
+    scattered, zero = reference_xyz(waves(), u, v, w=w, sigma_b=baked.sigma_b, step_m=5e-9)
     computed = baked.scattered_over_w2(u, v, w) * w**2
     np.testing.assert_allclose(computed, scattered, rtol=0, atol=0.02 * scattered.max())
     np.testing.assert_allclose(baked.zero_order_xyz(w), zero, rtol=0, atol=2e-3)
@@ -84,7 +89,7 @@ def test_the_table_is_the_reference(baked, w):
 def test_the_table_looks_like_the_reference(delta_e):
     """The project's metric, whose budget is the bake's only input; wavelengths 5 nm apart move an order by sigma / 2 at
     |u| = 2."""
-    table = bake(waves(), COHERENCE_M, delta_e)
+    table = bake(waves(), BakeRequest(delta_e=delta_e, coherence_length_m=COHERENCE_M))
     truth = truths.truths(waves(), table.sigma_b, 2, 1000, 5e-9)
     errors = measure(truth, table.candidate)
     assert errors.p99 < delta_e
@@ -111,7 +116,7 @@ def test_directions_are_where_they_belong():
         heights = np.broadcast_to(ramp, (64, 64))
         heights = heights.T[::-1] if along_b else heights
         relief = prepare(HeightMap(heights, (80e-9, 80e-9), "test", periodic=True))
-        table = bake(relief, 2e-6, delta_e=5)
+        table = bake(relief, BakeRequest(delta_e=5, coherence_length_m=2e-6))
         w = 1.8
         basis = chebyshev.polynomials(np.array(w - 1), len(table.terms))
         luminance = np.tensordot(basis, table.terms[..., 1], axes=1)
@@ -148,7 +153,7 @@ def test_the_table_is_what_it_says(baked):
     assert TEXELS_MIN <= baked.sigma_b / baked.texel <= TEXELS_MAX
     np.testing.assert_allclose(baked.axes[0], -baked.axes[0][::-1], atol=1e-12)
     assert baked.axes[1][TILE_PADDING] == pytest.approx(-2) and baked.axes[1][-1 - TILE_PADDING] == pytest.approx(2)
-    assert baked.inner == ((pytest.approx(-2), pytest.approx(2)),) * 2
+    assert baked.region == ((pytest.approx(-2), pytest.approx(2)),) * 2
     assert baked.zero_order.shape == (ZERO_ORDER_SAMPLES, 3)
     assert baked.sigma_b == pytest.approx(coherence.kernel_sigma(COHERENCE_M), rel=1e-12)
     assert baked.texel == pytest.approx(4 / (size - 2 * TILE_PADDING - 1), rel=1e-12)
@@ -167,7 +172,10 @@ def test_the_rim_of_the_disc_is_kept():
     """Rough at the scale of a pixel, a surface scatters as far as |u| = 2: there, one texel past the rim, and at w
     near 0 the table is filled."""
     rough = 60e-9 * np.random.default_rng(0).standard_normal((40, 40))
-    table = bake(prepare(HeightMap(rough, (90e-9, 90e-9), "test", periodic=True)), 2e-6, delta_e=5)
+    table = bake(
+        prepare(HeightMap(rough, (90e-9, 90e-9), "test", periodic=True)),
+        BakeRequest(delta_e=5, coherence_length_m=2e-6),
+    )
     radius = distance(table)
     rim = (radius > 2 - table.texel) & (radius < 2 + table.texel)
     assert (table.terms[0, rim, 1] > 0).all()
@@ -194,7 +202,7 @@ def test_the_zero_order_of_waves_is_bessels(baked):
 
 def test_a_mirror_bakes_to_nothing_but_white():
     flat = prepare(HeightMap(np.zeros((32, 32)), (80e-9, 80e-9), "test", periodic=True))
-    table = bake(flat, 2e-6)
+    table = bake(flat, BakeRequest(coherence_length_m=2e-6))
     assert len(table.terms) == 2
     assert not table.terms.any()
     # Interpolation weights that sum to 1 to 1e-15.
@@ -295,7 +303,7 @@ def test_a_level_is_a_wider_kernel(baked, level):
     # The light of the rim comes from beyond it, of which a table has none.
     u, v = np.random.default_rng(level).uniform(-0.6, 0.6, (2, 300))
     for w in (0.5, 1.7):
-        truth = reference_xyz(waves(), u, v, w, sigma, 4e-9)[0] / w**2
+        truth = reference_xyz(waves(), u, v, w=w, sigma_b=sigma, step_m=4e-9)[0] / w**2
         found = baked.scattered_over_w2(u, v, w, sigma**2 - baked.sigma_b**2)
         np.testing.assert_allclose(found, truth, rtol=0, atol=0.02 * truth.max())
 
@@ -322,7 +330,7 @@ def test_between_levels_lies_their_mixture(baked):
 def sampled(request):
     """Plan and bake of a sample at a coherence of 12 um, and a judge of readings under a wider kernel: its metric for
     variances `grown` times the bake's, against sums over the bins of the same spectrum."""
-    chosen = plan(prepare(request.param()), 12e-6)
+    chosen = plan(prepare(request.param()), BakeRequest(coherence_length_m=12e-6))
     table = carry_out(chosen)
 
     def errors(grown):
@@ -330,7 +338,7 @@ def sampled(request):
         sigma, truths = table.sigma_b * grown**0.5, []
         for w in (0.7, 1.6):
             drawn = draw_pairs(self_check._spectrum(chosen.ensemble, rng), sigma, w, 250, rng)
-            drawn = drawn.within((-1.5, 1.5), (-1.5, 1.5))
+            drawn = drawn.within(Region((-1.5, 1.5), (-1.5, 1.5)))
             truths.append(self_check._truth(chosen.ensemble, drawn, w, sigma, "D65", lambda fraction: None))
         variance = (grown - 1) * table.sigma_b**2
 
@@ -408,13 +416,18 @@ def test_resampling_meets_no_bins():
 
 
 def test_deeper_reliefs_take_more_terms():
-    counts = [plan(waves(depth), COHERENCE_M).terms for depth in (0.0, 50e-9, 200e-9, 400e-9, 800e-9)]
+    counts = [
+        plan(waves(depth), BakeRequest(coherence_length_m=COHERENCE_M)).terms
+        for depth in (0.0, 50e-9, 200e-9, 400e-9, 800e-9)
+    ]
     assert counts[0] == 2
     assert counts == sorted(counts) and len(set(counts)) >= 4
 
 
 def test_a_tighter_budget_takes_more_terms_and_texels():
-    plans = [plan(waves(300e-9), COHERENCE_M, delta_e) for delta_e in (10, 1, 0.1)]
+    plans = [
+        plan(waves(300e-9), BakeRequest(delta_e=delta_e, coherence_length_m=COHERENCE_M)) for delta_e in (10, 1, 0.1)
+    ]
     for what in ("terms", "texels_per_sigma"):
         counts = [getattr(chosen, what) for chosen in plans]
         assert counts == sorted(counts) and counts[0] < counts[-1]
@@ -434,9 +447,11 @@ def test_the_coarsest_table_that_resolves_the_kernel(sigma_b, texels):
 @pytest.mark.parametrize("delta_e", [3.0, 1.0])
 def test_a_coherence_that_no_table_holds_is_refused_and_what_is_recommended_is_taken(delta_e):
     with pytest.raises(GratingError, match="coherence of 2e[+]03 um: finer .*; ask for at most") as caught:
-        plan(waves(), 2e-3, delta_e)
+        plan(waves(), BakeRequest(delta_e=delta_e, coherence_length_m=2e-3))
     recommended = float(str(caught.value).split("at most ")[1].split()[0])
-    assert plan(waves(), recommended * 1e-6, delta_e).sigma_b == coherence.kernel_sigma(recommended * 1e-6)
+    assert plan(
+        waves(), BakeRequest(delta_e=delta_e, coherence_length_m=recommended * 1e-6)
+    ).sigma_b == coherence.kernel_sigma(recommended * 1e-6)
 
 
 def test_a_kernel_chosen_by_itself_averages_thirty_areas():
@@ -454,15 +469,17 @@ def table_bytes(chosen):
 def test_scans_of_one_skin_average_more_areas():
     """Three scans of a size make thirty areas of sqrt(3) the length; but none holds a length over its own side."""
     scan = prepare(HeightMap(waves().height_m, (78e-9, 78e-9), "test"))
-    assert kernel_for((scan,) * 3) == pytest.approx(kernel_for((scan,)) / 3**0.5, rel=1e-12)
-    assert kernel_for((scan,) * 9) == pytest.approx(coherence.kernel_sigma(64 * 78e-9), rel=1e-12)
+    assert kernel_for((scan,) * 3, BakeRequest()) == pytest.approx(
+        kernel_for((scan,), BakeRequest()) / 3**0.5, rel=1e-12
+    )
+    assert kernel_for((scan,) * 9, BakeRequest()) == pytest.approx(coherence.kernel_sigma(64 * 78e-9), rel=1e-12)
 
 
 def test_a_table_chosen_by_itself_keeps_to_its_memory(monkeypatch):
     """A kernel that would need more is widened until it fits; an asked coherence is kept. Two megabytes are given, of
     which the levels, whose tiles are rounded up to a power of two, may leave a part unused."""
     monkeypatch.setattr(ensemble, "DEFAULT_BYTES", 2 << 20)
-    free = plan(waves(), COHERENCE_M)
+    free = plan(waves(), BakeRequest(coherence_length_m=COHERENCE_M))
     assert free.sigma_b == pytest.approx(coherence.kernel_sigma(COHERENCE_M), rel=1e-12)
     assert table_bytes(free) > 2 << 20
     # 20 x 20 periods: 30 areas of it would take a kernel of 0.005.
@@ -475,19 +492,19 @@ def test_a_table_chosen_by_itself_keeps_to_its_memory(monkeypatch):
 # A part of the table
 
 
-REGION = Needs(u=(-0.3, 1.1), v=(-0.2, 0.5), w=(0.7, 1.8))
+REGION = Needs(Region((-0.3, 1.1), (-0.2, 0.5)), w=(0.7, 1.8))
 
 
 def test_a_region_is_the_same_light_in_fewer_texels(baked):
     """The table of a region against the whole one, where both are: both within their budgets."""
-    part = bake(waves(), COHERENCE_M, needs=REGION)
+    part = bake(waves(), BakeRequest(coherence_length_m=COHERENCE_M, needs=REGION))
     assert part.terms[..., 0].size < 0.3 * baked.terms[..., 0].size
     rng = np.random.default_rng(0)
     u, v, w = (rng.uniform(*side, 500) for side in (REGION.u, REGION.v, REGION.w))
     whole = baked.scattered_over_w2(u, v, w)
     # The reading of each is off by up to 2 % of its peak (see above).
     np.testing.assert_allclose(part.scattered_over_w2(u, v, w), whole, atol=0.04 * whole.max())
-    for held, asked in zip(part.inner, (REGION.u, REGION.v), strict=True):
+    for held, asked in zip(part.region, REGION.region, strict=True):
         assert asked[0] - part.texel < held[0] <= asked[0] + 1e-9 and asked[1] - 1e-9 <= held[1] < asked[1] + part.texel
 
 
@@ -512,9 +529,9 @@ def test_a_wide_kernel_finds_nothing_over_the_horizon():
 
 
 def test_outside_a_region_its_rim_is_read():
-    part = bake(waves(), COHERENCE_M, needs=REGION)
+    part = bake(waves(), BakeRequest(coherence_length_m=COHERENCE_M, needs=REGION))
     u, v, w = np.array([-2.0, 2.0]), np.array([2.0, -2.0]), np.array([0.1, 2.0])
-    u_range, v_range = part.inner
+    u_range, v_range = part.region
     rim = part.scattered_over_w2(np.array(u_range), np.array(v_range)[::-1], np.array(part.w_range))
     np.testing.assert_allclose(part.scattered_over_w2(u, v, w), rim, rtol=1e-6)
 
@@ -527,7 +544,9 @@ def test_a_region_keeps_its_budget():
 def test_a_wide_light_takes_fewer_texels():
     """A disc of ten degrees blurs by 0.044, more than the kernel of 0.031."""
     needs = Needs(light_radius=np.radians(5))
-    assert plan(waves(), COHERENCE_M, needs=needs).sigma_b == pytest.approx(np.radians(5) / 2)
+    assert plan(waves(), BakeRequest(coherence_length_m=COHERENCE_M, needs=needs)).sigma_b == pytest.approx(
+        np.radians(5) / 2
+    )
 
 
 # Several scans
@@ -536,14 +555,17 @@ def test_a_wide_light_takes_fewer_texels():
 def test_two_scans_are_their_mean():
     """Every step is linear; what is measured (terms, texels) is measured on both."""
     one, other = waves(100e-9), waves(200e-9)
-    both = bake((one, other), COHERENCE_M)
-    chosen = plan((one, other), COHERENCE_M)
+    both = bake((one, other), BakeRequest(coherence_length_m=COHERENCE_M))
+    chosen = plan((one, other), BakeRequest(coherence_length_m=COHERENCE_M))
     w = 1.2
     u, v = np.random.default_rng(0).uniform(-0.6, 0.6, (2, 200))
-    truth = sum(reference_xyz(relief, u, v, w, both.sigma_b, 5e-9)[0] for relief in (one, other)) / 2
+    truth = sum(reference_xyz(relief, u, v, w=w, sigma_b=both.sigma_b, step_m=5e-9)[0] for relief in (one, other)) / 2
     answer = both.scattered_over_w2(u, v, w) * w**2
     np.testing.assert_allclose(answer, truth, rtol=0, atol=0.02 * truth.max())
-    zero = sum(reference_xyz(relief, u[:1], v[:1], w, both.sigma_b, 5e-9)[1] for relief in (one, other)) / 2
+    zero = (
+        sum(reference_xyz(relief, u[:1], v[:1], w=w, sigma_b=both.sigma_b, step_m=5e-9)[1] for relief in (one, other))
+        / 2
+    )
     np.testing.assert_allclose(both.zero_order_xyz(w), zero, atol=2e-3)
     assert len(chosen.ensemble) == 2
 
@@ -579,6 +601,6 @@ def test_a_deep_relief_keeps_its_colour_at_every_w():
     baked = bake(relief)
     u, v = rng.uniform(-0.05, 0.05, (2, 40))
     for w in (0.6, 1.2, 1.7, 1.95):
-        truth, _ = reference_xyz(relief, u, v, w, baked.sigma_b, step_m=4e-9)
+        truth, _ = reference_xyz(relief, u, v, w=w, sigma_b=baked.sigma_b, step_m=4e-9)
         answer = baked.scattered_over_w2(u, v, w) * w**2
         assert np.abs(answer - truth).max() <= 0.04 * truth.max()

@@ -16,6 +16,7 @@ import pytest
 from PIL import Image
 
 from precompute.bake import cache, make
+from precompute.bake.request import BakeRequest
 from precompute.base.failure import GratingError
 from precompute.cli import bake as bake_verb
 from precompute.cli import parser
@@ -224,14 +225,14 @@ def test_the_second_bake_of_a_surface_is_taken(bake, scan, tmp_path, cache_folde
         assert (tmp_path / "second" / name).read_bytes() == (tmp_path / "first" / name).read_bytes()
     assert_nothing_is_left(cache_folder, tmp_path / "second", entries=2)
     with pytest.raises(AssertionError, match="baked again"):
-        bake(tmp_path / "third", "--no-cache")
+        bake(tmp_path / "third", BakeRequest(coherence_length_m="--no-cache"))
     with pytest.raises(AssertionError, match="baked again"):
-        bake(tmp_path / "third", "--delta-e", "6")
+        bake(tmp_path / "third", BakeRequest(delta_e="6", coherence_length_m="--delta-e"))
 
 
 def test_no_cache_leaves_the_folder_alone(bake, tmp_path, cache_folder, monkeypatch):
     monkeypatch.setattr(bake_verb, "bake_to_folder", lambda *_: {"seconds": 1.0, "files": ["a.exr"]})
-    facts, _ = bake(tmp_path, "--no-cache")
+    facts, _ = bake(tmp_path, BakeRequest(coherence_length_m="--no-cache"))
     assert facts["cached"] is False
     assert not cache_folder.exists()
 
@@ -284,7 +285,7 @@ def test_a_killed_bake_does_not_stop_the_next(scan, bake, tmp_path, cache_folder
     facts, _ = bake(output)
     assert facts["cached"] is True
     assert_nothing_is_left(cache_folder, output)
-    fresh, _ = bake(tmp_path / "fresh", "--no-cache")
+    fresh, _ = bake(tmp_path / "fresh", BakeRequest(coherence_length_m="--no-cache"))
     (table, record), (expected, expected_record) = (atlas_file.read(Path(f["files"][0])) for f in (facts, fresh))
     # A matrix product's order of summation is free: a half float may round the other way.
     np.testing.assert_allclose(table.terms, expected.terms, rtol=2**-10, atol=1e-6 * np.abs(expected.terms).max())
@@ -355,7 +356,7 @@ def test_a_folder_that_cannot_be_costs_one_line(bake, tmp_path, monkeypatch):
     taken = tmp_path / "taken"
     taken.write_text("mine")
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE", str(taken / "cache"))
-    facts, err = bake(tmp_path / "out", "--progress", "none")
+    facts, err = bake(tmp_path / "out", BakeRequest(delta_e="none", coherence_length_m="--progress"))
     assert facts["cached"] is False
     assert err.startswith("warning: ") and len(err.splitlines()) == 1 and "NATURAL_GRATINGS_CACHE" in err
     assert names(tmp_path / "out") == SKIN

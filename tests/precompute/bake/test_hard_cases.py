@@ -15,6 +15,7 @@ from benchmarks.hard_cases import CASES, COHERENCE_M, PIXEL_M, Case, outcome, sc
 from precompute.bake import excess_albedo
 from precompute.bake.ensemble import bake, plan
 from precompute.bake.kernel import kernel_for
+from precompute.bake.request import BakeRequest
 from precompute.base.failure import GratingError
 from precompute.cli.parser import main
 from precompute.measure.errors import measure
@@ -37,7 +38,7 @@ FIGURES = ("theta of 89.9 degrees", "u = v = 0", "period under the shortest wave
 
 def stored(relief, coherence_m):
     """What the file holds."""
-    return atlas.unpack(*atlas.pack(bake(relief, coherence_m)))
+    return atlas.unpack(*atlas.pack(bake(relief, BakeRequest(coherence_length_m=coherence_m))))
 
 
 @pytest.fixture
@@ -92,12 +93,14 @@ def test_a_deep_relief_is_kept_in_floats(no_limit):
     """Half floats round a term by 2^-12 of itself; those of a relief of 2 um are ten thousand times their sum where
     it is darkest."""
     relief = prepare(scan(skin(96, 96, 2e-6)))
-    baked = bake(relief, COHERENCE_M)
+    baked = bake(relief, BakeRequest(coherence_length_m=COHERENCE_M))
     assert baked.precision is np.float32
     truth = hard_cases.anywhere(relief, baked.sigma_b)
     halves = atlas.unpack(*atlas.pack(replace(baked, precision=np.float16)))
     assert measure(truth, halves.candidate).p99 > 5
-    assert plan(prepare(scan(skin(96, 96, 200e-9))), COHERENCE_M).precision is np.float16
+    assert (
+        plan(prepare(scan(skin(96, 96, 200e-9))), BakeRequest(coherence_length_m=COHERENCE_M)).precision is np.float16
+    )
 
 
 def test_a_shallow_relief_does_not_vanish_in_halves(no_limit):
@@ -146,13 +149,13 @@ def test_narrow_orders_leave_no_gaps_at_the_rim(no_limit):
 def test_the_width_of_a_single_row_does_not_count():
     """It is a profile: 30 shifts of sqrt(2) sigma_s along it."""
     row = skin()[:1]
-    kernels = [kernel_for((prepare(scan(row, (dy, PIXEL_M))),)) for dy in (10e-9, 80e-9)]
+    kernels = [kernel_for((prepare(scan(row, (dy, PIXEL_M))),), BakeRequest()) for dy in (10e-9, 80e-9)]
     assert kernels[0] == kernels[1] == pytest.approx(coherence.kernel_sigma(4 * 128 * PIXEL_M / 30 / 2**0.5))
 
 
 def test_a_thin_scan_has_no_coherence_over_its_width():
     thin = prepare(scan(skin(16, 4096)))
-    assert kernel_for((thin,)) == pytest.approx(coherence.kernel_sigma(16 * PIXEL_M))
+    assert kernel_for((thin,), BakeRequest()) == pytest.approx(coherence.kernel_sigma(16 * PIXEL_M))
 
 
 def test_a_pixel_is_refused_on_the_command_line(tmp_path, capsys):

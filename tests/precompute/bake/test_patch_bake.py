@@ -17,13 +17,14 @@ from precompute.cli import parser
 from precompute.methods.exact import Patch
 from precompute.methods.method import Settings
 from precompute.methods.registry import METHODS
+from precompute.optics.region import Region
 from precompute.reference.ensemble import blurred
 from precompute.spectra.patch_window import PatchWindow
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 
 PIXEL = 80e-9
-NEEDS = Needs(u=(-0.6, 0.6), v=(-0.6, 0.6), w=(1.0, 2.0))
+NEEDS = Needs(Region((-0.6, 0.6), (-0.6, 0.6)), w=(1.0, 2.0))
 
 
 def skin():
@@ -61,19 +62,21 @@ def test_the_table_keeps_the_asked_colours():
     u, v = rng.uniform(-0.5, 0.5, (2, 40))
     reference = METHODS["reference-patch"](RELIEF, Settings(coherence_length_m=LENGTH_M))
     truth = reference.xyz(u, v, 1.5)
-    got = made.bake.scattered_over_w2(u, v, 1.5) * 1.5**2
+    got = made.table.scattered_over_w2(u, v, 1.5) * 1.5**2
     assert np.abs(got - truth).max() <= 0.01 * truth.max()
-    assert not made.bake.zero_order_xyz(np.array([1.0])).any()
+    assert not made.table.zero_order_xyz(np.array([1.0])).any()
 
 
 def test_a_table_begins_where_polynomials_can_follow():
-    plan = patch.plan([RELIEF], LENGTH_M, 4.0, needs=Needs(u=(-0.1, 0.1), v=(-0.1, 0.1)))
+    plan = patch.plan(
+        [RELIEF], BakeRequest(delta_e=4.0, coherence_length_m=LENGTH_M, needs=Needs(Region((-0.1, 0.1), (-0.1, 0.1))))
+    )
     assert plan.w_range == (W_MIN, 2.0)
 
 
 def test_several_scans_are_refused():
     with pytest.raises(GratingError, match="2 scans: the patch model is of one"):
-        patch.plan([RELIEF, RELIEF], LENGTH_M)
+        patch.plan([RELIEF, RELIEF], BakeRequest(coherence_length_m=LENGTH_M))
 
 
 def test_the_verb_takes_the_model(tmp_path, capsys):

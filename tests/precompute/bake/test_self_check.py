@@ -9,9 +9,11 @@ import pytest
 from precompute.bake import self_check
 from precompute.bake.ensemble import plan
 from precompute.bake.needs import Needs
+from precompute.bake.request import BakeRequest
 from precompute.bake.tiles import carry_out
 from precompute.measure.errors import measure
 from precompute.measure.truths import truths
+from precompute.optics.region import Region
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 
@@ -29,7 +31,7 @@ def skin():
 def made():
     """Relief, plan and bake."""
     relief = skin()
-    chosen = plan(relief, COHERENCE_M)
+    chosen = plan(relief, BakeRequest(coherence_length_m=COHERENCE_M))
     return relief, chosen, carry_out(chosen)
 
 
@@ -64,8 +66,8 @@ def test_it_agrees_with_the_reference(made):
 
 def test_a_small_region_is_still_looked_at():
     """One percent of the directions, of which few of a first draw are."""
-    relief, needs = skin(), Needs(u=(0.5, 0.9), v=(-0.1, 0.1), w=(1.0, 1.4))
-    chosen = plan(relief, COHERENCE_M, needs=needs)
+    relief, needs = skin(), Needs(Region((0.5, 0.9), (-0.1, 0.1)), w=(1.0, 1.4))
+    chosen = plan(relief, BakeRequest(coherence_length_m=COHERENCE_M, needs=needs))
     errors = self_check.self_check((relief,), chosen, carry_out(chosen), lambda *_: None)
     assert errors.pairs > 1000 and errors.p99 <= 1
 

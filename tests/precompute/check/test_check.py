@@ -14,7 +14,8 @@ from precompute.check.verdict import __file__
 from precompute.cli import parser
 from precompute.cli.map import write_picture
 from precompute.colour.observer import spectral_weights, wavelengths
-from precompute.optics.coherence import narrowest_sound_kernel
+from precompute.optics.coherence import narrowest_averaging_kernel
+from precompute.optics.region import Region
 from precompute.reference.ensemble import reference_grid, reference_xyz
 from precompute.spectra.spectrum import zero_order_amplitude
 from precompute.surface.height_map import HeightMap
@@ -90,12 +91,12 @@ def test_where_it_wraps_it_is_the_reference():
     of the light."""
     relief, sigma_b = skin(periodic=True), 0.03
     u, v = places()
-    expected, zero_order = reference_xyz(relief, u, v, W, sigma_b, STEP_M)
-    computed = scattered_xyz([relief], u, v, W, sigma_b, STEP_M)
+    expected, zero_order = reference_xyz(relief, u, v, w=W, sigma_b=sigma_b, step_m=STEP_M)
+    computed = scattered_xyz([relief], u, v, w=W, sigma_b=sigma_b, step_m=STEP_M)
     np.testing.assert_allclose(computed, expected, rtol=0, atol=2 * np.exp(-18) / (2 * np.pi * sigma_b**2))
     assert expected.max() > 1e5 * 2 * np.exp(-18) / (2 * np.pi * sigma_b**2)
     # The zero order's own wavelengths are 1 nm apart: at 1 nm the reference has the same.
-    _, zero_order = reference_xyz(relief, u[:1], v[:1], W, sigma_b, 1e-9)
+    _, zero_order = reference_xyz(relief, u[:1], v[:1], w=W, sigma_b=sigma_b, step_m=1e-9)
     np.testing.assert_allclose(zero_order_xyz([relief], np.array([W]))[0], zero_order, rtol=1e-6)
 
 
@@ -105,9 +106,9 @@ def folded(relief, lam, sigma_b, lengths):
     weight at its images too."""
     rows, cols = relief.height_m.shape
     p = np.exp(-2j * np.pi * (W / lam) * relief.height_m)
-    p = relief.taper * (p - (relief.taper**2 * p).sum() / (relief.taper**2).sum())
+    p = relief.apodisation * (p - (relief.apodisation**2 * p).sum() / (relief.apodisation**2).sum())
     lagged = np.fft.ifft2(np.abs(np.fft.fft2(p, (2 * rows, 2 * cols))) ** 2)
-    correlation = np.abs(np.fft.fftshift(lagged)) / (relief.taper**2).sum()
+    correlation = np.abs(np.fft.fftshift(lagged)) / (relief.apodisation**2).sum()
     own, images = [], []
     for count, length in zip((rows, cols), lengths, strict=True):
         lag = (np.arange(2 * count) - count) * PIXEL
@@ -120,7 +121,7 @@ def folded(relief, lam, sigma_b, lengths):
 def test_where_it_does_not_wrap_it_is_the_reference():
     """To what either misses of the integral; the reference, which pads less, by most."""
     relief = skin(periodic=False)
-    sigma_b = narrowest_sound_kernel(relief.size_m)
+    sigma_b = narrowest_averaging_kernel(relief.size_m)
     u, v = places()
     lambdas = wavelengths(STEP_M)
     padded = [n * PIXEL for n in reference_grid(relief, sigma_b).transform_shape]
@@ -128,8 +129,8 @@ def test_where_it_does_not_wrap_it_is_the_reference():
     for lam, weight in zip(lambdas, spectral_weights(lambdas), strict=True):
         longer = [length + PAD * lam / (2 * np.pi * sigma_b) for length in relief.size_m]
         missed += [weight * folded(relief, lam, sigma_b, lengths) for lengths in (longer, padded)]
-    expected, _ = reference_xyz(relief, u, v, W, sigma_b, STEP_M)
-    computed = scattered_xyz([relief], u, v, W, sigma_b, STEP_M)
+    expected, _ = reference_xyz(relief, u, v, w=W, sigma_b=sigma_b, step_m=STEP_M)
+    computed = scattered_xyz([relief], u, v, w=W, sigma_b=sigma_b, step_m=STEP_M)
     assert (np.abs(computed - expected) <= missed.sum(axis=0)).all()
     assert (missed[0] < 1e-3 * expected.max(axis=0)).all()
     assert (missed[1] < 0.02 * expected.max(axis=0)).all()
@@ -162,16 +163,18 @@ def test_a_facet_sends_the_light_down_its_slope():
 
 def test_several_scans_are_their_mean():
     reliefs, (u, v) = [skin(False, seed=3), skin(False, seed=4)], places(10)
-    one, other = (scattered_xyz([relief], u, v, W, 0.1, STEP_M) for relief in reliefs)
-    np.testing.assert_allclose(scattered_xyz(reliefs, u, v, W, 0.1, STEP_M), (one + other) / 2, rtol=1e-12)
+    one, other = (scattered_xyz([relief], u, v, w=W, sigma_b=0.1, step_m=STEP_M) for relief in reliefs)
+    np.testing.assert_allclose(
+        scattered_xyz(reliefs, u, v, w=W, sigma_b=0.1, step_m=STEP_M), (one + other) / 2, rtol=1e-12
+    )
     w = np.array([0.0, 0.7])
     one, other = (zero_order_xyz([relief], w) for relief in reliefs)
     np.testing.assert_allclose(zero_order_xyz(reliefs, w), (one + other) / 2, rtol=1e-12)
 
 
 def test_pairs_are_such_as_the_bake_covers():
-    u_range, v_range, sigma_b = (0.1, 0.9), (-0.2, 0.3), 0.05
-    pairs = draw_pairs([skin(True)], sigma_b, 1.1, 400, u_range, v_range, np.random.default_rng(0))
+    region, sigma_b = Region((0.1, 0.9), (-0.2, 0.3)), 0.05
+    pairs = draw_pairs([skin(True)], sigma_b, 1.1, count=400, region=region, rng=np.random.default_rng(0))
     assert (~pairs.drawn).sum() == 200 and pairs.drawn.sum() > 150
     assert (pairs.u >= 0.1).all() and (pairs.u <= 0.9).all() and (pairs.v >= -0.2).all() and (pairs.v <= 0.3).all()
     np.testing.assert_allclose(pairs.wi[:, 2] + pairs.wr[:, 2], 1.1, atol=1e-12)
@@ -204,7 +207,7 @@ def test_a_table_is_read_as_a_renderer_reads_it(tmp_path, precision):
     path = tmp_path / "table.exr"
     atlas_file.write(path, *atlas.pack(table), {"model": "ensemble"})
     read, stored = read_table(path), atlas_file.read(path)[0]
-    assert (read.u_range, read.v_range) == (pytest.approx((-0.38, 2.57)), pytest.approx((-0.08, 0.27)))
+    assert read.region == (pytest.approx((-0.38, 2.57)), pytest.approx((-0.08, 0.27)))
     assert (read.w_range, read.sigma_b, read.illuminant) == ((0.5, 1.9), 0.05, "E")
     u, v = rng.uniform(-0.5, 2.7, 500), rng.uniform(-0.2, 0.4, 500)
     for w in (0.5, 1.234, 1.9):

@@ -37,7 +37,7 @@ def truth():
 
 
 def exact(u, v, w):
-    scattered, zero_order = reference_xyz(skin(), u, v, w, SIGMA_B, STEP_M)
+    scattered, zero_order = reference_xyz(skin(), u, v, w=w, sigma_b=SIGMA_B, step_m=STEP_M)
     return scattered / w**2, zero_order
 
 
@@ -294,7 +294,7 @@ def test_the_same_seed_asks_the_same():
 
 def test_progress_runs_to_its_end():
     told = []
-    truths(skin(), SIGMA_B, 3, 4, 100e-9, tick=lambda done, total: told.append((done, total)))
+    truths(skin(), SIGMA_B, 3, 4, 100e-9, progress=lambda _, fraction: told.append(fraction))
     assert told == [(k + 1, 15) for k in range(15)]
 
 

@@ -52,7 +52,7 @@ def test_the_ensemble_is_the_core_reference():
     u, v, _ = places(30)
     method = METHODS["reference"](relief, Settings(coherence_length_m=LENGTH, step_m=10e-9))
     sigma = kernel_sigma(LENGTH)
-    scattered, zero = reference_xyz(relief, u, v, 1.4, sigma, 10e-9)
+    scattered, zero = reference_xyz(relief, u, v, w=1.4, sigma_b=sigma, step_m=10e-9)
     kernel = np.exp(-(u**2 + v**2) / (2 * sigma**2)) / (2 * np.pi * sigma**2)
     assert method.xyz(u, v, 1.4) == pytest.approx(scattered + kernel[:, None] * zero, rel=1e-9, abs=1e-12)
 

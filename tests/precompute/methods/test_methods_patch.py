@@ -57,7 +57,7 @@ def test_the_reference_is_the_written_out_sum(periodic):
     rows, cols = relief.height_m.shape
     y, x = np.mgrid[-12 * rows : 12 * rows, -12 * cols : 12 * cols]
     g = np.exp(-(x**2 + y**2) * PIXEL**2 / (2 * sigma**2))
-    t = relief.taper[(y + rows // 2) % rows, (x + cols // 2) % cols]
+    t = relief.apodisation[(y + rows // 2) % rows, (x + cols // 2) % cols]
     h = relief.height_m[(y + rows // 2) % rows, (x + cols // 2) % cols]
     for k in range(8):
         path = (u[k] * x + v[k] * y) * PIXEL + w[k] * h

@@ -10,7 +10,7 @@ from precompute.optics.coherence import (
     coherence_areas,
     coherence_length,
     kernel_sigma,
-    narrowest_sound_kernel,
+    narrowest_averaging_kernel,
 )
 
 lengths = st.floats(1e-7, 1e-2)
@@ -44,13 +44,13 @@ def test_areas_are_the_scans_area_over_one_windows(height_m, width_m, length_m):
 @few
 @given(lengths, lengths)
 def test_the_narrowest_kernel_averages_just_enough(height_m, width_m):
-    length_m = coherence_length(narrowest_sound_kernel((height_m, width_m)))
+    length_m = coherence_length(narrowest_averaging_kernel((height_m, width_m)))
     assert coherence_areas((height_m, width_m), length_m) == pytest.approx(MINIMUM_AREAS, rel=1e-12)
 
 
 def test_a_65_um_scan_takes_some_32_um():
     """sigma_s = 65 um / sqrt(60). The same scan averages but 8 areas at the thesis's 65 um."""
-    assert coherence_length(narrowest_sound_kernel((65e-6, 65e-6))) == pytest.approx(4 * 65e-6 / 60**0.5, rel=1e-12)
+    assert coherence_length(narrowest_averaging_kernel((65e-6, 65e-6))) == pytest.approx(4 * 65e-6 / 60**0.5, rel=1e-12)
     assert coherence_areas((65e-6, 65e-6), 65e-6) == pytest.approx(8, rel=1e-12)
 
 

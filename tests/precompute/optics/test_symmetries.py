@@ -26,7 +26,7 @@ def changed(original, heights, pixel_m=None):
 
 def scattered(surface, u, v, w=1.3):
     """XYZ (n, 3) of the reference, at 40 nm: the same sums on either side of an equality."""
-    return reference_xyz(prepare(surface), np.asarray(u), np.asarray(v), w, SIGMA_B, 40e-9)[0]
+    return reference_xyz(prepare(surface), np.asarray(u), np.asarray(v), w=w, sigma_b=SIGMA_B, step_m=40e-9)[0]
 
 
 def places(count=40):

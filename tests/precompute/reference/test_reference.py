@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from precompute.colour.observer import spectral_weights, wavelengths, white_xyz
-from precompute.optics.coherence import narrowest_sound_kernel
+from precompute.optics.coherence import narrowest_averaging_kernel
 from precompute.reference.ensemble import blurred, reference_grid, reference_xyz
 from precompute.spectra.spectrum import scattered_spectrum, zero_order_amplitude
 from precompute.surface.height_map import HeightMap
@@ -36,10 +36,10 @@ def places(count=50, seed=1):
 
 
 def phasors(relief, s):
-    """The tapered phasor without its mean, written out."""
+    """The apodised phasor without its mean, written out."""
     p = np.exp(-2j * np.pi * s * relief.height_m)
-    mean = (relief.taper**2 * p).sum() / (relief.taper**2).sum()
-    return relief.taper * (p - mean)
+    mean = (relief.apodisation**2 * p).sum() / (relief.apodisation**2).sum()
+    return relief.apodisation * (p - mean)
 
 
 # The direct sum
@@ -67,24 +67,24 @@ def test_it_is_the_direct_sum(periodic, sigma_b):
             distance = (position[:, None] - lam * q) / sigma_b
             kernels.append(np.exp(-(distance**2) / 2) / (np.sqrt(2 * np.pi) * sigma_b))
         power = np.abs(waves[0] @ phasors(relief, s) @ waves[1].T) ** 2
-        power /= np.prod(grid.transform_shape) * np.sum(relief.taper**2)
+        power /= np.prod(grid.transform_shape) * np.sum(relief.apodisation**2)
         density = np.einsum("ny,yx,nx->n", kernels[0], power, kernels[1])
         expected += density[:, None] * weight
         zero += abs(zero_order_amplitude(relief, s)) ** 2 * weight
-    computed, zero_order = reference_xyz(relief, u, v, W, sigma_b, 100e-9)
+    computed, zero_order = reference_xyz(relief, u, v, w=W, sigma_b=sigma_b, step_m=100e-9)
     np.testing.assert_allclose(computed, expected, rtol=0, atol=1e-9 * expected.max())
     np.testing.assert_allclose(zero_order, zero, rtol=1e-12)
 
 
 def test_bins_stand_for_the_integral():
     """What the bins of a scan that does not wrap stand for: the integral over all q of the kernel and the power of
-    the tapered scan alone in the plane, which is a sum over the lags of its autocorrelation, times the Gaussian's
+    the apodised scan alone in the plane, which is a sum over the lags of its autocorrelation, times the Gaussian's
     transform.
 
     frequency_grid promises 1.5 % at its coarsest. Sigma_b is that of a bake that chooses its kernel itself: 30
     coherence areas of the scan, so that no finer bins are asked for."""
     relief = skin(periodic=False)
-    sigma_b = narrowest_sound_kernel(relief.size_m)
+    sigma_b = narrowest_averaging_kernel(relief.size_m)
     u, v = places(300)
     for lam in (400e-9, 550e-9, 750e-9):
         s = W / lam
@@ -92,7 +92,7 @@ def test_bins_stand_for_the_integral():
         rows, cols = scattered.shape
         # Lags from -(n - 1) to n - 1: no lag wraps in a transform of twice the size.
         padded = np.fft.fft2(scattered, (2 * rows, 2 * cols))
-        correlation = np.fft.fftshift(np.fft.ifft2(np.abs(padded) ** 2)) / np.sum(relief.taper**2)
+        correlation = np.fft.fftshift(np.fft.ifft2(np.abs(padded) ** 2)) / np.sum(relief.apodisation**2)
         waves = []
         for count, position in ((rows, v), (cols, u)):
             lag = (np.arange(2 * count) - count) * PIXEL
@@ -137,7 +137,7 @@ def test_a_spectrum_and_its_zero_order_make_white():
     the grating's orders up to the 10th are all within |u| = 2.5."""
     relief, sigma_b, step = wave(), 0.05, 0.04
     u = np.arange(-3, 3, step)
-    scattered, zero = reference_xyz(relief, u, 0 * u, W, sigma_b, 20e-9)
+    scattered, zero = reference_xyz(relief, u, 0 * u, w=W, sigma_b=sigma_b, step_m=20e-9)
     # At v = 0 the kernel across is 1 / (sqrt(2 pi) sigma).
     total = scattered.sum(axis=0) * step * np.sqrt(2 * np.pi) * sigma_b + zero
     np.testing.assert_allclose(total, white_xyz(), rtol=1e-7)
@@ -168,7 +168,7 @@ def test_a_facet_sends_the_light_down_its_slope():
     depth, period = 550e-9 / W, 3e-6
     relief = prepare(blazed(period, depth, periods=4, rows=1))
     u = np.arange(-1.5, 1.5, 0.01)
-    scattered, _ = reference_xyz(relief, u, 0 * u, W, 0.05, 5e-9)
+    scattered, _ = reference_xyz(relief, u, 0 * u, w=W, sigma_b=0.05, step_m=5e-9)
     assert u[np.argmax(scattered[:, 1])] == pytest.approx(-W * depth / period, abs=0.02)
 
 
@@ -187,14 +187,22 @@ def test_wavelengths_reach_both_ends():
 def test_a_mirror_has_no_scattered_light():
     relief = prepare(HeightMap(np.zeros((16, 16)), (PIXEL, PIXEL), "test", periodic=True))
     u, v = places(20)
-    scattered, zero = reference_xyz(relief, u, v, W, 0.1, 50e-9)
+    scattered, zero = reference_xyz(relief, u, v, w=W, sigma_b=0.1, step_m=50e-9)
     np.testing.assert_array_equal(scattered, 0)
     np.testing.assert_allclose(zero, white_xyz(), rtol=1e-12)
 
 
 def test_progress_is_told():
     told = []
-    reference_xyz(wave(), np.zeros(1), np.zeros(1), W, 0.1, 100e-9, tick=lambda k, n: told.append((k, n)))
+    reference_xyz(
+        wave(),
+        np.zeros(1),
+        np.zeros(1),
+        w=W,
+        sigma_b=0.1,
+        step_m=100e-9,
+        progress=lambda _, fraction: told.append(fraction),
+    )
     assert told == [(k + 1, 5) for k in range(5)]
 
 

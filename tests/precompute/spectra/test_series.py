@@ -30,7 +30,7 @@ def test_the_fast_series_is_the_exact_spectrum(scale):
     """Asked for 2e-4 of the sum of the coefficients, with twice that left for the estimate; single precision is 1e-6.
     Of a deep relief's power over s^2, little is left at large s, and the same error is a larger share of it."""
     relief = skin(scale=scale)
-    series = fast_series(relief, Q_MAX, S_MAX, 4e4, 2e-4)
+    series = fast_series(relief, Q_MAX, S_MAX, finest_kernel=4e4, tolerance=2e-4)
     light = _coefficient_sizes(series.scattered_over_s2).sum()
     for s in np.random.default_rng(1).uniform(0.05, 1, 6) * S_MAX:
         power, zero = scattered_spectrum(relief, s, series.grid)
@@ -41,7 +41,7 @@ def test_the_fast_series_is_the_exact_spectrum(scale):
 def test_a_shallow_relief_is_not_lost_in_single_precision():
     """A tenth of a nanometre scatters 1e-5 of the light: rounding, 1e-12, is nothing to it."""
     relief = skin(scale=1e-10)
-    series = fast_series(relief, Q_MAX, S_MAX, 4e4, 1e-5)
+    series = fast_series(relief, Q_MAX, S_MAX, finest_kernel=4e4, tolerance=1e-5)
     assert exact_error(relief, series, np.array([0.3, 0.9]) * S_MAX) <= 1e-4
 
 
@@ -54,7 +54,7 @@ def test_nodes_that_do_not_suffice_are_noticed(monkeypatch):
     """Told that four will do, the whole relief's own coefficients say otherwise."""
     relief = skin(scale=80e-9)
     monkeypatch.setattr(fast, "measured_count", lambda *_: 4)
-    series = fast_series(relief, Q_MAX, S_MAX, 4e4, 2e-4)
+    series = fast_series(relief, Q_MAX, S_MAX, finest_kernel=4e4, tolerance=2e-4)
     assert len(series.amplitude) > 4
     assert exact_error(relief, series, np.array([0.2, 0.6, 0.95]) * S_MAX) <= 1e-3
 
@@ -65,7 +65,7 @@ def test_thinned_bins_are_the_same_light(periodic):
     flat to 6e-4 of an order (series.py), and each Gaussian cut at 5.5 sigma."""
     relief = skin(count=600, periodic=periodic)
     bins = 1 / relief.size_m[0]
-    series = fast_series(relief, Q_MAX, S_MAX, 8 * bins, 1e-6)
+    series = fast_series(relief, Q_MAX, S_MAX, finest_kernel=8 * bins, tolerance=1e-6)
     assert series.blur_q > 0
     assert series.scattered_over_s2[0].size < 0.1 * (2 * Q_MAX / bins) ** 2
     lam, s = 780e-9, 1.5 / 780e-9
@@ -83,5 +83,12 @@ def test_thinned_bins_are_the_same_light(periodic):
 
 def test_progress_counts_the_transforms():
     told = []
-    series = fast_series(skin(100), Q_MAX, S_MAX, 1e5, 1e-3, lambda done, total: told.append((done, total)))
+    series = fast_series(
+        skin(100),
+        Q_MAX,
+        S_MAX,
+        finest_kernel=1e5,
+        tolerance=1e-3,
+        progress=lambda done, total: told.append((done, total)),
+    )
     assert told[-1] == (len(series.amplitude),) * 2

@@ -60,7 +60,7 @@ def orders(relief, s, along_b=False):
     st.integers(0, 2**32), st.integers(1, 17), st.integers(1, 17), st.booleans(), st.floats(0, 6e6), st.integers(1, 3)
 )
 def test_parseval(seed, rows, cols, periodic, s, refine):
-    """Scattered and zero order sum to 1, whatever the shape, the taper, the padding."""
+    """Scattered and zero order sum to 1, whatever the shape, the apodisation, the padding."""
     relief = rough(seed, (rows, cols), periodic=periodic)
     power, zero = scattered_spectrum(relief, s, every_bin(relief, refine))
     assert (power >= 0).all()

@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 
 from precompute.bake.ensemble import bake
+from precompute.bake.request import BakeRequest
 from precompute.colour.difference import delta_e_2000, lab
 from precompute.colour.observer import white_xyz
 from precompute.colour.working_space import rgb_from_xyz, srgb_encode
@@ -85,7 +86,7 @@ def test_the_exact_map_is_the_reference(theta_i):
     for row, col in pixels:
         view = wr[row, col]
         u, v, w = wi + view
-        scattered, zero = reference_xyz(relief, np.array([u]), np.array([v]), w, SIGMA_B, STEP_M)
+        scattered, zero = reference_xyz(relief, np.array([u]), np.array([v]), w=w, sigma_b=SIGMA_B, step_m=STEP_M)
         kernel = np.exp(-(u**2 + v**2) / (2 * SIGMA_B**2)) / (2 * np.pi * SIGMA_B**2)
         obliquity = (1 + wi @ view) ** 2 / (wi[2] * view[2] * w**2)
         reflectance = fresnel_reflectance(np.linalg.norm(wi + view) / 2)
@@ -107,7 +108,7 @@ def test_the_map_of_a_bake_has_the_colours_of_the_reference():
     """Exposed to the orders, as a picture is. The bake's budget is a 99th percentile of 1 over the metric's pairs;
     these are others, so twice that, and half of it on the mean."""
     relief, size = skin(), 48
-    table = bake(relief, COHERENCE_M)
+    table = bake(relief, BakeRequest(coherence_length_m=COHERENCE_M))
     assert table.sigma_b == pytest.approx(SIGMA_B, rel=1e-4)
     for theta_i in (0.0, THETA):
         exact = from_reference(relief, table.sigma_b, size, theta_i, 5e-9)
@@ -146,7 +147,7 @@ def test_facets_send_light_down_their_slope(method, along_b):
     """A surface that rises along T sends its order to -x of the mirror image, one that rises along B to -y: -lam /
     period from there, green at -0.37. Orders beside it share the colours, so to 0.06."""
     relief, size = facets(along_b), 64
-    table = bake(relief, COHERENCE_M, delta_e=5)
+    table = bake(relief, BakeRequest(delta_e=5, coherence_length_m=COHERENCE_M))
     for theta_i in (0.0, np.radians(20)):
         if method == "bake":
             image = luminance(from_bake(table, size, theta_i))
@@ -160,7 +161,9 @@ def test_facets_send_light_down_their_slope(method, along_b):
 def test_row_zero_of_the_picture_is_plus_y():
     """Facets that rise along B shine at -y: in the lower half of the picture."""
     size = 48
-    shown = picture(from_bake(bake(facets(along_b=True), COHERENCE_M, delta_e=5), size, 0.0))
+    shown = picture(
+        from_bake(bake(facets(along_b=True), BakeRequest(delta_e=5, coherence_length_m=COHERENCE_M)), size, 0.0)
+    )
     _, _, inside = view_hemisphere(size, 0.0)
     brightness = shown.sum(axis=-1) * inside
     assert brightness[size // 2 :].sum() > 2 * brightness[: size // 2].sum()

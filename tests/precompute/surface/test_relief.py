@@ -75,24 +75,24 @@ def test_a_surface_that_wraps_keeps_its_facets():
 def test_the_mean_under_the_tapers_square_is_zero(seed, periodic, pixel):
     """Up to 5000 roundings of 1e-7 m."""
     relief = prepare(height_map(rough(seed), pixel, periodic))
-    assert abs(np.average(relief.height_m, weights=relief.taper**2)) < 1e-20
+    assert abs(np.average(relief.height_m, weights=relief.apodisation**2)) < 1e-20
 
 
 # Taper
 
 
 def test_a_surface_that_wraps_has_no_taper():
-    np.testing.assert_array_equal(prepare(height_map(rough(0), periodic=True)).taper, 1)
+    np.testing.assert_array_equal(prepare(height_map(rough(0), periodic=True)).apodisation, 1)
 
 
 @pytest.mark.parametrize("shape", [(64, 64), (65, 200), (16, 1), (1, 40)])
 def test_the_taper_rises_over_an_eighth_at_each_end(shape):
     """Separable, symmetric, 1 over the middle three quarters, and half way up at a sixteenth."""
-    taper = prepare(height_map(rough(0, shape))).taper
+    apodisation = prepare(height_map(rough(0, shape))).apodisation
     rows, cols = shape
     # Both profiles are 1 in the middle.
-    down, across = taper[:, cols // 2], taper[rows // 2]
-    np.testing.assert_allclose(taper, np.outer(down, across), atol=1e-15)
+    down, across = apodisation[:, cols // 2], apodisation[rows // 2]
+    np.testing.assert_allclose(apodisation, np.outer(down, across), atol=1e-15)
     for profile in (down, across):
         np.testing.assert_allclose(profile, profile[::-1], atol=1e-15)
         count = len(profile)
@@ -157,7 +157,7 @@ def test_no_pixel_aliases_and_the_size_stays(dy, dx, periodic):
     relief = prepare(height_map(rough(0, (6, 9)), (dy, dx), periodic))
     assert max(relief.pixel_size_m) <= PIXEL_MAX_M * (1 + 1e-8)
     assert relief.size_m == pytest.approx((6 * dy, 9 * dx), rel=1e-12)
-    assert relief.height_m.shape == relief.taper.shape
+    assert relief.height_m.shape == relief.apodisation.shape
     for fine, coarse, pixel in zip(relief.height_m.shape, (6, 9), (dy, dx), strict=True):
         assert fine == coarse * max(1, round(np.ceil(pixel / PIXEL_MAX_M - 1e-9)))
 
@@ -176,7 +176,7 @@ def test_refining_a_scan_that_does_not_wrap():
     relief = prepare(height_map(coarse, COARSE))
     fine = tuple(3 * n for n in shape)
     exact = bump(*(middles(n, size / n) for n in fine))
-    # The tilt that levelling took out, and the mean under the taper: as of the exact surface.
+    # The tilt that levelling took out, and the mean under the apodisation: as of the exact surface.
     expected = prepare(height_map(exact, tuple(size / n for n in fine))).height_m
     error = np.abs(relief.height_m - expected)
     assert error.max() < 5e-9
@@ -213,7 +213,7 @@ def test_a_thin_scan_is_prepared(shape, periodic):
     relief = prepare(height_map(rough(1, shape), COARSE, periodic))
     assert np.isfinite(relief.height_m).all()
     assert relief.size_m == pytest.approx(tuple(n * d for n, d in zip(shape, COARSE, strict=True)), rel=1e-14)
-    assert relief.taper.max() == pytest.approx(1)
+    assert relief.apodisation.max() == pytest.approx(1)
 
 
 def test_the_range_is_from_the_lowest_to_the_highest():

@@ -107,7 +107,7 @@ def test_tiles_do_not_overlap(terms, resolution, levels):
 def test_where_a_level_is_read_is_of_closed_form():
     """What a material computes from a level that only the shading knows, in floats."""
     layout = atlas.layout_of(random_bake(7, (70, 101), levels=4))
-    taken = [math.ceil(n / 8) * 8 for n in (layout.inner_rows, layout.inner_columns)]
+    taken = [math.ceil(n / 8) * 8 for n in (layout.region_rows, layout.region_columns)]
     assert (layout.tile_rows, layout.tile_columns) == (taken[0] + 6, taken[1] + 6)
     for level in range(4):
         small = 2.0**-level
@@ -124,10 +124,10 @@ def test_where_a_level_is_read_is_of_closed_form():
 def test_the_layout_tells_what_it_covers():
     table = random_bake(2, (9, 21), levels=2)
     layout = atlas.layout_of(table)
-    (u_low, u_high), (v_low, v_high) = layout.inner
+    (u_low, u_high), (v_low, v_high) = layout.region
     assert (u_low, u_high) == pytest.approx((-2, 2), abs=1e-12)
     assert (v_low, v_high) == pytest.approx((-0.5, 0.5), abs=1e-12)
-    np.testing.assert_allclose(layout.inner, table.inner, atol=1e-12)
+    np.testing.assert_allclose(layout.region, table.region, atol=1e-12)
     assert not layout.whole
     assert atlas.layout_of(random_bake(2, 21)).whole
     assert not replace(layout, w_min=0.5).whole
@@ -160,7 +160,7 @@ def test_around_the_limit_stands_what_reading_meets():
     """Azimuth goes round, its last column being its first; at the horizon and at the normal the rows turn back."""
     excess = np.random.default_rng(0).random((5, 9)).astype(np.float16).astype(np.float32)
     excess[:, -1] = excess[:, 0]
-    image, layout = atlas.pack(replace(random_bake(), limit=excess))
+    image, layout = atlas.pack(replace(random_bake(), excess_albedo=excess))
     assert layout.strip_rows == atlas.STRIP_ROWS + 7
     block = image[atlas.STRIP_ROWS : layout.strip_rows, :11, 1]
     np.testing.assert_array_equal(block[1:-1, 1:-1], excess)
@@ -307,7 +307,7 @@ def test_another_version_is_refused(tmp_path):
     {"terms": 10**4}, {"terms": 7}, {"terms": -1}, {"tile_rows": 13}, {"columns": 10**6}, {"rows": 1},
     {"w_max": 0.0}, {"u_first": 9.0}, {"strip_rows": 0}, {"zero_order_samples": 10**4}, {"tile_columns": "12"},
     {"tile_columns": 12.5}, {"scale": "big"}, {"texel": None}, {"levels": 2}, {"levels": 10**9},
-    {"inner_rows": 10**6}, {"inner_columns": 3}, {"limit_rows": 1}, {"limit_columns": 10**6}, {"columns": 5, "rows": 1},
+    {"inner_rows": 10**6}, {"inner_columns": 3}, {"bound_rows": 1}, {"bound_columns": 10**6}, {"columns": 5, "rows": 1},
 ])  # fmt: skip
 def test_a_header_that_lies_about_its_picture_is_refused(tmp_path, lie):
     """Sizes are checked against the picture's before they are used (DESIGN 9); the reader of the header alone, which

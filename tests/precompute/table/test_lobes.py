@@ -43,7 +43,7 @@ def skin(count=200, scale=40e-9, seed=0):
 
 
 def series_of(relief, finest_kernel=SIGMA_B / 780e-9, tolerance=2e-4):
-    return fast_series(relief, GRID_MAX, S_MAX, finest_kernel, tolerance)
+    return fast_series(relief, GRID_MAX, S_MAX, finest_kernel=finest_kernel, tolerance=tolerance)
 
 
 @pytest.fixture(scope="module")
@@ -312,7 +312,7 @@ def test_the_picture_is_what_the_docstring_says(written):
 def test_tiles_do_not_overlap(size, pieces, columns):
     empty = SampleSet(np.zeros((size, size, 2)), np.zeros((pieces, size, size, 4), np.float32), S_MAX, SIGMA_B, 0.0)
     layout = sample_set.layout_of(empty)
-    assert layout.sound and layout.columns == columns and layout.height <= 8192
+    assert layout.is_valid and layout.columns == columns and layout.height <= 8192
     taken = np.zeros((layout.height, layout.width), int)
     for k in range(1 + pieces):
         taken[layout.tile(k)] += 1
