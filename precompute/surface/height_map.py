@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A measured or synthetic relief."""
+"""Measured or synthetic heights over a rectangle."""
 
 from __future__ import annotations
 
@@ -11,17 +11,21 @@ import numpy as np
 
 from ..base.failure import GratingError
 
+# "sample:NAME" stands for a synthetic surface wherever a path stands for a file.
+SAMPLE_PREFIX = "sample:"
+
 
 @dataclass(frozen=True, eq=False)
 class HeightMap:
     """Heights over a rectangle.
 
-    height_m      (rows, cols) float64 in metres, positive outward, NaN where nothing was measured; columns
-                  run along the tangent T, row 0 is the top of the scan (rows run along -B); read-only
+    height_m      (rows, cols) float64 in metres, positive outward, NaN where nothing was measured; read-only. The
+                  column index runs along the tangent T; row 0 is the top of the scan, so the row index runs along -B
     pixel_size_m  (dy, dx) in metres
-    source        what it was read from: a path, or "sample:NAME"
-    channel       the instrument's name of these heights; channels: all that the source offers
-    periodic      the edges wrap exactly (synthetic surfaces)
+    source        what the heights were read from: a path, or "sample:NAME"
+    channel       the label of the channel that holds them; "" where the format has no channels
+    channels      the labels of all channels of the source
+    periodic      whether the edges wrap exactly, as those of synthetic surfaces do
 
     Raises GratingError unless the heights are a two-dimensional array with at least one finite value and no
     infinite one, and the pixel sizes are positive and finite.
@@ -51,21 +55,24 @@ class HeightMap:
 
     @property
     def rows(self) -> int:
+        """Number of rows."""
         return self.height_m.shape[0]
 
     @property
     def cols(self) -> int:
+        """Number of columns."""
         return self.height_m.shape[1]
 
     @property
     def source_name(self) -> str:
-        """What a bake tells of its source: the file's name without its folders, or "sample:NAME"."""
-        return self.source if self.source.startswith("sample:") else Path(self.source).name
+        """The file's name without its folders, or "sample:NAME": the source as a bake records it."""
+        return self.source if self.source.startswith(SAMPLE_PREFIX) else Path(self.source).name
 
     @property
     def stem(self) -> str:
-        """The sample's name, or the file's without its ending."""
-        return self.source.removeprefix("sample:") if self.source.startswith("sample:") else Path(self.source).stem
+        """The file's name without folders and extension, or the sample's name."""
+        is_sample = self.source.startswith(SAMPLE_PREFIX)
+        return self.source.removeprefix(SAMPLE_PREFIX) if is_sample else Path(self.source).stem
 
     @property
     def size_m(self) -> tuple[float, float]:

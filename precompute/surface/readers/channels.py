@@ -3,21 +3,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...base.failure import GratingError
 
-# What instruments call the topography, surest first.
+# Names that instruments give to the topography. The first name that a file has wins.
 _TOPOGRAPHY = ("z-axis", "topography", "height", "z height", "zsensor", "z-axissensor")
 
 
 @dataclass(frozen=True)
 class Channel:
-    """One map in a file.
+    """One map of values in a file.
 
     name    the quantity: "Z-Axis"
-    frame   which of several scans of it: "forward", or "" where there is one
-    unit    of its values, "m" for heights over a plane
+    frame   which of several scans of the quantity: "forward"; "" where there is one scan
+    unit    of the values; "m" for heights over a plane
     """
 
     name: str
@@ -26,13 +27,15 @@ class Channel:
 
     @property
     def label(self) -> str:
+        """Name and frame, as users see and give them: "Z-Axis forward"."""
         return f"{self.name} {self.frame}".strip()
 
 
-def choose_channel(source: str, channels: list[Channel], wanted: str | None) -> int:
-    """Index of the channel that is asked for by its label or the beginning of it, else of the topography.
+def choose_channel(source: str, channels: Sequence[Channel], wanted: str | None) -> int:
+    """Index of the channel whose label is, or begins with, `wanted`; of the topography where `wanted` is None.
 
-    Raises GratingError where no channel, or none in metres, answers to that.
+    Upper and lower case are the same. `source` is the file's name for messages. Raises GratingError where there is no
+    such channel or its values are not in metres.
     """
     listed = ", ".join(f"'{channel.label}'" for channel in channels) or "none"
     found = _topography(channels) if wanted is None else _labelled(channels, wanted)
@@ -48,7 +51,7 @@ def choose_channel(source: str, channels: list[Channel], wanted: str | None) -> 
     return found
 
 
-def _labelled(channels: list[Channel], wanted: str) -> int | None:
+def _labelled(channels: Sequence[Channel], wanted: str) -> int | None:
     labels = [channel.label.casefold() for channel in channels]
     wanted = wanted.casefold()
     exact = (i for i, label in enumerate(labels) if label == wanted)
@@ -56,7 +59,7 @@ def _labelled(channels: list[Channel], wanted: str) -> int | None:
     return next(exact, next(begun, None))
 
 
-def _topography(channels: list[Channel]) -> int | None:
+def _topography(channels: Sequence[Channel]) -> int | None:
     metres = [(i, channel.name.casefold()) for i, channel in enumerate(channels) if channel.unit == "m"]
     exact = (i for known in _TOPOGRAPHY for i, name in metres if name == known)
     begun = (i for known in _TOPOGRAPHY for i, name in metres if name.startswith(known))

@@ -1,42 +1,78 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Gwyddion .gwy, decoded by gwyfile: SI units, row 0 on top, masked pixels missing."""
+"""Gwyddion .gwy, decoded by gwyfile: SI units, row 0 at the top of the scan, masked pixels missing.
+
+A file is a tree of serialised objects. An object is the name of its type, its size in bytes, and its components; a
+component is a name, a letter for the type of its value, and the value.
+"""
 
 from __future__ import annotations
 
 import re
 import struct
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
-from gwyfile.objects import GwyContainer, GwyDataField, GwyObject
 
 from ...base.failure import GratingError
 from ..height_map import HeightMap
 from .channels import Channel, choose_channel
 
-MAGIC = b"GWYP"
+if TYPE_CHECKING:
+    from gwyfile.objects import GwyContainer, GwyDataField, GwyObject
 
-
+_BEGINNING = b"GWYP"
+# Sizes of values by the letter of their type: of a single value, and of one item of an array.
 _SCALAR_BYTES = {b"b": 1, b"c": 1, b"i": 4, b"q": 8, b"d": 8}
-
-
 _ITEM_BYTES = {b"C": 1, b"I": 4, b"Q": 8, b"D": 8}
-
-
 _MASKED_ABOVE = 0.5
-
-
-# What a container of another shape than Gwyddion's own makes of the code below, and of gwyfile.
+# What the code below and gwyfile raise where a container is not as Gwyddion writes it.
 _DAMAGE = (struct.error, ValueError, KeyError, TypeError, AttributeError, NotImplementedError, RecursionError)
 
 
-def read(source: str, channel: str | None) -> HeightMap:
-    """Read one channel, the topography unless `channel` names another."""
+T = TypeVar("T")
+
+
+class GwyddionReader:
+    """Reader of Gwyddion files, see `Reader`."""
+
+    name = "Gwyddion"
+    extensions = (".gwy",)
+    needs_size = False
+
+    def can_read(self, beginning: bytes) -> bool:
+        """As in `Reader`."""
+        return beginning.startswith(_BEGINNING)
+
+    def channels(self, source: str) -> tuple[Channel, ...]:
+        """As in `Reader`; the format has no table of contents, so that the whole file is read."""
+        return _decode(source, lambda container: _channels(container, _fields(container)))
+
+    def read(
+        self,
+        source: str,
+        *,
+        size_um: float | None = None,
+        height_nm: float | None = None,
+        channel: str | None = None,
+    ) -> HeightMap:
+        """As in `Reader`."""
+        return _decode(source, lambda container: _height_map(source, container, channel))
+
+
+GWYDDION = GwyddionReader()
+
+
+def _decode(source: str, use: Callable[[GwyObject], T]) -> T:
+    """What `use` makes of the file's outermost object. Raises GratingError where the file is damaged."""
+    from gwyfile.objects import GwyObject
+
     data = Path(source).read_bytes()
     try:
-        # gwyfile trusts the sizes it reads, and never returns from a string without an end: look first.
-        _object_end(data, len(MAGIC), len(data))
-        return _height_map(source, GwyObject.frombuffer(data[len(MAGIC) :]), channel)
+        # gwyfile trusts the sizes it reads, and never returns from a string without an end: check them before.
+        _object_end(data, len(_BEGINNING), len(data))
+        return use(GwyObject.frombuffer(data[len(_BEGINNING) :]))
     except _DAMAGE as error:
         raise GratingError(
             f"{source}: the Gwyddion data is truncated or damaged ({error}); "
@@ -64,6 +100,8 @@ def _height_map(source: str, container: GwyObject, channel: str | None) -> Heigh
 
 def _fields(container: GwyObject) -> dict[int, GwyDataField]:
     """The container's images by channel number. Raises ValueError or KeyError where one is not whole."""
+    from gwyfile.objects import GwyContainer, GwyDataField
+
     if not isinstance(container, GwyContainer):
         raise ValueError("not a Gwyddion container")
     numbered = {
@@ -79,13 +117,13 @@ def _fields(container: GwyObject) -> dict[int, GwyDataField]:
     return dict(sorted(numbered.items()))
 
 
-def _channels(container: GwyContainer, fields: dict[int, GwyDataField]) -> list[Channel]:
+def _channels(container: GwyContainer, fields: dict[int, GwyDataField]) -> tuple[Channel, ...]:
     titles = [container.get(f"/{number}/data/title", f"channel {number}") for number in fields]
-    return [
-        # Titles may repeat; the number tells them apart.
+    return tuple(
+        # Where two channels have the same title, their numbers tell them apart.
         Channel(title, f"({number})" if titles.count(title) > 1 else "", _unit(field))
         for title, (number, field) in zip(titles, fields.items(), strict=True)
-    ]
+    )
 
 
 def _unit(field: GwyDataField) -> str:
@@ -95,10 +133,9 @@ def _unit(field: GwyDataField) -> str:
 
 
 def _object_end(data: bytes, at: int, end: int) -> int:
-    """Offset behind the serialised object at `at`. Raises ValueError or struct.error if it ends behind `end`.
+    """Offset of the first byte after the object at `at`.
 
-    An object is its type name, a size, and components; a component a name, a type letter and a value.
-    """
+    Raises ValueError or struct.error where the object does not end before `end`."""
     at = _string_end(data, at, end)
     stop = at + 4 + _count(data, at)
     if stop > end:
@@ -110,6 +147,7 @@ def _object_end(data: bytes, at: int, end: int) -> int:
 
 
 def _component_end(data: bytes, at: int, end: int) -> int:
+    """Offset of the first byte after the component at `at`. Raises as _object_end does."""
     at = _string_end(data, at, end)
     kind, at = data[at : at + 1], at + 1
     if kind in _SCALAR_BYTES:

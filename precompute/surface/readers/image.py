@@ -5,55 +5,87 @@ from __future__ import annotations
 
 import math
 import warnings
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from PIL import Image
 
 from ...base.failure import GratingError
 from ..height_map import HeightMap
+from .channels import Channel
 
-# Nothing outside this is a relief that diffracts light: a picture of 1 m, or of one atom.
+if TYPE_CHECKING:
+    from PIL import Image
+
+# Widths and heights outside these ranges are mistakes: no picture of a relief is a metre wide, or one atom high.
 _SIZE_UM = (1e-3, 1e6)
-
-
 _HEIGHT_NM = (1e-3, 1e6)
-
-
-# Pixels per byte of the file beyond which a header must be lying: a pixel takes a bit or more, and deflate
-# packs at most 1032 bytes into one, LZW about 1400.
+# The most pixels that a byte of a compressed file can hold. A pixel takes at least one bit; deflate packs at most
+# 1032 bytes into one, LZW about 1400. A header that declares more pixels is wrong.
 _MOST_PACKED_PIXELS = 8 * 1400
-
-
+# The value of white in Pillow's grey modes.
 _WHITE = {"L": 255, "I;16": 65535, "I;16B": 65535}
-
-
-# Park Systems' private tags: the page one sees is a coloured rendering, the heights lie in these.
+# Private tags of Park Systems: the heights lie in these, and the visible picture is a coloured rendering of them.
 _PARK_TAGS = (50434, 50435)
-
-
 _TIFF_BITS, _TIFF_PHOTOMETRIC, _TIFF_SAMPLE_FORMAT = 258, 262, 339
 
 
-def read(source: str, size_um: float | None, height_nm: float | None) -> HeightMap:
-    """Read a picture as a height map.
+@dataclass(frozen=True)
+class PictureReader:
+    """Reader of one format of pictures, see `Reader`; `beginnings` are the bytes that files may begin with."""
 
-    size_um     width across the columns, in micrometres, outer edge to outer edge; pixels are square
-    height_nm   height of white over black, in nanometres: of 255 over 0 at 8 bits, of 65535 over 0 at 16,
-                whatever range the picture itself uses
-    Fully transparent pixels are missing. Raises GratingError where a picture is damaged, coloured, or carries
-    numbers that black and white do not scale.
-    """
-    size_um = _quantity(source, "size", size_um, _SIZE_UM, "--size-um W, the width across the columns in micrometres")
-    height_nm = _quantity(
-        source, "height range", height_nm, _HEIGHT_NM, "--height-nm H, the height of white over black in nanometres"
-    )
-    grey = _grey(source)
-    pixel_m = size_um * 1e-6 / grey.shape[1]
-    return HeightMap(grey * (height_nm * 1e-9), (pixel_m, pixel_m), source)
+    name: str
+    extensions: tuple[str, ...]
+    beginnings: tuple[bytes, ...]
+    needs_size: bool = True
+
+    def can_read(self, beginning: bytes) -> bool:
+        """As in `Reader`."""
+        return beginning.startswith(self.beginnings)
+
+    def channels(self, source: str) -> tuple[Channel, ...]:
+        """None: a picture holds one map of heights, which has no name."""
+        return ()
+
+    def read(
+        self,
+        source: str,
+        *,
+        size_um: float | None = None,
+        height_nm: float | None = None,
+        channel: str | None = None,
+    ) -> HeightMap:
+        """As in `Reader`.
+
+        size_um     width across the columns in micrometres, from outer edge to outer edge; pixels are square
+        height_nm   height in nanometres of white over black: of 255 over 0 in a picture of 8 bits, of 65535 over 0 in
+                    one of 16 bits, even where the picture itself uses a part of that range
+        Fully transparent pixels are missing. Raises GratingError also where a picture is coloured, or holds numbers
+        (floating, signed) for which black and white are not defined.
+        """
+        size_um = _quantity(
+            source, "size", size_um, limits=_SIZE_UM, remedy="--size-um W, the width across the columns in micrometres"
+        )
+        height_nm = _quantity(
+            source,
+            "height range",
+            height_nm,
+            limits=_HEIGHT_NM,
+            remedy="--height-nm H, the height of white over black in nanometres",
+        )
+        grey = _grey(source)
+        pixel_m = size_um * 1e-6 / grey.shape[1]
+        return HeightMap(grey * (height_nm * 1e-9), (pixel_m, pixel_m), source)
 
 
-def _quantity(source: str, what: str, value: float | None, limits: tuple[float, float], remedy: str) -> float:
+PNG = PictureReader("PNG", (".png",), (b"\x89PNG\r\n\x1a\n",))
+TIFF = PictureReader("TIFF", (".tif", ".tiff"), (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"))
+BMP = PictureReader("BMP", (".bmp",), (b"BM",))
+
+
+def _quantity(source: str, what: str, value: float | None, *, limits: tuple[float, float], remedy: str) -> float:
+    """The value. Raises GratingError where it is missing or outside of the limits."""
     if value is None:
         raise GratingError(f"{source}: a picture carries no {what}; give {remedy}")
     if not (math.isfinite(value) and limits[0] <= value <= limits[1]):
@@ -64,11 +96,13 @@ def _quantity(source: str, what: str, value: float | None, limits: tuple[float, 
 
 
 def _grey(source: str) -> np.ndarray:
-    """(rows, cols) float64: 0 black, 1 white, NaN transparent."""
+    """The picture as (rows, cols) float64: 0 black, 1 white, NaN transparent."""
+    from PIL import Image
+
     try:
         with warnings.catch_warnings():
-            # Pillow's limit (89 million pixels, 9459 squared) is ours too; it warns there, and refuses at
-            # twice that. What else it warns of is either harmless or ends in an error.
+            # Pillow warns of pictures over 89 million pixels (9459 squared) and refuses those over twice that; here
+            # its warning is an error. Its other warnings are harmless, or an error follows.
             warnings.simplefilter("ignore")
             warnings.simplefilter("error", Image.DecompressionBombWarning)
             with Image.open(source, formats=("PNG", "TIFF", "BMP")) as picture:
@@ -88,7 +122,7 @@ def _grey(source: str) -> np.ndarray:
 
 
 def _refuse_what_is_no_grey_scale(source: str, picture: Image.Image) -> None:
-    """Look at the header only, before anything is allocated."""
+    """Raise GratingError where the header tells that the picture holds no grey; nothing is decoded yet."""
     cols, rows = picture.size
     packed = 8 if picture.info.get("compression") == "raw" else _MOST_PACKED_PIXELS
     if rows * cols > packed * Path(source).stat().st_size:
@@ -109,6 +143,7 @@ def _refuse_what_is_no_grey_scale(source: str, picture: Image.Image) -> None:
 
 
 def _refuse_odd_tiff(source: str, picture: Image.Image, bits: int) -> None:
+    """Raise GratingError where the values of a TIFF do not run from black 0 to white."""
     tags = picture.tag_v2
     if any(tag in tags for tag in _PARK_TAGS):
         raise GratingError(
@@ -124,7 +159,7 @@ def _refuse_odd_tiff(source: str, picture: Image.Image, bits: int) -> None:
 
 
 def _bits(picture: Image.Image) -> int:
-    """Bits a value in the file itself: Pillow silently drops the lower half of 16-bit colour."""
+    """Bits of a value in the file itself; Pillow hides them, and drops the lower 8 of 16-bit colour."""
     if picture.format == "PNG":
         with open(picture.filename, "rb") as file:
             return file.read(25)[24]
@@ -134,6 +169,7 @@ def _bits(picture: Image.Image) -> int:
 
 
 def _levels(source: str, picture: Image.Image) -> np.ndarray:
+    """The decoded picture, as _grey returns it. Raises GratingError where it is coloured."""
     if picture.mode == "1":
         picture = picture.convert("L")
     if picture.mode in _WHITE:

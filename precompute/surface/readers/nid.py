@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Nanosurf .nid: an INI-like header, then the channels as blocks of integers.
 
-The header ends with "#!". Its [DataSet] section names, for every group and channel, the section that
-describes a block; the blocks follow each other in that order, lines from the bottom of the scan to its top. A
-value is a fraction of the range that its section declares.
+The header ends with "#!". Its [DataSet] section lists the channels of each group, and names for every channel the
+section that describes it. After the header come the channels' data in the same order. A channel's lines run from the
+bottom of the scan to its top. An integer stands for a fraction of the range that the channel's section declares.
 """
 
 from __future__ import annotations
@@ -17,14 +17,17 @@ from ...base.failure import GratingError
 from ..height_map import HeightMap
 from .channels import Channel, choose_channel
 
-MAGIC = b"[DataSet]"
-
-
+_BEGINNING = b"[DataSet]"
 _HEADER_END = b"\n#!"
+# Bytes of the header that are read at a time: most headers are shorter.
+_HEADER_STEP = 1 << 16
 
 
 @dataclass(frozen=True)
 class _Block:
+    """What the header tells of one channel's data: `size_m` is (Ly, Lx); values run from `value_min` to
+    `value_min + value_range` in the channel's unit."""
+
     channel: Channel
     lines: int
     points: int
@@ -36,49 +39,86 @@ class _Block:
 
     @property
     def nbytes(self) -> int:
+        """Length of the data in bytes."""
         return self.lines * self.points * self.bits // 8
 
-    def values(self, data: bytes, start: int) -> np.ndarray:
-        """(lines, points) float64, top line first."""
+    def values(self, data: bytes) -> np.ndarray:
+        """The block's bytes as values (lines, points), float64 in the channel's unit, the scan's top line first."""
         kind = f"<{'i' if self.signed else 'u'}{self.bits // 8}"
-        raw = np.frombuffer(data, kind, self.lines * self.points, start).reshape(self.lines, self.points)
+        raw = np.frombuffer(data, kind, self.lines * self.points).reshape(self.lines, self.points)
         fraction = raw[::-1] / 2.0**self.bits + (0.5 if self.signed else 0.0)
         return self.value_min + self.value_range * fraction
 
 
-def read(source: str, channel: str | None) -> HeightMap:
-    """Read one channel, the forward topography unless `channel` names another."""
-    data = Path(source).read_bytes()
-    end = data.find(_HEADER_END)
+class NanosurfReader:
+    """Reader of Nanosurf files, see `Reader`."""
+
+    name = "Nanosurf"
+    extensions = (".nid",)
+    needs_size = False
+
+    def can_read(self, beginning: bytes) -> bool:
+        """As in `Reader`."""
+        return beginning.startswith(_BEGINNING)
+
+    def channels(self, source: str) -> tuple[Channel, ...]:
+        """As in `Reader`; reads the header alone."""
+        return tuple(block.channel for block in _header(source)[0])
+
+    def read(
+        self,
+        source: str,
+        *,
+        size_um: float | None = None,
+        height_nm: float | None = None,
+        channel: str | None = None,
+    ) -> HeightMap:
+        """As in `Reader`; the topography is that of the forward scan."""
+        blocks, start = _header(source)
+        declared, held = sum(block.nbytes for block in blocks), Path(source).stat().st_size - start
+        if declared > held:
+            raise GratingError(
+                f"{source}: the header declares {declared} bytes of data and {held} "
+                "are there, the file is truncated; copy it again"
+            )
+        channels = tuple(block.channel for block in blocks)
+        chosen = choose_channel(source, channels, channel)
+        block = blocks[chosen]
+        with open(source, "rb") as file:
+            file.seek(start + sum(earlier.nbytes for earlier in blocks[:chosen]))
+            data = file.read(block.nbytes)
+        return HeightMap(
+            height_m=block.values(data),
+            pixel_size_m=(block.size_m[0] / block.lines, block.size_m[1] / block.points),
+            source=source,
+            channel=block.channel.label,
+            channels=tuple(each.label for each in channels),
+        )
+
+
+NANOSURF = NanosurfReader()
+
+
+def _header(source: str) -> tuple[list[_Block], int]:
+    """The data blocks that the header declares, and the offset in bytes of the first. Raises GratingError."""
+    header, end = bytearray(), -1
+    with open(source, "rb") as file:
+        while end < 0 and (step := file.read(_HEADER_STEP)):
+            header += step
+            end = header.find(_HEADER_END, max(0, len(header) - len(step) - len(_HEADER_END)))
     if end < 0:
         raise GratingError(f"{source}: the header has no end, the file is truncated; copy it again")
-    start = end + len(_HEADER_END)
     try:
-        blocks = _blocks(_sections(data[:end].decode("utf-8", "replace")))
+        blocks = _blocks(_sections(header[:end].decode("utf-8", "replace")))
     except (KeyError, ValueError) as error:
         raise GratingError(
             f"{source}: the Nanosurf header is damaged or of an unknown kind ({error}); export the scan as .gwy"
         ) from error
-    declared = sum(block.nbytes for block in blocks)
-    if declared > len(data) - start:
-        raise GratingError(
-            f"{source}: the header declares {declared} bytes of data and {len(data) - start} "
-            "are there, the file is truncated; copy it again"
-        )
-    channels = [block.channel for block in blocks]
-    chosen = choose_channel(source, channels, channel)
-    block = blocks[chosen]
-    start += sum(earlier.nbytes for earlier in blocks[:chosen])
-    return HeightMap(
-        height_m=block.values(data, start),
-        pixel_size_m=(block.size_m[0] / block.lines, block.size_m[1] / block.points),
-        source=source,
-        channel=block.channel.label,
-        channels=tuple(each.label for each in channels),
-    )
+    return blocks, end + len(_HEADER_END)
 
 
 def _sections(header: str) -> dict[str, dict[str, str]]:
+    """The entries of each [section] of the header."""
     sections: dict[str, dict[str, str]] = {}
     entries: dict[str, str] = {}
     for line in header.splitlines():
@@ -91,7 +131,7 @@ def _sections(header: str) -> dict[str, dict[str, str]]:
 
 
 def _blocks(sections: dict[str, dict[str, str]]) -> list[_Block]:
-    """The data blocks in the order in which they lie in the file. Raises KeyError or ValueError."""
+    """The data blocks in the order of the file. Raises KeyError or ValueError where an entry is missing or wrong."""
     index = sections["DataSet"]
     names = [
         index[f"Gr{group}-Ch{channel}"]
@@ -112,7 +152,7 @@ def _block(entries: dict[str, str]) -> _Block:
     channel = Channel(
         name=entries.get("Dim2Name", "unnamed"),
         frame=entries.get("Frame", "").removeprefix("Scan "),
-        # A spectroscopy curve has heights in metres too, but over time or voltage: no surface.
+        # The values of a spectroscopy curve are in metres too, but over time or voltage: they are no surface.
         unit=entries["Dim2Unit"] + ("" if units == ("m", "m") else f" over {' and '.join(units)}"),
     )
     return _Block(

@@ -1,46 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reading a surface: one registry of file formats, by the bytes that begin a file and by its extension."""
+"""Reading a surface: the list of all readers, and all that is made from it.
+
+Detection, error messages, the filter of the import dialog and the formats that it names all come from READERS.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 from ...base.failure import GratingError
-from ..height_map import HeightMap
+from ..height_map import SAMPLE_PREFIX, HeightMap
 from ..samples.catalogue import make_sample
-from . import gwy, image, nid
+from .gwy import GWYDDION
+from .image import BMP, PNG, TIFF
+from .nid import NANOSURF
+from .reader import BEGINNING_BYTES, Reader
 
-SAMPLE_PREFIX = "sample:"
-
-
-@dataclass(frozen=True)
-class Format:
-    """A file format.
-
-    magic     beginnings of a file of this format
-    measured  the file carries its own size and units: read(source, channel);
-              else they are asked for: read(source, size_um, height_nm)
-    """
-
-    name: str
-    extensions: tuple[str, ...]
-    magic: tuple[bytes, ...]
-    measured: bool
-    read: Callable[..., HeightMap]
-
-
-FORMATS = (
-    Format("PNG", (".png",), (b"\x89PNG\r\n\x1a\n",), False, image.read),
-    Format("TIFF", (".tif", ".tiff"), (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"), False, image.read),
-    Format("BMP", (".bmp",), (b"BM",), False, image.read),
-    Format("Nanosurf", (".nid",), (nid.MAGIC,), True, nid.read),
-    Format("Gwyddion", (".gwy",), (gwy.MAGIC,), True, gwy.read),
-)
-
-
-_LONGEST_MAGIC = max(len(magic) for format_ in FORMATS for magic in format_.magic)
+READERS: tuple[Reader, ...] = (PNG, TIFF, BMP, NANOSURF, GWYDDION)
 
 
 def read_height_map(
@@ -48,41 +24,47 @@ def read_height_map(
 ) -> HeightMap:
     """Read "sample:NAME" or a file, as measured: not levelled, NaN where pixels are missing.
 
-    size_um and height_nm are what a picture cannot tell (see image.read) and are refused where a source has
-    its own; channel names one of an instrument's channels, by default the topography. Raises GratingError
-    with one line that names the source, the fault and the remedy.
+    size_um    width of a picture in micrometres; None for any other source
+    height_nm  height of white over black of a picture in nanometres; None for any other source
+    channel    one of an instrument's channels by its label or the beginning of the label, in any case; None for the
+               topography, for a picture and for a sample
+
+    Raises GratingError with one line that names the source, the fault and the remedy, also where a value is given
+    that the source does not need.
     """
     if source.startswith(SAMPLE_PREFIX):
         _refuse(source, "a sample", size_um=size_um, height_nm=height_nm, channel=channel)
         return make_sample(source.removeprefix(SAMPLE_PREFIX))
-    format_ = _format(source)
-    try:
-        if format_.measured:
-            _refuse(source, f"a {format_.name} file", size_um=size_um, height_nm=height_nm)
-            return format_.read(source, channel)
+    reader = reader_of(source)
+    if reader.needs_size:
         _refuse(source, "a picture", channel=channel)
-        return format_.read(source, size_um, height_nm)
+    else:
+        _refuse(source, f"a {reader.name} file", size_um=size_um, height_nm=height_nm)
+    try:
+        return reader.read(source, size_um=size_um, height_nm=height_nm, channel=channel)
     except OSError as error:
         raise _unreadable(source, error) from error
 
 
-def _format(source: str) -> Format:
-    """The format that the file's first bytes tell; an extension that says otherwise is an error, no hint."""
+def reader_of(source: str) -> Reader:
+    """The reader of a file, chosen by the file's first bytes.
+
+    Raises GratingError where no reader knows these bytes, where the extension is that of another format, and where the
+    file is empty, a directory or cannot be opened."""
     path = Path(source)
     if path.is_dir():
         raise GratingError(f"{source}: is a directory; name one file in it")
     try:
         with path.open("rb") as file:
-            beginning = file.read(_LONGEST_MAGIC)
+            beginning = file.read(BEGINNING_BYTES)
     except OSError as error:
         raise _unreadable(source, error) from error
     if not beginning:
         raise GratingError(f"{source}: the file is empty; copy it again")
-    held = next((each for each in FORMATS if beginning.startswith(each.magic)), None)
-    named = next((each for each in FORMATS if path.suffix.lower() in each.extensions), None)
+    held = next((reader for reader in READERS if reader.can_read(beginning)), None)
+    named = next((reader for reader in READERS if path.suffix.lower() in reader.extensions), None)
     if held is None and named is None:
-        known = ", ".join(extension for each in FORMATS for extension in each.extensions)
-        raise GratingError(f"{source}: not a format that is read here; export it as one of {known}")
+        raise GratingError(f"{source}: not a format that is read here; export it as one of {', '.join(extensions())}")
     if held is None:
         raise GratingError(
             f"{source}: named {path.suffix} but does not begin like {named.name}; "
@@ -95,8 +77,25 @@ def _format(source: str) -> Format:
     return held
 
 
+def extensions() -> tuple[str, ...]:
+    """The extensions of all formats with their dots, in the order of READERS."""
+    return tuple(extension for reader in READERS for extension in reader.extensions)
+
+
+def file_filter() -> str:
+    """The filter of a file dialog: "*.png;*.tif;...", every extension once."""
+    return ";".join(f"*{extension}" for extension in extensions())
+
+
+def described() -> str:
+    """The formats in words, files of instruments first: "Nanosurf .nid, ..., or a grey PNG, TIFF or BMP picture"."""
+    instruments = [f"{reader.name} {reader.extensions[0]}" for reader in READERS if not reader.needs_size]
+    *pictures, last = (reader.name for reader in READERS if reader.needs_size)
+    return f"{', '.join(instruments)}, or a grey {', '.join(pictures)} or {last} picture"
+
+
 def _refuse(source: str, what: str, **options: object) -> None:
-    """A value that would be ignored is an error: the user believes that it counts."""
+    """Refuse a value that would be ignored: the user believes that it counts."""
     given = ["--" + name.replace("_", "-") for name, value in options.items() if value is not None]
     if given:
         raise GratingError(f"{source}: {what} tells this by itself; leave out {' and '.join(given)}")

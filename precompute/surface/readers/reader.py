@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What every reader of a file format offers.
+
+A new format is a new module that holds a reader, and one line in the READERS of registry.py. The registry is loaded at
+Blender's start, so a reader's module imports its decoder (Pillow, gwyfile) only inside the functions that decode.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol, runtime_checkable
+
+from ..height_map import HeightMap
+from .channels import Channel
+
+# Number of bytes from the start of a file that `can_read` is given.
+BEGINNING_BYTES = 64
+
+
+@runtime_checkable
+class Reader(Protocol):
+    """A reader of one file format.
+
+    name        of the format, as messages call it: "Gwyddion"
+    extensions  in lower case with their dots, the usual one first: (".tif", ".tiff")
+    needs_size  True for pictures, which carry neither their width nor the height of white over black, and which hold
+                one map of heights; False for files of instruments, which carry both and may hold several channels
+    """
+
+    name: str
+    extensions: tuple[str, ...]
+    needs_size: bool
+
+    def can_read(self, beginning: bytes) -> bool:
+        """Whether a file that begins with these bytes (at most BEGINNING_BYTES) is of this format."""
+        ...
+
+    def channels(self, source: str) -> tuple[Channel, ...]:
+        """The channels of a file in the file's order; empty for a picture. No heights are computed.
+
+        Raises GratingError where the file is damaged, OSError where it cannot be opened."""
+        ...
+
+    def read(
+        self,
+        source: str,
+        *,
+        size_um: float | None = None,
+        height_nm: float | None = None,
+        channel: str | None = None,
+    ) -> HeightMap:
+        """Read a file as measured: not levelled, NaN where a pixel is missing.
+
+        A reader that needs sizes takes `size_um` and `height_nm` and ignores `channel`; any other reader takes
+        `channel`, None for the topography, and ignores the sizes. Raises GratingError where the file is damaged or a
+        value is missing, OSError where the file cannot be opened."""
+        ...
