@@ -3,7 +3,7 @@
 
 import bpy
 
-from ...precompute.surface.description import describe
+from ...precompute.surface.description import Description, describe
 from ...precompute.surface.readers.registry import read_height_map
 from ..scene.gratings import Grating
 
@@ -30,13 +30,13 @@ def unused_name(name: str, taken: set[str]) -> str:
     return next(c for c in candidates if c not in taken)
 
 
-def summary_of(facts: dict) -> str:
+def summary_of(facts: Description) -> str:
     """One line of what `info` found."""
-    dy, dx = facts["pixel_size_m"]
-    size = f"{facts['cols'] * dx * 1e6:.3g} x {facts['rows'] * dy * 1e6:.3g} um"
-    relief = f"relief {facts['height_range_m'] * 1e9:.0f} nm"
-    periods = facts["periods_m"]
+    dy, dx = facts.pixel_size_m
+    size = f"{facts.cols * dx * 1e6:.3g} x {facts.rows * dy * 1e6:.3g} um"
+    relief = f"relief {facts.height_range_m * 1e9:.0f} nm"
+    periods = facts.periods_m
     # round() and + 0 keep a minus off zero.
-    angle = round(facts["period_angles_deg"][0]) + 0 if periods else 0
+    angle = round(facts.period_angles_deg[0]) + 0 if periods else 0
     period = f", period {periods[0] * 1e9:.0f} nm at {angle} deg" if periods else ""
     return f"{size}, {relief}{period}"

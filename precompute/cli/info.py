@@ -15,5 +15,5 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """The `info` verb."""
-    facts = description.describe(height_map_of(arguments))
+    facts = description.describe(height_map_of(arguments)).as_dict()
     emit(facts, arguments.json, lambda: "\n".join(f"{key}: {value}" for key, value in facts.items()))

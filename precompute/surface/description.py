@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What one wants to know of a scan before baking it: size, relief, and the periods that will diffract."""
+"""What a user wants to know of a scan before baking it: its size, its relief, and the periods that will diffract."""
 
 from __future__ import annotations
+
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -10,26 +12,46 @@ from .levelling import level_plane
 from .periods import strongest_periods
 
 
-def describe(hm: HeightMap) -> dict[str, object]:
-    """The figures of a height map, ready for JSON.
+@dataclass(frozen=True)
+class Description:
+    """The facts of a height map; see `describe`.
 
-    rows, cols, pixel_size_m [dy, dx]
-    height_range_m, height_rms_m   highest minus lowest, and standard deviation, both after plane levelling
-                                   and over the measured pixels only
-    periods_m                      at most five, the strongest first; empty where nothing repeats
-    period_angles_deg              direction of each period's grating vector: from T, counterclockwise
-                                   towards B, in (-90, 90]
-    channels                       names of what else the file holds
+    rows, cols         the size in pixels
+    pixel_size_m       (dy, dx) in metres
+    height_range_m     highest minus lowest height in metres, of the measured pixels after plane levelling
+    height_rms_m       standard deviation of the same heights in metres
+    periods_m          at most five periods in metres, the strongest first; empty where nothing repeats
+    period_angles_deg  for each period the direction of its grating vector in degrees: from T, counterclockwise towards
+                       B, in (-90, 90]
+    channels           labels of all channels of the source
     """
-    level = level_plane(hm)
+
+    rows: int
+    cols: int
+    pixel_size_m: tuple[float, float]
+    height_range_m: float
+    height_rms_m: float
+    periods_m: tuple[float, ...]
+    period_angles_deg: tuple[float, ...]
+    channels: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, object]:
+        """The facts by their names, for JSON: lists in place of tuples."""
+        facts = asdict(self)
+        return {name: list(value) if isinstance(value, tuple) else value for name, value in facts.items()}
+
+
+def describe(height_map: HeightMap) -> Description:
+    """Measure a height map: its relief after plane levelling, and its strongest periods."""
+    level = level_plane(height_map)
     periods, angles = strongest_periods(level)
-    return {
-        "rows": hm.rows,
-        "cols": hm.cols,
-        "pixel_size_m": list(hm.pixel_size_m),
-        "height_range_m": float(np.nanmax(level.height_m) - np.nanmin(level.height_m)),
-        "height_rms_m": float(np.nanstd(level.height_m)),
-        "periods_m": periods,
-        "period_angles_deg": angles,
-        "channels": list(hm.channels),
-    }
+    return Description(
+        rows=height_map.rows,
+        cols=height_map.cols,
+        pixel_size_m=height_map.pixel_size_m,
+        height_range_m=float(np.nanmax(level.height_m) - np.nanmin(level.height_m)),
+        height_rms_m=float(np.nanstd(level.height_m)),
+        periods_m=tuple(periods),
+        period_angles_deg=tuple(angles),
+        channels=height_map.channels,
+    )

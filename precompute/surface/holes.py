@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Filling the pixels of a height map that were not measured."""
+"""Filling holes: pixels of a height map that were not measured."""
 
 from __future__ import annotations
 
@@ -10,27 +10,28 @@ import numpy as np
 from .height_map import HeightMap
 from .levelling import fitted_plane
 
-# Sweeps per level of the coarse-to-fine fill: each level starts from an already smooth guess, so that a few
-# sweeps only round off the steps of the coarser grid.
+# Relaxation sweeps on each level of the coarse-to-fine fill. A level starts from the smooth fill of the coarser level,
+# so a few sweeps are enough to smooth the coarser level's steps.
 _FILL_SWEEPS = 8
 
 
-def fill_missing(hm: HeightMap) -> HeightMap:
-    """Give every NaN a height: the fitted plane plus a nearly harmonic interpolation of what stands out.
+def fill_missing(height_map: HeightMap) -> HeightMap:
+    """Replace every NaN by a height: the fitted plane plus a nearly harmonic interpolation of the residual.
 
-    Measured pixels are kept to the bit, the rest carries no step at the rim of a hole and no value outside
-    the measured ones (seen from the plane), so that the phasor has no edge that the surface does not have.
+    Measured heights are kept to the bit. A filled hole has no step at its rim, and its heights above the plane lie
+    between the lowest and the highest that were measured, so the phasor gets no edge that the surface does not have.
     """
-    missing = np.isnan(hm.height_m)
+    missing = np.isnan(height_map.height_m)
     if not missing.any():
-        return hm
-    plane = sum(fitted_plane(hm.height_m))
-    filled = _fill(hm.height_m - plane) + plane
-    return replace(hm, height_m=np.where(missing, filled, hm.height_m))
+        return height_map
+    plane = sum(fitted_plane(height_map.height_m))
+    filled = _fill(height_map.height_m - plane) + plane
+    return replace(height_map, height_m=np.where(missing, filled, height_map.height_m))
 
 
 def _fill(height: np.ndarray) -> np.ndarray:
-    """Fill NaN from a half-size copy filled in the same way, then relax towards the neighbours' mean."""
+    """Fill NaN from a copy of half the size that was filled in the same way, then relax towards the mean of the
+    neighbours."""
     missing = np.isnan(height)
     if not missing.any():
         return height
@@ -47,7 +48,7 @@ def _fill(height: np.ndarray) -> np.ndarray:
 
 
 def _halve(height: np.ndarray) -> np.ndarray:
-    """Mean of the finite values in each 2 x 2 block; NaN where a block has none."""
+    """The mean of the finite values of each 2 x 2 block; NaN where all four are NaN."""
     rows, cols = height.shape
     padded = np.pad(height, ((0, rows % 2), (0, cols % 2)), constant_values=np.nan)
     blocks = padded.reshape(padded.shape[0] // 2, 2, padded.shape[1] // 2, 2)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Levelling a height map: the least-squares plane taken out."""
+"""Levelling: the least-squares plane is subtracted from a height map."""
 
 from __future__ import annotations
 
@@ -9,38 +9,37 @@ import numpy as np
 
 from .height_map import HeightMap
 
-# Singular values below this share of the largest mean that the pixels lie on a line or a point; the plane is
-# then the flattest of those that fit.
+# A singular value below this share of the largest one means that the pixels lie on a line or a point. Many planes fit
+# such pixels; the flattest of them is taken.
 _RANK_TOLERANCE = 1e-12
-
-
 _ROWS_AT_ONCE = 256
 
 
-def level_plane(hm: HeightMap) -> HeightMap:
-    """Take the least-squares plane through the finite pixels out of the heights.
+def level_plane(height_map: HeightMap) -> HeightMap:
+    """Subtract the least-squares plane through the finite heights.
 
-    The result has zero mean over its finite pixels; NaN stays NaN. Works for one row, one column and pixels
-    that lie on a line, where the plane is not unique and the flattest one is taken. Of a periodic surface
-    only the mean goes: it cannot be tilted and still wrap, and the slope that a fit finds in it is that of
-    its facets.
+    The mean of the result's finite heights is zero; NaN stays NaN. Where all pixels lie on a line (a single row, for
+    example) many planes fit, and the flattest is subtracted. From a periodic surface only the mean is subtracted: a
+    tilted surface would not wrap, so the slope that a fit would find is that of the surface's facets.
     """
-    if hm.periodic:
-        return replace(hm, height_m=hm.height_m - np.nanmean(hm.height_m))
-    offset, along_y, along_x = fitted_plane(hm.height_m)
-    level = hm.height_m - offset
+    if height_map.periodic:
+        return replace(height_map, height_m=height_map.height_m - np.nanmean(height_map.height_m))
+    offset, along_y, along_x = fitted_plane(height_map.height_m)
+    level = height_map.height_m - offset
     level -= along_y
     level -= along_x
-    return replace(hm, height_m=level)
+    return replace(height_map, height_m=level)
 
 
 def fitted_plane(height: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """The least-squares plane through the finite heights: its mean, and what its slopes add along y (rows, 1) and x
-    (cols,).
+    """The least-squares plane through the finite ones of heights (rows, cols).
 
-    Sums over rows and columns instead of a design matrix, a few rows at a time: an 8192 x 8192 scan and a copy of it
-    are half a gigabyte each. The coordinates are centred and scaled, so that the normal equations are about as well
-    conditioned as they can be.
+    Returns three terms whose sum is the plane: the mean of the finite heights, the slope's part along the rows
+    (rows, 1) and the slope's part along the columns (cols,), all in the heights' unit.
+
+    The normal equations are summed over a few rows at a time. A design matrix would take too much memory: a scan of
+    8192 x 8192 pixels alone is half a gigabyte. The coordinates are centred and scaled to keep the equations well
+    conditioned.
     """
     finite = np.isfinite(height)
     in_row, in_column = finite.sum(axis=1, dtype=float), finite.sum(axis=0, dtype=float)

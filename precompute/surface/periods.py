@@ -12,38 +12,29 @@ from .height_map import HeightMap
 from .holes import fill_missing
 
 _MOST_PERIODS = 5
-
-
-# A period is one only if it fits at least three times into the scan; what is longer is waviness.
+# A period fits at least three times into the scan; longer waves are waviness.
 _LEAST_REPEATS = 3.0
-
-
-# Two peaks nearer than the window's main lobe (4 bins wide), or than the spread of the lobes of natural
-# surfaces (a real Elaphe scan: +-15 %), are one.
+# Two peaks are one if they are nearer to each other than the main lobe of the window (4 bins wide), or than the spread
+# of a natural surface's peak (15 % to either side on a real Elaphe scan).
 _DISTINCT_BINS = 4.0
-
-
 _DISTINCT_SHARE = 0.2
-
-
-# Peaks below this share of the strongest are not told.
+# Peaks below this share of the strongest are left out.
 _FAINTEST_SHARE = 0.05
-
-
-# White noise is speckle: over 10^7 bins its highest is ln(10^7) = 16 times the mean power, 23 times the median,
-# and twice that at the corner of the band, where the weight q is highest (56 was seen). Gratings reach 10^5.
+# Peaks below this multiple of the median strength are noise. The power of white noise is exponentially distributed, so
+# its highest of 10^7 bins is ln(10^7) = 16 times the mean and 23 times the median; twice that at the corner of the
+# band, where the weight q is greatest (56 was seen). Gratings reach 10^5.
 _ABOVE_MEDIAN = 100.0
-
-
-# A wave of 1 pm is the rounding of a plane, no relief.
+# A wave of 1 pm is the rounding of a plane and no relief.
 _FAINTEST_AMPLITUDE_M = 1e-12
 
 
 @dataclass(frozen=True)
 class _Spectrum:
-    """power[row, col] of the windowed heights in square metres: a sine of amplitude a peaks at about a^2.
+    """The power spectrum of windowed heights.
 
-    Rows hold all vertical frequencies, columns the horizontal ones from 0 up, both in cycles per scan.
+    power   (ny, nx) in square metres; a sine of amplitude a has a peak of about a^2. Rows are the vertical frequencies
+            in the order of np.fft.fftfreq, columns the horizontal frequencies from 0 up, both in cycles per scan
+    size_m  (Ly, Lx), the sides of the scan in metres
     """
 
     power: np.ndarray
@@ -51,35 +42,43 @@ class _Spectrum:
 
     @property
     def ky(self) -> np.ndarray:
+        """Vertical frequency of each row (ny, 1), whole cycles per scan."""
         return np.round(np.fft.fftfreq(len(self.power)) * len(self.power))[:, None]
 
     @property
     def kx(self) -> np.ndarray:
+        """Horizontal frequency of each column (nx,), whole cycles per scan."""
         return np.arange(self.power.shape[1])
 
     def at(self, ky: int, kx: int, cols: int) -> float:
-        """The power at any pair of frequencies; that of a real surface is even, and repeats."""
+        """The power at any pair of frequencies, as the spectrum of real heights is even and repeats; `cols` is the
+        number of columns of the heights."""
         kx = (kx + cols // 2) % cols - cols // 2
         ky, kx = (ky, kx) if kx >= 0 else (-ky, -kx)
         return float(self.power[ky % len(self.power), kx])
 
 
 def strongest_periods(level: HeightMap) -> tuple[list[float], list[float]]:
+    """The strongest periods of levelled heights: at most five, the strongest first.
+
+    Returns the periods in metres, and the direction of each period's grating vector in degrees: from T,
+    counterclockwise towards B, in (-90, 90]. Both are empty where nothing repeats. Holes are filled first."""
     spectrum = _spectrum(level)
-    peaks = [_refine(spectrum, level.cols, *peak) for peak in _peaks(spectrum)]
-    # Rows run along -B.
+    peaks = [_refine(spectrum, level.cols, peak) for peak in _peaks(spectrum)]
+    # The row index runs along -B.
     waves = [(-ky / level.size_m[0], kx / level.size_m[1]) for ky, kx in peaks]
     return [1 / math.hypot(*wave) for wave in waves], [_angle_deg(*wave) for wave in waves]
 
 
 def _angle_deg(q_b: float, q_t: float) -> float:
-    """Angle of a grating vector, which has no sign: in (-90, 90]."""
+    """The angle of a grating vector (B, T) in degrees, in (-90, 90], as opposite vectors are one grating."""
     angle = math.degrees(math.atan2(q_b, q_t))
     return (angle if -90 < angle <= 90 else angle - math.copysign(180, angle)) + 0.0  # no negative zero
 
 
 def _spectrum(level: HeightMap) -> _Spectrum:
-    """Power of the heights under a Hann window: the scan's bare edges would make a cross of false periods."""
+    """The spectrum of the heights under a Hann window; without a window the scan's edges would add a cross of false
+    peaks."""
     window_y, window_x = (np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2 for n in level.height_m.shape)
     windowed = fill_missing(level).height_m * window_y[:, None] * window_x
     transform = np.fft.rfft2(windowed)
@@ -88,12 +87,11 @@ def _spectrum(level: HeightMap) -> _Spectrum:
 
 
 def _peaks(spectrum: _Spectrum) -> list[tuple[int, int]]:
-    """Bins (ky, kx) of the distinct peaks of q x power, strongest first.
+    """The bins (ky, kx) of distinct peaks, ordered by frequency times power, the strongest first.
 
-    The weight makes it the power per relative bandwidth: the power of the slow waves of natural surfaces,
-    which falls at least as 1/q^2, no longer drowns the grating, and yet a fundamental stays above its
-    harmonics, whose power falls as 1/m^2 in the worst case, that of a blazed or binary profile (slopes, q^2,
-    would level them).
+    Power alone would put the slow waves of natural surfaces first; their power falls at least as 1 / q^2. The weight q
+    puts the grating before them. It still keeps a fundamental before its harmonics, whose power falls as 1 / m^2 in
+    the worst case, a blazed or a binary profile. A weight q^2, the power of slopes, would make these all equal.
     """
     ky, kx, power = spectrum.ky, spectrum.kx, spectrum.power
     strength = np.hypot(ky / spectrum.size_m[0], kx / spectrum.size_m[1]) * power
@@ -114,15 +112,19 @@ def _peaks(spectrum: _Spectrum) -> list[tuple[int, int]]:
 
 
 def _is_summit(power: np.ndarray) -> np.ndarray:
-    """Where no neighbour is higher: the flank of the slow waves, cut off at the least repeats, is no peak."""
+    """Bins (ny, nx) none of whose four neighbours has more power.
+
+    Without this test the flank of the slow waves, which is cut off at the least number of repeats, would count as a
+    peak."""
     summit = (power >= np.roll(power, 1, axis=0)) & (power >= np.roll(power, -1, axis=0))
     summit[:, 1:] &= power[:, 1:] >= power[:, :-1]
     summit[:, :-1] &= power[:, :-1] >= power[:, 1:]
     return summit
 
 
-def _refine(spectrum: _Spectrum, cols: int, ky: int, kx: int) -> tuple[float, float]:
-    """The peak between the bins: the vertex of a parabola through three logarithms of power, per axis."""
+def _refine(spectrum: _Spectrum, cols: int, peak: tuple[int, int]) -> tuple[float, float]:
+    """The frequencies (ky, kx) of a peak between the bins, from a parabola through log power along each axis."""
+    ky, kx = peak
     centre = spectrum.at(ky, kx, cols)
     return (
         ky + _vertex(spectrum.at(ky - 1, kx, cols), centre, spectrum.at(ky + 1, kx, cols)),
@@ -131,6 +133,7 @@ def _refine(spectrum: _Spectrum, cols: int, ky: int, kx: int) -> tuple[float, fl
 
 
 def _vertex(below: float, centre: float, above: float) -> float:
+    """Offset in bins, from -0.5 to 0.5, of the top of the parabola through the logarithms of three powers."""
     tiny = 1e-12 * centre
     a, b, c = (math.log(value + tiny) for value in (below, centre, above))
     bend = a - 2 * b + c

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A height map made ready for the Fourier transform: levelled, filled, fine enough, apodised."""
+"""The relief: a height map made ready for the Fourier transform (levelled, holes filled, pixels refined, apodised)."""
 
 from dataclasses import dataclass
 
@@ -10,17 +10,22 @@ from .height_map import HeightMap
 from .holes import fill_missing
 from .levelling import level_plane
 
-# |u| reaches 2 at grazing light and view, so q reaches 2 / lambda_min: pixels over lambda_min / 4 alias.
+# |u| reaches 2 where light and view both graze, so |q| reaches 2 / lambda_min. Larger pixels than this would alias.
 PIXEL_MAX_M = WAVELENGTH_MIN_M / 4
-
-
+# Share of the scan's side over which the apodisation window rises at each end.
 _APODISED_FRACTION = 0.125
 
 
 @dataclass(frozen=True)
 class Relief:
-    """Heights (rows, cols) in metres with row index along +B and column index along +T, zero mean under the
-    apodisation's square; the apodisation g as its two factors (rows,), (cols,); pixel_size_m (dy, dx)."""
+    """Heights ready for the Fourier transform.
+
+    height_m          (rows, cols) in metres; the row index runs along +B (a HeightMap's along -B), the column index
+                      along +T; the mean weighted by the apodisation's square is zero
+    apodisation_axes  the factors (rows,) and (cols,) of the apodisation window g
+    pixel_size_m      (dy, dx) in metres
+    periodic          whether the edges wrap exactly
+    """
 
     height_m: np.ndarray
     apodisation_axes: tuple[np.ndarray, np.ndarray]
@@ -29,29 +34,33 @@ class Relief:
 
     @property
     def apodisation(self) -> np.ndarray:
-        """g (rows, cols)."""
+        """The apodisation window g (rows, cols), from 0 to 1."""
         return np.outer(*self.apodisation_axes)
 
     @property
     def size_m(self) -> tuple[float, float]:
+        """(Ly, Lx): the sides in metres, from pixel edge to pixel edge."""
         rows, cols = self.height_m.shape
         return rows * self.pixel_size_m[0], cols * self.pixel_size_m[1]
 
     @property
     def height_range_m(self) -> float:
+        """Highest minus lowest height in metres."""
         return float(np.ptp(self.height_m))
 
 
 def prepare(height_map: HeightMap) -> Relief:
-    """Relief of a height map: plane removed (a synthetic surface whose edges wrap has none), holes filled, pixels
-    refined until nothing aliases, edges apodised unless they wrap."""
+    """Make a relief of a height map.
+
+    The plane is subtracted, holes are filled, and pixels are refined until they are no larger than PIXEL_MAX_M. Edges
+    are apodised. A periodic surface keeps its slopes and edges: it has no tilt, and its edges wrap."""
     levelled = height_map if height_map.periodic else level_plane(height_map)
     height = fill_missing(levelled).height_m[::-1]
     pixel_size = height_map.pixel_size_m
     for axis in (0, 1):
         factor = int(np.ceil(pixel_size[axis] / PIXEL_MAX_M - 1e-9))
         if factor > 1 and height.shape[axis] > 1:
-            height = _upsample(height, factor, axis, height_map.periodic)
+            height = _upsample(height, factor, axis, periodic=height_map.periodic)
     size_m = tuple(n * d for n, d in zip(height_map.height_m.shape, pixel_size, strict=True))
     pixel_size = tuple(length / n for length, n in zip(size_m, height.shape, strict=True))
     apodisation_axes = tuple(np.ones(n) if height_map.periodic else _tukey_window(n) for n in height.shape)
@@ -61,8 +70,10 @@ def prepare(height_map: HeightMap) -> Relief:
 
 
 def _tukey_window(count: int) -> np.ndarray:
-    """Tukey window: a cosine rise over an eighth of the scan at each end. A raw edge would add a false cross to the
-    spectrum, several times the signal; a single row or column has no edges to apodisation."""
+    """The Tukey window (count,): it rises as a cosine over an eighth of the scan at each end, and is 1 between.
+
+    An edge without a window adds a false cross to the spectrum, several times as strong as the signal. A single row or
+    column has no edges, and its window is 1."""
     if count == 1:
         return np.ones(1)
     x = (np.arange(count) + 0.5) / count
@@ -70,8 +81,10 @@ def _tukey_window(count: int) -> np.ndarray:
     return 0.5 - 0.5 * np.cos(np.pi * edge)
 
 
-def _upsample(height: np.ndarray, factor: int, axis: int, periodic: bool) -> np.ndarray:
-    """Band-limited interpolation by zero padding the spectrum; a scan that does not wrap is mirrored first, so that
+def _upsample(height: np.ndarray, factor: int, axis: int, *, periodic: bool) -> np.ndarray:
+    """Heights with `factor` times as many pixels along an axis, by zero padding the spectrum.
+
+    Exact for band-limited heights that wrap. A scan that does not wrap is first joined to its mirror image, so that
     its edges meet."""
     h = np.moveaxis(height, axis, -1)
     count = h.shape[-1]
@@ -81,7 +94,7 @@ def _upsample(height: np.ndarray, factor: int, axis: int, periodic: bool) -> np.
     spectrum = np.fft.rfft(h, axis=-1)
     if n % 2 == 0:
         spectrum[..., -1] *= 0.5
-    # The new samples are cell centred as the old ones: a shift by half the difference of the two pixels.
+    # Old and new samples lie at the centres of their pixels, so the first ones differ by half the difference in size.
     shift = 0.5 / factor - 0.5
     spectrum = spectrum * np.exp(2j * np.pi * np.arange(spectrum.shape[-1]) * shift / n)
     fine = np.fft.irfft(spectrum, n * factor, axis=-1) * factor

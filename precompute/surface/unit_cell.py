@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What repeats in a relief: its exact unit cell, or the strongest period of an irregular one."""
+"""The part of a relief that repeats: the exact unit cell, or the strongest period where no cell repeats exactly."""
 
 from dataclasses import replace
 
@@ -10,13 +10,14 @@ from .description import describe
 from .height_map import HeightMap
 from .relief import Relief
 
-# Share of the relief by which copies of a cell may differ: the rounding of levelling and refining.
+# Copies of a cell may differ by this share of the relief's range: levelling and refining round the heights.
 _ALIKE = 1e-6
 
 
 def unit_cell(relief: Relief) -> Relief:
-    """The smallest piece that tiles a periodic relief exactly, at least as long along B as it is along T; the relief
-    itself where nothing smaller does."""
+    """The smallest cell whose copies make up a periodic relief exactly; the relief itself where there is none.
+
+    Along B the cell has at least as many rows as it has columns, or all rows of the relief."""
     if not relief.periodic:
         return relief
     cols = _repeat(relief.height_m, 1, 1)
@@ -26,6 +27,7 @@ def unit_cell(relief: Relief) -> Relief:
 
 
 def _repeat(height: np.ndarray, axis: int, least: int) -> int:
+    """The shortest length in pixels, `least` or longer, after which the heights repeat along an axis."""
     count = height.shape[axis]
     allowed = _ALIKE * max(np.ptp(height), 1e-12)
     for length in range(least, count // 2 + 1):
@@ -35,16 +37,17 @@ def _repeat(height: np.ndarray, axis: int, least: int) -> int:
 
 
 def grating_period(relief: Relief, period_m: float | None = None) -> float:
-    """The asked period in metres, else the unit cell's along T, else the strongest of the relief.
+    """The period of a relief in metres.
 
-    Raises GratingError where nothing repeats."""
+    It is `period_m` where that is given, else the length of the unit cell along T where there is one, else the
+    strongest period in the relief's spectrum. Raises GratingError where there is none of them."""
     if period_m is not None:
         return period_m
     cell = unit_cell(relief)
     if 1 < cell.height_m.shape[1] < relief.height_m.shape[1]:
         return cell.size_m[1]
     heights = HeightMap(relief.height_m[::-1], relief.pixel_size_m, "relief", periodic=relief.periodic)
-    periods = describe(heights)["periods_m"]
+    periods = describe(heights).periods_m
     if not periods:
         raise GratingError("the relief has no period; give --period-nm")
     return periods[0]

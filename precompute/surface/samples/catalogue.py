@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Synthetic surfaces, usable as "sample:NAME" wherever a file is: exact, seeded, and wrapping at the edges.
+"""The list of synthetic surfaces, which "sample:NAME" names wherever a file can be named.
 
-All are HeightMap with periodic=True and a whole number of periods along each axis. Heights vary along the
-columns (the tangent T) unless a surface says otherwise, so that T is the direction of the grating vector.
+Each is a HeightMap with periodic=True and a whole number of periods along each axis, and is the same at every call.
+Heights vary along the tangent T, which is the direction of the grating vector, unless a surface's own text says
+otherwise.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ...base.failure import GratingError
-from ..height_map import HeightMap
+from ..height_map import SAMPLE_PREFIX, HeightMap
 from .discs import bluray, cd, dvd
 from .gratings import binary, blazed, flat, sinusoidal
 from .skins import elaphe, xenopeltis
@@ -21,7 +22,7 @@ SAMPLES: dict[str, Callable[[], HeightMap]] = {
 
 
 def make_sample(name: str) -> HeightMap:
-    """The surface of that name, always the same one. Raises GratingError where there is none."""
+    """The surface of a name in SAMPLES. Raises GratingError where there is none of that name."""
     if name not in SAMPLES:
-        raise GratingError(f"sample:{name}: there is no such sample; choose one of {', '.join(SAMPLES)}")
+        raise GratingError(f"{SAMPLE_PREFIX}{name}: there is no such sample; choose one of {', '.join(SAMPLES)}")
     return SAMPLES[name]()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Optical discs: pits of random lengths in straight tracks."""
+"""Optical discs: pits of random lengths in straight tracks along B."""
 
 from __future__ import annotations
 
@@ -67,52 +67,56 @@ def bluray() -> HeightMap:
 
 @dataclass(frozen=True)
 class _Disc:
+    """The sizes of a disc; width_m and depth_m are those of a pit."""
+
     seed: int
-    pitch_m: float
+    pitch_m: float  # from track to track
     tracks: int
     samples_per_pitch: int
     width_m: float
     depth_m: float
     channel_bit_m: float
-    runs: tuple[int, int]  # shortest and longest pit or land, in channel bits
-    edge_m: float  # from the land to the floor of a pit
+    runs: tuple[int, int]  # the shortest and the longest pit or land, in channel bits
+    edge_m: float  # width of the slope from the land to the floor of a pit
 
 
 def _disc(name: str, disc: _Disc) -> HeightMap:
-    """Pits below a land of height 0, on a square of a whole number of tracks."""
+    """The disc as a square of a whole number of tracks; the land has the height 0, the pits lie below."""
     rng = np.random.default_rng(disc.seed)
     pixel_m = disc.pitch_m / disc.samples_per_pitch
     side_m = disc.tracks * disc.pitch_m
     position = np.arange(disc.tracks * disc.samples_per_pitch) * pixel_m
     groove = np.array([[-disc.width_m / 2, disc.width_m / 2]])
-    across = _trapezoid(position, groove, disc.edge_m, disc.pitch_m)
+    across = _trapezoid(position, groove, edge=disc.edge_m, period=disc.pitch_m)
     along = np.stack(
-        [_trapezoid(position, _pits(rng, disc, side_m), disc.edge_m, side_m) for _ in range(disc.tracks)], axis=1
+        [_trapezoid(position, _pits(rng, disc, side_m), edge=disc.edge_m, period=side_m) for _ in range(disc.tracks)],
+        axis=1,
     )
-    # A track's pixels are those nearest to its middle.
+    # The track whose middle is nearest to each column of pixels.
     track = np.round(position / disc.pitch_m).astype(int) % disc.tracks
     return wrapping_surface(name, -disc.depth_m * along[:, track] * across, pixel_m)
 
 
 def _pits(rng: np.random.Generator, disc: _Disc, length_m: float) -> np.ndarray:
-    """(n, 2) begin and end of each pit along a track that closes on itself after length_m."""
+    """Begin and end (n, 2) in metres of each pit along a track that closes on itself after length_m."""
     bits = round(length_m / disc.channel_bit_m)
     shortest, longest = disc.runs
     lengths = np.arange(shortest, longest + 1)
-    # Eight-to-fourteen modulation makes short runs the likelier ones, by about this ratio a channel bit.
+    # In eight-to-fourteen modulation a run is about 0.7 times as likely as one that is a channel bit shorter.
     chance = 0.7**lengths
     runs: list[int] = []
     while (left := bits - sum(runs)) > 2 * longest:
         runs.append(int(rng.choice(lengths, p=chance / chance.sum())))
-    # Pits and lands alternate round the ring, so that there must be an even number of them: two or three more.
+    # Pits and lands alternate round the ring, so their number must be even: the rest is split in two or three.
     parts = 2 + len(runs) % 2
     runs += [(left + part) // parts for part in range(parts)]
     edges = np.concatenate([[0], np.cumsum(runs)[:-1]]) + rng.integers(bits)
     return edges.reshape(-1, 2) * (length_m / bits)
 
 
-def _trapezoid(position: np.ndarray, spans: np.ndarray, edge: float, period: float) -> np.ndarray:
-    """1 within the spans and 0 outside, with linear edges centred on their ends, repeated with the period."""
+def _trapezoid(position: np.ndarray, spans: np.ndarray, *, edge: float, period: float) -> np.ndarray:
+    """A periodic profile at positions (n,): 1 within the spans (m, 2), 0 outside, with linear edges of width `edge`
+    centred on the ends of the spans."""
     corners = np.stack(
         [spans[:, 0] - edge / 2, spans[:, 0] + edge / 2, spans[:, 1] - edge / 2, spans[:, 1] + edge / 2], axis=1
     )

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Line gratings of exact profiles, and the mirror.
+"""Line gratings with exact profiles, and the flat mirror.
 
-Heights vary along the columns (the tangent T), so that T is the direction of the grating vector.
+Heights vary along the tangent T, which is the direction of the grating vector.
 """
 
 from __future__ import annotations
@@ -12,11 +12,7 @@ from ..height_map import HeightMap
 from .wrapping import wrapping_surface
 
 _SAMPLES_PER_PERIOD = 32
-
-
 _PERIODS = 26
-
-
 _PERIOD_M = 2.5e-6
 
 
@@ -33,9 +29,9 @@ def sinusoidal(
     samples_per_period: int = _SAMPLES_PER_PERIOD,
     rows: int = _PERIODS * _SAMPLES_PER_PERIOD,
 ) -> HeightMap:
-    """h = depth/2 sin(2 pi x / period), depth from trough to crest."""
+    """A sinusoid, h = depth / 2 sin(2 pi x / period); the depth is from trough to crest."""
     phase = np.arange(samples_per_period) / samples_per_period
-    return _grating("sinusoidal", depth_m / 2 * np.sin(2 * np.pi * phase), period_m, periods, rows)
+    return _grating("sinusoidal", depth_m / 2 * np.sin(2 * np.pi * phase), period_m, periods=periods, rows=rows)
 
 
 def binary(
@@ -47,9 +43,9 @@ def binary(
     samples_per_period: int = _SAMPLES_PER_PERIOD,
     rows: int = _PERIODS * _SAMPLES_PER_PERIOD,
 ) -> HeightMap:
-    """Ridges of height depth over a floor of 0; duty is the ridges' share, rounded to whole samples."""
+    """Ridges of height `depth_m` on a floor of 0; `duty` is the ridges' share of a period, rounded to whole samples."""
     ridge = np.arange(samples_per_period) < round(duty * samples_per_period)
-    return _grating("binary", np.where(ridge, depth_m, 0.0), period_m, periods, rows)
+    return _grating("binary", np.where(ridge, depth_m, 0.0), period_m, periods=periods, rows=rows)
 
 
 def blazed(
@@ -60,15 +56,16 @@ def blazed(
     samples_per_period: int = _SAMPLES_PER_PERIOD,
     rows: int = _PERIODS * _SAMPLES_PER_PERIOD,
 ) -> HeightMap:
-    """Facets that rise along +T with the slope depth/period, and drop between two samples.
+    """Facets that rise along +T with the slope depth / period; the drop lies between two samples.
 
-    The samples of a facet are j depth / samples_per_period, so that their own range is one step less than depth.
+    The heights of a facet are j depth / samples_per_period for j = 0 to samples_per_period - 1, so their range is one
+    step less than the depth.
     """
     ramp = depth_m * np.arange(samples_per_period) / samples_per_period
-    return _grating("blazed", ramp, period_m, periods, rows)
+    return _grating("blazed", ramp, period_m, periods=periods, rows=rows)
 
 
-def _grating(name: str, profile_m: np.ndarray, period_m: float, periods: int, rows: int) -> HeightMap:
-    """One period's profile, repeated along the columns, the same in every row."""
+def _grating(name: str, profile_m: np.ndarray, period_m: float, *, periods: int, rows: int) -> HeightMap:
+    """The grating of one period's profile (samples,): `periods` copies along T, the same in every row."""
     height = np.broadcast_to(np.tile(profile_m, periods), (rows, periods * len(profile_m)))
     return wrapping_surface(name, height.copy(), period_m / len(profile_m))

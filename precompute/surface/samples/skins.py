@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Surfaces like the shed skins of two snakes: rows of fingers on an uneven ground."""
+"""Surfaces like the shed skins of two snakes: rows of small fingers on uneven ground."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from .wrapping import wrapping_surface
 def elaphe() -> HeightMap:
     """Like the shed skin of Elaphe guttata: rows of long fingers 1144 nm apart along T, 375 nm from peak to peak.
 
-    Not a copy of a scan: the irregularities are drawn at random, to the measured strength of a real one (about
-    25 nm rms in the first order, fingers 3.1 um long, slow waves of 20 nm rms, some grains of dust).
+    It is not a copy of a scan. Its irregularities are random and as strong as those measured on a real skin: about
+    25 nm rms in the first order, fingers 3.1 um long, slow waves of 20 nm rms, and some grains of dust.
     """
     return _skin(
         "elaphe",
@@ -42,8 +42,8 @@ def elaphe() -> HeightMap:
 def xenopeltis() -> HeightMap:
     """Like the shed skin of Xenopeltis unicolor: short, dense fingers in straight rows 1552 nm apart.
 
-    The strong period lies along the fingers, across the rows, so its grating vector points along B; 818.69 nm
-    from peak to peak.
+    The strong period is that of the rows, so its grating vector points along B, the direction of the fingers. The
+    relief is 818.69 nm from peak to peak.
     """
     return _skin(
         "xenopeltis",
@@ -69,28 +69,30 @@ def xenopeltis() -> HeightMap:
 
 @dataclass(frozen=True)
 class _Skin:
+    """The sizes of a skin; a pitch is the mean distance of two fingers of a row, or of two rows."""
+
     seed: int
     side_m: float
-    fingers: tuple[int, int]  # rows of fingers, fingers in a row
-    relief_m: float  # of the whole, from peak to peak
+    fingers: tuple[int, int]  # number of rows, number of fingers in a row
+    relief_m: float  # of the whole surface, from peak to peak
     finger_m: float  # height of a finger's ridge over the floor beside its tip
     rise_m: float  # of the ridge from tip to base
     floor_m: float  # rise of the floor from tip to base
-    tip_width: float  # half widths of a finger, in pitches
-    base_width: float
-    stagger: float  # rms shift of a finger's ends against its neighbours', in rows
-    drift: tuple[float, float]  # rms wander of the row lines and of the fingers' axes, in pitches
-    uneven: float  # rms of the fingers' heights, as a fraction
-    waves_m: tuple[float, float]  # rms of the long and of the shorter waves under it all
-    grains: int  # of dust
-    grain_m: float
+    tip_width: float  # half width of a finger at its tip, in pitches
+    base_width: float  # half width of a finger at its base, in pitches
+    stagger: float  # rms shift of a finger's ends against those of its neighbours, in pitches
+    drift: tuple[float, float]  # rms deviation of the rows and of the fingers from straight lines, in pitches
+    uneven: float  # rms of the fingers' relative heights about 1
+    waves_m: tuple[float, float]  # rms of the long and of the short waves of the ground
+    grains: int  # number of grains of dust
+    grain_m: float  # height of the highest grain
 
 
 def _skin(name: str, skin: _Skin) -> HeightMap:
-    """Rows of fingers that point to the top of the scan, on an uneven ground; 800 pixels a side.
+    """Rows of fingers that point to the top of the scan, on uneven ground; 800 x 800 pixels.
 
-    A finger starts as a narrow tip on the base of the row above it and widens until it meets its neighbours;
-    the floor beside it rises or sinks meanwhile, and both end in a step at the next row's line.
+    A finger starts as a narrow tip at the base of the row above it, and widens towards its own base until it meets its
+    neighbours. The floor beside it rises or sinks on the way. Both end in a step where the next row begins.
     """
     rng = np.random.default_rng(skin.seed)
     shape = (800, 800)
@@ -112,14 +114,14 @@ def _skin(name: str, skin: _Skin) -> HeightMap:
         _blur(ridge + floor, 0.6)
         + skin.waves_m[0] * _noise(rng, shape, (0.14, 0.14))
         + skin.waves_m[1] * _noise(rng, shape, (0.04, 0.03))
-        + _dust(rng, shape, skin.grains, skin.grain_m)
+        + _dust(rng, shape, count=skin.grains, height_m=skin.grain_m)
     )
     relief -= relief.min()
     return wrapping_surface(name, relief * (skin.relief_m / relief.max()), skin.side_m / shape[1])
 
 
 def _noise(rng: np.random.Generator, shape: tuple[int, int], correlation: tuple[float, float]) -> np.ndarray:
-    """Periodic noise of mean 0 and rms 1, smooth over the given fractions of the sides (rows, cols)."""
+    """Periodic noise of mean 0 and rms 1, blurred by the given fractions of the sides (rows, cols)."""
     sigma = correlation[0] * shape[0], correlation[1] * shape[1]
     noise = _blur(rng.standard_normal(shape), sigma)
     noise -= noise.mean()
@@ -134,8 +136,8 @@ def _blur(values: np.ndarray, sigma: float | tuple[float, float]) -> np.ndarray:
     return np.fft.irfft2(np.fft.rfft2(values) * y[:, None] * x, s=values.shape)
 
 
-def _dust(rng: np.random.Generator, shape: tuple[int, int], count: int, height_m: float) -> np.ndarray:
-    """Round grains a few pixels wide, the highest of height_m."""
+def _dust(rng: np.random.Generator, shape: tuple[int, int], *, count: int, height_m: float) -> np.ndarray:
+    """Round grains a few pixels wide at random places; the highest has the height height_m."""
     dust = np.zeros(shape)
     if count:
         places = rng.integers(shape[0], size=count), rng.integers(shape[1], size=count)

@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..height_map import HeightMap
+from ..height_map import SAMPLE_PREFIX, HeightMap
 
 
 def wrapping_surface(name: str, height_m: np.ndarray, pixel_m: float) -> HeightMap:
-    return HeightMap(height_m, (pixel_m, pixel_m), f"sample:{name}", periodic=True)
+    """The periodic height map sample:NAME of heights (rows, cols) in metres, with square pixels of pixel_m metres."""
+    return HeightMap(height_m, (pixel_m, pixel_m), f"{SAMPLE_PREFIX}{name}", periodic=True)

@@ -164,15 +164,15 @@ def test_the_strongest_period_is_the_one_told(name, period, angle):
     hm = make_sample(name)
     figures = describe(hm)
     repeats = hm.size_m[1] / period
-    assert figures["periods_m"][0] == pytest.approx(period, rel=0.5 / repeats)
-    turned = (figures["period_angles_deg"][0] - angle + 90) % 180 - 90
+    assert figures.periods_m[0] == pytest.approx(period, rel=0.5 / repeats)
+    turned = (figures.period_angles_deg[0] - angle + 90) % 180 - 90
     assert abs(turned) <= np.degrees(0.5 / repeats)
 
 
 def test_flat_has_no_period_and_no_relief():
     figures = describe(make_sample("flat"))
-    assert figures["periods_m"] == []
-    assert figures["height_range_m"] == figures["height_rms_m"] == 0
+    assert figures.periods_m == ()
+    assert figures.height_range_m == figures.height_rms_m == 0
 
 
 def test_an_unknown_sample_lists_those_there_are():
