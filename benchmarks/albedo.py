@@ -38,7 +38,7 @@ class Surface:
 def surface_of(relief: Relief, sigma_b: float) -> Surface:
     """The spectrum at every bin that a direction can reach."""
     grid = reference_grid(relief, sigma_b)
-    return Surface(spectrum_series(relief, grid, 2 / WAVELENGTH_MIN_M, 1e-6), sigma_b)
+    return Surface(spectrum_series(relief, grid, 2 / WAVELENGTH_MIN_M, tolerance=1e-6), sigma_b)
 
 
 def no_limit(directions: np.ndarray) -> np.ndarray:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The CIE 1931 observer under an illuminant: from spectra to XYZ.
+"""From spectra to XYZ: the CIE 1931 2 degree observer under an illuminant (docs/theory.md, Colour).
 
-A flat mirror under the chosen illuminant is exactly white: the weights of every channel are normalised so that
-their Y sums to 1. Tables: CIE 1931 2 degree observer, D65 (see the head of cie_1931_d65_1nm.csv).
+The colour of a flat mirror is the illuminant's white, scaled to Y = 1. The tables of the observer and of D65 are in
+cie_1931_d65_1nm.csv, whose head tells where they are from.
 """
 
 from functools import cache
@@ -11,22 +11,22 @@ from pathlib import Path
 import numpy as np
 
 WAVELENGTH_MIN_M = 380e-9
-
-
 WAVELENGTH_MAX_M = 780e-9
-
-
+# The greatest s = w / lambda: light and view along the normal, at the shortest wavelength.
+S_MAX = 2 / WAVELENGTH_MIN_M
 ILLUMINANTS = ("D65", "E")
 
 
 @cache
 def _cie_table() -> np.ndarray:
+    """Rows of wavelength in nanometres, x, y and z of the observer, and D65's power; (401, 5)."""
     return np.loadtxt(Path(__file__).with_name("cie_1931_d65_1nm.csv"), delimiter=",")
 
 
 def observer(wavelengths_m: np.ndarray, illuminant: str = "D65") -> np.ndarray:
-    """Colour matching functions times the illuminant's power at wavelengths (n,) in metres; (n, 3), zero outside
-    380 to 780 nm, scaled so that the integral of the Y column over wavelength in metres is 1."""
+    """Colour matching functions times the illuminant's power (n, 3), at wavelengths (n,) in metres.
+
+    Zero outside of 380 to 780 nm. Scaled so that the integral of the Y column over wavelength in metres is 1."""
     table = _cie_table()
     power = table[:, 4] if illuminant == "D65" else np.ones(len(table))
     weighted = table[:, 1:4] * power[:, None]
@@ -36,10 +36,10 @@ def observer(wavelengths_m: np.ndarray, illuminant: str = "D65") -> np.ndarray:
 
 
 def spectral_weights(wavelengths_m: np.ndarray, illuminant: str = "D65") -> np.ndarray:
-    """Weights (n, 3) with which a spectrum sampled at ascending wavelengths (n,) sums to XYZ (trapezoid rule).
+    """Weights (n, 3): the sum over n of weights times a spectrum is the spectrum's XYZ, by the trapezoid rule.
 
-    Each channel is scaled so that a constant spectrum of 1 sums to the illuminant's white exactly, whatever the
-    step: a flat mirror is white at any resolution."""
+    The spectrum is sampled at ascending wavelengths (n,) in metres. Each channel is scaled so that a constant spectrum
+    of 1 gives the illuminant's white exactly; so a flat mirror is white at any step."""
     weights = observer(wavelengths_m, illuminant) * _trapezoid_weights(wavelengths_m)[:, None]
     return weights * (white_xyz(illuminant) / weights.sum(axis=0))
 
@@ -51,11 +51,12 @@ def _white(illuminant: str) -> tuple[float, ...]:
 
 
 def white_xyz(illuminant: str = "D65") -> np.ndarray:
-    """XYZ (3,) of the illuminant seen in a perfect mirror, Y = 1."""
+    """The XYZ (3,) of the illuminant as a perfect mirror shows it, scaled to Y = 1."""
     return np.array(_white(illuminant))
 
 
 def _trapezoid_weights(x: np.ndarray) -> np.ndarray:
+    """Weights (n,) of the trapezoid rule for ascending points (n,); 1 for a single point."""
     x = np.asarray(x, dtype=float)
     if len(x) == 1:
         return np.ones(1)
@@ -63,11 +64,7 @@ def _trapezoid_weights(x: np.ndarray) -> np.ndarray:
     return 0.5 * (np.concatenate([[0], steps]) + np.concatenate([steps, [0]]))
 
 
-# The largest s = w / lambda of any scene: light and view along the normal, at the shortest wavelength.
-S_MAX = 2 / WAVELENGTH_MIN_M
-
-
 def wavelengths(step_m: float = 1e-9) -> np.ndarray:
-    """380 to 780 nm in steps of at most step_m, metres, ends included."""
+    """Wavelengths (n,) in metres from 380 to 780 nm, both included, in equal steps of at most `step_m`."""
     count = int(np.ceil((WAVELENGTH_MAX_M - WAVELENGTH_MIN_M) / step_m - 1e-6))
     return np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, count + 1)

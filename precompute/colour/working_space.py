@@ -5,20 +5,14 @@ import numpy as np
 
 from .observer import white_xyz
 
-# xy chromaticities of the primaries and the white, ITU-R BT.709, BT.2020 and SMPTE ST 2065 / AP1.
+# The xy chromaticities of each space's primaries and white, from ITU-R BT.709, BT.2020 and SMPTE ST 2065 (AP1).
 _D65_XY = (0.3127, 0.3290)
-
-
 _ACES_XY = (0.32168, 0.33767)
-
-
 RGB_SPACES = {
     "Rec.709": (((0.64, 0.33), (0.30, 0.60), (0.15, 0.06)), _D65_XY),
     "Rec.2020": (((0.708, 0.292), (0.170, 0.797), (0.131, 0.046)), _D65_XY),
     "ACEScg": (((0.713, 0.293), (0.165, 0.830), (0.128, 0.044)), _ACES_XY),
 }
-
-
 _BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
 
 
@@ -28,9 +22,10 @@ def _xyz_of_xy(xy: tuple[float, float]) -> np.ndarray:
 
 
 def rgb_from_xyz(space: str = "Rec.709", illuminant: str = "D65") -> np.ndarray:
-    """Matrix (3, 3) from XYZ under the illuminant to the space's linear RGB; a perfect mirror becomes (1, 1, 1).
+    """The matrix (3, 3) from XYZ under an illuminant to linear RGB of a space in RGB_SPACES.
 
-    The illuminant's white is moved to the space's own white by the Bradford transform (Lindbloom)."""
+    A perfect mirror becomes (1, 1, 1): the illuminant's white is adapted to the white of the space by the Bradford
+    transform (Lindbloom)."""
     primaries_xy, white_xy = RGB_SPACES[space]
     space_white = _xyz_of_xy(white_xy)
     primaries = np.stack([_xyz_of_xy(xy) for xy in primaries_xy], axis=1)
@@ -41,6 +36,6 @@ def rgb_from_xyz(space: str = "Rec.709", illuminant: str = "D65") -> np.ndarray:
 
 
 def srgb_encode(linear: np.ndarray) -> np.ndarray:
-    """Linear Rec.709 to sRGB code values in 0..1 (IEC 61966-2-1), clipped to the displayable range."""
+    """Encode linear Rec.709 (...,) as sRGB code values (...,) from 0 to 1, clipped to that range (IEC 61966-2-1)."""
     x = np.clip(linear, 0, 1)
     return np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)

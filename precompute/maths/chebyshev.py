@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Chebyshev nodes, interpolation and the Jacobi-Anger bound that says how many terms a phase needs."""
+"""Chebyshev nodes and interpolation, and how many terms the phase exp(i z t) needs (docs/theory.md, Expansions)."""
 
 from collections.abc import Iterator
 
@@ -7,18 +7,18 @@ import numpy as np
 
 
 def nodes(count: int, lower: float, upper: float) -> np.ndarray:
-    """Chebyshev nodes of the first kind (count,) on [lower, upper], ascending."""
+    """The Chebyshev nodes of the first kind (count,) on [lower, upper], in ascending order."""
     t = -np.cos(np.pi * (np.arange(count) + 0.5) / count)
     return 0.5 * (lower + upper) + 0.5 * (upper - lower) * t
 
 
 def polynomials(t: np.ndarray, count: int) -> np.ndarray:
-    """T_0 .. T_{count-1} at t in [-1, 1]; (..., count)."""
+    """The polynomials T_0 to T_{count-1} at t (...,) in [-1, 1]; returns (..., count)."""
     return np.cos(np.arange(count) * np.arccos(np.clip(t, -1, 1))[..., None])
 
 
 def recurrence(t: np.ndarray) -> Iterator[np.ndarray]:
-    """T_0, T_1, ... at t (...,), one after the other, in t's own precision: T_{n+1} = 2 t T_n - T_{n-1}."""
+    """T_0, T_1, ... at t (...,) without end, each (...,) in the precision of t: T_{n+1} = 2 t T_n - T_{n-1}."""
     before, now = t, np.ones_like(t)
     while True:
         yield now
@@ -26,21 +26,23 @@ def recurrence(t: np.ndarray) -> Iterator[np.ndarray]:
 
 
 def coefficients_from_nodes(count: int) -> np.ndarray:
-    """Matrix (count, count) that takes values at `nodes(count, ...)` to Chebyshev coefficients (a cosine transform)."""
+    """The matrix (count, count) from values at `nodes(count, ...)` to Chebyshev coefficients: a cosine transform."""
     t = nodes(count, -1, 1)
     matrix = (2 / count) * polynomials(t, count).T
     matrix[0] *= 0.5
     return matrix
 
 
-def interpolation_matrix(x: np.ndarray, count: int, lower: float, upper: float) -> np.ndarray:
-    """Matrix (..., count) that takes values at `nodes(count, lower, upper)` to the interpolant at x (...,)."""
+def interpolation_matrix(x: np.ndarray, count: int, *, lower: float, upper: float) -> np.ndarray:
+    """The matrix (..., count) from values at `nodes(count, lower, upper)` to their interpolant at x (...,)."""
     t = (2 * np.asarray(x, float) - lower - upper) / (upper - lower)
     return polynomials(t, count) @ coefficients_from_nodes(count)
 
 
 def bessel_j(z: float, count: int) -> np.ndarray:
-    """J_0(z) .. J_{count-1}(z), z >= 0, by Miller's downward recurrence (Abramowitz and Stegun 9.12, example 1)."""
+    """The Bessel functions J_0(z) to J_{count-1}(z) (count,) of z >= 0.
+
+    By Miller's downward recurrence (Abramowitz and Stegun 9.12, example 1)."""
     if z == 0:
         return np.eye(1, count)[0]
     start = int(max(count, z) + 30 + 6 * max(count, z) ** (1 / 3))
@@ -54,10 +56,11 @@ def bessel_j(z: float, count: int) -> np.ndarray:
 
 
 def jacobi_anger_terms(z: float, tolerance: float) -> int:
-    """Terms that exp(i z t), t in [-1, 1], needs for an error of at most `tolerance` when interpolated.
+    """The number N of Chebyshev nodes that interpolate exp(i z t) on [-1, 1] with an error of at most `tolerance`.
 
-    exp(i z t) = J_0(z) + 2 sum i^n J_n(z) T_n(t) (Abramowitz and Stegun 9.1.44-45); interpolation at Chebyshev nodes
-    folds the dropped terms back once, which doubles them: 4 sum_{n >= N} |J_n(z)| <= tolerance."""
+    exp(i z t) = J_0(z) + 2 sum i^n J_n(z) T_n(t) (Abramowitz and Stegun 9.1.44-45). At N nodes
+    every term from n = N on looks like a lower term, so interpolation both loses it and adds it in the wrong place. The
+    error is at most 4 sum_{n >= N} |J_n(z)|."""
     size = int(2 * z + 60)
     tail = 4 * np.cumsum(np.abs(bessel_j(z, size))[::-1])[::-1]
     return int(np.argmax(tail <= tolerance))

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The optics that do not depend on a relief: Fresnel reflectance, Stam's obliquity, coherence."""
+"""Optics that do not depend on the relief: Fresnel reflectance, obliquity, coherence, regions of (u, v)."""

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The factors of the BRDF that do not depend on the relief: the half angle and Stam's obliquity."""
+"""The factors of the BRDF that do not depend on the relief (docs/theory.md, BRDF).
+
+wi is the unit direction to the light, wr to the viewer, both away from the surface; ti and tr are their angles from the
+normal, w = cos(ti) + cos(tr).
+"""
 
 import numpy as np
 
@@ -7,31 +11,32 @@ from .fresnel import THESIS_IOR, fresnel_schlick
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Scalar products (...,) of vectors (..., 3)."""
+    """The scalar products (...,) of vectors (..., 3)."""
     return np.einsum("...i,...i->...", a, b)
 
 
 def half_angle_cosine(wi: np.ndarray, wr: np.ndarray) -> np.ndarray:
-    """Cosine (...,) of the angle between the light direction wi (..., 3) and the half vector of wi and wr."""
+    """The cosine (...,) of the half angle: between wi (..., 3) and the half vector of wi and wr (..., 3)."""
     return np.sqrt(np.clip(0.5 * (1 + dot(wi, wr)), 0, 1))
 
 
 def obliquity_times_cosine_and_w2(wi: np.ndarray, wr: np.ndarray) -> np.ndarray:
-    """O(wi, wr) * cos(ti) * w^2 = (1 + wi.wr)^2 / cos(tr), for unit directions (..., 3) (Stam 1999, eq. 5).
+    """O(wi, wr) cos(ti) w^2 = (1 + wi.wr)^2 / cos(tr) (...,) for unit directions (..., 3) (Stam 1999, equation 5).
 
-    Stam's O diverges as w = cos(ti) + cos(tr) -> 0 and the scattered spectrum vanishes as w^2, so the bake and this
-    factor share the w^2 between them and their product never divides by a small number."""
+    Stam's obliquity O has w^2 in its denominator, and the scattered spectrum vanishes as w^2. So the bake stores the
+    spectrum divided by w^2, this factor is O multiplied by w^2, and their product never divides by a small number."""
     return (1 + dot(wi, wr)) ** 2 / np.maximum(wr[..., 2], 1e-6)
 
 
-def relative_reflectance(wi: np.ndarray, wr: np.ndarray, samples: int, ior: float = THESIS_IOR) -> np.ndarray:
-    """The thesis's gain C (...,), which turns the |DFT of the phasor|^2 of `samples` pixels into brightness relative to
-    that of a mirror seen along its normal:
+def relative_reflectance(wi: np.ndarray, wr: np.ndarray, samples: int, *, ior: float = THESIS_IOR) -> np.ndarray:
+    """The thesis's gain C (...,) for unit directions (..., 3):
 
         C = F^2 (1 + wi.wr)^2 / (F0^2 (cos ti + cos tr)^2 cos tr samples^2)
 
-    with Schlick's F at the half angle, F0 at normal incidence. Not radiometric (F is squared though it is a power
-    already, and the mirror's peak is as wide as the wavelength is long); kept for comparison."""
+    F is Schlick's reflectance at the half angle, F0 the same at normal incidence. Multiplied by C, the |DFT|^2 of a
+    phasor of `samples` pixels becomes brightness relative to a mirror seen along its normal. This is not radiometric:
+    F is squared although it is a power already, and the width of a mirror's peak is proportional to the wavelength. It
+    is kept for comparison."""
     ratio = fresnel_schlick(half_angle_cosine(wi, wr), ior) / fresnel_schlick(np.ones(()), ior)
     w = wi[..., 2] + wr[..., 2]
     return ratio**2 * obliquity_times_cosine_and_w2(wi, wr) / np.maximum(w, 1e-6) ** 2 / samples**2

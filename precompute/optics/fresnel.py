@@ -4,15 +4,13 @@
 import numpy as np
 
 KERATIN_IOR = 1.56
-
-
 THESIS_IOR = 1.5
 
 
 def fresnel_reflectance(cosine: np.ndarray, ior: float = KERATIN_IOR) -> np.ndarray:
-    """Power reflectance (...,) of a smooth dielectric, mean of both polarisations (Born and Wolf 1.5.2).
+    """The power reflectance (...,) of a smooth dielectric, mean of both polarisations (Born and Wolf 1.5.2).
 
-    cosine (...,) is that of the angle of incidence; ior is relative to air."""
+    cosine (...,) is the cosine of the angle of incidence; ior is the refractive index relative to air."""
     c = np.clip(cosine, 0, 1)
     g = np.sqrt(ior**2 - 1 + c**2)
     perpendicular = ((c - g) / (c + g)) ** 2
@@ -21,8 +19,10 @@ def fresnel_reflectance(cosine: np.ndarray, ior: float = KERATIN_IOR) -> np.ndar
 
 
 def fresnel_conductor(cosine: np.ndarray, n: float, k: float) -> np.ndarray:
-    """Power reflectance (...,) of a smooth conductor of index n - ik (or n + ik), mean of both polarisations (Born and
-    Wolf 14.2); k = 0 gives the dielectric's."""
+    """The power reflectance (...,) of a smooth conductor, mean of both polarisations (Born and Wolf 14.2).
+
+    cosine (...,) is the cosine of the angle of incidence; the refractive index is n - ik or n + ik. With k = 0 it is
+    the reflectance of a dielectric."""
     c = np.clip(cosine, 0, 1)
     sine2 = 1 - c**2
     root = np.sqrt((n + 1j * k) ** 2 - sine2)
@@ -33,6 +33,6 @@ def fresnel_conductor(cosine: np.ndarray, n: float, k: float) -> np.ndarray:
 
 
 def fresnel_schlick(cosine: np.ndarray, ior: float = THESIS_IOR) -> np.ndarray:
-    """Schlick's approximation (...,): F0 + (1 - F0) (1 - c)^5, F0 = ((ior - 1) / (ior + 1))^2 (Schlick 1994)."""
+    """Schlick's approximation (...,): F0 + (1 - F0) (1 - cosine)^5, F0 = ((ior - 1) / (ior + 1))^2 (Schlick 1994)."""
     normal = ((ior - 1) / (ior + 1)) ** 2
     return normal + (1 - normal) * (1 - np.clip(cosine, 0, 1)) ** 5

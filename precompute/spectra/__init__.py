@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Spectra of a relief's phasor: exact ones, their series in s, and what resamples them onto (u, v)."""
+"""Spectra of a relief's phasor: exact spectra, their series in s, and resampling onto (u, v)."""

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The series in s as a bake makes it: in single precision, from as few transforms as the relief needs.
+"""The series in s as a bake makes it: in single precision, with as few nodes as the relief needs.
 
-The nodes that a bake needs are the whole price of its transforms. The bound, which counts on as much light between the
-highest and the deepest point as anywhere, is about twice what a real scan takes: `fast_series` measures the number on
-small cuts of the relief and confirms it on the whole.
+Every node in s costs a transform. The number given by `bound` is enough for every relief of the same height range, and
+about twice what a real scan needs. So `fast_series` measures the number on small parts cut out of the relief, and then
+confirms it on the whole relief.
 """
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -17,32 +18,27 @@ from .resample import KERNEL_REACH, Resampler
 from .series import COUNT_MIN, SpectrumSeries, bound
 from .spectrum import FrequencyGrid, fft_order, frequency_grid, scattered_spectrum
 
-# Cuts of a relief on which the number of nodes is measured, in pixels a side; a relief not much larger is measured by
-# the bound alone.
+# Side in pixels of the cuts on which the number of nodes is measured. A relief under twice this size takes the bound.
 _CUT = 192
-
-
 _ROWS_AT_ONCE, _COLUMNS_AT_ONCE = 128, 64
-
-
-# A hundred times what single precision scatters.
+# A scattered share of the light below this is rounding: a hundred times what single precision scatters by itself.
 ROUNDING = 1e-10
-
-
-# Share of a kernel that may go into a blur of the bins themselves, and the bins' spacing after it, in units of the
-# kernel at the longest wavelength: summed with the rest of the kernel, bins so far apart are flat to
-# 2 exp(-2 pi^2 * 0.6^2 * 0.8^2 / 0.75^2) = 6e-4 of what an order of its own would show.
+# In units of the finest kernel at the longest wavelength: the standard deviation of the blur by which bins may be
+# thinned out, and their spacing afterwards. The rest of the kernel is 0.8 wide; a sum over bins with both Gaussians is
+# flat to 2 exp(-2 pi^2 * 0.6^2 * 0.8^2 / 0.75^2) = 6e-4.
 _BLUR, _SPACING = 0.6, 0.75
 
 
 def exact_error(relief: Relief, series: SpectrumSeries, s_values: np.ndarray) -> float:
-    """The largest share of the scattered light by which the series is off at s_values: in float64, unless the bins are
-    so many that they were thinned out. What a mirror scatters by rounding alone is no light."""
+    """The error of a series: the largest over s_values (n,) of sum |found - exact| / sum exact over the bins.
+
+    The exact spectrum is in float64; where the bins were thinned out, it is in float32 and thinned out too. Values of s
+    at which the relief scatters no more than ROUNDING are left out."""
     worst = 0.0
     for s in s_values:
         if series.blur_q:
             fine = frequency_grid(relief, series.grid.q_x[-1], series.blur_q / _BLUR)
-            exact = _blurred(_power(relief, s, fine)[0], fine, series.grid, series.blur_q)
+            exact = _blurred(_power(relief, s, fine)[0], fine, series.grid, blur_q=series.blur_q)
         else:
             exact, _ = scattered_spectrum(relief, s, series.grid)
         found = series.mixed(series.weights(np.array([s])) * s**2, (slice(None), slice(None)))[:, 0]
@@ -55,23 +51,27 @@ def exact_error(relief: Relief, series: SpectrumSeries, s_values: np.ndarray) ->
 def fast_series(
     relief: Relief, q_max: float, s_max: float, *, finest_kernel: float, tolerance: float, progress: Progress = silent
 ) -> SpectrumSeries:
-    """The series in single precision, for kernels of finest_kernel (per metre) and wider, of bins up to q_max.
+    """The series of a relief in float32, with bins up to q_max and s up to s_max, both in cycles per metre.
 
-    What the series leaves out is about `tolerance` of the light, as its last coefficients tell. Bins finer than such a
-    kernel can show are blurred by a part of it and thinned out. `progress` hears of each transform."""
+    finest_kernel is the standard deviation, in cycles per metre, of the narrowest kernel that will be used. Where bins
+    are much finer than that kernel, they are blurred by a part of it and thinned out. The series leaves out about
+    `tolerance` of the light, estimated from its last coefficients. `progress` is called after each transform."""
     grid = frequency_grid(relief, q_max, finest_kernel)
     most = bound(relief, s_max, tolerance)
-    count = min(most, measured_count(relief, q_max, s_max, tolerance))
+    count = min(most, measured_count(relief, q_max, s_max, tolerance=tolerance))
     while True:
-        series = _transforms(relief, grid, s_max, finest_kernel, count, progress)
+        series = _transforms(relief, grid, s_max, finest_kernel=finest_kernel, count=count, progress=progress)
         left_out, ratio = _left_out(_coefficient_sizes(series.scattered_over_s2))
         if count == most or left_out <= 2 * tolerance:
             return series
         count = min(most, count + math.ceil(2 * math.log(tolerance / left_out) / math.log(ratio)))
 
 
-def measured_count(relief: Relief, q_max: float, s_max: float, tolerance: float) -> int:
-    """Nodes in s that three cuts of the relief need: its middle, around its highest and around its deepest point."""
+def measured_count(relief: Relief, q_max: float, s_max: float, *, tolerance: float) -> int:
+    """The number of nodes in s that three cuts of the relief need, whichever needs most.
+
+    The cuts lie in the middle, around the highest point and around the deepest point. A small relief takes the number
+    that `bound` gives. Arguments as in `fast_series`."""
     most = bound(relief, s_max, tolerance)
     rows, cols = relief.height_m.shape
     if max(rows, cols) < 2 * _CUT:
@@ -92,12 +92,13 @@ def measured_count(relief: Relief, q_max: float, s_max: float, tolerance: float)
 
 
 def _slice_around(at: int, count: int) -> slice:
+    """A slice of _CUT of `count` pixels with pixel `at` in its middle, moved inwards at the edges."""
     start = int(np.clip(at - _CUT // 2, 0, max(count - _CUT, 0)))
     return slice(start, start + min(_CUT, count))
 
 
 def _coefficient_sizes(values: np.ndarray) -> np.ndarray:
-    """Sum (count,) over the bins of the moduli of the Chebyshev coefficients of values (count, ...) at the nodes."""
+    """The size (count,) of each Chebyshev coefficient of values (count, ...) at the nodes: the sum of its moduli."""
     flat = values.reshape(len(values), -1)
     matrix = chebyshev.coefficients_from_nodes(len(values)).astype(values.dtype)
     blocks = range(0, flat.shape[1], 1 << 18)
@@ -105,14 +106,19 @@ def _coefficient_sizes(values: np.ndarray) -> np.ndarray:
 
 
 def _left_out(sizes: np.ndarray) -> tuple[float, float]:
-    """Share of the light in the coefficients after the last, and the ratio by which two of them are smaller than the
-    two before: they fall at least geometrically (Jacobi-Anger), even and odd ones by themselves."""
+    """An estimate of the share of light that the coefficients after the last would hold, from sizes (count,).
+
+    Even and odd coefficients each fall at least geometrically (Jacobi-Anger). The estimate sums that geometric series,
+    whose ratio is the size of the last two coefficients over the size of the two before. Returns share and ratio."""
     before, last = sizes[-4:-2].sum(), sizes[-2:].sum()
     ratio = min(last / max(before, 1e-300), 0.5)
     return last * ratio / (1 - ratio) / max(sizes.sum(), 1e-300), max(ratio, 1e-6)
 
 
-def _transforms(relief, grid, s_max, finest_kernel, count, progress: Progress) -> SpectrumSeries:
+def _transforms(
+    relief: Relief, grid: FrequencyGrid, s_max: float, *, finest_kernel: float, count: int, progress: Progress
+) -> SpectrumSeries:
+    """The series of `count` nodes, its bins thinned out where they are much finer than finest_kernel."""
     coarse = _thinned_grid(grid, finest_kernel)
     blur_q = 0.0 if coarse is grid else _BLUR * finest_kernel
     scattered = np.empty((count, len(coarse.q_y), len(coarse.q_x)), np.float32)
@@ -120,13 +126,13 @@ def _transforms(relief, grid, s_max, finest_kernel, count, progress: Progress) -
     for k, s in enumerate(chebyshev.nodes(count, 0, s_max)):
         power, amplitude[k] = _power(relief, s, grid)
         power /= np.float32(s**2)
-        scattered[k] = power if coarse is grid else _blurred(power, grid, coarse, blur_q)
+        scattered[k] = power if coarse is grid else _blurred(power, grid, coarse, blur_q=blur_q)
         progress("transforms", (k + 1) / count)
     return SpectrumSeries(coarse, s_max, scattered, amplitude, blur_q, relief.periodic)
 
 
 def _thinned_grid(grid: FrequencyGrid, finest_kernel: float) -> FrequencyGrid:
-    """The grid itself, unless half its bins or more are finer than a kernel can show."""
+    """A coarser grid for bins blurred by _BLUR; the grid itself where that would save less than half of the bins."""
     spacing = _SPACING * finest_kernel
     reach = [math.ceil((q[-1] + KERNEL_REACH * _BLUR * finest_kernel) / spacing) for q in (grid.q_y, grid.q_x)]
     if np.prod([2 * n + 1 for n in reach]) > 0.5 * len(grid.q_y) * len(grid.q_x):
@@ -134,8 +140,8 @@ def _thinned_grid(grid: FrequencyGrid, finest_kernel: float) -> FrequencyGrid:
     return FrequencyGrid(*(np.arange(-n, n + 1) * spacing for n in reach), grid.transform_shape)
 
 
-def _blurred(power: np.ndarray, grid: FrequencyGrid, coarse: FrequencyGrid, blur_q: float) -> np.ndarray:
-    """Power in bins of the coarse grid, each the Gaussian sum over those of the fine one."""
+def _blurred(power: np.ndarray, grid: FrequencyGrid, coarse: FrequencyGrid, *, blur_q: float) -> np.ndarray:
+    """The power (ny, nx) of the fine grid, blurred by blur_q (cycles per metre), in the bins of the coarse grid."""
     resample = Resampler(grid, coarse.q_x, coarse.q_y, 1.0, blur_q)
     return resample(power[resample.kept]) * np.float32(
         (coarse.q_y[1] - coarse.q_y[0]) * (coarse.q_x[1] - coarse.q_x[0])
@@ -143,10 +149,10 @@ def _blurred(power: np.ndarray, grid: FrequencyGrid, coarse: FrequencyGrid, blur
 
 
 def _power(relief: Relief, s: float, grid: FrequencyGrid) -> tuple[np.ndarray, complex]:
-    """Power per bin (ny, nx) float32 scattered out of the zero order, and the zero order's amplitude.
+    """The scattered power per bin (ny, nx) float32, and the amplitude of the zero order.
 
-    As scattered_spectrum, in single precision and a few rows or columns at a time. A phasor is right to 1e-6 of 1, so
-    what rounding scatters, 1e-12 of the light, lies far under the share of the shallowest relief that shows."""
+    As `scattered_spectrum`, but in single precision and a few rows or columns at a time. The phasor is right to 1e-6,
+    so rounding scatters 1e-12 of the light, far less than the shallowest visible relief does."""
     amplitude = _mean_phasor(relief, s)
     rows, cols = grid.transform_shape
     kept_x, kept_y = fft_order(grid.q_x, cols), fft_order(grid.q_y, rows)
@@ -168,6 +174,7 @@ def _power(relief: Relief, s: float, grid: FrequencyGrid) -> tuple[np.ndarray, c
 
 
 def _mean_phasor(relief: Relief, s: float) -> complex:
+    """As `zero_order_amplitude`, from phasors in single precision."""
     weights_y, weights_x = (apodisation**2 / np.sum(apodisation**2) for apodisation in relief.apodisation_axes)
     total = 0j
     for part, cosine, sine in _phases(relief, s):
@@ -175,8 +182,8 @@ def _mean_phasor(relief: Relief, s: float) -> complex:
     return complex(total)
 
 
-def _phases(relief: Relief, s: float):
-    """Rows at once, and cos and sin (n, cols) float32 of 2 pi s h in them."""
+def _phases(relief: Relief, s: float) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
+    """A few rows at a time: their slice, and the cosine and sine (n, cols) float32 of 2 pi s h."""
     for start in range(0, len(relief.height_m), _ROWS_AT_ONCE):
         part = slice(start, start + _ROWS_AT_ONCE)
         phase = (2 * np.pi * s * relief.height_m[part]).astype(np.float32)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From a transform's bins to a density over (u, v): blur by the kernel and resample, in two banded products."""
+"""From a transform's bins to a density over (u, v): blur by the kernel and resample, by two banded matrix products."""
 
 import math
 
@@ -7,19 +7,19 @@ import numpy as np
 
 from .spectrum import FrequencyGrid
 
+# The kernel ends at this many standard deviations.
 KERNEL_REACH = 5.5
-
-
-# Fewer meet fewer bins out of reach of most of them; yet fewer are small change to a matrix product.
+# A block of rows is multiplied with all bins within reach of any of its rows. In smaller blocks fewer of these bins are
+# out of reach of most rows; in larger ones the matrix products are more efficient.
 _ROWS_PER_BLOCK = 32
 
 
 class Resampler:
-    """Blur and resample one wavelength's bins onto the grid u x v.
+    """Blurs and resamples the bins of one wavelength onto the grid of u (nu,) and v (nv,), both ascending.
 
-    out = G_v power G_u^T with G[i, j] = N(u_i - lambda q_j; sigma); only the bins `kept` (rows, columns) within reach
-    of the grid enter, and each block of rows only meets the bins within reach of it. Places further than `radius` from
-    the middle of (u, v) may be left at 0."""
+    The density is G_v power G_u^T with G[i, j] = N(u_i - lambda q_j; sigma), a normal density of standard deviation
+    sigma. `lam` is the wavelength in metres. `kept` are the slices (rows, columns) of the grid's bins that are within
+    reach of any point; only these are to be passed. Points further than `radius` from (0, 0) may stay 0."""
 
     def __init__(self, grid: FrequencyGrid, u: np.ndarray, v: np.ndarray, lam: float, sigma: float, radius=math.inf):
         sides = ((grid.q_y, v), (grid.q_x, u))
@@ -40,7 +40,7 @@ class Resampler:
         self._shape = len(v), len(u)
 
     def __call__(self, power: np.ndarray) -> np.ndarray:
-        """Density (len(v), len(u)), row along +v, of the kept bins' power (ny, nx)."""
+        """The density (len(v), len(u)) of the power (ny, nx) of the kept bins; its row index runs along +v."""
         half = np.zeros((self._shape[0], power.shape[1]), power.dtype)
         for out, bins, columns, factor in self._rows:
             half[out, columns] = factor.astype(power.dtype) @ power[bins, columns]
@@ -51,16 +51,18 @@ class Resampler:
 
 
 def _half_chord(axis: np.ndarray, radius: float) -> float:
-    """Half the longest chord of the middle disc along the lines at `axis`; 0 where all pass by it."""
+    """Half the longest chord that lines at the positions `axis` cut from a disc around 0; 0 where no line meets it."""
     nearest = 0.0 if axis[0] <= 0 <= axis[-1] else float(np.abs(axis).min())
     return math.sqrt(max(radius**2 - nearest**2, 0.0))
 
 
 def _within(centres: np.ndarray, low: float, high: float, reach: float) -> slice:
+    """The slice of ascending centres (n,) that are at most `reach` outside of the interval from low to high."""
     return slice(*np.searchsorted(centres, [low - reach, high + reach]))
 
 
 def _gaussian_blocks(centres: np.ndarray, axis: np.ndarray, sigma: float):
+    """The matrix G in blocks: the slice of points on the axis, the slice of bins within their reach, and G of these."""
     blocks = []
     for start in range(0, len(axis), _ROWS_PER_BLOCK):
         out = slice(start, min(start + _ROWS_PER_BLOCK, len(axis)))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scattered spectrum at every s, interpolated between a few values of s (Jacobi-Anger).
+"""The scattered spectrum at every s, interpolated from a few values of s (docs/theory.md, Expansions).
 
-|P|^2 is a sum of exp(-i 2 pi s (h - h')), so it is band limited in s by the relief's range, and its values at a few
-Chebyshev nodes give it everywhere. The scattered part vanishes as s^2: that factor is taken out, so that the quotient
-stays well conditioned down to grazing directions, where s -> 0.
+|P|^2 is a sum of terms exp(-i 2 pi s (h - h')), so the range of the relief limits its band in s, and a few Chebyshev
+nodes are enough to interpolate it. The scattered part vanishes as s^2. The series holds the spectrum divided by s^2,
+which stays well conditioned in grazing directions, where s goes to 0.
 """
 
 import math
@@ -16,48 +16,55 @@ from ..maths import chebyshev
 from ..surface.relief import Relief
 from .spectrum import FrequencyGrid, scattered_spectrum, zero_order_amplitude
 
+# The least number of nodes.
 COUNT_MIN = 4
 
 
 @dataclass(frozen=True)
 class SpectrumSeries:
-    """The scattered spectrum over s^2, and the zero order's amplitude, at Chebyshev nodes in s on [0, s_max].
+    """The scattered spectrum divided by s^2, and the zero order's amplitude, at Chebyshev nodes in s on [0, s_max].
 
-    `blur_q` is the standard deviation, in cycles per metre, of a Gaussian that the bins have been blurred by;
-    `periodic` whether they are orders of a surface that wraps, not samples of a continuum."""
+    grid               the bins
+    s_max              the upper end of the interval, cycles per metre
+    scattered_over_s2  (count, ny, nx) in square metres
+    amplitude          (count,) complex
+    blur_q             standard deviation of the Gaussian by which the bins are blurred already, cycles per metre
+    periodic           whether the bins are orders of a surface that wraps; otherwise they sample a continuum
+    """
 
     grid: FrequencyGrid
     s_max: float
-    scattered_over_s2: np.ndarray  # (count, ny, nx), square metres
-    amplitude: np.ndarray  # (count,) complex
+    scattered_over_s2: np.ndarray
+    amplitude: np.ndarray
     blur_q: float = 0.0
     periodic: bool = True
 
     def weights(self, s: np.ndarray) -> np.ndarray:
-        """Interpolation weights (..., count) of the nodes at s (...,)."""
-        return chebyshev.interpolation_matrix(s, len(self.amplitude), 0, self.s_max)
+        """The nodes' weights (..., count) in the interpolation at s (...,)."""
+        return chebyshev.interpolation_matrix(s, len(self.amplitude), lower=0, upper=self.s_max)
 
     def zero_order(self, s: np.ndarray) -> np.ndarray:
-        """Efficiency of the zero order at s (...,)."""
+        """The efficiency (...,) of the zero order at s (...,)."""
         return np.abs(self.weights(s) @ self.amplitude) ** 2
 
     def mixed(self, weights: np.ndarray, kept: tuple[slice, slice]) -> np.ndarray:
-        """Sums (ny, k, nx) over the nodes with weights (k, count), of the kept bins (rows, columns)."""
+        """Sums (ny, k, nx) of scattered_over_s2 over the nodes, with weights (k, count), for the kept rows and columns."""
         rows, columns = kept
         weights = weights.astype(self.scattered_over_s2.dtype)
         return weights @ self.scattered_over_s2.transpose(1, 0, 2)[rows, :, columns]
 
     def kernel_left(self, sigma: float, wavelength_m: float) -> float:
-        """What of a kernel sigma in (u, v) the bins have not been blurred by yet."""
+        """The kernel, as standard deviation in (u, v), that completes the bins' own blur to a kernel sigma."""
         return math.sqrt(sigma**2 - (wavelength_m * self.blur_q) ** 2)
 
 
 def spectrum_series(
-    relief: Relief, grid: FrequencyGrid, s_max: float, tolerance: float, *, progress: Progress = silent
+    relief: Relief, grid: FrequencyGrid, s_max: float, *, tolerance: float, progress: Progress = silent
 ) -> SpectrumSeries:
-    """The series in float64, whose interpolation error is at most `tolerance` of its largest value.
+    """The series of a relief in float64, for s up to s_max in cycles per metre.
 
-    `progress` hears of each transform."""
+    Its interpolation error is at most `tolerance` times its largest value. `progress` is called after each
+    transform."""
     count = bound(relief, s_max, tolerance)
     s_nodes = chebyshev.nodes(count, 0, s_max)
     scattered = np.empty((count, len(grid.q_y), len(grid.q_x)))
@@ -71,6 +78,6 @@ def spectrum_series(
 
 
 def bound(relief: Relief, s_max: float, tolerance: float) -> int:
-    """Nodes in s that are enough whatever the relief's shape between its highest and deepest point."""
-    # The exponent spans 2 pi s * range over s in [0, s_max]: half of that on either side of the middle.
+    """The number of nodes in s that is enough for every relief of the same height range."""
+    # With s = s_max (1 + t) / 2 and t in [-1, 1], exp(-i 2 pi s (h - h')) has the z of Jacobi and Anger pi s_max (h - h').
     return max(COUNT_MIN, chebyshev.jacobi_anger_terms(np.pi * s_max * relief.height_range_m, tolerance))

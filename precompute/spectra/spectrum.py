@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The phasor of a relief and its power spectrum (DESIGN 2).
+"""The phasor of a relief and its power spectrum (docs/theory.md, Spectrum).
 
-p(x, y; s) = exp(-i 2 pi s h) with s = w / lambda. Its weighted mean is the zero order; what is left, transformed and
-squared, is the scattered spectrum. By Parseval the two sum to 1 exactly, because the mean is taken under the square of
-the apodisation, which makes it orthogonal to the rest.
+The phasor is p(x, y; s) = exp(-i 2 pi s h) with s = w / lambda. Its mean, weighted by the square of the apodisation, is
+the amplitude of the zero order. The squared modulus of the transform of the rest is the scattered spectrum. The
+weights make the mean orthogonal to the rest, so by Parseval's theorem the two powers sum to exactly 1.
 """
 
 import math
@@ -13,43 +13,51 @@ import numpy as np
 
 from ..surface.relief import Relief
 
-# Zero padding of a scan that does not wrap, in units of 1 / sigma_q (see frequency_grid).
+# Zero padding of a scan that does not wrap, in units of 1 / finest_kernel (see frequency_grid).
 _GUARD = 0.4
 
 
 @dataclass(frozen=True)
 class FrequencyGrid:
-    """Which bins of the transform are kept: ascending q_y (ny,) and q_x (nx,) in cycles per metre, and the transform's
-    shape: the relief's own if it wraps, else zero padded."""
+    """The bins of a transform that are kept.
+
+    q_y, q_x         their frequencies (ny,) and (nx,) in cycles per metre, ascending
+    transform_shape  (rows, cols) of the transform: the shape of a relief that wraps, and a larger one, for zero
+                     padding, of any other
+    """
 
     q_y: np.ndarray
     q_x: np.ndarray
     transform_shape: tuple[int, int]
 
     def part(self, kept: tuple[slice, slice]) -> "FrequencyGrid":
-        """The grid of some rows and columns."""
+        """The grid of a part of the bins: slices of rows and of columns."""
         return FrequencyGrid(self.q_y[kept[0]], self.q_x[kept[1]], self.transform_shape)
 
 
 def phasor(height_m: np.ndarray, s: float) -> np.ndarray:
-    """exp(-i 2 pi s h), complex128, s in cycles per metre."""
+    """The phasor exp(-i 2 pi s h) (...,), complex128, of heights (...,) in metres; s in cycles per metre."""
     return np.exp((-2j * np.pi * s) * height_m)
 
 
 def zero_order_amplitude(relief: Relief, s: float) -> complex:
-    """Mean of the phasor under the apodisation's square; its squared modulus is the zero order's efficiency."""
+    """The mean phasor, weighted by the apodisation's square; its squared modulus is the zero order's efficiency."""
     weights = relief.apodisation**2
     return complex(np.sum(weights * phasor(relief.height_m, s)) / np.sum(weights))
 
 
 def frequency_grid(relief: Relief, q_max: float, finest_kernel: float) -> FrequencyGrid:
-    """The bins with |q_x|, |q_y| <= q_max, for kernels of standard deviation finest_kernel (per metre) and wider.
+    """The bins with |q_x| and |q_y| up to q_max, fit for kernels of a standard deviation of finest_kernel and wider.
 
-    Blurring the bins of a transform weighs the scan's autocorrelation by a Gaussian of 1 / (2 pi finest_kernel), and
-    where the scan does not wrap its two ends would meet there. Zero padding keeps them apart: by 0.4 / finest_kernel
-    what still meets is weighed by exp(-2 pi^2 0.4^2) = 4e-2 at the padding's edge and less beyond, and holds next to no
-    area under the apodisation; measured, 3e-4 of the peak. A surface that wraps has orders, not samples of a continuum,
-    and a single row or column is a profile that does not change across it: neither is padded."""
+    q_max and finest_kernel are in cycles per metre. To blur the spectrum by a Gaussian of standard deviation sigma is
+    to multiply the scan's autocorrelation by a Gaussian of standard deviation 1 / (2 pi sigma). The transform repeats
+    the scan, so at long shifts the autocorrelation contains products of the scan's one end with the other. Where the
+    scan does not wrap, zero padding by 0.4 / finest_kernel moves these products out to shifts that the Gaussian
+    multiplies by exp(-2 pi^2 0.4^2) = 4e-2 or less. Under the apodisation they are small besides: the error was
+    measured as 3e-4 of the peak.
+
+    Two kinds of surface are not padded: one that wraps, because its bins are orders and not samples of a continuum; and
+    a single row or column along its short axis, because it is a profile that does not change there."""
     shape = []
     for count, pixel in zip(relief.height_m.shape, relief.pixel_size_m, strict=True):
         alone = relief.periodic or count == 1
@@ -59,7 +67,7 @@ def frequency_grid(relief: Relief, q_max: float, finest_kernel: float) -> Freque
 
 
 def _smooth_length(least: int) -> int:
-    """The smallest length from `least` with no prime factor over 7: a fast one for the transform."""
+    """The smallest length from `least` on that has no prime factor over 7, for a fast transform."""
     length = least
     while True:
         rest = length
@@ -72,18 +80,19 @@ def _smooth_length(least: int) -> int:
 
 
 def _kept_frequencies(count: int, pixel_m: float, q_max: float) -> np.ndarray:
+    """The ascending frequencies (n,) of a transform, up to q_max in cycles per metre, for pixels of pixel_m metres."""
     q = np.fft.fftshift(np.fft.fftfreq(count, pixel_m))
     return q[np.abs(q) <= q_max]
 
 
 def scattered_spectrum(relief: Relief, s: float, grid: FrequencyGrid) -> tuple[np.ndarray, float]:
-    """Power per bin (ny, nx) scattered out of the zero order, and the zero order's efficiency.
+    """The scattered power per bin (ny, nx) of the grid, and the efficiency of the zero order, in float64.
 
-    Over all bins (not only those the grid keeps) the two sum to 1."""
+    Summed over all bins of the transform, kept or not, the scattered power and the efficiency make 1."""
     amplitude = zero_order_amplitude(relief, s)
     scattered = relief.apodisation * (phasor(relief.height_m, s) - amplitude)
     rows, cols = grid.transform_shape
-    # Row by row first, so that the second pass runs over the kept columns alone.
+    # Rows are transformed first, so that only the kept columns need the second transform.
     half = np.fft.fft(scattered, n=cols, axis=1)[:, fft_order(grid.q_x, cols)]
     kept = np.fft.fft(half, n=rows, axis=0)[fft_order(grid.q_y, rows)]
     norm = rows * cols * np.sum(relief.apodisation**2)
@@ -91,6 +100,6 @@ def scattered_spectrum(relief: Relief, s: float, grid: FrequencyGrid) -> tuple[n
 
 
 def fft_order(q: np.ndarray, count: int) -> np.ndarray:
-    """Index into the unshifted transform of the contiguous kept frequencies around zero."""
+    """Indices (n,) of ascending frequencies around zero in an unshifted transform of `count` bins."""
     below_zero = int(np.sum(q < 0))
     return (np.arange(len(q)) - below_zero) % count

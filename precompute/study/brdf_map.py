@@ -68,7 +68,7 @@ def from_reference(
 ):  # fmt: skip
     """As from_bake, from the exact spectrum: no table in (u, v), every pixel at its own w, wavelengths step_m apart."""
     wi, wr, inside = view_hemisphere(size, theta_i)
-    series = spectrum_series(relief, reference_grid(relief, sigma_b), 2 / WAVELENGTH_MIN_M, _EXACT)
+    series = spectrum_series(relief, reference_grid(relief, sigma_b), 2 / WAVELENGTH_MIN_M, tolerance=_EXACT)
     axis = wr[0, :, 0]
     half = wi + wr
     w = half[..., 2]

@@ -92,7 +92,7 @@ def _ensemble_response(method: Ensemble, plane: Plane, lambdas_m) -> np.ndarray:
     grid = reference_grid(method.relief, sigma)
     reach = KERNEL_REACH * sigma / np.min(lambdas_m)
     grid = replace(grid, q_y=grid.q_y[np.abs(grid.q_y) <= reach])
-    series = spectrum_series(method.relief, grid, plane.w.max() / np.min(lambdas_m), _EXACT)
+    series = spectrum_series(method.relief, grid, plane.w.max() / np.min(lambdas_m), tolerance=_EXACT)
     ascending = plane.u[::-1]
     rows = []
     for lam in lambdas_m:
@@ -117,7 +117,7 @@ def _patch_response(method: Patch, plane: Plane, lambdas_m) -> np.ndarray:
     )
     rows = []
     for lam in lambdas_m:
-        weights = chebyshev.interpolation_matrix(plane.w / lam, count, 0, s_max)
+        weights = chebyshev.interpolation_matrix(plane.w / lam, count, lower=0, upper=s_max)
         amplitude = np.sum(window.waves(1, plane.u / lam) @ lines * weights, axis=-1)
         rows.append(window.density_scale() * np.abs(amplitude) ** 2 / lam**2)
     return np.stack(rows)

@@ -87,7 +87,7 @@ class Table:
         (u_low, u_high), (v_low, v_high) = self.region
         texel = self.texel * 2**level
         x, y = (np.clip(u, u_low, u_high) - u_low) / texel, (np.clip(v, v_low, v_high) - v_low) / texel
-        places, weights = bspline.patches(y + TILE_PADDING, x + TILE_PADDING, rows, columns, terms.dtype)
+        places, weights = bspline.patches(y + TILE_PADDING, x + TILE_PADDING, (rows, columns), precision=terms.dtype)
         # Of the X of every texel that counts, in a term laid out flat; Y and Z follow it.
         places *= 3
         low, high = self.w_range

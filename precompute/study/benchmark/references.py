@@ -55,7 +55,7 @@ def ensemble_truths(relief: Relief, sigma_b: float, w_count: int, pairs: int, la
 
 def exact_series(relief: Relief, sigma_b: float):
     """The spectrum of a relief at every s, to 1e-10."""
-    return spectrum_series(relief, reference_grid(relief, sigma_b), 2 / WAVELENGTH_MIN_M, _EXACT)
+    return spectrum_series(relief, reference_grid(relief, sigma_b), 2 / WAVELENGTH_MIN_M, tolerance=_EXACT)
 
 
 def ensemble_xyz(series, sigma_b: float, u, v, w: float, lambdas: np.ndarray) -> np.ndarray:

@@ -30,7 +30,7 @@ def bessel_integral(z, count):
 def phase_error(z, count):
     """Largest error of interpolating exp(i z t) at `count` nodes."""
     values = np.exp(1j * z * nodes(count, -1, 1))
-    return np.abs(interpolation_matrix(T, count, -1, 1) @ values - np.exp(1j * z * T)).max()
+    return np.abs(interpolation_matrix(T, count, lower=-1, upper=1) @ values - np.exp(1j * z * T)).max()
 
 
 # Bessel functions
@@ -105,7 +105,7 @@ def test_interpolation_is_exact_for_polynomials(count, seed, lower, width):
     def polynomial(at):
         return np.polynomial.Chebyshev(coefficients, domain=[lower, upper])(at)
 
-    matrix = interpolation_matrix(x, count, lower, upper)
+    matrix = interpolation_matrix(x, count, lower=lower, upper=upper)
     assert matrix.shape == (3, 5, count)
     np.testing.assert_allclose(matrix @ polynomial(nodes(count, lower, upper)), polynomial(x), atol=1e-11)
 

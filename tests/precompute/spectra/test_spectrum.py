@@ -276,7 +276,7 @@ def test_the_series_is_the_spectrum(scale, tolerance):
     relief = rough(7, scale=scale)
     grid = every_bin(relief)
     s_max = 2 / 380e-9
-    series = spectrum_series(relief, grid, s_max, tolerance)
+    series = spectrum_series(relief, grid, s_max, tolerance=tolerance)
     largest = series.scattered_over_s2.max()
     worst = worst_zero = 0.0
     for s in np.random.default_rng(0).uniform(1e3, s_max, 40):
@@ -294,8 +294,10 @@ def test_the_series_takes_arrays_of_s():
     grid = every_bin(relief)
     s_max = 2 / 380e-9
     done = []
-    series = spectrum_series(relief, grid, s_max, 1e-4, lambda k, n: done.append((k, n)))
-    assert done == [(k + 1, len(done)) for k in range(len(series.amplitude))]
+    series = spectrum_series(
+        relief, grid, s_max, tolerance=1e-4, progress=lambda stage, fraction: done.append((stage, fraction))
+    )
+    assert done == [("transforms", (k + 1) / len(done)) for k in range(len(series.amplitude))]
     s = np.linspace(1e5, s_max, 6).reshape(2, 3)
     assert series.weights(s).shape == (2, 3, len(done))
     assert series.zero_order(s).shape == (2, 3)
@@ -305,6 +307,7 @@ def test_the_series_takes_arrays_of_s():
 
 def test_a_deeper_relief_takes_a_longer_series():
     counts = [
-        len(spectrum_series(rough(7, scale=h), every_bin(rough(7)), 5e6, 1e-4).amplitude) for h in (1e-9, 1e-7, 4e-7)
+        len(spectrum_series(rough(7, scale=h), every_bin(rough(7)), 5e6, tolerance=1e-4).amplitude)
+        for h in (1e-9, 1e-7, 4e-7)
     ]
     assert counts == sorted(counts) and counts[0] >= 4 and counts[2] > 20
