@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What ./dev does: environments, their Blender, test suites, packages. Standard library only."""
+"""The code behind ./dev: environments, Blender, test suites, packages. It uses the standard library only."""
 
 from pathlib import Path
 
@@ -9,4 +9,4 @@ EXTENSION = "bl_ext.user_default.natural_gratings"
 
 
 class DevError(Exception):
-    """A fault to show in one line: what, and what to do."""
+    """A fault that ./dev shows in one line: what is wrong, and what to do."""

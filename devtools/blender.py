@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which Blender there is, a real binary or the bpy wheel behind the shim, and how it starts on this tree."""
+"""Finding a Blender, a real binary or the bpy wheel behind the shim, and starting it with this working tree."""
 
 import os
 import re
@@ -19,23 +19,24 @@ from .steps import clean_environment, say
 OLDEST = (4, 5)
 CHROOT_BLENDER = ENVIRONMENTS / "sid-blender"
 SHIM = ROOT / "devtools" / "blender_shim.py"
-# Whoever sets one of these has a Blender set-up of their own, and it is left as it is.
+# A developer who sets one of these has their own Blender set-up, which is left as it is.
 USER_FOLDERS = ("BLENDER_USER_RESOURCES", "BLENDER_USER_EXTENSIONS")
 
 
 @dataclass(frozen=True)
 class Launch:
-    """A command line and what its environment needs besides."""
+    """A command line, and the variables to add to its environment."""
 
     command: list[str]
     variables: dict[str, str] = field(default_factory=dict)
 
     def run(self) -> int:
+        """Run the command; its exit status."""
         return subprocess.run(self.command, env=clean_environment(**self.variables)).returncode
 
 
 def binary_version(binary: str | Path) -> tuple[int, int]:
-    """(major, minor) of a Blender binary; DevError where it is none or will not run."""
+    """The version (major, minor) of a Blender binary. Raises DevError where it is no Blender or does not run."""
     try:
         answer = subprocess.run([binary, "--version"], capture_output=True, text=True, timeout=120)
     except (OSError, subprocess.TimeoutExpired) as fault:
@@ -47,7 +48,7 @@ def binary_version(binary: str | Path) -> tuple[int, int]:
 
 
 def require_binary(path: str) -> Path:
-    """The binary that --blender names, checked."""
+    """The binary that --blender names. Raises DevError where it is missing, no Blender, or too old."""
     binary = shutil.which(path)
     if binary is None:
         raise DevError(f"{path}: no such program; remedy: give --blender the path of a Blender binary")
@@ -57,7 +58,7 @@ def require_binary(path: str) -> Path:
 
 
 def find_binary() -> Path | None:
-    """The Blender binary on PATH, or the one of `./dev blender-setup`; None where there is neither."""
+    """The Blender binary on PATH, else the one that `./dev blender-setup` made; None where there is neither."""
     for candidate in (shutil.which("blender"), CHROOT_BLENDER):
         if candidate is None or not Path(candidate).exists():
             continue
@@ -69,11 +70,12 @@ def find_binary() -> Path | None:
 
 
 def has_own_user_folder() -> bool:
+    """Whether the environment names a Blender user folder already."""
     return any(os.environ.get(name) for name in USER_FOLDERS)
 
 
 def launch_binary(binary: Path, arguments: Sequence[str]) -> Launch:
-    """A real Blender, in a user folder of its own where the working tree is the extension."""
+    """How to start a real Blender, with a user folder under .env in which the working tree is the extension."""
     if has_own_user_folder():
         return Launch([str(binary), *arguments])
     fetch_wheels(environments.require(environments.PY311))
@@ -84,7 +86,7 @@ def launch_binary(binary: Path, arguments: Sequence[str]) -> Launch:
 
 
 def launch_shim(environment: Environment, arguments: Sequence[str]) -> Launch:
-    """The bpy wheel behind the shim, in a user folder of its own where the working tree is the extension."""
+    """How to start the bpy wheel behind the shim, with a user folder as in launch_binary."""
     ensure_blender_libraries()
     environments.require(environment)
     user = ENVIRONMENTS / "bpy-user"

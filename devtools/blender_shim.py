@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Stands in for the `blender` binary over a bpy wheel: its arguments, in their order, with its exit statuses.
+"""A stand-in for the `blender` binary over a bpy wheel: the same arguments, in their order, the same exit statuses.
 
-Only what runs without a window. As in Blender 5.2: after a script that raises the next argument follows,
-unless --python-exit-code says otherwise; a file that cannot be read and a --command that raises are status 1.
+It does only what needs no window. Failures are those of Blender 5.2: after a script that raises, the next argument is
+carried out unless --python-exit-code was given; a file that cannot be read or a --command that raises ends Blender with
+status 1.
 """
 
 import contextlib
@@ -38,19 +39,20 @@ commands: dict[str, Callable[[list[str]], int]] = {}
 
 
 def fail(text: str) -> None:
+    """End with an error."""
     print(f"Error: {text}", file=sys.stderr)
     sys.exit(1)
 
 
 def show_hidden_packages() -> None:
-    """The wheel keeps oslquery and OpenImageIO, which Script nodes need, where Python does not look."""
+    """Add the folder of oslquery and OpenImageIO to the path: Script nodes need them, and the wheel hides them."""
     version = f"python{sys.version_info.major}.{sys.version_info.minor}"
     blender = Path(bpy.utils.resource_path("LOCAL"))
     sys.path.append(str(blender / "python" / "lib" / version / "site-packages"))
 
 
 def record_commands() -> None:
-    """bpy keeps the commands of add-ons where only the binary can reach them: keep them here too."""
+    """Record add-ons' commands when they are registered: bpy keeps them where only the binary can reach them."""
     register = bpy.utils.register_cli_command
 
     def register_and_record(name: str, execute: Callable[[list[str]], int]) -> object:
@@ -68,6 +70,7 @@ def extension_is_installed() -> bool:
 
 
 def enable(module: str) -> None:
+    """Enable an add-on, or say that it cannot be enabled."""
     import addon_utils  # found only once bpy is loaded
 
     if addon_utils.enable(module) is None:
@@ -75,11 +78,12 @@ def enable(module: str) -> None:
 
 
 def context_of_commands() -> contextlib.AbstractContextManager:
-    """As the binary has it: with a file opened, a --command finds no window, so no bpy.context.selected_objects."""
+    """The context in which the binary runs a --command: once a file is open there is no window in it."""
     return bpy.context.temp_override(window=None) if bpy.data.filepath else contextlib.nullcontext()
 
 
 def run_command(name: str, arguments: list[str]) -> None:
+    """Run a command of an add-on, and end with its status."""
     if name == "grating" and name not in commands:
         if not extension_is_installed():
             os.environ["BLENDER_USER_EXTENSIONS"] = os.environ["NATURAL_GRATINGS_LINKED_EXTENSIONS"]
@@ -101,6 +105,7 @@ def run_command(name: str, arguments: list[str]) -> None:
 
 
 def run_script(run: Callable[[], object], name: str, exit_code: int) -> None:
+    """Run a script; where it raises, end with exit_code unless that is 0."""
     try:
         run()
     except Exception:
@@ -118,7 +123,7 @@ def open_file(path: str) -> None:
 
 
 def frames(text: str) -> Iterator[int]:
-    """The frames that -f names: 1,3 and 5..8; +N and -N count from the scene's first and last."""
+    """The frames that -f names, such as 1,3 and 5..8; +N and -N count from the scene's first and last frame."""
     scene = bpy.context.scene
     for part in text.split(","):
         first, _, last = part.partition("..")
@@ -219,12 +224,13 @@ OPTIONS = {
 
 
 def own_arguments(arguments: list[str]) -> list[str]:
-    """The arguments that are Blender's: those before `--`, and of a command only its flag."""
+    """The arguments for Blender itself: those before `--`, or up to and including the flag of a command."""
     ends = [index for index, argument in enumerate(arguments) if argument in ("--", "-c", "--command")]
     return arguments[: ends[0] + 1] if ends else arguments
 
 
 def carry_out(arguments: list[str]) -> None:
+    """Carry out the arguments one after the other."""
     exit_code = 0
     queue = iter(arguments)
     for argument in queue:
@@ -256,6 +262,7 @@ def carry_out(arguments: list[str]) -> None:
 
 
 def main(arguments: list[str]) -> None:
+    """Do what `blender` does with these arguments."""
     own = own_arguments(arguments)
     if "-v" in own or "--version" in own:
         print(f"Blender {bpy.app.version_string} (bpy wheel)")

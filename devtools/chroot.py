@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A real Blender on Debian: sid in a folder by debootstrap, with its Blender, and a wrapper that runs it."""
+"""A real Blender on Debian: Debian sid with its Blender in a folder, made by debootstrap, and a wrapper to run it."""
 
 import os
 import shutil
@@ -14,8 +14,8 @@ from .steps import run_step, say
 SID = ENVIRONMENTS / "sid"
 PACKAGES = "blender python3-numpy python3-cattr python3-requests libgl1 libopengl0 libegl1 libgl1-mesa-dri"
 
-# The mounts live in a mount namespace of the process's own and end with it. The machine's folders, less the
-# system's, appear at the same paths inside, so that paths on a command line mean the same there.
+# The mounts are in a mount namespace of the process's own and end with it. Inside, the machine's folders appear at the
+# same paths, except for those of the system, so that paths on a command line keep their meaning.
 WRAPPER = """\
 #!/bin/sh
 # Runs Blender, or what CHROOT_RUN names, in the Debian sid beside this script.
@@ -36,12 +36,16 @@ exec unshare --mount --propagation private sh -c '
 
 
 def write_wrapper(path: Path, root: Path) -> None:
+    """Write the script that runs Blender in the Debian at `root`."""
     path.write_text(WRAPPER.format(folder=root.name))
     path.chmod(0o755)
 
 
 def set_up() -> Path:
-    """Makes .env/sid and .env/sid-blender, about a minute; returns the wrapper. Cut short, it starts anew."""
+    """Make .env/sid and the wrapper .env/sid-blender in about a minute; the wrapper's path.
+
+    After an interruption it starts again from nothing. Raises DevError where the machine is not Debian or the user is
+    not root."""
     if CHROOT_BLENDER.exists():
         say(f"Blender {'.'.join(map(str, binary_version(CHROOT_BLENDER)))} is there: {CHROOT_BLENDER}")
         return CHROOT_BLENDER
@@ -55,7 +59,7 @@ def set_up() -> Path:
     shutil.rmtree(partial, ignore_errors=True)
     shutil.rmtree(SID, ignore_errors=True)
     logs = ENVIRONMENTS / "logs"
-    # debootstrap mounts /proc in there: in a namespace of its own that ends with it, too.
+    # debootstrap mounts /proc in the folder; a mount namespace of its own makes that mount end with it.
     private = ["unshare", "--mount", "--propagation", "private"]
     debootstrap = [*private, "debootstrap", "--variant=minbase", "sid", partial]
     run_step("Debian sid in a folder", debootstrap, logs / "debootstrap.log")

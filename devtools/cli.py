@@ -34,7 +34,7 @@ def run_python(environment: Environment, arguments: Sequence[str | Path], **sett
 
 
 def chosen(options: argparse.Namespace) -> Environment:
-    """The environment of --bpy, by default that of Blender 4.5."""
+    """The environment that --bpy names; that of Blender 4.5 by default."""
     return next((one for one in ALL if one.blender_version == options.bpy), PY311)
 
 
@@ -161,7 +161,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs one verb; returns the exit status of what it ran, or 1 with one line where it could not."""
+    """Run one verb; the exit status of what it ran, or 1 after one line on what prevented it."""
     parser = make_parser()
     arguments = sys.argv[1:] if arguments is None else arguments
     if not arguments:
@@ -171,7 +171,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         status = VERBS[options.verb](options, options.arguments)
-        return status if status >= 0 else 128 - status  # ended by a signal: as a shell tells it
+        return status if status >= 0 else 128 - status  # the status that a shell gives after a signal
     except DevError as fault:
         print(f"error: {fault}", file=sys.stderr)
         return 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The environments under .env: one for each Blender line, made by venv and pip from pyproject.toml."""
+"""The environments under .env, one for each version of Blender, made by venv and pip from pyproject.toml."""
 
 import contextlib
 import fcntl
@@ -17,7 +17,7 @@ from .steps import run_step, run_together, say
 
 @dataclass(frozen=True)
 class Environment:
-    """One virtual environment; its name is its folder and its dependency group."""
+    """A virtual environment; its name is that of its folder and of its dependency group."""
 
     name: str
     python_version: str
@@ -33,12 +33,12 @@ class Environment:
 
     @property
     def stamp(self) -> Path:
-        """Written last: its text says what the environment holds, its absence that a set-up was cut short."""
+        """The file that is written last and lists the installed requirements; it is missing after an interruption."""
         return self.folder / "stamp.json"
 
     @property
     def bpy_folder(self) -> Path:
-        """Blender's own files (scripts, hidden packages) in the bpy wheel."""
+        """The folder of Blender's own files (scripts, hidden packages) in the bpy wheel."""
         packages = self.folder / "lib" / f"python{self.python_version}" / "site-packages"
         return packages / "bpy" / self.blender_version
 
@@ -49,7 +49,7 @@ ALL = (PY311, PY313)
 
 
 def dependency_group(name: str) -> list[str]:
-    """The pinned requirements of a group in pyproject.toml, includes resolved."""
+    """The pinned requirements of a group in pyproject.toml, with those of the groups that it includes."""
     groups = tomllib.loads((ROOT / "pyproject.toml").read_text())["dependency-groups"]
     requirements: list[str] = []
     for entry in groups[name]:
@@ -58,6 +58,7 @@ def dependency_group(name: str) -> list[str]:
 
 
 def is_ready(environment: Environment) -> bool:
+    """Whether the environment is complete and holds the present pins."""
     try:
         stamped = json.loads(environment.stamp.read_text())
     except (OSError, ValueError):
@@ -67,7 +68,7 @@ def is_ready(environment: Environment) -> bool:
 
 @contextlib.contextmanager
 def one_at_a_time() -> Iterator[None]:
-    """Two ./dev that set up at once would spoil each other's environment."""
+    """A lock for set-up: two ./dev that set up at once would spoil each other's environment."""
     ENVIRONMENTS.mkdir(exist_ok=True)
     with (ENVIRONMENTS / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
@@ -75,7 +76,7 @@ def one_at_a_time() -> Iterator[None]:
 
 
 def make(environment: Environment, base_python: Path) -> None:
-    """Makes the environment anew, or brings a finished one to the pins of today."""
+    """Make the environment, or bring a complete one to the present pins."""
     logs = ENVIRONMENTS / "logs"
     if not environment.stamp.exists() or not environment.python.exists():
         command = [base_python, "-m", "venv", "--clear", environment.folder]
@@ -90,9 +91,9 @@ def make(environment: Environment, base_python: Path) -> None:
 
 
 def ensure(*wanted: Environment) -> list[Environment]:
-    """Makes the wanted environments that are not ready; returns those that there are.
+    """Make those of the wanted environments that are not ready; all that are ready in the end.
 
-    Python 3.11 is required; where the machine lacks another version, its environment is left out.
+    Where the machine lacks Python 3.13, its environment is left out. Raises DevError where it lacks Python 3.11.
     """
     if all(map(is_ready, wanted)):
         return list(wanted)
@@ -110,7 +111,7 @@ def ensure(*wanted: Environment) -> list[Environment]:
 
 
 def require(environment: Environment) -> Environment:
-    """The environment, made if need be; DevError where its Python is not on this machine."""
+    """The environment, made if necessary. Raises DevError where its Python is not on this machine."""
     if not ensure(environment):
         raise DevError(
             f"no Python {environment.python_version} for Blender {environment.blender_version}; "

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the machine itself must have: Python interpreters and the system libraries that Blender loads."""
+"""What the machine must provide: Python interpreters, and the system libraries that Blender loads."""
 
 import ctypes
 import os
@@ -12,7 +12,7 @@ from pathlib import Path
 from . import ENVIRONMENTS, DevError
 from .steps import run_step
 
-# Debian's package: what its absence shows as (the DRI drivers come with no library to ask for).
+# Debian packages, and the library that is looked for on other systems; the DRI drivers have none.
 BLENDER_LIBRARIES = {
     "libegl1": "libEGL.so.1",
     "libegl-mesa0": "libEGL_mesa.so.0",
@@ -34,7 +34,7 @@ def is_debian() -> bool:
 
 
 def install_debian_packages(packages: Sequence[str], reason: str) -> None:
-    """Installs packages when root; else raises DevError with the line to run."""
+    """Install packages as root. Raises DevError with the line to run where the user is not root."""
     install = ["apt-get", "install", "-y", "--no-install-recommends", *packages]
     if os.geteuid() != 0:
         raise DevError(f"{reason}; remedy: sudo apt-get update && sudo {' '.join(install)}")
@@ -45,6 +45,7 @@ def install_debian_packages(packages: Sequence[str], reason: str) -> None:
 
 
 def installed_debian_packages(packages: Sequence[str]) -> set[str]:
+    """Those of the packages that are installed."""
     query = ["dpkg-query", "--show", "--showformat=${db:Status-Abbrev} ${Package}\n", *packages]
     answer = subprocess.run(query, capture_output=True, text=True).stdout
     return {line.split()[-1] for line in answer.splitlines() if line.startswith("ii")}
@@ -59,7 +60,7 @@ def loads(library: str) -> bool:
 
 
 def missing_blender_libraries() -> list[str]:
-    """What `import bpy` and EEVEE on Mesa need and is not here: Debian packages, or elsewhere libraries."""
+    """Names of what `import bpy` and EEVEE need and the machine lacks: packages on Debian, libraries elsewhere."""
     if sys.platform != "linux":
         return []
     if is_debian():
@@ -69,7 +70,7 @@ def missing_blender_libraries() -> list[str]:
 
 
 def ensure_blender_libraries() -> None:
-    """Installs what is missing when root on Debian; else raises DevError with the remedy."""
+    """Install the missing libraries as root on Debian. Otherwise raises DevError with the remedy, if any is missing."""
     missing = missing_blender_libraries()
     if not missing:
         return
@@ -80,7 +81,7 @@ def ensure_blender_libraries() -> None:
 
 
 def python_candidates(version: str) -> Iterator[Path]:
-    """Where a Python of `version` ("3.13") may be: on PATH, or in pyenv's folder, as its shims may refuse."""
+    """Paths where a Python of a version such as "3.13" may be: on PATH, and in the folders of pyenv and uv."""
     name = f"python{version}"
     if sys.version_info[:2] == tuple(map(int, version.split("."))):
         yield Path(sys.executable)
@@ -99,6 +100,7 @@ def answers(python: Path, code: str) -> bool:
 
 
 def runnable_pythons(version: str) -> Iterator[Path]:
+    """The interpreters of a version that run."""
     major, minor = version.split(".")
     is_version = f"import sys; assert sys.version_info[:2] == ({major}, {minor})"
     return (path for path in python_candidates(version) if path.is_file() and answers(path, is_version))
@@ -109,9 +111,10 @@ def makes_environments(python: Path) -> bool:
 
 
 def find_python(version: str) -> Path | None:
-    """The first interpreter of `version` that runs and can make environments, or None.
+    """The first interpreter of a version that runs and can make environments; None where there is none.
 
-    Debian's python3.11 alone cannot: its ensurepip is in python3.11-venv, installed here when root.
+    On Debian an interpreter needs the package python3.11-venv for that; it is installed here as root. Raises DevError
+    where an interpreter runs but cannot be made able to.
     """
     running = list(runnable_pythons(version))
     able = next(filter(makes_environments, running), None)

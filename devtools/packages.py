@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The extension's packages: wheels fetched and checked, a zip for each platform, each zip validated."""
+"""The extension's packages: fetching and checking wheels, building and validating a zip for each platform."""
 
 import hashlib
 import re
@@ -31,7 +31,7 @@ def sha256(path: Path) -> str:
 
 
 def known_hashes() -> dict[str, str]:
-    """File name: SHA-256, in sha256sum's format."""
+    """The recorded SHA-256 of each wheel by its file name; the record has the format of sha256sum."""
     lines = HASHES.read_text().splitlines() if HASHES.exists() else []
     return {name: digest for digest, name in (line.split() for line in lines)}
 
@@ -47,7 +47,7 @@ def is_genuine(name: str, hashes: dict[str, str]) -> bool:
 
 @dataclass
 class Download:
-    """What one call of pip download brings: the wheels for one Python on one system."""
+    """One call of pip download: the wheels for one version of Python on one operating system."""
 
     python_tag: str
     system: str
@@ -81,7 +81,9 @@ def downloads(names: list[str]) -> list[Download]:
 
 
 def fetch_wheels(environment: Environment, lock: bool = False) -> None:
-    """Brings the manifest's wheels into wheels/ and checks their SHA-256; `lock` records these anew."""
+    """Download the manifest's wheels into wheels/ and check their SHA-256; with `lock`, record these instead.
+
+    Raises DevError where a wheel is missing or its SHA-256 is not the recorded one."""
     hashes = known_hashes()
     wanted = [name for name in wheel_names() if not (WHEELS / name).is_file() or not (lock or is_genuine(name, hashes))]
     for name in wanted:
@@ -96,7 +98,7 @@ def fetch_wheels(environment: Environment, lock: bool = False) -> None:
 
 
 def extension_tool(environment: Environment, *arguments: str | Path) -> None:
-    """Blender's own tool for extensions, as the bpy wheel brings it; DevError with its complaint."""
+    """Run Blender's own tool for extensions, from the bpy wheel. Raises DevError with its complaint."""
     scripts = environment.bpy_folder / "scripts"
     tool = scripts / "addons_core" / "bl_pkg" / "cli" / "blender_ext.py"
     tags = scripts / "modules" / "_bpy_internal" / "extensions" / "tags.py"
@@ -108,10 +110,7 @@ def extension_tool(environment: Environment, *arguments: str | Path) -> None:
 
 
 def missing_wheels(package: Path) -> list[str]:
-    """The wheels that a zip's manifest promises for its platform and the zip does not hold.
-
-    Blender's validator does not look for them.
-    """
+    """The wheels that a zip's manifest lists and the zip does not hold: Blender's validator does not look for them."""
     with zipfile.ZipFile(package) as archive:
         manifest = tomllib.loads(archive.read("blender_manifest.toml").decode())
         held = set(archive.namelist())
@@ -120,13 +119,14 @@ def missing_wheels(package: Path) -> list[str]:
 
 
 def validate(package: Path, environment: Environment) -> None:
+    """Raise DevError where a zip is not a valid extension or lacks a wheel."""
     extension_tool(environment, "validate", package)
     if missing := missing_wheels(package):
         raise DevError(f"{package.name}: wheels missing in the zip: {', '.join(missing)}")
 
 
 def build(environment: Environment, output: Path, lock: bool = False) -> list[Path]:
-    """Builds and validates the zip of each platform; returns them. Nothing half-made stays in `output`."""
+    """Build and validate the zip of each platform; their paths. Nothing half-made is left in `output`."""
     fetch_wheels(environment, lock)
     output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=output, prefix=".build-") as folder:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Slow commands, run with signs of life on stderr (stdout belongs to the verb's own output)."""
+"""Running slow commands, with signs of life on standard error; standard output is for a verb's own output."""
 
 import os
 import subprocess
@@ -16,11 +16,12 @@ running: set[subprocess.Popen] = set()
 
 
 def say(text: str) -> None:
+    """Print a line to standard error."""
     print(f"[dev] {text}", file=sys.stderr, flush=True)
 
 
 def clean_environment(**changes: str) -> dict[str, str]:
-    """This process's environment less what would lead another Python astray, plus `changes`."""
+    """This process's environment with `changes`, and without the variables that would mislead another Python."""
     astray = {"PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV", "__PYVENV_LAUNCHER__"}
     return {name: value for name, value in os.environ.items() if name not in astray} | changes
 
@@ -31,9 +32,10 @@ def last_lines(log: Path, count: int) -> list[str]:
 
 
 def run_step(title: str, command: Sequence[str | Path], log: Path, **changes: str) -> None:
-    """Runs a command with its output in `log`; says what runs, and every 15 s that it still does.
+    """Run a command with its output in `log`; say what runs, and every 15 seconds that it is still running.
 
-    Raises DevError with the last lines of the log where it fails. An interrupt ends the command too.
+    `changes` are variables for its environment. Raises DevError with the last lines of the log where the command fails.
+    An interrupt ends the command too.
     """
     log.parent.mkdir(parents=True, exist_ok=True)
     start = time.monotonic()
@@ -66,7 +68,7 @@ def run_step(title: str, command: Sequence[str | Path], log: Path, **changes: st
 
 
 def run_together(tasks: Sequence[Callable[[], None]]) -> None:
-    """Runs tasks made of steps side by side; raises their first fault. An interrupt ends their commands too."""
+    """Run tasks side by side; raise the first fault of any. An interrupt ends the commands that they run."""
     with ThreadPoolExecutor(4) as pool:
         jobs = [pool.submit(task) for task in tasks]
         try:

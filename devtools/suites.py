@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The test suites: each folder of tests/ in each environment it is for, each in a process of its own."""
+"""The test suites: a folder of tests/ in an environment, each suite in its own process."""
 
 import os
 import subprocess
@@ -19,7 +19,7 @@ FOLDERS = {"precompute": ALL, "addon": ALL, "render": ALL, "package": (PY311,)}
 
 @dataclass(frozen=True)
 class Result:
-    """How a suite went: pytest's exit status (below 0: the signal that ended it) and its report's counts."""
+    """The result of a suite: pytest's exit status (-N after signal N), and the counts of its report."""
 
     title: str
     status: int
@@ -30,10 +30,12 @@ class Result:
 
     @property
     def good(self) -> bool:
+        """Whether every test passed or was skipped."""
         return self.status == 0
 
     @property
     def verdict(self) -> str:
+        """One word for the summary."""
         if self.status < 0:
             return f"signal {-self.status}"
         return "ok" if self.good else "FAILED"
@@ -44,7 +46,7 @@ def test_files(folder: Path) -> list[Path]:
 
 
 def split_arguments(arguments: Sequence[str]) -> tuple[list[Path], list[str]]:
-    """(paths under tests/, the other pytest arguments); a path may name a test after `::`."""
+    """Split off the arguments that are paths under tests/, which may name a test after `::`; paths and the rest."""
     paths = [argument for argument in arguments if is_test_path(Path(argument.partition("::")[0]))]
     return [Path(path).absolute() for path in paths], [argument for argument in arguments if argument not in paths]
 
@@ -54,7 +56,7 @@ def is_test_path(path: Path) -> bool:
 
 
 def counts(report: Path) -> dict[str, int]:
-    """passed, failed, skipped of a JUnit report; all 0 where the process died before it wrote one."""
+    """The numbers passed, failed and skipped of a JUnit report; empty where the process died before it wrote one."""
     if not report.exists():
         return {}
     suite = ElementTree.parse(report).getroot().find("testsuite")
@@ -64,8 +66,9 @@ def counts(report: Path) -> dict[str, int]:
 
 
 def run_suite(
-    name: str, environment: Environment, targets: list[Path], options: list[str], variables: dict[str, str]
+    name: str, environment: Environment, targets: list[Path], *, options: list[str], variables: dict[str, str]
 ) -> Result:
+    """Run pytest on the targets in an environment, with `variables` added to the process's environment."""
     title = f"{name}, Python {environment.python_version}, bpy {environment.blender_version}"
     say(f"tests: {title}")
     report = ENVIRONMENTS / "reports" / f"{name}-{environment.name}.xml"
@@ -80,7 +83,7 @@ def run_suite(
 
 
 def targets_of(name: str, paths: list[Path]) -> list[Path]:
-    """What a suite runs: of the paths asked for those that are its own, or all of its folder."""
+    """What a suite runs: those of the given paths that are in its folder, or the whole folder where none are given."""
     folder = ROOT / "tests" / name
     if not paths or ROOT / "tests" in paths:
         return [folder] if test_files(folder) else []
@@ -88,7 +91,7 @@ def targets_of(name: str, paths: list[Path]) -> list[Path]:
 
 
 def print_summary(results: list[Result]) -> None:
-    """A line for each suite, and the totals in a closing line that programs can read."""
+    """Print a line for each suite, and last a line of totals that programs can read."""
     print(f"\n{'suite':44} {'result':9} {'passed':>7} {'failed':>7} {'skipped':>8} {'seconds':>8}")
     for result in results:
         numbers = f"{result.passed:7} {result.failed:7} {result.skipped:8} {result.seconds:8.1f}"
@@ -98,11 +101,11 @@ def print_summary(results: list[Result]) -> None:
 
 
 def run(environments: Sequence[Environment], arguments: Sequence[str], blender: Path | None) -> int:
-    """Runs the suites, all of them where `arguments` name no path; returns 0 only where every one passed."""
+    """Run the suites that `arguments` name, or all where they name none; 0 where every suite passed, else 1."""
     paths, options = split_arguments(arguments)
     variables = {"NATURAL_GRATINGS_BLENDER": str(blender)} if blender else {}
     results = [
-        run_suite(name, environment, targets, options, variables)
+        run_suite(name, environment, targets, options=options, variables=variables)
         for name, wanted in FOLDERS.items()
         if (targets := targets_of(name, paths))
         for environment in wanted

@@ -48,7 +48,7 @@ class SpectrumSeries:
         return np.abs(self.weights(s) @ self.amplitude) ** 2
 
     def mixed(self, weights: np.ndarray, kept: tuple[slice, slice]) -> np.ndarray:
-        """Sums (ny, k, nx) of scattered_over_s2 over the nodes, with weights (k, count), for the kept rows and columns."""
+        """Sums (ny, k, nx) of scattered_over_s2 over the nodes with weights (k, count), for kept rows and columns."""
         rows, columns = kept
         weights = weights.astype(self.scattered_over_s2.dtype)
         return weights @ self.scattered_over_s2.transpose(1, 0, 2)[rows, :, columns]
@@ -79,5 +79,5 @@ def spectrum_series(
 
 def bound(relief: Relief, s_max: float, tolerance: float) -> int:
     """The number of nodes in s that is enough for every relief of the same height range."""
-    # With s = s_max (1 + t) / 2 and t in [-1, 1], exp(-i 2 pi s (h - h')) has the z of Jacobi and Anger pi s_max (h - h').
+    # With s = s_max (1 + t) / 2, t in [-1, 1] and a height difference d, exp(-i 2 pi s d) is a phase of z = pi s_max d.
     return max(COUNT_MIN, chebyshev.jacobi_anger_terms(np.pi * s_max * relief.height_range_m, tolerance))
