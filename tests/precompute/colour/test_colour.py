@@ -70,15 +70,12 @@ def random_lab(rng, count):
     return rng.uniform([0, -100, -100], [100, 100, 100], (count, 3))
 
 
-# Colour differences
-
-
 def test_delta_e_gives_the_published_figures():
-    """They are printed to four decimals.
+    """To the four decimals that are printed.
 
-    Of two hues exactly opposite (the 10th and the 14th pair) the mean hue has two values, and a rounding decides
-    between them, in colour-science too, which has the other one of the 14th: the figure of either neighbour in the
-    table."""
+    Where two hues are exactly opposite, as in the 10th and the 14th pair, their mean has two possible values, and
+    rounding decides which. The result is then the figure of one of the neighbours in the table. colour-science's own
+    result for the 14th pair is the other value."""
     given_order, turned = (delta_e_2000(SHARMA[:, a], SHARMA[:, b]) for a, b in (ORDER, ORDER[::-1]))
     for computed in (given_order, turned):
         wrong = np.abs(computed - SHARMA[:, 6]) > 0.5001e-4
@@ -88,8 +85,8 @@ def test_delta_e_gives_the_published_figures():
 
 
 def test_delta_e_is_that_of_colour_science(science):
-    """Two orders of the same few dozen operations on numbers up to 1e14 (c^7 under a root): 1e-12 relative; a factor of
-    100 for the cancellation in the rotation term. Hues that are opposite to 1e-9 do not occur at random."""
+    """Both do the same few dozen operations, in another order, on numbers up to 1e14 (c^7 under a root). That is 1e-12
+    relative, and cancellation in the rotation term costs a factor of 100. Random hues are never opposite to 1e-9."""
     rng = np.random.default_rng(0)
     one, near = random_lab(rng, 2000), rng.normal(0, 1, (2000, 3))
     for other in (random_lab(rng, 2000), one + near, one * [1, 0, 0]):
@@ -100,7 +97,7 @@ def test_delta_e_is_that_of_colour_science(science):
 @rounded
 @given(st.integers(0, 2**32))
 def test_delta_e_is_a_difference(seed):
-    """Nothing between a colour and itself, never negative, and the same both ways (rounding as above)."""
+    """Zero between a colour and itself, positive otherwise, and the same both ways (rounding as above)."""
     one, other = random_lab(np.random.default_rng(seed), 200).reshape(2, 100, 3)
     assert (delta_e_2000(one, one) == 0).all()
     forth, back = delta_e_2000(one, other), delta_e_2000(other, one)
@@ -109,12 +106,9 @@ def test_delta_e_is_a_difference(seed):
 
 
 def test_delta_e_of_greys_is_that_of_their_lightness():
-    """S_L = 1 at L* = 50; no chroma, so nothing else counts."""
+    """At a mean L* of 50, S_L is 1; without chroma no other term counts."""
     computed = delta_e_2000(np.array([49.0, 0, 0]), np.array([51.0, 0, 0]))
     assert computed == pytest.approx(2, rel=1e-15)
-
-
-# L*a*b*
 
 
 def test_white_is_white_and_black_is_black():
@@ -123,7 +117,7 @@ def test_white_is_white_and_black_is_black():
 
 
 def test_lab_is_that_of_colour_science(science):
-    """Far below and above the junction of its two branches at Y = 0.0089; 1e-13 of 100."""
+    """Far below and far above the point Y = 0.0089 at which its two branches meet; rounding is 1e-13 of 100."""
     white = white_xyz()
     xyz = np.geomspace(1e-6, 20, 300).reshape(100, 3) * np.random.default_rng(0).uniform(0.1, 1, (100, 3))
     # colour-science names a white by xy, of Y = 1.
@@ -132,19 +126,16 @@ def test_lab_is_that_of_colour_science(science):
 
 
 def test_lab_has_no_step_where_its_branches_meet():
-    """The CIE's exact fractions make value and slope continuous: over a relative step of 1e-9 f changes by 1e-9 of
-    8."""
+    """With the CIE's exact fractions the value and the slope are continuous: over a relative step of 1e-9 the lightness
+    changes by 1e-9 of 8."""
     white = np.ones(3)
     below, above = (lab(np.full(3, 216 / 24389 * (1 + e)), white)[0] for e in (-1e-9, 1e-9))
     assert above - below == pytest.approx(0, abs=2e-8 * 8)
     assert below == pytest.approx(8, abs=1e-7)
 
 
-# The observer
-
-
 def test_the_table_is_the_cie_table(science):
-    """Printed to seven digits: half a unit of the last one is 5e-7 of the value at most; where z is 0 colour-science
+    """The tables are printed to seven digits, so they differ by at most 5e-7 of a value. Where z is 0, colour-science
     interpolates it to 1e-16."""
     table = _cie_table()
     nm = np.arange(380, 781)
@@ -157,7 +148,7 @@ def test_the_table_is_the_cie_table(science):
 
 
 def test_the_white_is_d65(science):
-    """The tabulated xy has four decimals, and we end at 780 nm: 1e-4 in xy."""
+    """To 1e-4: the published xy has four decimals, and this table ends at 780 nm."""
     x, y = science.CCS_ILLUMINANTS["CIE 1931 2 Degree Standard Observer"]["D65"]
     assert white_xyz("D65")[:2] / white_xyz("D65").sum() == pytest.approx((x, y), abs=1e-4)
     np.testing.assert_allclose(white_xyz("E"), 1, atol=2e-4)
@@ -165,7 +156,7 @@ def test_the_white_is_d65(science):
 
 @pytest.mark.parametrize("illuminant", ILLUMINANTS)
 def test_y_of_the_white_is_one(illuminant):
-    """401 roundings."""
+    """To the rounding of 401 terms."""
     assert white_xyz(illuminant)[1] == pytest.approx(1, rel=1e-13)
 
 
@@ -177,11 +168,11 @@ def test_there_is_no_light_outside_the_visible():
 @rounded
 @given(st.floats(0.25e-9, 120e-9), st.sampled_from(ILLUMINANTS))
 def test_a_mirror_is_white_at_any_step(step, illuminant):
-    """A rounding for each of at most 1600 wavelengths: 4e-13."""
+    """To the rounding of at most 1600 terms, 4e-13."""
     wavelengths = np.arange(380e-9, 780e-9, step)
     total = np.ones(len(wavelengths)) @ spectral_weights(wavelengths, illuminant)
     np.testing.assert_allclose(total, white_xyz(illuminant), rtol=1e-12)
-    # The matrix multiplies the rounding by its largest entry, 3.2.
+    # The matrix multiplies the rounding by up to 3.2, its largest entry.
     np.testing.assert_allclose(rgb_from_xyz("Rec.709", illuminant) @ total, 1, rtol=1e-11)
 
 
@@ -193,14 +184,11 @@ def test_a_mirror_is_white_on_any_grid(wavelengths, illuminant):
 
 
 def test_weights_are_those_of_the_integral():
-    """The colour of a smooth spectrum at 5 nm is that at 1 nm: the 5 nm trapezoid misses h^2 / 12 f'', where the
-    functions are some 20 nm wide: 25 / 12 / 400 = 0.5 % locally, and far less once the lobe is summed."""
+    """A smooth spectrum has the same colour at steps of 5 nm and 1 nm. The trapezoid rule misses h^2 / 12 f''. With
+    functions some 20 nm wide that is 25 / 12 / 400 = 0.5 % locally, and far less in the sum."""
     grids = [np.arange(380, 781, step) * 1e-9 for step in (1, 5)]
     fine, coarse = (np.exp(-(((grid - 560e-9) / 60e-9) ** 2)) @ spectral_weights(grid) for grid in grids)
     np.testing.assert_allclose(coarse, fine, rtol=1e-3)
-
-
-# RGB
 
 
 @pytest.mark.parametrize("space", RGB_SPACES)
@@ -214,7 +202,7 @@ def test_primaries_are_the_standards_own(science, space):
 @pytest.mark.parametrize("space", RGB_SPACES)
 @pytest.mark.parametrize("illuminant", ILLUMINANTS)
 def test_matrices_are_those_of_colour_science(science, space, illuminant):
-    """Three 3 x 3 solves whose condition is below 10: 1e-14; taken times 100."""
+    """Three 3 x 3 systems of a condition below 10 round by 1e-14; the test allows 100 times that."""
     primaries, white = RGB_SPACES[space]
     to_xyz = science.normalised_primary_matrix(np.array(primaries), np.array(white))
     adapt = science.adaptation.matrix_chromatic_adaptation_VonKries(
@@ -226,12 +214,12 @@ def test_matrices_are_those_of_colour_science(science, space, illuminant):
 @pytest.mark.parametrize("space", RGB_SPACES)
 @pytest.mark.parametrize("illuminant", ILLUMINANTS)
 def test_a_mirror_is_one_one_one(space, illuminant):
-    """A matrix that was solved for this: a few roundings times its largest entry, 3.2."""
+    """To a few roundings, times the matrix's largest entry, 3.2."""
     np.testing.assert_allclose(rgb_from_xyz(space, illuminant) @ white_xyz(illuminant), 1, rtol=1e-13)
 
 
 def test_rec_709_is_the_matrix_that_everyone_knows():
-    """IEC 61966-2-1 gives four decimals for its own D65, ours differs from it by 1e-4 in xy."""
+    """IEC 61966-2-1 gives four decimals, for a D65 that differs from this one by 1e-4 in xy."""
     iec = [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]]
     np.testing.assert_allclose(rgb_from_xyz("Rec.709"), iec, atol=2e-3)
 
@@ -240,7 +228,7 @@ def test_rec_709_is_the_matrix_that_everyone_knows():
 
 
 def test_srgb_is_that_of_colour_science(science):
-    """One power: a few roundings."""
+    """To a few roundings: there is one power to compute."""
     linear = np.linspace(0, 1, 1001)
     np.testing.assert_allclose(srgb_encode(linear), science.models.eotf_inverse_sRGB(linear), rtol=1e-14)
 
@@ -252,6 +240,6 @@ def test_srgb_keeps_its_ends_and_clips_the_rest():
 @rounded
 @given(st.floats(0, 1), st.floats(0, 1))
 def test_srgb_rises(one, other):
-    """Its two branches miss each other by 3e-8 where they meet."""
+    """Where its two branches meet they differ by 3e-8."""
     low, high = sorted([one, other])
     assert srgb_encode(low) <= srgb_encode(high) + 3e-8

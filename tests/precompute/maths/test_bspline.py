@@ -24,7 +24,7 @@ def test_the_weights_are_the_b_splines(f):
 
 
 def test_the_variance_is_what_a_reading_adds():
-    """A straight line comes back; x^2 comes back as x^2 and the variance."""
+    """A straight line is read exactly; x^2 is read as x^2 + VARIANCE."""
     samples = np.arange(12.0)[:, None] ** [1, 2]
     x = np.linspace(1, 10, 50)
     expected = np.stack([x, x**2 + bspline.VARIANCE], axis=-1)
@@ -37,7 +37,7 @@ def test_a_grid_is_read_as_the_sum_over_all_its_samples(seed, precision):
     rng = np.random.default_rng(seed)
     samples = rng.standard_normal((7, 9)).astype(precision)
     y, x = rng.uniform(1, 5, (3, 20)), rng.uniform(1, 7, (3, 20))
-    # The last place that can be read, where the tap beyond it weighs nothing.
+    # The last position that can be read: the weight of the sample beyond it is zero.
     y[0, 0], x[0, 0] = 5, 7
     across = cubic(y[..., None] - np.arange(7)), cubic(x[..., None] - np.arange(9))
     expected = np.einsum("abi,ij,abj->ab", across[0], samples, across[1])
@@ -45,9 +45,11 @@ def test_a_grid_is_read_as_the_sum_over_all_its_samples(seed, precision):
 
 
 def test_a_gaussian_is_read_to_the_fourth_order():
-    """Sampled narrower by the variance, a Gaussian comes back but for the B-spline's fourth cumulant, -h^4 / 30, and
-    for the images of the samples' spectrum, 2 zeta(4) / (2 pi)^4 = 1 / 720 as well: of the peak 3 h^4 (1 / 720 +
-    1 / 720) at worst, h = sigma / texels, and orders above."""
+    """A Gaussian sampled narrower by VARIANCE is read as the original, with an error of the order h^4, h = sigma /
+    texels.
+
+    Two parts of the error are equal at worst. The B-spline's fourth cumulant, -h^4 / 30, adds 3 h^4 / 720 of the peak;
+    the images of the samples' spectrum, 2 zeta(4) / (2 pi)^4 = 1 / 720, add as much."""
     worst = []
     for texels in (1, 1.5, 2, 3, 4):
         h = 1 / texels

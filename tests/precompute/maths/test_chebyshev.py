@@ -20,8 +20,10 @@ T = np.linspace(-1, 1, 2001)
 
 
 def bessel_integral(z, count):
-    """(1 / pi) integral over [0, pi] of cos(n t - z sin t): periodic and entire, so equal steps are exact to rounding
-    once there are more of them than n + z, plus some (Trefethen and Weideman 2014)."""
+    """J_n(z) = (1 / pi) integral over [0, pi] of cos(n t - z sin t), by a sum over equal steps.
+
+    The integrand is periodic and entire, so the sum is exact to rounding once there are somewhat more than n + z steps
+    (Trefethen and Weideman 2014)."""
     steps = int(z + count + 80)
     t = 2 * np.pi * np.arange(steps) / steps
     return np.mean(np.cos(np.arange(count)[:, None] * t - z * np.sin(t)), axis=1)
@@ -33,20 +35,17 @@ def phase_error(z, count):
     return np.abs(interpolation_matrix(T, count, lower=-1, upper=1) @ values - np.exp(1j * z * T)).max()
 
 
-# Bessel functions
-
-
 @few
 @given(st.floats(1e-30, 120) | st.just(0.0), st.integers(1, 300))
 def test_bessel_is_its_integral(z, count):
-    """A relief of 2 um needs z = 33. The integrand's phase, up to 2 pi 300, is rounded to half of 4e-13."""
+    """A relief of 2 um has z = 33. The integrand's phase is at most 2 pi 300 and is rounded by at most 2e-13."""
     np.testing.assert_allclose(bessel_j(z, count), bessel_integral(z, count), rtol=0, atol=4e-13)
 
 
 @pytest.mark.parametrize("z", [1e-24, 1e-12, 1e-6, 1e-3, 0.1])
 def test_bessel_of_small_arguments(z):
-    """(z / 2)^n / n! (1 - (z / 2)^2 / (n + 1) + (z / 2)^4 / (2 (n + 1) (n + 2))), the next term being below
-    (0.05)^6 / 6 = 3e-9 of the first."""
+    """The power series (z / 2)^n / n! (1 - (z / 2)^2 / (n + 1) + (z / 2)^4 / (2 (n + 1) (n + 2))); the next term is
+    below (0.05)^6 / 6 = 3e-9 of the first."""
     x = z / 2
     expected = [x**n / math.factorial(n) * (1 - x**2 / (n + 1) + x**4 / (2 * (n + 1) * (n + 2))) for n in range(6)]
     np.testing.assert_allclose(bessel_j(z, 6), expected, rtol=4e-9)
@@ -59,12 +58,9 @@ def test_bessel_of_nothing_is_one_and_zeros():
 @few
 @given(st.floats(1e-30, 100))
 def test_bessel_squares_sum_to_one(z):
-    """J_0^2 + 2 sum J_n^2 = 1: the energy of a sinusoidal grating. Some 160 terms."""
+    """J_0^2 + 2 sum J_n^2 = 1, the energy of a sinusoidal grating; at most 160 terms."""
     j = bessel_j(z, int(z) + 60)
     assert j[0] ** 2 + 2 * np.sum(j[1:] ** 2) == pytest.approx(1, abs=1e-12)
-
-
-# Nodes and polynomials
 
 
 @few
@@ -77,7 +73,7 @@ def test_nodes_ascend_inside_the_interval(count, lower, width):
 
 
 def test_polynomials_follow_the_recurrence():
-    """T_n+1 = 2 t T_n - T_n-1; n arccos(t) is rounded to n pi 1e-16."""
+    """T_n+1 = 2 t T_n - T_n-1. The product n arccos(t) is rounded by n pi 1e-16."""
     values = polynomials(T, 40)
     np.testing.assert_array_equal(values[:, 0], 1)
     np.testing.assert_allclose(values[:, 1], T, atol=1e-15)
@@ -87,7 +83,7 @@ def test_polynomials_follow_the_recurrence():
 @few
 @given(st.integers(1, 40), st.integers(0, 2**32))
 def test_coefficients_come_back(count, seed):
-    """A cosine transform of up to 40 numbers of size 1: 40 * 40 * 1e-16 and a little."""
+    """Rounding of a cosine transform of up to 40 numbers of size 1: about 40 * 40 * 1e-16."""
     coefficients = np.random.default_rng(seed).standard_normal(count)
     values = polynomials(nodes(count, -1, 1), count) @ coefficients
     np.testing.assert_allclose(coefficients_from_nodes(count) @ values, coefficients, atol=1e-12)
@@ -96,7 +92,7 @@ def test_coefficients_come_back(count, seed):
 @few
 @given(st.integers(2, 20), st.integers(0, 2**32), st.floats(-3, 3), st.floats(0.1, 4))
 def test_interpolation_is_exact_for_polynomials(count, seed, lower, width):
-    """Of a degree below the count, with values of size 10 at most; the Lebesgue constant of 20 nodes is 3."""
+    """Polynomials of a degree below the count, with values up to 10; the Lebesgue constant of 20 nodes is 3."""
     rng = np.random.default_rng(seed)
     coefficients = rng.standard_normal(count)
     upper = lower + width
@@ -110,13 +106,10 @@ def test_interpolation_is_exact_for_polynomials(count, seed, lower, width):
     np.testing.assert_allclose(matrix @ polynomial(nodes(count, lower, upper)), polynomial(x), atol=1e-11)
 
 
-# How many terms a phase needs
-
-
 @few
 @given(st.floats(0.1, 60), st.floats(2, 11))
 def test_a_phase_is_met_within_its_tolerance(z, digits):
-    """The bound is rigorous; beside it the matrix rounds phases of count * pi = 300 to 1e-13."""
+    """The bound is rigorous. In addition the matrix rounds phases of up to count * pi = 300 by 1e-13."""
     tolerance = 10.0**-digits
     assert phase_error(z, jacobi_anger_terms(z, tolerance)) <= tolerance + 1e-12
 
@@ -124,8 +117,10 @@ def test_a_phase_is_met_within_its_tolerance(z, digits):
 @pytest.mark.parametrize("z", [0.1, 0.5, 1, 2, 5, 10, 20, 35, 60])
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6, 1e-9])
 def test_a_phase_takes_hardly_more_terms_than_the_least(z, tolerance):
-    """Beyond n = z the J_n fall by 2 and more a term (slower just past z = 60, by 1.5); the bound adds moduli where the
-    true tail cancels in part, and counts every term twice: a factor of some 4 to 8, so three terms or four."""
+    """The bound exceeds the true error by a factor of 4 to 8, which costs three or four terms.
+
+    It adds moduli where the true tail cancels in part, and counts every term twice. From n = z on, each J_n is smaller
+    than the one before by a factor of 2 or more (1.5 just past z = 60)."""
     enough = jacobi_anger_terms(z, tolerance)
     least = next(count for count in range(1, enough + 1) if phase_error(z, count) <= tolerance)
     assert enough - least <= 4

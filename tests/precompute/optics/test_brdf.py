@@ -17,13 +17,10 @@ def direction(theta, phi):
     return np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
 
 
-# Fresnel
-
-
 @pairs
 @given(indices)
 def test_normal_incidence(n):
-    """((n - 1) / (n + 1))^2; the numerator loses at most two digits at n = 1.01."""
+    """Equal to ((n - 1) / (n + 1))^2, whose numerator loses at most two digits, at n = 1.01."""
     assert fresnel_reflectance(1.0, n) == pytest.approx(((n - 1) / (n + 1)) ** 2, rel=1e-12)
 
 
@@ -36,16 +33,16 @@ def test_grazing_incidence_reflects_all(n):
 @pairs
 @given(indices)
 def test_brewster_leaves_one_polarisation(n):
-    """At tan t = n nothing of the parallel part is left, and of the other ((n^2 - 1) / (n^2 + 1))^2."""
+    """At tan t = n the parallel part is not reflected, and ((n^2 - 1) / (n^2 + 1))^2 of the other part is."""
     cosine = 1 / np.sqrt(1 + n**2)
     assert fresnel_reflectance(cosine, n) == pytest.approx(0.5 * ((n**2 - 1) / (n**2 + 1)) ** 2, rel=1e-12)
 
 
 @pairs
 @given(polar, indices)
-def test_fresnel_is_that_of_snell(theta, n):
-    """The textbook's sines and tangents, which lose digits towards normal incidence: hence from 0.5 degrees on, where
-    the squares of differences of angles of 0.01 keep 12 digits."""
+def test_fresnel_follows_from_snells_law(theta, n):
+    """Equal to the textbook's form in sines and tangents. That form loses digits near normal incidence, so the test
+    starts at 0.5 degrees, where the squares of angle differences of 0.01 keep 12 digits."""
     theta = max(theta, np.radians(0.5))
     refracted = np.arcsin(np.sin(theta) / n)
     perpendicular = (np.sin(theta - refracted) / np.sin(theta + refracted)) ** 2
@@ -62,13 +59,10 @@ def test_fresnel_is_a_share_of_the_light():
     assert reflectance[-1] == pytest.approx(((KERATIN_IOR - 1) / (KERATIN_IOR + 1)) ** 2, rel=1e-12)
 
 
-# Geometry
-
-
 @pairs
 @given(polar, azimuth, polar, azimuth)
 def test_half_angle(theta_i, phi_i, theta_r, phi_r):
-    """Against the half vector itself. Near pi / 2 the root turns a rounding of 2e-16 into 1e-8."""
+    """Equal to the value from the half vector. Near pi / 2 the square root turns a rounding of 2e-16 into 1e-8."""
     wi, wr = direction(theta_i, phi_i), direction(theta_r, phi_r)
     half = (wi + wr) / np.linalg.norm(wi + wr)
     assert half_angle_cosine(wi, wr) == pytest.approx(wi @ half, abs=1e-7)
@@ -81,11 +75,8 @@ def test_half_angle_of_roundings_stays_real():
     assert half_angle_cosine(d, -d) == pytest.approx(0)
 
 
-# Obliquity
-
-
 def stam(wi, wr):
-    """O of DESIGN 2, as written there."""
+    """The obliquity O of docs/theory.md, as written there."""
     ci, cr = wi[2], wr[2]
     return (1 + wi @ wr) ** 2 / (ci * cr * (ci + cr) ** 2)
 
@@ -95,15 +86,15 @@ def stam(wi, wr):
 def test_obliquity_is_stams(theta_i, phi_i, theta_r, phi_r):
     wi, wr = direction(theta_i, phi_i), direction(theta_r, phi_r)
     expected = stam(wi, wr) * wi[2] * (wi[2] + wr[2]) ** 2
-    # A dozen roundings; 1 + wi.wr is small where light and view are opposite, and its rounding is that of 1.
+    # A dozen roundings. Where light and view are opposite 1 + wi.wr is small, but its rounding is that of 1.
     assert obliquity_times_cosine_and_w2(wi, wr) == pytest.approx(expected, rel=1e-13, abs=1e-13 / wr[2])
 
 
 @pairs
 @given(polar, azimuth, polar, azimuth, indices)
 def test_reciprocity_of_fresnel_times_obliquity(theta_i, phi_i, theta_r, phi_r, n):
-    """R * O is the same with light and view exchanged; the function carries cos(ti), which is not. Rounding as
-    above."""
+    """R * O stays the same when light and view are exchanged. The function also has the factor cos(ti), which changes
+    and is divided out. Rounding as above."""
     wi, wr = direction(theta_i, phi_i), direction(theta_r, phi_r)
     forth, back = (
         fresnel_reflectance(half_angle_cosine(a, b), n) * obliquity_times_cosine_and_w2(a, b) / a[2]
@@ -115,7 +106,8 @@ def test_reciprocity_of_fresnel_times_obliquity(theta_i, phi_i, theta_r, phi_r, 
 @pairs
 @given(polar, azimuth)
 def test_obliquity_of_a_mirror_is_one(theta, phi):
-    """O = 1, so that O cos(ti) w^2 = 4 cos^3. 1 + wi.wr = 2 cos^2 is 1e-4 at 89.5 degrees: 12 digits are left."""
+    """For a mirror O = 1, so O cos(ti) w^2 = 4 cos^3. At 89.5 degrees 1 + wi.wr = 2 cos^2 is 1e-4 and keeps 12
+    digits."""
     wi, wr = direction(theta, phi), direction(theta, phi + np.pi)
     assert obliquity_times_cosine_and_w2(wi, wr) == pytest.approx(4 * np.cos(theta) ** 3, rel=1e-10)
 
@@ -127,7 +119,7 @@ def test_the_limit_of_the_horizon_is_finite():
 
 
 def test_arrays_broadcast():
-    """One light against a picture of views."""
+    """One light direction and an array of view directions."""
     wi = direction(0.4, 0.1)
     wr = np.stack([[direction(0.1 * i, 0.2 * j) for i in range(4)] for j in range(3)])
     picture = obliquity_times_cosine_and_w2(wi, wr)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What turning, shifting and scaling a height map do to its spectrum (issue 3, must show 7)."""
+"""What turning, shifting and scaling a height map do to its spectrum."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ def changed(original, heights, pixel_m=None):
 
 
 def scattered(surface, u, v, w=1.3):
-    """XYZ (n, 3) of the reference, at 40 nm: the same sums on either side of an equality."""
+    """XYZ (n, 3) of the reference with a step of 40 nm: both sides of an equality are the same coarse sum."""
     return reference_xyz(prepare(surface), np.asarray(u), np.asarray(v), w=w, sigma_b=SIGMA_B, step_m=40e-9)[0]
 
 
@@ -34,7 +34,7 @@ def places(count=40):
 
 
 def agree(one, other):
-    """Ten digits of the brightest: sums of some 1e4 terms in another order."""
+    """Equal to ten digits of the brightest: the same 1e4 terms are summed in another order."""
     assert one.max() > 0
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-10 * one.max())
 
@@ -48,8 +48,8 @@ def test_a_circular_shift_leaves_the_spectrum_alone(seed, down, right):
 
 
 @pytest.mark.parametrize("periodic", [True, False])
-def test_a_quarter_turn_turns_it(periodic):
-    """Anticlockwise as it is seen, T to B: what went to (u, v) goes to (-v, u)."""
+def test_a_quarter_turn_turns_the_spectrum(periodic):
+    """A turn anticlockwise as the scan is seen, from T to B, moves the light at (u, v) to (-v, u)."""
     surface = height_map(1, periodic=periodic)
     turned = changed(surface, np.rot90(surface.height_m))
     u, v = places()
@@ -57,8 +57,8 @@ def test_a_quarter_turn_turns_it(periodic):
 
 
 @pytest.mark.parametrize("periodic", [True, False])
-def test_transposing_mirrors_it(periodic):
-    """Rows run along -B and columns along T: their exchange takes (u, v) to (-v, -u)."""
+def test_transposing_mirrors_the_spectrum(periodic):
+    """Rows run along -B and columns along T, so transposing moves the light at (u, v) to (-v, -u)."""
     surface = height_map(2, periodic=periodic)
     u, v = places()
     agree(scattered(surface, u, v), scattered(changed(surface, surface.height_m.T), -v, -u))
@@ -66,7 +66,8 @@ def test_transposing_mirrors_it(periodic):
 
 @pytest.mark.parametrize("factor", [0.5, 1.3])
 def test_scaling_the_pixel_scales_the_frequencies(factor):
-    """Bin by bin the same power, at q over the factor; so no pixel may be so large that it would be refined."""
+    """Each bin has the same power, and its frequency is divided by the factor. All pixels are too small to be
+    refined."""
     small = prepare(height_map(3))
     large = prepare(height_map(3, pixel_m=(factor * PIXEL_M, factor * PIXEL_M)))
 
@@ -88,7 +89,7 @@ def test_scaling_the_pixel_scales_the_frequencies(factor):
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 999), st.floats(1e5, 5.2e6), st.booleans())
 def test_the_light_is_all_there(seed, s, periodic):
-    """Parseval to 1e-12 over the Nyquist cell."""
+    """Parseval's theorem over the Nyquist cell, to 1e-12."""
     relief = prepare(height_map(seed, periodic=periodic))
     rows, cols = relief.height_m.shape
     q_y, q_x = (np.fft.fftshift(np.fft.fftfreq(n, d)) for n, d in zip((rows, cols), relief.pixel_size_m, strict=True))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bake's own series: single precision, few nodes, thinned bins, all against the exact spectrum."""
+"""The series of a bake (single precision, few nodes, thinned bins) against the exact spectrum."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ WHOLE = (slice(None), slice(None))
 
 
 def skin(count=400, pixel=60e-9, scale=30e-9, seed=0, periodic=False):
-    """Gaussian bumps of 300 nm, `scale` rms."""
+    """A relief of Gaussian bumps of 300 nm with `scale` metres rms."""
     rng = np.random.default_rng(seed)
     q = np.fft.fftfreq(count, pixel)
     spectrum = np.fft.fft2(rng.standard_normal((count, count)))
@@ -27,8 +27,9 @@ def skin(count=400, pixel=60e-9, scale=30e-9, seed=0, periodic=False):
 
 @pytest.mark.parametrize("scale", [1e-9, 30e-9, 150e-9])
 def test_the_fast_series_is_the_exact_spectrum(scale):
-    """Asked for 2e-4 of the sum of the coefficients, with twice that left for the estimate; single precision is 1e-6.
-    Of a deep relief's power over s^2, little is left at large s, and the same error is a larger share of it."""
+    """The tolerance is 2e-4 of the sum of the coefficients, and its estimate may be wrong by a factor of two. Single
+    precision adds 1e-6. The power over s^2 of a deep relief is small at large s, where the same error is a larger share
+    of it."""
     relief = skin(scale=scale)
     series = fast_series(relief, Q_MAX, S_MAX, finest_kernel=4e4, tolerance=2e-4)
     light = _coefficient_sizes(series.scattered_over_s2).sum()
@@ -51,7 +52,7 @@ def test_a_real_relief_takes_fewer_nodes_than_the_bound():
 
 
 def test_nodes_that_do_not_suffice_are_noticed(monkeypatch):
-    """Told that four will do, the whole relief's own coefficients say otherwise."""
+    """The measurement says four nodes; the coefficients of the whole relief show that these are too few."""
     relief = skin(scale=80e-9)
     monkeypatch.setattr(fast, "measured_count", lambda *_, **__: 4)
     series = fast_series(relief, Q_MAX, S_MAX, finest_kernel=4e4, tolerance=2e-4)
@@ -61,8 +62,8 @@ def test_nodes_that_do_not_suffice_are_noticed(monkeypatch):
 
 @pytest.mark.parametrize("periodic", [False, True])
 def test_thinned_bins_are_the_same_light(periodic):
-    """A kernel of eight bins: the bins are blurred by 0.6 of it and thinned, and the rest of the kernel makes it whole;
-    flat to 6e-4 of an order (series.py), and each Gaussian cut at 5.5 sigma."""
+    """With a kernel of eight bins, the bins are blurred by 0.6 of the kernel and thinned; the rest of the kernel is
+    applied afterwards. The sum is flat to 6e-4 of an order (see fast.py), and each Gaussian ends at 5.5 sigma."""
     relief = skin(count=600, periodic=periodic)
     bins = 1 / relief.size_m[0]
     series = fast_series(relief, Q_MAX, S_MAX, finest_kernel=8 * bins, tolerance=1e-6)

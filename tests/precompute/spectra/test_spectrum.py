@@ -23,7 +23,7 @@ def rough(seed, shape=(13, 18), pixel=(40e-9, 30e-9), periodic=False, scale=80e-
 
 
 def every_bin(relief, refine=1):
-    """All bins of a transform of `refine` times the relief's size."""
+    """All bins of a transform of `refine` times the relief's size along each axis."""
     shape = tuple(refine * n for n in relief.height_m.shape)
     q = (np.sort(np.fft.fftfreq(n, d)) for n, d in zip(shape, relief.pixel_size_m, strict=True))
     return FrequencyGrid(*q, shape)
@@ -37,7 +37,7 @@ def grating(make, depth=DEPTH, along_b=False, **options):
 
 
 def orders(relief, s, along_b=False):
-    """{m: efficiency} of a grating, the zero order from its own account; nothing may lie beside the orders."""
+    """The efficiencies {m: efficiency} of a grating's orders; fails where light lies beside the orders."""
     grid = every_bin(relief)
     power, zero = scattered_spectrum(relief, s, grid)
     q = grid.q_y if along_b else grid.q_x
@@ -52,15 +52,12 @@ def orders(relief, s, along_b=False):
     return found
 
 
-# Energy
-
-
 @few
 @given(
     st.integers(0, 2**32), st.integers(1, 17), st.integers(1, 17), st.booleans(), st.floats(0, 6e6), st.integers(1, 3)
 )
 def test_parseval(seed, rows, cols, periodic, s, refine):
-    """Scattered and zero order sum to 1, whatever the shape, the apodisation, the padding."""
+    """The scattered power and the zero order sum to 1 for every shape, apodisation and padding."""
     relief = rough(seed, (rows, cols), periodic=periodic)
     power, zero = scattered_spectrum(relief, s, every_bin(relief, refine))
     assert (power >= 0).all()
@@ -68,7 +65,7 @@ def test_parseval(seed, rows, cols, periodic, s, refine):
 
 
 def test_padding_refines_the_bins_and_not_the_energy():
-    """Every bin of the scan's own transform is there among finer ones, where the power is spread over more of them."""
+    """The finer bins include every bin of the unpadded transform; their power is less, as there are more of them."""
     relief = rough(0, (18, 24))
     plain, fine = every_bin(relief), every_bin(relief, 3)
     coarse_power, _ = scattered_spectrum(relief, S, plain)
@@ -79,7 +76,7 @@ def test_padding_refines_the_bins_and_not_the_energy():
 
 
 def test_a_mirror_scatters_nothing():
-    """Exactly: the mean of ones is one."""
+    """Exactly nothing, since the mean of ones is one."""
     relief = prepare(flat())
     for s in (0.0, 1e5, S, 5.2e6):
         power, zero = scattered_spectrum(relief, s, frequency_grid(relief, 5e6, 1e6))
@@ -88,7 +85,8 @@ def test_a_mirror_scatters_nothing():
 
 
 def test_nothing_is_scattered_at_the_horizon():
-    """s = 0: no path difference at all; and the scattered part grows as s^2 (the next term is (2 pi s h)^2 of it)."""
+    """At s = 0 there is no path difference. The scattered part grows as s^2; the next term is (2 pi s h)^2 times
+    smaller."""
     relief = rough(0)
     grid = every_bin(relief)
     assert scattered_spectrum(relief, 0.0, grid)[0].max() == 0
@@ -96,12 +94,9 @@ def test_nothing_is_scattered_at_the_horizon():
     assert ten / one == pytest.approx(100, rel=1e-3)
 
 
-# Sign and place of the orders (DESIGN 2: a facet h = a x, a > 0, sends light to u = -a w)
-
-
 @pytest.mark.parametrize("along_b", [False, True])
 def test_a_facet_sends_light_down_its_slope(along_b):
-    """At depth * s = 1 every facet is one wavelength of path high, and all light goes to the order m = -1."""
+    """A facet h = a x, a > 0, sends light to u = -a w: at depth * s = 1 all light goes to the order m = -1."""
     relief = grating(blazed, DEPTH, along_b)
     s = 1 / DEPTH
     grid = every_bin(relief)
@@ -118,7 +113,8 @@ def test_a_facet_sends_light_down_its_slope(along_b):
 
 @pytest.mark.parametrize("turn", [20.0, 110.0, -75.0])
 def test_a_turned_blaze_sends_light_where_its_facets_look(turn):
-    """The grating of DESIGN 1: q = -(cos, sin) of the turn, to the nearest bin, on a scan that does not wrap."""
+    """On a scan that does not wrap, the order lies at q = -(cos, sin) of the turn over the period, to the nearest
+    bin."""
     angle = np.radians(turn)
     count, pixel, period = 96, 50e-9, 1.0e-6
     x = np.arange(count) * pixel
@@ -126,7 +122,7 @@ def test_a_turned_blaze_sends_light_where_its_facets_look(turn):
     heights = DEPTH * ((along / period) % 1)
     # Row 0 at the top.
     relief = prepare(HeightMap(heights[::-1], (pixel, pixel), "test"))
-    # Levelling takes a part of the slope, since the facets are few; nine tenths of the light stay.
+    # Levelling takes a part of the slope, since there are few facets; nine tenths of the light are still in the order.
     grid = every_bin(relief)
     power, _ = scattered_spectrum(relief, 1 / DEPTH, grid)
     row, col = np.unravel_index(np.argmax(power), power.shape)
@@ -135,14 +131,11 @@ def test_a_turned_blaze_sends_light_where_its_facets_look(turn):
     assert grid.q_y[row] == pytest.approx(-np.sin(angle) / period, abs=bin_q)
 
 
-# Closed forms
-
-
 @pytest.mark.parametrize("along_b", [False, True])
 @pytest.mark.parametrize("depth", [20e-9, 200e-9, 700e-9])
 def test_sinusoidal_orders_are_bessel_functions(depth, along_b):
-    """J_m(pi s depth)^2. 32 samples a period fold order m +- 32 back, whose amplitude is J_17(7.2) = 5e-4 at worst for
-    |m| < 16 and below 2e-12 for |m| <= 4."""
+    """The efficiency of order m is J_m(pi s depth)^2. With 32 samples to a period the orders m +- 32 are added to it;
+    their amplitude is J_17(7.2) = 5e-4 at worst for |m| < 16, and below 2e-12 for |m| <= 4."""
     z = np.pi * S * depth
     j = bessel_j(z, 64)
     found = orders(grating(sinusoidal, depth, along_b), S, along_b)
@@ -155,9 +148,9 @@ def test_sinusoidal_orders_are_bessel_functions(depth, along_b):
 
 @pytest.mark.parametrize("duty", [0.25, 0.5])
 def test_binary_orders(duty):
-    """|1 - exp(-i phi)|^2 (sin(pi m D) / (pi m))^2 of ridges and floor, phi = 2 pi s depth; D^2 + (1 - D)^2 + 2 D (1
-    - D) cos(phi) for m = 0. A sampled edge makes of the 1 / (pi m) of the transform of a step 1 / (N sin(pi m / N)),
-    exactly: the sum of all orders folded upon it."""
+    """With phi = 2 pi s depth and duty D, order m has |1 - exp(-i phi)|^2 (sin(pi m D) / (pi m))^2, and order 0 has
+    D^2 + (1 - D)^2 + 2 D (1 - D) cos(phi). With N samples to a period, 1 / (pi m) becomes 1 / (N sin(pi m / N)), which
+    is the exact sum over all orders that sampling adds together."""
     phi = 2 * np.pi * S * DEPTH
     found = orders(grating(binary, duty=duty), S)
     zero = duty**2 + (1 - duty) ** 2 + 2 * duty * (1 - duty) * np.cos(phi)
@@ -173,8 +166,8 @@ def test_binary_orders(duty):
 
 @pytest.mark.parametrize("depth", [100e-9, 246.23e-9, 640e-9])
 def test_blazed_orders(depth):
-    """sinc^2(s depth + m), its maximum at m = -s depth; of N samples sin^2(pi y) / (N sin(pi y / N))^2, y = s depth +
-    m, which is sinc^2 to (pi y / N)^2 / 3."""
+    """Order m has sinc^2(y) with y = s depth + m, so the strongest order is m = -s depth. With N samples to a period it
+    is sin^2(pi y) / (N sin(pi y / N))^2, which differs from sinc^2 by (pi y / N)^2 / 3."""
     found = orders(grating(blazed, depth), S)
     for m in range(-12, 13):
         y = S * depth + m
@@ -186,15 +179,12 @@ def test_blazed_orders(depth):
 
 
 def test_white_noise_heights_spread_evenly():
-    """Heights that know nothing of each other: each of 4096 bins has (1 - zero) / 4096 on the mean, with the
-    exponential statistics of speckle, so a band of n bins is known to 1 / sqrt(n); four times that."""
+    """With independent heights each of 4096 bins has (1 - zero) / 4096 on average. The power of a bin is distributed as
+    speckle, exponentially, so the mean of n bins has a relative deviation of 1 / sqrt(n); the test allows four."""
     relief = rough(5, (64, 64), periodic=True)
     power, zero = scattered_spectrum(relief, S, every_bin(relief))
     for band in (power[:32], power[32:], power[:, :32], power[:, 32:]):
         assert band.mean() == pytest.approx((1 - zero) / 4096, rel=4 / np.sqrt(band.size))
-
-
-# Invariances
 
 
 @few
@@ -219,7 +209,7 @@ def test_a_surface_twice_as_wide_scatters_to_half_the_frequencies():
 
 
 def test_height_offset_and_sign():
-    """An offset is a phase; a surface upside down has the spectrum of the other side."""
+    """An offset is a mere phase; reversing the sign of the heights reverses the frequencies."""
     heights = 80e-9 * np.random.default_rng(0).standard_normal((13, 17))
     up, moved, down = (
         prepare(HeightMap(h, (30e-9, 30e-9), "test", periodic=True)) for h in (heights, heights + 1e-6, -heights)
@@ -228,9 +218,6 @@ def test_height_offset_and_sign():
     power = scattered_spectrum(up, S, grid)[0]
     np.testing.assert_allclose(scattered_spectrum(moved, S, grid)[0], power, atol=1e-15)
     np.testing.assert_allclose(scattered_spectrum(down, S, grid)[0], power[::-1, ::-1], atol=1e-15)
-
-
-# Bins
 
 
 @few
@@ -256,8 +243,8 @@ def test_orders_of_a_surface_that_wraps_are_not_refined():
 
 
 def test_a_single_row_is_a_profile():
-    """A scan of one row is the same along B for all that is known: its light stays in the plane v = 0, wherever the
-    bins of the other axis need refining, as that of the same profile repeated over many rows does."""
+    """A scan of one row counts as constant along B. Its light stays in the plane v = 0, as that of the same profile
+    repeated over many rows does, also where the bins along T need refining."""
     heights = 80e-9 * np.random.default_rng(2).standard_normal((1, 64))
     profile = prepare(HeightMap(heights, (40e-9, 40e-9), "test"))
     grid = frequency_grid(profile, np.inf, 2e4)
@@ -265,14 +252,11 @@ def test_a_single_row_is_a_profile():
     assert power[grid.q_y == 0].sum() + zero == pytest.approx(1, abs=1e-12)
 
 
-# Series in s
-
-
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9])
 @pytest.mark.parametrize("scale", [20e-9, 150e-9, 400e-9])
 def test_the_series_is_the_spectrum(scale, tolerance):
-    """At random s, relative to its largest value, with 2e-16 lost to 1 / s^2 at the first node: the power, right to
-    1e-16, is divided there by (s_max / s)^2 < 1e6 times less than at the last."""
+    """At random s, with an error relative to the largest value. The power is right to 1e-16, and the first node divides
+    it by an s^2 that is up to 1e6 times smaller than the last node's."""
     relief = rough(7, scale=scale)
     grid = every_bin(relief)
     s_max = 2 / 380e-9
@@ -285,7 +269,7 @@ def test_the_series_is_the_spectrum(scale, tolerance):
         worst = max(worst, np.abs(answer - power / s**2).max())
         worst_zero = max(worst_zero, abs(series.zero_order(s) - zero))
     assert worst <= tolerance * largest
-    # The amplitude has half the exponent's range, and its modulus is 1 at most: twice the tolerance, squared.
+    # The amplitude is as accurate, and its modulus is at most 1, so its square errs by at most twice the tolerance.
     assert worst_zero <= 2 * tolerance
 
 

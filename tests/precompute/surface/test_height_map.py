@@ -18,7 +18,7 @@ def height_map(height, **options):
 
 @st.composite
 def holed(draw):
-    """(heights, holes): up to 12 x 12, at most half of the pixels missing, the corners all there."""
+    """Heights of up to 12 x 12 pixels and a mask of holes: at most half of the pixels, and none of the corners."""
     shape = draw(st.integers(1, 12)), draw(st.integers(1, 12))
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     holes = np.zeros(shape, bool)
@@ -65,10 +65,10 @@ def test_an_error_is_one_line():
 
 @given(holed(), st.floats(-5, 5), st.floats(-5, 5), st.floats(-1e3, 1e3))
 def test_levelling_takes_any_plane_out(surface, slope_y, slope_x, offset):
-    """Level(h + plane) = level(h), and what is left is orthogonal to every plane.
+    """Levelling h + plane gives the same as levelling h, and the result is orthogonal to every plane.
 
-    Rounding: 144 terms a sum and a condition number below 100 with half of the pixels there: 144 x 100 x
-    2.2e-16 = 3e-12 of the largest height; times 3 for the few sums.
+    Rounding: sums have 144 terms, and with half of the pixels the condition number is below 100. That is
+    144 x 100 x 2.2e-16 = 3e-12 of the largest height, times 3 for the few sums.
     """
     height, holes = surface
     y, x = np.indices(height.shape)
@@ -83,7 +83,7 @@ def test_levelling_takes_any_plane_out(surface, slope_y, slope_x, offset):
 
 
 def test_levelling_leaves_a_periodic_surface_its_slopes():
-    """A ramp that wraps is a facet, and no tilt of the scan."""
+    """A ramp that wraps is a facet, not a tilt of the scan."""
     ramp = np.tile(np.arange(8.0), (3, 2))
     level = level_plane(height_map(ramp, periodic=True)).height_m
     np.testing.assert_array_equal(level, ramp - 3.5)
@@ -97,8 +97,8 @@ def test_filling_keeps_what_was_measured_and_invents_no_extremes(surface):
     filled = fill_missing(given_map).height_m
     assert np.isfinite(filled).all()
     np.testing.assert_array_equal(filled[~holes], height[~holes])
-    # Means of means stay between the extremes of what stands out of the plane (which the corners make
-    # unique).
+    # Filled heights are means of means, so above the plane they lie between the measured extremes. With the corners
+    # measured there is only one plane.
     plane = _continued(height - level_plane(given_map).height_m)
     measured = (height - plane)[~holes]
     assert (filled - plane).max() <= measured.max() + 1e-11
@@ -106,7 +106,7 @@ def test_filling_keeps_what_was_measured_and_invents_no_extremes(surface):
 
 
 def _continued(plane):
-    """The plane over all pixels, from those where it is known."""
+    """The plane at all pixels, from the pixels where it is known."""
     y, x = np.indices(plane.shape)
     terms = np.stack([np.ones_like(x), y, x], axis=-1).astype(float)
     known = ~np.isnan(plane)
@@ -115,7 +115,7 @@ def _continued(plane):
 
 @given(holed(), st.floats(-5, 5), st.floats(-5, 5))
 def test_filling_continues_a_plane(surface, slope_y, slope_x):
-    """Tolerance as for levelling."""
+    """With the tolerance of levelling."""
     height, holes = surface
     y, x = np.indices(height.shape)
     plane = slope_y * y + slope_x * x
@@ -124,9 +124,9 @@ def test_filling_continues_a_plane(surface, slope_y, slope_x):
 
 
 def test_filling_bridges_a_hole_without_a_step():
-    """x y is harmonic, so that the true fill of a 6 x 6 hole is x y itself; its steps at the rim are 8.
+    """The surface x y is harmonic, so the ideal fill of a hole is x y itself, whose steps at this rim are 8.
 
-    The relaxation is cut off after a few sweeps: half a step is what the phasor does not mind.
+    The relaxation ends after a few sweeps, so the test allows an error of half a step.
     """
     y, x = np.indices((32, 32)) - 15.5
     holes = np.zeros((32, 32), bool)

@@ -20,8 +20,8 @@ KEYS = [
     "period_angles_deg",
     "channels",
 ]
-# The parabola through the logarithm of a Hann lobe, sinc(x) / (1 - x^2), misses its top by 0.016 bins at most
-# (at 0.29 bins from the middle of one); the lobe of the negative frequency, 12 bins away, adds 0.001.
+# A parabola through the logarithm of the Hann window's lobe, sinc(x) / (1 - x^2), misses the top by at most 0.016 bins
+# (where the top is 0.29 bins from the middle of a bin). The lobe of the negative frequency, 12 bins away, adds 0.001.
 MISSED_BINS = 0.02
 
 
@@ -39,14 +39,13 @@ def described(height, pixel):
 @settings(max_examples=40, deadline=None)
 @given(angle=st.floats(-89, 90), repeats=st.floats(8, 30), stretch=st.floats(0.8, 1.25))
 def test_a_wave_is_found_where_it_is(angle, repeats, stretch):
-    """On pixels that need not be square, with a tilt and an offset on top."""
+    """On pixels that need not be square, with a tilt and an offset added."""
     shape, pixel = (128, 128), (20e-9, 20e-9 * stretch)
     side = min(shape[0] * pixel[0], shape[1] * pixel[1])
     period = side / repeats
     y, x = np.indices(shape)
     figures = described(wave(shape, pixel, period, angle) + 1e-9 * x - 2e-9 * y + 1e-6, pixel)
-    # Errors of a bin on both axes; a bin of the shorter side is the wider one: 1/repeats of the wave's
-    # frequency.
+    # Both axes err by MISSED_BINS. A bin is widest along the shorter side, 1 / repeats of the wave's frequency.
     miss = MISSED_BINS * np.sqrt(2) / repeats
     assert figures.periods_m[0] == pytest.approx(period, rel=miss)
     turned = (figures.period_angles_deg[0] - angle + 90) % 180 - 90
@@ -63,7 +62,7 @@ def test_two_waves_come_strongest_first_with_their_own_angles():
 
 
 def test_a_stronger_wave_comes_first_though_a_slower_one_is_higher():
-    """Waviness as of a real skin: 400 nm high, but only twice in the scan."""
+    """Waviness like that of a real skin, 400 nm high, repeats only twice in the scan."""
     pixel = (50e-9, 50e-9)
     height = wave((256, 256), pixel, 1000e-9, 0, 40e-9) + wave((256, 256), pixel, 6400e-9, 70, 200e-9)
     assert described(height, pixel).periods_m == pytest.approx((1000e-9,), rel=0.005)
@@ -71,7 +70,7 @@ def test_a_stronger_wave_comes_first_though_a_slower_one_is_higher():
 
 @pytest.mark.parametrize("angle", [0, 90])
 def test_the_flank_of_slow_waves_is_no_period(angle):
-    """A period that fits 2.4 times: its lobe reaches well into the periods that fit three times."""
+    """A wave that fits 2.4 times has a lobe that reaches well into the periods that fit three times."""
     pixel = (50e-9, 50e-9)
     assert described(wave((256, 256), pixel, 256 * 50e-9 / 2.4, angle), pixel).periods_m == ()
 
@@ -95,7 +94,7 @@ def test_one_row_and_one_column():
 def test_a_plane_has_no_relief_and_no_period(shape):
     y, x = np.indices(shape)
     figures = described(1e-6 + 3e-9 * x - 2e-9 * y, (20e-9, 20e-9))
-    # Rounding of heights near 1 um.
+    # The rounding of heights near 1 um.
     assert figures.height_range_m < 1e-20
     assert figures.height_rms_m < 1e-20
     assert figures.periods_m == figures.period_angles_deg == ()
@@ -113,17 +112,15 @@ def test_holes_change_no_figure_by_more_than_their_share():
     whole = described(height, pixel)
     height[40:44, 50:54] = np.nan
     holed = described(height, pixel)
-    # 16 of 16384 pixels.
+    # 16 of 16384 pixels are missing.
     assert holed.height_rms_m == pytest.approx(whole.height_rms_m, rel=1e-3)
     assert holed.periods_m[0] == pytest.approx(whole.periods_m[0], rel=1e-3)
 
 
 def test_relief_is_that_of_the_levelled_heights():
-    """A wave of whole periods along the columns and a plane: range and rms of a sine, amplitude and 1 / sqrt
-    2.
+    """A wave of 16 whole periods and a plane: the range is twice the amplitude, the rms is amplitude / sqrt(2).
 
-    The plane that fits 16 whole periods of a sine has a slope of 6 / (pi 16) amplitudes over the scan at
-    most.
+    A plane that is fitted to 16 whole periods of a sine rises over the scan by at most 6 / (pi 16) amplitudes.
     """
     pixel = (20e-9, 20e-9)
     y, x = np.indices((128, 128))
@@ -142,7 +139,7 @@ def test_figures_are_plain_json_in_their_order():
 
 
 def test_both_files_of_the_real_grid_agree(shared_data):
-    """The same heights through two file formats: what is left is rounding."""
+    """The same heights in two file formats differ by rounding only."""
     paths = (str(shared_data / "nanosurf" / name) for name in ("grid.nid", "grid.gwy"))
     nid, gwy = (describe(read_height_map(path)) for path in paths)
     for key in KEYS[:-1]:
@@ -152,7 +149,7 @@ def test_both_files_of_the_real_grid_agree(shared_data):
 
 
 def test_real_skin_shows_the_period_of_the_thesis(shared_data):
-    """1144 nm, found there from peaks of a smaller patch; the lobe is 15 % wide, and its top is speckle."""
+    """The thesis found 1144 nm in a smaller patch. The lobe is 15 % wide, and its top is speckle."""
     scan = read_height_map(str(shared_data / "snake" / "elaphe_65um.png"), size_um=65, height_nm=375)
     figures = describe(scan)
     assert figures.periods_m[0] == pytest.approx(1144e-9, rel=0.05)

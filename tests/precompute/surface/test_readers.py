@@ -48,7 +48,7 @@ def test_one_tilted_surface_through_every_format(tmp_path):
         "bmp": (read_picture(picture(tmp_path / "8.bmp", GREY8)), HALF_STEP_8),
     }
     for name, (hm, rounding) in maps.items():
-        # Half a quantisation step, and the rounding of the scale factors.
+        # Heights differ by half a quantisation step, and by the rounding of the scale factors.
         np.testing.assert_allclose(hm.height_m, TILTED, rtol=0, atol=rounding + 1e-21, err_msg=name)
         assert hm.pixel_size_m == pytest.approx((PIXEL_M, PIXEL_M), rel=1e-12), name
         assert not hm.periodic
@@ -60,9 +60,9 @@ def test_the_real_grid_is_the_same_through_four_files(shared_data):
     gwy = read_height_map(str(folder / "grid.gwy"))
     png = read_height_map(str(folder / "grid_16bit.png"), size_um=3.0, height_nm=302.626506663)
     np.testing.assert_allclose(nid.height_m, gwy.height_m, rtol=1e-12)
-    # The text has seven digits of numbers up to 1.2 um.
+    # The text file holds seven digits of numbers up to 1.2 um.
     np.testing.assert_allclose(nid.height_m, np.loadtxt(folder / "grid_gwyddion.txt"), rtol=0, atol=0.6e-12)
-    # The picture starts at its own lowest pixel, in steps of 302.6 nm / 65535.
+    # Heights in the picture start at its lowest pixel and have steps of 302.6 nm / 65535.
     above_lowest = nid.height_m - nid.height_m.min()
     np.testing.assert_allclose(above_lowest, png.height_m, rtol=0, atol=0.51 * 302.63e-9 / 65535)
     assert nid.pixel_size_m == gwy.pixel_size_m == png.pixel_size_m == (3e-6 / 256, 3e-6 / 256)
@@ -170,7 +170,7 @@ def picture_bytes(path):
 @settings(max_examples=200, deadline=None)
 @given(st.sampled_from(["nid", "gwy", "png", "tif", "bmp"]), st.integers(0, 2**32), st.booleans())
 def test_a_damaged_file_is_read_or_refused_and_never_more(tmp_path_factory, kind, seed, cut):
-    """Cut anywhere, or with some bytes overwritten, mostly in the header."""
+    """The file is cut anywhere, or some bytes are overwritten, mostly in the header."""
     folder = tmp_path_factory.getbasetemp()
     whole = {"nid": nid_bytes(TILTED), "gwy": gwy_bytes({"/0/data/title": "Height", "/0/data": TILTED})}.get(
         kind

@@ -14,7 +14,7 @@ COARSE = (250e-9, 200e-9)
 
 
 def height_map(along_b, pixel=FINE, periodic=False):
-    """A height map of heights whose rows run along +B, as those of a Relief do."""
+    """A height map from heights whose row index runs along +B, as a Relief's does."""
     return HeightMap(np.asarray(along_b, float)[::-1], pixel, "test", periodic=periodic)
 
 
@@ -29,9 +29,6 @@ def plane(shape, slope_y, slope_x):
 
 def middles(count, pixel):
     return (np.arange(count) + 0.5) * pixel
-
-
-# Orientation
 
 
 def test_rows_run_along_b():
@@ -50,13 +47,10 @@ def test_a_facet_that_rises_along_b_rises_with_the_rows():
     assert (np.diff(relief.height_m, axis=0)[:31] > 0).all()
 
 
-# Tilt and mean
-
-
 @few
 @given(st.integers(0, 2**32), st.floats(-1e-7, 1e-7), st.floats(-1e-7, 1e-7), st.floats(-1e-3, 1e-3))
 def test_tilt_and_offset_of_a_scan_do_not_count(seed, slope_y, slope_x, offset):
-    """Rounding: an offset of 1 mm is kept to 2e-19 m, 900 pixels a sum and a condition below 100."""
+    """Rounding: an offset of 1 mm is kept to 2e-19 m; a sum has 900 pixels, and the condition is below 100."""
     heights = rough(seed)
     tilted = heights + plane(heights.shape, slope_y, slope_x) + offset
     one, other = (prepare(height_map(h)).height_m for h in (heights, tilted))
@@ -64,7 +58,7 @@ def test_tilt_and_offset_of_a_scan_do_not_count(seed, slope_y, slope_x, offset):
 
 
 def test_a_surface_that_wraps_keeps_its_facets():
-    """The fit of a plane through facets would take a part of their slope."""
+    """A plane fitted to facets would take away a part of their slope."""
     facets = blazed(rows=4, periods=3)
     relief = prepare(facets)
     np.testing.assert_allclose(np.diff(relief.height_m[:, :32]), 246.23e-9 / 32, rtol=1e-9)
@@ -72,22 +66,19 @@ def test_a_surface_that_wraps_keeps_its_facets():
 
 @few
 @given(st.integers(0, 2**32), st.booleans(), st.sampled_from([FINE, COARSE]))
-def test_the_mean_under_the_tapers_square_is_zero(seed, periodic, pixel):
-    """Up to 5000 roundings of 1e-7 m."""
+def test_the_mean_weighted_by_the_squared_apodisation_is_zero(seed, periodic, pixel):
+    """To the rounding of up to 5000 terms of 1e-7 m."""
     relief = prepare(height_map(rough(seed), pixel, periodic))
     assert abs(np.average(relief.height_m, weights=relief.apodisation**2)) < 1e-20
 
 
-# Taper
-
-
-def test_a_surface_that_wraps_has_no_taper():
+def test_a_surface_that_wraps_is_not_apodised():
     np.testing.assert_array_equal(prepare(height_map(rough(0), periodic=True)).apodisation, 1)
 
 
 @pytest.mark.parametrize("shape", [(64, 64), (65, 200), (16, 1), (1, 40)])
-def test_the_taper_rises_over_an_eighth_at_each_end(shape):
-    """Separable, symmetric, 1 over the middle three quarters, and half way up at a sixteenth."""
+def test_the_apodisation_rises_over_an_eighth_at_each_end(shape):
+    """It is separable and symmetric, 1 over the middle three quarters, and 0.5 at a sixteenth from each end."""
     apodisation = prepare(height_map(rough(0, shape))).apodisation
     rows, cols = shape
     # Both profiles are 1 in the middle.
@@ -102,18 +93,17 @@ def test_the_taper_rises_over_an_eighth_at_each_end(shape):
         x = (np.arange(count) + 0.5) / count
         np.testing.assert_array_equal(profile[(x >= 1 / 8) & (x <= 7 / 8)], 1)
         assert (np.diff(profile[x < 1 / 8]) > 0).all()
-        # Straight lines between samples h apart miss h^2 / 8 of the curvature (8 pi)^2 / 2, which is 0 at the half way
-        # point itself and grows by a factor of 1 from there: half of it.
+        # Linear interpolation between samples at a distance h errs by h^2 / 8 of the curvature, which is (8 pi)^2 / 2
+        # at
+        # most and 0 at the half way point: half of that.
         assert np.interp(1 / 16, x, profile) == pytest.approx(0.5, abs=(8 * np.pi / count) ** 2 / 32)
-        # The integral of the square: 3/4 flat and twice 3/8 of an eighth, all corners of it smooth: 1 / count^2.
+        # The integral of the square is 3/4 for the flat part and 3/8 of an eighth for each end; sums err by 1 /
+        # count^2.
         assert np.mean(profile**2) == pytest.approx(27 / 32, abs=1 / count**2)
 
 
-# Pixels
-
-
 def band_limited(y, x, size):
-    """A sum of waves that wrap, of at most 3 periods along each side, none of them symmetric."""
+    """A sum of waves that wrap, with at most 3 periods along each side and no symmetry."""
     waves = [(1, 0, 40e-9, 0.3), (0, 1, 60e-9, 1.1), (2, -1, 25e-9, 2.0), (-1, 3, 15e-9, 0.7), (3, 2, 10e-9, 5.0)]
     cycles = [(m * y[:, None] / size[0] + n * x[None, :] / size[1], a, c) for m, n, a, c in waves]
     return sum(a * np.cos(2 * np.pi * cycle + c) for cycle, a, c in cycles)
@@ -121,12 +111,12 @@ def band_limited(y, x, size):
 
 @pytest.mark.parametrize("shape", [(16, 20), (15, 21), (9, 7)])
 def test_refining_a_surface_that_wraps_is_exact(shape):
-    """Pixels are cells: the finer ones divide the coarser ones, and their middles are not a subset of the old middles.
-    Fourier interpolation of a band-limited surface is exact: a hundred roundings of 1.5e-7 m."""
+    """Fourier interpolation of a band-limited surface is exact, to a hundred roundings of 1.5e-7 m. Pixels are cells:
+    fine ones divide the coarse ones, and their centres are other points than the coarse centres."""
     size = tuple(n * d for n, d in zip(shape, COARSE, strict=True))
     coarse = band_limited(*(middles(n, d) for n, d in zip(shape, COARSE, strict=True)), size)
     relief = prepare(height_map(coarse, COARSE, periodic=True))
-    # 250 and 200 nm in pieces of at most 95 nm.
+    # Pixels of 250 and 200 nm are divided into pieces of at most 95 nm.
     fine = tuple(3 * n for n in shape)
     assert relief.height_m.shape == fine
     assert relief.size_m == pytest.approx(size, rel=1e-14)
@@ -135,12 +125,12 @@ def test_refining_a_surface_that_wraps_is_exact(shape):
 
 
 def test_refining_the_highest_wave_keeps_its_power_on_one_axis():
-    """The alternating wave of an even count is cos(pi x / d) at its crests and troughs; between them it may only swing
-    as far."""
+    """Heights that alternate from pixel to pixel are a wave at the Nyquist frequency, sampled at its crests and
+    troughs. The refined wave must not swing further."""
     zigzag = np.tile([50e-9, -50e-9], (4, 8))
     relief = prepare(height_map(zigzag, (80e-9, 190e-9), periodic=True))
     x = middles(32, 95e-9)
-    # A wave at the Nyquist frequency is known at the middles of the old pixels only, where it is extreme.
+    # The old samples are the extremes of this wave.
     exact = 50e-9 * np.sin(np.pi * x / 190e-9)
     np.testing.assert_allclose(relief.height_m, np.tile(exact, (4, 1)), atol=1e-20)
 
@@ -163,9 +153,11 @@ def test_no_pixel_aliases_and_the_size_stays(dy, dx, periodic):
 
 
 def test_refining_a_scan_that_does_not_wrap():
-    """A bump of 2 um half-width on 250 nm and 200 nm pixels, cut by the edges: where its mirror image meets it, the
-    slope of at most 150 nm / 2 um turns, a corner of which pixels of 250 nm round off slope * pixel / 4 = 5 nm at most;
-    three pixels inside the ripple of that has fallen to a tenth."""
+    """A bump of 2 um half-width, cut by the edges, on pixels of 250 nm and 200 nm.
+
+    At an edge the bump meets its mirror image in a corner, as its slope of at most 150 nm / 2 um changes sign there.
+    Pixels of 250 nm round off the corner by at most slope * pixel / 4 = 5 nm. Three pixels further in, the ripple has
+    fallen to a tenth of that."""
     shape = (40, 50)
     size = 10e-6
 
@@ -176,7 +168,7 @@ def test_refining_a_scan_that_does_not_wrap():
     relief = prepare(height_map(coarse, COARSE))
     fine = tuple(3 * n for n in shape)
     exact = bump(*(middles(n, size / n) for n in fine))
-    # The tilt that levelling took out, and the mean under the apodisation: as of the exact surface.
+    # Levelling and the mean under the apodisation are those of the exact surface.
     expected = prepare(height_map(exact, tuple(size / n for n in fine))).height_m
     error = np.abs(relief.height_m - expected)
     assert error.max() < 5e-9
@@ -184,24 +176,21 @@ def test_refining_a_scan_that_does_not_wrap():
     assert relief.height_range_m == pytest.approx(np.ptp(expected), rel=0.02)
 
 
-# Holes and thin scans
-
-
 @few
 @given(st.integers(0, 2**32))
 def test_holes_are_filled_within_the_measured_heights(seed):
-    """Pixels that were measured keep their heights but for the common offset."""
+    """Measured pixels keep their heights, apart from one common offset."""
     heights = rough(seed, (12, 15))
     holes = np.random.default_rng(seed).random(heights.shape) < 0.2
     holes[[0, 0, -1, -1], [0, -1, 0, -1]] = False
-    # No plane: nothing is levelled, so that the offset is one number.
+    # A periodic surface is not levelled, so only an offset is subtracted.
     relief = prepare(height_map(np.where(holes, np.nan, heights), periodic=True))
     assert np.isfinite(relief.height_m).all()
     np.testing.assert_allclose(np.ptp((relief.height_m - heights)[~holes]), 0, atol=1e-20)
 
 
 def test_holes_of_a_plane_leave_a_mirror():
-    """1e-15 m is 1e-8 of a wavelength."""
+    """A plane with a hole becomes flat to 1e-20 m."""
     flat = plane((20, 20), 3e-9, -5e-9)
     flat[4:9, 6:12] = np.nan
     np.testing.assert_allclose(prepare(height_map(flat)).height_m, 0, atol=1e-20)

@@ -11,7 +11,7 @@ from precompute.surface.samples.gratings import binary, blazed, sinusoidal
 
 NAMES = ["flat", "sinusoidal", "binary", "blazed", "elaphe", "xenopeltis", "cd", "dvd", "bluray"]
 GRATINGS = [sinusoidal, binary, blazed]
-# (track pitch, pit width, shortest and longest pit, depth) of the disc standards in metres.
+# The disc standards in metres: track pitch, pit width, shortest pit, longest pit, pit depth.
 DISCS = {
     "cd": (1.6e-6, 0.5e-6, 0.83e-6, 3.05e-6, 110e-9),
     "dvd": (0.74e-6, 0.32e-6, 0.40e-6, 1.87e-6, 105e-9),
@@ -33,7 +33,7 @@ def test_a_sample_is_whole_and_says_what_it_is(sample):
     assert sample.source.removeprefix("sample:") in NAMES
     assert np.isfinite(sample.height_m).all()
     assert sample.pixel_size_m[0] == sample.pixel_size_m[1]
-    # Nyquist for |u| <= 2 at 380 nm: lambda / 4.
+    # |u| up to 2 at 380 nm needs pixels of at most lambda / 4.
     assert sample.pixel_size_m[0] < 95e-9 or sample.source == "sample:flat"
 
 
@@ -43,7 +43,7 @@ def test_a_sample_is_the_same_every_time(sample):
 
 
 def test_a_sample_wraps(sample):
-    """The step over either edge is one of those that occur inside."""
+    """No step across an edge is higher than the highest step inside."""
     for axis in (0, 1):
         inside = np.abs(np.diff(sample.height_m, axis=axis)).max()
         over_the_edge = np.abs(np.take(sample.height_m, 0, axis) - np.take(sample.height_m, -1, axis)).max()
@@ -67,7 +67,7 @@ def test_a_grating_takes_its_sizes(make):
 
 
 def test_sinusoidal_runs_from_trough_to_crest():
-    # 32 samples hit the crest and the trough.
+    # Of 32 samples one is the crest and one the trough.
     assert np.ptp(sinusoidal().height_m) == pytest.approx(200e-9, rel=1e-15)
 
 
@@ -79,7 +79,7 @@ def test_binary_is_ridge_and_floor_in_its_duty():
 def test_blazed_rises_along_the_columns_and_drops_between_two():
     period = blazed(rows=1, periods=2).height_m[0]
     step = 246.23e-9 / 32
-    # Products and differences of numbers below 2.5e-7 round by a few 2.6e-23.
+    # Products and differences of numbers below 2.5e-7 round by a few times 2.6e-23.
     np.testing.assert_allclose(np.diff(period)[:31], step, rtol=0, atol=1e-22)
     assert period[32] - period[31] == pytest.approx(-31 * step, rel=1e-14)
 
@@ -88,15 +88,15 @@ def test_blazed_rises_along_the_columns_and_drops_between_two():
 def test_a_skin_has_its_relief(name, relief):
     hm = make_sample(name)
     assert np.ptp(hm.height_m) == pytest.approx(relief, rel=1e-12)
-    # Whole periods on the pixels come near to the thesis's 65 um, not to it.
+    # A whole number of periods makes the side about, not exactly, the thesis's 65 um.
     assert hm.size_m == pytest.approx((65e-6, 65e-6), rel=0.005)
 
 
 def test_elaphe_is_as_rough_as_the_real_skin(shared_data):
-    """Rms of the first order along T (45 to 70 periods in 65 um): what makes the colour.
+    """The first order along T (45 to 70 periods in 65 um), which makes the colour, has the rms of a real scan's.
 
-    A scan's own figure is uncertain: its lobe holds some 40 independent bins of speckle, so 1 / sqrt(40) = 16
-    % of power from one scan to the next, 8 % of rms; three times that.
+    From one scan to the next the lobe's some 40 independent bins of speckle make its power vary by 1 / sqrt(40) = 16 %
+    and its rms by 8 %. The test allows three times that.
     """
     scan = read_height_map(str(shared_data / "snake" / "elaphe_65um.png"), size_um=65, height_nm=375)
     assert _first_order_rms(make_sample("elaphe")) == pytest.approx(_first_order_rms(scan), rel=0.24)
@@ -121,13 +121,14 @@ def test_a_disc_has_the_pits_of_its_standard(name):
     assert hm.height_m.max() == 0
     assert hm.height_m.min() == pytest.approx(-depth, rel=1e-12)
     spacing = round(pitch / pixel)
-    # Across: the area of a section is width x depth; edges sampled at whole pixels keep that to half a pixel.
+    # Across the track, the area of a section is width x depth, to half a pixel.
     row, col = np.unravel_index(np.argmin(hm.height_m), hm.height_m.shape)
     middle = spacing * round(col / spacing)
     section = np.roll(hm.height_m[row], spacing // 2 - middle)[:spacing]
     assert -section.sum() * pixel / depth == pytest.approx(width, abs=pixel / 2)
-    # Along: a run counts the pixels below half depth, right to one pixel; and it is stretched to close the
-    # track, by less than half a channel bit in hundreds: 0.3 %.
+    # Along the track, the length of a pit is that of the pixels below half the depth, to one pixel. Runs are stretched
+    # to
+    # close the track by less than half a channel bit in hundreds, 0.3 %.
     pits = -hm.height_m[:, ::spacing].T > depth / 2
     for inside in (pits, ~pits):
         runs = np.concatenate([_runs(track) for track in inside]) * pixel
@@ -136,7 +137,7 @@ def test_a_disc_has_the_pits_of_its_standard(name):
 
 
 def _runs(inside):
-    """Lengths of the runs of True round a ring."""
+    """The lengths of the runs of True in a ring."""
     straight = np.roll(inside, -np.flatnonzero(~inside)[0]).astype(int)
     last, first = np.diff(straight, append=0) < 0, np.diff(straight, prepend=0) > 0
     return np.flatnonzero(last) - np.flatnonzero(first) + 1
@@ -156,10 +157,10 @@ def _runs(inside):
     ],
 )
 def test_the_strongest_period_is_the_one_told(name, period, angle):
-    """To half a bin of the spectrum, a bin being 1 / 65 um (32 um for Blu-ray); lobes of skins are that
+    """To half a bin of the spectrum, which is 1 / 65 um wide (1 / 32 um for Blu-ray): the lobes of skins are that
     uncertain.
 
-    Half a bin sideways turns the direction by half a bin over the number of periods in the scan.
+    An error of half a bin sideways turns the direction by half divided by the number of periods in the scan.
     """
     hm = make_sample(name)
     figures = describe(hm)
