@@ -3,6 +3,7 @@
 
 import argparse
 import json
+from dataclasses import replace
 from pathlib import Path
 
 from ..bake import cache
@@ -21,7 +22,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", required=True, type=Path, metavar="DIR", help="folder for the bake")
     add_bake_options(parser)
     parser.add_argument(
-        "--request", type=Path, metavar="BAKE.exr|JSON", help="repeat a bake: all that was asked of it, scans included"
+        "--request",
+        type=Path,
+        metavar="BAKE.exr|JSON",
+        help="repeat a bake as it was asked for; FILE then says where its scans lie, if not beside it",
     )
 
 
@@ -46,9 +50,7 @@ def request_of(arguments: argparse.Namespace) -> BakeRequest:
 
     Raises GratingError for a request that no bake can keep."""
     if arguments.request is not None:
-        if arguments.files:
-            raise GratingError(f"{arguments.files[0]}: --request names the scans already; leave out one of the two")
-        return read_request(arguments.request)
+        return _found_at(arguments.files, read_request(arguments.request), arguments.request)
     if not arguments.files:
         raise GratingError("no height map to bake; name a FILE, or a bake to repeat by --request")
     if not 0 < arguments.delta_e < DELTA_E_MAX:
@@ -63,6 +65,18 @@ def request_of(arguments: argparse.Namespace) -> BakeRequest:
         model=arguments.model,
         scans=tuple(Scan(file, arguments.size_um, arguments.height_nm, arguments.channel) for file in arguments.files),
     )
+
+
+def _found_at(files: list[str], request: BakeRequest, source: Path) -> BakeRequest:
+    """A request whose scans lie at other paths, if any are named: as many as it has, in its order."""
+    if not files:
+        return request
+    if len(files) != len(request.scans):
+        raise GratingError(
+            f"{source}: a request of {len(request.scans)} scans, not {len(files)}; name as many, in order"
+        )
+    scans = zip(request.scans, files, strict=True)
+    return replace(request, scans=tuple(replace(scan, source=file) for scan, file in scans))
 
 
 def read_request(path: Path) -> BakeRequest:

@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import sys
 import time
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -155,18 +155,18 @@ def height_map():
     return HeightMap(heights, (1e-7, 2e-7), "folder/skin.png", "Topography")
 
 
-def parameters(*argv):
+def request(*argv):
     arguments = build_parser().parse_args(["bake", "skin.png", "-o", "out", *argv])
-    return asdict(request_of(arguments))
+    return request_of(arguments)
 
 
 def test_a_key_is_of_the_content_alone(height_map):
     """Not of the folder, the memory's order, or how the command line spells a number."""
-    found = cache.key_of([height_map], parameters())
+    found = cache.key_of([height_map], request())
     assert len(found) == 64
-    assert cache.key_of([replace(height_map, source="other/place/skin.png")], parameters()) == found
-    assert cache.key_of([replace(height_map, height_m=np.asfortranarray(height_map.height_m))], parameters()) == found
-    same = parameters("--delta-e", "1.00", "--coherence-um", "auto", "--json", "-", "--progress", "none", "--no-cache")
+    assert cache.key_of([replace(height_map, source="other/place/skin.png")], request()) == found
+    assert cache.key_of([replace(height_map, height_m=np.asfortranarray(height_map.height_m))], request()) == found
+    same = request("--delta-e", "1.00", "--coherence-um", "auto", "--json", "-", "--progress", "none", "--no-cache")
     assert cache.key_of([height_map], same) == found
 
 
@@ -183,11 +183,11 @@ def test_each_part_of_the_content_changes_the_key(height_map, monkeypatch):
         replace(height_map, source="folder/scale.png"),
         replace(height_map, source="sample:skin.png"),
     ]
-    keys = [cache.key_of([each], parameters()) for each in (height_map, *changed)]
+    keys = [cache.key_of([each], request()) for each in (height_map, *changed)]
     monkeypatch.setattr(cache, "BAKE_VERSION", cache.BAKE_VERSION + 1)
-    keys.append(cache.key_of([height_map], parameters()))
+    keys.append(cache.key_of([height_map], request()))
     monkeypatch.setattr(cache, "FORMAT", atlas_file.FORMAT + 1)
-    keys.append(cache.key_of([height_map], parameters()))
+    keys.append(cache.key_of([height_map], request()))
     assert len(set(keys)) == len(keys)
 
 
@@ -195,10 +195,10 @@ def test_each_option_of_the_bake_changes_the_key(height_map, tmp_path):
     needs = tmp_path / "needs.json"
     needs.write_text('{"format": 1, "u": [0, 1]}')
     lines = [(), ("--delta-e", "1.5"), ("--coherence-um", "30"), ("--illuminant", "E"), ("--needs", str(needs))]
-    keys = [cache.key_of([height_map], parameters(*line)) for line in lines]
+    keys = [cache.key_of([height_map], request(*line)) for line in lines]
     needs.write_text('{"format": 1, "u": [0, 1.5]}')
-    keys.append(cache.key_of([height_map], parameters("--needs", str(needs))))
-    keys.append(cache.key_of([height_map, height_map], parameters()))
+    keys.append(cache.key_of([height_map], request("--needs", str(needs))))
+    keys.append(cache.key_of([height_map, height_map], request()))
     assert len(set(keys)) == len(keys)
 
 

@@ -107,7 +107,7 @@ def test_tiles_do_not_overlap(terms, resolution, levels):
 def test_where_a_level_is_read_is_of_closed_form():
     """What a material computes from a level that only the shading knows, in floats."""
     layout = atlas.layout_of(random_bake(7, (70, 101), levels=4))
-    taken = [math.ceil(n / 8) * 8 for n in (layout.region_rows, layout.region_columns)]
+    taken = [math.ceil(n / 8) * 8 for n in (layout.inner_rows, layout.inner_columns)]
     assert (layout.tile_rows, layout.tile_columns) == (taken[0] + 6, taken[1] + 6)
     for level in range(4):
         small = 2.0**-level
@@ -288,8 +288,8 @@ def test_another_exr_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("record", [
-    "no JSON", "[]", "null", "3", "{}", '{"format": 5}', '{"format": 5, "layout": {}}', '{"format": 5, "layout": 5}',
-    '{"format": 5, "layout": {"terms": 3, "surplus": 4}}',
+    "no JSON", "[]", "null", "3", "{}", '{"format": 6}', '{"format": 6, "layout": {}}', '{"format": 6, "layout": 6}',
+    '{"format": 6, "layout": {"terms": 3, "surplus": 4}}',
 ])  # fmt: skip
 def test_a_header_that_says_nothing_is_refused(tmp_path, record):
     path = tmp_path / "table.exr"

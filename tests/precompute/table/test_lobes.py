@@ -373,7 +373,7 @@ def test_what_is_no_sample_set_is_refused(written, tmp_path):
     assert "no such file" in refused(path)
     path.write_bytes(b"")
     assert "not a readable OpenEXR" in refused(path)
-    for record in ("no JSON", "[]", "{}", '{"format": 5}', '{"format": 5, "layout": {"size": 16}}'):
+    for record in ("no JSON", "[]", "{}", '{"format": 6}', '{"format": 6, "layout": {"size": 16}}'):
         plain_exr(path, np.zeros((4, 4, 4), np.float16), record)
         assert "not a Natural Gratings sample set" in refused(path)
     plain_exr(path, np.zeros((4, 4, 4), np.float16), '{"format": 99}')
