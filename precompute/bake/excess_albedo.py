@@ -72,7 +72,8 @@ def excess_table(series: SpectrumSeries, sigma_b: float) -> np.ndarray:
     lambdas = np.geomspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, _WAVELENGTHS)
     orders = find_orders(series)
     smooth = cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas[::_STRIDE])
-    smooth += continuum_albedo(series, orders, sigma_b, directions, lambdas[::_STRIDE])
+    quarter = directions[:, : directions.shape[1] // 4]
+    smooth += continuum_albedo(series, orders, sigma_b, quarter, lambdas[::_STRIDE], turns=4)
     # The bins of a continuum do not cross the horizon alone.
     stride = 1 if series.periodic else _STRIDE
     sharp = between(orders_albedo(series, orders, sigma_b, directions, lambdas[::stride]), stride)
@@ -151,31 +152,37 @@ def orders_albedo(series, orders: np.ndarray, sigma_b: float, directions: np.nda
 
 
 def continuum_albedo(
-    series: SpectrumSeries, orders: np.ndarray, sigma_b: float, directions: np.ndarray, lambdas
+    series: SpectrumSeries, orders: np.ndarray, sigma_b: float, directions: np.ndarray, lambdas, turns: int = 1
 ) -> np.ndarray:
-    """A (rows, cols, n) of a spectrum without its orders, as a sum over the cells of a coarse picture of it.
+    """A (rows, turns * cols, n) of a spectrum without its orders, as a sum over the cells of a coarse picture of it,
+    for light from directions (rows, cols, 3) and, after them, from the same turned by one quarter, two, ...
 
-    What multiplies the picture depends on no wavelength, so that one matrix product does them all."""
+    What multiplies the picture depends on no wavelength, so that one matrix product does them all; and turning the
+    light is as good as turning the picture back."""
     cell = 4 / _CELLS
     sigma = max(sigma_b, _CELLS_PER_SIGMA * cell)
     half = math.ceil((2 + _KERNEL_REACH * sigma) / cell)
     axis = np.arange(-half, half + 1) * cell
     terms = coarse_terms(series, orders, axis, sigma, lambdas)
-    size = np.abs(terms).max(axis=(0, 3))
+    turned = [np.rot90(terms, turn, axes=(1, 2)) for turn in range(turns)]
+    size = np.max([np.abs(each).max(axis=(0, 3)) for each in turned], axis=0)
     lit = size > 1e-7 * size.max()
     near = NearHorizon(sigma, -1)
-    out = np.zeros((*directions.shape[:2], len(lambdas)))
-    for y in range(0, directions.shape[0], _BLOCK):
-        for x in range(0, directions.shape[1], _BLOCK):
+    rows, cols = directions.shape[:2]
+    out = np.zeros((rows, turns, cols, len(lambdas)))
+    for y in range(0, rows, _BLOCK):
+        for x in range(0, cols, _BLOCK):
             block = (slice(y, y + _BLOCK), slice(x, x + _BLOCK))
             wi = directions[block].reshape(-1, 3)
-            rows, cols = (_reached(axis, wi[:, k], 1 + _KERNEL_REACH * sigma) for k in (1, 0))
-            v, u = np.nonzero(lit[rows, cols])
-            v, u = v + rows.start, u + cols.start
+            near_v, near_u = (_reached(axis, wi[:, k], 1 + _KERNEL_REACH * sigma) for k in (1, 0))
+            v, u = np.nonzero(lit[near_v, near_u])
+            v, u = v + near_v.start, u + near_u.start
             factors = _factors(wi, axis[u], axis[v], near, len(terms)) * np.float32(cell**2)
-            albedo = factors.reshape(len(wi), -1) @ terms[:, v, u].reshape(-1, len(lambdas))
-            out[block] = albedo.reshape(out[block].shape)
-    return out
+            for turn, picture in enumerate(turned):
+                albedo = factors.reshape(len(wi), -1) @ picture[:, v, u].reshape(-1, len(lambdas))
+                part = out[block[0], turn, block[1]]
+                part[...] = albedo.reshape(part.shape)
+    return out.reshape(rows, turns * cols, len(lambdas))
 
 
 def coarse_terms(series: SpectrumSeries, orders, axis: np.ndarray, sigma: float, lambdas: np.ndarray) -> np.ndarray:

@@ -160,7 +160,8 @@ def _kernels(q: np.ndarray, at: np.ndarray, lam: float, sigma: np.ndarray) -> tu
     inside = (index >= 0) & (index < len(q))
     index = np.clip(index, 0, len(q) - 1)
     distance = (at[:, :, None] - lam * q[index][:, None, :]) / sigma[:, None]
-    kernel = inside[:, None, :] * np.exp(-0.5 * distance**2) / (math.sqrt(2 * math.pi) * sigma[:, None])
+    near = inside[:, None, :] & (np.abs(distance) <= KERNEL_REACH)
+    kernel = near * np.exp(-0.5 * distance**2) / (math.sqrt(2 * math.pi) * sigma[:, None])
     return index, kernel.astype(np.float32)
 
 
