@@ -21,8 +21,6 @@ FOLDERS = {"precompute": ALL, "render": ALL, "package": (PY311,), "addon": ALL}
 # where versions can differ. Readers and files meet Pillow, gwyfile and OpenEXR; the rest are where single and double
 # precision meet, which NumPy 2 promotes by other rules; the golden bake goes through all of it.
 WHERE_VERSIONS_DIFFER = ("surface", "table", "maths", "colour", "spectra", "bake/test_golden.py", "bake/test_cache.py")
-# Matrix products of the tests are small, and two suites run at once: more threads would wait for each other.
-ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}
 
 
 @dataclass(frozen=True)
@@ -83,7 +81,7 @@ def run_suite(
     command = [environment.python, "-m", "pytest", *targets, f"--junitxml={report}", *options]
     start = time.monotonic()
     done = subprocess.run(
-        command, cwd=ROOT, env=clean_environment(**ONE_THREAD, **variables), stdout=subprocess.PIPE,
+        command, cwd=ROOT, env=clean_environment(**variables), stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT, text=True, errors="replace",
     )  # fmt: skip
     print(f"\n{title}\n{done.stdout}", flush=True)
