@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a baked surface answers to one light: the node group's formula (addon/materials/direct.py) in NumPy."""
+"""The light that a baked surface sends to the viewer under one lamp.
+
+This is the formula of the node group (addon/materials/direct/group.py) in NumPy.
+"""
 
 import numpy as np
 
@@ -21,11 +24,13 @@ def lamp_radiance(
     ior: float = KERATIN_IOR,
     conserving: float = 1.0,
 ) -> np.ndarray:
-    """Radiance in linear Rec.709 (n, 3), W/m2/sr, for unit vectors wi, wr (n, 3) to the light and to the viewer in the
-    surface's frame (T, B, N).
+    """Radiance in linear Rec.709 (n, 3), in W/m2/sr, for unit vectors wi to the light and wr to the viewer, (n, 3).
 
-    irradiance (n, 3) in W/m2 on a surface that faces the light; variance (n,) of the light's disc in rad2. Nothing is
-    answered from under the surface."""
+    The vectors are in the surface's frame (T, B, N). `irradiance` (n, 3), in W/m2, is that of a surface which faces the
+    light. `variance` (n,), in rad2, is that of the light's disc. `roughness` is Blender's, alpha = roughness^2, of the
+    skin over the relief. `period_scale` and `height_scale` stretch the relief's periods and heights. `ior` is the
+    refractive index. `conserving`, from 0 to 1, leads from Stam's form to the energy-conserving one. A light or a
+    viewer below the surface gives 0."""
     u, v, w = (wi + wr).T
     cos_i = wi[:, 2]
     blur = np.maximum(variance * (1 + cos_i**2) / 2 - bake.sigma_b**2, 0) + (w * roughness**2) ** 2 / 2
@@ -37,5 +42,5 @@ def lamp_radiance(
     bound = 1 + conserving * (np.maximum(bake.albedo_bound_at(wi), bake.albedo_bound_at(wr)) - 1)
     xyz *= (fresnel_reflectance(half_angle_cosine(wi, wr), ior) / bound)[:, None]
     lit = (cos_i > 0) & (wr[:, 2] > 0)
-    # As a renderer's colours: none is negative.
+    # A renderer's colours are not negative.
     return np.maximum(xyz @ rgb_from_xyz("Rec.709").T, 0) * irradiance * lit[:, None]
