@@ -283,7 +283,7 @@ def _staging(output: Path, key: str) -> Iterator[Path]:
     """A folder in `output` for the files of a bake in the making. It is not made here, and is removed afterwards.
 
     What killed processes left in `output` for the same key is removed as well. The name ends in the process's number
-    and ".partial", as every temporary name does: by this a cancelled bake is tidied up after."""
+    and ".partial", as every temporary name does, so that the files of a cancelled bake can be found."""
     prefix = f".bake.{key[:16]}"
     for left in output.glob(f"{prefix}.*.partial"):
         _remove(left)

@@ -13,9 +13,9 @@ keeps f reciprocal, and its albedo is then at most a(wi) / max(1, a(wi)). At the
 
     A = a cos(ti) = cos(ti) * zero order + integral of ((1 + wi.wr) / w)^2 * PSD / cos(tr) du dv
 
-does not: PSD vanishes as w^2, and 1 / cos(tr) is integrable. Therefore the table holds the excess E = max(0, A -
-cos(t)), the largest over all wavelengths, and M = 1 + max(E(wi) / cos(ti), E(wr) / cos(tr)). A mirror has no excess,
-however the table is read.
+does not: PSD vanishes as w^2, and 1 / cos(tr) is integrable. Therefore the table holds the excess
+E = max(0, A - cos(t)), the largest over all wavelengths, and M = 1 + max(E(wi) / cos(ti), E(wr) / cos(tr)). A mirror
+has no excess, however the table is read.
 
 Rows of the table are equal steps of sqrt(cos(t)), from the horizon to the normal. A is smooth in cos(t), and changes
 most within sqrt(2 sigma_b) of the horizon, where the horizon cuts the kernel. Columns are equal steps of azimuth from

@@ -43,7 +43,8 @@ from .tiles import narrower, wider_levels, xyz_over_w2
 # (u, v), for a dE00 of at most 0.5: a range from 0.25 takes 13 terms, from 0.5 it takes 11, from 0.75 8, from 1 6. From
 # 0.1, 13 terms have a dE00 of 42.
 W_MIN = 0.25
-# Values of w at which a bake is checked, and direction pairs at each: the reference sums over pixels, which is slow.
+# Values of w at which a bake is checked, and direction pairs at each. There are few of both, because the reference sums
+# over all pixels for each pair.
 _CHECK_GROUPS, _CHECK_PAIRS = 3, 200
 
 

@@ -27,9 +27,9 @@ from .needs import Needs
 # places along each axis, within its three middle cells.
 _TEXELS_MEASURED, _LATTICE, _PLACES = 1.0, 6, 5
 # The range of texels to a standard deviation in which the fourth power can be trusted. A reading of a Gaussian is off
-# by 1.8 % of the peak at 1 texel, 3.4 % at 0.9 and 7.7 % at 0.8: there the kernel to sample, sqrt(sigma^2 - texel^2 /
-# 3), falls between the texels. The fourth power foretells three quarters of the error at 0.9, and half of it at 0.8.
-# Above 1 the error falls a little faster than the fourth power. The rounding of half floats shows before 4 texels.
+# by 1.8 % of the peak at 1 texel, 3.4 % at 0.9 and 7.7 % at 0.8. The fourth power foretells only 2.7 % and 4.4 %: the
+# kernel to sample, sqrt(sigma^2 - texel^2 / 3), is there so narrow that it falls between the texels. Above 1 texel the
+# error falls a little faster than the fourth power. The rounding of half floats shows before 4 texels.
 TEXELS_MIN, TEXELS_MAX = 0.9, 4.0
 # Shares of the asked dE00 that reading, truncated terms and half floats may take. The share of reading is chosen so
 # that the error of luminance, too, stays below the 1 % that is asked for together with a dE00 of 1: with a share of

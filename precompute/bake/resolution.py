@@ -12,7 +12,7 @@ from ..table.atlas import STRIP_ROWS
 from ..table.table import ZERO_ORDER_SAMPLES
 from ..table.tiling import BYTES_PER_TEXEL, TILE_PADDING
 
-# Texels a side of a table: the fewest that are ever needed, and the most that a graphics card is asked to hold.
+# The smallest and the largest number of texels a side of a whole table. A finer table is refused (kernel.py).
 RESOLUTION_MIN, RESOLUTION_MAX = 64, 2048
 # What a bake may take in Blender unless a coherence length is asked for.
 DEFAULT_BYTES = 128 << 20

@@ -29,7 +29,7 @@ from .plan import Plan
 _RIM = 3
 # Wavelengths that are summed into the table at once, and rows of the table: a core's cache holds that much.
 _WAVELENGTHS_AT_ONCE, _ROWS_AT_ONCE = 8, 16
-# Bins of all nodes that are mixed at once: 32 MiB of floats.
+# Bins that are mixed at once, those of several nodes together: 32 MiB of floats.
 _BINS_AT_ONCE = 1 << 23
 
 

@@ -31,7 +31,7 @@ from .albedo_bound import with_rim
 from .table import Table, past_end
 from .tiling import TILE_PADDING
 
-# Rows of the picture that repeat the curve Z(w): a cubic reading in their middle meets no row of another kind.
+# Rows of the picture that repeat the curve Z(w): a cubic reading in their middle uses these rows only.
 STRIP_ROWS = 4
 # Half floats end at 65504 and lose digits below 6e-5. The scale puts a table's largest value under this number, which
 # leaves room above.

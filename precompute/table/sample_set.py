@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The sample set of a surface: frequencies q drawn in proportion to its spectrum, and what each one weighs.
 
-A material that lights of every kind can reach draws from it at random. Here q is spatial frequency in cycles per metre,
-s = w / lambda, and PSD the scattered part of the power spectrum (docs/theory.md). For every function F,
+A material that lights of every kind can reach (the Lobes material, which is still to come) draws from it at random.
+Here q is spatial frequency in cycles per metre, s = w / lambda, and PSD the scattered part of the power spectrum
+(docs/theory.md). For every function F,
 
     integral PSD(q; s) F(q) d^2q  =  mean over texels of s^2 W(texel; s) F(q(texel)),   W = PSD / (s^2 pdf)
 
@@ -55,7 +56,8 @@ import numpy as np
 from ..optics.coherence import REFERENCE_WAVELENGTH_M
 from . import atlas_file
 
-# Texels a side. The heaviest texel then weighs 2 to 3 times the mean (docs/data_flow.md, "The sample set").
+# Texels a side. On the Elaphe scan at w = 1.6, a set of this size misplaces 2.4 % of the light, and one of 512 texels a
+# side 0.9 % (docs/data_flow.md).
 SIZE = 256
 # Of a cubic: as many as a picture has channels.
 COEFFICIENTS = 4

@@ -83,7 +83,7 @@ def blocks_size(block: Pair, stride: Pair, levels: int) -> Pair:
 
 
 def tile_block(terms: int, stride: Pair, levels: int, width_min: int = 1) -> Pair:
-    """Rows and columns of tiles in a block for the best picture of so many terms.
+    """Rows and columns of tiles in a block, for the best picture that holds `terms` terms.
 
     A picture must be at least `width_min` wide, and no side may exceed PICTURE_SIDE_MAX. Pictures that are no longer
     than ASPECT_MAX times their width come first; among those the smallest, then the squarest.

@@ -9,9 +9,7 @@ import pytest
 from precompute.bake import self_check
 from precompute.bake.ensemble import plan
 from precompute.bake.request import BakeRequest
-from precompute.bake.resolution import (
-    texel_size,
-)
+from precompute.bake.resolution import texel_size
 from precompute.bake.tiles import carry_out, wider_levels
 from precompute.base.progress import silent
 from precompute.measure.errors import measure

@@ -101,7 +101,7 @@ def test_neither_file_is_written_without_the_other(written, monkeypatch):
 
 
 def test_temporary_names_are_found_by_who_cancels(written, monkeypatch):
-    """A cancelled bake's files are found and removed by this pattern (BakeJob.cancel in the add-on)."""
+    """A cancelled bake's files are found and removed by this pattern (addon/jobs/child.py)."""
     found, path = written
     seen = []
     monkeypatch.setattr(os, "replace", lambda source, _: seen.append(source))
