@@ -17,7 +17,7 @@ from .output import Progress, emit
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The arguments of `bake`."""
+    """Add the arguments of `bake`."""
     add_input(parser, several="*")
     parser.add_argument("-o", "--output", required=True, type=Path, metavar="DIR", help="folder for the bake")
     add_bake_options(parser)
@@ -25,12 +25,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--request",
         type=Path,
         metavar="BAKE.exr|JSON",
-        help="repeat a bake as it was asked for; FILE then says where its scans lie, if not beside it",
+        help="repeat the bake of this request; if its scans are not beside it, FILE says where they are",
     )
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """The `bake` verb: bake, measure, write."""
+    """Run the verb `bake`: read, bake, measure, write."""
     request = request_of(arguments)
     height_maps = [scan.read() for scan in request.scans]
     progress = Progress(arguments.progress)
@@ -46,13 +46,13 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def request_of(arguments: argparse.Namespace) -> BakeRequest:
-    """What the command line asks of a bake: by --request, or by FILE and options.
+    """What the command line asks of a bake, by --request or by FILE and options.
 
     Raises GratingError for a request that no bake can keep."""
     if arguments.request is not None:
         return _found_at(arguments.files, read_request(arguments.request), arguments.request)
     if not arguments.files:
-        raise GratingError("no height map to bake; name a FILE, or a bake to repeat by --request")
+        raise GratingError("no height map to bake; name a FILE, or name a bake to repeat by --request")
     if not 0 < arguments.delta_e < DELTA_E_MAX:
         raise GratingError(
             f"--delta-e {arguments.delta_e:g}: not a colour difference; give a number from 0 to 100, such as 1"
@@ -68,21 +68,21 @@ def request_of(arguments: argparse.Namespace) -> BakeRequest:
 
 
 def _found_at(files: list[str], request: BakeRequest, source: Path) -> BakeRequest:
-    """A request whose scans lie at other paths, if any are named: as many as it has, in its order."""
+    """The request with its scans at other paths, if any are named: one path for each scan, in the same order."""
     if not files:
         return request
     if len(files) != len(request.scans):
         raise GratingError(
-            f"{source}: a request of {len(request.scans)} scans, not {len(files)}; name as many, in order"
+            f"{source}: the request has {len(request.scans)} scans, not {len(files)}; name as many, in its order"
         )
     scans = zip(request.scans, files, strict=True)
     return replace(request, scans=tuple(replace(scan, source=file) for scan, file in scans))
 
 
 def read_request(path: Path) -> BakeRequest:
-    """The request in a file of JSON, or in the header of a bake's .exr; its scans are looked for beside the file.
+    """The request in a file of JSON or in the header of a bake's .exr. Its scans are looked for beside the file.
 
-    Raises GratingError if the file is neither."""
+    Raises GratingError if the file holds no request, or one without scans."""
     if path.suffix.lower() == ".exr":
         _, header = atlas_file.read_header(path)
         record = header.get("request")

@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+"""A scene's needs: their files, what they mean for the kernel, and what is refused."""
+
 import json
 import math
 
@@ -9,6 +11,7 @@ from precompute.base.failure import GratingError
 
 
 def written(tmp_path, record):
+    """The path of a needs file with a record, or with a text that is no JSON."""
     path = tmp_path / "needs.json"
     path.write_text(record if isinstance(record, str) else json.dumps(record))
     return path
@@ -24,7 +27,7 @@ def test_a_file_says_what_a_scene_needs(tmp_path):
     needs = read_needs(written(tmp_path, record))
     assert (*needs.region, needs.w) == ((-0.5, 1), (-2, 2), (0.5, 2))
     assert not needs.everything and needs.region.reach == 2
-    # Half a pixel's own 0.2 / sqrt(12) is more than half of two degrees.
+    # Half of a pixel's 0.2 / sqrt(12) is more than half of two degrees, 0.017.
     assert needs.kernel == pytest.approx(0.1 / math.sqrt(12))
     assert read_needs(written(tmp_path, needs.as_dict())).region == needs.region
 
