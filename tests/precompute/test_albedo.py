@@ -158,3 +158,14 @@ def test_maps_in_both_forms(bakes):
     np.testing.assert_allclose(conserving[inside] * limit[:, None], stam[inside], rtol=1e-12, atol=1e-12)
     bare = Bake(baked.terms, baked.zero_order, baked.sigma_b, baked.texel, baked.illuminant)
     np.testing.assert_array_equal(brdf_map.from_bake(bare, 32, theta)[inside], stam[inside])
+
+
+def test_turned_light_is_as_good_as_its_own_factors():
+    relief = prepare(blazed(periods=4, rows=128))
+    series = surface_of(relief, 0.02).series
+    directions = albedo.texel_directions(4, 9)[:, :-1]
+    orders, lambdas = np.empty(0, int), np.array([400e-9, 700e-9])
+    truth = albedo.continuum_albedo(series, orders, 0.02, directions, lambdas)
+    found = albedo.continuum_albedo(series, orders, 0.02, directions[:, :2], lambdas, turns=4)
+    assert np.ptp(truth[0, :, 0]) > 0.1 * truth.max()
+    np.testing.assert_allclose(found, truth, atol=1e-5 * truth.max())
