@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Hard cases: each is right against the reference, or refused with the reason.
 
-    python -m benchmarks hard_cases [--output FILE.md]
+    python -m benchmarks hard_cases [--output FILE.md] [--json FILE|-]
 
 Each surface is baked as `bake` does it, and what its file would hold is measured against the reference itself (exact
 transforms in float64, precompute/reference.py), on a few hundred pairs of directions that the bake was not made from.
@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks import report
 from benchmarks.albedo import greatest, no_limit, surface_of
 from precompute.bake.ensemble import plan
 from precompute.bake.make import make
@@ -213,6 +214,11 @@ class Outcome:
     figures: dict[str, float] | None = None
     refusal: str = ""
 
+    def as_dict(self) -> dict:
+        """For programs."""
+        errors = None if self.errors is None else self.errors.as_dict()
+        return {"errors": errors, "figures": self.figures or {}, "refusal": self.refusal or None}
+
     @property
     def text(self) -> str:
         """For the table."""
@@ -330,12 +336,16 @@ def main(argv: list[str] | None = None) -> None:
     """Print the table and write the page."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks hard_cases", description="Surfaces that are hard.")
     parser.add_argument("--output", type=Path, default=Path("docs", "hard_cases.md"), metavar="FILE.md")
+    report.add_json(parser)
     arguments = parser.parse_args(argv)
     outcomes = []
     for case in CASES:
         outcomes.append(outcome(case))
-        print(f"{case.name:<42} {case.asked:<52} {outcomes[-1].text}", flush=True)
+        report.say(f"{case.name:<42} {case.asked:<52} {outcomes[-1].text}", arguments.json)
     arguments.output.write_text(page(outcomes))
+    cases = zip(CASES, outcomes, strict=True)
+    facts = [{"case": case.name, "asked": case.asked, **each.as_dict()} for case, each in cases]
+    report.write({"cases": facts}, arguments.json)
 
 
 if __name__ == "__main__":
