@@ -12,7 +12,7 @@ def add_grating(scene: bpy.types.Scene, source: str, size_um=0.0, height_nm=0.0,
     """Read a height map and add it to the scene as its active grating; 0 and "" leave it to the file.
 
     Raises GratingError if it cannot be read."""
-    height_map = read_height_map(source, size_um or None, height_nm or None, channel or None)
+    height_map = read_height_map(source, size_um or None, height_nm or None, channel=channel or None)
     facts = describe(height_map)
     gratings = scene.natural_gratings
     name = unused_name(height_map.stem, {g.name for g in gratings.items})

@@ -98,7 +98,7 @@ def _spectra(
             fast_series(
                 relief, (needs.region.reach + reach) / WAVELENGTH_MIN_M, needs.w[1] / WAVELENGTH_MIN_M,
                 finest_kernel=sigma_b / WAVELENGTH_MAX_M, tolerance=_SERIES_TOLERANCE * request.delta_e,
-                progress=part_of(progress, "transforms", k, len(reliefs)),
+                progress=part_of(progress, "transforms", done=k, total=len(reliefs)),
             )
         )  # fmt: skip
     return tuple(found)

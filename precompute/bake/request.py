@@ -40,7 +40,7 @@ class Scan:
 
     def read(self) -> HeightMap:
         """The scan's height map. Raises GratingError as read_height_map does."""
-        return read_height_map(self.source, self.size_um, self.height_nm, self.channel)
+        return read_height_map(self.source, self.size_um, self.height_nm, channel=self.channel)
 
 
 @dataclass(frozen=True)

@@ -62,7 +62,7 @@ def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, progress:
         found.append(
             _truth(
                 chosen.ensemble, drawn, w, chosen.sigma_b, stored.illuminant,
-                part_of(progress, "self-check", k, GROUPS),
+                part_of(progress, "self-check", done=k, total=GROUPS),
             )
         )  # fmt: skip
     errors = measure(found, stored.candidate, stored.illuminant)

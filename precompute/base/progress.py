@@ -11,7 +11,7 @@ def silent(stage: str, fraction: float) -> None:
     """A Progress that does nothing."""
 
 
-def part_of(progress: Progress, stage: str, done: int, total: int) -> Progress:
+def part_of(progress: Progress, stage: str, *, done: int, total: int) -> Progress:
     """A Progress for one of `total` equal parts of a stage, of which `done` are complete.
 
     It reports to `progress` under the name `stage`, whatever names the part gives to its own stages."""

@@ -162,7 +162,7 @@ def truths(table: Table, reliefs: Sequence[Relief], groups: int, pairs: int, ste
         drawn = draw_pairs(reliefs, table.sigma_b, w, count=pairs, region=table.region, rng=rng)
         scattered = scattered_xyz(
             reliefs, drawn.u, drawn.v, w=w, sigma_b=table.sigma_b, step_m=step_m, illuminant=table.illuminant,
-            progress=part_of(progress, "check", k, groups),
+            progress=part_of(progress, "check", done=k, total=groups),
         )  # fmt: skip
         zero_order = direct_sums.zero_order_xyz(reliefs, np.array([w]), table.illuminant)[0]
         found.append(Truth(float(w), drawn, scattered, zero_order))

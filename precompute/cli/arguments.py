@@ -111,4 +111,4 @@ def existing_bake(file: str) -> Path | None:
 
 def height_map_of(arguments, file: str | None = None) -> HeightMap:
     """The height map that the command line names, or that of one file out of several. Raises GratingError."""
-    return read_height_map(file or arguments.file, arguments.size_um, arguments.height_nm, arguments.channel)
+    return read_height_map(file or arguments.file, arguments.size_um, arguments.height_nm, channel=arguments.channel)

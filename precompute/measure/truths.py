@@ -76,7 +76,7 @@ def truths(
                     w=w,
                     sigma_b=sigma_b,
                     step_m=step_m,
-                    progress=part_of(progress, "reference", k, w_count),
+                    progress=part_of(progress, "reference", done=k, total=w_count),
                 ),
             )
         )

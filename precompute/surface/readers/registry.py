@@ -20,7 +20,7 @@ READERS: tuple[Reader, ...] = (PNG, TIFF, BMP, NANOSURF, GWYDDION)
 
 
 def read_height_map(
-    source: str, size_um: float | None = None, height_nm: float | None = None, channel: str | None = None
+    source: str, size_um: float | None = None, height_nm: float | None = None, *, channel: str | None = None
 ) -> HeightMap:
     """Read "sample:NAME" or a file, as measured: not levelled, NaN where pixels are missing.
 
