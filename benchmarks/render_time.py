@@ -205,13 +205,15 @@ class Studio:
 
     def direct(self, shadows: bool = False):
         """The add-on's own material."""
-        group = self.addon.direct.new_diffraction_group(self.bake, shadows)
+        group = self.addon.grating_material.new_diffraction_group(self.bake, shadows)
         return self.addon.material.new_diffraction_material("timed", group)
 
     def direct_shader(self):
         """The add-on's own table, read by a shader."""
         layout, _ = read_header(self.bake)
-        response = self.addon.osl_baked.build_osl_direct("timed", self.bake, layout, rgb_from_xyz("Rec.709"))
+        response = self.addon.osl_baked.build_osl_direct(
+            "timed", self.bake, layout, rgb_from_xyz=rgb_from_xyz("Rec.709")
+        )
         group = self.addon.skin.group_around("timed", response, shadows=False)
         return self.addon.material.new_diffraction_material("timed", group)
 

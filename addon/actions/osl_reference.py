@@ -43,7 +43,8 @@ def make_reference(scene: bpy.types.Scene, method: str, path: Path) -> bpy.types
     space = compat.working_space()
     if method == DIRECT:
         layout, _ = read_header(path)
-        response = build_osl_direct(path.stem, path, layout, rgb_from_xyz(space, layout.illuminant))
+        matrix = rgb_from_xyz(space, layout.illuminant)
+        response = build_osl_direct(path.stem, path, layout, rgb_from_xyz=matrix)
     else:
         response = build_osl_response(path.stem, path, rgb_from_xyz(space, read_layout(path).illuminant))
     follow_lamps(scene)

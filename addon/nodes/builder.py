@@ -6,10 +6,15 @@
 
 Each operation adds a node and returns a Value: a socket with arithmetic. Floats and vectors mix as they do in Blender's
 own sockets (a float spreads over a vector's components).
+
+A call that does not fit its node raises TypeError, as a call that does not fit a Python function does: an input that
+the group does not have, more inputs than the node has, a setting that the node does not know. The message names the
+node.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import bpy
@@ -61,15 +66,41 @@ class Tree:
     def __init__(self, tree: bpy.types.NodeTree):
         self.tree = tree
 
-    def node(self, kind: str, *inputs: Operand, label: str = "", **settings) -> bpy.types.Node:
-        """A node of a type with its settings and its first inputs; the node itself."""
+    def node(self, kind: str, *inputs: Operand, label: str = "", **settings: object) -> bpy.types.Node:
+        """Add a node of the Blender type `kind`, with its settings and the values of its first inputs.
+
+        Raises TypeError for a setting that the node does not know, and for more inputs than the settings leave it."""
         node = self.tree.nodes.new(kind)
         node.label = label
         for name, value in settings.items():
+            if name not in node.bl_rna.properties:
+                raise TypeError(f"{_described(node)}: it has no setting {name!r}")
             setattr(node, name, value)
-        for socket, value in zip(node.inputs, inputs, strict=False):
+        sockets = [socket for socket in node.inputs if socket.enabled]
+        if len(inputs) > len(sockets):
+            raise TypeError(f"{_described(node)}: {len(inputs)} inputs for the sockets {_names(sockets)}")
+        for socket, value in zip(sockets, inputs, strict=False):
             self.feed(socket, value)
         return node
+
+    def inputs(self) -> dict[str, Value]:
+        """The inputs of the group under construction, by name."""
+        return self.outputs_of(self.node("NodeGroupInput"))
+
+    def output(self, *values: Operand) -> None:
+        """Give the group under construction its outputs, in their order.
+
+        Raises TypeError unless there is one value for each output."""
+        node = self.node("NodeGroupOutput")
+        sockets = [socket for socket in node.inputs if socket.name]
+        if len(values) != len(sockets):
+            raise TypeError(f"{_described(node)}: {len(values)} values for the sockets {_names(sockets)}")
+        for socket, value in zip(sockets, values, strict=True):
+            self.feed(socket, value)
+
+    def outputs_of(self, node: bpy.types.Node) -> dict[str, Value]:
+        """The outputs of a node, by name."""
+        return {socket.name: self.value(socket) for socket in node.outputs if socket.name}
 
     def feed(self, socket: bpy.types.NodeSocket, value: Operand) -> None:
         """Link or set an input socket."""
@@ -154,15 +185,19 @@ class Tree:
         node = self.node("ShaderNodeAttribute", attribute_type=holder, attribute_name=name, label=name)
         return self.value(node.outputs["Vector"]), self.value(node.outputs["Alpha"])
 
-    def group(self, group: bpy.types.NodeTree, label: str = "", **inputs: Operand) -> dict[str, Value]:
-        """A node of a group, its inputs by their names (blanks as underscores; those that it has not are passed over);
-        its outputs by theirs."""
+    def group(
+        self, group: bpy.types.NodeTree, inputs: Mapping[str, Operand] | None = None, *, label: str = ""
+    ) -> dict[str, Value]:
+        """Add a node of a group, its inputs given by name; the values of its outputs by name.
+
+        Raises TypeError for an input that the group does not have."""
         node = self.node("ShaderNodeGroup", node_tree=group, label=label)
-        for name, value in inputs.items():
-            socket = node.inputs.get(name.replace("_", " "))
-            if socket is not None:
-                self.feed(socket, value)
-        return {socket.name: self.value(socket) for socket in node.outputs}
+        sockets = {socket.name: socket for socket in node.inputs}
+        for name, value in (inputs or {}).items():
+            if name not in sockets:
+                raise TypeError(f"{_described(node)}: no input {name!r} among the sockets {_names(node.inputs)}")
+            self.feed(sockets[name], value)
+        return self.outputs_of(node)
 
     def emission(self, radiance: Value, strength: Operand) -> Value:
         return self.value(self.node("ShaderNodeEmission", radiance, strength).outputs[0])
@@ -177,3 +212,13 @@ class Tree:
 
     def add_shader(self, a: Value | None, b: Value) -> Value:
         return b if a is None else self.value(self.node("ShaderNodeAddShader", a, b).outputs[0])
+
+
+def _described(node: bpy.types.Node) -> str:
+    """A node by its type and, for a group, by the group's name."""
+    group = getattr(node, "node_tree", None)
+    return f"node {node.bl_idname}" if group is None else f"node {node.bl_idname} of {group.name!r}"
+
+
+def _names(sockets: Iterable[bpy.types.NodeSocket]) -> str:
+    return ", ".join(socket.name for socket in sockets) or "(none)"

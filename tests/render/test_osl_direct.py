@@ -39,8 +39,8 @@ def plane(stage, disc: float = 0.0):
 
 
 def response(addon, path):
-    """The shader's group of a bake's file."""
-    return addon.osl_baked.build_osl_direct("test", path, read_header(path)[0], RGB_FROM_XYZ)
+    """The response of a bake's file as a shader."""
+    return addon.osl_baked.build_osl_direct("test", path, read_header(path)[0], rgb_from_xyz=RGB_FROM_XYZ)
 
 
 def agree(name: str, picture: np.ndarray, truth: np.ndarray) -> None:

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 
-from .test_key_lights import lambertian
+from .test_lamps import lambertian
 
 PIXELS = 32
 

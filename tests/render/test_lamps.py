@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Calibration: a Lambertian in place of the relief's answer gives Blender's own lamp-lit radiance.
+"""Calibration: with a Lambertian response in place of the relief's, diffraction is as bright as Blender's own
+lamplight.
 
-A white diffuse plane lit by Blender, and the same plane whose Diffraction group answers E cos(ti) / pi, for every kind
-of lamp and whatever is done to it.
+Two pictures are compared: a white diffuse plane lit by Blender, and the same plane with a Diffraction group whose
+response is E cos(ti) / pi. This is done for every kind of lamp and for each setting of a lamp that changes its light.
 """
 
 import math
@@ -14,23 +15,23 @@ import pytest
 PIXELS = 24
 
 
-def lambertian(addon) -> bpy.types.NodeTree:
-    """A response group: radiance of a white diffuse surface."""
-    builder = addon.builder
+def lambertian(addon):
+    """A Response: the radiance of a white diffuse surface."""
+    response = addon.response
     group = bpy.data.node_groups.new("Lambertian", "ShaderNodeTree")
-    inputs = tuple(builder.Socket(name, "Vector", "") for name in ("Normal", "To Light", "Irradiance"))
-    builder.add_interface(group, inputs, (builder.Socket("Finer", "Color", ""),))
-    tree = builder.Tree(group)
-    n, wi, irradiance = (tree.value(s) for s in tree.node("NodeGroupInput").outputs[:3])
-    output = tree.node("NodeGroupOutput")
-    tree.feed(output.inputs[0], irradiance * (tree.maximum(tree.dot(n, wi), 0.0) * (1 / math.pi)))
-    return group
+    asked = (response.NORMAL, response.TO_LIGHT, response.IRRADIANCE)
+    addon.interface.add_interface(group, asked, response.ONE_RADIANCE)
+    tree = addon.builder.Tree(group)
+    n, wi, irradiance = tree.inputs().values()
+    tree.output(irradiance * (tree.maximum(tree.dot(n, wi), 0.0) * (1 / math.pi)))
+    return response.Response(group)
 
 
 @pytest.fixture
 def both(stage, addon):
-    """both(engine, samples) -> what Cycles lights with so many samples, and what the key lights give in an engine,
-    (n, n) each, green. EEVEE's own lamps are approximations, up to 3 % off Cycles' here: they are no measure."""
+    """both(engine, samples) -> two pictures (n, n), green: Blender's lamplight by Cycles with that number of samples,
+    and the Lambertian response in the engine. EEVEE's own lamplight is no measure: here it differs from Cycles' by up
+    to 3 %."""
 
     def render(engine: str, samples: int) -> tuple[np.ndarray, np.ndarray]:
         # Away from the middle, so that no symmetry hides a wrong axis.
@@ -47,7 +48,7 @@ def both(stage, addon):
         addon.follow.follow_lamps(stage.scene)
         group = addon.skin.group_around("lambertian", lambertian(addon), shadows=False)
         ours, tree = stage.material("Ours")
-        tree.node("ShaderNodeOutputMaterial", tree.group(group, IOR=1.0)["Shader"])
+        tree.node("ShaderNodeOutputMaterial", tree.group(group, {"IOR": 1.0})["Shader"])
         plane.data.materials[0] = ours
         return theirs, stage.rgb(engine, PIXELS, 1, "ours")[..., 1]
 
