@@ -117,7 +117,7 @@ class Tree:
     def arithmetic(self, operation: str, *operands: Operand) -> Value:
         vectors = [o.is_vector if isinstance(o, Value) else isinstance(o, tuple) for o in operands]
         if operation == "MULTIPLY" and vectors in ([True, False], [False, True]):
-            # Multiply would have Cycles make a vector of the number first.
+            # A Multiply node would make Cycles turn the number into a vector first.
             vector, factor = operands if vectors[0] else operands[::-1]
             node = self.node("ShaderNodeVectorMath", vector, operation="SCALE")
             self.feed(node.inputs["Scale"], factor)
@@ -156,8 +156,9 @@ class Tree:
         return a * a
 
     def fresnel(self, ior: Operand, normal: Value) -> Value:
-        """Unpolarised reflectance of a dielectric towards the viewer, whichever side of the mesh shows: Blender's node
-        takes the viewer behind the mesh for one inside the dielectric."""
+        """Unpolarised reflectance of a dielectric towards the viewer, the same on both sides of the mesh.
+
+        Blender's node alone would take a viewer behind the mesh to be inside the dielectric."""
         behind = self.value(self.node("ShaderNodeNewGeometry").outputs["Backfacing"])
         ior = self.math("POWER", ior, behind.times_plus(-2.0, 1.0))
         return self.value(self.node("ShaderNodeFresnel", ior, normal).outputs[0])
@@ -166,7 +167,7 @@ class Tree:
         return self.value(self.node("ShaderNodeCombineXYZ", x, y, z).outputs[0])
 
     def clamp(self, a: Operand, low: Operand, high: Operand) -> Value:
-        """Component by component, for vectors."""
+        """Clamp a vector component by component."""
         return self.vector_math("MINIMUM", self.vector_math("MAXIMUM", a, low), high)
 
     def mix(self, share: Operand, a: Value, b: Value) -> Value:
@@ -174,14 +175,15 @@ class Tree:
         return (b - a).times_plus(share, a)
 
     def image(self, image: bpy.types.Image, at: Value, label: str = "") -> Value:
-        """A clamped look-up of an image at a vector in its 0..1 coordinates, by a cubic B-spline: the one filter that
-        is the same in Cycles and EEVEE at any footprint (EEVEE's linear one uses mip levels)."""
+        """Look an image up at a vector in its 0..1 coordinates, by a cubic B-spline; beyond it, its edge is extended.
+
+        No other filter is the same in Cycles and EEVEE at every size of a pixel: EEVEE's linear one uses mip levels."""
         settings = {"image": image, "interpolation": "Cubic", "extension": "EXTEND"}
         return self.value(self.node("ShaderNodeTexImage", at, label=label, **settings).outputs["Color"])
 
     def attribute(self, name: str, holder: str = "VIEW_LAYER") -> tuple[Value, Value]:
-        """A custom property of the scene (or of the object: holder "OBJECT"): its first three numbers as a vector, and
-        its fourth; 0 where there is none."""
+        """Read a custom property of the scene, or with holder "OBJECT" of the object: its first three numbers as a
+        vector, and its fourth. They are 0 where there is no such property."""
         node = self.node("ShaderNodeAttribute", attribute_type=holder, attribute_name=name, label=name)
         return self.value(node.outputs["Vector"]), self.value(node.outputs["Alpha"])
 
@@ -203,7 +205,7 @@ class Tree:
         return self.value(self.node("ShaderNodeEmission", radiance, strength).outputs[0])
 
     def mix_shader(self, share: Operand, a: Value | None, b: Value | None) -> Value:
-        """(1 - share) a + share b; None is black. Cycles evaluates nothing of a side whose share is 0."""
+        """(1 - share) a + share b, where None is black. Cycles does not evaluate a side whose share is 0."""
         node = self.node("ShaderNodeMixShader", share)
         for socket, shader in zip(node.inputs[1:], (a, b), strict=True):
             if shader is not None:

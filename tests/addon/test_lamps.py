@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene's properties follow its lamps whatever is done to them, by drivers that need neither scripts nor extension.
+"""The scene's properties follow every change of its lamps, by drivers that need neither scripts nor the extension.
 
 What the lamps give in a render is measured in tests/render/test_lamps.py.
 """

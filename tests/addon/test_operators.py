@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The buttons: import, bake, new material, assign, and what they say when they cannot."""
+"""The buttons: import, bake, new material, assign, and the messages by which they refuse."""
 
 import importlib
 import json
@@ -284,10 +284,10 @@ def test_a_lamp_costs_no_more_than_its_budget_of_nodes(scene, baked):
 
     one = nodes()
     layout, _ = read_header(baked)
-    # Two levels of a look-up a term, the zero order's, and two of the excess albedo.
+    # Two levels with one look-up for each term, one for the zero order, and two for the excess albedo.
     assert one.count("TEX_IMAGE") == 2 * layout.terms + 3
     lamp = bpy.data.objects.new("Second", bpy.data.lights.new("Second", "POINT"))
     scene.collection.objects.link(lamp)
     bpy.ops.grating.update_lights()
-    # Measured: 201 with four terms, eight for each; more is a change to be seen.
+    # Measured: 201 nodes with four terms, eight of them for each term. The test makes any growth visible.
     assert len(nodes()) - len(one) <= 170 + 8 * layout.terms

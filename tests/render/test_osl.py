@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The thesis's algorithms in OSL, through Cycles, against precompute.methods at the directions of every pixel.
 
-A plane at z = 0 seen from one metre above, lit by a sun: the whole Diffraction group, its answer a shader.
+A plane at z = 0 is seen from one metre above and lit by a sun. It has the whole Diffraction group, around a shader.
 """
 
 import numpy as np
@@ -56,8 +56,9 @@ DEEP = sinusoidal(2.5e-6, 1500e-9, periods=4, rows=64)
     [("flss", GRATING), ("chebyshev", DEEP), ("nmm", GRATING), ("nmm-jacobian", GRATING), ("pq", GRATING)],
 )
 def test_cycles_renders_what_the_method_says(addon, tmp_path, name, surface):
-    """DESIGN's bounds, on pixels over 1 % of the peak. What is left is where in its pixel Cycles sees the plane: within
-    0.005 of a pixel, over which a lobe of sigma 1.3 pixels changes by 0.4 % at its 1 % flank; 0.2 % was measured."""
+    """On pixels above 1 % of the peak. The bounds come from where in a pixel Cycles sees the plane: up to 0.005 of a
+    pixel from its middle. Over that distance a lobe of sigma 1.3 pixels changes by 0.4 % on its flank, at 1 % of its
+    peak. The error measured is 0.2 %."""
     method, path = images_file(tmp_path, surface, name, **SMALL)
     response = addon.osl_thesis.build_osl_response("test", path, rgb_from_xyz("Rec.709"))
     group = addon.skin.group_around("test", response, shadows=False)

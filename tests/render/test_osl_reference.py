@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operator's OSL material against the node group over the patch model's bake, both rendered."""
+"""The operator's OSL material is compared with the node group of the patch model's bake; both are rendered."""
 
 import bpy
 import numpy as np
@@ -16,7 +16,7 @@ from precompute.table.atlas_file import write_together
 
 @pytest.fixture
 def addon(extension):
-    """The add-on's modules; in the scene a blaze, a sun and Cycles with OSL."""
+    """The add-on's modules. The scene has the blazed sample, a sun, and Cycles with OSL."""
     modules = addon_modules(extension.__name__)
     if not bpy.app.build_options.cycles_osl:
         pytest.skip(modules.osl_script.missing_for_osl(bpy.context.scene))
