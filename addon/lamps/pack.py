@@ -113,11 +113,11 @@ def drive_properties(scene: bpy.types.Scene, index: int, lamp: bpy.types.Object)
         inner = f"{outer} + max((1 - {outer}) * blend, 1e-5)"
     cone = {"cone": "spot_size", "blend": "spot_blend"} if kind == "SPOT" else {}
     drive = _Drive(scene, index, lamp)
-    drive("place", (*place, f"-1 - {variance}" if kind == "SUN" else variance), axes | position, size)
+    drive("place", (*place, f"-1 - {variance}" if kind == "SUN" else variance), of_object=axes | position, of_data=size)
     drive("power", (*power, f"{_length('x')} / max({_length('y')}, 1e-9) * (2 * shadow - 1)"),
-          {"hidden": "hide_render"} | axes, light, holders)  # fmt: skip
-    drive("z", (*(f"z{i} / max(pow({_length('z')}, 2), 1e-30)" for i in range(3)), outer), axes, cone)
-    drive("x", (*(f"x{i} / max(pow({_length('x')}, 2), 1e-30)" for i in range(3)), inner), axes, cone)
+          of_object={"hidden": "hide_render"} | axes, of_data=light, others=holders)  # fmt: skip
+    drive("z", (*(f"z{i} / max(pow({_length('z')}, 2), 1e-30)" for i in range(3)), outer), of_object=axes, of_data=cone)
+    drive("x", (*(f"x{i} / max(pow({_length('x')}, 2), 1e-30)" for i in range(3)), inner), of_object=axes, of_data=cone)
 
 
 # A driver's variable: its name, the type of the data-block that it reads, the data-block, the path in it.
@@ -134,6 +134,7 @@ class _Drive:
         self,
         what: str,
         expressions: Iterable[str],
+        *,
         of_object: dict[str, str],
         of_data: dict[str, str],
         others: Iterable[_Variable] = (),
@@ -150,7 +151,7 @@ class _Drive:
             words = set(re.findall(r"[a-z_]+[0-9]*", expression))
             for variable in (*variables, *others):
                 if variable[0] in words:
-                    _add_variable(driver, *variable)
+                    _add_variable(driver, variable)
             driver.expression = _compact(expression)
 
 
@@ -230,7 +231,8 @@ def _compact(expression: str) -> str:
     return re.sub(r" ?([-+*/,]) ?", r"\1", expression)
 
 
-def _add_variable(driver: bpy.types.Driver, name: str, kind: str, holder: bpy.types.ID, path: str) -> None:
+def _add_variable(driver: bpy.types.Driver, read: _Variable) -> None:
+    name, kind, holder, path = read
     variable = driver.variables.new()
     variable.name = name
     variable.targets[0].id_type = kind

@@ -92,7 +92,7 @@ def fill_group(group: bpy.types.NodeTree, response: Response) -> None:
     coat = None
     for index, linked in enumerate(lamps):
         light = light_of(tree, index, linked)
-        lit = _is_lit(tree, light, n, cos_r, bounced)
+        lit = _is_lit(tree, light, n=n, cos_r=cos_r, bounced=bounced)
         asked = {NORMAL: n, TANGENT: t, TO_LIGHT: light.direction, IRRADIANCE: light.irradiance}
         answer = response.to_lamp(tree, {**asked, VARIANCE: light.variance, **settings}).shown(strength)
         if start is not None:
@@ -107,7 +107,7 @@ def fill_group(group: bpy.types.NodeTree, response: Response) -> None:
     arrange(group)
 
 
-def _is_lit(tree: Tree, light: Light, n: Value, cos_r: Value, bounced: Value) -> Value:
+def _is_lit(tree: Tree, light: Light, *, n: Value, cos_r: Value, bounced: Value) -> Value:
     """1 where lamp and viewer are above the surface, the lamp sends light, and no diffuse bounce looks; else 0.
 
     All three numbers must be positive. No cosine is over 1, which `bounced` is for a diffuse bounce."""

@@ -29,6 +29,7 @@ class Value:
 
     @property
     def is_vector(self) -> bool:
+        """Whether it has three components: a vector or a colour."""
         return self.socket.type in {"VECTOR", "RGBA"}
 
     def __add__(self, other: Operand) -> Value:
@@ -112,9 +113,12 @@ class Tree:
             socket.default_value = value
 
     def value(self, socket: bpy.types.NodeSocket) -> Value:
+        """The value of an output socket."""
         return Value(self, socket)
 
     def arithmetic(self, operation: str, *operands: Operand) -> Value:
+        """An operation that both Blender's Math and its Vector Math node have, by its name there. It is a vector if an
+        operand is."""
         vectors = [o.is_vector if isinstance(o, Value) else isinstance(o, tuple) for o in operands]
         if operation == "MULTIPLY" and vectors in ([True, False], [False, True]):
             # A Multiply node would make Cycles turn the number into a vector first.
@@ -153,6 +157,7 @@ class Tree:
         return self.math("MINIMUM", a, b)
 
     def squared(self, a: Value) -> Value:
+        """a times a."""
         return a * a
 
     def fresnel(self, ior: Operand, normal: Value) -> Value:
@@ -164,6 +169,7 @@ class Tree:
         return self.value(self.node("ShaderNodeFresnel", ior, normal).outputs[0])
 
     def vector(self, x: Operand, y: Operand, z: Operand) -> Value:
+        """A vector of three numbers."""
         return self.value(self.node("ShaderNodeCombineXYZ", x, y, z).outputs[0])
 
     def clamp(self, a: Operand, low: Operand, high: Operand) -> Value:
@@ -202,6 +208,7 @@ class Tree:
         return self.outputs_of(node)
 
     def emission(self, radiance: Value, strength: Operand) -> Value:
+        """A shader that emits a radiance times a strength."""
         return self.value(self.node("ShaderNodeEmission", radiance, strength).outputs[0])
 
     def mix_shader(self, share: Operand, a: Value | None, b: Value | None) -> Value:
@@ -213,6 +220,7 @@ class Tree:
         return self.value(node.outputs[0])
 
     def add_shader(self, a: Value | None, b: Value) -> Value:
+        """a + b, where None is black."""
         return b if a is None else self.value(self.node("ShaderNodeAddShader", a, b).outputs[0])
 
 

@@ -24,13 +24,13 @@ os.environ.setdefault(
 
 @dataclass
 class Stage:
-    """A scene under construction."""
+    """A scene under construction, and the folder for its pictures."""
 
     addon: SimpleNamespace
     folder: object
     scene: object
 
-    def add(self, name, data, location=(0, 0, 0), rotation=(0, 0, 0), scale=(1, 1, 1), collection=None):
+    def add(self, name, data, location=(0, 0, 0), *, rotation=(0, 0, 0), scale=(1, 1, 1), collection=None):
         """An object of the data."""
         import bpy
 
@@ -48,7 +48,7 @@ class Stage:
         for key, value in settings.items():
             setattr(data, key, value)
         rotation = Vector(to).to_track_quat("Z", "Y").to_euler() if to is not None else (0, 0, 0)
-        return self.add(name, data, location, rotation)
+        return self.add(name, data, location, rotation=rotation)
 
     def camera(self, location, target=(0, 0, 0), ortho=None, angle=None):
         """A camera that looks at a target, its picture upright along +y or +z."""

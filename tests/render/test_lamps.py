@@ -116,7 +116,7 @@ def test_lamps_that_are_not_normalized(stage, both, engine, kind, settings):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_two_lamps_parented_scaled_and_hidden(stage, both, engine):
-    parent = stage.add("Parent", None, (0.1, 0.2, 0.3), (0.2, -0.3, 0.5), (1.2, 1.2, 1.2))
+    parent = stage.add("Parent", None, (0.1, 0.2, 0.3), rotation=(0.2, -0.3, 0.5), scale=(1.2, 1.2, 1.2))
     lamp = stage.lamp("POINT", (0.3, 0.1, 0.8), energy=30.0, shadow_soft_size=0.0)
     lamp.parent = parent
     stage.lamp("SUN", to=(-0.5, 0.2, 1), energy=1.0, angle=0.0, use_temperature=True, temperature=3500.0)

@@ -94,7 +94,7 @@ def test_the_shader_is_the_node_group_and_the_table(osl, addon, request, bake, d
 
 
 def test_a_card_shades_what_lies_under_it(osl, addon, baked):
-    picture = shaded(osl, addon, response(addon, baked[0]), "cycles", casts=True, osl=True)
+    picture = shaded(osl, addon, response(addon, baked[0]), casts=True, osl=True)
     lit, under = np.split(picture, 2, axis=1)
     assert lit.min() > 0
     np.testing.assert_array_equal(under, 0)

@@ -10,7 +10,7 @@ from .test_lamps import lambertian
 PIXELS = 32
 
 
-def shaded(stage, addon, response, engine: str, casts: bool, osl: bool) -> np.ndarray:
+def shaded(stage, addon, response, *, engine: str = "cycles", casts: bool, osl: bool) -> np.ndarray:
     """The radiance (n, n), green, of a plane with a response; a card shades its right half."""
     stage.camera((0, 0, 3), ortho=2.0).rotation_euler = (0, 0, 0)
     bpy.ops.mesh.primitive_plane_add(size=4)
@@ -32,7 +32,7 @@ def shaded(stage, addon, response, engine: str, casts: bool, osl: bool) -> np.nd
 
 @pytest.mark.parametrize("casts", [True, False])
 def test_a_card_shades_what_lies_under_it(stage, addon, casts):
-    picture = shaded(stage, addon, lambertian(addon), "cycles", casts, osl=not addon.compat.HAS_RAYCAST)
+    picture = shaded(stage, addon, lambertian(addon), casts=casts, osl=not addon.compat.HAS_RAYCAST)
     # Irradiance pi on a white Lambertian: 1, to single precision.
     lit, under = picture[:, : PIXELS // 2], picture[:, PIXELS // 2 :]
     np.testing.assert_allclose(lit, 1, rtol=1e-5)
@@ -44,5 +44,5 @@ def test_a_card_shades_what_lies_under_it(stage, addon, casts):
 def test_where_no_shadow_ray_is_there_is_no_shadow(stage, addon, engine, rtol):
     if addon.compat.HAS_RAYCAST:
         pytest.skip("this Blender traces shadow rays without Open Shading Language")
-    picture = shaded(stage, addon, lambertian(addon), engine, True, osl=False)
+    picture = shaded(stage, addon, lambertian(addon), engine=engine, casts=True, osl=False)
     np.testing.assert_allclose(picture, 1, rtol=rtol)

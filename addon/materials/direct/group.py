@@ -59,7 +59,7 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, *, rgb
 
     b = tree.cross(n, t)
     wr = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Incoming"])
-    light, view = _Direction(tree, wi, t, b, n), _Direction(tree, wr, t, b, n)
+    light, view = (_Direction(tree, way, (t, b, n)) for way in (wi, wr))
     half = light.vector + view.vector
     w = light.cosine + view.cosine
     uv = half * (1.0, 1.0, 0.0)
@@ -68,7 +68,7 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, *, rgb
     slope = w * (roughness * roughness)
     disc = variance * tree.squared(light.cosine).times_plus(0.5, 0.5)
     blur = tree.maximum(disc - layout.sigma_b**2, 0.0) + slope * slope * 0.5
-    table = _Table(tree, image, layout, uv * period_scale, w * height_scale)
+    table = _Table(tree, image, layout, uv=uv * period_scale, w=w * height_scale)
     # The kernel belongs to the relief and is stretched with it. The blur by lamp and roughness is not.
     finer, coarser, share = table.around(blur * (period_scale * period_scale))
 
@@ -94,8 +94,8 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, *, rgb
 class _Direction:
     """A unit vector in the surface's frame: its components along T, B and N, one by one and as a vector."""
 
-    def __init__(self, tree: Tree, direction: Value, t: Value, b: Value, n: Value):
-        self.x, self.y, self.cosine = (tree.dot(direction, axis) for axis in (t, b, n))
+    def __init__(self, tree: Tree, direction: Value, frame: tuple[Value, Value, Value]):
+        self.x, self.y, self.cosine = (tree.dot(direction, axis) for axis in frame)
         self.vector = tree.vector(self.x, self.y, self.cosine)
 
 
@@ -105,7 +105,7 @@ class _Table:
     Outside the table's region its rim is read: the polynomials are not bounded there, and other tiles lie beside it.
     Beyond |(u, v)| = 2, which only a stretched relief reaches, the sum is 0."""
 
-    def __init__(self, tree: Tree, image: bpy.types.Image, layout: Layout, uv: Value, w: Value):
+    def __init__(self, tree: Tree, image: bpy.types.Image, layout: Layout, *, uv: Value, w: Value):
         self.tree, self.image, self.layout = tree, image, layout
         (u_low, u_high), (v_low, v_high) = layout.region
         inner = tree.clamp(uv, (u_low, v_low, 0.0), (u_high, v_high, 0.0))
