@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The thesis's algorithms in OSL against the node group over the patch model's bake, both rendered by Cycles: colour
+"""The thesis's methods in OSL compared with the node group of the patch model's bake, both rendered by Cycles: colour
 differences and seconds.
 
     python -m benchmarks osl [--pixels N] [--shared DIR]
 
-A plane one metre under the camera, one sun, one sample a pixel. CIEDE2000 over the lit pixels, at the exposure that
-puts the 99th percentile of the other's Y at 1: of the node group against its table read by precompute, and of each
-shader against the node group's picture. Of each render also the seconds, the first one's start-up included.
+The scene is a plane one metre under the camera and one sun, with one sample in each pixel. CIEDE2000 is taken over the
+lit pixels: between the node group and its table as precompute reads it, and between each shader and the node group's
+picture. The exposure puts the 99th percentile of the second one's Y at 1. The seconds of each render are printed too;
+the first one's include the start-up.
 """
 
 import argparse

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Render time of Principled metal against Direct with one and three lamps, and the thesis's algorithms in OSL.
+"""Render time of Direct and of Principled metal with one and three lamps, and of the thesis's methods in OSL.
 
     python -m benchmarks render_time [--engine cycles --engine eevee] [--scene snake --scene sphere] [--pixels 192]
 
-All in one run. What a sample of a pixel costs, in processor time, is the least of `--repeat` renders with `--samples`
-samples less the least with a quarter of them, so that start-up, compiling and upload are left out; the materials take
-turns, so that a machine that is slow for a while is slow for all. Two scenes: the sample snake on its
-ground, as an artist renders it, and a sphere alone in the dark, where nothing but the material takes time. Shaders in
-OSL are timed on the sphere, on a small picture.
+All rows are measured in one run. The cost of a sample of a pixel, in processor time, is the difference of two minima
+over `--repeat` renders: with `--samples` samples and with a quarter of them. So start-up, compiling and upload are left
+out. The materials are rendered in turn, so that a machine that is slow for a while slows down all of them. There are
+two scenes: the sample snake on its ground, as an artist renders it, and a sphere alone in the dark, where only the
+material takes time. Shaders in OSL are timed on the sphere, on a small picture.
 
-For Cycles also the noise: RMSE against each material's own picture of many samples, every sample cut at a display's
-white, and the samples with which Direct has the metal's.
+For Cycles the noise is measured too: the RMSE against each material's own picture of many samples, with every sample
+clipped at a display's white, and the number of samples at which Direct has the metal's RMSE.
 """
 
 import argparse
@@ -42,7 +42,8 @@ _TURNS_DEG = (0, 90, 200)
 
 @dataclass(frozen=True)
 class Subject:
-    """A material, what lights it, and what it is rendered with."""
+    """A row of the table: a material, how many suns light it, whether OSL is on, and the picture's size if it has its
+    own."""
 
     name: str
     make: Callable
@@ -93,8 +94,8 @@ def measure(studio: "Studio", engine: str, scene: str, arguments) -> None:
 
 
 def equal_error(studio: "Studio", scene: str, lamps: int) -> None:
-    """RMSE over the picture's mean at several samples, and Direct's samples for the metal's RMSE at the most of them,
-    noise falling with the root of their number."""
+    """Print the RMSE over the picture's mean at several numbers of samples, and at how many samples Direct has the RMSE
+    that the metal has at the largest of them. Noise falls with the square root of the number of samples."""
     counts = (4, 16, 64)
     print(f"{'RMSE over the mean, at samples':34}" + "".join(f"{count:10}" for count in counts))
     cycles = studio.scene.cycles
@@ -149,7 +150,7 @@ class Studio:
         image.file_format, image.color_depth = "OPEN_EXR", "32"
 
     def light(self, count: int) -> None:
-        """So many suns, that the add-on follows."""
+        """Light the scene with a number of suns, which the add-on follows."""
         import bpy
 
         from sample_scenes import stage
@@ -228,8 +229,8 @@ class Studio:
         return self.addon.material.new_diffraction_material(name, group)
 
     def spans(self, subject: Subject, engine: str, samples: int) -> tuple[float, float]:
-        """Processor seconds of a quarter of the samples, and of all, over the pixels and the samples between the two; a
-        picture before them is not counted."""
+        """Processor seconds with a quarter of the samples, and with all of them, each divided by the number of pixels
+        and by the difference of the two numbers of samples. A picture is rendered before, which is not counted."""
         pixels = subject.pixels or self.pixels
         more = 4 if subject.pixels else samples
         fewer = more // 4

@@ -73,7 +73,11 @@ class Grating(bpy.types.PropertyGroup):
         return path
 
     def source_file(self) -> str:
-        """The height map as precompute reads it: sample:NAME or a whole path."""
+        """The height map as precompute reads it: sample:NAME or a whole path.
+
+        Raises GratingError if there is none, as in a grating that was made from a bake alone."""
+        if not self.source:
+            raise GratingError(f"{self.name}: made from a bake, without a height map; import the height map to bake it")
         return self.source if self.source.startswith(_SAMPLE) else bpy.path.abspath(self.source)
 
     def bake_request(self) -> "BakeRequest":

@@ -171,6 +171,12 @@ def test_a_grating_holds_a_whole_request(scene, scan):
     assert grating.bake_request() == request
 
 
+def test_a_grating_without_a_height_map_cannot_be_baked(scene, baked):
+    add_baked(scene, baked)
+    with pytest.raises(RuntimeError, match="waves: made from a bake, without a height map"):
+        bpy.ops.grating.bake()
+
+
 def test_a_request_that_no_bake_can_have_names_the_grating(scene, scan):
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
     scene.natural_gratings.active().coherence_um = 1e5

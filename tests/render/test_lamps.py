@@ -61,8 +61,8 @@ def agree(both, engine: str, tolerance: float, samples: int = 1) -> None:
     np.testing.assert_allclose(ours, theirs, rtol=tolerance, atol=tolerance * theirs.max() / 10)
 
 
-# Lamps that are points: one sample has no noise, and single precision is left, along the rim of a spot a thousandth of
-# a pixel, where Cycles puts a pixel's middle. EEVEE's pictures are half floats, cut off: 2^-10.
+# Relative errors for lamps without a size, for which one sample has no noise. In Cycles single precision is left, and
+# along a spot's rim the place of a pixel's middle, a thousandth of a pixel off. EEVEE truncates to half floats: 2^-10.
 EXACT = {"cycles": 1e-3, "eevee": 2e-3}
 ENGINES = ["cycles", "eevee"]
 
@@ -92,7 +92,7 @@ def test_spot(stage, both, engine, scale):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_area(stage, both, engine):
-    # Its centre alone counts: of 1 cm at 1.3 m, off by (0.01 / 1.3)^2.
+    # The response takes the lamp as a point at its centre. For a lamp of 1 cm at 1.3 m that is off by (0.01 / 1.3)^2.
     lamp = stage.lamp("AREA", (0.5, -0.4, 1.2), (0.2, -0.4, 1), energy=50.0, shape="RECTANGLE", size=0.01, size_y=0.005)
     lamp.scale = (0.7, 1.5, 1.0)
     agree(both, engine, 1e-2, samples=64)
@@ -109,7 +109,8 @@ def test_area(stage, both, engine):
     ],
 )
 def test_lamps_that_are_not_normalized(stage, both, engine, kind, settings):
-    # A sun of 0.2 rad is a disc, whose mean cosine differs by 0.1^2 / 4; Cycles samples discs, to a few thousandths.
+    # A sun of 0.2 rad is a disc, whose mean cosine differs from its middle's by 0.1^2 / 4. Cycles samples discs, and
+    # has an error of a few thousandths.
     stage.lamp(kind, (0.3, 0.2, 1.5), (0.1, 0, 1), normalize=False, **settings)
     agree(both, engine, 2e-2, samples=256)
 
@@ -126,5 +127,5 @@ def test_two_lamps_parented_scaled_and_hidden(stage, both, engine):
     stage.scene.collection.children.link(dark)
     dark.hide_render = True
     stage.add("Unseen", bpy.data.lights.new("Unseen", "SUN"), collection=dark)
-    # Cycles draws one of the lamps a sample.
+    # Cycles picks one of the lamps for each sample.
     agree(both, engine, 1e-2, samples=4096)

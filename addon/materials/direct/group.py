@@ -129,7 +129,7 @@ class _Table:
         level = tree.minimum(tree.math("FLOOR", tree.math("LOGARITHM", ratio, 4.0)), last - 1.0)
         shrink = tree.math("POWER", 0.5, level)
         share = (ratio * tree.squared(shrink)).times_plus(1 / 3, -1 / 3)
-        # Level 0 begins at the left; the others stand over each other to the right of it (precompute/table/tiling.py).
+        # Level 0 begins at the left; the others are stacked to the right of it (precompute/table/tiling.py).
         finer = self._read(self._beside(level, shrink) * tree.minimum(level, 1.0), shrink)
         level, shrink = level + 1.0, shrink * 0.5
         return finer, self._read(self._beside(level, shrink), shrink), share
