@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Blender side: operators, panel, materials, command line. No physics: that is precompute's."""
+"""The Blender side: operators, panel, materials, command line. The physics is precompute's.
+
+Enabling the extension loads only what registration needs. Operators load their actions, and the command line its verbs,
+when they are called.
+"""
 
 import bpy
 
 from .actions.lamps import follow_after_import
-from .batch import commands
 from .operators import (
     add_diffraction,
     assign,
@@ -19,7 +22,7 @@ from .operators import (
 from .scene import gratings
 from .ui import panel
 
-# In the order of registration: property groups before those who hold them.
+# In the order of registration: a property group comes before those that hold it.
 CLASSES = (
     gratings.Grating,
     gratings.SceneGratings,
@@ -38,7 +41,6 @@ CLASSES = (
     panel.ReferencePanel,
 )
 
-
 _command = None
 
 
@@ -50,11 +52,11 @@ def register() -> None:
     bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=gratings.SceneGratings)
     bpy.types.TOPBAR_MT_file_import.append(import_height_map.menu_entry)
     bpy.app.handlers.blend_import_post.append(follow_after_import)
-    _command = bpy.utils.register_cli_command("grating", commands.execute)
+    _command = bpy.utils.register_cli_command("grating", _run_command)
 
 
 def unregister() -> None:
-    """Undo register(), last first. What the scenes hold stays in them."""
+    """Undo register(), last first. The gratings and materials of open files stay in them."""
     bpy.utils.unregister_cli_command(_command)
     bake_grating.stop_running_bake()
     bpy.app.handlers.blend_import_post.remove(follow_after_import)
@@ -62,3 +64,9 @@ def unregister() -> None:
     del bpy.types.Scene.natural_gratings
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
+
+
+def _run_command(argv: list[str]) -> int:
+    from .batch import commands
+
+    return commands.execute(argv)

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The thesis's algorithms in OSL against the node group over the patch model's bake, both rendered by Cycles: colour
+"""The thesis's methods in OSL compared with the node group of the patch model's bake, both rendered by Cycles: colour
 differences and seconds.
 
     python -m benchmarks osl [--pixels N] [--shared DIR] [--json FILE|-]
 
-A plane one metre under the camera, one sun, one sample a pixel. CIEDE2000 over the lit pixels, at the exposure that
-puts the 99th percentile of the other's Y at 1: of the node group against its table read by precompute, and of each
-shader against the node group's picture. Of each render also the seconds, the first one's start-up included.
+The scene is a plane one metre under the camera and one sun, with one sample in each pixel. CIEDE2000 is taken over the
+lit pixels: between the node group and its table as precompute reads it, and between each shader and the node group's
+picture. The exposure puts the 99th percentile of the second one's Y at 1. The seconds of each render are printed too;
+the first one's include the start-up.
 """
 
 import argparse
@@ -188,7 +189,7 @@ def compare(addon, relief: Relief, made: Made, view: PlaneView, folder: Path, ru
     software = view.radiance(made.table.scattered_over_w2)
     path = folder / "table.exr"
     write_together({path: (made.image, made.layout)}, {"precision": str(made.image.dtype)})
-    group = addon.direct.new_diffraction_group(path, shadows=False)
+    group = addon.grating_material.new_diffraction_group(path, shadows=False)
     truth, seconds = _timed(addon, group, view, folder)
     yield _row("node group", made.layout.terms, seconds, colour_differences(truth, software))
     for name, step_nm, texels in runs:

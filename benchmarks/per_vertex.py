@@ -3,8 +3,9 @@
 
     python -m benchmarks per_vertex [--output DIR] [--pixels 320] [--json FILE|-]
 
-The sample snake, coarser and coarser; the whole answer worked out at its vertices and interpolated, as a per-vertex
-shader does, against the Diffraction group. Relative error of luminance over the pixels above 1 % of the brightest.
+The sample snake is taken with fewer and fewer vertices. The diffraction is computed at the vertices and interpolated,
+as a per-vertex shader does, and compared with the Diffraction group: relative error of luminance over the pixels above
+1 % of the brightest.
 """
 
 import argparse
@@ -85,7 +86,7 @@ def both(studio: Studio, table, rings: int, segments: int) -> tuple[np.ndarray, 
 
 
 def vertex_material(studio: Studio, table):
-    """A material that shows what was worked out at the corners of the faces, with the frames there."""
+    """A material that shows the radiance computed at the corners of the faces, with the frames there."""
     import bpy
 
     mesh = studio.mesh.data

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Render time of Principled metal against Direct with one and three lamps, and the thesis's algorithms in OSL.
+"""Render time of Direct and of Principled metal with one and three lamps, and of the thesis's methods in OSL.
 
     python -m benchmarks render_time [--engine cycles --engine eevee] [--scene snake --scene sphere] [--pixels 192]
         [--json FILE|-]
 
-All in one run. What a sample of a pixel costs, in processor time, is the least of `--repeat` renders with `--samples`
-samples less the least with a quarter of them, so that start-up, compiling and upload are left out; the materials take
-turns, so that a machine that is slow for a while is slow for all. Two scenes: the sample snake on its
-ground, as an artist renders it, and a sphere alone in the dark, where nothing but the material takes time. Shaders in
-OSL are timed on the sphere, on a small picture.
+All rows are measured in one run. The cost of a sample of a pixel, in processor time, is the difference of two minima
+over `--repeat` renders: with `--samples` samples and with a quarter of them. So start-up, compiling and upload are left
+out. The materials are rendered in turn, so that a machine that is slow for a while slows down all of them. There are
+two scenes: the sample snake on its ground, as an artist renders it, and a sphere alone in the dark, where only the
+material takes time. Shaders in OSL are timed on the sphere, on a small picture.
 
-For Cycles also the noise: RMSE against each material's own picture of many samples, every sample cut at a display's
-white, and the samples with which Direct has the metal's.
+For Cycles the noise is measured too: the RMSE against each material's own picture of many samples, with every sample
+clipped at a display's white, and the number of samples at which Direct has the metal's RMSE.
 """
 
 import argparse
@@ -44,7 +44,8 @@ _TURNS_DEG = (0, 90, 200)
 
 @dataclass(frozen=True)
 class Subject:
-    """A material, what lights it, and what it is rendered with."""
+    """A row of the table: a material, how many suns light it, whether OSL is on, and the picture's size if it has its
+    own."""
 
     name: str
     make: Callable
@@ -100,9 +101,9 @@ def measure(studio: "Studio", engine: str, scene: str, arguments) -> dict:
     return facts
 
 
-def equal_error(studio: "Studio", scene: str, arguments) -> dict:
-    """RMSE over the picture's mean at several samples, and Direct's samples for the metal's RMSE at the most of them,
-    noise falling with the root of their number."""
+def equal_error(studio: "Studio", scene: str, arguments: argparse.Namespace) -> dict:
+    """The RMSE over the picture's mean at several numbers of samples, and at how many samples Direct has the RMSE that
+    the metal has at the largest of them. Noise falls with the square root of the number of samples."""
     counts = (4, 16, 64)
     facts = {"samples": counts, "rmse": {}}
     report.say(f"{'RMSE over the mean, at samples':34}" + "".join(f"{count:10}" for count in counts), arguments.json)
@@ -162,7 +163,7 @@ class Studio:
         image.file_format, image.color_depth = "OPEN_EXR", "32"
 
     def light(self, count: int) -> None:
-        """So many suns, that the add-on follows."""
+        """Light the scene with a number of suns, which the add-on follows."""
         import bpy
 
         from sample_scenes import stage
@@ -218,13 +219,15 @@ class Studio:
 
     def direct(self, shadows: bool = False):
         """The add-on's own material."""
-        group = self.addon.direct.new_diffraction_group(self.bake, shadows)
+        group = self.addon.grating_material.new_diffraction_group(self.bake, shadows)
         return self.addon.material.new_diffraction_material("timed", group)
 
     def direct_shader(self):
         """The add-on's own table, read by a shader."""
         layout, _ = read_header(self.bake)
-        response = self.addon.osl_baked.build_osl_direct("timed", self.bake, layout, rgb_from_xyz("Rec.709"))
+        response = self.addon.osl_baked.build_osl_direct(
+            "timed", self.bake, layout, rgb_from_xyz=rgb_from_xyz("Rec.709")
+        )
         group = self.addon.skin.group_around("timed", response, shadows=False)
         return self.addon.material.new_diffraction_material("timed", group)
 
@@ -239,8 +242,8 @@ class Studio:
         return self.addon.material.new_diffraction_material(name, group)
 
     def spans(self, subject: Subject, engine: str, samples: int) -> tuple[float, float]:
-        """Processor seconds of a quarter of the samples, and of all, over the pixels and the samples between the two; a
-        picture before them is not counted."""
+        """Processor seconds with a quarter of the samples, and with all of them, each divided by the number of pixels
+        and by the difference of the two numbers of samples. A picture is rendered before, which is not counted."""
         pixels = subject.pixels or self.pixels
         more = 4 if subject.pixels else samples
         fewer = more // 4

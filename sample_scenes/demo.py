@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The main job from end to end: `./dev demo`. A scan is baked, assigned to a snake, and rendered under two suns.
 
-Everything goes the way that users go: `python -m precompute` for the bake and the map, Blender in background with
-`--command grating` for assign and render. Only this file's glue is its own.
+Every step is a command that a user can type: `python -m precompute` for the bake and the map, and Blender in background
+with `--command grating` to assign and render. This file only joins them.
 """
 
 import argparse
@@ -19,14 +19,14 @@ from devtools.environments import ALL, PY311
 from devtools.steps import clean_environment
 from sample_scenes.report import write_report
 
-# The second sun is where the colours run the other way along the body (sample_scenes/stage.py).
+# From the second sun the colours run the other way along the body (sample_scenes/stage.py).
 SUN_AZIMUTHS_DEG = (128, 52)
 ELAPHE_SCAN = ROOT.parent / "shared" / "data" / "snake" / "elaphe_65um.png"
 
 
 @dataclass(frozen=True)
 class Subject:
-    """A height map of the demo: what the command line calls it, its options, and the folder of its results."""
+    """A height map of the demo: its title, FILE and options for the command line, and the folder of its results."""
 
     title: str
     file: str
@@ -35,13 +35,13 @@ class Subject:
 
 
 class Stopwatch:
-    """Says each step as it starts, and keeps its seconds."""
+    """Prints each step as it starts, and keeps how many seconds it took."""
 
     def __init__(self):
         self.seconds: dict[str, float] = {}
 
     def run(self, step: str, command: list, **settings) -> str:
-        """Run a command; its standard output. Exits with its status and its own words if it fails."""
+        """Run a command; its standard output. Exits with its status and the end of its output if it fails."""
         print(f"{step} ...", flush=True)
         start = time.monotonic()
         done = subprocess.run([str(part) for part in command], capture_output=True, text=True, cwd=ROOT, **settings)
@@ -75,7 +75,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def subjects(output: Path) -> list[Subject]:
-    """The shipped sample and, where its data is, the real scan."""
+    """The shipped sample, and the real scan where its file is present."""
     found = [Subject("Elaphe-like sample", "sample:elaphe", (), output)]
     if ELAPHE_SCAN.is_file():
         options = ("--size-um", "65", "--height-nm", "375")
@@ -86,7 +86,7 @@ def subjects(output: Path) -> list[Subject]:
 
 
 def run_subject(subject: Subject, arguments, watch: Stopwatch) -> dict:
-    """Bake, map and render one height map; what the report tells of it."""
+    """Bake, map and render one height map; the facts for the report."""
     folder, name = subject.folder, subject.title
     precompute = [sys.executable, "-m", "precompute"]
     height_map = [subject.file, *subject.options]
@@ -117,7 +117,7 @@ def render_snake(step: str, baked: Path, azimuth: int, picture: Path, arguments,
 
 
 def start_blender(arguments, command: list[str]) -> blender.Launch:
-    """The Blender that was asked for, else a binary if there is one, else the bpy wheel."""
+    """How to start Blender: the one that was asked for, else a binary if there is one, else the bpy wheel."""
     binary = arguments.blender or (None if arguments.bpy else blender.find_binary())
     if binary:
         return blender.launch_binary(binary, command)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The snakes at three zooms under three suns, a sheet for each species (thesis figures 6.14 to 6.18).
+"""Snakes at three zooms under three suns, a sheet of pictures for each species (thesis figures 6.14 to 6.18).
 
 python -m sample_scenes.pictures --output DIR [--bpy 5.2] [--samples 16 --width 480]
 
-The real Elaphe scan is taken where it is there, else the sample like it.
+Elaphe is the real scan where its file is present, else the shipped sample that imitates it.
 """
 
 import argparse
@@ -22,7 +22,7 @@ ZOOMS, AZIMUTHS = ("whole", "bends", "scales"), (128, 90, 52)
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Bake, assign, render and lay out; the exit status."""
+    """Bake, assign and render both species and lay their sheets out; the exit status."""
     parser = argparse.ArgumentParser(prog="sample_scenes.pictures", description=__doc__.splitlines()[0])
     parser.add_argument("--output", type=Path, required=True, metavar="DIR")
     parser.add_argument("--bpy", choices=[e.blender_version for e in ALL], help="the bpy wheel to render with")

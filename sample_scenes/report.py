@@ -18,7 +18,7 @@ def write_report(output: Path, results: list[dict], seconds: dict[str, float], m
 
 
 def section(output: Path, result: dict) -> list[str]:
-    """What was measured of one height map, and its pictures."""
+    """The report's lines on one height map: its measurements and its pictures."""
     info, bake = result["info"], result["bake"]
     error = bake["delta_e"]
     dy, dx = info["pixel_size_m"]
@@ -32,7 +32,7 @@ def section(output: Path, result: dict) -> list[str]:
         "Table": f"{bake['tiles']} tiles of {bake['tile'][1]} x {bake['tile'][0]}, "
         f"{bake['blender_bytes'] / 2**20:.0f} MiB in Blender",
         "Colour error (dE00)": f"mean {error['mean']:.2f}, p95 {error['p95']:.2f}, p99 {error['p99']:.2f}, "
-        f"max {error['max']:.2f} on {error['pairs']} direction pairs that it was not made from",
+        f"max {error['max']:.2f} on {error['pairs']} direction pairs that the bake was not made from",
         "Energy error": f"sum of absolute dY over sum of Y: {error['relative_dy']:.2%}",
         "Bake": f"{bake['seconds']:.1f} s, self-check {bake['check_seconds']:.1f} s",
     }
@@ -41,7 +41,7 @@ def section(output: Path, result: dict) -> list[str]:
     for title, picture in (
         ("BRDF map, light at the normal", result["folder"] / "brdf_map.png"),
         ("Cycles, first sun", result["pictures"][0]),
-        ("Cycles, second sun: the same snake, the colours have moved", result["pictures"][1]),
+        ("Cycles, second sun: the same snake, with other colours", result["pictures"][1]),
     ):
         relative = Path(os.path.relpath(picture, output)).as_posix()
         lines += ["", f"{title}:", "", f"![{title}]({relative})"]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A coiled snake with modelled scales, whose UV map gives the grating's frame.
 
-U runs along the body from head to tail, in units of the largest girth, V once round it from the belly seam
-over the back, so that the UV tangent points tailwards and (T, B, N) is right-handed. Lengths are in metres.
+U runs along the body from head to tail, in units of the largest girth. V runs once round the body, from the belly seam
+over the back. So the UV tangent points tailwards, and (T, B, N) is right-handed. Lengths are in metres.
 """
 
 from __future__ import annotations
@@ -59,7 +59,8 @@ POSE_M = np.array(
 
 
 class Spine(NamedTuple):
-    """The body without its skin at n arc lengths `s` from the snout, where `scale_count` scales precede."""
+    """The body's axis and size at n arc lengths `s` from the snout; `scale_count` is the number of scales up to
+    there."""
 
     s: np.ndarray
     centre: np.ndarray
@@ -101,7 +102,7 @@ def half_sizes(s: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def make_spine(rings: int) -> Spine:
-    """The body at `rings` arc lengths, which keep step with the scales and crowd at the head."""
+    """The body at `rings` arc lengths: a fixed number of them for each scale, and more at the head."""
     t = np.linspace(0, 1, 20001)
     pose = bspline(POSE_M, t)
     steps = np.linalg.norm(np.diff(pose, axis=0), axis=1)
@@ -130,9 +131,9 @@ def scatter(i: np.ndarray, j: np.ndarray) -> np.ndarray:
 def scale_relief(along: np.ndarray, across: np.ndarray) -> np.ndarray:
     """Relief of overlapping scales, in scale lengths, at most 0.
 
-    `along` counts scales tailwards, `across` counts rows from the back's midline; odd rows are shifted by
-    half a scale. What lies beyond the last row are the broad belly scales. Each scale is a dome, tilted a
-    little its own way, that rises tailwards and ends in a free edge over its followers: the highest is seen.
+    `along` counts scales tailwards, `across` counts rows from the back's midline. Odd rows are shifted by half a scale.
+    Beyond the last row are the broad belly scales. Each scale is a dome, tilted a little in a direction of its own. It
+    rises tailwards and ends in a free edge above the next scale. Where scales overlap, the highest is seen.
     """
     across = np.clip(across, -(DORSAL_ROWS + 1) / 2, (DORSAL_ROWS + 1) / 2)
     relief = np.full(np.broadcast(along, across).shape, -1.0)
@@ -161,7 +162,7 @@ def eye_relief(s: np.ndarray, angle: np.ndarray, half_width: np.ndarray) -> np.n
 def body_surface(spine: Spine, segments: int) -> tuple[np.ndarray, np.ndarray]:
     """Points (rings, segments, 3) in metres and UVs (rings, segments + 1, 2) of the skin.
 
-    A ring starts and ends at the belly seam; the UVs repeat the seam, the points do not.
+    A ring starts and ends at the belly seam. The UVs have the seam twice, the points once.
     """
     v = np.linspace(0, 1, segments + 1)
     angle = 2 * np.pi * (v[:-1] - 0.5)

@@ -20,8 +20,8 @@ if not __package__:  # `blender --python` runs this file as a script
     __package__ = "sample_scenes"
 from .snake import build_snake, plain_material
 
-# Sun and camera face each other across the snake's long runs, a little aside, so that the first order of a
-# grating of 1144 nm along the body meets the camera on most of them. From azimuth 52 the colours run back.
+# Sun and camera almost face each other across the snake's long straight runs, so that on most of them the first order
+# of a grating of 1144 nm along the body meets the camera. From azimuth 52 the colours run in the other direction.
 SUN_AZIMUTH_DEG = 128.0
 SUN_ELEVATION_DEG = 30.0
 SUN_STRENGTH = 12.0
@@ -32,7 +32,7 @@ CAMERA_LENS_MM = 74.0
 
 
 def clean_scene() -> None:
-    """Remove all objects and their data; reading the factory settings would disable extensions as well."""
+    """Remove all objects and their data. Reading the factory settings would do so too, but disables extensions."""
     data = bpy.data
     for collection in (data.objects, data.meshes, data.lights, data.cameras, data.materials):
         data.batch_remove(list(collection))

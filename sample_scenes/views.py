@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Render the stage at three zooms under three suns, without assigning anything anew: moving the lamp is enough.
+"""Render the stage at three zooms under three suns. The material stays: it follows the lamp by itself.
 
 blender FILE --background --python sample_scenes/views.py -- --output DIR [--samples 16 --width 480]
 """
@@ -14,7 +14,7 @@ from pathlib import Path
 import bpy
 from mathutils import Vector
 
-# Name, focal length in mm, and where the camera looks: the whole animal, two of its bends, single scales.
+# Name, focal length in mm, and the camera's target: the whole animal, two of its bends, single scales.
 ZOOMS = (
     ("whole", 74.0, (-0.036, -0.025, 0.02)),
     ("bends", 240.0, (-0.03, -0.05, 0.03)),
@@ -25,7 +25,7 @@ SUN_ELEVATION_DEG = 30.0
 
 
 def turn_sun(sun: bpy.types.Object, azimuth_deg: float) -> None:
-    """Move the sun round the animal."""
+    """Turn the sun to an azimuth, at the stage's elevation."""
     azimuth, elevation = radians(azimuth_deg), radians(SUN_ELEVATION_DEG)
     to_sun = Vector((cos(elevation) * cos(azimuth), cos(elevation) * sin(azimuth), sin(elevation)))
     sun.rotation_euler = to_sun.to_track_quat("Z", "Y").to_euler()

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What operators and the command line share."""
+"""What the buttons and the command line do; both call the same functions."""

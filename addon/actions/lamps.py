@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is done about lamps by operators and by Blender's own events."""
+"""Having diffraction follow the scene's lamps: when it is asked for, and after an import."""
 
 import contextlib
 
@@ -7,23 +7,38 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ...precompute.base.failure import GratingError
+from ..lamps.find import instanced_lamps, instances_are_not_followed, unfollowed_features
 from ..lamps.follow import follow_lamps, followed_lamps
 from ..lamps.link import mark_unlinked
+from ..materials.skin import is_diffraction, linked_with_fewer_lamps, show_lamps
+
+
+def update_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """Follow the lamps that the scene has now, and give the file's Diffraction groups as many; the lamps followed.
+
+    Raises GratingError, with nothing changed, if there is no lamp."""
+    lamps = follow_lamps(scene)
+    show_lamps()
+    return lamps
+
+
+def warnings_about(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[str]:
+    """One line for each thing about the scene's lamps that diffraction does not follow."""
+    lines = unfollowed_features(scene) + linked_with_fewer_lamps(scene)
+    instanced = instanced_lamps(depsgraph)
+    return [*lines, instances_are_not_followed(instanced)] if instanced else lines
 
 
 @persistent
-def follow_after_import(*_) -> None:
-    """After an append or a link of diffraction: a scene that follows no lamps yet does so now, and no object keeps the
-    light linking of the file that it came from."""
-    from ..materials.skin import is_diffraction  # materials build on this module
-    from ..materials.skin import show_lamps as show_key_lights
-
+def follow_after_import(*_: object) -> None:
+    """After Blender appended or linked diffraction: a scene that follows no lamps yet does so from now on. Objects lose
+    the marks of light linking that came with them from the other file."""
     if not any(is_diffraction(group) for group in bpy.data.node_groups):
         return
     for scene in bpy.data.scenes:
         if scene.library is None:
             _follow_or_mark(scene)
-    show_key_lights()
+    show_lamps()
 
 
 def _follow_or_mark(scene: bpy.types.Scene) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Making a material that evaluates one of the thesis's algorithms, or the bake, in every pixel."""
+"""Making a material that evaluates one of the thesis's methods, or the bake, in every pixel."""
 
 import hashlib
 from pathlib import Path
@@ -11,42 +11,63 @@ from ...precompute.methods.dft_images import read_layout
 from ...precompute.table.atlas_file import read_header
 from ..jobs.child import Job
 from ..lamps.find import find_lamps
-from ..lamps.follow import follow_lamps
 from ..materials.material import new_diffraction_material
 from ..materials.osl.baked import build_osl_direct
 from ..materials.osl.thesis import build_osl_response
-from ..materials.skin import group_around, show_lamps
+from ..materials.response import Response
+from ..materials.skin import group_around
 from ..scene import compat
 from ..scene.gratings import Grating, cache_folder
-from .bake import input_arguments
-
-DIRECT = "DIRECT"
+from .lamps import update_lamps
 
 
 def write_images(grating: Grating, method: str) -> Path:
-    """The file of a method's DFT images of a grating, made in the cache by a process beside Blender.
+    """The file of a grating's DFT images for a method, made in the cache by a process beside Blender.
 
     Raises GratingError if that fails."""
-    arguments = [*input_arguments(grating), "--method", method, "--texels", "0"]
-    # Shaders read the file where it lies: each setting has a folder of its own, so that none is written over.
+    arguments = [*_images_arguments(grating), "--method", method, "--texels", "0"]
+    # Shaders read the file where it is. Each setting has a folder of its own, so that no file is written over.
     key = hashlib.sha256("\0".join(arguments).encode()).hexdigest()[:16]
-    job = Job(arguments, cache_folder() / "dft" / key, "dft")
+    job = Job("dft", arguments, cache_folder() / "dft" / key)
     job.wait()
     return Path(job.result()["files"][0])
 
 
-def make_reference(scene: bpy.types.Scene, method: str, path: Path) -> bpy.types.Material:
-    """A new material by a file of DFT images (whose method it is), or for DIRECT by a bake, lit by the scene's lamps.
+def reference_from_images(scene: bpy.types.Scene, path: Path) -> bpy.types.Material:
+    """A new material by the method of a file of DFT images, lit by the scene's lamps.
 
-    Raises GratingError, with nothing changed, if the file is none, the shader does not compile or no lamp is there."""
+    Raises GratingError, with nothing changed, if the file holds no such images, the shader does not compile or there is
+    no lamp."""
     find_lamps(scene)
-    space = compat.working_space()
-    if method == DIRECT:
-        layout, _ = read_header(path)
-        response = build_osl_direct(path.stem, path, layout, rgb_from_xyz(space, layout.illuminant))
-    else:
-        response = build_osl_response(path.stem, path, rgb_from_xyz(space, read_layout(path).illuminant))
-    follow_lamps(scene)
-    group = group_around(f"OSL {path.stem}", response, shadows=True)
-    show_lamps()
-    return new_diffraction_material(f"OSL {path.stem}", group)
+    matrix = rgb_from_xyz(compat.working_space(), read_layout(path).illuminant)
+    return _material_of(scene, path.stem, build_osl_response(path.stem, path, matrix))
+
+
+def reference_from_bake(scene: bpy.types.Scene, path: Path) -> bpy.types.Material:
+    """A new material by a bake's file, lit by the scene's lamps.
+
+    Raises GratingError, with nothing changed, if the file is not a bake, the shader does not compile or there is no
+    lamp."""
+    find_lamps(scene)
+    layout, _ = read_header(path)
+    matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
+    return _material_of(scene, path.stem, build_osl_direct(path.stem, path, layout, rgb_from_xyz=matrix))
+
+
+def _material_of(scene: bpy.types.Scene, name: str, response: Response) -> bpy.types.Material:
+    update_lamps(scene)
+    group = group_around(f"OSL {name}", response, shadows=True)
+    return new_diffraction_material(f"OSL {name}", group)
+
+
+def _images_arguments(grating: Grating) -> list[str]:
+    """What the command line of `dft` says of the surface and the coherence."""
+    arguments = [grating.source_file()]
+    for option, value in (("--size-um", grating.size_um), ("--height-nm", grating.height_nm)):
+        if value > 0:
+            arguments += [option, f"{value:.9g}"]
+    if grating.coherence_um > 0:
+        arguments += ["--coherence-um", f"{grating.coherence_um:.6g}"]
+    if grating.channel:
+        arguments += ["--channel", grating.channel]
+    return arguments

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Precompute's work in a process of its own, so that Blender's interface stays alive and cancelling is a terminate."""
+"""Precompute's work in a process of its own: Blender's interface stays alive, and cancelling is to end the process."""
 
 import importlib.util
 import json
@@ -8,7 +8,9 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from ...precompute.bake.cache import FOLDER_VARIABLE
 from ...precompute.base.failure import GratingError
@@ -18,16 +20,24 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 class Job:
-    """`python -m precompute bake ...` (or another verb that writes a folder) with JSON progress. The pipes are files:
-    they never fill, never block."""
+    """`python -m precompute VERB ... -o FOLDER` with JSON progress.
 
-    def __init__(self, arguments: list[str], folder: Path, verb: str = "bake"):
+    The process writes to files in a private temporary folder and not to pipes, which could fill up and block it. A
+    request for `bake` is handed to it as a file in the same folder."""
+
+    def __init__(
+        self, verb: str, arguments: Sequence[str], folder: Path, *, request: Mapping[str, Any] | None = None
+    ) -> None:
         self._folder = folder
-        self._logs = tempfile.TemporaryDirectory(prefix="natural-gratings-")
-        logs = Path(self._logs.name)
-        self._out_path, self._err_path = logs / "result.json", logs / "progress.jsonl"
+        self._private = tempfile.TemporaryDirectory(prefix="natural-gratings-")
+        private = Path(self._private.name)
+        self._out_path, self._err_path = private / "result.json", private / "progress.jsonl"
         command = [sys.executable, "-B", "-m", "precompute", verb, *arguments]
         command += ["-o", str(folder), "--json", "-", "--progress", "json"]
+        if request is not None:
+            path = private / "request.json"
+            path.write_text(json.dumps(request), encoding="utf-8")
+            command += ["--request", str(path)]
         with self._out_path.open("wb") as out, self._err_path.open("wb") as err:
             self._process = subprocess.Popen(
                 command, stdin=subprocess.DEVNULL, stdout=out, stderr=err, env=child_environment()
@@ -35,24 +45,26 @@ class Job:
 
     @property
     def running(self) -> bool:
+        """Whether the process has not ended yet."""
         return self._process.poll() is None
 
     def wait(self) -> None:
+        """Return when the process has ended."""
         self._process.wait()
 
     def progress(self) -> tuple[str, float]:
-        """Stage and its fraction done, as last reported."""
+        """The stage and the fraction of it that is done, as last reported."""
         for line in reversed(self._err_path.read_text(errors="replace").splitlines()):
             if line.startswith("{") and line.endswith("}"):
                 report = json.loads(line)
                 return report["stage"], report["fraction"]
         return "starting", 0.0
 
-    def result(self) -> dict:
-        """The run's facts once it has ended. Raises GratingError with the process's own line if it failed."""
+    def result(self) -> dict[str, Any]:
+        """The facts of the run, once it has ended. Raises GratingError with the process's own line if it failed."""
         out, err = self._out_path.read_text(errors="replace"), self._err_path.read_text(errors="replace")
         status = self._process.returncode
-        self._logs.cleanup()
+        self._private.cleanup()
         if status == 0:
             return json.loads(out)
         lines = [line for line in err.splitlines() if line.strip() and not line.startswith("{")]
@@ -60,16 +72,19 @@ class Job:
         raise GratingError(message.removeprefix("error: "))
 
     def cancel(self) -> None:
-        """Stop the process and leave nothing behind."""
+        """Stop the process and remove what it has written so far."""
         self._process.terminate()
         self._process.wait()
         for partial in self._folder.glob(f".*.{self._process.pid}.partial*"):
             shutil.rmtree(partial) if partial.is_dir() else partial.unlink()
-        self._logs.cleanup()
+        self._private.cleanup()
 
 
 def child_environment() -> dict[str, str]:
-    """The child finds precompute in the extension, its packages where this Blender found them, and our cache."""
+    """The process's environment: it finds precompute in this extension, the packages where this Blender has them, and
+    the extension's cache.
+
+    Raises GratingError if a package is missing."""
     packages = ("numpy", "OpenEXR", "PIL", "gwyfile")
     folders = [str(ROOT)]
     for package in packages:

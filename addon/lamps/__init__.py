@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene's lamps, as properties that materials read."""
+"""The scene's lamps: packed into properties of the scene, which materials read."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The lamps of a scene: which light diffraction, and what of them it does not follow."""
+"""The lamps of a scene: which of them light diffraction, and which of their features it does not follow."""
 
 import math
 
@@ -8,16 +8,17 @@ import bpy
 from ...precompute.base.failure import GratingError
 from ..scene import compat
 
-# More would cost every pixel: the brightest are kept.
+# Every lamp costs time in every pixel, so only the brightest are followed.
 LAMPS_MAX = 8
 
 
 def lamps_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """All lamps of the scene."""
     return [o for o in scene.objects if o.type == "LIGHT"]
 
 
 def find_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """All lamps of the scene, also hidden ones (they may be shown later), brightest kind first, then by name.
+    """All lamps of the scene: suns first, then by strength, then by name. Hidden ones too, as they may be shown later.
 
     Raises GratingError if there is none."""
     lamps = lamps_of(scene)
@@ -30,18 +31,19 @@ def find_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 
 
 def instanced_lamps(depsgraph: bpy.types.Depsgraph) -> list[str]:
-    """Names of the lamps that instances of collections and particles show: one object with many places, which no
-    driver follows."""
+    """Names of the lamps that instances of collections or particles show. Such a lamp is one object at many places,
+    which no driver can follow."""
     found = {i.object.original.name for i in depsgraph.object_instances if i.is_instance and i.object.type == "LIGHT"}
     return sorted(found)
 
 
 def instances_are_not_followed(names: list[str]) -> str:
+    """The message that names instanced lamps and their remedy."""
     return f"instanced lamps do not light diffraction: {', '.join(names)}; use Object > Apply > Make Instances Real"
 
 
 def unfollowed_features(scene: bpy.types.Scene) -> list[str]:
-    """What of the lamps diffraction does not follow, a line for each."""
+    """One line for each feature of the lamps that diffraction does not follow."""
     lamps = lamps_of(scene)
     lines = []
     if len(lamps) > LAMPS_MAX:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene's properties that follow its lamps."""
+"""Which lamps the scene's properties follow, and making them follow the lamps that there are."""
 
 import bpy
 
@@ -14,14 +14,14 @@ def followed_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     found = {}
     for curve in drivers:
         for index in range(LAMPS_MAX):
-            # The fourth number's driver may read the lamp's data alone, not its object.
+            # The first number's driver reads the lamp's object. The fourth's may read the lamp's data alone.
             if curve.array_index == 0 and curve.data_path == f'["{property_name(index, "place")}"]':
                 found[index] = curve.driver.variables[0].targets[0].id
     return [found[index] for index in sorted(found)]
 
 
 def follow_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """Make the scene's properties follow its lamps, KEYS_MAX at most; those followed.
+    """Make the scene's properties follow its lamps, at most LAMPS_MAX of them; the lamps that are followed.
 
     Raises GratingError if there is no lamp."""
     lamps = find_lamps(scene)[:LAMPS_MAX]
@@ -34,21 +34,20 @@ def follow_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 
 def stop_following(scene: bpy.types.Scene) -> None:
     """Remove the drivers and the properties."""
-    names = [
-        name for i in range(LAMPS_MAX) for name in (property_name(i, what) for what in PROPERTIES) if name in scene
-    ]
+    names = [property_name(index, what) for index in range(LAMPS_MAX) for what in PROPERTIES]
     for name in names:
-        scene.driver_remove(f'["{name}"]')
-        del scene[name]
+        if name in scene:
+            scene.driver_remove(f'["{name}"]')
+            del scene[name]
 
 
 def lamp_count(scene: bpy.types.Scene) -> int:
-    """How many lamps the scene's properties tell of."""
+    """How many lamps the scene's properties describe."""
     return sum(property_name(index, "place") in scene for index in range(LAMPS_MAX))
 
 
 def is_up_to_date(scene: bpy.types.Scene) -> bool:
-    """Whether the properties follow just the lamps that the scene has."""
+    """Whether the properties follow the lamps that the scene has now."""
     lamps = lamps_of(scene)
     followed = followed_lamps(scene)
     return len(followed) == min(len(lamps), LAMPS_MAX) and all(lamp in lamps for lamp in followed)

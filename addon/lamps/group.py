@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Key Light node group: what the scene's i-th lamp sends to the shaded point, from key_lights.py's properties.
+"""The Lamp node group: what the scene's i-th lamp sends to the shaded point.
 
 | output     | symbol | unit  | meaning |
 |------------|--------|-------|---------|
@@ -12,79 +12,89 @@
     sun:      wi = place,               E = power
     others:   wi = (place - P) / d,     E = power cone(wi) / d^2
 
-One group serves every kind of lamp, so that a material need not change with it.
+P is the shaded point; the rest is read from the scene's properties (pack.py). One group serves every kind of lamp, so
+that a material need not change when the lamp becomes another kind.
 """
+
+from dataclasses import dataclass
 
 import bpy
 
 from ..nodes.arrange import arrange
 from ..nodes.builder import Tree, Value
 from ..nodes.interface import Socket, add_interface
-from .link import UNLINKED
-from .pack import property_name
+from .link import read_unlinked
+from .pack import PackedLamp, read_lamp
 
-_INDEX = "ng_key_light"
-
-
-# Suns are as far as any scene reaches.
+# Kept on a group, and so in saved files, under this name: which lamp's group it is.
+_LAMP = "ng_key_light"
+# The distance to a sun, in metres: further than any scene reaches.
 _FAR = 1e5
+_TO_LIGHT = Socket("To Light", "Vector", "Unit vector to the lamp")
+_IRRADIANCE = Socket("Irradiance", "Color", "On a surface that faces the lamp, W/m2")
+_VARIANCE = Socket("Variance", "Float", "Of the lamp's disc in the sky, rad2")
+_DISTANCE = Socket("Distance", "Float", "To the lamp, metres")
+_SHADOW = Socket("Shadow", "Float", "1 if the lamp casts shadows")
+_OUTPUTS = (_TO_LIGHT, _IRRADIANCE, _VARIANCE, _DISTANCE, _SHADOW)
 
 
-_OUTPUTS = (
-    Socket("To Light", "Vector", "Unit vector to the lamp"),
-    Socket("Irradiance", "Color", "On a surface that faces the lamp, W/m2"),
-    Socket("Variance", "Float", "Of the lamp's disc in the sky, rad2"),
-    Socket("Distance", "Float", "To the lamp, metres"),
-    Socket("Shadow", "Float", "1 if the lamp casts shadows"),
-)
+@dataclass(frozen=True)
+class Light:
+    """What a lamp sends to the shaded point.
+
+    direction     unit vector to the lamp
+    irradiance    on a surface that faces the lamp, W/m2
+    variance      of the lamp's disc in the sky along one axis, rad2
+    distance      to the lamp, m
+    casts_shadow  1 or 0
+    """
+
+    direction: Value
+    irradiance: Value
+    variance: Value
+    distance: Value
+    casts_shadow: Value
+
+
+def light_of(tree: Tree, index: int, linked: bool) -> Light:
+    """Add the node of the scene's lamp `index` to a tree; its outputs. `linked`: with light linking's marks."""
+    outputs = tree.group(lamp_group(index, linked), label=f"Lamp {index}")
+    return Light(*(outputs[socket.name] for socket in _OUTPUTS))
 
 
 def lamp_group(index: int, linked: bool) -> bpy.types.NodeTree:
-    """The file's group of the scene's lamp `index`, made if need be; `linked`: with light linking's marks."""
-    name = f"Diffraction Key Light {index}{' Linked' if linked else ''}"
+    """The file's group of the scene's lamp `index`, made if need be. `linked`: with light linking's marks."""
+    name = f"Diffraction Lamp {index}{' Linked' if linked else ''}"
     for group in bpy.data.node_groups:
-        if group.get(_INDEX) == name and group.library is None:
+        if group.get(_LAMP) == name and group.library is None:
             return group
     group = bpy.data.node_groups.new(name, "ShaderNodeTree")
-    group[_INDEX] = name
+    group[_LAMP] = name
     add_interface(group, (), _OUTPUTS)
     tree = Tree(group)
 
-    place, size = tree.attribute(property_name(index, "place"))
-    power, scales = tree.attribute(property_name(index, "power"))
+    lamp = read_lamp(tree, index)
     position = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Position"])
-    local = tree.math("GREATER_THAN", size, -0.5)
-    # A sun's is kept as minus one minus it.
-    variance = tree.math("ABSOLUTE", size + (1.0 - local))
-    # A sun's place is a unit vector, its distance 1.
-    away = place - position * local
+    # A sun's place is a unit vector, and its distance 1.
+    away = lamp.place - position * lamp.is_local
     squared_distance = tree.maximum(tree.dot(away, away), 1e-18)
     distance = tree.sqrt(squared_distance)
     wi = tree.normalize(away)
-
-    power = power * (_cone(tree, index, wi, tree.math("ABSOLUTE", scales)) / squared_distance)
+    irradiance = lamp.power * (_cone(tree, lamp, wi) / squared_distance)
     if linked:
-        unlinked, _ = tree.attribute(property_name(index, UNLINKED), "OBJECT")
-        power = power * (1.0 - tree.dot(unlinked, (1.0, 0.0, 0.0)))
-    far = (1.0 - local).times_plus(_FAR, distance)
-    shadow = tree.math("GREATER_THAN", scales, 0.0)
-    output = tree.node("NodeGroupOutput")
-    for socket, value in zip(output.inputs, (wi, power, variance / squared_distance, far, shadow), strict=False):
-        tree.feed(socket, value)
+        irradiance = irradiance * (1.0 - read_unlinked(tree, index))
+    far = (1.0 - lamp.is_local).times_plus(_FAR, distance)
+    tree.output(wi, irradiance, lamp.variance / squared_distance, far, lamp.casts_shadow)
     arrange(group)
     return group
 
 
-def _cone(tree: Tree, index: int, wi: Value, x_over_y: Value) -> Value:
-    """A spot's soft cone in the lamp's own space, an area lamp's cosine, 1 for others: Blender's own formulas."""
-    z, rim_outer = tree.attribute(property_name(index, "z"))
-    x, rim_inner = tree.attribute(property_name(index, "x"))
-    axis = tree.normalize(z)
-    y = tree.cross(axis, x) * x_over_y
-    own_z = tree.dot(wi, z)
-    own = tree.vector(tree.dot(wi, x), tree.dot(wi, y), own_z)
+def _cone(tree: Tree, lamp: PackedLamp, wi: Value) -> Value:
+    """Blender's own formulas: a spot's soft cone in the lamp's own space, an area lamp's cosine, 1 for others."""
+    axis = tree.normalize(lamp.z)
+    y = tree.cross(axis, lamp.x) * lamp.x_over_y
+    own_z = tree.dot(wi, lamp.z)
+    own = tree.vector(tree.dot(wi, lamp.x), tree.dot(wi, y), own_z)
     along = own_z / tree.vector_math("LENGTH", own)
-    rim = tree.node("ShaderNodeMapRange", along, rim_outer, rim_inner, interpolation_type="SMOOTHSTEP")
-    # Beyond every cosine, for an area lamp, and then of no account here.
-    not_area = tree.math("LESS_THAN", rim_outer, 1.5)
-    return tree.value(rim.outputs["Result"]) * tree.maximum(tree.dot(wi, axis), not_area)
+    rim = tree.node("ShaderNodeMapRange", along, lamp.rim_outer, lamp.rim_inner, interpolation_type="SMOOTHSTEP")
+    return tree.value(rim.outputs["Result"]) * tree.maximum(tree.dot(wi, axis), lamp.is_not_area)

@@ -1,39 +1,98 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene's lamps as properties of the scene, kept by drivers.
+"""How a lamp is packed into four properties of the scene: written by drivers, read by nodes. Both stand in this file.
 
-Materials read them with the Attribute node (View Layer). The drivers are simple expressions: Blender evaluates them
-with auto-run of scripts off and without this extension, so whatever is done to a lamp is followed, and a material that
-is appended to another scene follows that scene's lamps.
+Materials read the properties with the Attribute node (View Layer). The drivers are simple expressions: Blender
+evaluates them with auto-run of scripts off and without this extension. So whatever is done to a lamp is followed, and a
+material that is appended to another scene follows that scene's lamps.
 
-`ng_key_<i>_` and its three numbers, then a fourth:
+The properties of the lamp `i` are named `ng_key_<i>_<what>`. Each holds a vector, then a fourth number:
 
     place   unit vector to a sun; position of another lamp, m
-            mean variance of its disc along one axis, m2; for a sun minus one minus that, rad2
-    power   linear RGB: a sun's irradiance, W/m2; another's radiant intensity along its axis, W/sr
-            its own x over its y scale; negative if it casts no shadow
-    z       its axis z over its squared length
-            cosine of the angle off its axis from which a spot begins to shine; 3 for an area lamp, -3 for others
-    x       its axis x over its squared length
-            cosine of the angle within which it shines in full; 2 for an area lamp, -2 for others: all round
+            mean variance v of the lamp's disc along one axis: v in m2; for a sun -1 - v, v in rad2
+    power   linear RGB: a sun's irradiance, W/m2; another lamp's radiant intensity along its axis, W/sr
+            the lamp's x scale over its y scale; negative if it casts no shadow
+    z       the lamp's z axis over its squared length
+            cosine of the angle off the axis at which a spot begins to shine; 3 for an area lamp, -3 for others
+    x       the lamp's x axis over its squared length
+            cosine of the angle within which a spot shines in full; 2 for an area lamp, -2 for others
 
-Four properties, and not more: EEVEE looks each up in a loop of its own for every pixel, and the software rasteriser's
-compiler takes minutes over twenty such loops.
+There are four properties and not more because EEVEE looks each one up in a loop of its own for every pixel, and the
+software rasteriser's compiler takes minutes over twenty such loops.
 """
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
 import bpy
 
+from ..nodes.builder import Tree, Value
+
 PROPERTIES = ("place", "power", "z", "x")
+# In place of a spot's two cosines, the outer and the inner: values that no cosine has. Outer over inner has the smooth
+# step between them give 1 in every direction.
+_AREA_RIM, _NO_RIM = ("3", "2"), ("-3", "-2")
 
 
 def property_name(index: int, what: str) -> str:
+    """The name of a lamp's property. Saved .blend files hold properties of these names: they must stay."""
     return f"ng_key_{index}_{what}"
 
 
+@dataclass(frozen=True)
+class PackedLamp:
+    """A lamp as nodes read it from the scene's properties.
+
+    place         unit vector to a sun; position of another lamp, m
+    is_local      0 for a sun, 1 for others
+    variance      of the lamp's disc along one axis: rad2 for a sun, m2 for others
+    power         a sun's irradiance, W/m2; another lamp's radiant intensity along its axis, W/sr
+    x_over_y      the lamp's x scale over its y scale
+    casts_shadow  1 if it casts shadows, else 0
+    z, x          the lamp's axes, each over its squared length
+    rim_outer     cosine at which the light begins, for a smooth step that is 1 for every lamp but a spot
+    rim_inner     cosine from which the light is full
+    is_not_area   0 for an area lamp, 1 for others
+    """
+
+    place: Value
+    is_local: Value
+    variance: Value
+    power: Value
+    x_over_y: Value
+    casts_shadow: Value
+    z: Value
+    x: Value
+    rim_outer: Value
+    rim_inner: Value
+    is_not_area: Value
+
+
+def read_lamp(tree: Tree, index: int) -> PackedLamp:
+    """Nodes that read the properties of a lamp."""
+    (place, disc), (power, scales), (z, rim_outer), (x, rim_inner) = (
+        tree.attribute(property_name(index, what)) for what in PROPERTIES
+    )
+    is_local = tree.math("GREATER_THAN", disc, -0.5)
+    return PackedLamp(
+        place=place,
+        is_local=is_local,
+        # |v + 0|, and for a sun |-1 - v + 1|.
+        variance=tree.math("ABSOLUTE", disc + (1.0 - is_local)),
+        power=power,
+        x_over_y=tree.math("ABSOLUTE", scales),
+        casts_shadow=tree.math("GREATER_THAN", scales, 0.0),
+        z=z,
+        x=x,
+        rim_outer=rim_outer,
+        rim_inner=rim_inner,
+        is_not_area=tree.math("LESS_THAN", rim_outer, 1.5),
+    )
+
+
 def drive_properties(scene: bpy.types.Scene, index: int, lamp: bpy.types.Object) -> None:
+    """Make the properties of a lamp and drive them by what the lamp is."""
     kind, data = lamp.data.type, lamp.data
     axes = {f"{name}{i}": f"matrix_world[{axis}][{i}]" for axis, name in enumerate("xyz") for i in range(3)}
     shown, holders = _visibility(scene, lamp)
@@ -47,18 +106,22 @@ def drive_properties(scene: bpy.types.Scene, index: int, lamp: bpy.types.Object)
     position = {name: f"matrix_world[3][{i}]" for i, name in enumerate("abc")}
     strength = f"{shown} * energy * pow(2, exposure) * {_per_watt(data)}"
     power = (f"{strength} * c{i} * (t{i} if heated else 1)" for i in range(3))
-    outer, inner = {"AREA": ("3", "2")}.get(kind, ("-3", "-2"))
+    outer, inner = _AREA_RIM if kind == "AREA" else _NO_RIM
     if kind == "SPOT":
         outer = "cos(cone / 2)"
-        # At blend 0 the rim is sharp: a width that single precision still tells from none.
+        # At blend 0 the rim is sharp: give it a width that single precision can still hold.
         inner = f"{outer} + max((1 - {outer}) * blend, 1e-5)"
     cone = {"cone": "spot_size", "blend": "spot_blend"} if kind == "SPOT" else {}
     drive = _Drive(scene, index, lamp)
-    drive("place", (*place, f"-1 - {variance}" if kind == "SUN" else variance), axes | position, size)
+    drive("place", (*place, f"-1 - {variance}" if kind == "SUN" else variance), of_object=axes | position, of_data=size)
     drive("power", (*power, f"{_length('x')} / max({_length('y')}, 1e-9) * (2 * shadow - 1)"),
-          {"hidden": "hide_render"} | axes, light, holders)  # fmt: skip
-    drive("z", (*(f"z{i} / max(pow({_length('z')}, 2), 1e-30)" for i in range(3)), outer), axes, cone)
-    drive("x", (*(f"x{i} / max(pow({_length('x')}, 2), 1e-30)" for i in range(3)), inner), axes, cone)
+          of_object={"hidden": "hide_render"} | axes, of_data=light, others=holders)  # fmt: skip
+    drive("z", (*(f"z{i} / max(pow({_length('z')}, 2), 1e-30)" for i in range(3)), outer), of_object=axes, of_data=cone)
+    drive("x", (*(f"x{i} / max(pow({_length('x')}, 2), 1e-30)" for i in range(3)), inner), of_object=axes, of_data=cone)
+
+
+# A driver's variable: its name, the type of the data-block that it reads, the data-block, the path in it.
+_Variable = tuple[str, str, bpy.types.ID, str]
 
 
 class _Drive:
@@ -67,7 +130,17 @@ class _Drive:
     def __init__(self, scene: bpy.types.Scene, index: int, lamp: bpy.types.Object):
         self.scene, self.index, self.lamp = scene, index, lamp
 
-    def __call__(self, what: str, expressions, of_object: dict[str, str], of_data: dict[str, str], others=()) -> None:
+    def __call__(
+        self,
+        what: str,
+        expressions: Iterable[str],
+        *,
+        of_object: dict[str, str],
+        of_data: dict[str, str],
+        others: Iterable[_Variable] = (),
+    ) -> None:
+        """Drive the property `what` by four expressions. Their variables: paths in the lamp's object, paths in its
+        data, and others; a driver gets only those that its expression uses."""
         name = property_name(self.index, what)
         self.scene[name] = [0.0] * 4
         variables = [(key, "OBJECT", self.lamp, path) for key, path in of_object.items()]
@@ -78,13 +151,15 @@ class _Drive:
             words = set(re.findall(r"[a-z_]+[0-9]*", expression))
             for variable in (*variables, *others):
                 if variable[0] in words:
-                    _add_variable(driver, *variable)
+                    _add_variable(driver, variable)
             driver.expression = _compact(expression)
 
 
-def _visibility(scene: bpy.types.Scene, lamp: bpy.types.Object) -> tuple[str, list]:
-    """Expression for 1 where the render shows the lamp, else 0, and the variables of the collections that it is in:
-    it is shown if it is not hidden and all collections down one way to it are not."""
+def _visibility(scene: bpy.types.Scene, lamp: bpy.types.Object) -> tuple[str, list[_Variable]]:
+    """Expression for 1 where the render shows the lamp, else 0, and the variables for the collections in it.
+
+    A lamp is shown if it is not hidden itself and there is a chain of collections down to it of which none is
+    hidden."""
     holders: dict[bpy.types.Collection, str] = {}
     ways = []
     for way in _ways(scene.collection, lamp):
@@ -107,10 +182,11 @@ def _ways(
 
 
 def _per_watt(lamp: bpy.types.Light) -> str:
-    """What a lamp's strength is multiplied by to give `power`. Blender's point and spot lamps of P watts have a
-    radiant intensity of P / (4 pi) W/sr, its area lamps P / pi along their axis, a sun's strength is its irradiance; a
-    lamp that is not normalized has so much for each unit of its area (a point: of its sphere's; a sun: of its disc's
-    solid angle)."""
+    """Expression for what a lamp's strength is multiplied by to give `power`.
+
+    A Blender point or spot lamp of P watts has a radiant intensity of P / (4 pi) W/sr, an area lamp P / pi along its
+    axis; a sun's strength is its irradiance. The strength of a lamp that is not normalized is multiplied by its area:
+    a sphere's for points and spots, for a sun the solid angle of its disc."""
     pi = f"{math.pi:.9f}"
     if lamp.type == "SUN":
         return f"(1 if normalized else {pi} * pow(sin(min(angle, {pi}) / 2), 2))"
@@ -121,7 +197,7 @@ def _per_watt(lamp: bpy.types.Light) -> str:
 
 
 def _variance(lamp: bpy.types.Light) -> str:
-    """Expression for the mean variance along one axis: a disc of radius r has r^2 / 4, a side s has s^2 / 12."""
+    """Expression for the mean variance along one axis: r^2 / 4 for a disc of radius r, s^2 / 12 for a side s."""
     if lamp.type == "SUN":
         return "pow(sin(min(angle, 3.14159265) / 2), 2) / 4"
     if lamp.type in {"POINT", "SPOT"}:
@@ -151,11 +227,12 @@ def _size_variables(lamp: bpy.types.Light) -> dict[str, str]:
 
 
 def _compact(expression: str) -> str:
-    """Without the blanks about operators: a driver's expression ends at 255 characters."""
+    """Without the blanks around operators: Blender cuts off a driver's expression after 255 characters."""
     return re.sub(r" ?([-+*/,]) ?", r"\1", expression)
 
 
-def _add_variable(driver: bpy.types.Driver, name: str, kind: str, holder: bpy.types.ID, path: str) -> None:
+def _add_variable(driver: bpy.types.Driver, read: _Variable) -> None:
+    name, kind, holder, path = read
     variable = driver.variables.new()
     variable.name = name
     variable.targets[0].id_type = kind

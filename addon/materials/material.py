@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Diffraction in materials: made new, laid over what a material was, taken away."""
+"""Diffraction in materials: made new, laid over an existing material, removed from it."""
 
 import bpy
 
@@ -10,10 +10,12 @@ from ..scene import compat
 from .skin import is_diffraction
 
 _SKIN = (0.012, 0.010, 0.009, 1.0)
+# On a material: how Cycles sampled its emission before diffraction was added.
+_EMISSION = "ng_emission_sampling"
 
 
 def new_diffraction_material(name: str, group: bpy.types.NodeTree) -> bpy.types.Material:
-    """A dark skin whose specular reflection is what the grating diffracts."""
+    """A new material of a Diffraction group: a dark skin whose specular reflection is the diffraction."""
     material = bpy.data.materials.new(f"Diffraction {name}")
     compat.enable_nodes(material)
     material.node_tree.nodes.clear()
@@ -23,7 +25,7 @@ def new_diffraction_material(name: str, group: bpy.types.NodeTree) -> bpy.types.
     skin.inputs["Roughness"].default_value = 0.6
     # The diffraction is the surface's specular reflection: the skin below keeps only its diffuse part.
     skin.inputs["Specular IOR Level"].default_value = 0.0
-    shader = tree.group(group, label="Diffraction", Base=tree.value(skin.outputs[0]))["Shader"]
+    shader = tree.group(group, {"Base": tree.value(skin.outputs[0])}, label="Diffraction")["Shader"]
     tree.node("ShaderNodeOutputMaterial", shader)
     arrange(material.node_tree)
     sample_no_emission(material)
@@ -31,7 +33,7 @@ def new_diffraction_material(name: str, group: bpy.types.NodeTree) -> bpy.types.
 
 
 def add_diffraction(material: bpy.types.Material, group: bpy.types.NodeTree) -> None:
-    """Lay diffraction over a material that has none, or swap that which it has; nothing else in it changes.
+    """Lay a Diffraction group over a material, or put it in place of the one that is there; nothing else changes.
 
     Raises GratingError where a material cannot be changed."""
     if material.library is not None:
@@ -62,7 +64,7 @@ def add_diffraction(material: bpy.types.Material, group: bpy.types.NodeTree) -> 
 
 
 def remove_diffraction(material: bpy.types.Material) -> None:
-    """Take diffraction from a material and leave it as it was."""
+    """Remove diffraction from a material and leave the material as it was before."""
     links = material.node_tree.links
     for node in diffraction_nodes(material):
         base = node.inputs["Base"].links[0].from_socket if node.inputs["Base"].is_linked else None
@@ -77,12 +79,10 @@ def remove_diffraction(material: bpy.types.Material) -> None:
         del material[_EMISSION]
 
 
-_EMISSION = "ng_emission_sampling"
-
-
 def sample_no_emission(material: bpy.types.Material) -> None:
-    """Diffraction's glow is reflected lamplight: Cycles must not sample the mesh as a lamp (slower, no less noise)."""
-    # There already where diffraction was deleted by hand.
+    """Have Cycles not sample the mesh as a lamp. Diffraction is emission to Cycles, though it is reflected lamplight,
+    and sampling it would take time without reducing noise."""
+    # The note is there already where an artist deleted the Diffraction node by hand.
     if _EMISSION not in material:
         material[_EMISSION] = material.cycles.emission_sampling
     material.cycles.emission_sampling = "NONE"

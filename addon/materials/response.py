@@ -1,39 +1,115 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a surface answers to light: the sockets that every response shares."""
+"""What a surface answers to light: the contract between a skin and the things that know the relief.
+
+A skin (skin.py) asks one question for each lamp: the sockets of QUESTION. A Response answers it. It is a node group: of
+nodes that read a bake's table (direct/), or around a shader (osl/). Its answer to a lamp is an Emission: light that the
+surface sends to the viewer. A response that answers to a world as well would give closures beside it.
+
+Saved .blend files hold these groups, so the names of their sockets stay as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import bpy
 
 from ...precompute.optics.fresnel import KERATIN_IOR
+from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import Socket
 
-IOR = Socket("IOR", "Float", "Index of refraction: 1.56 is keratin, 2.5 and above metal-like", KERATIN_IOR, 1.0, 10.0)
-
-
+NORMAL = Socket("Normal", "Vector", "Shading normal")
+TANGENT = Socket("Tangent", "Vector", "Direction of the scan's columns on the surface")
+TO_LIGHT = Socket("To Light", "Vector", "Unit vector to the lamp")
+IRRADIANCE = Socket("Irradiance", "Vector", "On a surface that faces the lamp, W/m2")
+VARIANCE = Socket("Variance", "Float", "Of the lamp's disc in the sky, rad2", 0.0, 0.0, 10.0)
 ROUGHNESS = Socket("Roughness", "Float", "Of the skin over the relief: blurs the colours", 0.0, 0.0, 1.0, "FACTOR")
-
-
+IOR = Socket("IOR", "Float", "Index of refraction: 1.56 is keratin, 2.5 and above metal-like", KERATIN_IOR, 1.0, 10.0)
 PERIOD_SCALE = Socket(
     "Period Scale", "Float", "Stretches the relief along the surface; 2 halves its colours' angles", 1.0, 0.1, 10.0
 )
-
-
 HEIGHT_SCALE = Socket(
-    "Height Scale", "Float", "Of the relief's heights: 0 is a mirror, 1 as baked, the most", 1.0, 0.0, 1.0, "FACTOR"
+    "Height Scale", "Float", "Scales the relief's heights: 0 is a mirror, 1 is as baked", 1.0, 0.0, 1.0, "FACTOR"
 )
-
-
 CONSERVING = Socket(
-    "Energy Conserving", "Float", "Keeps reflected light under the received; 0 is Stam's form", 1.0, 0.0, 1.0, "FACTOR"
+    "Energy Conserving", "Float", "1 never reflects more than arrives; 0 is Stam's formula", 1.0, 0.0, 1.0, "FACTOR"
 )
+# What an artist sets on the material and every response may use.
+SETTINGS = (ROUGHNESS, IOR, PERIOD_SCALE, HEIGHT_SCALE, CONSERVING)
+QUESTION = (NORMAL, TANGENT, TO_LIGHT, IRRADIANCE, VARIANCE, *SETTINGS)
+
+RADIANCE = Socket("Finer", "Color", "Radiance by the finer of the two levels")
+COARSER = Socket("Coarser", "Color", "Radiance by the coarser of the two levels")
+COARSER_SHARE = Socket("Coarser Share", "Float", "Share of the coarser in their mix")
+# The outputs of a response that knows its radiance, and of one that knows it at two levels of blur.
+ONE_RADIANCE = (RADIANCE,)
+TWO_RADIANCES = (RADIANCE, COARSER, COARSER_SHARE)
+
+_LABEL = "Response"
 
 
-INPUTS = (
-    Socket("Normal", "Vector", "Shading normal"),
-    Socket("Tangent", "Vector", "Direction of the scan's columns on the surface"),
-    Socket("To Light", "Vector", "Unit vector to the lamp"),
-    Socket("Irradiance", "Vector", "On a surface that faces the lamp, W/m2"),
-    Socket("Variance", "Float", "Of the lamp's disc in the sky, rad2", 0.0, 0.0, 10.0),
-    ROUGHNESS,
-    IOR,
-    PERIOD_SCALE,
-    HEIGHT_SCALE,
-    CONSERVING,
-)
+@dataclass(frozen=True)
+class Shown:
+    """What a material shows: its shader, and the diffracted radiance in it as a colour (for the AOV)."""
+
+    shader: Value
+    radiance: Value
+
+    def dimmed(self, share: Operand) -> Shown:
+        """The same times a share from 0 to 1. Cycles evaluates nothing where the share is 0."""
+        return Shown(self.shader.tree.mix_shader(share, None, self.shader), self.radiance * share)
+
+    def added_to(self, other: Shown | None) -> Shown:
+        """Both together; this alone if there is no other."""
+        if other is None:
+            return self
+        return Shown(self.shader.tree.add_shader(other.shader, self.shader), other.radiance + self.radiance)
+
+
+@dataclass(frozen=True)
+class Emission:
+    """The answer to a lamp: radiance towards the viewer in W/m2/sr, shown as emitted light.
+
+    A response that holds two levels of blur gives both radiances and the share of the coarser one, which may lie
+    outside 0 to 1 and is then clamped. Cycles evaluates only the levels whose share is not 0."""
+
+    radiance: Value
+    coarser: Value | None = None
+    coarser_share: Value | None = None
+
+    def shown(self, strength: Operand) -> Shown:
+        """The emission as a shader, times a strength, and its radiance as a colour, without the strength."""
+        tree = self.radiance.tree
+        shader = tree.emission(self.radiance, strength)
+        if self.coarser is None:
+            return Shown(shader, self.radiance)
+        shader = tree.mix_shader(self.coarser_share, shader, tree.emission(self.coarser, strength))
+        share = tree.maximum(tree.minimum(self.coarser_share, 1.0), 0.0)
+        return Shown(shader, tree.mix(share, self.radiance, self.coarser))
+
+
+@dataclass(frozen=True)
+class Response:
+    """A node group that answers to one lamp: its inputs are among QUESTION, its outputs ONE_RADIANCE or
+    TWO_RADIANCES."""
+
+    group: bpy.types.NodeTree
+
+    @property
+    def inputs(self) -> tuple[Socket, ...]:
+        """The part of the question that this response needs."""
+        names = {item.name for item in self.group.interface.items_tree if item.in_out == "INPUT"}
+        return tuple(socket for socket in QUESTION if socket.name in names)
+
+    def to_lamp(self, tree: Tree, question: Mapping[Socket, Operand]) -> Emission:
+        """Add the response's node to a tree; its answer. The question has a value for each socket of QUESTION."""
+        asked = {socket.name: question[socket] for socket in self.inputs}
+        outputs = tree.group(self.group, asked, label=_LABEL)
+        coarser, share = (outputs.get(socket.name) for socket in (COARSER, COARSER_SHARE))
+        return Emission(outputs[RADIANCE.name], coarser, share)
+
+
+def response_in(group: bpy.types.NodeTree) -> Response:
+    """The response that a Diffraction group was made around, also one that was loaded from a file."""
+    return Response(next(node.node_tree for node in group.nodes if node.label == _LABEL))

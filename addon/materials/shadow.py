@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shadow rays: Blender's Raycast node where there is one, before that OSL's trace(), which Cycles on the CPU runs where
-Open Shading Language is switched on and all else passes over."""
+"""Shadow rays in a material.
+
+Blender's Raycast node traces them where there is one. Before it, a script's trace() does: Cycles on the CPU runs it
+where Open Shading Language is switched on; every other renderer passes over it, and nothing is shaded.
+"""
 
 from pathlib import Path
 
@@ -10,15 +13,22 @@ from ..nodes.builder import Tree, Value
 from ..scene import compat
 
 _TEXT = "Diffraction Shadow.osl"
-
-
 _SOURCE = Path(__file__).parent / "osl" / "shadow.osl"
 
 
-def hit(tree: Tree, start: Value, wi: Value, distance: Value) -> Value | float:
-    """1 where something stands between a start and its lamp; 0 for good in a Blender with neither way."""
+def ray_start(tree: Tree, geometry: bpy.types.Node) -> Value:
+    """Where shadow rays start: a tenth of a pixel above the surface, by a Geometry node. A ray that starts on the edge
+    of a triangle would hit its neighbour."""
+    position, normal = (tree.value(geometry.outputs[name]) for name in ("Position", "True Normal"))
+    away = tree.value(tree.node("ShaderNodeCameraData").outputs["View Distance"])
+    return normal.times_plus(away * 1e-4, position)
+
+
+def hit(tree: Tree, start: Value, direction: Value, distance: Value) -> Value | float:
+    """1 where something stands between the start and the lamp, else 0. The number 0 in a Blender that has neither a
+    Raycast node nor Open Shading Language."""
     if compat.HAS_RAYCAST:
-        return tree.value(tree.node("ShaderNodeRaycast", start, wi, distance).outputs["Is Hit"])
+        return tree.value(tree.node("ShaderNodeRaycast", start, direction, distance).outputs["Is Hit"])
     node = tree.node("ShaderNodeScript", label="Shadow")
     render = bpy.context.scene.render
     chosen = render.engine
@@ -28,9 +38,10 @@ def hit(tree: Tree, start: Value, wi: Value, distance: Value) -> Value | float:
     if not node.bytecode or len(node.inputs) != 3:
         tree.tree.nodes.remove(node)
         return 0.0
-    for socket, value in zip(node.inputs, (start, wi, distance), strict=True):
+    for socket, value in zip(node.inputs, (start, direction, distance), strict=True):
         tree.feed(socket, value)
-    # A renderer that passes the script over takes what the linked socket itself holds, of which the default is a half.
+    # A renderer that passes over the script takes the default of the socket that is linked to it. A Math node's default
+    # is 0.5, so it is set to 0 here.
     add = tree.node("ShaderNodeMath", 0.0, 0.0, operation="ADD")
     tree.feed(add.inputs[0], tree.value(node.outputs["Hit"]))
     return tree.value(add.outputs[0])

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Node trees that read like their formulas."""
+"""A builder by which the code of a node tree reads like its formula."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Nodes placed so that a tree can be read."""
+"""Placing nodes so that a person can read the tree."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ import bpy
 
 
 def arrange(tree: bpy.types.NodeTree) -> None:
-    """Place nodes in columns by their distance from the inputs, so that the tree can be read."""
+    """Place each node in a column right of all nodes that feed it.
+
+    Nodes must have been made in the order of the formula: inputs before their users."""
     depth: dict[bpy.types.Node, int] = {}
-    for node in tree.nodes:  # nodes were made in the order of the formula: inputs come before their users
+    for node in tree.nodes:
         before = [depth.get(link.from_node, 0) for socket in node.inputs for link in socket.links]
         depth[node] = 1 + max(before, default=-1)
     filled: dict[int, int] = {}

@@ -6,10 +6,15 @@
 
 Each operation adds a node and returns a Value: a socket with arithmetic. Floats and vectors mix as they do in Blender's
 own sockets (a float spreads over a vector's components).
+
+A call that does not fit its node raises TypeError, as a call that does not fit a Python function does: an input that
+the group does not have, more inputs than the node has, a setting that the node does not know. The message names the
+node.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import bpy
@@ -24,6 +29,7 @@ class Value:
 
     @property
     def is_vector(self) -> bool:
+        """Whether it has three components: a vector or a colour."""
         return self.socket.type in {"VECTOR", "RGBA"}
 
     def __add__(self, other: Operand) -> Value:
@@ -61,15 +67,41 @@ class Tree:
     def __init__(self, tree: bpy.types.NodeTree):
         self.tree = tree
 
-    def node(self, kind: str, *inputs: Operand, label: str = "", **settings) -> bpy.types.Node:
-        """A node of a type with its settings and its first inputs; the node itself."""
+    def node(self, kind: str, *inputs: Operand, label: str = "", **settings: object) -> bpy.types.Node:
+        """Add a node of the Blender type `kind`, with its settings and the values of its first inputs.
+
+        Raises TypeError for a setting that the node does not know, and for more inputs than the settings leave it."""
         node = self.tree.nodes.new(kind)
         node.label = label
         for name, value in settings.items():
+            if name not in node.bl_rna.properties:
+                raise TypeError(f"{_described(node)}: it has no setting {name!r}")
             setattr(node, name, value)
-        for socket, value in zip(node.inputs, inputs, strict=False):
+        sockets = [socket for socket in node.inputs if socket.enabled]
+        if len(inputs) > len(sockets):
+            raise TypeError(f"{_described(node)}: {len(inputs)} inputs for the sockets {_names(sockets)}")
+        for socket, value in zip(sockets, inputs, strict=False):
             self.feed(socket, value)
         return node
+
+    def inputs(self) -> dict[str, Value]:
+        """The inputs of the group under construction, by name."""
+        return self.outputs_of(self.node("NodeGroupInput"))
+
+    def output(self, *values: Operand) -> None:
+        """Give the group under construction its outputs, in their order.
+
+        Raises TypeError unless there is one value for each output."""
+        node = self.node("NodeGroupOutput")
+        sockets = [socket for socket in node.inputs if socket.name]
+        if len(values) != len(sockets):
+            raise TypeError(f"{_described(node)}: {len(values)} values for the sockets {_names(sockets)}")
+        for socket, value in zip(sockets, values, strict=True):
+            self.feed(socket, value)
+
+    def outputs_of(self, node: bpy.types.Node) -> dict[str, Value]:
+        """The outputs of a node, by name."""
+        return {socket.name: self.value(socket) for socket in node.outputs if socket.name}
 
     def feed(self, socket: bpy.types.NodeSocket, value: Operand) -> None:
         """Link or set an input socket."""
@@ -81,12 +113,15 @@ class Tree:
             socket.default_value = value
 
     def value(self, socket: bpy.types.NodeSocket) -> Value:
+        """The value of an output socket."""
         return Value(self, socket)
 
     def arithmetic(self, operation: str, *operands: Operand) -> Value:
+        """An operation that both Blender's Math and its Vector Math node have, by its name there. It is a vector if an
+        operand is."""
         vectors = [o.is_vector if isinstance(o, Value) else isinstance(o, tuple) for o in operands]
         if operation == "MULTIPLY" and vectors in ([True, False], [False, True]):
-            # Multiply would have Cycles make a vector of the number first.
+            # A Multiply node would make Cycles turn the number into a vector first.
             vector, factor = operands if vectors[0] else operands[::-1]
             node = self.node("ShaderNodeVectorMath", vector, operation="SCALE")
             self.feed(node.inputs["Scale"], factor)
@@ -122,20 +157,23 @@ class Tree:
         return self.math("MINIMUM", a, b)
 
     def squared(self, a: Value) -> Value:
+        """a times a."""
         return a * a
 
     def fresnel(self, ior: Operand, normal: Value) -> Value:
-        """Unpolarised reflectance of a dielectric towards the viewer, whichever side of the mesh shows: Blender's node
-        takes the viewer behind the mesh for one inside the dielectric."""
+        """Unpolarised reflectance of a dielectric towards the viewer, the same on both sides of the mesh.
+
+        Blender's node alone would take a viewer behind the mesh to be inside the dielectric."""
         behind = self.value(self.node("ShaderNodeNewGeometry").outputs["Backfacing"])
         ior = self.math("POWER", ior, behind.times_plus(-2.0, 1.0))
         return self.value(self.node("ShaderNodeFresnel", ior, normal).outputs[0])
 
     def vector(self, x: Operand, y: Operand, z: Operand) -> Value:
+        """A vector of three numbers."""
         return self.value(self.node("ShaderNodeCombineXYZ", x, y, z).outputs[0])
 
     def clamp(self, a: Operand, low: Operand, high: Operand) -> Value:
-        """Component by component, for vectors."""
+        """Clamp a vector component by component."""
         return self.vector_math("MINIMUM", self.vector_math("MAXIMUM", a, low), high)
 
     def mix(self, share: Operand, a: Value, b: Value) -> Value:
@@ -143,32 +181,38 @@ class Tree:
         return (b - a).times_plus(share, a)
 
     def image(self, image: bpy.types.Image, at: Value, label: str = "") -> Value:
-        """A clamped look-up of an image at a vector in its 0..1 coordinates, by a cubic B-spline: the one filter that
-        is the same in Cycles and EEVEE at any footprint (EEVEE's linear one uses mip levels)."""
+        """Look an image up at a vector in its 0..1 coordinates, by a cubic B-spline; beyond it, its edge is extended.
+
+        No other filter is the same in Cycles and EEVEE at every size of a pixel: EEVEE's linear one uses mip levels."""
         settings = {"image": image, "interpolation": "Cubic", "extension": "EXTEND"}
         return self.value(self.node("ShaderNodeTexImage", at, label=label, **settings).outputs["Color"])
 
     def attribute(self, name: str, holder: str = "VIEW_LAYER") -> tuple[Value, Value]:
-        """A custom property of the scene (or of the object: holder "OBJECT"): its first three numbers as a vector, and
-        its fourth; 0 where there is none."""
+        """Read a custom property of the scene, or with holder "OBJECT" of the object: its first three numbers as a
+        vector, and its fourth. They are 0 where there is no such property."""
         node = self.node("ShaderNodeAttribute", attribute_type=holder, attribute_name=name, label=name)
         return self.value(node.outputs["Vector"]), self.value(node.outputs["Alpha"])
 
-    def group(self, group: bpy.types.NodeTree, label: str = "", **inputs: Operand) -> dict[str, Value]:
-        """A node of a group, its inputs by their names (blanks as underscores; those that it has not are passed over);
-        its outputs by theirs."""
+    def group(
+        self, group: bpy.types.NodeTree, inputs: Mapping[str, Operand] | None = None, *, label: str = ""
+    ) -> dict[str, Value]:
+        """Add a node of a group, its inputs given by name; the values of its outputs by name.
+
+        Raises TypeError for an input that the group does not have."""
         node = self.node("ShaderNodeGroup", node_tree=group, label=label)
-        for name, value in inputs.items():
-            socket = node.inputs.get(name.replace("_", " "))
-            if socket is not None:
-                self.feed(socket, value)
-        return {socket.name: self.value(socket) for socket in node.outputs}
+        sockets = {socket.name: socket for socket in node.inputs}
+        for name, value in (inputs or {}).items():
+            if name not in sockets:
+                raise TypeError(f"{_described(node)}: no input {name!r} among the sockets {_names(node.inputs)}")
+            self.feed(sockets[name], value)
+        return self.outputs_of(node)
 
     def emission(self, radiance: Value, strength: Operand) -> Value:
+        """A shader that emits a radiance times a strength."""
         return self.value(self.node("ShaderNodeEmission", radiance, strength).outputs[0])
 
     def mix_shader(self, share: Operand, a: Value | None, b: Value | None) -> Value:
-        """(1 - share) a + share b; None is black. Cycles evaluates nothing of a side whose share is 0."""
+        """(1 - share) a + share b, where None is black. Cycles does not evaluate a side whose share is 0."""
         node = self.node("ShaderNodeMixShader", share)
         for socket, shader in zip(node.inputs[1:], (a, b), strict=True):
             if shader is not None:
@@ -176,4 +220,15 @@ class Tree:
         return self.value(node.outputs[0])
 
     def add_shader(self, a: Value | None, b: Value) -> Value:
+        """a + b, where None is black."""
         return b if a is None else self.value(self.node("ShaderNodeAddShader", a, b).outputs[0])
+
+
+def _described(node: bpy.types.Node) -> str:
+    """A node by its type and, for a group, by the group's name."""
+    group = getattr(node, "node_tree", None)
+    return f"node {node.bl_idname}" if group is None else f"node {node.bl_idname} of {group.name!r}"
+
+
+def _names(sockets: Iterable[bpy.types.NodeSocket]) -> str:
+    return ", ".join(socket.name for socket in sockets) or "(none)"

@@ -10,7 +10,14 @@ import bpy
 
 @dataclass(frozen=True)
 class Socket:
-    """An input or output of a group: its kind (Float, Vector, Color, Shader), default, range and tooltip."""
+    """An input or output of a group.
+
+    kind        Float, Vector, Color or Shader
+    text        the tooltip
+    default     of an input; None for an input that is only for links
+    low, high   the range of an input, if it has one
+    subtype     how Blender shows the value, such as FACTOR or ANGLE
+    """
 
     name: str
     kind: str
@@ -22,7 +29,7 @@ class Socket:
 
 
 def add_interface(group: bpy.types.NodeTree, inputs: tuple[Socket, ...], outputs: tuple[Socket, ...]) -> None:
-    """Give a new group its sockets. Vectors without a default hide their value: they are for links."""
+    """Give a new group its sockets. An input without a default hides its value."""
     for in_out, sockets in (("INPUT", inputs), ("OUTPUT", outputs)):
         for socket in sockets:
             made = group.interface.new_socket(

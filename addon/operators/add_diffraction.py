@@ -3,16 +3,17 @@
 
 import bpy
 
-from ..actions.assign import add_to_meshes
 from .on_selected_meshes import OnSelectedMeshes
 
 
 class AddDiffraction(OnSelectedMeshes, bpy.types.Operator):
-    """Lay the active grating's diffraction over the selected meshes' own materials, or swap what they have of it"""
+    """Lay the active grating's diffraction over the selected meshes' own materials, in place of any that they have"""
 
     bl_idname = "grating.add_diffraction"
     bl_label = "Add to Materials"
     bl_options = {"REGISTER", "UNDO"}
 
     def put(self, scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> str:
+        from ..actions.assign import add_to_meshes
+
         return add_to_meshes(scene, objects)

@@ -1,30 +1,33 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bake the active grating, in a process beside Blender."""
 
+from typing import TYPE_CHECKING
+
 import bpy
 from bpy.props import StringProperty
 
 from ...precompute.base.failure import GratingError
-from ..actions.bake import bake_and_wait, record_bake, start_bake
-from ..jobs.child import Job
 from ..scene.gratings import active_grating
+
+if TYPE_CHECKING:
+    from ..jobs.child import Job
 
 _POLL_SECONDS = 0.2
 
 
 class BakeGrating(bpy.types.Operator):
-    """Compute the diffraction table of the active grating and measure its colour error. Esc cancels"""
+    """Compute the active grating's diffraction table and measure its colour error. Esc cancels"""
 
     bl_idname = "grating.bake"
     bl_label = "Bake Grating"
     bl_options = {"REGISTER"}
 
     directory: StringProperty(
-        name="Folder", description="Where the bake goes; empty for the extension's own cache", subtype="DIR_PATH"
+        name="Folder", description="Where the bake is written; empty for the extension's own cache", subtype="DIR_PATH"
     )
 
-    # The one bake that runs under the interface, if any: shown by the panel, stopped when the extension goes.
-    job: Job | None = None
+    # The bake that runs beside the interface, if any. The panel shows it; disabling the extension stops it.
+    job = None
 
     @classmethod
     def poll(cls, context):
@@ -37,7 +40,9 @@ class BakeGrating(bpy.types.Operator):
         return True
 
     def execute(self, context):
-        """Bake and wait: scripts and batches."""
+        """Bake and wait, for scripts."""
+        from ..actions.bake import bake_and_wait
+
         try:
             grating = active_grating(context.scene)
             bake_and_wait(grating, self.directory)
@@ -47,12 +52,15 @@ class BakeGrating(bpy.types.Operator):
         return {"FINISHED"}
 
     def invoke(self, context, event):
+        """Start the bake; modal() then follows it."""
+        from ..actions.bake import start_bake
+
         try:
             grating = active_grating(context.scene)
             BakeGrating.job = start_bake(grating, self.directory)
         except GratingError as error:
             return self._fail(error)
-        # Names, not the grating itself: an undo during the bake may free it.
+        # Keep names, not the grating itself, which an undo during the bake may free.
         self._name, self._scene = grating.name, context.scene.name
         self._timer = context.window_manager.event_timer_add(_POLL_SECONDS, window=context.window)
         context.window_manager.modal_handler_add(self)
@@ -77,7 +85,9 @@ class BakeGrating(bpy.types.Operator):
         self._end_modal(context)
         return self._finish(job)
 
-    def _finish(self, job: Job):
+    def _finish(self, job: "Job"):
+        from ..actions.bake import record_bake
+
         try:
             facts = job.result()
         except GratingError as error:
@@ -102,7 +112,7 @@ class BakeGrating(bpy.types.Operator):
 
 
 def stop_running_bake() -> None:
-    """Cancel the bake that runs, if one does."""
+    """Cancel the running bake, if there is one."""
     job, BakeGrating.job = BakeGrating.job, None
     if job is not None:
         job.cancel()

@@ -6,34 +6,50 @@ from bpy.props import FloatProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
 from ...precompute.base.failure import GratingError
-from ..actions.import_height_map import add_grating
 
 
 class ImportHeightMap(bpy.types.Operator, ImportHelper):
-    """Read an AFM height map (Nanosurf .nid, Gwyddion .gwy, or a grey PNG, TIFF or BMP) into the scene's gratings"""
+    """Read a measured height map into the scene's gratings"""
 
     bl_idname = "grating.import_height_map"
     bl_label = "Import Height Map"
     bl_options = {"REGISTER", "UNDO"}
 
-    filter_glob: StringProperty(default="*.nid;*.gwy;*.png;*.tif;*.tiff;*.bmp", options={"HIDDEN"})
+    filter_glob: StringProperty(options={"HIDDEN"})
     size_um: FloatProperty(
         name="Width (um)",
-        description="Width of the scan in micrometres. A picture does not know its size: needed for PNG, TIFF and BMP",
+        description="Width of the scan in micrometres. Needed for a picture, which does not hold its size",
         min=0,
         soft_max=1000,
     )
     height_nm: FloatProperty(
         name="Height (nm)",
-        description="Height from black to white in nanometres. Needed for PNG, TIFF and BMP",
+        description="Height from black to white in nanometres. Needed for a picture",
         min=0,
         soft_max=10000,
     )
-    channel: StringProperty(name="Channel", description="Which of the file's channels; empty for its topography")
+    channel: StringProperty(name="Channel", description="The file's channel; empty for its topography")
+
+    @classmethod
+    def description(cls, context, properties):
+        """The tooltip, which names the files that can be read."""
+        from ...precompute.surface.readers.registry import described
+
+        return f"Read a measured height map into the scene's gratings: {described()}"
+
+    def invoke(self, context, event):
+        from ...precompute.surface.readers.registry import file_filter
+
+        self.filter_glob = file_filter()
+        return super().invoke(context, event)
 
     def execute(self, context):
+        from ..actions.import_height_map import add_grating
+
         try:
-            grating = add_grating(context.scene, self.filepath, self.size_um, self.height_nm, self.channel)
+            grating = add_grating(
+                context.scene, self.filepath, size_um=self.size_um, height_nm=self.height_nm, channel=self.channel
+            )
         except GratingError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -42,5 +58,7 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):
 
 
 def menu_entry(menu, context):
-    """The entry in File > Import."""
-    menu.layout.operator(ImportHeightMap.bl_idname, text="Height Map (.nid, .gwy, .png, .tif, .bmp)")
+    """Draw the entry in File > Import."""
+    from ...precompute.surface.readers.registry import extensions
+
+    menu.layout.operator(ImportHeightMap.bl_idname, text=f"Height Map ({', '.join(extensions())})")

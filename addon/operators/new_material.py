@@ -4,7 +4,6 @@
 import bpy
 
 from ...precompute.base.failure import GratingError
-from ..actions.material import make_material
 from ..scene.gratings import active_grating
 
 
@@ -24,6 +23,8 @@ class NewDiffractionMaterial(bpy.types.Operator):
         return True
 
     def execute(self, context):
+        from ..actions.material import make_material
+
         try:
             material = make_material(context.scene, active_grating(context.scene))
         except GratingError as error:

@@ -7,8 +7,8 @@ from ...precompute.base.failure import GratingError
 
 
 class OnSelectedMeshes:
-    """What an operator that puts a grating on the selected meshes does beside `put`, which says what was done or
-    raises GratingError."""
+    """An operator that puts a grating on the selected meshes. Its class adds `put`, which does so and returns a line on
+    what was done, or raises GratingError."""
 
     @classmethod
     def poll(cls, context):
@@ -25,7 +25,7 @@ class OnSelectedMeshes:
 
 
 def poll_meshes(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
-    """Whether there is a baked grating and a mesh to put it on; the button says what is missing."""
+    """Whether there is a baked grating, and a selected mesh to put it on. If not, the button says what is missing."""
     grating = context.scene.natural_gratings.active()
     if grating is None or not grating.bake_path:
         operator.poll_message_set("Bake a grating first")

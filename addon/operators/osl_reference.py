@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Make a material that evaluates one of the thesis's algorithms, or the bake, in every pixel, in Open Shading
-Language."""
+"""Make a material that evaluates one of the thesis's methods, or the bake, in every pixel."""
 
 from pathlib import Path
 
@@ -8,21 +7,21 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 
 from ...precompute.base.failure import GratingError
-from ..actions.osl_reference import DIRECT, make_reference, write_images
 from ..materials.osl.script import missing_for_osl
 from ..scene.gratings import active_grating
 
+_DIRECT = "DIRECT"
 _METHODS = (
     ("FLSS", "FLSS", "Every wavelength, Taylor terms of the relief (thesis Algorithm 3)"),
-    ("CHEBYSHEV", "Chebyshev", "Every wavelength, Chebyshev terms: for reliefs too deep for Taylor's"),
+    ("CHEBYSHEV", "Chebyshev", "Every wavelength, Chebyshev terms: for reliefs that are too deep for Taylor terms"),
     ("NMM", "NMM", "Only the wavelengths that the grating equation selects (thesis 4.3)"),
     ("PQ", "PQ", "The scan repeated side by side (thesis Algorithm 5)"),
-    (DIRECT, "Direct", "The add-on's own table, as a shader: the quickest. Bake the grating first"),
+    (_DIRECT, "Direct", "The add-on's own table, read by a shader: the fastest. Bake the grating first"),
 )
 
 
 class NewOslReference(bpy.types.Operator):
-    """Make a material whose shader evaluates one of the thesis's algorithms, or the bake, in every pixel: slow, for
+    """Make a material whose shader evaluates one of the thesis's methods, or the bake, in every pixel. Slow; made for
     comparisons"""
 
     bl_idname = "grating.osl_reference"
@@ -32,7 +31,7 @@ class NewOslReference(bpy.types.Operator):
     method: EnumProperty(name="Method", description="What the shader evaluates", items=_METHODS, default="FLSS")
     filepath: StringProperty(
         name="File",
-        description="A file of DFT images (for Direct, a bake) that is there already; empty takes the active grating",
+        description="An existing file of DFT images (for Direct, a bake); empty makes it from the active grating",
         subtype="FILE_PATH",
     )
 
@@ -48,15 +47,17 @@ class NewOslReference(bpy.types.Operator):
 
     def execute(self, context):
         try:
-            material = make_reference(context.scene, self.method, self._file(context.scene))
+            material = self._make(context.scene)
         except GratingError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         self.report({"INFO"}, f"{material.name}: assign it to a mesh that has a UV map")
         return {"FINISHED"}
 
-    def _file(self, scene: bpy.types.Scene) -> Path:
-        if self.filepath:
-            return Path(bpy.path.abspath(self.filepath))
-        grating = active_grating(scene)
-        return grating.baked_file() if self.method == DIRECT else write_images(grating, self.method.lower())
+    def _make(self, scene: bpy.types.Scene) -> bpy.types.Material:
+        from ..actions.osl_reference import reference_from_bake, reference_from_images, write_images
+
+        file = Path(bpy.path.abspath(self.filepath)) if self.filepath else None
+        if self.method == _DIRECT:
+            return reference_from_bake(scene, file or active_grating(scene).baked_file())
+        return reference_from_images(scene, file or write_images(active_grating(scene), self.method.lower()))

@@ -3,28 +3,29 @@
 
 import bpy
 
-# The Raycast node of materials: true shadows in Cycles, of what is on screen in EEVEE.
+# Whether materials have a Raycast node. In Cycles it sees every object, in EEVEE those on screen.
 HAS_RAYCAST = bpy.app.version >= (5, 1, 0)
 
 
 def working_space() -> str:
-    """The file's linear working space, as precompute.colour names it. Blender 5.0 made it a choice."""
+    """The file's linear working space, by precompute.colour's name. Files have a choice from Blender 5.0 on."""
     if bpy.app.version < (5, 0, 0):
         return "Rec.709"
     return bpy.data.colorspace.working_space.removeprefix("Linear ")
 
 
 def eevee_engine() -> str:
-    """EEVEE's identifier, which lost its NEXT in 5.0."""
+    """EEVEE's identifier, which changed in Blender 5.0."""
     return "BLENDER_EEVEE" if bpy.app.version >= (5, 0, 0) else "BLENDER_EEVEE_NEXT"
 
 
 def enable_nodes(material: bpy.types.Material) -> None:
-    """Nodes are on from the start from 5.0, where setting them warns."""
+    """Switch a new material's nodes on. From Blender 5.0 they are always on, and setting them gives a warning."""
     if bpy.app.version < (5, 0, 0):
         material.use_nodes = True
 
 
 def lamp_nodes(lamp: bpy.types.Light) -> bpy.types.NodeTree | None:
-    """The nodes that make a lamp's light, if any; asking whether they are on warns from 5.0, where they always are."""
+    """The nodes that make a lamp's light, if they are on. From Blender 5.0 they always are, and asking gives a
+    warning."""
     return lamp.node_tree if bpy.app.version >= (5, 0, 0) or lamp.use_nodes else None

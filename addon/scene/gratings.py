@@ -1,53 +1,67 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The gratings of a scene: what was imported, how it is to be baked, and where its bake lies."""
+"""The gratings of a scene: which height map each was made from, what is asked of its bake, and where the bake is."""
 
+import json
 import os
+from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-from ...precompute.bake import cache
 from ...precompute.base.failure import GratingError
 
+if TYPE_CHECKING:
+    from ...precompute.bake.request import BakeRequest
+
 EXTENSION = __package__.rpartition(".addon.")[0]
+_SAMPLE = "sample:"
 
 
 class Grating(bpy.types.PropertyGroup):
     """One height map and its bake."""
 
-    source: StringProperty(name="Height Map", description="The scan's file, or sample:NAME for one that ships")
-    size_um: FloatProperty(name="Width", description="Width of the scan in micrometres; 0 if the file says", min=0)
-    height_nm: FloatProperty(
-        name="Height", description="Height from black to white in nanometres; 0 if the file says", min=0
+    source: StringProperty(name="Height Map", description="The scan's file, or sample:NAME for a shipped sample")
+    size_um: FloatProperty(
+        name="Width", description="Width of the scan in micrometres; 0 if the file holds its own", min=0
     )
-    channel: StringProperty(name="Channel", description="Which of the file's channels; empty for its topography")
+    height_nm: FloatProperty(
+        name="Height", description="Height from black to white in nanometres; 0 if the file holds its own", min=0
+    )
+    channel: StringProperty(name="Channel", description="The file's channel; empty for its topography")
     summary: StringProperty(name="Summary", description="Size, relief and strongest period")
     delta_e: FloatProperty(
         name="Colour Error",
-        description="Largest colour difference (CIEDE2000, in 99 of 100 directions) of the bake to the exact surface",
+        description="Largest colour difference (CIEDE2000, in 99 of 100 directions) between the bake and the exact "
+        "surface",
         default=1.0,
         min=0.05,
         soft_max=10.0,
     )
     coherence_um: FloatProperty(
         name="Coherence",
-        description="Coherence length in micrometres: longer gives sharper colour, and speckle once the scan is too "
-        "small to average it. 0 chooses by the scan's size",
+        description="Coherence length in micrometres. A longer one gives sharper colours, and speckle where the scan "
+        "is too small to average it out. 0 chooses it by the scan's size",
         default=0.0,
         min=0.0,
         soft_max=65.0,
     )
-    bake_path: StringProperty(name="Bake", description="The baked table", subtype="FILE_PATH")
+    request: StringProperty(
+        name="Request",
+        description="What else is asked of the bake, as JSON; empty for the defaults",
+        options={"HIDDEN"},
+    )
+    bake_path: StringProperty(name="Bake", description="The baked table's file", subtype="FILE_PATH")
     bake_summary: StringProperty(name="Bake Summary", description="The bake's measured error and its size")
     shadows: BoolProperty(
         name="Shadows",
-        description="Objects shade the diffraction: all in Cycles, those on screen in EEVEE. Before Blender 5.1 "
-        "only Cycles with Open Shading Language shades",
+        description="Objects shade the diffraction: all of them in Cycles, those on screen in EEVEE. Before Blender "
+        "5.1 this works only in Cycles with Open Shading Language",
         default=True,
     )
     group: PointerProperty(type=bpy.types.ShaderNodeTree, name="Node Group", description="Made from the bake")
-    material: PointerProperty(type=bpy.types.Material, name="Material", description="The material made from the bake")
+    material: PointerProperty(type=bpy.types.Material, name="Material", description="Made from the bake")
 
     def baked_file(self) -> Path:
         """The bake's file. Raises GratingError if there is none."""
@@ -58,14 +72,48 @@ class Grating(bpy.types.PropertyGroup):
             raise GratingError(f"{self.name}: its bake {path} is gone; press Bake Grating again")
         return path
 
+    def source_file(self) -> str:
+        """The height map as precompute reads it: sample:NAME or a whole path.
+
+        Raises GratingError if there is none, as in a grating that was made from a bake alone."""
+        if not self.source:
+            raise GratingError(f"{self.name}: made from a bake, without a height map; import the height map to bake it")
+        return self.source if self.source.startswith(_SAMPLE) else bpy.path.abspath(self.source)
+
+    def bake_request(self) -> "BakeRequest":
+        """All that is asked of the bake: the panel's fields, and what `request` holds beside them.
+
+        Raises GratingError, naming the grating, for a value that no bake can have."""
+        from ...precompute.bake.request import request_from
+
+        kept = json.loads(self.request) if self.request else {}
+        scan = {"source": self.source_file(), "channel": self.channel or None}
+        scan |= {"size_um": _decimal(self.size_um, 7), "height_nm": _decimal(self.height_nm, 7)}
+        shown = {
+            "scans": [scan, *kept.get("scans", ())],
+            "delta_e": _decimal(self.delta_e, 6),
+            "coherence_um": _decimal(self.coherence_um, 6),
+        }
+        return request_from(kept | shown, self.name)
+
+    def take_request(self, request: "BakeRequest") -> None:
+        """Hold a request: its first scan and what the panel shows in the fields, all the rest in `request`."""
+        record = request_record(request)
+        first, *others = record.pop("scans")
+        self.source, self.channel = first["source"], first["channel"] or ""
+        self.size_um, self.height_nm = first["size_um"] or 0.0, first["height_nm"] or 0.0
+        self.delta_e, self.coherence_um = record.pop("delta_e"), record.pop("coherence_um") or 0.0
+        self.request = json.dumps(record | {"scans": others}, sort_keys=True)
+
 
 class SceneGratings(bpy.types.PropertyGroup):
-    """All gratings of a scene and which one the panel shows."""
+    """All gratings of a scene, and which one the panel shows."""
 
     items: CollectionProperty(type=Grating)
     active_index: IntProperty(name="Active Grating", description="The grating that the buttons work on")
 
     def active(self) -> Grating | None:
+        """The grating that the panel shows; None if there is none."""
         if 0 <= self.active_index < len(self.items):
             return self.items[self.active_index]
         return None
@@ -79,9 +127,27 @@ def active_grating(scene: bpy.types.Scene) -> Grating:
     return grating
 
 
+def request_record(request: "BakeRequest") -> dict[str, Any]:
+    """A request as JSON, its scans with their folders, for a file that is read on this machine."""
+    record = request.as_dict() | {"scans": [asdict(scan) for scan in request.scans]}
+    # A request counts in metres and radians. Rounding off what their conversion added gives back the number that the
+    # user gave, and so the same key in the cache.
+    record["coherence_um"] = _decimal(record["coherence_um"] or 0.0, 12)
+    record["needs"]["light_radius_deg"] = _decimal(record["needs"]["light_radius_deg"], 12) or 0.0
+    return record
+
+
 def cache_folder() -> Path:
-    """Where bakes are kept: $NATURAL_GRATINGS_CACHE, else the folder that Blender gives this extension (whoever writes
-    there makes it)."""
+    """Where bakes are kept: $NATURAL_GRATINGS_CACHE, else the folder that Blender gives this extension. It need not
+    exist yet: whoever writes there makes it."""
+    from ...precompute.bake import cache
+
     if EXTENSION.startswith("bl_ext.") and not os.environ.get(cache.FOLDER_VARIABLE):
         return Path(bpy.utils.extension_path_user(EXTENSION, path="cache"))
     return cache.default_folder()
+
+
+def _decimal(value: float, digits: int) -> float | None:
+    """A number rounded to some significant digits, which takes single precision's error off; None for 0, which stands
+    for a choice that is left to the bake."""
+    return float(f"{value:.{digits}g}") if value else None

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the interface shows."""
+"""The panel in the 3D view's sidebar."""

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The panel: 3D View > Sidebar > Grating, from top to bottom in the order of the work."""
+"""The panel 3D View > Sidebar > Grating. From top to bottom it follows the order of the work."""
 
 import textwrap
 
 import bpy
 
-from ...precompute.surface.samples.catalogue import SAMPLES
 from ..lamps.find import instanced_lamps, unfollowed_features
 from ..lamps.follow import followed_lamps, is_up_to_date
 from ..materials.osl.script import missing_for_osl
@@ -21,14 +20,20 @@ from ..operators.remove_grating import RemoveGrating
 from ..operators.update_lights import UpdateLights
 from ..scene import compat
 
+_ICONS = {"SUN": "LIGHT_SUN", "POINT": "LIGHT_POINT", "SPOT": "LIGHT_SPOT", "AREA": "LIGHT_AREA"}
+# In pixels, at an interface scale of 1: the mean width of a letter, and the width of icon and margins.
+_LETTER, _MARGINS = 6.5, 55
+
 
 class SampleMenu(bpy.types.Menu):
-    """Surfaces that come with the extension"""
+    """Surfaces that ship with the extension"""
 
     bl_idname = "GRATING_MT_samples"
     bl_label = "Add Sample"
 
     def draw(self, context):
+        from ...precompute.surface.samples.catalogue import SAMPLES
+
         self.layout.operator_context = "EXEC_DEFAULT"
         for name in SAMPLES:
             entry = self.layout.operator(ImportHeightMap.bl_idname, text=name.capitalize())
@@ -72,7 +77,7 @@ class GratingPanel(bpy.types.Panel):
 
 
 class ReferencePanel(bpy.types.Panel):
-    """For comparisons: the thesis's algorithms, or the bake, evaluated in every pixel by a shader"""
+    """For comparisons: a shader evaluates one of the thesis's methods, or the bake, in every pixel"""
 
     bl_idname = "GRATING_PT_reference"
     bl_label = "OSL Reference"
@@ -103,7 +108,7 @@ def _draw_bake(layout, grating) -> None:
 
 
 def _draw_lines(layout, summary: str) -> None:
-    """A summary, a line for each of its facts: the sidebar is narrow."""
+    """Draw each fact of a summary on a line of its own, as the sidebar is narrow."""
     column = layout.column(align=True)
     for fact in filter(None, summary.split(", ")):
         column.label(text=fact)
@@ -121,9 +126,6 @@ def _draw_material(layout, grating) -> None:
     shadows.prop(grating, "shadows")
 
 
-_ICONS = {"SUN": "LIGHT_SUN", "POINT": "LIGHT_POINT", "SPOT": "LIGHT_SPOT", "AREA": "LIGHT_AREA"}
-
-
 def _draw_lamps(layout, context) -> None:
     scene = context.scene
     header = layout.row()
@@ -134,7 +136,7 @@ def _draw_lamps(layout, context) -> None:
         if lamp is not None and lamp.type == "LIGHT":
             column.label(text=lamp.name, icon=_ICONS[lamp.data.type])
     if not is_up_to_date(scene):
-        _draw_note(column, context, "Lamps have come or gone: update", "ERROR")
+        _draw_note(column, context, "Lamps were added or removed: press update", "ERROR")
     instanced = instanced_lamps(context.evaluated_depsgraph_get())
     for line in unfollowed_features(scene) + linked_with_fewer_lamps(scene):
         _draw_note(column, context, line, "INFO")
@@ -142,18 +144,14 @@ def _draw_lamps(layout, context) -> None:
         _draw_note(column, context, f"Instanced: {', '.join(instanced)}; Apply > Make Instances Real", "ERROR")
     note = layout.column(align=True)
     note.active = False
-    _draw_note(note, context, "World and Material Preview light no diffraction.")
+    _draw_note(note, context, "Diffraction shows no light of the world or of Material Preview.")
     if not compat.HAS_RAYCAST:
-        shade = "Before Blender 5.1 objects shade it only in Cycles with Open Shading Language on."
+        shade = "Before Blender 5.1, objects shade diffraction only in Cycles with Open Shading Language on."
         _draw_note(note, context, shade)
 
 
-# Pixels that a letter takes on the average, and that icon and margins take, at an interface scale of 1.
-_LETTER, _MARGINS = 6.5, 55
-
-
 def _draw_note(layout, context, text: str, icon: str = "NONE") -> None:
-    """A sentence in as many lines as the sidebar's width makes of it."""
+    """Draw a sentence, wrapped to the sidebar's width."""
     width = context.region.width / context.preferences.system.ui_scale - _MARGINS
     for line in textwrap.wrap(text, max(16, int(width / _LETTER))):
         layout.label(text=line, icon=icon)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`--command grating`: exit statuses, one line for each fault, files saved where they are said to be."""
+"""`--command grating`: exit statuses, one line for each fault, and files saved where they were asked to be."""
 
 import bpy
 import pytest

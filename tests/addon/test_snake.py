@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sample snake's mesh is a sound carrier for a grating, and its stage saves from the command line."""
+"""The sample snake's mesh can carry a grating, and its stage can be saved from the command line."""
 
 import os
 import subprocess

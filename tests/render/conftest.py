@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Small float renders: an empty scene, lamps, and a picture of one sample at each pixel's centre."""
+"""Small float renders: an empty scene, lamps, and pictures with one sample at the centre of each pixel."""
 
 import os
 from dataclasses import dataclass
@@ -15,8 +15,8 @@ from precompute.surface.readers.registry import read_height_map
 from precompute.surface.relief import prepare
 from precompute.table import atlas, atlas_file
 
-# Mesa's software rasteriser filters textures by its own sharp kernel where anisotropic filtering is on, which no
-# graphics card does. It is asked once, when Blender makes its graphics context.
+# Where anisotropic filtering is on, Mesa's software rasteriser filters textures by a sharp kernel that no graphics card
+# has. Mesa reads this variable once, when Blender makes its graphics context.
 os.environ.setdefault(
     "MESA_EXTENSION_OVERRIDE", "-GL_EXT_texture_filter_anisotropic -GL_ARB_texture_filter_anisotropic"
 )
@@ -24,13 +24,13 @@ os.environ.setdefault(
 
 @dataclass
 class Stage:
-    """A scene under construction."""
+    """A scene under construction, and the folder for its pictures."""
 
     addon: SimpleNamespace
     folder: object
     scene: object
 
-    def add(self, name, data, location=(0, 0, 0), rotation=(0, 0, 0), scale=(1, 1, 1), collection=None):
+    def add(self, name, data, location=(0, 0, 0), *, rotation=(0, 0, 0), scale=(1, 1, 1), collection=None):
         """An object of the data."""
         import bpy
 
@@ -40,7 +40,7 @@ class Stage:
         return made
 
     def lamp(self, kind: str, location=(0, 0, 1), to=None, name="Lamp", **settings):
-        """A lamp of a kind; `to`: the unit vector that it lies along from where it shines (its own +Z)."""
+        """A lamp of a kind; `to` is the direction of its own +Z axis, from the lit surface to the lamp."""
         import bpy
         from mathutils import Vector
 
@@ -48,7 +48,7 @@ class Stage:
         for key, value in settings.items():
             setattr(data, key, value)
         rotation = Vector(to).to_track_quat("Z", "Y").to_euler() if to is not None else (0, 0, 0)
-        return self.add(name, data, location, rotation)
+        return self.add(name, data, location, rotation=rotation)
 
     def camera(self, location, target=(0, 0, 0), ortho=None, angle=None):
         """A camera that looks at a target, its picture upright along +y or +z."""
@@ -149,9 +149,19 @@ def clear(addon, scene) -> None:
     scene.frame_set(1)
 
 
+@pytest.fixture
+def files(stage):
+    """The stage, for a test that opens other files. After it an empty file of one scene is open."""
+    import bpy
+
+    yield stage
+    bpy.ops.wm.read_homefile(use_empty=True)
+
+
 @pytest.fixture(scope="session")
 def baked(tmp_path_factory):
-    """The blazed sample's file, and the bake as the file holds it: of a short coherence, which is made in seconds."""
+    """The blazed sample's bake: its file, and the table that it holds. Its coherence is short, so it is made in
+    seconds."""
     image, layout = atlas.pack(bake(prepare(read_height_map("sample:blazed")), BakeRequest(coherence_length_m=8e-6)))
     path = tmp_path_factory.mktemp("radiance") / "blazed.exr"
     atlas_file.write(path, image, layout, {})

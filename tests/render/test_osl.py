@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The thesis's algorithms in OSL, through Cycles, against precompute.methods at the directions of every pixel.
 
-A plane at z = 0 seen from one metre above, lit by a sun: the whole Diffraction group, its answer a shader.
+A plane at z = 0 is seen from one metre above and lit by a sun. It has the whole Diffraction group, around a shader.
 """
 
 import numpy as np
@@ -37,12 +37,6 @@ def addon(extension):
     bpy.context.scene.cycles.shading_system = False
 
 
-@pytest.fixture
-def osl(addon):
-    """The add-on's module of these shaders."""
-    return addon.osl_thesis
-
-
 def images_file(folder, height_map, name, **asked):
     """A method and the file of its images."""
     method = METHODS[name](prepare(height_map), settings_for(**asked))
@@ -62,8 +56,9 @@ DEEP = sinusoidal(2.5e-6, 1500e-9, periods=4, rows=64)
     [("flss", GRATING), ("chebyshev", DEEP), ("nmm", GRATING), ("nmm-jacobian", GRATING), ("pq", GRATING)],
 )
 def test_cycles_renders_what_the_method_says(addon, tmp_path, name, surface):
-    """DESIGN's bounds, on pixels over 1 % of the peak. What is left is where in its pixel Cycles sees the plane: within
-    0.005 of a pixel, over which a lobe of sigma 1.3 pixels changes by 0.4 % at its 1 % flank; 0.2 % was measured."""
+    """On pixels above 1 % of the peak. The bounds come from where in a pixel Cycles sees the plane: up to 0.005 of a
+    pixel from its middle. Over that distance a lobe of sigma 1.3 pixels changes by 0.4 % on its flank, at 1 % of its
+    peak. The error measured is 0.2 %."""
     method, path = images_file(tmp_path, surface, name, **SMALL)
     response = addon.osl_thesis.build_osl_response("test", path, rgb_from_xyz("Rec.709"))
     group = addon.skin.group_around("test", response, shadows=False)
@@ -77,27 +72,27 @@ def test_cycles_renders_what_the_method_says(addon, tmp_path, name, surface):
     assert np.percentile(error, 95) <= 0.02
 
 
-def test_a_scene_says_what_it_lacks(osl):
+def test_a_scene_says_what_it_lacks(addon):
     import bpy
 
-    scene = bpy.context.scene
-    assert osl.missing_for_osl(scene) is None
+    scene, missing_for_osl = bpy.context.scene, addon.osl_script.missing_for_osl
+    assert missing_for_osl(scene) is None
     scene.cycles.shading_system = False
-    assert "Open Shading Language" in osl.missing_for_osl(scene)
+    assert "Open Shading Language" in missing_for_osl(scene)
     scene.cycles.shading_system = True
 
 
-def test_a_shader_that_does_not_compile_is_an_error(osl, tmp_path, monkeypatch):
+def test_a_shader_that_does_not_compile_is_an_error(addon, tmp_path, monkeypatch):
     import bpy
 
     _, path = images_file(tmp_path, GRATING, "flss", **SMALL)
-    monkeypatch.setattr(osl, "shader_text", lambda *_: "shader broken(")
+    monkeypatch.setattr(addon.osl_thesis, "shader_text", lambda *_: "shader broken(")
     groups, texts = len(bpy.data.node_groups), len(bpy.data.texts)
-    with pytest.raises(osl.GratingError, match="does not compile"):
-        osl.build_osl_response("test", path, rgb_from_xyz("Rec.709"))
+    with pytest.raises(addon.osl_script.GratingError, match="does not compile"):
+        addon.osl_thesis.build_osl_response("test", path, rgb_from_xyz("Rec.709"))
     assert (len(bpy.data.node_groups), len(bpy.data.texts)) == (groups, texts)
 
 
-def test_other_files_are_refused(osl, tmp_path):
-    with pytest.raises(osl.GratingError, match="no such file"):
-        osl.build_osl_response("test", tmp_path / "none.exr", rgb_from_xyz("Rec.709"))
+def test_other_files_are_refused(addon, tmp_path):
+    with pytest.raises(addon.osl_script.GratingError, match="no such file"):
+        addon.osl_thesis.build_osl_response("test", tmp_path / "none.exr", rgb_from_xyz("Rec.709"))

@@ -13,9 +13,9 @@ from precompute.table.atlas_file import read_header
 from .test_radiance import PIXELS, RGB_FROM_XYZ, TURN, assign, expected, relative_error, shape
 from .test_shadows import shaded
 
-# DESIGN's bounds, on pixels above 1 % of the peak: what a wrong axis, level or filter passes. The same texels under the
-# same weights in single precision leave 0.001 % and 0.006 % (measured in Blender 4.5 and 5.2), linear readings in place
-# of cubic ones 3 % and 25 %.
+# Bounds of the relative error on pixels above 1 % of the peak. Shader and node group read the same texels with the same
+# weights: single precision leaves 0.001 % (median) and 0.006 % (p95), as measured in Blender 4.5 and 5.2. A fault is
+# far above the bounds: linear in place of cubic look-ups give 3 % and 25 %.
 MEDIAN, P95 = 0.005, 0.02
 
 
@@ -31,7 +31,7 @@ def osl(stage, addon):
 
 
 def plane(stage, disc: float = 0.0):
-    """A plane under a camera and a sun whose disc is so many radians wide."""
+    """A plane under a camera and a sun; `disc` is the width of the sun's disc in radians."""
     mesh, (location, target, angle) = shape(stage, "plane")
     stage.camera(location, target, angle=angle)
     stage.lamp("SUN", to=(0.35, -0.2, 1.0), energy=2.0, angle=disc, color=(1.0, 0.8, 0.6))
@@ -39,8 +39,8 @@ def plane(stage, disc: float = 0.0):
 
 
 def response(addon, path):
-    """The shader's group of a bake's file."""
-    return addon.osl_baked.build_osl_direct("test", path, read_header(path)[0], RGB_FROM_XYZ)
+    """The response of a bake's file as a shader."""
+    return addon.osl_baked.build_osl_direct("test", path, read_header(path)[0], rgb_from_xyz=RGB_FROM_XYZ)
 
 
 def agree(name: str, picture: np.ndarray, truth: np.ndarray) -> None:
@@ -53,8 +53,8 @@ def agree(name: str, picture: np.ndarray, truth: np.ndarray) -> None:
 
 @pytest.fixture
 def middle(baked, tmp_path):
-    """A file, and the bake that it holds: the table's middle alone, beyond which its rim is read, of one level, and
-    without a zero order, as the patch model's."""
+    """A file, and the bake that it holds: only the middle of the table, so that its rim is read beyond it. It has one
+    level and no zero order, as a bake of the patch model."""
     _, table = baked
     rows, columns = (slice(n // 4, n - n // 4) for n in table.tile)
     (v, u), path = table.axes, tmp_path / "middle.exr"
@@ -94,7 +94,7 @@ def test_the_shader_is_the_node_group_and_the_table(osl, addon, request, bake, d
 
 
 def test_a_card_shades_what_lies_under_it(osl, addon, baked):
-    picture = shaded(osl, addon, response(addon, baked[0]), "cycles", casts=True, osl=True)
+    picture = shaded(osl, addon, response(addon, baked[0]), casts=True, osl=True)
     lit, under = np.split(picture, 2, axis=1)
     assert lit.min() > 0
     np.testing.assert_array_equal(under, 0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operator's OSL material against the node group over the patch model's bake, both rendered."""
+"""The operator's OSL material is compared with the node group of the patch model's bake; both are rendered."""
 
 import bpy
 import numpy as np
@@ -16,7 +16,7 @@ from precompute.table.atlas_file import write_together
 
 @pytest.fixture
 def addon(extension):
-    """The add-on's modules; in the scene a blaze, a sun and Cycles with OSL."""
+    """The add-on's modules. The scene has the blazed sample, a sun, and Cycles with OSL."""
     modules = addon_modules(extension.__name__)
     if not bpy.app.build_options.cycles_osl:
         pytest.skip(modules.osl_script.missing_for_osl(bpy.context.scene))
@@ -51,7 +51,7 @@ def test_flss_is_the_patch_bake(addon, tmp_path):
     made = make([relief], BakeRequest(delta_e=0.5, needs=needs_of(view), model="patch"))
     path = tmp_path / "table.exr"
     write_together({path: (made.image, made.layout)}, {"precision": str(made.image.dtype)})
-    table = addon.direct.new_diffraction_group(path, shadows=False)
+    table = addon.grating_material.new_diffraction_group(path, shadows=False)
     reference = new_reference()
     truth = render(addon, table, view, tmp_path / "truth.exr")
     differences = colour_differences(render(addon, reference, view, tmp_path / "reference.exr"), truth)

@@ -69,7 +69,7 @@ class View:
         return self.wi + self.wr
 
     def software_rgb(self, baked: Table) -> np.ndarray:
-        """Radiance under unit irradiance (n, n, 3) that the node group should give: direct.py's formula in NumPy."""
+        """Radiance under unit irradiance (n, n, 3) that the node group should give: its formula in NumPy."""
         u, v, w = (axis.ravel() for axis in np.moveaxis(self.half, -1, 0))
         factor = obliquity_times_cosine_and_w2(self.wi, self.wr).ravel()[:, None]
         xyz = factor * baked.scattered_over_w2(u, v, w)
@@ -91,7 +91,8 @@ def view_of(to_sun) -> View:
 
 @pytest.fixture
 def picture(extension, tmp_path):
-    """Render a bake on the plane: picture(path, to_sun, engine, turn_deg) -> linear RGB (n, n, 3), row 0 at the top."""
+    """picture(path, to_sun, engine, turn_deg) -> a render of a bake on the plane: linear RGB (n, n, 3), row 0 at the
+    top."""
     import bpy
     from mathutils import Vector
 
@@ -180,7 +181,7 @@ def blazed_rgb(u: np.ndarray, w: np.ndarray, sigma_b: float) -> np.ndarray:
 
 
 def middle_row(image: np.ndarray) -> np.ndarray:
-    """The two rows next to the horizontal middle, averaged: v is within half a pixel of 0, and equal in both."""
+    """The mean of the two rows next to the horizontal middle. In both, v is half a pixel away from 0."""
     n = len(image) // 2
     return image[n - 1 : n + 1].mean(axis=0)
 
@@ -199,8 +200,8 @@ def test_first_orders_lie_where_the_grating_equation_says(bakes, picture, order)
     assert factor.min() > 0
     angle = np.degrees(np.arcsin(u[inside]))
     centroid, wanted = (np.average(angle, weights=y) for y in (row[inside], expected))
-    # The issue's bound. The window is fixed, so a wrong sign or period would move the light out of it or across it:
-    # the peaks are compared as well, to one pixel (0.4 degrees here) and the bound.
+    # Half a degree is a little over one pixel (0.4 degrees here). The window is fixed, so a wrong sign or period would
+    # move light out of it or across it and leave the centroid: the peaks are compared as well.
     assert abs(centroid - wanted) < 0.5
     assert abs(angle[np.argmax(row[inside])] - angle[np.argmax(expected)]) < 0.5
 
@@ -222,8 +223,9 @@ REGION = Needs(Region((-0.5, 0.3), (-0.1, 0.2)), w=(1.2, 1.9))
     [((0, 0, 1), 0.0, EVERYTHING), ((0.3, -0.15, 1), 20.0, EVERYTHING), ((0.3, -0.15, 1), 0.0, REGION)],
 )
 def test_cycles_renders_what_the_table_says(bakes, picture, to_sun, turn_deg, needs):
-    # Every pixel above 1 % of the first order's peak, against the table sampled in software. DESIGN's bounds; single
-    # precision on the kernel's slopes gives a tenth of them. Outside a region both show its rim.
+    # Every pixel above 1 % of the first order's peak, against the table sampled in software. A wrong axis, level or
+    # filter exceeds the bounds; single precision on the kernel's slopes gives a tenth of them. Outside the region that
+    # a bake was asked for, both show the region's rim.
     blazed = bakes("blazed", needs)
     rendered = picture(blazed.path, to_sun, turn_deg=turn_deg)
     turn = np.radians(turn_deg)
@@ -242,7 +244,8 @@ def test_cycles_renders_what_the_table_says(bakes, picture, to_sun, turn_deg, ne
 
 @pytest.mark.parametrize("engine", ["cycles", "eevee"])
 def test_a_mesh_shows_the_same_from_behind(bakes, picture, engine):
-    # Both sides reflect; Blender's Fresnel node would have the back seen from within. EEVEE's film is of half floats.
+    # Both sides reflect. Blender's Fresnel node alone would take the back to be seen from inside. EEVEE's picture is of
+    # half floats.
     blazed = bakes("blazed")
     to_sun = (0.3, -0.15, 1)
     front, back = (picture(blazed.path, to_sun, engine, behind=behind) @ LUMINANCE for behind in (False, True))
@@ -251,8 +254,9 @@ def test_a_mesh_shows_the_same_from_behind(bakes, picture, engine):
 
 
 def test_eevee_renders_the_tables_energy(bakes, picture):
-    # Pixel by pixel EEVEE is off by a fraction of a pixel (median 4 % of the radiance on these steep lobes), so what is
-    # held here is their sum: single precision, half-float texels and 8-bit filter weights, each well under 1 %.
+    # EEVEE sees each pixel a fraction of a pixel off, which on these steep lobes is 4 % of the radiance (median). So
+    # the sum over all pixels is compared. Single precision, half-float texels and 8-bit filter weights each put it off
+    # by well under 1 %.
     blazed = bakes("blazed")
     to_sun = (0.3, -0.15, 1)
     rendered = picture(blazed.path, to_sun, "eevee") @ LUMINANCE

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Radiance truth: each pixel of a render against the same bake sampled in software.
+"""Radiance truth: each pixel of a render is compared with the same bake sampled in software.
 
-Position, normal and tangent come from float pictures of Cycles, so that nothing of the node group is used: a plane, a
-sphere and the sample snake, under a sun, a point light, and both.
+The software takes position, normal and tangent from float pictures of Cycles, and nothing from the node group. The
+scenes are a plane, a sphere and the sample snake, each under a sun, a point lamp, and both.
 """
 
 import bpy
@@ -33,7 +33,7 @@ def shape(stage, kind: str):
 
 
 def lamps(stage, kind: str, target=(0, 0, 0)):
-    """A sun, a point light to the left and in front of a target, or both."""
+    """A sun, a point lamp to the left and in front of a target, or both."""
     if kind in {"sun", "two"}:
         stage.lamp("SUN", to=(0.35, -0.2, 1.0), energy=2.0, angle=0.0, color=(1.0, 0.8, 0.6), name="Sun")
     if kind in {"point", "two"}:
@@ -41,7 +41,7 @@ def lamps(stage, kind: str, target=(0, 0, 0)):
 
 
 def irradiances(stage, position):
-    """For each lamp: unit vectors to it (n, 3) and irradiance (n, 3), from what the artist set, by Blender's manual."""
+    """For each lamp: unit vectors to it (n, 3) and irradiance (n, 3), by Blender's manual from the lamp's settings."""
     for lamp in stage.scene.objects:
         if lamp.type == "LIGHT":
             colour = np.array(lamp.data.color)
@@ -64,8 +64,8 @@ def vector_material(stage, kind: str, socket: str, **settings):
 
 
 def geometry(stage, mesh):
-    """Position, normal, tangent, direction to the camera, (n, n, 3) each, and which pixels see the mesh: float
-    pictures of Cycles."""
+    """Position, normal, tangent and direction to the camera, (n, n, 3) each, as float pictures of Cycles, and which
+    pixels see the mesh."""
     kept = [slot.material for slot in mesh.material_slots]
     found = {}
     for name, (kind, settings) in {
@@ -106,7 +106,7 @@ def expected(stage, mesh, table: Table, **settings):
 
 
 def assign(stage, mesh, path, **inputs):
-    """Put the bake on a mesh by the operator's own function, over a black base, its scan turned by TURN."""
+    """Put the bake on a mesh by the action of the button, over a black base, with the scan turned by TURN."""
     gratings = stage.scene.natural_gratings
     grating = gratings.items.add()
     grating.name, grating.bake_path, grating.shadows = "radiance", str(path), False
@@ -131,7 +131,8 @@ def relative_error(rendered, truth):
     return np.abs(rendered - truth)[counted] / truth[counted]
 
 
-# DESIGN's bounds. Cycles: single precision on the kernel's slopes, a few tenths of this. EEVEE: half floats, cut off.
+# Bounds of the relative error, median and p95. In Cycles single precision on the kernel's slopes gives a few tenths of
+# them. EEVEE truncates to half floats, and has twice the bounds.
 BOUNDS = {"cycles": (0.005, 0.02), "eevee": (0.01, 0.04)}
 
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Direct: a bake's table read by nodes, one lamp at a time."""
+"""The Direct response: a bake's table, read by nodes."""

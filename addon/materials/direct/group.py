@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Direct node group: what a baked surface answers to one lamp, no noise.
+"""The Direct node group: what a baked surface answers to one lamp, without noise.
 
 | socket         | symbol | unit    | default | meaning |
 |----------------|--------|---------|---------|---------|
@@ -11,57 +11,55 @@
 | Roughness      | r      |         | 0       | of the skin over the relief: alpha = r^2, as Blender's own |
 | IOR            | n      |         | 1.56    | of the skin: sets how much is reflected at all |
 | Period Scale   | p      |         | 1       | stretches the relief along the surface |
-| Height Scale   | c      |         | 1       | of the relief's heights, at most 1: the table ends at w = 2 |
-| Energy Conserving | e   |         | 1       | 0 is Stam's form, which outshines its light towards grazing |
-| Finer, Coarser (out) | Lo | W/m2/sr |       | radiance, linear RGB, by the levels next to the blur asked for |
-| Coarser Share (out) |  |         |         | of Coarser in their mix |
+| Height Scale   | c      |         | 1       | scales the relief's heights; at most 1, as the table ends at w = 2 |
+| Energy Conserving | e   |         | 1       | 0 is Stam's formula, which towards grazing reflects more than arrives |
+| Finer, Coarser (out) | Lo | W/m2/sr |       | radiance, linear RGB, by the two levels next to the blur |
+| Coarser Share (out) |  |         |         | share of Coarser in their mix |
 
     Lo = E R / M [ (1 + wi.wr)^2 / cos(tr) * p^2 c^2 sum_k T_k(t(c w)) B_k(p u, p v) + cos(ti) Z(c w) kernel(u, v) ]
 
     M = 1 + e max(X(wi) / cos(ti), X(wr) / cos(tr))
 
-which is f * E * cos(ti) with Stam's obliquity, the w^2 of which cancels that of the table (DESIGN 2), over the albedo
-bound M that keeps it from reflecting more than it receives: X is the excess albedo, E in precompute/albedo.py, of the
-relief as baked. B_k come from the blurred levels (precompute/atlas.py) about the variance
+which is f * E * cos(ti) with Stam's obliquity (docs/theory.md). The w^2 in the obliquity cancels the table's. M is the
+albedo bound: it keeps the surface from reflecting more than arrives. X is the excess albedo of the relief as baked
+(precompute/table/albedo_bound.py). B_k are read from the blurred levels (precompute/table/atlas.py) next to the
+variance
 
-    sigma^2 = sigma_b^2 + max(0, Variance (1 + cos(ti)^2) / 2 - sigma_b^2) + (w r^2)^2 / 2:
+    sigma^2 = sigma_b^2 + max(0, Variance (1 + cos(ti)^2) / 2 - sigma_b^2) + (w r^2)^2 / 2
 
-the kernel stands for the lamp's disc as far as it goes (DESIGN 2); a disc is as wide across the plane of incidence, cos
-ti as wide within it; a Beckmann lobe's slopes have a variance of alpha^2 / 2.
+The second term is the lamp's disc. The bake's own kernel already stands for a disc of its size, so only the rest of the
+disc's variance is added. Seen from the surface, a disc keeps its width across the plane of incidence and has cos(ti) of
+it within the plane; the mean of both variances is taken. The third term is the skin's roughness: the slopes of a
+Beckmann lobe have a variance of alpha^2 / 2.
 """
 
 import math
 
 import bpy
+import numpy as np
 
 from ....precompute.table.atlas import STRIP_ROWS, Layout
 from ....precompute.table.tiling import LEVEL_PADDING, TILE_PADDING
 from ...nodes.arrange import arrange
 from ...nodes.builder import Tree, Value
-from ...nodes.interface import Socket, add_interface
-from ..response import INPUTS
+from ...nodes.interface import add_interface
+from ..response import QUESTION, TWO_RADIANCES, Response
 
 GROUP_PREFIX = "Diffraction Direct"
 
 
-_OUTPUTS = (
-    Socket("Finer", "Color", "Radiance by the finer of the two levels"),
-    Socket("Coarser", "Color", "Radiance by the coarser"),
-    Socket("Coarser Share", "Float", "Share of the coarser in their mix"),
-)
-
-
-def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, rgb_from_xyz) -> bpy.types.NodeTree:
-    """Node group of one bake; image holds its atlas, rgb_from_xyz (3, 3) leads to the scene's linear space."""
+def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, *, rgb_from_xyz: np.ndarray) -> Response:
+    """The response of one bake. `image` holds its atlas; rgb_from_xyz (3, 3) leads to the scene's linear space."""
     group = bpy.data.node_groups.new(f"{GROUP_PREFIX} {name}", "ShaderNodeTree")
-    add_interface(group, INPUTS, _OUTPUTS)
+    add_interface(group, QUESTION, TWO_RADIANCES)
     tree = Tree(group)
-    inputs = [tree.value(socket) for socket in tree.node("NodeGroupInput").outputs[: len(INPUTS)]]
+    asked = tree.inputs()
+    inputs = (asked[socket.name] for socket in QUESTION)
     n, t, wi, irradiance, variance, roughness, ior, period_scale, height_scale, conserving = inputs
 
     b = tree.cross(n, t)
     wr = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Incoming"])
-    light, view = _Direction(tree, wi, t, b, n), _Direction(tree, wr, t, b, n)
+    light, view = (_Direction(tree, way, (t, b, n)) for way in (wi, wr))
     half = light.vector + view.vector
     w = light.cosine + view.cosine
     uv = half * (1.0, 1.0, 0.0)
@@ -70,45 +68,44 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, rgb_fr
     slope = w * (roughness * roughness)
     disc = variance * tree.squared(light.cosine).times_plus(0.5, 0.5)
     blur = tree.maximum(disc - layout.sigma_b**2, 0.0) + slope * slope * 0.5
-    table = _Table(tree, image, layout, uv * period_scale, w * height_scale)
-    # The kernel belongs to the relief, and shrinks and grows with it; a lamp and a roughness do not.
+    table = _Table(tree, image, layout, uv=uv * period_scale, w=w * height_scale)
+    # The kernel belongs to the relief and is stretched with it. The blur by lamp and roughness is not.
     finer, coarser, share = table.around(blur * (period_scale * period_scale))
 
     obliquity = half2 * half2 / tree.maximum(view.cosine, 1e-6)
     scattered = obliquity * (tree.squared(period_scale * height_scale) * (layout.scale / 4))
-    mirrored = _zero_order(tree, image, layout, tree.dot(uv, uv), w * height_scale, blur, light.cosine)
-    excess = tree.maximum(*(_excess_albedo(tree, image, layout, way) for way in (light, view)))
+    mirrored = _zero_order(table, radius2=tree.dot(uv, uv), w=w * height_scale, blur=blur, cos_i=light.cosine)
+    excess = tree.maximum(*(_excess_albedo(table, way) for way in (light, view)))
     bound = excess.times_plus(conserving, 1.0)
     gain = irradiance * (tree.fresnel(ior, tree.normalize(wi + wr)) / bound)
 
     def radiance(table_xyz: Value) -> Value:
         rgb = _matrix(tree, rgb_from_xyz, table_xyz * scattered + mirrored) * gain
-        # Out-of-gamut spectral colours have a negative component, which no renderer carries through.
+        # Spectral colours outside the gamut have a negative component, which no renderer can use.
         return tree.vector_math("MAXIMUM", rgb, (0.0, 0.0, 0.0))
 
-    output = tree.node("NodeGroupOutput")
     finer = radiance(finer)
     coarser = finer if coarser is None else radiance(coarser)
-    for socket, value in zip(output.inputs, (finer, coarser, share), strict=False):
-        tree.feed(socket, value)
+    tree.output(finer, coarser, share)
     arrange(group)
-    return group
+    return Response(group)
 
 
 class _Direction:
-    """A unit vector in the surface's frame: (T, B, N) components as a vector and one by one."""
+    """A unit vector in the surface's frame: its components along T, B and N, one by one and as a vector."""
 
-    def __init__(self, tree: Tree, direction: Value, t: Value, b: Value, n: Value):
-        self.x, self.y, self.cosine = (tree.dot(direction, axis) for axis in (t, b, n))
+    def __init__(self, tree: Tree, direction: Value, frame: tuple[Value, Value, Value]):
+        self.x, self.y, self.cosine = (tree.dot(direction, axis) for axis in frame)
         self.vector = tree.vector(self.x, self.y, self.cosine)
 
 
 class _Table:
-    """sum_k T_k(t) B_k(u, v) / scale, XYZ over w^2: one look-up a term; t goes from -1 to 1 over the range of w. What
-    lies outside is the table's rim (polynomials run away, other tiles lie beside it), and nothing beyond |(u, v)| = 2,
-    which only a stretched relief asks for."""
+    """sum_k T_k(t) B_k(u, v) / scale, XYZ over w^2: one look-up for each term; t goes from -1 to 1 over the range of w.
 
-    def __init__(self, tree: Tree, image: bpy.types.Image, layout: Layout, uv: Value, w: Value):
+    Outside the table's region its rim is read: the polynomials are not bounded there, and other tiles lie beside it.
+    Beyond |(u, v)| = 2, which only a stretched relief reaches, the sum is 0."""
+
+    def __init__(self, tree: Tree, image: bpy.types.Image, layout: Layout, *, uv: Value, w: Value):
         self.tree, self.image, self.layout = tree, image, layout
         (u_low, u_high), (v_low, v_high) = layout.region
         inner = tree.clamp(uv, (u_low, v_low, 0.0), (u_high, v_high, 0.0))
@@ -120,9 +117,11 @@ class _Table:
         self.inside = tree.math("LESS_THAN", tree.dot(uv, uv), 4.0)
 
     def around(self, blur: Value) -> tuple[Value, Value | None, Value | float]:
-        """The table at the levels next to a variance beyond the bake's own, and the coarser one's share in their mix,
-        by variance, which a Mix Shader clamps: a blur beyond the last level is the last level's. A table of one level
-        has no coarser one."""
+        """The table at the two levels next to a variance, and the share of the coarser level in their mix.
+
+        `blur` is the variance beyond the bake's own. The share makes the mix have the right variance. It may exceed 1
+        and is clamped by the Mix Shader, so that a blur beyond the last level is the last level's. A table of one level
+        has no coarser one: None, with a share of 0."""
         if self.layout.levels == 1:
             return self._read(), None, 0.0
         tree, last = self.tree, self.layout.levels - 1
@@ -130,13 +129,13 @@ class _Table:
         level = tree.minimum(tree.math("FLOOR", tree.math("LOGARITHM", ratio, 4.0)), last - 1.0)
         shrink = tree.math("POWER", 0.5, level)
         share = (ratio * tree.squared(shrink)).times_plus(1 / 3, -1 / 3)
-        # Level 0 begins at the left; all others stand over each other to the right of it (precompute/tiling.py).
+        # Level 0 begins at the left; the others are stacked to the right of it (precompute/table/tiling.py).
         finer = self._read(self._beside(level, shrink) * tree.minimum(level, 1.0), shrink)
         level, shrink = level + 1.0, shrink * 0.5
         return finer, self._read(self._beside(level, shrink), shrink), share
 
     def _beside(self, level: Value, shrink: Value) -> Value:
-        """From the first level's block to that of another, as a fraction of the image."""
+        """The offset from the first level's block to another level's, as a fraction of the image."""
         layout, (rows, columns) = self.layout, self.layout.tile_stride(0)
         size = layout.width, layout.height
         each, first, shrunk = (
@@ -150,7 +149,8 @@ class _Table:
         return level.times_plus(each, shrink.times_plus(shrunk, first))
 
     def _read(self, block: Value | None = None, shrink: Value | None = None) -> Value:
-        """The sum at a level, by its block's place and what its texels are fewer by; without them level 0 for good."""
+        """The sum at a level. `block` is the offset of the level's block, `shrink` the ratio of its number of texels
+        along an axis to level 0's. Without them the nodes read level 0 only."""
         tree, layout = self.tree, self.layout
         size = layout.width, layout.height
         rows, columns = layout.tile_stride(0)
@@ -182,32 +182,35 @@ def _chebyshev_sum(terms: list[Value], t: Value) -> Value:
 
 
 def _over(value: float | tuple[float, float], size: tuple[int, int]) -> tuple[float, float, float]:
-    """Texels as a fraction of the image."""
+    """A number of texels along x and y as a fraction of the image."""
     x, y = value if isinstance(value, tuple) else (value, value)
     return x / size[0], y / size[1], 0.0
 
 
-def _zero_order(tree: Tree, image, layout: Layout, radius2: Value, w: Value, blur: Value, cos_i: Value) -> Value:
-    """Z(w) kernel(u, v) cos(ti) in XYZ, radius2 = u^2 + v^2: the mirror's share."""
+def _zero_order(table: _Table, *, radius2: Value, w: Value, blur: Value, cos_i: Value) -> Value:
+    """The zero order, Z(w) kernel(u, v) cos(ti), in XYZ; radius2 is u^2 + v^2."""
+    tree, layout = table.tree, table.layout
     step = (layout.zero_order_samples - 1) / 2
     x = w.times_plus(step / layout.width, 0.5 / layout.width)
-    z = tree.image(image, tree.vector(x, STRIP_ROWS / 2 / layout.height, 0.0), label="Z")
+    z = tree.image(table.image, tree.vector(x, STRIP_ROWS / 2 / layout.height, 0.0), label="Z")
     variance = blur + layout.sigma_b**2
     gaussian = tree.math("POWER", math.exp(-0.5), radius2 / variance)
     return z * (gaussian / variance * cos_i * (1 / (2 * math.pi)))
 
 
-def _excess_albedo(tree: Tree, image, layout: Layout, way: _Direction) -> Value:
-    """X / cos(t) of a direction: columns by azimuth, rows by sqrt(cos(t)) (precompute/albedo.py); one texel more stands
-    around them."""
+def _excess_albedo(table: _Table, way: _Direction) -> Value:
+    """X / cos(t) of a direction. The image holds X in columns by azimuth and rows by sqrt(cos(t)), with a rim of one
+    texel (precompute/table/albedo_bound.py)."""
+    tree, layout = table.tree, table.layout
     columns, rows = layout.bound_columns - 1, layout.bound_rows - 1
     azimuth = tree.math("ARCTAN2", way.y, way.x)
     column = azimuth.times_plus(columns / (2 * math.pi) / layout.width, (columns / 2 + 1.5) / layout.width)
     row = tree.sqrt(way.cosine).times_plus(rows / layout.height, (STRIP_ROWS + 1.5) / layout.height)
-    excess = tree.image(image, tree.vector(column, row, 0.0), label="X")
+    excess = tree.image(table.image, tree.vector(column, row, 0.0), label="X")
     return tree.dot(excess, (1.0, 0.0, 0.0)) / tree.maximum(way.cosine, 1e-6)
 
 
-def _matrix(tree: Tree, matrix, vector: Value) -> Value:
+def _matrix(tree: Tree, matrix: np.ndarray, vector: Value) -> Value:
+    """A matrix (3, 3) times a vector."""
     rows = [tree.dot(vector, tuple(float(m) for m in row)) for row in matrix]
     return tree.vector(*rows)

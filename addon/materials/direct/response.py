@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Diffraction group of a bake: its picture packed into the file, and the response that reads it."""
+"""The response of a bake's file: its picture, packed into the .blend, read by the Direct node group."""
 
 from pathlib import Path
 
@@ -8,13 +8,21 @@ import bpy
 from ....precompute.colour.working_space import rgb_from_xyz
 from ....precompute.table.atlas_file import read_header
 from ...scene import compat
-from ..skin import group_around
+from ..response import Response
 from .group import build_direct_group
 
 
+def direct_response(path: Path) -> Response:
+    """The response of a bake's file. Raises GratingError if the file is not a bake."""
+    layout, record = read_header(path)
+    image = load_atlas(path, half=record.get("precision") != "float32")
+    matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
+    return build_direct_group(path.stem, image, layout, rgb_from_xyz=matrix)
+
+
 def load_atlas(path: Path, half: bool) -> bpy.types.Image:
-    """The bake's image, packed into the .blend so that it renders wherever the file goes; on a graphics card in half
-    floats only where those hold it."""
+    """The bake's image, packed into the .blend so that it renders wherever that file goes. `half`: a graphics card may
+    hold it in half floats, as the file itself does."""
     image = bpy.data.images.load(str(path), check_existing=False)
     image.name = path.stem
     image.colorspace_settings.name = "Non-Color"
@@ -22,11 +30,3 @@ def load_atlas(path: Path, half: bool) -> bpy.types.Image:
     image.use_half_precision = half
     image.pack()
     return image
-
-
-def new_diffraction_group(path: Path, shadows: bool = True) -> bpy.types.NodeTree:
-    """The Diffraction group of a bake file, for the file's lamps. Raises GratingError if the file is not a bake."""
-    layout, record = read_header(path)
-    image = load_atlas(path, half=record.get("precision") != "float32")
-    matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
-    return group_around(path.stem, build_direct_group(path.stem, image, layout, matrix), shadows)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Responses in Open Shading Language, for Cycles on the CPU."""
+"""Responses in Open Shading Language, for Cycles on the CPU: the thesis's methods, and a bake's table."""

@@ -1,31 +1,31 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Direct group's formula (direct.py) in Open Shading Language, for Cycles on the CPU.
+"""The Direct group's formula (direct/group.py) in Open Shading Language, for Cycles on the CPU.
 
-Its sockets are the Direct group's own, but that Finer is the mix of both levels already. Where the levels' tiles stand
-is written into the shader as lists with one number a level, so that it knows nothing of how tiling.py orders them. The
-bake stays a file of its own, as osl.py says; which way up a Blender reads it, the shader finds by one of its texels.
+Its inputs are the Direct group's. Its one output is the mix of both levels. The places of the levels' tiles are written
+into the shader as lists of one number for each level, so the shader need not know the order that tiling.py gives them.
+The bake stays a file of its own (thesis.py says why). Blenders differ in which way up they read it: the shader finds
+out by one of its texels.
 """
 
 from collections.abc import Iterable
 from pathlib import Path
 
-import bpy
 import numpy as np
 
 from ....precompute.table import atlas_file
 from ....precompute.table.atlas import STRIP_ROWS, Layout
 from ....precompute.table.tiling import TILE_PADDING
-from ..response import INPUTS
+from ..response import QUESTION, Response
 from .script import colours, file_name, joined, script_group
 
 
-def build_osl_direct(name: str, bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> bpy.types.NodeTree:
-    """Node group that answers to one lamp by a bake's file; rgb_from_xyz (3, 3) leads to the scene's linear space.
+def build_osl_direct(name: str, bake_path: Path, layout: Layout, *, rgb_from_xyz: np.ndarray) -> Response:
+    """The response of a bake's file as a shader; rgb_from_xyz (3, 3) leads to the scene's linear space.
 
-    Raises GratingError, with nothing left behind, if the file is none, or if the shader does not compile, as where
-    Cycles has no OSL."""
+    Raises GratingError, with nothing left behind, if the file is not a bake, or if the shader does not compile, which
+    is so where Cycles has no OSL."""
     text = joined(_constants(bake_path, layout, rgb_from_xyz), ("fresnel", "direct"))
-    return script_group(f"Direct {name}", text, INPUTS)
+    return script_group(f"Direct {name}", text, QUESTION)
 
 
 def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dict[str, object]:
@@ -54,10 +54,10 @@ def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dic
         "LEVEL_FIRSTS_Y": _listed(y + TILE_PADDING for _, y in firsts),
         "LEVEL_STRIDES_X": _listed(columns for _, columns in strides),
         "LEVEL_STRIDES_Y": _listed(rows for rows, _ in strides),
-        # Between the strip's rows, which are all alike.
+        # The middle of the strip, whose rows are all the same.
         "ZERO_ORDER_Y": (STRIP_ROWS - 1) / 2,
         "ZERO_ORDER_SAMPLES": layout.zero_order_samples,
-        # Past the texel that stands around them.
+        # The bound has a rim of one texel.
         "BOUND_X": 1.0,
         "BOUND_Y": STRIP_ROWS + 1.0,
         "BOUND_COLUMNS": layout.bound_columns,
@@ -68,8 +68,8 @@ def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dic
 
 
 def _mark(bake_path: Path, layout: Layout) -> dict[str, float]:
-    """The texel that is greener, by the most, than the one in its place with the picture upside down, and the green
-    half-way between both."""
+    """A texel by which the shader finds which way up it reads the picture: the one whose green exceeds, by the most,
+    the green at its place in the picture turned upside down. MARK is the green half-way between both."""
     _, channels = atlas_file.open_file(bake_path, header_only=False)
     green = atlas_file.image_of(bake_path, channels, (layout.height, layout.width, 3))[..., 1].astype(np.float32)
     turned = green[::-1]

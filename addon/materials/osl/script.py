@@ -11,25 +11,21 @@ from ....precompute.base.failure import GratingError
 from ...nodes.arrange import arrange
 from ...nodes.builder import Tree
 from ...nodes.interface import Socket, add_interface
+from ..response import ONE_RADIANCE, Response
 
 GROUP_PREFIX = "Diffraction OSL"
-
-
 _PARTS = Path(__file__).resolve().parent
 
 
-_OUTPUTS = (Socket("Finer", "Color", "Radiance"),)
+def script_group(name: str, text: str, inputs: tuple[Socket, ...]) -> Response:
+    """The response of a shader's source. The shader's parameters are `inputs`, in that order; its output is Radiance.
 
-
-def script_group(name: str, text: str, inputs: tuple[Socket, ...]) -> bpy.types.NodeTree:
-    """Node group around a shader's source: its parameters are the inputs, in their order, its output is Radiance.
-
-    Raises GratingError, with nothing left behind, if it does not compile, as where Cycles has no OSL."""
+    Raises GratingError, with nothing left behind, if it does not compile, which is so where Cycles has no OSL."""
     title = f"{GROUP_PREFIX} {name}"
     group = bpy.data.node_groups.new(title, "ShaderNodeTree")
-    add_interface(group, inputs, _OUTPUTS)
+    add_interface(group, inputs, ONE_RADIANCE)
     tree = Tree(group)
-    values = [tree.value(socket) for socket in tree.node("NodeGroupInput").outputs[: len(inputs)]]
+    values = tree.inputs().values()
     script = tree.node("ShaderNodeScript", label=name)
     source = bpy.data.texts.new(f"{title}.osl")
     source.from_string(text)
@@ -41,15 +37,15 @@ def script_group(name: str, text: str, inputs: tuple[Socket, ...]) -> bpy.types.
         raise GratingError(f"{title}: the shader does not compile; choose Cycles as the renderer of a Blender with OSL")
     for socket, value in zip(script.inputs, values, strict=True):
         tree.feed(socket, value)
-    tree.feed(tree.node("NodeGroupOutput").inputs[0], tree.value(script.outputs["Radiance"]))
+    tree.output(tree.value(script.outputs["Radiance"]))
     arrange(group)
-    return group
+    return Response(group)
 
 
 def missing_for_osl(scene: bpy.types.Scene) -> str | None:
-    """What keeps a scene from running these shaders, as a remedy to show; None where nothing does."""
+    """The remedy, in words to show, where something keeps a scene from running these shaders; else None."""
     if not bpy.app.build_options.cycles_osl:
-        return "this Blender is built without Open Shading Language: take one from blender.org"
+        return "this Blender is built without Open Shading Language: use one from blender.org"
     if scene.render.engine != "CYCLES":
         return "choose Cycles as the renderer"
     if scene.cycles.device != "CPU":
@@ -60,13 +56,13 @@ def missing_for_osl(scene: bpy.types.Scene) -> str | None:
 
 
 def joined(constants: dict[str, object], parts: Sequence[str]) -> str:
-    """The source of parts in addon/osl, behind the lines that define what they leave open."""
+    """The source of some .osl files of this folder, after lines that define the constants which they leave open."""
     lines = [f"#define {name} {value}" for name, value in constants.items()]
     return "\n".join([*lines, "", *((_PARTS / f"{part}.osl").read_text() for part in parts)])
 
 
 def file_name(path: Path) -> str:
-    """A path as a shader writes it."""
+    """A path as a string literal of a shader."""
     return f'"{path.absolute().as_posix()}"'
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The thesis's algorithms per pixel, in Open Shading Language (Cycles on the CPU): the in-render reference.
+"""The thesis's algorithms in every pixel, in Open Shading Language (Cycles on the CPU): a reference to compare with.
 
 | socket         | symbol | unit    | meaning |
 |----------------|--------|---------|---------|
@@ -8,42 +8,38 @@
 | To Light       | wi     |         | unit vector to the light |
 | Irradiance     | E      | W/m2    | on a surface that faces the light, linear RGB |
 | IOR            | n      |         | of the skin |
-| Finer (out)    | Lo     | W/m2/sr | linear RGB of the scene; the name that diffraction.py asks every answer for |
+| Finer (out)    | Lo     | W/m2/sr | linear RGB of the scene |
 
-The formula stands at the head of addon/osl/radiance.osl; it is Stam's form. The zero order is not told apart from the
-rest and has the rest's obliquity, as in precompute's own comparison of the methods (brdf_map.from_method).
+The formula is Stam's; it stands at the head of radiance.osl. The zero order is not separated from the rest and has the
+same obliquity, as in precompute's own comparison of the methods (brdf_map.from_method).
 
-A shader's text is put together from the parts in addon/osl, behind a list of constants, so that a .blend holds all of
-it; the images it reads stay a file of their own, at the path that is written into the text: Blender 5.2 wants texture
-names that are constants.
+A shader's text is put together from the .osl files of this folder, after a list of constants, so that a .blend holds
+the whole of it. The images that it reads stay a file of their own. Their path is written into the text, because Blender
+5.2 needs texture names that are constants.
 """
 
 from pathlib import Path
 
-import bpy
 import numpy as np
 
 from ....precompute.colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, spectral_weights, wavelengths
 from ....precompute.methods.dft_images import Layout, read_layout
 from ....precompute.methods.nmm import specular_radius
-from ..response import INPUTS
+from ..response import IOR, IRRADIANCE, NORMAL, TANGENT, TO_LIGHT, Response
 from .script import colours, file_name, joined, script_group
 
-# In um, as the shaders count: wavelengths go through single precision better than in metres.
+# Micrometres in a metre. The shaders count in micrometres, which single precision holds better.
 _UM = 1e6
-
-
 _OBSERVER_STEP_M = 1e-9
+_INPUTS = (NORMAL, TANGENT, TO_LIGHT, IRRADIANCE, IOR)
 
 
-_INPUTS = tuple(s for s in INPUTS if s.name in {"Normal", "Tangent", "To Light", "Irradiance", "IOR"})
+def build_osl_response(name: str, images_path: Path, rgb_from_xyz: np.ndarray) -> Response:
+    """The response by the method of a file of images (`precompute dft`); rgb_from_xyz (3, 3) leads to the scene's
+    linear space.
 
-
-def build_osl_response(name: str, images_path: Path, rgb_from_xyz: np.ndarray) -> bpy.types.NodeTree:
-    """Node group that answers to one lamp by the method of a file of images (`precompute dft`); rgb_from_xyz (3, 3)
-    leads to the scene's linear space.
-
-    Raises GratingError if the file is none, or if the shader does not compile, as where Cycles has no OSL."""
+    Raises GratingError if the file holds no such images, or if the shader does not compile, which is so where Cycles
+    has no OSL."""
     layout = read_layout(images_path)
     return script_group(f"{layout.method.upper()} {name}", shader_text(layout, images_path, rgb_from_xyz), _INPUTS)
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene's properties follow its lamps whatever is done to them, by drivers that need neither scripts nor extension.
+"""The scene's properties follow every change of its lamps, by drivers that need neither scripts nor the extension.
 
-What they amount to is measured in tests/render/test_key_lights.py.
+What the lamps give in a render is measured in tests/render/test_lamps.py.
 """
 
 import math
@@ -33,7 +33,7 @@ def sun(addon, scene):
 
 @pytest.mark.parametrize("kind", ["SUN", "POINT", "SPOT", "AREA"])
 def test_drivers_are_simple_expressions_whatever_the_lamp(addon, scene, kind):
-    # Blender evaluates those with scripts forbidden, and cuts off what is longer than 255 characters.
+    # Blender evaluates simple expressions even with scripts forbidden. It cuts off whatever exceeds 255 characters.
     deep = scene.collection
     for level in range(3):
         child = bpy.data.collections.new(f"Level {level}")
@@ -93,16 +93,16 @@ def test_what_the_render_hides_is_dark(addon, scene, sun):
 
 
 def test_lamps_that_come_and_go_are_noticed(addon, scene, sun):
-    keys = addon.follow
-    assert keys.is_up_to_date(scene) and keys.followed_lamps(scene) == [sun]
+    follow = addon.follow
+    assert follow.is_up_to_date(scene) and follow.followed_lamps(scene) == [sun]
     second = add_lamp(scene, "POINT", "Second")
-    assert not keys.is_up_to_date(scene)
+    assert not follow.is_up_to_date(scene)
     assert bpy.ops.grating.update_lights() == {"FINISHED"}
-    assert keys.is_up_to_date(scene) and keys.lamp_count(scene) == 2
+    assert follow.is_up_to_date(scene) and follow.lamp_count(scene) == 2
     bpy.data.objects.remove(second)
-    assert not keys.is_up_to_date(scene)
+    assert not follow.is_up_to_date(scene)
     bpy.ops.grating.update_lights()
-    assert keys.lamp_count(scene) == 1
+    assert follow.lamp_count(scene) == 1
 
 
 def test_too_many_lamps_are_told(addon, scene):

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Calibration: a Lambertian in place of the relief's answer gives Blender's own lamp-lit radiance.
+"""Calibration: with a Lambertian response in place of the relief's, diffraction is as bright as Blender's own
+lamplight.
 
-A white diffuse plane lit by Blender, and the same plane whose Diffraction group answers E cos(ti) / pi, for every kind
-of lamp and whatever is done to it.
+Two pictures are compared: a white diffuse plane lit by Blender, and the same plane with a Diffraction group whose
+response is E cos(ti) / pi. This is done for every kind of lamp and for each setting of a lamp that changes its light.
 """
 
 import math
@@ -14,23 +15,23 @@ import pytest
 PIXELS = 24
 
 
-def lambertian(addon) -> bpy.types.NodeTree:
-    """A response group: radiance of a white diffuse surface."""
-    builder = addon.builder
+def lambertian(addon):
+    """A Response: the radiance of a white diffuse surface."""
+    response = addon.response
     group = bpy.data.node_groups.new("Lambertian", "ShaderNodeTree")
-    inputs = tuple(builder.Socket(name, "Vector", "") for name in ("Normal", "To Light", "Irradiance"))
-    builder.add_interface(group, inputs, (builder.Socket("Finer", "Color", ""),))
-    tree = builder.Tree(group)
-    n, wi, irradiance = (tree.value(s) for s in tree.node("NodeGroupInput").outputs[:3])
-    output = tree.node("NodeGroupOutput")
-    tree.feed(output.inputs[0], irradiance * (tree.maximum(tree.dot(n, wi), 0.0) * (1 / math.pi)))
-    return group
+    asked = (response.NORMAL, response.TO_LIGHT, response.IRRADIANCE)
+    addon.interface.add_interface(group, asked, response.ONE_RADIANCE)
+    tree = addon.builder.Tree(group)
+    n, wi, irradiance = tree.inputs().values()
+    tree.output(irradiance * (tree.maximum(tree.dot(n, wi), 0.0) * (1 / math.pi)))
+    return response.Response(group)
 
 
 @pytest.fixture
 def both(stage, addon):
-    """both(engine, samples) -> what Cycles lights with so many samples, and what the key lights give in an engine,
-    (n, n) each, green. EEVEE's own lamps are approximations, up to 3 % off Cycles' here: they are no measure."""
+    """both(engine, samples) -> two pictures (n, n), green: Blender's lamplight by Cycles with that number of samples,
+    and the Lambertian response in the engine. EEVEE's own lamplight is no measure: here it differs from Cycles' by up
+    to 3 %."""
 
     def render(engine: str, samples: int) -> tuple[np.ndarray, np.ndarray]:
         # Away from the middle, so that no symmetry hides a wrong axis.
@@ -47,7 +48,7 @@ def both(stage, addon):
         addon.follow.follow_lamps(stage.scene)
         group = addon.skin.group_around("lambertian", lambertian(addon), shadows=False)
         ours, tree = stage.material("Ours")
-        tree.node("ShaderNodeOutputMaterial", tree.group(group, IOR=1.0)["Shader"])
+        tree.node("ShaderNodeOutputMaterial", tree.group(group, {"IOR": 1.0})["Shader"])
         plane.data.materials[0] = ours
         return theirs, stage.rgb(engine, PIXELS, 1, "ours")[..., 1]
 
@@ -60,8 +61,8 @@ def agree(both, engine: str, tolerance: float, samples: int = 1) -> None:
     np.testing.assert_allclose(ours, theirs, rtol=tolerance, atol=tolerance * theirs.max() / 10)
 
 
-# Lamps that are points: one sample has no noise, and single precision is left, along the rim of a spot a thousandth of
-# a pixel, where Cycles puts a pixel's middle. EEVEE's pictures are half floats, cut off: 2^-10.
+# Relative errors for lamps without a size, for which one sample has no noise. In Cycles single precision is left, and
+# along a spot's rim the place of a pixel's middle, a thousandth of a pixel off. EEVEE truncates to half floats: 2^-10.
 EXACT = {"cycles": 1e-3, "eevee": 2e-3}
 ENGINES = ["cycles", "eevee"]
 
@@ -91,7 +92,7 @@ def test_spot(stage, both, engine, scale):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_area(stage, both, engine):
-    # Its centre alone counts: of 1 cm at 1.3 m, off by (0.01 / 1.3)^2.
+    # The response takes the lamp as a point at its centre. For a lamp of 1 cm at 1.3 m that is off by (0.01 / 1.3)^2.
     lamp = stage.lamp("AREA", (0.5, -0.4, 1.2), (0.2, -0.4, 1), energy=50.0, shape="RECTANGLE", size=0.01, size_y=0.005)
     lamp.scale = (0.7, 1.5, 1.0)
     agree(both, engine, 1e-2, samples=64)
@@ -108,14 +109,15 @@ def test_area(stage, both, engine):
     ],
 )
 def test_lamps_that_are_not_normalized(stage, both, engine, kind, settings):
-    # A sun of 0.2 rad is a disc, whose mean cosine differs by 0.1^2 / 4; Cycles samples discs, to a few thousandths.
+    # A sun of 0.2 rad is a disc, whose mean cosine differs from its middle's by 0.1^2 / 4. Cycles samples discs, and
+    # has an error of a few thousandths.
     stage.lamp(kind, (0.3, 0.2, 1.5), (0.1, 0, 1), normalize=False, **settings)
     agree(both, engine, 2e-2, samples=256)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_two_lamps_parented_scaled_and_hidden(stage, both, engine):
-    parent = stage.add("Parent", None, (0.1, 0.2, 0.3), (0.2, -0.3, 0.5), (1.2, 1.2, 1.2))
+    parent = stage.add("Parent", None, (0.1, 0.2, 0.3), rotation=(0.2, -0.3, 0.5), scale=(1.2, 1.2, 1.2))
     lamp = stage.lamp("POINT", (0.3, 0.1, 0.8), energy=30.0, shadow_soft_size=0.0)
     lamp.parent = parent
     stage.lamp("SUN", to=(-0.5, 0.2, 1), energy=1.0, angle=0.0, use_temperature=True, temperature=3500.0)
@@ -125,5 +127,5 @@ def test_two_lamps_parented_scaled_and_hidden(stage, both, engine):
     stage.scene.collection.children.link(dark)
     dark.hide_render = True
     stage.add("Unseen", bpy.data.lights.new("Unseen", "SUN"), collection=dark)
-    # Cycles draws one of the lamps a sample.
+    # Cycles picks one of the lamps for each sample.
     agree(both, engine, 1e-2, samples=4096)

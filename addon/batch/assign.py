@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`assign`: put a bake's material on meshes of the open file."""
+
+import argparse
+from pathlib import Path
+
+import bpy
+
+from ...precompute.base.failure import GratingError
+from ...precompute.cli.arguments import existing_bake
+from ..actions.assign import assign_to_meshes
+from .save import add_save, save
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `assign`."""
+    parser.add_argument("bake", type=Path, metavar="BAKE", help="the .exr that `bake` wrote, or its folder")
+    parser.add_argument("--object", action="append", metavar="NAME", help="a mesh (repeatable); default: the selected")
+    add_save(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """The `assign` verb."""
+    file = existing_bake(str(arguments.bake))
+    if file is None:
+        raise GratingError(f"{arguments.bake}: no bake there; give the .exr that `bake` wrote, or its folder")
+    if arguments.object:
+        select_objects(arguments.object)
+    gratings = bpy.context.scene.natural_gratings
+    path = str(file.resolve())
+    index = next((i for i, g in enumerate(gratings.items) if g.bake_path == path), None)
+    if index is None:
+        grating = gratings.items.add()
+        grating.name, grating.bake_path = file.stem, path
+        index = len(gratings.items) - 1
+    gratings.active_index = index
+    selected = [o for o in bpy.context.view_layer.objects if o.select_get()]
+    report = assign_to_meshes(bpy.context.scene, selected)
+    save(arguments.save)
+    print(report)
+
+
+def select_objects(names: list[str]) -> None:
+    """Select the named objects and no others. Raises GratingError if one is missing."""
+    objects = bpy.context.view_layer.objects
+    for name in names:
+        if name not in objects:
+            raise GratingError(f"{name}: no such object in the scene; there are {', '.join(o.name for o in objects)}")
+    for candidate in objects:
+        candidate.select_set(candidate.name in names)

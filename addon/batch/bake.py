@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`bake`: import a height map and bake it. The grating holds all that was asked, so the button can repeat the bake."""
+
+import argparse
+from pathlib import Path
+
+import bpy
+
+from ...precompute.cli.arguments import add_bake_options, add_input
+from ...precompute.cli.bake import bake_summary, request_of
+from ...precompute.cli.output import emit
+from ..actions.bake import bake_and_wait
+from ..actions.import_height_map import add_grating
+from .save import add_save, save
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `bake`: those of `python -m precompute bake`, with a folder for the bake that may be left
+    out."""
+    add_input(parser, several="*")
+    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for the bake; default: the cache")
+    add_bake_options(parser)
+    parser.add_argument(
+        "--request", type=Path, metavar="BAKE.exr|JSON", help="repeat a bake: all that was asked of it, scans included"
+    )
+    add_save(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """The `bake` verb. It also works without a file open, and then saves only to --save."""
+    request = request_of(arguments).at(Path.cwd())
+    first = request.scans[0]
+    sizes = {"size_um": first.size_um or 0.0, "height_nm": first.height_nm or 0.0}
+    grating = add_grating(bpy.context.scene, first.source, **sizes, channel=first.channel or "")
+    grating.take_request(request)
+    directory = str(arguments.output.resolve()) if arguments.output else ""
+    facts = bake_and_wait(grating, directory, use_cache=not arguments.no_cache)
+    if bpy.data.filepath or arguments.save:
+        save(arguments.save)
+    emit(facts, arguments.json, lambda: bake_summary(facts))

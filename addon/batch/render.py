@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`render`: render the open file's scene to a picture."""
+
+import argparse
+from pathlib import Path
+
+from ..actions.render import render_picture
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `render`."""
+    parser.add_argument("-o", "--output", required=True, type=Path, metavar="PNG|EXR")
+    parser.add_argument("--engine", choices=("cycles", "eevee"), help="default: the file's own")
+    parser.add_argument("--samples", type=int, metavar="N")
+    parser.add_argument("--width", type=int, metavar="PIXELS")
+    parser.add_argument("--height", type=int, metavar="PIXELS")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """The `render` verb."""
+    size = {"width": arguments.width, "height": arguments.height}
+    render_picture(arguments.output, engine=arguments.engine, samples=arguments.samples, **size)

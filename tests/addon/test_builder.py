@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The node builder: a call that does not fit its node raises, and names the node and what it has."""
+
+import bpy
+import pytest
+
+
+@pytest.fixture
+def tree(addon, scene):
+    """A builder in a new group with two inputs and two outputs."""
+    group = bpy.data.node_groups.new("Built", "ShaderNodeTree")
+    socket = addon.interface.Socket
+    inputs, outputs = (
+        tuple(socket(name, "Float", "", 0.0) for name in names) for names in (("Half Angle", "IOR"), ("Sum", "Product"))
+    )
+    addon.interface.add_interface(group, inputs, outputs)
+    return addon.builder.Tree(group)
+
+
+def test_group_inputs_and_outputs_by_name(tree):
+    inputs = tree.inputs()
+    assert list(inputs) == ["Half Angle", "IOR"]
+    tree.output(inputs["Half Angle"] + inputs["IOR"], inputs["Half Angle"] * 2.0)
+    outer = type(tree)(bpy.data.node_groups.new("Outer", "ShaderNodeTree"))
+    outputs = outer.group(tree.tree, {"Half Angle": 0.5, "IOR": 1.5}, label="Inner")
+    assert list(outputs) == ["Sum", "Product"]
+    (node,) = outer.tree.nodes
+    assert (node.label, node.inputs["Half Angle"].default_value, node.inputs["IOR"].default_value) == (
+        "Inner",
+        0.5,
+        1.5,
+    )
+
+
+def test_an_input_that_the_group_does_not_have(tree):
+    outer = type(tree)(bpy.data.node_groups.new("Outer", "ShaderNodeTree"))
+    with pytest.raises(TypeError, match="ShaderNodeGroup of 'Built': no input 'Half_Angle' among .* Half Angle, IOR"):
+        outer.group(tree.tree, {"Half_Angle": 0.5})
+
+
+def test_an_output_that_the_group_does_not_have(tree):
+    outer = type(tree)(bpy.data.node_groups.new("Outer", "ShaderNodeTree"))
+    with pytest.raises(KeyError, match="Summ"):
+        outer.group(tree.tree)["Summ"]
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_outputs_of_another_number(tree, count):
+    with pytest.raises(TypeError, match=f"NodeGroupOutput: {count} values for the sockets Sum, Product"):
+        tree.output(*[1.0] * count)
+
+
+def test_too_many_inputs(tree):
+    with pytest.raises(TypeError, match="ShaderNodeMixShader: 4 inputs for the sockets Fac, Shader, Shader|Factor"):
+        tree.node("ShaderNodeMixShader", 0.5, 0.5, 0.5, 0.5)
+
+
+def test_more_inputs_than_an_operation_takes(tree):
+    """Blender keeps the third socket of a Math node and switches it off."""
+    with pytest.raises(TypeError, match="ShaderNodeMath: 2 inputs for the sockets Value"):
+        tree.math("SQRT", 2.0, 3.0)
+    with pytest.raises(TypeError, match="ShaderNodeMath: 3 inputs for the sockets Value, Value"):
+        tree.math("ADD", 1.0, 2.0, 3.0)
+
+
+def test_a_setting_that_the_node_does_not_know(tree):
+    with pytest.raises(TypeError, match="ShaderNodeMath: it has no setting 'opperation'"):
+        tree.node("ShaderNodeMath", 1.0, 2.0, opperation="ADD")
+
+
+def test_a_response_is_asked_only_for_what_it_has(addon, tree):
+    """The question has more sockets than this response, which passes over the others by name."""
+    response = addon.response
+    group = bpy.data.node_groups.new("Answer", "ShaderNodeTree")
+    addon.interface.add_interface(group, (response.IOR,), response.ONE_RADIANCE)
+    made = response.Response(group)
+    assert made.inputs == (response.IOR,)
+    answer = made.to_lamp(tree, dict.fromkeys(response.QUESTION, 1.25))
+    assert answer.coarser is None
+    (node,) = tree.tree.nodes
+    assert node.inputs["IOR"].default_value == 1.25
+    assert response.response_in(tree.tree).group == group

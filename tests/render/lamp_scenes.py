@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Scenes of a plane under two lamps, as they are and as they become, and how their pictures are compared."""
+
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+
+from .conftest import Stage, clear
+
+PIXELS = 32
+ENGINES = ["cycles", "eevee"]
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """What an artist sets of a lamp."""
+
+    kind: str
+    location: tuple = (0, 0, 1)
+    to: tuple = (0, 0, 1)
+    settings: dict = field(default_factory=dict)
+
+
+BEFORE = {
+    "Sun": Lamp("SUN", to=(0.1, 0.3, 1), settings={"energy": 1.0, "angle": 0.0}),
+    "Point": Lamp("POINT", (0.5, 0.8, 0.9), settings={"energy": 30.0, "shadow_soft_size": 0.0}),
+}
+AFTER = {
+    "Sun": Lamp("SUN", to=(0.4, -0.2, 1), settings={"energy": 2.5, "angle": 0.01, "color": (1.0, 0.7, 0.4)}),
+    "Point": Lamp(
+        "POINT", (-0.7, -0.9, 1.3), settings={"energy": 55.0, "shadow_soft_size": 0.01, "color": (0.3, 0.6, 1.0)}
+    ),
+}
+
+
+def add_lamps(stage, lamps):
+    for name, lamp in lamps.items():
+        stage.lamp(lamp.kind, lamp.location, lamp.to, name=name, **lamp.settings)
+
+
+def change(lamps):
+    """Change the file's lamps of these names, as an artist would: no lamp is made anew."""
+    from mathutils import Vector
+
+    for name, lamp in lamps.items():
+        made = bpy.data.objects[name]
+        made.location = lamp.location
+        made.rotation_euler = Vector(lamp.to).to_track_quat("Z", "Y").to_euler()
+        for key, value in lamp.settings.items():
+            setattr(made.data, key, value)
+
+
+def add_camera(stage):
+    stage.camera((0.1, -0.4, 0.9), (0.05, 0, 0), angle=np.radians(80))
+
+
+def add_plane(name="Plane"):
+    """A plane; nothing else is selected."""
+    bpy.ops.mesh.primitive_plane_add(size=2)
+    bpy.context.object.name = name
+    return bpy.context.object
+
+
+def add_grating(stage, path, name="blazed"):
+    gratings = stage.scene.natural_gratings
+    grating = gratings.items.add()
+    grating.name, grating.bake_path = name, str(path)
+    gratings.active_index = len(gratings.items) - 1
+    return grating
+
+
+def build(stage, path, lamps):
+    """Make plane, camera and lamps, and put the grating on the plane by its button; the plane."""
+    plane = add_plane()
+    add_camera(stage)
+    add_lamps(stage, lamps)
+    add_grating(stage, path)
+    assert bpy.ops.grating.assign() == {"FINISHED"}
+    return plane
+
+
+_truths = {}
+
+
+def truth(stage, path, lamps, engine):
+    """The picture of a scene that was made with these lamps. The stage is empty afterwards."""
+    key = (engine, repr(lamps))
+    if key not in _truths:
+        build(stage, path, lamps)
+        _truths[key] = stage.rgb(engine, PIXELS)
+        clear(stage.addon, stage.scene)
+    return _truths[key]
+
+
+def agree(picture, wanted):
+    """The pictures show the same scene, by the same renderer and without noise. Lamps may be summed in another order,
+    which rounds float32 sums of some tens of terms differently. EEVEE truncates to half floats: one step is 2^-10 of a
+    value."""
+    assert wanted.max() > 0.05
+    differ = np.ptp(wanted.reshape(-1, 3), axis=0)
+    assert differ.min() > 0.01, "a flat picture proves nothing"
+    np.testing.assert_allclose(picture, wanted, rtol=2**-9, atol=1e-5 * wanted.max())
+
+
+def differs(picture, other):
+    assert np.abs(picture - other).max() > 0.05 * other.max()
+
+
+def now(stage):
+    """The stage over the scene that is open now."""
+    return Stage(stage.addon, stage.folder, bpy.context.scene)
+
+
+def save(stage, name="scene"):
+    path = stage.folder / f"{name}.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return path
+
+
+def keep_from(lamp, mesh, state="EXCLUDE"):
+    """Light linking: the lamp's receivers, with one mesh."""
+    receivers = bpy.data.collections.new("Receivers")
+    receivers.objects.link(mesh)
+    receivers.collection_objects[0].light_linking.link_state = state
+    lamp.light_linking.receiver_collection = receivers

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Diffraction that is appended or linked from another file, lit by the lamps of the file that it comes to.
+
+Each picture is compared with that of a scene that was made with those lamps.
+"""
+
+import bpy
+import pytest
+
+from .conftest import clear
+from .lamp_scenes import (
+    AFTER,
+    BEFORE,
+    PIXELS,
+    Lamp,
+    add_camera,
+    add_lamps,
+    add_plane,
+    agree,
+    build,
+    change,
+    differs,
+    keep_from,
+    now,
+    save,
+    truth,
+)
+
+
+def library(stage, path, lamps=2, unlinked=False):
+    """A file whose plane is lit by other lamps; not by the first, if `unlinked`. Its path."""
+    others = {"A": Lamp("SUN", to=(0, 0.5, 1)), "B": Lamp("SUN", to=(0.5, 0, 1))}
+    plane = build(stage, path, dict(list(others.items())[:lamps]))
+    collection = bpy.data.collections.new("Held")
+    stage.scene.collection.children.link(collection)
+    collection.objects.link(plane)
+    stage.scene.collection.objects.unlink(plane)
+    if unlinked:
+        keep_from(bpy.data.objects["A"], plane)
+        bpy.ops.grating.update_lights()
+    return save(stage, "library")
+
+
+def other_file(stage, lamps=AFTER):
+    """Another file with lamps and a camera, and nothing of the extension's."""
+    bpy.ops.wm.read_homefile(use_empty=True)
+    made = now(stage)
+    clear(made.addon, made.scene)
+    add_camera(made)
+    add_lamps(made, lamps)
+    return made
+
+
+def bring_by_operator(path, kind, name, link):
+    bring = bpy.ops.wm.link if link else bpy.ops.wm.append
+    settings = {"instance_collections": False} if kind == "Collection" else {}
+    bring(filepath=f"{path}/{kind}/{name}", directory=f"{path}/{kind}/", filename=name, **settings)
+
+
+def bring_by_script(path, kind, name, link):
+    members = {"Object": "objects", "Collection": "collections", "Material": "materials"}[kind]
+    with bpy.data.libraries.load(str(path), link=link) as (_, target):
+        setattr(target, members, [name])
+    (made,) = getattr(target, members)
+    if kind == "Object":
+        bpy.context.scene.collection.objects.link(made)
+    if kind == "Collection":
+        bpy.context.scene.collection.children.link(made)
+    return made
+
+
+LINK = pytest.mark.parametrize("link", [False, True], ids=["append", "link"])
+
+
+@pytest.mark.parametrize(
+    ("bring", "engine"), [(bring_by_operator, "cycles"), (bring_by_operator, "eevee"), (bring_by_script, "cycles")]
+)
+@LINK
+@pytest.mark.parametrize("kind", ["Object", "Collection"])
+def test_brought_into_another_file(files, baked, bring, engine, kind, link):
+    wanted = truth(files, baked[0], AFTER, engine)
+    path = library(files, baked[0])
+    made = other_file(files)
+    bring(path, kind, "Held" if kind == "Collection" else "Plane", link)
+    agree(made.rgb(engine, PIXELS), wanted)
+    change(BEFORE)
+    differs(made.rgb(engine, PIXELS), wanted)
+
+
+@LINK
+def test_a_material_brought_into_another_file(files, baked, link):
+    wanted = truth(files, baked[0], AFTER, "cycles")
+    path = library(files, baked[0])
+    made = other_file(files)
+    add_plane()
+    material = bring_by_script(path, "Material", "Diffraction blazed", link)
+    bpy.context.object.data.materials.append(material)
+    agree(made.rgb("cycles", PIXELS), wanted)
+
+
+def test_an_appended_material_learns_of_more_lamps(files, baked):
+    wanted = truth(files, baked[0], AFTER, "cycles")
+    path = library(files, baked[0], lamps=1)
+    made = other_file(files)
+    bring_by_operator(path, "Object", "Plane", link=False)
+    agree(made.rgb("cycles", PIXELS), wanted)
+
+
+@LINK
+def test_the_light_linking_of_another_file_stays_there(files, baked, link):
+    """The plane is lit by the first lamp here, though the first lamp there was kept from it."""
+    wanted = truth(files, baked[0], AFTER, "cycles")
+    path = library(files, baked[0], unlinked=True)
+    made = other_file(files)
+    made.addon.follow.follow_lamps(made.scene)
+    bring_by_operator(path, "Object", "Plane", link)
+    agree(made.rgb("cycles", PIXELS), wanted)
+
+
+def test_a_linked_material_of_fewer_lamps_says_so(files, baked, capfd):
+    """A linked group cannot grow: its file had one lamp, this scene has two."""
+    path = library(files, baked[0], lamps=1)
+    other_file(files)
+    bring_by_operator(path, "Object", "Plane", link=True)
+    assert bpy.ops.grating.update_lights() == {"FINISHED"}
+    said = capfd.readouterr()
+    assert "Diffraction blazed: linked, it knows 1 of 2 lamps" in said.out + said.err
