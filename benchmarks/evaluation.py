@@ -20,10 +20,10 @@ from benchmarks import evaluation_page, terms
 from precompute.bake.ensemble import plan
 from precompute.colour.observer import wavelengths
 from precompute.methods.method import Settings
-from precompute.methods.registry import METHODS
+from precompute.methods.registry import DEFAULT_METHODS, METHODS
 from precompute.study import brdf_map, evaluation, evaluation_plot, slits
 from precompute.study.colour_comparison import compare_bake
-from precompute.study.response import WINDOW, first_order_plane, response
+from precompute.study.response import WINDOW, FirstOrder, first_order_plane, response
 from precompute.surface.height_map import HeightMap
 from precompute.surface.readers.registry import read_height_map
 from precompute.surface.relief import Relief, prepare
@@ -140,7 +140,7 @@ def draw_maps(wanted: dict[str, list[Map]], reliefs: dict[str, Relief], folder: 
         theta_i = np.radians(one.theta_i_deg)
         if one.method == "reference":
             sigma_b = plan(relief).sigma_b
-            xyz = brdf_map.from_reference(relief, sigma_b, PIXELS, theta_i, 5e-9)
+            xyz = brdf_map.from_reference(relief, sigma_b, PIXELS, theta_i=theta_i, step_m=5e-9)
         else:
             key = one.surface, one.method, tuple(one.changes.items())
             if key not in built:
@@ -165,19 +165,19 @@ def blaze_rows(surface: HeightMap) -> list[Row]:
     """Every method on the blaze, and light from the other side."""
     thesis = {"flss": "2499.997 / 0.377", "nmm": "2499.997 / 0.377"}
     relief, other = prepare(surface), prepare(evaluation.turned(surface, 0))
-    settings = evaluation.thesis_settings(period_m=2.5e-6)
+    settings, first_order = evaluation.thesis_settings(period_m=2.5e-6), FirstOrder(THETA_I, 2.5e-6)
     rows = [
-        Row(name, evaluation.evaluate_method(name, relief, settings, THETA_I, 2.5e-6), thesis.get(name, ""))
-        for name in evaluation.DEFAULT_METHODS
+        Row(name, evaluation.evaluate_method(name, relief, settings, first_order=first_order), thesis.get(name, ""))
+        for name in DEFAULT_METHODS
     ]
     texels = replace(settings, texels=21)
     rows += [
         Row(
             "pq, 21 x 21 texels",
-            evaluation.evaluate_method("pq", prepare(blazed(rows=64)), texels, THETA_I, 2.5e-6),
+            evaluation.evaluate_method("pq", prepare(blazed(rows=64)), texels, first_order=first_order),
             "2502.428 / 0.390",
         ),
-        Row("flss, light from +T", evaluation.evaluate_method("flss", other, settings, THETA_I, 2.5e-6)),
+        Row("flss, light from +T", evaluation.evaluate_method("flss", other, settings, first_order=first_order)),
     ]
     return rows  # fmt: skip
 
@@ -190,9 +190,11 @@ def elaphe_rows(surface: HeightMap) -> list[Row]:
     settings = evaluation.thesis_settings(period_m=around)
 
     def row(label, name, what, settings, thesis=""):
-        return Row(label, evaluation.evaluate_method(name, what, settings, THETA_I, around), thesis)
+        return Row(
+            label, evaluation.evaluate_method(name, what, settings, first_order=FirstOrder(THETA_I, around)), thesis
+        )
 
-    rows = [row(name, name, relief, settings, thesis.get(name, "")) for name in evaluation.DEFAULT_METHODS]
+    rows = [row(name, name, relief, settings, thesis.get(name, "")) for name in DEFAULT_METHODS]
     told = replace(settings, period_m=THESIS_ELAPHE_M)
     rows += [
         row("nmm, told 1144.26 nm", "nmm", relief, told, thesis["nmm"]),
@@ -221,11 +223,11 @@ def xenopeltis_rows(surface: HeightMap) -> list[Row]:
     """In the plane along the fingers; Taylor in float64, as float32 cannot hold 819 nm."""
     relief = prepare(evaluation.turned(surface, 90))
     around = grating_period(relief)
-    settings = evaluation.thesis_settings(period_m=around, dtype=np.float64)
+    settings, first_order = evaluation.thesis_settings(period_m=around, dtype=np.float64), FirstOrder(THETA_I, around)
     thesis = {"flss": "1552.27 / 0.45"}
     return [
-        Row(name, evaluation.evaluate_method(name, relief, settings, THETA_I, around), thesis.get(name, ""))
-        for name in evaluation.DEFAULT_METHODS
+        Row(name, evaluation.evaluate_method(name, relief, settings, first_order=first_order), thesis.get(name, ""))
+        for name in DEFAULT_METHODS
         if name != "stam"
     ]
 
@@ -251,7 +253,7 @@ def patch_spread(surface: HeightMap, parts: int = 3) -> list[float]:
         piece = replace(surface, height_m=surface.height_m[y : y + rows, x : x + cols], periodic=False)
         relief = prepare(piece)
         settings = evaluation.thesis_settings(coherence_length_m=relief.size_m[1])
-        one = evaluation.evaluate_method("chebyshev", relief, settings, THETA_I, around)
+        one = evaluation.evaluate_method("chebyshev", relief, settings, first_order=FirstOrder(THETA_I, around))
         found.append(one.as_dict()["period_mean_nm"])
     return found
 
@@ -320,7 +322,7 @@ def main(argv: list[str] | None = None) -> None:
     for name, rows in tables.items():
         azimuth = 90 if name == "xenopeltis" else 180
         relief = prepare(evaluation.turned(surfaces[name], azimuth))
-        bakes[name] = compare_bake(relief, Settings(), THETA_I, rows[0].evaluation.expected_m)
+        bakes[name] = compare_bake(relief, Settings(), FirstOrder(THETA_I, rows[0].evaluation.expected_m))
         plain = [row.evaluation for row in rows if row.label in METHODS]
         plots[name] = images / f"response-{name}.png"
         evaluation_plot.plot(plots[name], plain)

@@ -111,8 +111,10 @@ def compare(grating: Grating, **accuracy: int) -> Row:
     """Scalar theory against RCWA; accuracy: parts and extra of reflected()."""
     powers = reflected(grating, **accuracy)
     rigorous = fractions(powers)
-    metres = (grating.period * 1e-6, grating.depth * 1e-6, 1e-6)
-    scalar = efficiencies(grating.kind, *metres, np.radians(grating.theta_deg), _COMPARED)
+    scalar = efficiencies(
+        grating.kind, period_m=grating.period * 1e-6, depth_m=grating.depth * 1e-6, wavelength_m=1e-6,
+        theta_i=np.radians(grating.theta_deg), orders=_COMPARED,
+    )  # fmt: skip
     difference = max(abs(rigorous[one.order] - one.computed) for one in scalar)
     return Row(grating, difference, float(powers[:, :-1].sum() / fresnel(grating.theta_deg).sum()))
 

@@ -158,7 +158,7 @@ def test_maps_in_both_forms(bakes):
     """The conserving map is Stam's over the limit of the light's and the view's direction."""
     baked, _ = bakes["binary"]
     theta = np.radians(75)
-    stam, conserving = (brdf_map.from_bake(baked, 32, theta, form) for form in (False, True))
+    stam, conserving = (brdf_map.from_bake(baked, 32, theta, conserving=form) for form in (False, True))
     wi, wr, inside = brdf_map.view_hemisphere(32, theta)
     limit = np.maximum(baked.albedo_bound_at(wi), baked.albedo_bound_at(wr[inside]))
     assert limit.max() > 1.2

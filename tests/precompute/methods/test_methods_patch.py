@@ -9,7 +9,8 @@ from precompute.colour.observer import S_MAX, observer
 from precompute.methods import chebyshev_series, exact, flss, nmm, pq
 from precompute.methods.method import Settings
 from precompute.methods.registry import METHODS
-from precompute.methods.term_images import left_out
+from precompute.methods.windowed_images import left_out
+from precompute.reference.patch import PatchReference
 from precompute.spectra.patch_window import PatchWindow
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
@@ -78,11 +79,11 @@ def test_the_power_over_the_nyquist_cell_is_one():
 
 def test_a_line_grating_takes_the_short_way_to_the_same_end():
     relief = prepare(blazed(periods=2, rows=40))
-    patch = exact.build_patch(relief, Settings(coherence_length_m=4e-6))
+    reference = PatchReference(exact.build_patch(relief, Settings(coherence_length_m=4e-6)).window)
     u, v, w, lam = places(20)
     args = v / lam, u / lam, w / lam
-    long = patch._sums(*args)
-    assert np.abs(patch._line_sums(*args) - long).max() <= 1e-11 * np.abs(long).max()
+    long = reference._sums(*args)
+    assert np.abs(reference._line_sums(*args) - long).max() <= 1e-11 * np.abs(long).max()
 
 
 # FLSS and Chebyshev
@@ -156,7 +157,7 @@ def test_the_automatic_terms_keep_their_promise(z):
 
 @pytest.mark.parametrize(("relief_nm", "terms"), [(150, 8), (400, 13), (1000, 25), (2000, 43)])
 def test_chebyshev_terms_of_the_design(relief_nm, terms):
-    """DESIGN 2 counts the highest order: 7, 12, 24, 42 for an rms error of 1e-3 at 380 nm."""
+    """docs/theory.md counts the highest order: 7, 12, 24, 42 for an rms error of 1e-3 at 380 nm."""
     from benchmarks import terms as benchmark
 
     errors = benchmark.SERIES[2].curve(relief_nm * 1e-9, np.float32)

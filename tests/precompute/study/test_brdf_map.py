@@ -65,7 +65,7 @@ def test_a_pixel_is_a_direction(size):
 
 def test_the_mirror_image_of_the_light_lies_towards_x():
     size = 60
-    xyz = from_reference(mirror(), SIGMA_B, size, THETA, 100e-9)
+    xyz = from_reference(mirror(), SIGMA_B, size, theta_i=THETA, step_m=100e-9)
     # To half a pixel; the kernel's peak is symmetric but for Fresnel, which moves it by sigma^2 R'/R, here 0.003.
     assert place(luminance(xyz), size) == pytest.approx((np.sin(THETA), 0), abs=1.5 / size)
 
@@ -80,7 +80,7 @@ def test_the_exact_map_is_the_reference(theta_i):
     peak. In Stam's form: of the other, test_albedo.py tells."""
     size = 40
     relief = skin()
-    xyz = from_reference(relief, SIGMA_B, size, theta_i, STEP_M, conserving=False)
+    xyz = from_reference(relief, SIGMA_B, size, theta_i=theta_i, step_m=STEP_M, conserving=False)
     wi, wr, inside = view_hemisphere(size, theta_i)
     pixels = np.random.default_rng(0).permutation(np.argwhere(inside))[:20]
     for row, col in pixels:
@@ -96,7 +96,7 @@ def test_the_exact_map_is_the_reference(theta_i):
 
 def test_a_mirror_is_white_everywhere():
     """R times the kernel, of one colour: a rounding."""
-    xyz = from_reference(mirror(), 0.3, 24, THETA, 50e-9)
+    xyz = from_reference(mirror(), 0.3, 24, theta_i=THETA, step_m=50e-9)
     seen = xyz[np.isfinite(xyz[..., 1])]
     np.testing.assert_allclose(seen / seen[:, 1:2], np.tile(white_xyz(), (len(seen), 1)), rtol=1e-11)
 
@@ -111,7 +111,7 @@ def test_the_map_of_a_bake_has_the_colours_of_the_reference():
     table = bake(relief, BakeRequest(coherence_length_m=COHERENCE_M))
     assert table.sigma_b == pytest.approx(SIGMA_B, rel=1e-4)
     for theta_i in (0.0, THETA):
-        exact = from_reference(relief, table.sigma_b, size, theta_i, 5e-9)
+        exact = from_reference(relief, table.sigma_b, size, theta_i=theta_i, step_m=5e-9)
         baked = from_bake(table, size, theta_i)
         np.testing.assert_array_equal(np.isnan(exact), np.isnan(baked))
         seen = np.isfinite(exact[..., 1])
@@ -152,7 +152,7 @@ def test_facets_send_light_down_their_slope(method, along_b):
         if method == "bake":
             image = luminance(from_bake(table, size, theta_i))
         else:
-            image = luminance(from_reference(relief, table.sigma_b, size, theta_i, 20e-9))
+            image = luminance(from_reference(relief, table.sigma_b, size, theta_i=theta_i, step_m=20e-9))
         x, y = place(image, size)
         order = np.array([0, -0.37] if along_b else [-0.37, 0])
         assert (x, y) == pytest.approx((np.sin(theta_i), 0) + order, abs=0.06)
@@ -214,5 +214,5 @@ def test_linear_rgb_is_rec_709():
 
 def test_progress_is_told_for_each_wavelength():
     told = []
-    from_reference(mirror(), 0.3, 8, 0.0, 100e-9, tick=lambda done, total: told.append((done, total)))
-    assert told == [(k + 1, 5) for k in range(5)]
+    from_reference(mirror(), 0.3, 8, theta_i=0.0, step_m=100e-9, progress=lambda *each: told.append(each))
+    assert told == [("reference", (k + 1) / 5) for k in range(5)]
