@@ -22,8 +22,8 @@ from ..table.table import Table
 
 # Tolerance of the interpolation in s, finer than a picture can show; a test holds it against the reference.
 _EXACT = 1e-9
-# Directions that are evaluated at once. For a bake they fit the cache of a core; for a method, the texels that it gathers
-# stay within some tens of megabytes.
+# Directions that are evaluated at once. For a bake they fit the cache of a core. For a method, the texels that it
+# gathers stay within some tens of megabytes.
 _PIXELS, _METHOD_PIXELS = 16384, 8192
 # exp(-8.5^2 / 2) = 2e-16: past it nothing of the zero order is left.
 _KERNEL_SEEN = 8.5

@@ -8,9 +8,9 @@ It compares the spectrum without a window, at R = O = 1, each order m at its own
     blazed       sinc(w depth / lambda + m)^2                                          phi = 2 pi w depth / lambda
 
 (Goodman, Introduction to Fourier Optics, 4.4; all are |c_m|^2 of the Fourier series of exp(-i phi h / depth)). The
-profiles are sampled at the middles of N equal parts of one period. A jump of the profile then falls between two samples,
-so that the discrete sum is the mid-point rule of the Fourier integral, whose error falls as 1 / N^2. The sinusoidal
-profile is smooth and periodic, and its error is that of rounding.
+profiles are sampled at the middles of N equal parts of one period. A jump then falls between two samples, so that the
+discrete sum is the mid-point rule of the Fourier integral, whose error falls as 1 / N^2. The sinusoidal profile is
+smooth and periodic, and its error is that of rounding.
 """
 
 from dataclasses import dataclass

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which period a method's colours imply (thesis Algorithm 6).
 
-For each wavelength the peak in u is found by a parabola through the logarithms of the highest sample and its neighbours,
+The peak in u of each wavelength is found by a parabola through the logarithms of the highest sample and its neighbours,
 which is exact for a Gaussian order. The period is then lambda / |u_peak|.
 """
 
@@ -65,7 +65,7 @@ class Evaluation:
         return first_order_angle(self.plane.theta_i, self.lambdas_m, self.expected_m)
 
     def as_dict(self) -> dict[str, float]:
-        """Ready for JSON: mean and population variance of the periods in nanometres, rms error of the angles in degrees."""
+        """Ready for JSON: mean and population variance of the periods in nm, rms error of the angles in degrees."""
         off = np.degrees(self.peak_angles - self.expected_angles)
         return {
             "period_mean_nm": float(np.mean(self.periods_m) * 1e9),
