@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""docs/evaluation.md: the thesis's figures and ours, every picture and number of the page from this one command.
+"""docs/evaluation.md: the results of the thesis beside ours. This command makes every picture and number of the page.
 
     python -m benchmarks evaluation [--output docs] [--shared DIR]
 
-With the folder of real scans (DIR, by default ../shared/data beside the repository) the Elaphe scan is used, and sheets
-with the thesis's own pictures beside ours go to OUTPUT/thesis_comparison, which is not committed. Without it the
-sample surfaces stand in.
+With the folder of real scans (DIR, by default shared/data beside the repository) it uses the scan of Elaphe, and writes
+sheets with the thesis's pictures beside ours into OUTPUT/thesis_comparison, which is not committed. Without the folder
+the sample surfaces stand in.
 """
 
 import argparse
@@ -42,7 +42,8 @@ INCIDENCES_DEG = (0, 10, 20)
 
 @dataclass(frozen=True)
 class Map:
-    """One BRDF map of the page: file stem, caption, what makes it, and the thesis's picture of the same, if any."""
+    """One BRDF map of the page: the stem of its file, its caption, the surface, method and settings that make it, and
+    the name of the thesis's picture of the same, if there is one."""
 
     name: str
     caption: str
@@ -56,7 +57,7 @@ class Map:
 
 @dataclass(frozen=True)
 class Row:
-    """One line of a table: what was evaluated, and the thesis's mean and variance in nm, if it has any."""
+    """One line of a table: an evaluation, and the mean and variance in nm that the thesis gives, if it does."""
 
     label: str
     evaluation: evaluation.Evaluation
@@ -152,12 +153,12 @@ def draw_maps(wanted: dict[str, list[Map]], reliefs: dict[str, Relief], folder: 
 
 
 def coarser(picture: np.ndarray) -> np.ndarray:
-    """8-bit code values in steps of 4, which no eye sees in speckle; the files are a third smaller."""
+    """A picture with its 8-bit values in steps of 4, which no eye sees in speckle. The files are a third smaller."""
     return np.minimum(np.rint(picture / 4) * 4, 255).astype(np.uint8)
 
 
 def save_small(picture: Image.Image, path: Path) -> None:
-    """A plot in 255 colours of its own: a third of the bytes. A map's colours would show it."""
+    """Write a plot in a palette of 255 colours, a third of the bytes. A map would show the palette."""
     picture.convert("RGB").quantize(255, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE).save(path, optimize=True)
 
 
@@ -183,7 +184,8 @@ def blaze_rows(surface: HeightMap) -> list[Row]:
 
 
 def elaphe_rows(surface: HeightMap) -> list[Row]:
-    """Every method on Elaphe; then what one patch's speckle and the way it is cut do to the period."""
+    """Every method on Elaphe, then variations that show how the speckle of one patch, and the way it is cut out, change
+    the period."""
     thesis = {"flss": "1144.262 / 0.401", "nmm": "1144.179 / 0.677", "pq-printed": "1052.308 / 49.7"}
     relief, other = prepare(surface), prepare(evaluation.turned(surface, 0))
     around = grating_period(relief)
@@ -220,7 +222,8 @@ def as_the_thesis_cuts(relief: Relief) -> Relief:
 
 
 def xenopeltis_rows(surface: HeightMap) -> list[Row]:
-    """In the plane along the fingers; Taylor in float64, as float32 cannot hold 819 nm."""
+    """Every method in the plane along the fingers. Taylor is in float64, because float32 cannot hold 819 nm of
+    relief."""
     relief = prepare(evaluation.turned(surface, 90))
     around = grating_period(relief)
     settings, first_order = evaluation.thesis_settings(period_m=around, dtype=np.float64), FirstOrder(THETA_I, around)
@@ -244,7 +247,8 @@ def grid_variance(surface: HeightMap, step_deg: float) -> float:
 
 
 def patch_spread(surface: HeightMap, parts: int = 3) -> list[float]:
-    """Periods in nm that FLSS's reference sums find in parts x parts pieces of a scan, 65 / parts um each."""
+    """Periods in nm that FLSS over Chebyshev images finds in parts x parts pieces of a scan, each 65 / parts um
+    long."""
     rows, cols = (n // parts for n in surface.height_m.shape)
     around = grating_period(prepare(surface))
     found = []
@@ -259,7 +263,7 @@ def patch_spread(surface: HeightMap, parts: int = 3) -> list[float]:
 
 
 def sheets(wanted: dict[str, list[Map]], images: Path, shared: Path, folder: Path) -> None:
-    """Ours above, the thesis's below, for each section that has pictures of the thesis."""
+    """Write a sheet for each section that has pictures of the thesis, our maps above those of the thesis."""
     folder.mkdir(parents=True, exist_ok=True)
     figures = shared / "thesis_figures"
     for name, group in wanted.items():
@@ -278,7 +282,7 @@ def sheets(wanted: dict[str, list[Map]], images: Path, shared: Path, folder: Pat
 
 
 def on_white(path: Path, pixels: int) -> Image.Image:
-    """A picture with transparency, over white, in a square."""
+    """A picture with transparency, over white, resized to a square."""
     picture = Image.open(path).convert("RGBA")
     white = Image.new("RGBA", picture.size, "white")
     white.alpha_composite(picture)
@@ -286,7 +290,7 @@ def on_white(path: Path, pixels: int) -> Image.Image:
 
 
 def response_sheets(plots: dict[str, Path], shared: Path, folder: Path) -> None:
-    """Our response plots above the thesis's of the same surface."""
+    """Write sheets with our response plots above those of the thesis for the same surface."""
     for name, plot in plots.items():
         theirs = sorted((shared / "thesis_figures").glob(f"evaluation__verification__*_{name}.png"))
         if not theirs:
