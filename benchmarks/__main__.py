@@ -26,7 +26,8 @@ def main(argv: list[str]) -> int:
         print(f"error: {argv[0]}: no such benchmark; choose one of {', '.join(mains)}", file=sys.stderr)
         return 2
     for name in argv[:1] or mains:
-        print(f"{name}:", flush=True)
+        if not argv:
+            print(f"{name}:", flush=True)
         mains[name](argv[1:])
     return 0
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks import report
 from precompute.bake.ensemble import bake
 from precompute.colour.observer import WAVELENGTH_MIN_M
 from precompute.reference.ensemble import reference_grid
@@ -109,14 +110,18 @@ def main(argv: list[str] | None = None) -> None:
     """Print the table of the samples named."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("samples", nargs="*", default=list(SAMPLES), help="names of samples; default all")
-    for name in parser.parse_args(argv).samples:
+    report.add_json(parser)
+    arguments, facts = parser.parse_args(argv), {}
+    for name in arguments.samples:
         relief = prepare(make_sample(name))
         baked = atlas.unpack(*atlas.pack(bake(relief)))
         surface = surface_of(relief, baked.sigma_b)
         rows = [greatest(surface, [no_bound, baked.albedo_bound_at], theta) for theta in ANGLES_DEG]
-        print(f"{name:12}" + "".join(f"{theta:9g}" for theta in ANGLES_DEG))
-        for label, column in zip(("Stam", "conserving"), zip(*rows, strict=True), strict=True):
-            print(f"  {label:10}" + "".join(f"{value:9.4f}" for value in column), flush=True)
+        facts[name] = dict(zip(("Stam", "conserving"), np.transpose(rows).tolist(), strict=True))
+        report.say(f"{name:12}" + "".join(f"{theta:9g}" for theta in ANGLES_DEG), arguments.json)
+        for label, column in facts[name].items():
+            report.say(f"  {label:10}" + "".join(f"{value:9.4f}" for value in column), arguments.json)
+    report.write({"angles_deg": ANGLES_DEG, "albedo": facts}, arguments.json)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """docs/evaluation.md: the results of the thesis beside ours. This command makes every picture and number of the page.
 
-    python -m benchmarks evaluation [--output docs] [--shared DIR]
+    python -m benchmarks evaluation [--output docs] [--shared DIR] [--json FILE|-]
 
 With the folder of real scans (DIR, by default shared/data beside the repository) it uses the scan of Elaphe, and writes
 sheets with the thesis's pictures beside ours into OUTPUT/thesis_comparison, which is not committed. Without the folder
@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
-from benchmarks import evaluation_page, terms
+from benchmarks import evaluation_page, report, terms
 from benchmarks.evaluation_maps import COHERENCES_UM, Map, groups
 from precompute.bake.ensemble import plan
 from precompute.colour.observer import wavelengths
@@ -63,7 +63,7 @@ def height_maps(shared: Path) -> dict[str, HeightMap]:
     return surfaces
 
 
-def draw_maps(wanted: dict[str, list[Map]], reliefs: dict[str, Relief], folder: Path) -> None:
+def draw_maps(wanted: dict[str, list[Map]], reliefs: dict[str, Relief], folder: Path, target: str | None) -> None:
     """Write every map; a method that is asked for several pictures is built once."""
     built = {}
     for one in (one for group in wanted.values() for one in group):
@@ -80,7 +80,7 @@ def draw_maps(wanted: dict[str, list[Map]], reliefs: dict[str, Relief], folder: 
             xyz = brdf_map.from_method(built[key], PIXELS, theta_i)
         picture = brdf_map.picture(xyz, percentile=one.percentile)
         Image.fromarray(coarser(picture)).save(folder / f"{one.name}.png", optimize=True)
-        print(f"  {one.name}: {time.perf_counter() - started:.1f} s", flush=True)
+        report.say(f"  {one.name}: {time.perf_counter() - started:.1f} s", target)
 
 
 def coarser(picture: np.ndarray) -> np.ndarray:
@@ -241,6 +241,7 @@ def main(argv: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks evaluation", description="Makes docs/evaluation.md.")
     parser.add_argument("--output", type=Path, default=ROOT / "docs", metavar="DIR")
     parser.add_argument("--shared", type=Path, default=ROOT.parent / "shared" / "data", metavar="DIR")
+    report.add_json(parser)
     arguments = parser.parse_args(argv)
     started = time.perf_counter()
     images = arguments.output / "images" / "evaluation"
@@ -262,26 +263,28 @@ def main(argv: list[str] | None = None) -> None:
         plots[name] = images / f"response-{name}.png"
         evaluation_plot.plot(plots[name], plain)
         save_small(Image.open(plots[name]), plots[name])
-        print(f"  {name} evaluated, {time.perf_counter() - started:.0f} s", flush=True)
+        report.say(f"  {name} evaluated, {time.perf_counter() - started:.0f} s", arguments.json)
     facts = evaluation_page.Facts(
         scan=not surfaces["elaphe"].source.startswith("sample:"),
         tables=tables,
         bakes=bakes,
         grid_variance=grid_variance(surfaces["blaze"], 0.017),
         patches=patch_spread(surfaces["elaphe"]),
-        terms=terms.as_text(terms.table()),
+        terms=terms.table(),
     )
     terms.plot(images / "terms.png")
     save_small(Image.open(images / "terms.png"), images / "terms.png")
     slits.plot(images / "slits.png")
     wanted = groups()
-    draw_maps(wanted, {name: prepare(surface) for name, surface in surfaces.items()}, images)
+    draw_maps(wanted, {name: prepare(surface) for name, surface in surfaces.items()}, images, arguments.json)
     (arguments.output / "evaluation.md").write_text(evaluation_page.text(facts, wanted))
     if (arguments.shared / "thesis_figures").is_dir():
         comparison = arguments.output / "thesis_comparison"
         sheets(wanted, images, arguments.shared, comparison)
         response_sheets({"blazed": plots["blaze"], "elaphe": plots["elaphe"]}, arguments.shared, comparison)
-    print(f"{arguments.output / 'evaluation.md'}: {time.perf_counter() - started:.0f} s")
+    seconds = time.perf_counter() - started
+    report.say(f"{arguments.output / 'evaluation.md'}: {seconds:.0f} s", arguments.json)
+    report.write({**facts.as_dict(), "seconds": seconds}, arguments.json)
 
 
 if __name__ == "__main__":

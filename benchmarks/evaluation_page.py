@@ -6,20 +6,31 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from benchmarks import terms
+
 COLUMNS = 4
 
 
 @dataclass(frozen=True)
 class Facts:
     """What the page reports: whether Elaphe is the scan, rows by surface, the bakes' colours, the blaze's variance on a
-    bare grid, the periods of pieces of Elaphe in nm, the table of terms."""
+    bare grid, the periods of pieces of Elaphe in nm, the rows of the table of terms."""
 
     scan: bool
     tables: dict[str, list]
     bakes: dict
     grid_variance: float
     patches: list[float]
-    terms: str
+    terms: list[dict]
+
+    def as_dict(self) -> dict:
+        """For programs."""
+        rows = {
+            name: [{"label": row.label, "thesis": row.thesis, **row.evaluation.as_dict()} for row in table]
+            for name, table in self.tables.items()
+        }
+        bakes = {name: bake.as_dict() for name, bake in self.bakes.items()}
+        return {**vars(self), "tables": rows, "bakes": bakes}
 
 
 def text(facts: Facts, groups: dict) -> str:
@@ -68,7 +79,7 @@ def text(facts: Facts, groups: dict) -> str:
         TAYLOR if facts.scan else "",
         map_table(groups["half"]),
         HALF if facts.scan else "",
-        "```\n" + facts.terms + "\n```",
+        "```\n" + terms.as_text(facts.terms) + "\n```",
         "![Terms against error](images/evaluation/terms.png)",
         "## Angle of the light",
         map_table(groups["incidence"]),

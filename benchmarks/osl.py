@@ -2,7 +2,7 @@
 """The thesis's algorithms in OSL against the node group over the patch model's bake, both rendered by Cycles: colour
 differences and seconds.
 
-    python -m benchmarks osl [--pixels N] [--shared DIR]
+    python -m benchmarks osl [--pixels N] [--shared DIR] [--json FILE|-]
 
 A plane one metre under the camera, one sun, one sample a pixel. CIEDE2000 over the lit pixels, at the exposure that
 puts the 99th percentile of the other's Y at 1: of the node group against its table read by precompute, and of each
@@ -21,6 +21,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from benchmarks import report
 from devtools import EXTENSION, ROOT
 from devtools.extension import addon_modules, link_extension
 from precompute.bake.make import Made, make
@@ -235,6 +236,7 @@ def main(argv: list[str] | None = None) -> None:
     parser.add_argument("--pixels", type=int, default=48, metavar="N", help="a side; default 48")
     parser.add_argument("--shared", type=Path, default=ROOT.parent / "shared" / "data", metavar="DIR")
     parser.add_argument("--only", metavar="NAME", help="one of the surfaces")
+    report.add_json(parser)
     arguments = parser.parse_args(argv)
     scan = arguments.shared / "snake" / "elaphe_65um.png"
     surfaces = {"blazed": ("sample:blazed", None, None), "elaphe": (str(scan), 65.0, 375.0)}
@@ -246,6 +248,7 @@ def main(argv: list[str] | None = None) -> None:
     }
     if not scan.is_file():
         del surfaces["elaphe"]
+    facts = {}
     with tempfile.TemporaryDirectory() as folder:
         addon = start_blender(Path(folder))
         for surface, source in surfaces.items():
@@ -253,9 +256,18 @@ def main(argv: list[str] | None = None) -> None:
                 continue
             relief, view = prepare(read_height_map(*source)), views[surface]
             made = make([relief], BakeRequest(delta_e=0.5, needs=needs_of(view), model="patch"))
-            print(f"{surface}: bake of {made.table.tile}, {made.layout.terms} terms, dE00 p99 {made.errors.p99:.2f}")
+            one = facts[surface] = {
+                "tile": made.table.tile,
+                "terms": made.layout.terms,
+                "p99": made.errors.p99,
+                "rows": [],
+            }
+            head = f"{surface}: bake of {one['tile']}, {one['terms']} terms, dE00 p99 {one['p99']:.2f}"
+            report.say(head, arguments.json)
             for row in compare(addon, relief, made, view, Path(folder)):
-                print(as_text(row), flush=True)
+                one["rows"].append(row)
+                report.say(as_text(row), arguments.json)
+    report.write(facts, arguments.json)
 
 
 if __name__ == "__main__":

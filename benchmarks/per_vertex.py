@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Shading at the vertices against shading in each pixel, and frames at the vertices (thesis 4.5.1).
 
-    python -m benchmarks per_vertex [--output DIR] [--pixels 320]
+    python -m benchmarks per_vertex [--output DIR] [--pixels 320] [--json FILE|-]
 
 The sample snake, coarser and coarser; the whole answer worked out at its vertices and interpolated, as a per-vertex
 shader does, against the Diffraction group. Relative error of luminance over the pixels above 1 % of the brightest.
@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks import report
 from benchmarks.render_time import Studio
 from precompute.table import atlas_file
 from precompute.table.radiance import lamp_radiance
@@ -27,19 +28,24 @@ def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="benchmarks per_vertex", description=__doc__.splitlines()[0])
     parser.add_argument("--output", type=Path, metavar="DIR", help="where the pictures go")
     parser.add_argument("--pixels", type=int, default=320)
+    report.add_json(parser)
     arguments = parser.parse_args(argv)
+    rows = []
     with tempfile.TemporaryDirectory() as folder:
         studio = Studio(Path(folder), arguments.pixels)
         look(studio)
         table, _ = atlas_file.read(studio.bake)
-        print(f"{'vertices':>9}{'median':>9}{'p95':>9}")
+        report.say(f"{'vertices':>9}{'median':>9}{'p95':>9}", arguments.json)
         for rings, segments in MESHES:
             pixel, vertex = both(studio, table, rings, segments)
             error = relative_error(vertex, pixel)
-            print(f"{rings * segments:9}{np.median(error):9.1%}{np.percentile(error, 95):9.1%}", flush=True)
+            median, p95 = np.percentile(error, (50, 95)).tolist()
+            rows.append({"vertices": rings * segments, "median": median, "p95": p95})
+            report.say(f"{rings * segments:9}{median:9.1%}{p95:9.1%}", arguments.json)
             if arguments.output:
                 for name, picture in (("pixel", pixel), ("vertex", vertex)):
                     save(picture, arguments.output / f"per_{name}_{rings * segments}.png")
+    report.write({"rows": rows}, arguments.json)
     return 0
 
 
@@ -103,7 +109,7 @@ def vertex_material(studio: Studio, table):
     wr = np.einsum("nij,nj->ni", frame, to_camera / np.linalg.norm(to_camera, axis=1, keepdims=True))
     irradiance = np.broadcast_to(lamp.data.energy * np.array(lamp.data.color), wi.shape)
     radiance = np.ones((corners, 4), np.float32)
-    radiance[:, :3] = lamp_radiance(table, wi, wr, irradiance)
+    radiance[:, :3] = lamp_radiance(table, wi, wr, irradiance=irradiance)
     mesh.color_attributes.new("radiance", "FLOAT_COLOR", "CORNER").data.foreach_set("color", radiance.ravel())
 
     material = bpy.data.materials.new("Vertices")

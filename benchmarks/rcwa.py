@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Scalar efficiencies against rigorous coupled waves on keratin: where scalar theory holds.
 
-    python -m benchmarks rcwa [--output DIR]
+    python -m benchmarks rcwa [--output DIR] [--json FILE|-]
 
 Inkstone solves Maxwell's equations (Fourier modal method; 1D gratings, TE and TM apart). Of the packages that were
 tried it is the only one that conserved energy to 1e-10 everywhere: grcwa 0.1.2 reflected 285 times the light from a
@@ -17,11 +17,12 @@ import argparse
 import importlib.util
 import sys
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks import report
 from precompute.study.efficiency import PROFILES, efficiencies, profile
 
 PERIODS = (1.1, 1.5, 2.5, 3.5, 5.5, 10.5, 20.5)
@@ -209,13 +210,17 @@ def main(argv: list[str] | None = None) -> None:
     """Print the tables and the boundary; write rcwa.txt."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks rcwa", description=__doc__.splitlines()[0])
     parser.add_argument("--output", type=Path, default=Path("dist", "benchmarks"), metavar="DIR")
+    report.add_json(parser)
     arguments = parser.parse_args(argv)
     if importlib.util.find_spec("inkstone") is None:
         sys.exit("error: inkstone is not here; remedy: ./dev bench rcwa, in the environment py311-bpy45")
     arguments.output.mkdir(parents=True, exist_ok=True)
-    text = as_text(table(), convergence())
-    print(text)
+    rows, checked = table(), convergence()
+    text = as_text(rows, checked)
+    report.say(text, arguments.json)
     (arguments.output / "rcwa.txt").write_text(text + "\n")
+    finer = [{"grating": asdict(grating), "parts": parts, "orders": orders} for grating, parts, orders in checked]
+    report.write({"rows": [asdict(row) for row in rows], "finer": finer}, arguments.json)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 """Render time of Principled metal against Direct with one and three lamps, and the thesis's algorithms in OSL.
 
     python -m benchmarks render_time [--engine cycles --engine eevee] [--scene snake --scene sphere] [--pixels 192]
+        [--json FILE|-]
 
 All in one run. What a sample of a pixel costs, in processor time, is the least of `--repeat` renders with `--samples`
 samples less the least with a quarter of them, so that start-up, compiling and upload are left out; the materials take
@@ -22,6 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks import report
 from precompute.bake.output import bake_to_folder
 from precompute.bake.request import BakeRequest
 from precompute.colour.working_space import rgb_from_xyz
@@ -60,22 +62,26 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--samples", type=int, default=32)
     parser.add_argument("--repeat", type=int, default=5)
     parser.add_argument("--lamps", type=int, default=3, help="of the rows with several; 1: no such rows")
+    report.add_json(parser)
     arguments = parser.parse_args(argv)
+    tables = []
     with tempfile.TemporaryDirectory() as folder:
         studio = Studio(Path(folder), arguments.pixels)
         for engine in arguments.engine or ("cycles", "eevee"):
             for scene in arguments.scene or ("snake", "sphere"):
                 studio.build(scene)
-                measure(studio, engine, scene, arguments)
+                tables.append(measure(studio, engine, scene, arguments))
+    report.write({"tables": tables}, arguments.json)
     return 0
 
 
-def measure(studio: "Studio", engine: str, scene: str, arguments) -> None:
+def measure(studio: "Studio", engine: str, scene: str, arguments) -> dict:
     """One engine's and scene's tables."""
     import bpy
 
-    print(f"\n{engine}, {scene}, Blender {bpy.app.version_string}, {studio.pixels}^2 pixels")
-    print(f"{'material':34}{'us/sample':>11}{'to metal':>10}", flush=True)
+    facts = {"engine": engine, "scene": scene, "blender": bpy.app.version_string, "pixels": studio.pixels, "rows": []}
+    report.say(f"\n{engine}, {scene}, Blender {facts['blender']}, {studio.pixels}^2 pixels", arguments.json)
+    report.say(f"{'material':34}{'us/sample':>11}{'to metal':>10}", arguments.json)
     subjects = studio.subjects(engine, scene, arguments.lamps)
     rounds = []
     for _ in range(arguments.repeat):
@@ -85,30 +91,37 @@ def measure(studio: "Studio", engine: str, scene: str, arguments) -> None:
             rounds[-1].append(studio.spans(subject, engine, arguments.samples))
     metal = {}
     for subject, (fewer, more) in zip(subjects, np.min(rounds, axis=0), strict=True):
-        cost = 1e6 * (more - fewer)
+        cost = float(1e6 * (more - fewer))
         metal.setdefault(subject.lamps, cost)
-        print(f"{subject.name:34}{cost:11.3f}{cost / metal[subject.lamps]:10.2f}")
+        facts["rows"].append({"material": subject.name, "us": cost, "to_metal": cost / metal[subject.lamps]})
+        report.say(f"{subject.name:34}{cost:11.3f}{cost / metal[subject.lamps]:10.2f}", arguments.json)
     if engine == "cycles":
-        equal_error(studio, scene, arguments.lamps)
+        facts["equal_error"] = equal_error(studio, scene, arguments)
+    return facts
 
 
-def equal_error(studio: "Studio", scene: str, lamps: int) -> None:
+def equal_error(studio: "Studio", scene: str, arguments) -> dict:
     """RMSE over the picture's mean at several samples, and Direct's samples for the metal's RMSE at the most of them,
     noise falling with the root of their number."""
     counts = (4, 16, 64)
-    print(f"{'RMSE over the mean, at samples':34}" + "".join(f"{count:10}" for count in counts))
+    facts = {"samples": counts, "rmse": {}}
+    report.say(f"{'RMSE over the mean, at samples':34}" + "".join(f"{count:10}" for count in counts), arguments.json)
     cycles = studio.scene.cycles
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 1.0
-    last = []
-    for subject in studio.subjects("cycles", scene, lamps)[:2]:
+    for subject in studio.subjects("cycles", scene, arguments.lamps)[:2]:
         studio.show(subject)
         truth = studio.render("cycles", _REFERENCE_SAMPLES)[1]
         pictures = [studio.render("cycles", count)[1] for count in counts]
         errors = [float(np.sqrt(np.mean((picture - truth) ** 2)) / truth.mean()) for picture in pictures]
-        last.append(errors[-1])
-        print(f"{subject.name:34}" + "".join(f"{error:10.4f}" for error in errors), flush=True)
+        facts["rmse"][subject.name] = errors
+        report.say(f"{subject.name:34}" + "".join(f"{error:10.4f}" for error in errors), arguments.json)
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0
-    print(f"for the metal's RMSE at {counts[-1]} samples Direct takes {counts[-1] * (last[1] / last[0]) ** 2:.0f}")
+    metal, direct = (errors[-1] for errors in facts["rmse"].values())
+    facts["direct_samples"] = counts[-1] * (direct / metal) ** 2
+    report.say(
+        f"for the metal's RMSE at {counts[-1]} samples Direct takes {facts['direct_samples']:.0f}", arguments.json
+    )
+    return facts
 
 
 class Studio:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Terms against error: where the Taylor series of the phasor dies, and what Chebyshev asks for.
 
-    python -m benchmarks terms [--output DIR]
+    python -m benchmarks terms [--output DIR] [--json FILE|-]
 
 The error is the rms over the relief of the difference between the sum and exp(-i 2 pi s h). It is taken at 380 nm with
 light and view along the normal (s = 2 / lambda, the largest s there is), in float32 like a shader's sums.
@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks import report
 from precompute.colour.observer import S_MAX
 from precompute.methods import chebyshev_series, flss
 from precompute.methods.term_images import Expansion
@@ -145,12 +146,15 @@ def main(argv: list[str] | None = None) -> None:
     """Print the table; write terms.png and terms.txt."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks terms", description="Terms against phasor error.")
     parser.add_argument("--output", type=Path, default=Path("dist", "benchmarks"), metavar="DIR")
+    report.add_json(parser)
     arguments = parser.parse_args(argv)
     arguments.output.mkdir(parents=True, exist_ok=True)
-    text = as_text(table())
-    print(text)
+    rows = table()
+    text = as_text(rows)
+    report.say(text, arguments.json)
     (arguments.output / "terms.txt").write_text(text + "\n")
     plot(arguments.output / "terms.png")
+    report.write({"tolerance": TOLERANCE, "rows": rows}, arguments.json)
 
 
 if __name__ == "__main__":

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Making a table: what is asked, the plan, the tiles, the self-check, the cache."""
+"""Making a table: the request, the plan, the tiles, the self-check, the cache."""

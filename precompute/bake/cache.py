@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bakes kept by what they are made from: the same surface is baked once, by two processes at once as well.
+"""A cache of bakes, so that the same surface is baked only once, even by two processes at the same time.
 
-    entries/KEY/record.json   the facts of the bake, size and SHA-256 of each of its files; its time is the last use
-    entries/KEY/files/        what the bake wrote
-    partial/KEY/              an entry in the making, renamed into entries/ once it is whole
-    locks/KEY.lock            held, through the operating system, by whoever bakes or takes KEY: dying releases it
+The key of a bake is a hash of everything that its result depends on. The cache is a folder:
 
-Only the holder of a key's lock touches its entry, its partial folder, and that key's partial folders in an output.
+    entries/KEY/record.json   the facts of the bake, and size and SHA-256 of each of its files; the record's time of
+                              modification is the time of last use
+    entries/KEY/files/        the files that the bake wrote
+    partial/KEY/              an entry in the making; it is renamed into entries/ once it is whole
+    locks/KEY.lock            locked, through the operating system, by the process that bakes or takes KEY; the system
+                              releases the lock when this process dies
+
+Only the process that holds a key's lock touches the key's entry, its partial folder, and the partial folders that the
+key has in an output folder.
 """
 
 import contextlib
@@ -37,30 +42,25 @@ except ImportError:  # Windows
     import msvcrt
 
 
-# To be raised with every change of the bake's results that leaves atlas.FORMAT as it is: older entries are then left
-# to the eviction.
-BAKE_VERSION = 3
-
-
+# Part of every key. Raise it with every change of the bake's results that leaves atlas_file.FORMAT as it is: no key of
+# an older entry is then asked for again, and the eviction removes the entry in time.
+BAKE_VERSION = 4
+# The environment variables that set the cache's folder and its size limit in MiB.
 FOLDER_VARIABLE = "NATURAL_GRATINGS_CACHE"
-
-
 LIMIT_VARIABLE = "NATURAL_GRATINGS_CACHE_MB"
-
-
+# The size limit in MiB if none is set.
 _LIMIT_MIB = 2048
-
-
+# Between two tries to get a lock: a person does not notice this wait.
 _POLL_SECONDS = 0.1
-
-
+# The stage that a process tells of while another bakes the same surface.
 WAITING = "waiting for another bake of the same surface"
 
 
 def key_of(height_maps: Sequence[HeightMap], request: BakeRequest) -> str:
-    """The key of a bake: SHA-256, in hexadecimal, of heights, pixel size, what is asked of the bake, and versions.
+    """The key of a bake: the SHA-256, in hexadecimal, of heights, pixel size, request and versions.
 
-    The source's name and channel are part of it, as they are of the file that a bake writes; its folder is not."""
+    The names of the source and of its channel are part of it, because the header of the bake tells them. The folder of
+    the source is not."""
     surfaces = [
         {
             "heights_sha256": hashlib.sha256(np.ascontiguousarray(one.height_m, dtype="<f8")).hexdigest(),
@@ -82,13 +82,16 @@ def bake_once(
     make: Callable[[Path], dict],
     progress: Progress = silent,
 ) -> dict:
-    """Bring the bake of a key into the folder `output`, from the cache or else by `make`; its facts, and `cached`.
+    """Bring the bake of a key into the folder `output`, from the cache or else by `make`.
 
-    make      writes the bake's files into the folder that it is given; its facts, with the paths under `files`
-    progress  hears if another process is at the same bake: this one then waits, and takes what that one made
+    make      writes the bake's files into the folder that it is given; returns the bake's facts, with the paths of its
+              files under `files`
+    progress  hears if another process is baking the same surface: this process then waits, and takes the other's result
 
-    A cache that cannot be used costs a line of warning and nothing else. Raises GratingError if the size limit in the
-    environment is none, and whatever `make` raises."""
+    Returns the facts, and under `cached` whether they came from the cache. A cache that cannot be used costs one line
+    of warning and nothing else.
+
+    Raises GratingError if the environment sets a size limit that is not a size, and whatever `make` raises."""
     limit_bytes = size_limit()
     try:
         cache = Cache(default_folder(), limit_bytes)
@@ -100,7 +103,7 @@ def bake_once(
         facts = cache.take(key, staging)
         cached = facts is not None
         if not cached:
-            # Of a damaged entry something may have come.
+            # A damaged entry may have left some of its files here.
             _remove(staging)
             facts = make(staging)
         try:
@@ -116,7 +119,9 @@ def bake_once(
 
 
 def default_folder() -> Path:
-    """$NATURAL_GRATINGS_CACHE, else `~/.cache/natural-gratings`. Raises OSError if the user has no home."""
+    """The cache's folder: $NATURAL_GRATINGS_CACHE, or else `~/.cache/natural-gratings`.
+
+    Raises OSError if the variable is not set and the user has no home folder."""
     chosen = os.environ.get(FOLDER_VARIABLE)
     if chosen:
         return Path(chosen)
@@ -127,8 +132,9 @@ def default_folder() -> Path:
 
 
 def size_limit() -> int:
-    """Bytes that the cache may take: $NATURAL_GRATINGS_CACHE_MB in MiB, else 2 GiB. Raises GratingError if that is
-    not a size."""
+    """Bytes that the cache may take: $NATURAL_GRATINGS_CACHE_MB in MiB, or else 2 GiB.
+
+    Raises GratingError if the variable does not hold a size."""
     text = os.environ.get(LIMIT_VARIABLE) or str(_LIMIT_MIB)
     try:
         limit_mib = float(text)
@@ -141,7 +147,7 @@ def size_limit() -> int:
 
 @dataclass(frozen=True)
 class Entry:
-    """What the eviction must know of an entry."""
+    """What the eviction must know of an entry: its key, its bytes, and the time of its last use in nanoseconds."""
 
     key: str
     size_bytes: int
@@ -150,14 +156,18 @@ class Entry:
 
 @dataclass(frozen=True)
 class Cache:
-    """The cache in a folder, made when first used, of `limit_bytes` at most (or one entry, if that is larger)."""
+    """The cache in a folder. The folder is made at the first use.
+
+    It holds at most `limit_bytes`, or one entry if this entry alone is larger."""
 
     folder: Path
     limit_bytes: int
 
     def lock(self, key: str, waiting: Callable[[], None]) -> BinaryIO:
-        """The lock of a key, free when closed or when the process ends; `waiting` is called while another has it.
-        Raises OSError if the folder cannot be used."""
+        """The lock of a key. It is released when it is closed or when the process ends.
+
+        `waiting` is called again and again while another process has the lock. Raises OSError if the folder cannot be
+        used."""
         self._lock_path(key).parent.mkdir(parents=True, exist_ok=True)
         while (lock := self._try_lock(key)) is None:
             waiting()
@@ -165,8 +175,9 @@ class Cache:
         return lock
 
     def take(self, key: str, folder: Path) -> dict | None:
-        """Copy an entry's files into a folder; its facts, or None if there is no entry or it is damaged. For the
-        holder of the key's lock."""
+        """Copy an entry's files into a folder; the facts of the entry, or None if there is none or it is damaged.
+
+        Only the holder of the key's lock may call this."""
         entry = self._entry(key)
         record = entry / "record.json"
         try:
@@ -183,8 +194,9 @@ class Cache:
             return None
 
     def put(self, key: str, folder: Path, facts: dict) -> None:
-        """Keep what a bake wrote into a folder, in place of any entry there was. For the holder of the key's lock.
-        Raises OSError if it cannot be kept."""
+        """Keep what a bake wrote into a folder, in place of an older entry.
+
+        Only the holder of the key's lock may call this. Raises OSError if the bake cannot be kept."""
         partial, entry = self._partial(key), self._entry(key)
         names = [Path(file).name for file in facts["files"]]
         _remove(partial)
@@ -204,8 +216,10 @@ class Cache:
             _remove(partial)
 
     def tidy(self, used: str) -> None:
-        """Remove what killed runs left, then the entries longest unused until the rest fits the limit; never the one
-        just used. What another process is at stays. Raises OSError if the folder cannot be read."""
+        """Remove what killed processes left, and then the entries that have not been used for the longest time.
+
+        Entries go until the rest fits the limit. The entry of the key `used` always stays, and so does whatever another
+        process has locked. Raises OSError if the folder cannot be read."""
         left = {path.name for path in _listed(self.folder / "partial")}
         locked = {path.stem for path in _listed(self.folder / "locks")}
         for key in (left | locked) - {used}:
@@ -214,12 +228,12 @@ class Cache:
         entries = sorted(self._entries(), key=lambda entry: entry.used_ns)
         excess_bytes = sum(entry.size_bytes for entry in entries) - self.limit_bytes
         for entry in entries:
-            # Over NFS a process is not stopped by its own lock: the one just used is left out by name.
+            # Over NFS a process is not stopped by its own lock, so the entry just used is left out by its name.
             if excess_bytes > 0 and entry.key != used and self._discard(entry.key, entry=True):
                 excess_bytes -= entry.size_bytes
 
     def _discard(self, key: str, entry: bool) -> bool:
-        """Remove a key's leftovers, and its entry if asked, unless its lock is held; whether it was free."""
+        """Remove a key's leftovers, and its entry if asked, unless its lock is held. Returns whether it was free."""
         lock = self._try_lock(key)
         if lock is None:
             return False
@@ -228,14 +242,14 @@ class Cache:
             if entry:
                 _remove(self._entry(key))
             if not self._entry(key).exists():
-                # Windows keeps an open file: an empty one stays.
+                # Windows does not remove an open file, so an empty lock file stays there.
                 with contextlib.suppress(OSError):
                     self._lock_path(key).unlink()
         return True
 
     def _entries(self) -> Iterator[Entry]:
         for folder in _listed(self.folder / "entries"):
-            # Another process may be removing it.
+            # Another process may be removing this entry.
             with contextlib.suppress(FileNotFoundError):
                 size_bytes = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
                 record = folder / "record.json"
@@ -266,8 +280,10 @@ class Cache:
 
 @contextlib.contextmanager
 def _staging(output: Path, key: str) -> Iterator[Path]:
-    """A folder in `output`, not made yet, gone afterwards; what killed runs of the same key left goes as well. Its
-    name ends like every temporary one, with the process by which a cancelled bake finds its own."""
+    """A folder in `output` for the files of a bake in the making. It is not made here, and is removed afterwards.
+
+    What killed processes left in `output` for the same key is removed as well. The name ends in the process's number
+    and ".partial", as every temporary name does, so that the files of a cancelled bake can be found."""
     prefix = f".bake.{key[:16]}"
     for left in output.glob(f"{prefix}.*.partial"):
         _remove(left)
@@ -279,7 +295,7 @@ def _staging(output: Path, key: str) -> Iterator[Path]:
 
 
 def _locked(lock: BinaryIO, path: Path) -> bool:
-    """Try to lock an open file, without waiting."""
+    """Try to lock an open file, without waiting. Returns whether it is locked now."""
     if fcntl is None:
         try:
             lock.seek(0)
@@ -289,7 +305,8 @@ def _locked(lock: BinaryIO, path: Path) -> bool:
         return True
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        # Its last holder may have removed the file since we opened it: the next to come would lock another.
+        # The last holder may have removed the file after we opened it. The next process would then lock a new file,
+        # and both would think that they hold the lock.
         return os.path.samestat(os.fstat(lock.fileno()), path.stat())
     except (BlockingIOError, FileNotFoundError):
         return False

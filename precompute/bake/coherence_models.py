@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The models of coherence that a bake can be made under: one module each, of one shape."""
+"""The models of coherence under which a bake can be made: one module each, all of one shape."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -15,13 +15,14 @@ from .request import BakeRequest
 
 
 class CoherenceModel(Protocol):
-    """What a model of coherence knows: how fine a bake of reliefs must be, how to make it, how to judge it."""
+    """What a model of coherence knows: how fine a bake of reliefs must be, how to make it, and how to judge it."""
 
     def plan(
         self, reliefs: Sequence[Relief], request: BakeRequest, *, progress: Progress = ..., finer: float = ...
     ) -> Plan:
-        """How the request is to be kept, with `finer` times as many texels as the probe finds needed. Raises
-        GratingError for a request that the model cannot keep."""
+        """How the request can be kept, with `finer` times as many texels as the probe finds necessary.
+
+        Raises GratingError for a request that the model cannot keep."""
         ...
 
     def carry_out(self, chosen: Plan, illuminant: str, progress: Progress) -> Table:
@@ -29,13 +30,13 @@ class CoherenceModel(Protocol):
         ...
 
     def self_check(self, reliefs: Sequence[Relief], chosen: Plan, stored: Table, progress: Progress) -> Errors:
-        """The error of a table, as its file will hold it, against the exact spectra of the reliefs."""
+        """The error of a table, read from what its file will hold, against the exact spectra of the reliefs."""
         ...
 
     def sample_set(self, chosen: Plan) -> SampleSet | None:
-        """What stands beside the table for lights of every kind; None where the model has none."""
+        """The sample set that stands beside the table, for lights of every kind; None if the model has none."""
         ...
 
 
-# By the names that a request gives them (request.py).
+# The models by the names that a request gives them (MODELS in request.py).
 COHERENCE_MODELS: dict[str, CoherenceModel] = {"ensemble": ensemble, "patch": patch}

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sample set of a bake: frequencies drawn in proportion to the spectrum, and what each weighs.
+"""The sample set of a bake: frequencies drawn in proportion to the spectrum, and the weight of each.
 
-The method stands at the head of table/sample_set.py.
+The docstring of table/sample_set.py describes the method and its symbols.
 """
 
 import math
@@ -18,22 +18,20 @@ from ..table.sample_set import COEFFICIENTS, SIZE, SampleSet, piece_and_powers
 
 # Share of the light that the pieces may misplace at any s.
 INTERPOLATION = 0.01
-
-
-# No real pair of directions reaches further, at any visible wavelength.
+# In cycles per metre: |(u, v)| is at most 2, so no pair of directions reaches further at any visible wavelength.
 Q_MAX = 2 / WAVELENGTH_MIN_M
-
-
-# Texels on which the pieces are chosen: a block of the set is a smaller set.
+# Texels on which the number of pieces is chosen. A block of the set is a smaller set by itself, so these suffice.
 _PROBED = 1024
-
-
+# Values of s at which a piece is compared with the series: twice as many as its cubic has coefficients.
 _PROBES_PER_PIECE = 8
 
 
 @dataclass(frozen=True)
 class _Drawn:
-    """What was drawn from one scan: `numbers` (m,) of the draws, ascending; `over_pdf` (count, m) is W at the nodes."""
+    """What was drawn from one scan.
+
+    `numbers` (m,) are the numbers of the draws, ascending. `q` (m, 2) are their frequencies. `over_pdf` (count, m) is
+    the weight W of each draw at the `count` Chebyshev nodes of the scan's series."""
 
     series: SpectrumSeries
     numbers: np.ndarray
@@ -44,8 +42,10 @@ class _Drawn:
 def make_sample_set(
     ensemble: Sequence[SpectrumSeries], sigma_b: float, size: int = SIZE, tolerance: float = INTERPOLATION
 ) -> SampleSet:
-    """The sample set, `size` (a power of two) texels a side, of the mean of the scans' spectra under a kernel sigma_b;
-    its pieces misplace at most `tolerance` of the light at any s."""
+    """The sample set of the mean of the scans' spectra under a kernel sigma_b.
+
+    It has `size` texels a side, a power of two. Its pieces misplace at most the share `tolerance` of the light at any
+    s."""
     s_max = ensemble[0].s_max
     pdfs = densities(ensemble)
     if pdfs is None:
@@ -64,7 +64,9 @@ def make_sample_set(
 
 
 def densities(ensemble: Sequence[SpectrumSeries]) -> list[np.ndarray] | None:
-    """Probability (ny, nx) of each scan's bins, together 1; None if nothing scatters."""
+    """Probability (ny, nx) of each bin of each scan. All of them together sum to 1.
+
+    None if the scans scatter nothing beyond rounding."""
     nodes = [chebyshev.nodes(len(series.amplitude), 0, series.s_max) for series in ensemble]
     inside = [series.grid.q_y[:, None] ** 2 + series.grid.q_x**2 <= Q_MAX**2 for series in ensemble]
     totals = [
@@ -83,10 +85,11 @@ def densities(ensemble: Sequence[SpectrumSeries]) -> list[np.ndarray] | None:
 
 
 def sobol_points(count: int) -> np.ndarray:
-    """The first `count` (a power of two) points (count, 2) of Sobol's (0, 2)-sequence, in the middles of their cells.
+    """The first `count` points (count, 2) of Sobol's (0, 2)-sequence, in the middles of their cells.
 
-    Every 2^k points from a multiple of 2^k on have one in each of the 2^k cells of equal size of any grid of 2^i x
-    2^(k - i) cells of the unit square (T. Kollig and A. Keller, Efficient multidimensional sampling, 2002)."""
+    `count` is a power of two. Divide the unit square into 2^k cells of equal size by any grid of 2^i x 2^(k - i). Every
+    run of 2^k points whose first number is a multiple of 2^k then has exactly one point in each cell (T. Kollig and A.
+    Keller, Efficient multidimensional sampling, 2002)."""
     bits = count.bit_length() - 1
     number = np.arange(count)
     first, second = np.zeros(count, int), np.zeros(count, int)
@@ -100,18 +103,21 @@ def sobol_points(count: int) -> np.ndarray:
 
 
 def z_curve(size: int) -> np.ndarray:
-    """Number (size, size) of each texel along a Z curve; size is a power of two."""
+    """The number (size, size) of each texel along a Z curve. `size` is a power of two."""
     spread = sum(((np.arange(size) >> bit) & 1) << (2 * bit) for bit in range(size.bit_length()))
     return spread[:, None] * 2 + spread
 
 
 def _draw(ensemble: Sequence[SpectrumSeries], pdfs: Sequence[np.ndarray], points: np.ndarray) -> list[_Drawn]:
-    """One bin for each point (n, 2): its first coordinate is the share of the rows below, of all scans one after the
-    other, its second that of the bins before in the row."""
+    """One bin for each point (n, 2).
+
+    Think of the rows of bins of all scans as one long list of rows. The point's first coordinate is the share of the
+    light in the rows before the drawn one. Its second coordinate is the share of the row's light in the bins before the
+    drawn one."""
     cumulative = np.cumsum(np.concatenate([pdf.ravel() for pdf in pdfs]), dtype=float)
     lengths = np.concatenate([np.full(pdf.shape[0], pdf.shape[1]) for pdf in pdfs])
     ends = cumulative[np.cumsum(lengths) - 1]
-    # To the right of equals: a bin or row without light is never met.
+    # The search goes to the right of equal values, so that a bin or row without light is never drawn.
     row = np.searchsorted(ends, points[:, 0] * ends[-1], side="right")
     below = np.where(row > 0, ends[row - 1], 0.0)
     bins = np.searchsorted(cumulative, below + points[:, 1] * (ends[row] - below), side="right")
@@ -127,7 +133,7 @@ def _draw(ensemble: Sequence[SpectrumSeries], pdfs: Sequence[np.ndarray], points
 
 
 def _values(parts: Sequence[_Drawn], s: np.ndarray, count: int) -> np.ndarray:
-    """W (len(s), count) of the first draws."""
+    """W (len(s), count) of the first `count` draws at each s."""
     out = np.empty((len(s), count))
     for part in parts:
         mine = np.searchsorted(part.numbers, count)
@@ -136,7 +142,7 @@ def _values(parts: Sequence[_Drawn], s: np.ndarray, count: int) -> np.ndarray:
 
 
 def _fitted(parts: Sequence[_Drawn], count: int, pieces: int, s_max: float) -> np.ndarray:
-    """Coefficients (pieces, 4, count) of the cubics through W at each piece's Chebyshev nodes."""
+    """Coefficients (pieces, 4, count) of the cubics that pass through W at each piece's Chebyshev nodes."""
     t = chebyshev.nodes(COEFFICIENTS, -1, 1)
     to_powers = np.linalg.inv(t[:, None] ** np.arange(COEFFICIENTS))
     s = (np.arange(pieces)[:, None] + (1 + t) / 2) * s_max / pieces
@@ -144,9 +150,11 @@ def _fitted(parts: Sequence[_Drawn], count: int, pieces: int, s_max: float) -> n
 
 
 def _pieces_needed(parts: Sequence[_Drawn], count: int, s_max: float, tolerance: float) -> int:
-    """The fewest pieces that misplace at most `tolerance` of the light at any s; the error falls as the fourth power of
-    their number. What n nodes hold turns by about 2n radians at most: with two pieces a node there are eight values to
-    a node, and more would change nothing."""
+    """The fewest pieces that misplace at most the share `tolerance` of the light at any s.
+
+    The error falls as the fourth power of the number of pieces. A curve that n nodes hold oscillates over about 2n
+    radians at most. Two pieces to a node have eight coefficients to a node, so that more pieces would change nothing.
+    """
     most = 2 * max(len(part.over_pdf) for part in parts)
     for pieces in range(1, most):
         s = np.linspace(0, s_max, _PROBES_PER_PIECE * pieces + 1)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bake under the ensemble model of coherence: kernel, wavelengths, texels and terms, chosen for a colour error on
-this very surface."""
+"""The bake under the ensemble model of coherence: the mean over all places of the coherence window.
+
+Kernel, wavelengths, texels and terms are chosen so that this very surface keeps the colour error asked for.
+"""
 
 import math
 from collections.abc import Sequence
@@ -34,13 +36,12 @@ from .resolution import (
 from .self_check import self_check as self_check
 from .tiles import carry_out
 
-# What is asked of a bake where nothing is said.
+# The request where nothing is asked for.
 ANY = BakeRequest()
-# Bins this far past |u| = 2 are kept, so that the kernel may still be widened.
+# Bins are kept at least this far past |u| = 2, so that the kernel may still be widened.
 _REACH_MIN = 0.15
-
-
-# Of the light, for a dE00 of 1: a bin may be off by more where it is dark, 2e-4 is a hundredth of what shows.
+# Share of the light by which the series may be off, for a dE00 of 1. A dark bin may be off by a larger share of its own
+# light; 2e-4 of all light is a hundredth of what an eye sees.
 _SERIES_TOLERANCE = 2e-4
 
 
@@ -51,15 +52,17 @@ def plan(
     progress: Progress = silent,
     finer: float = 1.0,
 ) -> Plan:
-    """Choose kernel, texels and terms for reliefs and what is asked of their bake.
+    """Choose kernel, texels and terms for reliefs and a request.
 
-    An automatic kernel is widened until the table fits DEFAULT_BYTES. There are `finer` times as many texels as the
-    probe finds needed. Raises GratingError if an asked coherence length needs a finer table than there is."""
+    If the request leaves the coherence length open, the kernel is widened until the table fits DEFAULT_BYTES. There are
+    `finer` times as many texels as the probe finds necessary. `progress` hears of the transforms.
+
+    Raises GratingError if a coherence length is asked for that needs a finer table than there is."""
     reliefs = (reliefs,) if isinstance(reliefs, Relief) else tuple(reliefs)
     delta_e, needs = request.delta_e, request.needs
     auto = request.coherence_length_m is None
     sigma_b = kernel_for(reliefs, request)
-    if auto:  # what no table of that size holds anyway need not be resolved
+    if auto:  # a kernel that no table of DEFAULT_BYTES holds need not be resolved
         sigma_b = max(sigma_b, TEXELS_MIN * texel_size(int(math.sqrt(DEFAULT_BYTES / BYTES_PER_TEXEL / 4))))
     ensemble = _spectra(reliefs, sigma_b, request, progress)
     lambdas = bake_wavelengths(sigma_b, delta_e, needs.region.reach)
@@ -86,6 +89,7 @@ def plan(
 def _spectra(
     reliefs: Sequence[Relief], sigma_b: float, request: BakeRequest, progress: Progress
 ) -> tuple[SpectrumSeries, ...]:
+    """The series of each relief, for the region and the kernel that the request asks for."""
     needs = request.needs
     reach = max(KERNEL_REACH * sigma_b, _REACH_MIN)
     found = []
@@ -106,7 +110,7 @@ def bake(
     *,
     progress: Progress = silent,
 ) -> Table:
-    """The table of reliefs as a request asks for it, not yet checked; see plan for the errors raised."""
+    """The table of reliefs as a request asks for it, not checked. See `plan` for the errors raised."""
     return carry_out(plan(reliefs, request, progress=progress), request.illuminant, progress)
 
 

@@ -1,22 +1,28 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Directional albedo, and the limit that keeps a material from reflecting more than it receives (DESIGN 2).
+"""Directional albedo, and the bound that keeps a material from reflecting more than it receives.
 
-With Stam's obliquity the albedo at R = 1, a(wi) = integral of f cos(tr) dwr, passes 1 towards grazing light. Dividing
-f by
+Symbols: wi and wr are the unit vectors to the light and to the viewer, at the angles ti and tr from the normal; f is
+the BRDF with Stam's obliquity and R = 1; PSD is the scattered power spectrum per (u, v); w = cos(ti) + cos(tr)
+(docs/theory.md, section "BRDF").
+
+The albedo a(wi) = integral of f cos(tr) dwr exceeds 1 towards grazing light. Dividing f by
 
     M(wi, wr) = max(1, a(wi), a(wr))
 
-keeps f reciprocal and its albedo at most a(wi) / max(1, a(wi)). At the horizon a diverges as 1 / cos(ti), but
+keeps f reciprocal, and its albedo is then at most a(wi) / max(1, a(wi)). At the horizon a diverges as 1 / cos(ti), but
 
     A = a cos(ti) = cos(ti) * zero order + integral of ((1 + wi.wr) / w)^2 * PSD / cos(tr) du dv
 
-does not: PSD vanishes as w^2, and 1 / cos(tr) is integrable. So the table holds the excess E = max(0, A - cos(t)), the
-greatest over wavelength, and M = 1 + max(E(wi) / cos(ti), E(wr) / cos(tr)). A mirror has none, whatever the filter
-does to the table.
+does not: PSD vanishes as w^2, and 1 / cos(tr) is integrable. Therefore the table holds the excess
+E = max(0, A - cos(t)), the largest over all wavelengths, and M = 1 + max(E(wi) / cos(ti), E(wr) / cos(tr)). A mirror
+has no excess, however the table is read.
 
-Rows of the table are equal steps of sqrt(cos(t)) from the horizon to the normal: A is smooth in cos(t), and changes
-most within sqrt(2 sigma_b) of the horizon, where the kernel is cut. Columns are equal steps of azimuth from -pi to pi,
-both ends included.
+Rows of the table are equal steps of sqrt(cos(t)), from the horizon to the normal. A is smooth in cos(t), and changes
+most within sqrt(2 sigma_b) of the horizon, where the horizon cuts the kernel. Columns are equal steps of azimuth from
+-pi to pi, both ends included.
+
+The integral over PSD is made in two parts: the strongest bins (a grating's orders) one by one, each with its own
+kernel, and all other light (the continuum) as a sum over the cells of a coarse picture in (u, v).
 """
 
 import math
@@ -29,51 +35,38 @@ from ..spectra.resample import Resampler
 from ..spectra.series import SpectrumSeries
 from ..table.albedo_bound import texel_directions
 
-# Wavelengths: an order that leaves over the horizon is seen for a step of sigma_b / 2 in the logarithm of one; all else
-# is interpolated between every fourth.
-_WAVELENGTHS = 125
-
-
-_STRIDE = 4
-
-
-# So many of the strongest bins, as far as they ever hold that share of the light, are orders, summed one by one with
-# their own kernel; the rest is seen in a coarse picture over (u, v) of so many cells to [-2, 2].
-_ORDERS = 64
-
-
-_ORDER_SHARE = 1e-6
-
-
+# Number of wavelengths, equally spaced in their logarithm. An order that passes over the horizon shows in the albedo
+# only for a step of sigma_b / 2 in this logarithm, so that orders of a surface that wraps need all wavelengths. All
+# other light is computed at every _STRIDE-th wavelength and interpolated between.
+_WAVELENGTHS, _STRIDE = 125, 4
+# At most _ORDERS bins are orders: the strongest, and only those that hold more than _ORDER_SHARE of the light at any s.
+_ORDERS, _ORDER_SHARE = 64, 1e-6
+# Cells of the coarse picture from -2 to 2, along each axis.
 _CELLS = 128
-
-
-# Standard deviation of the coarse picture's kernel in cells: sums over cells are flat to 2 exp(-2 pi^2 0.6^2) = 2e-3.
+# Cells to a standard deviation of the coarse picture's kernel: sums over cells are then flat to
+# 2 exp(-2 pi^2 0.6^2) = 2e-3.
 _CELLS_PER_SIGMA = 0.6
-
-
+# Standard deviations after which a kernel is cut: it has fallen to 4e-5 of its peak.
 _KERNEL_REACH = 4.5
-
-
+# Share of the light that the Chebyshev terms left out may hold.
 _TERMS_TOLERANCE = 1e-3
-
-
+# Directions a side that are computed at once. Neighbouring directions reach the same cells.
 _BLOCK = 8
-
-
-# The excess is known to about 1 % (benchmarks.albedo): the table errs to the safe side.
+# The excess is known to about 1 % (benchmarks/albedo.py). The table errs to the safe side.
 _MARGIN = 1.01
 
 
 def excess_table(series: SpectrumSeries, sigma_b: float) -> np.ndarray:
-    """The excess E (rows, columns) float32 of a relief's spectrum under a kernel sigma_b."""
+    """The excess albedo E (rows, columns) float32 of a relief's spectrum under a kernel sigma_b."""
     directions = texel_directions()[:, :-1]
     cosine = directions[..., 2]
     lambdas = np.geomspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, _WAVELENGTHS)
     orders = find_orders(series)
     smooth = cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas[::_STRIDE])
-    smooth += continuum_albedo(series, orders, sigma_b, directions, lambdas[::_STRIDE])
-    # The bins of a continuum do not cross the horizon alone.
+    # Four quarter turns make the whole circle of azimuths.
+    quarter = directions[:, : directions.shape[1] // 4]
+    smooth += continuum_albedo(series, orders, sigma_b, quarter, lambdas[::_STRIDE], turns=4)
+    # Single bins matter at the horizon only if they are orders: those of a continuum cross it together with others.
     stride = 1 if series.periodic else _STRIDE
     sharp = between(orders_albedo(series, orders, sigma_b, directions, lambdas[::stride]), stride)
     total = (sharp + between(smooth, _STRIDE)).max(axis=-1)
@@ -82,16 +75,17 @@ def excess_table(series: SpectrumSeries, sigma_b: float) -> np.ndarray:
 
 
 def between(values: np.ndarray, stride: int) -> np.ndarray:
-    """Values (..., n) with stride - 1 linear steps put between each two; (..., (n - 1) * stride + 1)."""
+    """Values (..., n) with stride - 1 linear steps put between any two neighbours; (..., (n - 1) * stride + 1)."""
     share = np.arange(stride) / stride
     steps = values[..., :-1, None] * (1 - share) + values[..., 1:, None] * share
     return np.concatenate([steps.reshape(*values.shape[:-1], -1), values[..., -1:]], axis=-1)
 
 
 def raised(values: np.ndarray) -> np.ndarray:
-    """Values (rows, columns), columns going round, so raised that a cubic look-up does not fall under what lies
-    between: where they are concave, it falls short of a parabola by a sixth of the second difference along each axis,
-    at the texels and between them alike."""
+    """Values (rows, columns), raised so that a cubic reading does not fall below what lies between them.
+
+    The columns wrap around. A cubic B-spline smooths: where values are concave, a reading falls below their parabola by
+    a sixth of the second difference along each axis, at the texels and between them alike. This is added."""
     wide = np.pad(np.pad(values, ((2, 2), (0, 0)), mode="reflect"), ((0, 0), (2, 2)), mode="wrap")
     short = sum(np.maximum(2 * wide - np.roll(wide, 1, axis) - np.roll(wide, -1, axis), 0) for axis in (0, 1)) / 6
     around = np.lib.stride_tricks.sliding_window_view(short[1:-1, 1:-1], (3, 3)).max(axis=(-2, -1))
@@ -99,7 +93,7 @@ def raised(values: np.ndarray) -> np.ndarray:
 
 
 def albedo_times_cosine(series: SpectrumSeries, sigma_b: float, directions: np.ndarray, lambdas) -> np.ndarray:
-    """A = a cos(ti) at R = 1 (rows, cols, n), light from directions (rows, cols, 3), n wavelengths."""
+    """A = a cos(ti) at R = 1, (rows, cols, n), for light from unit vectors (rows, cols, 3) at n wavelengths."""
     cosine = directions[..., 2]
     orders = find_orders(series)
     total = cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas)
@@ -108,7 +102,7 @@ def albedo_times_cosine(series: SpectrumSeries, sigma_b: float, directions: np.n
 
 
 def find_orders(series: SpectrumSeries) -> np.ndarray:
-    """Flat indices of the bins that are orders. Bins that are blurred hold none."""
+    """Flat indices of the bins that count as orders. Bins that have been blurred hold none."""
     if series.blur_q:
         return np.empty(0, int)
     share = np.zeros(series.scattered_over_s2[0].size, np.float32)
@@ -119,7 +113,7 @@ def find_orders(series: SpectrumSeries) -> np.ndarray:
 
 
 def zero_order_albedo(series: SpectrumSeries, sigma_b: float, cosine: np.ndarray, lambdas: np.ndarray) -> np.ndarray:
-    """Share (..., n) of the light that the zero order sends above the surface, light at cosine (...,)."""
+    """Share (..., n) of the light that the zero order sends above the surface, for light at cosine (...,)."""
     at = np.linspace(0, 1, 257) ** 2
     views = NearHorizon(sigma_b, 0)(np.sqrt(1 - at**2))
     curves = [
@@ -130,7 +124,7 @@ def zero_order_albedo(series: SpectrumSeries, sigma_b: float, cosine: np.ndarray
 
 
 def orders_albedo(series, orders: np.ndarray, sigma_b: float, directions: np.ndarray, lambdas) -> np.ndarray:
-    """A (rows, cols, n) of single bins, each a Gaussian of sigma_b at lambda * q."""
+    """A (rows, cols, n) of single bins, each a Gaussian of sigma_b about (u, v) = lambda * q."""
     wi = directions.reshape(-1, 3)
     out = np.zeros((len(wi), len(lambdas)))
     row, col = np.unravel_index(orders, series.scattered_over_s2.shape[1:])
@@ -151,31 +145,38 @@ def orders_albedo(series, orders: np.ndarray, sigma_b: float, directions: np.nda
 
 
 def continuum_albedo(
-    series: SpectrumSeries, orders: np.ndarray, sigma_b: float, directions: np.ndarray, lambdas
+    series: SpectrumSeries, orders: np.ndarray, sigma_b: float, directions: np.ndarray, lambdas, turns: int = 1
 ) -> np.ndarray:
-    """A (rows, cols, n) of a spectrum without its orders, as a sum over the cells of a coarse picture of it.
+    """A (rows, turns * cols, n) of a spectrum without its orders, as a sum over the cells of a coarse picture of it,
+    for light from directions (rows, cols, 3) and, after them, from the same turned by one quarter, two, ...
 
-    What multiplies the picture depends on no wavelength, so that one matrix product does them all."""
+    The factors of the picture's cells depend on no wavelength, so that one matrix product does all wavelengths. They
+    do not depend on a turn of light and picture together either, so that the factors of one light serve the lights
+    that are turned from it by quarters, each with the picture turned back."""
     cell = 4 / _CELLS
     sigma = max(sigma_b, _CELLS_PER_SIGMA * cell)
     half = math.ceil((2 + _KERNEL_REACH * sigma) / cell)
     axis = np.arange(-half, half + 1) * cell
     terms = coarse_terms(series, orders, axis, sigma, lambdas)
-    size = np.abs(terms).max(axis=(0, 3))
+    turned = [np.rot90(terms, turn, axes=(1, 2)) for turn in range(turns)]
+    size = np.max([np.abs(each).max(axis=(0, 3)) for each in turned], axis=0)
     lit = size > 1e-7 * size.max()
     near = NearHorizon(sigma, -1)
-    out = np.zeros((*directions.shape[:2], len(lambdas)))
-    for y in range(0, directions.shape[0], _BLOCK):
-        for x in range(0, directions.shape[1], _BLOCK):
+    rows, cols = directions.shape[:2]
+    out = np.zeros((rows, turns, cols, len(lambdas)))
+    for y in range(0, rows, _BLOCK):
+        for x in range(0, cols, _BLOCK):
             block = (slice(y, y + _BLOCK), slice(x, x + _BLOCK))
             wi = directions[block].reshape(-1, 3)
-            rows, cols = (_reached(axis, wi[:, k], 1 + _KERNEL_REACH * sigma) for k in (1, 0))
-            v, u = np.nonzero(lit[rows, cols])
-            v, u = v + rows.start, u + cols.start
+            near_v, near_u = (_reached(axis, wi[:, k], 1 + _KERNEL_REACH * sigma) for k in (1, 0))
+            v, u = np.nonzero(lit[near_v, near_u])
+            v, u = v + near_v.start, u + near_u.start
             factors = _factors(wi, axis[u], axis[v], near, len(terms)) * np.float32(cell**2)
-            albedo = factors.reshape(len(wi), -1) @ terms[:, v, u].reshape(-1, len(lambdas))
-            out[block] = albedo.reshape(out[block].shape)
-    return out
+            for turn, picture in enumerate(turned):
+                albedo = factors.reshape(len(wi), -1) @ picture[:, v, u].reshape(-1, len(lambdas))
+                part = out[block[0], turn, block[1]]
+                part[...] = albedo.reshape(part.shape)
+    return out.reshape(rows, turns * cols, len(lambdas))
 
 
 def coarse_terms(series: SpectrumSeries, orders, axis: np.ndarray, sigma: float, lambdas: np.ndarray) -> np.ndarray:
@@ -183,7 +184,7 @@ def coarse_terms(series: SpectrumSeries, orders, axis: np.ndarray, sigma: float,
     resamplers = [Resampler(series.grid, axis, axis, lam, series.kernel_left(sigma, lam)) for lam in lambdas]
     mixes = np.stack([_terms_in_w(series, lam) for lam in lambdas]).astype(np.float32)
     terms = np.zeros((len(series.amplitude), len(axis), len(axis), len(lambdas)), np.float32)
-    # The picture is linear in the spectrum: blurring the series' nodes is as good as blurring at each w.
+    # The picture is linear in the spectrum, so the series is blurred at its nodes instead of at each w.
     for node, power in enumerate(series.scattered_over_s2):
         rest = power.copy()
         rest.ravel()[orders] = 0
@@ -194,31 +195,35 @@ def coarse_terms(series: SpectrumSeries, orders, axis: np.ndarray, sigma: float,
 
 
 def _without_tail(terms: np.ndarray) -> np.ndarray:
-    """The first of the terms (K, ...), as many as matter; at least 2."""
+    """The first of the terms (K, ...), without the last ones that do not matter; at least 2."""
     size = np.abs(terms).reshape(len(terms), -1).sum(axis=1)
     needed = np.count_nonzero(np.cumsum(size[::-1])[::-1] > _TERMS_TOLERANCE * size.sum())
     return terms[: max(int(needed), 2)]
 
 
 def _terms_in_w(series: SpectrumSeries, lam: float) -> np.ndarray:
-    """Matrix (K, K) from the series' nodes to Chebyshev coefficients in w, over lambda^2."""
+    """Matrix (K, K) that leads from the series' nodes in s to Chebyshev coefficients in w, divided by lambda^2."""
     count = len(series.amplitude)
     w = chebyshev.nodes(count, 0, 2)
     return chebyshev.coefficients_from_nodes(count) @ series.weights(w / lam) / lam**2
 
 
 def _reached(axis: np.ndarray, centres: np.ndarray, reach: float) -> slice:
+    """The part of an axis that lies within `reach` of any of the centres."""
     return slice(*np.searchsorted(axis, [centres.min() - reach, centres.max() + reach]))
 
 
 class NearHorizon:
-    """What a kernel across the horizon sees: two cosines of view, and the weights that they have in the mean of
-    cos(tr)^power g(cos(tr)) over the kernel's real part, right for g of third degree (Gauss; away from the horizon
-    both are the cosine itself).
+    """The part of a kernel that lies above the horizon, as two cosines of view with a weight each.
 
-    1 / c is integrable but has no value at the horizon; with c as the variable, drho = -c / rho dc takes it out:
-    mean(g / c) = integral N(sqrt(1 - c^2) - rho) g / sqrt(1 - c^2) dc. The kernel's extent along the horizon only
-    shifts rho by sigma^2 / 2."""
+    For a kernel of standard deviation sigma about a place at distance rho from (0, 0), the weighted sum of g over the
+    two cosines is the mean of cos(tr)^power g(cos(tr)) over the kernel, where only real directions count. It is exact
+    for g of up to third degree (Gaussian quadrature). Away from the horizon both cosines are that of the place itself.
+
+    For power = -1 the integrand 1 / c is integrable, but has no value at the horizon. With the cosine c as the
+    variable, drho = -c / rho dc takes the pole out: mean(g / c) = integral of N(sqrt(1 - c^2) - rho) g / sqrt(1 - c^2)
+    dc, where N is the kernel across the horizon. The kernel's extent along the horizon is left out: it only shifts rho
+    by sigma^2 / 2."""
 
     def __init__(self, sigma: float, power: int):
         self.reach = 1 + _KERNEL_REACH * sigma
@@ -237,14 +242,14 @@ class NearHorizon:
         self._pairs = [tuple(table.astype(np.float32) for table in pair) for pair in self._pairs]
 
     def __call__(self, rho: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Two pairs of weight and cosine at rho, float32; weight 0 past the kernel's reach."""
+        """Two pairs of weight and cosine, float32, at distances rho. The weight is 0 beyond the kernel's reach."""
         last = len(self._pairs[0][0]) - 1
         at = np.minimum((rho * self._per_step + 0.5).astype(np.int32), last)
         return [(weight[at] * (at < last), cosine[at]) for weight, cosine in self._pairs]
 
 
 def _gauss_of_two(moments: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Two pairs of weight and node (n,) with the given moments of degree 0 to 3 (n, 4)."""
+    """Two pairs of weight and node (n,) that have the given moments (n, 4) of degree 0 to 3."""
     total = np.maximum(moments[:, 0], 1e-300)
     m1, m2, m3 = (moments[:, k] / total for k in (1, 2, 3))
     variance = np.maximum(m2 - m1**2, 1e-12)
@@ -265,14 +270,14 @@ def _views(wi: np.ndarray, u: np.ndarray, v: np.ndarray, near: NearHorizon) -> l
     along = (x * wi[..., 0] + y * wi[..., 1]) / np.maximum(rho, np.float32(1e-6))
     views = []
     for weight, cosine in near(rho):
-        # Of a cell across the horizon only the part above it counts: wr is the unit vector of that cosine.
+        # Only the part of a cell above the horizon counts: wr is the unit vector whose cosine NearHorizon gives.
         wi_wr = along * np.minimum(np.sqrt(1 - cosine**2), rho) + cosine * wi[..., 2]
         views.append((weight * (1 + wi_wr) ** 2, cosine + wi[..., 2] - 1))
     return views
 
 
 def _factors(wi: np.ndarray, u: np.ndarray, v: np.ndarray, near: NearHorizon, count: int) -> np.ndarray:
-    """(1 + wi.wr)^2 T_k(w - 1) / cos(tr) (m, count, n) float32, light wi (m, 3), cells u, v (n,)."""
+    """(1 + wi.wr)^2 T_k(w - 1) / cos(tr), (m, count, n) float32, for light wi (m, 3) and cells at u, v (n,)."""
     factors = np.zeros((len(wi), count, len(u)), np.float32)
     for weight, t in _views(wi[:, None], u, v, near):
         before, now = weight, t * weight

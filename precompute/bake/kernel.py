@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The kernel that a bake begins with: from the coherence asked for, the scans' size and the scene's needs."""
+"""The kernel that a bake begins with, from the coherence asked for, the scans' size and the scene's needs."""
 
 import math
 from collections.abc import Sequence
@@ -11,15 +11,19 @@ from .probe import TEXELS_MAX, TEXELS_MIN
 from .request import BakeRequest
 from .resolution import RESOLUTION_MAX, TEXELS_ALWAYS, resolution_for, texel_size
 
-# A window under a wavelength is no window of a wave: its kernel would be as wide as the hemisphere.
+# A coherence window shorter than a wavelength makes no sense: its kernel would be as wide as the hemisphere.
 SHORTEST_COHERENCE_M = coherence.REFERENCE_WAVELENGTH_M
 
 
 def kernel_for(reliefs: Sequence[Relief], request: BakeRequest) -> float:
-    """The kernel sigma_b that a bake begins with: the asked coherence's, or the narrowest that averages enough areas of
-    all scans (see coherence.py), or what the scene's lights and pixels blur anyway.
+    """The standard deviation sigma_b of the kernel in (u, v) that a bake begins with.
 
-    Raises GratingError for a length that no scan, no light or no table has."""
+    It is that of the coherence length asked for. If none is asked for, it is the narrowest kernel that averages enough
+    coherence areas of all scans together (optics/coherence.py). In either case it is at least as wide as the blur of
+    the scene's lights and pixels.
+
+    Raises GratingError for a coherence length that is shorter than a wavelength, longer than the scan or finer than any
+    table, and for scans that are too small to average enough areas."""
     coherence_length_m, needs = request.coherence_length_m, request.needs
     held = min(_longest_coherence(relief) for relief in reliefs)
     if coherence_length_m is None:
@@ -35,7 +39,7 @@ def kernel_for(reliefs: Sequence[Relief], request: BakeRequest) -> float:
         raise GratingError(f"{asked}: shorter than a wavelength; ask for at least {SHORTEST_COHERENCE_M * 1e6:g} um")
     if coherence_length_m > held * (1 + 1e-9):
         raise GratingError(
-            f"{asked}: longer than the scan, {_sides(reliefs)} um, of which it would be one speckle; ask for at most "
+            f"{asked}: longer than the scan, {_sides(reliefs)} um, which would show as one speckle; ask for at most "
             f"{math.floor(held * 1e8) / 100:g} um, or give a larger scan"
         )
     sigma_b = max(coherence.kernel_sigma(coherence_length_m), needs.kernel)
@@ -45,27 +49,31 @@ def kernel_for(reliefs: Sequence[Relief], request: BakeRequest) -> float:
 
 
 def extent(reliefs: Sequence[Relief]) -> tuple[float, float]:
-    """Area of all scans, and length of those that are profiles: a single row or column does not change across."""
+    """Area of all scans together in square metres, and length in metres of all those that are profiles.
+
+    A profile is a single row or column: it does not change across its width, so its width does not count."""
     area = sum(math.prod(relief.size_m) for relief in reliefs if 1 not in relief.height_m.shape)
     return area, sum(max(_changing_sides(relief), default=0.0) for relief in reliefs if 1 in relief.height_m.shape)
 
 
 def _changing_sides(relief: Relief) -> list[float]:
+    """The sides, in metres, along which a relief has more than one pixel."""
     return [side for side, count in zip(relief.size_m, relief.height_m.shape, strict=True) if count > 1]
 
 
 def _longest_coherence(relief: Relief) -> float:
-    """Of a surface that wraps, any; else the scan's shorter side."""
+    """The longest coherence length that a relief can have: any if it wraps, or else the scan's shorter side."""
     return math.inf if relief.periodic else min(_changing_sides(relief), default=0.0)
 
 
 def _sides(reliefs: Sequence[Relief]) -> str:
+    """The sides of the scan that limits the coherence length, as text in micrometres."""
     smallest = min(reliefs, key=_longest_coherence)
     return " x ".join(f"{side * 1e6:.3g}" for side in smallest.size_m[::-1])
 
 
 def too_fine(request: BakeRequest) -> GratingError:
-    """The refusal of a coherence length that no table resolves at the colour error asked for."""
+    """The error for a coherence length that no table resolves at the colour error asked for."""
     texels = min(TEXELS_ALWAYS / request.delta_e**0.25, TEXELS_MAX)
     longest = coherence.coherence_length(max(texels, TEXELS_MIN) * texel_size(RESOLUTION_MAX))
     return GratingError(

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake that keeps its budget: plan, carry out, measure what the file would hold, and refine once if it must be."""
+"""A bake that keeps the colour error asked for.
+
+It is planned and carried out; what its file will hold is measured; and it is refined once if that is necessary.
+"""
 
 import math
 import time
@@ -20,18 +23,24 @@ from .coherence_models import COHERENCE_MODELS
 from .request import BakeRequest
 from .resolution import blender_bytes
 
-# Past this a table is no longer something to hand to an artist's graphics card.
+# A larger table leaves too little of a graphics card's memory to the scene of an artist.
 ATLAS_BYTES_MAX = 1 << 30
-
-
-# |dY| over Y that goes with a dE00 of 1 or less.
+# The error of luminance relative to luminance, |dY| / Y, that is asked for together with a dE00 of 1 or less.
 _RELATIVE_DY = 0.01
 
 
 @dataclass(frozen=True)
 class Made:
-    """A bake as its file will hold it, the sample set beside it (none under the patch model), its measured errors, and
-    what it took."""
+    """A bake as its file will hold it, and what it took to make it.
+
+    table          the table, rounded as in the file
+    sample_set     the sample set beside it; None under the patch model
+    image, layout  the atlas: the table packed into one picture
+    errors         the measured errors of `table`
+    wavelengths    the number of wavelengths
+    transforms     the number of Fourier transforms of the relief
+    seconds        the time that planning and baking took
+    check_seconds  the time that measuring the errors took"""
 
     table: Table
     sample_set: SampleSet | None
@@ -45,18 +54,22 @@ class Made:
 
     @property
     def blender_bytes(self) -> int:
+        """Bytes that the atlas takes in Blender."""
         return BYTES_PER_TEXEL * self.layout.width * self.layout.height
 
 
 def make(
     reliefs: Sequence[Relief], request: BakeRequest, *, progress: Progress = silent, source: str = "the scan"
 ) -> Made:
-    """Bake reliefs as a request asks. Raises GratingError, naming `source`, if the colour error that is asked for
-    cannot be kept, with the one that can be."""
+    """Bake reliefs as a request asks.
+
+    Raises GratingError, naming `source`, if the colour error asked for cannot be kept. The message tells which one can
+    be kept."""
     made = _attempt(reliefs, request, progress, 1.0, source)
     excess = _excess(made.errors, request.delta_e)
     if excess > 1:
-        # The error falls as the fourth power of the texels; what it does not, a second look tells.
+        # The error of reading falls as the fourth power of the texels. Where other errors stand in the way, measuring
+        # the second attempt shows it.
         again = _attempt(reliefs, request, progress, (1.5 * excess) ** 0.25, source)
         again = _with_time_of(again, made)
         made = again if _excess(again.errors, request.delta_e) < excess else made
@@ -72,11 +85,12 @@ def make(
 
 
 def _excess(errors: Errors, delta_e: float) -> float:
-    """By how much a bake misses its budget: 1 or less is kept."""
+    """The error of a bake in units of the error asked for: the request is kept at 1 or less."""
     return max(errors.p99 / delta_e, errors.relative_dy / (_RELATIVE_DY * max(delta_e, 1)))
 
 
 def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress, finer: float, source: str) -> Made:
+    """One bake of the reliefs, with `finer` times as many texels as the probe finds necessary, and its errors."""
     started = time.perf_counter()
     model = COHERENCE_MODELS[request.model]
     try:
@@ -102,5 +116,6 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
 
 
 def _with_time_of(made: Made, earlier: Made) -> Made:
+    """A second attempt, its times together with those of the first."""
     seconds, check_seconds = made.seconds + earlier.seconds, made.check_seconds + earlier.check_seconds
     return replace(made, seconds=seconds, check_seconds=check_seconds)

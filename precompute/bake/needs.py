@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a scene asks of a bake: the region of (u, v, w) that it reaches, its lights' size, its pixels' size.
+"""What a scene asks of a bake: the region of (u, v, w) that it reaches, and the size of its lights and pixels.
 
-A needs file is JSON, every key optional but the format:
+A needs file is JSON. Every key but the format is optional:
 
     {"format": 1,
      "u": [-0.4, 1.2], "v": [-0.3, 0.3], "w": [0.8, 2.0],   the region; by default [-2, 2], [-2, 2], [0, 2]
-     "light_radius_deg": 0.265,                             angular radius of the smallest light
-     "footprint": 0.01}                                     what (u, v) changes by across a pixel, at the least
+     "light_radius_deg": 0.265,                             angular radius of the smallest light, in degrees
+     "footprint": 0.01}                                     the least change of (u, v) across a pixel
+
+docs/needs.md describes them for users.
 """
 
 import json
@@ -17,19 +19,22 @@ from pathlib import Path
 from ..base.failure import GratingError
 from ..optics.region import Region
 
+# The version of needs files. A reader refuses every other.
 FORMAT = 1
-
-
+# (u, v, w) is the sum of two unit vectors, both above the surface.
 _LIMITS = {"u": (-2.0, 2.0), "v": (-2.0, 2.0), "w": (0.0, 2.0)}
-
-
+# The least width of a range: about three standard deviations of the kernel of a coherence of 34 um.
 _WIDTH_MIN = 0.02
 
 
 @dataclass(frozen=True)
 class Needs:
-    """The region of (u, v) and the range of w; the angular radius of the smallest light in radians; the change of
-    (u, v) across a pixel."""
+    """What a scene needs of a bake.
+
+    region        the region of (u, v)
+    w             the range of w
+    light_radius  the angular radius of the smallest light, in radians
+    footprint     the least change of (u, v) across a pixel"""
 
     region: Region = Region()
     w: tuple[float, float] = _LIMITS["w"]
@@ -43,22 +48,25 @@ class Needs:
 
     @property
     def kernel(self) -> float:
-        """The standard deviation in (u, v) under which a kernel is not seen: a disc's, a / 2, and half of a pixel's
-        own, which a square of that width has as width / sqrt(12)."""
+        """The standard deviation in (u, v) below which the width of a kernel cannot be seen.
+
+        A light's disc of angular radius a blurs with a standard deviation of a / 2. A pixel is a square; a square of
+        side b has the standard deviation b / sqrt(12), and half of that is taken. The larger one counts."""
         return max(self.light_radius / 2, self.footprint / math.sqrt(12) / 2)
 
     def as_dict(self) -> dict:
-        """As the file has it, every key."""
+        """The needs as a file has them, with every key."""
         region = {"u": list(self.region.u), "v": list(self.region.v), "w": list(self.w)}
         light = {"light_radius_deg": math.degrees(self.light_radius), "footprint": self.footprint}
         return {"format": FORMAT, **region, **light}
 
 
+# The needs of a scene of which nothing is known.
 EVERYTHING = Needs()
 
 
 def read_needs(path: Path) -> Needs:
-    """The needs in a file. Raises GratingError that names the file, the key and what it may be."""
+    """The needs in a file. Raises GratingError that names the file, the key, and the values that are allowed."""
     try:
         record = json.loads(path.read_text())
     except (OSError, ValueError) as error:
@@ -67,7 +75,9 @@ def read_needs(path: Path) -> Needs:
 
 
 def needs_of(record: object, source: str) -> Needs:
-    """The needs that a record of JSON holds. Raises GratingError that names the source, the key and what it may be."""
+    """The needs that a record of JSON holds.
+
+    Raises GratingError that names `source`, the key, and the values that are allowed."""
     if not isinstance(record, dict) or record.get("format") != FORMAT:
         raise GratingError(f'{source}: not a needs file of format {FORMAT}; it begins {{"format": {FORMAT}, ...')
     unknown = sorted(set(record) - {"format", *_LIMITS, "light_radius_deg", "footprint"})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake written into a folder, with what its header says of its making."""
+"""A bake written into a folder, with a header that tells how it was made."""
 
 import hashlib
 import sys
@@ -21,8 +21,10 @@ from .request import BakeRequest
 
 
 def bake_to_folder(height_maps: Sequence[HeightMap], request: BakeRequest, folder: Path, progress: Progress) -> dict:
-    """Bake height maps into a folder, the table's file and the sample set's; the facts of the run, as `--json` gives
-    them, the table's file first."""
+    """Bake height maps and write the table's file and the sample set's file into a folder.
+
+    Returns the facts of the run, as `--json` gives them. Under `files` the table's file comes first. Raises
+    GratingError as `make` and `write_together` do."""
     reliefs = [prepare(height_map) for height_map in height_maps]
     made = make(reliefs, request, progress=progress, source=", ".join(height_map.source for height_map in height_maps))
     provenance = provenance_of(height_maps, reliefs, request, made)
@@ -52,7 +54,7 @@ def bake_to_folder(height_maps: Sequence[HeightMap], request: BakeRequest, folde
 def provenance_of(
     height_maps: Sequence[HeightMap], reliefs: Sequence[Relief], request: BakeRequest, made: Made
 ) -> dict:
-    """What the header says of a bake's making; of several scans in the order given."""
+    """What the header tells of how a bake was made. Several scans are listed in the order in which they were given."""
     length_m = coherence.coherence_length(made.table.sigma_b)
     area, profiles = extent(reliefs)
     return {
@@ -76,16 +78,16 @@ def provenance_of(
 
 
 def bake_name(height_maps: Sequence[HeightMap]) -> str:
-    """File stem of a bake: the first height map's."""
+    """The file stem of a bake: that of the first height map, and how many more there are."""
     more = f"_and_{len(height_maps) - 1}_more" if len(height_maps) > 1 else ""
     return height_maps[0].stem + more
 
 
 def peak_bytes() -> int | None:
-    """The most memory this process has held, where the system tells (not on Windows)."""
+    """The most memory in bytes that this process has held; None where the system does not tell (Windows)."""
     status = Path("/proc/self/status")
     if status.is_file():
-        # Linux counts in ru_maxrss what the parent held when it started us; the mark of our own memory does not.
+        # On Linux, ru_maxrss includes what the parent held when it started this process. VmHWM does not.
         held = [line.split()[1] for line in status.read_text().splitlines() if line.startswith("VmHWM:")]
         if held:
             return int(held[0]) * 1024
@@ -93,5 +95,5 @@ def peak_bytes() -> int | None:
         import resource
     except ImportError:
         return None
-    # Kilobytes on Linux, bytes on macOS.
+    # ru_maxrss is in kilobytes on Linux, and in bytes on macOS.
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)

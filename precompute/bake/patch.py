@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bake of the patch model (thesis 3.2), in the same table as the ensemble's: plan, carry out, self-check.
+"""The bake under the patch model of coherence (thesis 3.2): one window on one patch of the surface.
 
-The model's window is fixed in metres (spectra/patch_window.py), so its kernel in (u, v) grows with the wavelength and
-the zero order interferes with the rest: there is no Z(w) kernel(u, v) to take out. So Z is 0, and the table holds all
-of the light over w^2, which no polynomial follows down to w = 0: it begins at W_MIN, under which the rim stands for
-what the table lacks. The table has no albedo bound, and no sample set beside it: it is for lamps alone.
+The table is of the same kind as that of the ensemble model. The window has a fixed size in metres
+(spectra/patch_window.py), so its kernel in (u, v) grows with the wavelength. The zero order interferes with the rest of
+the light: there is no product Z(w) kernel(u, v) that could be taken out. Therefore Z is 0, and the table holds all of
+the light over w^2. No polynomial follows this quotient down to w = 0, so that the table begins at W_MIN. Below, a
+reader gets the value at W_MIN. The table has no albedo bound and no sample set beside it: it serves lamps alone.
 
-|P|^2 is made on a grid of frequencies half again as fine as the window's speckle and read between its points as a
-non-uniform Fourier transform does (A. Dutt and V. Rokhlin, 1993): its transform, which ends with the window's
-autocorrelation, is divided by a Gaussian's, so that a sum over Gaussians about the points is |P|^2 itself. Hence the
-bake's Resampler does for both models, and leaves out of each Gaussian what cubic reading adds.
+The power spectrum |P|^2 is computed on a grid of frequencies that is one and a half times as fine as the window's
+speckle. It is read between the grid's points as by a non-uniform Fourier transform (A. Dutt and V. Rokhlin, Fast
+Fourier transforms for nonequispaced data, 1993): the transform of |P|^2, which ends where the window's autocorrelation
+ends, is divided by the transform of a Gaussian. A sum of such Gaussians about the points is then |P|^2 itself. The
+Resampler of the ensemble model makes such sums, so it serves here as well; and, as there, each Gaussian is narrower by
+what the cubic reading of the table adds.
 """
 
 from collections.abc import Sequence
@@ -36,11 +39,12 @@ from .resolution import bake_wavelengths, texel_middles
 from .self_check import pairs_within, w_within
 from .tiles import narrower, wider_levels, xyz_over_w2
 
-# The table's range of w begins here unless the needs begin later. A skin of 150 nm, the whole of (u, v), takes 13 terms
-# from 0.25, 11 from 0.5, 8 from 0.75, 6 from 1, each for a dE00 of at most 0.5; 13 from 0.1 are off by 42.
+# The table's range of w begins here, unless the needs begin later. Measured on a skin of 150 nm over the whole of
+# (u, v), for a dE00 of at most 0.5: a range from 0.25 takes 13 terms, from 0.5 it takes 11, from 0.75 8, from 1 6. From
+# 0.1, 13 terms have a dE00 of 42.
 W_MIN = 0.25
-
-
+# Values of w at which a bake is checked, and direction pairs at each. There are few of both, because the reference sums
+# over all pixels for each pair.
 _CHECK_GROUPS, _CHECK_PAIRS = 3, 200
 
 
@@ -51,10 +55,10 @@ def plan(
     progress: Progress = silent,
     finer: float = 1.0,
 ) -> Plan:
-    """As ensemble.plan, under one window of the request's coherence length (None: the thesis's); no kernel is widened
-    to fit.
+    """As ensemble.plan, under one window of the request's coherence length; if there is none, the thesis's.
 
-    Raises GratingError for several reliefs: the model is of one patch."""
+    The kernel is never widened to make the table fit. Raises GratingError for several reliefs, since the model is of
+    one patch."""
     if len(reliefs) != 1:
         raise GratingError(f"{len(reliefs)} scans: the patch model is of one; give one, or take --model ensemble")
     needs, delta_e = request.needs, request.delta_e
@@ -62,7 +66,7 @@ def plan(
     window = PatchWindow(reliefs[0], (request.coherence_length_m or THESIS_COHERENCE_M) / 4)
     series = patch_series(window, needs.region.reach, progress)
     sigma_b = series.sigma_b
-    # The kernel is narrowest in the blue: its wavelengths and texels do for all.
+    # The kernel is narrowest at the shortest wavelength. What is fine enough there is fine enough for all.
     narrowest = sigma_b * WAVELENGTH_MIN_M / coherence.REFERENCE_WAVELENGTH_M
     lambdas = bake_wavelengths(narrowest, delta_e, needs.region.reach)
     measured = probe((series,), sigma_b, lambdas, request.illuminant, needs)
@@ -75,7 +79,7 @@ def plan(
 
 
 def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent) -> Table:
-    """As tiles.carry_out."""
+    """As tiles.carry_out, without a zero order and without an albedo bound."""
     nodes = chebyshev.nodes(chosen.terms, *chosen.w_range)
     at_nodes = xyz_over_w2(chosen, nodes, narrower(chosen.sigma_b, chosen.texel), illuminant, progress)
     terms = np.tensordot(chebyshev.coefficients_from_nodes(chosen.terms).astype(np.float32), at_nodes, axes=1)
@@ -88,13 +92,15 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
 
 
 def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, progress: Progress) -> Errors:
-    """The error of a bake as its file holds it against the patch model's reference, at a few w of direction
-    pairs."""
+    """The error of a bake, read from what its file will hold, against the patch model's reference.
+
+    It is measured on direction pairs at a few values of w."""
     rng = np.random.default_rng(0)
     window = PatchWindow(reliefs[0], coherence.coherence_length(chosen.sigma_b) / 4)
     reference = PatchReference(window)
     reach = max(float(np.abs(axis).max()) for axis in chosen.axes)
-    # An order moves by 1.25 kernels a step: a Gaussian summed at that spacing is flat to 7e-6.
+    # From one wavelength to the next an order moves by 1.25 standard deviations of the kernel: a sum of Gaussians at
+    # this spacing is flat to 7e-6.
     lambdas = wavelengths(1.25 * chosen.sigma_b / reach * WAVELENGTH_MIN_M**2 / coherence.REFERENCE_WAVELENGTH_M)
     weights = spectral_weights(lambdas, stored.illuminant)
     found = []
@@ -109,4 +115,4 @@ def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, progress:
 
 
 def sample_set(chosen: Plan) -> None:
-    """None: the model's spectrum cannot be told apart from its zero order, and is not drawn from."""
+    """None: the model's spectrum cannot be told apart from its zero order, so nothing can be drawn from it alone."""

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The patch model's power spectrum at every s."""
+"""The patch model's power spectrum at every s.
+
+sigma_s is the standard deviation of the window in metres, sigma_f = 1 / (2 pi sigma_s) that of its transform in cycles
+per metre (docs/theory.md, section "Coherence").
+"""
 
 import math
 from collections.abc import Sequence
@@ -16,53 +20,47 @@ from ..spectra.resample import KERNEL_REACH
 from ..spectra.series import SpectrumSeries, bound
 from ..spectra.spectrum import FrequencyGrid, fft_order, phasor
 
-# Window and transform reach so many sigma_s from their middle: the window has fallen to 3e-4 of its amplitude, its
-# autocorrelation, exp(-x^2 / (4 sigma_s^2)), to 1e-7 of its peak.
+# How far the window and the transform of |P|^2 reach from their middle, in units of sigma_s. There the window has
+# fallen to 3e-4 of its amplitude, and its autocorrelation, exp(-x^2 / (4 sigma_s^2)), to 1e-7 of its peak.
 _WINDOW_REACH, _LAG_REACH = 4.0, 8.0
-
-
-# From here on the transform of |P|^2, 1e-4 of its peak, is let go, so that dividing by the Gaussian's stays small.
+# From here to _LAG_REACH the transform of |P|^2, which is 1e-4 of its peak or less, fades to 0, so that its quotient by
+# the Gaussian's transform stays small.
 _LAG_KEPT = 6.0
-
-
-# The Gaussian's standard deviation, in units of sigma_f: what folds back is weighed by exp(-48 0.45^2) = 6e-5 where
-# the autocorrelation is 2e-3 of its peak, and by less elsewhere.
+# The Gaussian's standard deviation, in units of sigma_f. What folds back from the end of the transform is weighed by
+# exp(-48 0.45^2) = 6e-5 where the autocorrelation is 2e-3 of its peak, and by less elsewhere.
 _GAUSSIAN = 0.5
-
-
-# Of the Gaussian's variance, what reading a coarse table may not take off: 0.3 sigma_f still weighs by 1e-2.
+# The share of the Gaussian's variance that must stay when the reading of a coarse table is allowed for. With the 0.3
+# sigma_f that are then left, what folds back is weighed by 1e-2.
 _GAUSSIAN_LEFT = 0.36
-
-
-# Points past the region, where dividing meets the rim of the grid.
+# Points of the grid beyond the region asked for: near the rim of the grid the quotient is wrong.
 _MARGIN = 40
-
-
+# Share of the power that the series in s may leave out.
 _SERIES_TOLERANCE = 1e-4
-
-
+# Rows or columns that are transformed at once, to save memory.
 _ROWS_AT_ONCE = 64
 
 
 @dataclass(frozen=True)
 class PatchSeries(SpectrumSeries):
-    """The patch model's power per bin at Chebyshev nodes in s; `scattered_over_s2` holds the power itself, all of it,
-    which does not vanish with s, and `amplitude` nothing. A bin is a Gaussian of `gaussian` in q; the kernel asked for,
-    `sigma_b` and what reading the table takes off, is only told by its difference."""
+    """The patch model's power per bin, at Chebyshev nodes in s.
+
+    `scattered_over_s2` holds all of the power itself, not divided by s^2, because it does not vanish with s.
+    `amplitude` is 0. A bin is a Gaussian of standard deviation `gaussian` in q. `sigma_b` is the kernel in (u, v) at
+    the reference wavelength; a kernel that is asked for only tells how much narrower than sigma_b it is."""
 
     gaussian: float = 0.0
     sigma_b: float = 0.0
 
     def weights(self, s: np.ndarray) -> np.ndarray:
-        """See SpectrumSeries: of the power over s^2."""
+        """As SpectrumSeries.weights, but for the power over s^2."""
         return super().weights(s) / np.asarray(s)[..., None] ** 2
 
     def zero_order(self, s: np.ndarray) -> np.ndarray:
-        """None apart from the rest."""
+        """Zero: the zero order is not told apart from the rest."""
         return np.zeros(np.shape(s))
 
     def kernel_left(self, sigma: float, wavelength_m: float) -> float:
-        """The bins' Gaussian in (u, v), narrower by what `sigma` is narrower than sigma_b."""
+        """The standard deviation in (u, v) of the bins' Gaussian, narrower by what `sigma` is narrower than sigma_b."""
         whole = (wavelength_m * self.gaussian) ** 2
         return math.sqrt(max(whole + sigma**2 - self.sigma_b**2, _GAUSSIAN_LEFT * whole))
 
@@ -84,7 +82,7 @@ def patch_series(window: PatchWindow, reach: float, progress: Progress = silent)
 
 
 class _Axis:
-    """Pixels under the window, the window, and the frequencies that are kept, along axis 0 (B) or 1 (T)."""
+    """The pixels under the window, the window, and the frequencies that are kept, along axis 0 (B) or 1 (T)."""
 
     def __init__(self, window: PatchWindow, axis: int, q_max: float):
         pixel, count = window.relief.pixel_size_m[axis], window.relief.height_m.shape[axis]
@@ -104,7 +102,7 @@ class _Axis:
 
 
 def _power(window: PatchWindow, axes: Sequence[_Axis], s: float) -> np.ndarray:
-    """PSD per bin (ny, nx) at s, its transform divided by the Gaussian's."""
+    """PSD per bin (ny, nx) at s, after its transform was divided by the Gaussian's."""
     y, x = axes
     field = phasor(window.relief.height_m, s).astype(np.complex64)
     half = np.empty((len(y.pixels), len(x.q)), np.complex64)

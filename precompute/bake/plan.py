@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The plan of a bake: what it is made from and how fine it is."""
+"""The plan of a bake: what it is made from, and how fine it is."""
 
 from dataclasses import dataclass
 
@@ -12,8 +12,16 @@ from ..table.table import held_region
 
 @dataclass(frozen=True)
 class Plan:
-    """What a bake is made from: spectra, wavelengths, kernel, the texels' middles along v and u, terms in w, and the
-    float that holds those."""
+    """What a bake is made from, and how fine it is.
+
+    ensemble     the series of each scan; their mean is baked
+    wavelengths  in metres, ascending
+    sigma_b      the standard deviation of the kernel in (u, v)
+    texel        the step of u and v from one texel to the next
+    axes         v and u at the texels' middles
+    terms        the number of Chebyshev terms in w
+    w_range      the range of w
+    precision    the kind of float that holds the terms well enough in a file"""
 
     ensemble: tuple[SpectrumSeries, ...]
     wavelengths: np.ndarray
@@ -26,9 +34,10 @@ class Plan:
 
     @property
     def region(self) -> Region:
-        """What the table holds of (u, v)."""
+        """The region of (u, v) that the table holds."""
         return held_region(self.axes)
 
     @property
     def texels_per_sigma(self) -> float:
+        """Texels to one standard deviation of the kernel."""
         return self.sigma_b / self.texel

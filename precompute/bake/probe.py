@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a dE00 takes on this very surface: how many terms in w, how many texels to a kernel.
+"""How fine a bake of this very surface must be for a colour error dE00: terms in w, and texels to a kernel.
 
-Bounds alone ask for the worst: ideal line gratings, whose orders are as sharp as the kernel, and reliefs that have as
-much light at their full depth as anywhere. So both are measured, on a dozen patches of (u, v): some where the light
-is, some near the zero order, where a deep relief changes fastest with w. In each patch the exact sum over the bins
-stands at random places, and a small lattice of texels, read by cubic B-splines, beside it.
+Bounds would ask for the worst case: ideal line gratings, whose orders are as sharp as the kernel, and reliefs that have
+as much light at their full depth as at any other. Therefore terms and texels are measured, on about twenty small
+patches of (u, v). Some patches lie where the light is. The others lie near the zero order, where the light of a deep
+relief changes fastest with w. Each patch is computed in two ways, and the two are compared: as the exact sum over the
+bins at random places, and as a small lattice of texels, read at these places by cubic B-splines.
 """
 
 import math
@@ -21,34 +22,34 @@ from ..spectra.series import SpectrumSeries
 from ..table.atlas import LARGEST_STORED
 from .needs import Needs
 
-# The error of a cubic table falls as the fourth power of the texels to a standard deviation of the kernel: it is
-# measured at so many, on a lattice of so many texels a side, at so many places a side in its three middle cells.
+# The error of a cubic reading falls as the fourth power of the number of texels to a standard deviation of the kernel.
+# It is measured with _TEXELS_MEASURED of them. The lattice of a patch has _LATTICE texels a side. It is read at _PLACES
+# places along each axis, within its three middle cells.
 _TEXELS_MEASURED, _LATTICE, _PLACES = 1.0, 6, 5
-
-
-# Of a Gaussian's peak a reading is off by 1.8 % at one texel, 3.4 % at 0.9 and 7.7 % at 0.8, where the kernel to
-# sample, sqrt(sigma^2 - texel^2 / 3), falls between the texels: the fourth power of 0.9 is a quarter short of that, of
-# 0.8 a half. Above, it falls a little faster; half floats show before four.
+# The range of texels to a standard deviation in which the fourth power can be trusted. A reading of a Gaussian is off
+# by 1.8 % of the peak at 1 texel, 3.4 % at 0.9 and 7.7 % at 0.8. The fourth power foretells only 2.7 % and 4.4 %: the
+# kernel to sample, sqrt(sigma^2 - texel^2 / 3), is there so narrow that it falls between the texels. Above 1 texel the
+# error falls a little faster than the fourth power. The rounding of half floats shows before 4 texels.
 TEXELS_MIN, TEXELS_MAX = 0.9, 4.0
-
-
-# Shares of the budget. The reading's, a dE00, also keeps |dY| under the percent that goes with a dE00 of 1: at 0.75
-# some surfaces, sample:elaphe one of them, had to be baked twice for it.
+# Shares of the asked dE00 that reading, truncated terms and half floats may take. The share of reading is chosen so
+# that the error of luminance, too, stays below the 1 % that is asked for together with a dE00 of 1: with a share of
+# 0.75 some surfaces, sample:elaphe among them, had to be baked twice because of it.
 _READING_SHARE, _TERMS_SHARE, _HALVES_SHARE = 0.55, 0.25, 0.1
-
-
+# Patches where the light is, and patches near the zero order.
 _PATCHES_LIT, _PATCHES_INNER = 16, 5
-
-
-# Where light is drawn from a bin, a patch lies about it by so many sigma: a reading errs most on an order and its
-# flanks.
+# A patch where the light is lies about a bin that is drawn by its power, off by this many standard deviations of the
+# kernel along each axis: a reading errs most on an order and on its flanks.
 _FLANK = 0.5
 
 
 @dataclass(frozen=True)
 class Probe:
-    """Truth and a cubic reading of it, scattered XYZ over w^2 (count, places, 3), at `count` Chebyshev nodes of w;
-    `real` (count, places) marks the places that directions reach at that w."""
+    """The exact light on the patches, and a cubic reading of it.
+
+    truth    (count, places, 3), scattered XYZ over w^2 at `count` Chebyshev nodes of w
+    reading  the same, read from lattices of texels
+    real     (count, places), whether real directions reach a place at that w
+    white    (3,), XYZ of the illuminant"""
 
     truth: np.ndarray
     reading: np.ndarray
@@ -56,12 +57,12 @@ class Probe:
     white: np.ndarray
 
     def texels_per_sigma(self, delta_e: float) -> float:
-        """Texels that one standard deviation of the kernel must span for a dE00 of delta_e (99th percentile)."""
+        """Texels to one standard deviation of the kernel that a dE00 of delta_e (99th percentile) asks for."""
         excess = self._p99(self.reading) / (_READING_SHARE * delta_e)
         return float(np.clip(_TEXELS_MEASURED * excess**0.25, TEXELS_MIN, TEXELS_MAX))
 
     def terms(self, delta_e: float) -> int:
-        """The fewest Chebyshev terms in w whose truncation keeps to its share of a dE00 of delta_e."""
+        """The fewest Chebyshev terms in w whose truncation keeps its share of a dE00 of delta_e."""
         count = len(self.truth)
         coefficients = self._coefficients()
         for terms in range(2, count):
@@ -70,21 +71,26 @@ class Probe:
         return count
 
     def halves_do(self, terms: int, delta_e: float) -> bool:
-        """Whether half floats hold so many terms within their share of delta_e: a deep relief's are large for the
-        sake of w = 0, where it scatters most, and all but cancel where w is large."""
+        """Whether half floats can hold `terms` terms within their share of delta_e.
+
+        The terms of a deep relief are large because it scatters most at w = 0. Where w is large they nearly cancel, and
+        the rounding of half floats is what is left."""
         coefficients = self._coefficients()[:terms]
         scale = max(np.abs(coefficients).max(), 1e-30) / LARGEST_STORED
         stored = (coefficients / scale).astype(np.float16).astype(float) * scale
         return self._p99(self._sum(stored)) <= (_TERMS_SHARE + _HALVES_SHARE) * delta_e
 
     def _coefficients(self) -> np.ndarray:
+        """Chebyshev coefficients (count, places, 3) of the truth in w."""
         return np.tensordot(chebyshev.coefficients_from_nodes(len(self.truth)), self.truth, axes=1)
 
     def _sum(self, coefficients: np.ndarray) -> np.ndarray:
+        """The sum of the first terms, at the nodes of w."""
         basis = chebyshev.polynomials(chebyshev.nodes(len(self.truth), -1, 1), len(coefficients))
         return np.tensordot(basis, coefficients, axes=1)
 
     def _p99(self, answer: np.ndarray) -> float:
+        """The 99th percentile of dE00 at real places, at the worst exposure."""
         truth = self.truth[self.real]
         return worst_exposure(truth, answer[self.real], np.ones(len(truth), bool), self.white)["p99"]
 
@@ -92,7 +98,7 @@ class Probe:
 def probe(
     ensemble: Sequence[SpectrumSeries], sigma_b: float, lambdas: np.ndarray, illuminant: str, needs: Needs
 ) -> Probe:
-    """Measure the mean of the ensemble's spectra under a kernel sigma_b, within the region of (u, v, w) asked for."""
+    """Measure the mean of the ensemble's spectra under a kernel sigma_b, in the region of (u, v, w) that is needed."""
     rng = np.random.default_rng(0)
     centres = _patch_centres(ensemble[0], sigma_b, needs, rng)
     texel = sigma_b / _TEXELS_MEASURED
@@ -100,7 +106,7 @@ def probe(
     places = np.sort(rng.uniform(lattice[1], lattice[-2], (2, len(centres), _PLACES)), axis=-1)
     at = [np.concatenate([np.broadcast_to(lattice, (len(centres), _LATTICE)), places[k]], axis=1) for k in (0, 1)]
     v, u = (centres[:, k, None] + at[k] for k in (0, 1))
-    # The texels' kernel is narrower by what reading them adds, as in the bake.
+    # As in the bake, the kernel of the texels is narrower by what reading them adds.
     sigma = np.repeat([math.sqrt(sigma_b**2 - bspline.VARIANCE * texel**2), sigma_b], [_LATTICE, _PLACES])
     count = max(len(series.amplitude) for series in ensemble)
     w = chebyshev.nodes(count, *needs.w)
@@ -115,7 +121,7 @@ def probe(
 
 
 def _patch_centres(series: SpectrumSeries, sigma_b: float, needs: Needs, rng: np.random.Generator) -> np.ndarray:
-    """Centres (n, 2) of patches as (v, u)."""
+    """Centres (n, 2) of the patches, as (v, u)."""
     radius = np.exp(rng.uniform(math.log(2 * sigma_b), math.log(max(0.4, 3 * sigma_b)), _PATCHES_INNER))
     turn = rng.uniform(0, 2 * np.pi, _PATCHES_INNER)
     found = [radius[:, None] * np.column_stack([np.sin(turn), np.cos(turn)])]
@@ -135,7 +141,9 @@ def _patch_centres(series: SpectrumSeries, sigma_b: float, needs: Needs, rng: np
 
 
 def _patches(series: SpectrumSeries, v, u, w, lambdas, sigma, illuminant) -> np.ndarray:
-    """Scattered XYZ over w^2 (len(w), patches, n, n, 3) at v x u (patches, n), the kernel sigma (n,) of each place."""
+    """Scattered XYZ over w^2 (len(w), patches, n, n, 3) at the places v x u, each (patches, n).
+
+    `sigma` (n,) is the standard deviation of the kernel at each place."""
     out = np.zeros((len(w), *v.shape, v.shape[1], 3))
     for lam, weight in zip(lambdas, spectral_weights(lambdas, illuminant), strict=True):
         left = np.array([series.kernel_left(each, lam) for each in sigma])
@@ -149,7 +157,7 @@ def _patches(series: SpectrumSeries, v, u, w, lambdas, sigma, illuminant) -> np.
 
 
 def _kernels(q: np.ndarray, at: np.ndarray, lam: float, sigma: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Indices (patches, m) of the bins around each patch, and their weights (patches, n, m) at places (patches, n)."""
+    """Indices (patches, m) of the bins around each patch, and weights (patches, n, m) for its places (patches, n)."""
     if len(q) == 1:
         index = np.zeros((len(at), 1), int)
     else:
@@ -160,18 +168,19 @@ def _kernels(q: np.ndarray, at: np.ndarray, lam: float, sigma: np.ndarray) -> tu
     inside = (index >= 0) & (index < len(q))
     index = np.clip(index, 0, len(q) - 1)
     distance = (at[:, :, None] - lam * q[index][:, None, :]) / sigma[:, None]
-    kernel = inside[:, None, :] * np.exp(-0.5 * distance**2) / (math.sqrt(2 * math.pi) * sigma[:, None])
+    near = inside[:, None, :] & (np.abs(distance) <= KERNEL_REACH)
+    kernel = near * np.exp(-0.5 * distance**2) / (math.sqrt(2 * math.pi) * sigma[:, None])
     return index, kernel.astype(np.float32)
 
 
 def _read(texels: np.ndarray, y: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Lattices (k, patches, rows, columns, 3) read at y x x (patches, n), in texels from their middles."""
+    """Lattices (k, patches, rows, columns, 3) of texels, read at y x x (patches, n), in texels from their middles."""
     shares = [_shares(each + (_LATTICE - 1) / 2) for each in (y, x)]
     return np.einsum("pij,kpjlc,pml->kpimc", shares[0], texels, shares[1], optimize=True)
 
 
 def _shares(x: np.ndarray) -> np.ndarray:
-    """Weights (patches, n, _LATTICE) of a lattice's texels for places x (patches, n) in texels from the first."""
+    """Weights (patches, n, _LATTICE) of a lattice's texels for places x (patches, n), in texels from the first."""
     first, weights = bspline.taps(x, _LATTICE)
     out = np.zeros((*x.shape, _LATTICE))
     for k, weight in enumerate(weights):

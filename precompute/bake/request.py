@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is asked of a bake: all that its result depends on, and nothing else.
 
-One request is read off the command line or off Blender's panel, stands in the header of the file that the bake writes,
-and is part of the cache's key, so that a bake can be repeated from any of the three.
+One request is read from the command line or from Blender's panel, is written into the header of the bake's file, and is
+part of the cache's key. So a bake can be repeated from any of the three.
 """
 
 import math
@@ -17,16 +17,21 @@ from ..surface.height_map import HeightMap
 from ..surface.readers.registry import read_height_map
 from .needs import EVERYTHING, Needs, needs_of
 
+# The names of the models of coherence (coherence_models.py).
 MODELS = ("ensemble", "patch")
-# What levelling a scan gets. Others will be asked for by name, in the order in which they are done.
+# The steps by which scans are levelled, in the order in which they are done. There is only one today.
 LEVELLING = ("plane",)
+# CIEDE2000 of black and white: a larger difference of colour has no meaning.
 DELTA_E_MAX = 100.0
 
 
 @dataclass(frozen=True)
 class Scan:
-    """A scan by its file, or by sample:NAME; the width in micrometres and the height of white over black in nanometres
-    of a picture, which does not know them; the channel, if it is not the topography."""
+    """A scan, named by its file or by sample:NAME.
+
+    size_um    width of a picture in micrometres; a picture does not know it
+    height_nm  height of white over black in nanometres, for a picture as well
+    channel    the channel of the file, if it is not the topography"""
 
     source: str
     size_um: float | None = None
@@ -34,7 +39,7 @@ class Scan:
     channel: str | None = None
 
     def read(self) -> HeightMap:
-        """Its height map. Raises GratingError as read_height_map does."""
+        """The scan's height map. Raises GratingError as read_height_map does."""
         return read_height_map(self.source, self.size_um, self.height_nm, self.channel)
 
 
@@ -42,14 +47,14 @@ class Scan:
 class BakeRequest:
     """What is asked of a bake.
 
-    delta_e             99th percentile of CIEDE2000 that the bake must keep
-    coherence_length_m  4 sigma_s in metres; None: as long as the scans can average, under the patch model the thesis's
+    delta_e             the 99th percentile of CIEDE2000 that the bake must keep
+    coherence_length_m  4 sigma_s in metres, where sigma_s is the standard deviation of the coherence window; None: the
+                        longest that the scans can average, or under the patch model the thesis's
     illuminant          what counts as white
     needs               what the scene reaches
-    model               of coherence, one of MODELS
+    model               the model of coherence, one of MODELS
     levelling           the steps by which the scans are levelled
-    scans               of one skin; their spectra are averaged
-    """
+    scans               scans of one skin; their spectra are averaged"""
 
     delta_e: float = 1.0
     coherence_length_m: float | None = None
@@ -60,7 +65,9 @@ class BakeRequest:
     scans: tuple[Scan, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """As JSON has it, every key. The folders of the scans are left out: a bake moves from machine to machine."""
+        """The request as JSON has it, with every key.
+
+        The folders of the scans are left out, because a bake moves from machine to machine."""
         scans = [{**asdict(scan), "source": _without_folder(scan.source)} for scan in self.scans]
         return {
             "scans": scans,
@@ -73,20 +80,22 @@ class BakeRequest:
         }
 
     def at(self, folder: Path) -> "BakeRequest":
-        """The request with its scans looked for in a folder, but for samples and whole paths."""
+        """The request with its scans looked for in `folder`. Samples and absolute paths stay as they are."""
         return replace(self, scans=tuple(replace(scan, source=_within(folder, scan.source)) for scan in self.scans))
 
 
 def request_from(record: Mapping[str, Any], source: str) -> BakeRequest:
-    """The request that JSON holds; keys that are absent have their defaults.
+    """The request that a record of JSON holds. Keys that are absent have their defaults.
 
     Raises GratingError, naming `source` and the key, for a value that no bake can have."""
     known = set(BakeRequest().as_dict())
     if not isinstance(record, Mapping):
-        raise GratingError(f"{source}: no request of a bake; give the .exr that `bake` wrote, or a request's JSON")
+        raise GratingError(
+            f"{source}: holds no request for a bake; give the .exr that `bake` wrote, or the JSON of a request"
+        )
     for key in record:
         if key not in known:
-            raise GratingError(f"{source}: {key}: a bake is not asked for this; there are {', '.join(sorted(known))}")
+            raise GratingError(f"{source}: {key}: no such key of a request; there are {', '.join(sorted(known))}")
     found = BakeRequest(
         delta_e=_number(source, "delta_e", record.get("delta_e", 1.0), DELTA_E_MAX),
         coherence_length_m=None,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How fine a table is: texels, wavelengths, and the bytes that they take in Blender."""
+"""How fine a table is: its texels, the wavelengths that it is made from, and the bytes that it takes in Blender."""
 
 import math
 
@@ -12,30 +12,32 @@ from ..table.atlas import STRIP_ROWS
 from ..table.table import ZERO_ORDER_SAMPLES
 from ..table.tiling import BYTES_PER_TEXEL, TILE_PADDING
 
+# The smallest and the largest number of texels a side of a whole table. A finer table is refused (kernel.py).
 RESOLUTION_MIN, RESOLUTION_MAX = 64, 2048
-
-
 # What a bake may take in Blender unless a coherence length is asked for.
 DEFAULT_BYTES = 128 << 20
-
-
-# Texels to a sigma that hold a dE00 of 1 on any surface, ideal line gratings included.
+# Texels to a standard deviation of the kernel that keep a dE00 of 1 on any surface, ideal line gratings included
+# (docs/data_flow.md).
 TEXELS_ALWAYS = 1.2
 
 
 def texel_size(resolution: int) -> float:
-    """Step in u of a tile whose inner texels' middles cover [-2, 2]."""
+    """Step of u from one texel to the next, for a tile of `resolution` texels a side.
+
+    The middles of its inner texels reach from -2 to 2."""
     return 4 / (resolution - 2 * TILE_PADDING - 1)
 
 
 def resolution_for(sigma_b: float, texels_per_sigma: float) -> int:
-    """Texels a side of the coarsest whole table that gives a kernel sigma_b so many texels; even."""
+    """Texels a side of the coarsest whole table that has `texels_per_sigma` texels to a kernel sigma_b.
+
+    The number is even, and at least RESOLUTION_MIN."""
     count = math.ceil(4 * texels_per_sigma / sigma_b - 1e-9) + 1 + 2 * TILE_PADDING
     return max(RESOLUTION_MIN, count + count % 2)
 
 
 def blender_bytes(terms: int, tile: tuple[int, int], sigma_b: float) -> int:
-    """What the atlas of a table takes in Blender."""
+    """Bytes that the atlas of a table takes in Blender. `tile` is rows and columns of a tile of level 0."""
     inner = tuple(n - 2 * TILE_PADDING for n in tile)
     levels = tiling.level_count(sigma_b, inner)
     stride, width_min = tiling.first_stride(inner, levels), ZERO_ORDER_SAMPLES + 1
@@ -45,15 +47,19 @@ def blender_bytes(terms: int, tile: tuple[int, int], sigma_b: float) -> int:
 
 
 def texel_middles(low: float, high: float, texel: float) -> np.ndarray:
-    """Middles of the texels from low to high, or from as little outside, and TILE_PADDING more at each end."""
+    """The middles of the texels from low to high, and of TILE_PADDING more at each end.
+
+    If low and high are not a whole number of texels apart, the outer middles lie outside by equal amounts."""
     count = math.ceil((high - low) / texel - 1e-9) + 1 + 2 * TILE_PADDING
     return (low + high) / 2 + (np.arange(count) - (count - 1) / 2) * texel
 
 
 def bake_wavelengths(sigma_b: float, delta_e: float = 1.0, reach: float = 2.0) -> np.ndarray:
-    """Wavelengths (n,) equally spaced in log: at |u| = reach a step moves an order by f sigma_b, and a Gaussian summed
-    at that spacing is flat to 2 exp(-2 pi^2 / f^2), which is put at 0.1 % for a dE00 of 1. At least 80, for the colour
-    matching functions."""
+    """Wavelengths (n,) in metres, equally spaced in their logarithm.
+
+    At |u| = reach, an order moves by f sigma_b from one wavelength to the next. A sum of Gaussians at this spacing is
+    flat to 2 exp(-2 pi^2 / f^2) (Poisson's formula). This is set to 0.1 % for a dE00 of 1, in proportion for others.
+    There are at least 80 steps, which the colour matching functions ask for."""
     spacing = math.pi * math.sqrt(2 / math.log(2 / min(1e-3 * delta_e, 0.1)))
     step = min(spacing * sigma_b / reach, np.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / 80)
     count = int(np.ceil(np.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / step)) + 1

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake's own measure of its error, at about the price of the bake.
+"""A bake's own measure of its error, at about the cost of the bake itself.
 
-The reference proper takes one transform for every w and wavelength: minutes. Of what stands between it and the table
-only the series in s is the bake's own transform, so it is held against exact ones by itself, at s that it was not made
-at. All else (wavelengths, kernel, texels, terms, half floats) is measured by the project's metric against sums over
-the series' bins at each asked direction. `check` is the same figure by a road of its own.
+The reference takes one Fourier transform for every w and every wavelength: minutes. Between it and the table, only the
+series in s is made from the bake's own transforms. So this series is compared by itself with exact transforms, at
+values of s that it was not made from. All other errors (of wavelengths, kernel, texels, terms and half floats) are
+measured by the project's error metric, against sums over the series' bins at each asked direction.
+
+The verb `check` measures the same error in an independent way (precompute/check).
 """
 
 from collections.abc import Sequence
@@ -23,27 +25,24 @@ from ..surface.relief import Relief
 from ..table.table import Table
 from .plan import Plan
 
+# Values of w at which a bake is checked.
 GROUPS = 4
-
-
-# Pairs of a group, as many as make this many sums over bins.
+# The least and the largest number of direction pairs at each w. Between them, it is chosen so that about _BINS_SUMMED
+# bins are summed.
 _PAIRS_MIN, _PAIRS_MAX, _BINS_SUMMED = 700, 1600, 800_000
-
-
-# Standard deviations at which a kernel is cut: 1.5e-8 of its peak.
+# Standard deviations at which a kernel is cut: it has fallen to 1.5e-8 of its peak.
 _CUT = 6.0
-
-
-# dE00 of a relative error of 1 in luminance, at Y = 1: L* goes as its cube root.
+# dE00 to a relative error of luminance, at Y = 1: L* = 116 Y^(1/3) - 16, whose derivative is 116 / 3.
 _DELTA_E_PER_UNIT = 116 / 3
-
-
+# Values of s at which each series is compared with an exact transform.
 _SERIES_PROBES = 2
 
 
 def wavelengths_for(sigma_b: float) -> np.ndarray:
-    """Wavelengths (n,) equally spaced in log: an order at |u| = 1 moves by sigma_b a step, and a Gaussian summed at
-    that spacing is flat to 5e-9; at the rim, |u| = 2, to 1.4 %."""
+    """Wavelengths (n,) in metres, equally spaced in their logarithm.
+
+    At |u| = 1 an order moves by sigma_b from one wavelength to the next. A sum of Gaussians at this spacing is flat to
+    5e-9; at the rim, |u| = 2, to 1.4 %."""
     step = min(sigma_b, np.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / 80)
     return np.geomspace(
         WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, int(np.ceil(np.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / step)) + 1
@@ -51,9 +50,10 @@ def wavelengths_for(sigma_b: float) -> np.ndarray:
 
 
 def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, progress: Progress) -> Errors:
-    """The error of a bake as its file holds it, on a few w of direction pairs that it was not made from.
+    """The error of a bake, read from what its file will hold.
 
-    What the series lacks is added to every figure of colour. progress(stage, fraction) as in bake."""
+    It is measured at a few values of w, on direction pairs that the bake was not made from. What the series lacks is
+    added to every error of colour and of luminance. `progress` hears of the stage "self-check"."""
     rng = np.random.default_rng(0)
     found = []
     pairs = _affordable_pairs(chosen)
@@ -72,7 +72,8 @@ def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, progress:
 
 
 def _affordable_pairs(chosen: Plan) -> int:
-    """A wide kernel meets many bins, and shows less detail for them to find."""
+    """How many pairs of a group can be measured. A wide kernel takes more bins to a pair, and fewer pairs, because it
+    shows less detail."""
     bins = 1.0
     for q in (chosen.ensemble[0].grid.q_y, chosen.ensemble[0].grid.q_x):
         if len(q) > 1:
@@ -81,8 +82,9 @@ def _affordable_pairs(chosen: Plan) -> int:
 
 
 def w_within(w_range: tuple[float, float], count: int, rng: np.random.Generator) -> np.ndarray:
-    """w (count,) as two cosine-weighted directions have it, one from each quantile of what lies in the range: a deep
-    relief is hardest where w is large, which no draw may miss."""
+    """Values of w (count,) within a range, as two cosine-weighted directions have them.
+
+    One is drawn from each quantile. A deep relief is hardest where w is large, and no draw may miss that."""
     drawn = np.sort(draw_w(4096, rng))
     drawn = drawn[(drawn >= w_range[0]) & (drawn <= w_range[1])]
     if len(drawn) < count:
@@ -91,7 +93,9 @@ def w_within(w_range: tuple[float, float], count: int, rng: np.random.Generator)
 
 
 def pairs_within(chosen: Plan, w: float, count: int, rng: np.random.Generator) -> Pairs:
-    """Up to `count` pairs of w inside the table: of a small region more are drawn until half as many fall in it."""
+    """Up to `count` direction pairs of w inside the table.
+
+    For a small region more pairs are drawn, until at least half of `count` fall in it."""
     for more in (1, 4, 16, 64):
         drawn = draw_pairs(_spectrum(chosen.ensemble, rng), chosen.sigma_b, w, more * count, rng)
         drawn = drawn.within(chosen.region)
@@ -101,7 +105,7 @@ def pairs_within(chosen: Plan, w: float, count: int, rng: np.random.Generator) -
 
 
 def _spectrum(ensemble: Sequence[SpectrumSeries], rng: np.random.Generator) -> Spectrum:
-    """One of the spectra at a time: drawn from in turn, they make their mean."""
+    """The spectrum of one scan at a time, chosen at random. Pairs drawn from them in turn are drawn from their mean."""
     whole = (slice(None), slice(None))
 
     def at(s: float):
@@ -112,6 +116,7 @@ def _spectrum(ensemble: Sequence[SpectrumSeries], rng: np.random.Generator) -> S
 
 
 def _truth(ensemble, pairs: Pairs, w: float, sigma_b: float, illuminant: str, progress: Progress) -> Truth:
+    """The scattered XYZ and the zero order's XYZ of pairs, as sums over the bins of the scans' series."""
     lambdas = wavelengths_for(sigma_b)
     weights = spectral_weights(lambdas, illuminant) / len(ensemble)
     scattered, zero_order = np.zeros((len(pairs.wi), 3)), np.zeros(3)
@@ -130,7 +135,8 @@ def _truth(ensemble, pairs: Pairs, w: float, sigma_b: float, illuminant: str, pr
 
 
 def _reached(q: np.ndarray, at: np.ndarray, reach: float) -> slice:
-    """The bins from two short of the first place's reach to two past the last's; all, if that leaves none."""
+    """The bins from two before the reach of the first place to two after that of the last; all bins, if that leaves
+    none."""
     if not len(at):
         return slice(None)
     start, stop = np.searchsorted(q, [at.min() - reach, at.max() + reach])

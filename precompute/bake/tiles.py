@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A plan carried out: the tiles of the table.
 
-Per wavelength the spectrum at each w node is blurred and resampled onto (u, v) by two banded matrix products (the
-kernel is separable and fixed in (u, v), so a wavelength only stretches the bins it acts on), weighted by the observer
-and added up; a cosine transform over the nodes gives the B_k. Several scans of one skin are averaged: every step is
-linear in the spectrum.
+For each wavelength, the spectrum at each node of w is blurred by the kernel and resampled onto (u, v). These are two
+products with banded matrices: the kernel is a product of one factor along u and one along v, and has a fixed size in
+(u, v), so that a wavelength only stretches the bins that it acts on. The results are weighted by the observer and
+summed over the wavelengths. A cosine transform over the nodes of w then gives the terms B_k. Several scans of one skin
+are averaged, which is right because every step is linear in the spectrum.
 """
 
 import math
@@ -23,19 +24,17 @@ from ..table.tiling import TILE_PADDING
 from .excess_albedo import excess_table
 from .plan import Plan
 
-# Texels past |(u, v)| = 2 that a reading there meets: less than two along each axis.
+# Texels past |(u, v)| = 2 that are kept. A reading at |(u, v)| = 2 uses texels less than two away along each axis, that
+# is less than 2.9 away.
 _RIM = 3
-
-
-# Wavelengths summed into the table at once, and rows of it: what a core's cache holds.
+# Wavelengths that are summed into the table at once, and rows of the table: a core's cache holds that much.
 _WAVELENGTHS_AT_ONCE, _ROWS_AT_ONCE = 8, 16
-
-
+# Bins that are mixed at once, those of several nodes together: 32 MiB of floats.
 _BINS_AT_ONCE = 1 << 23
 
 
 def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent) -> Table:
-    """The bake that a plan describes."""
+    """The table that a plan describes. `progress` hears of the wavelengths."""
     sigma_table = narrower(chosen.sigma_b, chosen.texel)
     nodes = chebyshev.nodes(chosen.terms, *chosen.w_range)
     at_nodes = xyz_over_w2(chosen, nodes, sigma_table, illuminant, progress)
@@ -52,18 +51,20 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
 
 
 def narrower(sigma: float, texel: float) -> float:
-    """The kernel to sample so that a reading, which widens it by the B-spline, has sigma."""
+    """The kernel to sample so that a reading has sigma: reading by B-splines widens it."""
     return math.sqrt(sigma**2 - bspline.VARIANCE * texel**2)
 
 
 def wider_levels(terms: np.ndarray, axes, sigma_b: float, texel: float) -> tuple[np.ndarray, ...]:
-    """Levels 1, 2, ... of terms (K, rows, columns, 3) whose texels' middles are at axes v, u.
+    """Levels 1, 2, ... of terms (K, rows, columns, 3) whose texels' middles are at axes (v, u).
 
-    What a table that ends at |u| = 2 does not hold is nothing; a region's rim goes on as it is."""
+    Beyond a table that ends at |u| = 2 there is no light. Beyond the rim of a smaller region, the values at the rim are
+    continued."""
     whole = [low <= 1e-9 - 2 and high >= 2 - 1e-9 for low, high in held_region(axes)[::-1]]
     modes = ["constant" if each else "edge" for each in whole]
     levels = tiling.level_count(sigma_b, tuple(len(axis) - 2 * TILE_PADDING for axis in axes))
-    # Each level's sampled kernel is twice as wide as the one's before: 3 times its variance is to be added.
+    # The kernel sampled on each level is twice as wide as that of the level before. So 3 times the variance of the
+    # latter is added.
     sigma = math.sqrt(3) * narrower(sigma_b, texel) / texel
     found = [terms]
     for _ in range(levels - 1):
@@ -73,14 +74,15 @@ def wider_levels(terms: np.ndarray, axes, sigma_b: float, texel: float) -> tuple
 
 
 def _halved(terms: np.ndarray, sigma: float, mode: str) -> np.ndarray:
-    """Terms (K, rows, ...) under a Gaussian of sigma texels along the rows, at every second inner row."""
+    """Terms (K, rows, ...) blurred along the rows by a Gaussian of sigma texels, at every second inner row."""
     inner = len(terms[0]) - 2 * TILE_PADDING
     (count,) = tiling.level_inner((inner,), 1)
     count += 2 * TILE_PADDING
     reach = math.ceil(KERNEL_REACH * sigma)
     gaussian = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
     gaussian = (gaussian / gaussian.sum()).astype(terms.dtype)
-    # Row i stands at row 2 (i - padding) + padding of what it is made from, which thus begins at -padding.
+    # Row i of the new level stands at row 2 (i - TILE_PADDING) + TILE_PADDING of the old one. So its first row is at
+    # -TILE_PADDING of the old one.
     after = 2 * (count - 1) - TILE_PADDING - (len(terms[0]) - 1) + reach
     padding = [(0, 0), (TILE_PADDING + reach, after)] + [(0, 0)] * (terms.ndim - 2)
     wide = np.pad(terms, padding, mode=mode)
@@ -88,14 +90,16 @@ def _halved(terms: np.ndarray, sigma: float, mode: str) -> np.ndarray:
 
 
 def zero_order_curve(ensemble: Sequence[SpectrumSeries], illuminant: str) -> np.ndarray:
-    """Z (n, 3) in XYZ at equal steps of w from 0 to 2."""
+    """Z (n, 3) in XYZ, at equal steps of w from 0 to 2."""
     lambdas = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401)
     s = np.linspace(0, 2, ZERO_ORDER_SAMPLES)[:, None] / lambdas
     return sum(series.zero_order(s) for series in ensemble) @ spectral_weights(lambdas, illuminant) / len(ensemble)
 
 
 def xyz_over_w2(chosen: Plan, w_nodes, sigma, illuminant, progress: Progress = silent):
-    """Scattered XYZ / w^2 (K, rows, columns, 3) float32 at w nodes (K,) over the plan's texels."""
+    """Scattered XYZ / w^2 (K, rows, columns, 3) float32, at nodes of w (K,), over the plan's texels.
+
+    `sigma` is the kernel to sample. `progress` hears of the wavelengths."""
     v, u = chosen.axes
     lambdas = chosen.wavelengths
     weights = (spectral_weights(lambdas, illuminant) / len(chosen.ensemble)).astype(np.float32)

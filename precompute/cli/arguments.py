@@ -13,11 +13,13 @@ from ..table.sample_set import path_beside
 
 
 def add_input(parser: argparse.ArgumentParser, several: str | None = None) -> None:
-    """FILE (as many as argparse's `several` tells) and what a file without units needs."""
+    """Add FILE and the options that files without units need.
+
+    `several` is argparse's `nargs` for verbs that take more than one FILE."""
     text = "height map, or sample:NAME (" + ", ".join(sample_names()) + ")"
     if several:
         parser.add_argument(
-            "files", nargs=several, metavar="FILE", help=text + "; several scans of one skin are averaged"
+            "files", nargs=several, metavar="FILE", help=text + "; several scans of the same skin are averaged"
         )
     else:
         parser.add_argument("file", metavar="FILE", help=text)
@@ -31,45 +33,49 @@ def add_input(parser: argparse.ArgumentParser, several: str | None = None) -> No
 
 
 def add_bake_options(parser: argparse.ArgumentParser) -> None:
-    """What steers a bake."""
+    """Add the options that steer a bake."""
     parser.add_argument(
-        "--delta-e", type=float, default=1.0, metavar="DE", help="99th percentile of CIEDE2000; default 1"
+        "--delta-e",
+        type=float,
+        default=1.0,
+        metavar="DE",
+        help="99th percentile of CIEDE2000 that the bake must keep; default 1",
     )
     parser.add_argument(
         "--coherence-um", type=coherence_argument, default=None, metavar="auto|UM",
-        help="coherence length at 550 nm (4 sigma); auto averages at least 30 areas of the scan",
+        help="coherence length at 550 nm, 4 sigma; with auto, the scan averages at least 30 coherence areas",
     )  # fmt: skip
     parser.add_argument(
         "--model", choices=MODELS, default="ensemble",
-        help="of coherence: the mean over a window's places, or the thesis's patch under one window, 65 um unless a "
-        "length is given; default ensemble",
+        help="model of coherence: the mean over all places of a window, or the thesis's one patch under one window, "
+        "whose coherence length is 65 um unless given; default ensemble",
     )  # fmt: skip
     parser.add_argument(
         "--needs", type=Path, metavar="NEEDS.json", help="bake only what a scene reaches (docs/needs.md)"
     )
     parser.add_argument("--illuminant", choices=ILLUMINANTS, default="D65", help="what counts as white; default D65")
-    parser.add_argument("--no-cache", action="store_true", help="bake even what has been baked before")
+    parser.add_argument("--no-cache", action="store_true", help="bake even if the cache has this bake")
 
 
 def sample_names() -> tuple[str, ...]:
-    """Names that `sample:NAME` takes."""
+    """The names that `sample:NAME` takes."""
     from ..surface.samples.catalogue import SAMPLES
 
     return tuple(SAMPLES)
 
 
 def coherence_argument(text: str) -> float | None:
-    """Micrometres, or None for auto."""
+    """A coherence length in micrometres; None for "auto". For argparse, whose error it raises for any other text."""
     if text == "auto":
         return None
     value = float(text)
     if not 0 < value < 1e4:
-        raise argparse.ArgumentTypeError(f"{text} um is no coherence length")
+        raise argparse.ArgumentTypeError(f"{text} um is not a coherence length")
     return value
 
 
 def check_sampling(arguments) -> None:
-    """Wavelength step and number of terms must make sense."""
+    """Raise GratingError if the wavelength step or the number of terms makes no sense."""
     if not 0.1 <= arguments.step_nm <= 100:
         raise GratingError(f"--step-nm {arguments.step_nm:g}: not a wavelength step; give 0.1 to 100")
     if arguments.terms is not None and not 1 <= arguments.terms <= 1000:
@@ -77,7 +83,7 @@ def check_sampling(arguments) -> None:
 
 
 def period_of(arguments) -> float | None:
-    """--period-nm in metres."""
+    """--period-nm in metres, or None. Raises GratingError for a period that no grating has."""
     if arguments.period_nm is None:
         return None
     if not 10 <= arguments.period_nm <= 1e6:
@@ -86,7 +92,10 @@ def period_of(arguments) -> float | None:
 
 
 def existing_bake(file: str) -> Path | None:
-    """The bake that FILE names: an .exr, or a folder that holds exactly one (and what belongs to it)."""
+    """The bake that FILE names, or None if FILE names something else.
+
+    FILE is an .exr, or a folder with exactly one bake, whose sample set may stand beside it. Raises GratingError if the
+    folder has several bakes."""
     path = Path(file)
     if path.suffix.lower() == ".exr":
         return path
@@ -101,5 +110,5 @@ def existing_bake(file: str) -> Path | None:
 
 
 def height_map_of(arguments, file: str | None = None) -> HeightMap:
-    """The height map that the command line names, or one of several."""
+    """The height map that the command line names, or that of one file out of several. Raises GratingError."""
     return read_height_map(file or arguments.file, arguments.size_um, arguments.height_nm, arguments.channel)

@@ -3,6 +3,7 @@
 
 import argparse
 import json
+from dataclasses import replace
 from pathlib import Path
 
 from ..bake import cache
@@ -16,17 +17,20 @@ from .output import Progress, emit
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The arguments of `bake`."""
+    """Add the arguments of `bake`."""
     add_input(parser, several="*")
     parser.add_argument("-o", "--output", required=True, type=Path, metavar="DIR", help="folder for the bake")
     add_bake_options(parser)
     parser.add_argument(
-        "--request", type=Path, metavar="BAKE.exr|JSON", help="repeat a bake: all that was asked of it, scans included"
+        "--request",
+        type=Path,
+        metavar="BAKE.exr|JSON",
+        help="repeat the bake of this request; if its scans are not beside it, FILE says where they are",
     )
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """The `bake` verb: bake, measure, write."""
+    """Run the verb `bake`: read, bake, measure, write."""
     request = request_of(arguments)
     height_maps = [scan.read() for scan in request.scans]
     progress = Progress(arguments.progress)
@@ -42,15 +46,13 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def request_of(arguments: argparse.Namespace) -> BakeRequest:
-    """What the command line asks of a bake: by --request, or by FILE and options.
+    """What the command line asks of a bake, by --request or by FILE and options.
 
     Raises GratingError for a request that no bake can keep."""
     if arguments.request is not None:
-        if arguments.files:
-            raise GratingError(f"{arguments.files[0]}: --request names the scans already; leave out one of the two")
-        return read_request(arguments.request)
+        return _found_at(arguments.files, read_request(arguments.request), arguments.request)
     if not arguments.files:
-        raise GratingError("no height map to bake; name a FILE, or a bake to repeat by --request")
+        raise GratingError("no height map to bake; name a FILE, or name a bake to repeat by --request")
     if not 0 < arguments.delta_e < DELTA_E_MAX:
         raise GratingError(
             f"--delta-e {arguments.delta_e:g}: not a colour difference; give a number from 0 to 100, such as 1"
@@ -65,10 +67,22 @@ def request_of(arguments: argparse.Namespace) -> BakeRequest:
     )
 
 
-def read_request(path: Path) -> BakeRequest:
-    """The request in a file of JSON, or in the header of a bake's .exr; its scans are looked for beside the file.
+def _found_at(files: list[str], request: BakeRequest, source: Path) -> BakeRequest:
+    """The request with its scans at other paths, if any are named: one path for each scan, in the same order."""
+    if not files:
+        return request
+    if len(files) != len(request.scans):
+        raise GratingError(
+            f"{source}: the request has {len(request.scans)} scans, not {len(files)}; name as many, in its order"
+        )
+    scans = zip(request.scans, files, strict=True)
+    return replace(request, scans=tuple(replace(scan, source=file) for scan, file in scans))
 
-    Raises GratingError if the file is neither."""
+
+def read_request(path: Path) -> BakeRequest:
+    """The request in a file of JSON or in the header of a bake's .exr. Its scans are looked for beside the file.
+
+    Raises GratingError if the file holds no request, or one without scans."""
     if path.suffix.lower() == ".exr":
         _, header = atlas_file.read_header(path)
         record = header.get("request")

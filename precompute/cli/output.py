@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a verb tells: progress, facts as JSON or as text; and what it refuses to write to."""
+"""What a verb prints: progress, and facts as JSON or as text; and what it refuses to write to."""
 
 import argparse
 import json
@@ -10,7 +10,10 @@ from ..base.failure import GratingError
 
 
 class Progress:
-    """Reports stages on standard error: lines for people, or JSON lines for the program that started us."""
+    """Tells stages on standard error: as lines for people, as JSON lines for the program that started us, or not at
+    all.
+
+    A line is printed when a stage begins, when it ends, and after every step of 1 % (JSON) or 25 % (text)."""
 
     def __init__(self, style: str):
         self.style = style
@@ -30,10 +33,10 @@ class Progress:
 
 
 def check_targets(arguments: argparse.Namespace) -> None:
-    """Refuse, before any work, what could not be written after it.
+    """Refuse, before any work is done, targets that could not be written afterwards.
 
-    Raises GratingError where --json or --output names a folder instead of a file, or a file instead of a folder. A
-    verb whose output is a file says so by its default `output_is_file`."""
+    Raises GratingError if --json or --output names a folder where a file is needed, or a file where a folder is needed.
+    A verb whose output is a file says so by its default `output_is_file`."""
     if arguments.json and arguments.json != "-":
         _check_file(Path(arguments.json))
         if not Path(arguments.json).parent.is_dir():
@@ -57,7 +60,7 @@ def _check_file(path: Path) -> None:
 
 
 def emit(facts: dict, target: str | None, summary) -> None:
-    """Facts as JSON to a file or standard output, or a summary for people."""
+    """Write facts as JSON to a file or to standard output; unless JSON goes to standard output, print a summary."""
     if target == "-":
         print(json.dumps(facts, indent=1))
     else:

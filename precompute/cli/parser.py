@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line: a verb a file, loaded when it is called. Whatever is wrong, one line of fault and remedy, and a
-non-zero exit."""
+"""The command line: one file per verb, which is loaded when the verb is called.
+
+Whatever goes wrong, the program prints one line that says what is wrong and what to do about it, and its exit status is
+not zero.
+"""
 
 import argparse
 import importlib
@@ -10,29 +13,30 @@ from collections.abc import Sequence
 from ..base.failure import GratingError
 from .output import check_targets
 
-# Each is a module of this folder with add_arguments(parser) and run(arguments).
+# The help text of each verb. A verb is a module of this folder with add_arguments(parser) and run(arguments).
 VERBS = {
     "info": "size, relief and periods of a height map",
     "bake": "bake height maps into the table that the material reads",
-    "dft": "the images that the OSL shaders of the thesis's algorithms read, one .exr",
+    "dft": "one .exr with the images that the OSL shaders of the thesis's algorithms read",
     "check": "recompute a bake's error from its files alone",
     "map": "BRDF map over the hemisphere of view",
-    "evaluate": "the period that each method's colours tell of",
-    "efficiency": "a grating's orders against their closed forms",
+    "evaluate": "the grating period that follows from each method's colours",
+    "efficiency": "a grating's efficiencies against their closed forms",
     "benchmark": "speed against error: every method on the same surfaces",
 }
 
 
 class OneLineParser(argparse.ArgumentParser):
-    """A parser whose complaint is one line."""
+    """A parser whose error message is one line."""
 
     def error(self, message: str):
+        """Print the message as one line, and exit with status 2."""
         print(f"error: {message}; see `{self.prog} --help`", file=sys.stderr)
         sys.exit(2)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one verb; the exit status."""
+    """Run one verb of the command line `argv`, by default the program's own; the exit status."""
     argv = sys.argv[1:] if argv is None else argv
     arguments = build_parser(argv).parse_args(argv)
     try:
@@ -44,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except MemoryError:
         print("error: not enough memory; crop the scan or ask for a shorter coherence length", file=sys.stderr)
         return 1
-    except BrokenPipeError:  # whoever read our output has had enough
+    except BrokenPipeError:  # the reader of our output stopped reading, as `head` does
         sys.stderr.close()
         return 1
     except OSError as error:
@@ -58,7 +62,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def build_parser(argv: Sequence[str] = tuple(VERBS)) -> OneLineParser:
-    """The parser of every verb. Only the verbs that `argv` names are loaded and know their arguments."""
+    """The parser of every verb. Only the verbs that `argv` names are loaded, and only they know their arguments."""
     parser = OneLineParser(prog="grating", description="From a height map to a diffraction table.")
     verbs = parser.add_subparsers(required=True, metavar="VERB", parser_class=OneLineParser)
     for name, text in VERBS.items():

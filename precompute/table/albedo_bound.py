@@ -1,21 +1,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The albedo bound as a table holds it and as a renderer reads it."""
+"""The albedo bound, as a table holds it and as a renderer reads it.
+
+The energy-conserving form of the BRDF divides by this bound, so that no surface reflects more than it receives. Its
+derivation is in docs/theory.md, section "Energy". bake/excess_albedo.py computes the table of excess albedo E that the
+bound max(1, a) = 1 + E / cos(t) is made from; a is the directional albedo and t the angle from the normal.
+"""
 
 import numpy as np
 
 from ..maths import bspline
 
-BOUND_ROWS = 32
-
-
-BOUND_COLUMNS = 65
-
-
+# Size of the table of excess albedo: 64 steps of azimuth, and the first azimuth once more at the end. How well a bound
+# read from it keeps the albedo under 1 is measured by `./dev bench albedo`.
+BOUND_ROWS, BOUND_COLUMNS = 32, 65
+# The smallest table that can be read: no direction has any excess.
 NO_EXCESS = np.zeros((2, 2), np.float32)
 
 
 def texel_directions(rows: int = BOUND_ROWS, columns: int = BOUND_COLUMNS) -> np.ndarray:
-    """Direction (rows, columns, 3) of each texel."""
+    """Unit vector (rows, columns, 3) in the frame (T, B, N) for each texel of a table of excess albedo.
+
+    Rows are equal steps of sqrt(cos(t)), from the horizon to the normal. Columns are equal steps of azimuth from -pi to
+    pi, both ends included."""
     cosine = np.linspace(0, 1, rows)[:, None] ** 2
     azimuth = np.linspace(-np.pi, np.pi, columns)
     sine = np.sqrt(1 - cosine**2)
@@ -23,7 +29,9 @@ def texel_directions(rows: int = BOUND_ROWS, columns: int = BOUND_COLUMNS) -> np
 
 
 def albedo_bound(table: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """max(1, a) (...,) towards directions (..., 3), the table (rows, columns) read as a renderer reads it."""
+    """The bound max(1, a) (...,) for unit vectors (..., 3), read from a table (rows, columns) of excess albedo.
+
+    The table is read as a renderer reads it: by cubic B-splines."""
     rows, columns = table.shape
     x, y, cosine = np.moveaxis(np.asarray(directions, float), -1, 0)
     column = (np.arctan2(y, x) / (2 * np.pi) + 0.5) * (columns - 1) + 1
@@ -32,6 +40,9 @@ def albedo_bound(table: np.ndarray, directions: np.ndarray) -> np.ndarray:
 
 
 def with_rim(table: np.ndarray) -> np.ndarray:
-    """A table with the texel around it that a cubic reading meets, (rows + 2, columns + 2): rows mirrored, columns
-    going round, of which the first and the last are the same azimuth."""
+    """A table (rows, columns) with one more texel on every side, which cubic reading at the rim needs; (rows + 2,
+    columns + 2).
+
+    Rows are mirrored at both ends. Columns wrap around; the first and the last column are the same azimuth, so each is
+    continued by the neighbour of the other."""
     return np.pad(np.concatenate([table[:, -2:-1], table, table[:, 1:2]], axis=1), ((1, 1), (0, 0)), mode="reflect")

@@ -1,18 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A bake as one OpenEXR image: the tiles B_k side by side, the zero order's curve in a strip below.
 
-One image is one texture slot. Half floats, or floats where a deep relief or a small budget asks for more than their
-three digits; linear, no colour management; all parameters stand in the header. It is made to be read by cubic B-splines
-(Blender's Cubic, at full resolution at any distance), which at a place of index coordinate x, 0 at the first texel's
-middle, read the texels floor(x) - 1 to floor(x) + 2. Counting rows upward from the picture's bottom:
+One image takes one texture slot. It holds linear numbers without colour management, and all parameters are in its
+header. It holds half floats; it holds floats where the relief is so deep, or the colour error asked for so small, that
+the three digits of a half float do not suffice.
 
-    STRIP_ROWS rows         Z(w) in texels 0 .. samples - 1, all alike, and in line with the last two in what follows
-    bound_rows + 2 rows     the excess albedo E (albedo.py), the same in every channel, its texel (0, 0), the horizon's
-                            row first, at x = 1 of the second of these rows; around it one more texel for reading
+The image is made to be read by cubic B-splines: Blender's interpolation "Cubic", which reads at full resolution at any
+distance. Let the first texel's middle be at index coordinate 0. A reading at index coordinate x then uses the texels
+floor(x) - 1 to floor(x) + 2. From the bottom of the picture upward, the rows hold:
+
+    STRIP_ROWS rows         the curve Z(w) in texels 0 to samples - 1, the same in each of these rows; the texel after
+                            the last continues the line through the last two
+    bound_rows + 2 rows     the excess albedo E (albedo_bound.py), the same in every channel; its texel (0, 0), in the
+                            row of the horizon, is at x = 1 of the second of these rows; a rim of one texel is around
+                            it for reading
     above `strip_rows`      the tiles of every level (tiling.py)
 
-Tiles hold B_k / scale in XYZ; the strip is unscaled, since what a shallow relief scatters is nothing to the white of
-its zero order.
+Tiles hold B_k / scale in XYZ. The strip is not scaled: a shallow relief scatters so little, compared with the white of
+its zero order, that one scale for both would lose the tiles' digits.
 """
 
 import math
@@ -26,17 +31,24 @@ from .albedo_bound import with_rim
 from .table import Table, past_end
 from .tiling import TILE_PADDING
 
-# From the narrowest kernel of any table to the widest, and beyond.
+# Rows of the picture that repeat the curve Z(w): a cubic reading in their middle uses these rows only.
+STRIP_ROWS = 4
+# Half floats end at 65504 and lose digits below 6e-5. The scale puts a table's largest value under this number, which
+# leaves room above.
+LARGEST_STORED = 8192.0
+# More levels than any table has: each doubles the kernel, and fifteen doublings lead from one of 8e-6 to 0.25.
 _LEVELS_MAX = 16
 
 
 @dataclass(frozen=True)
 class Layout:
-    """How a reader finds u, v, w in the image; what a material's nodes need, and nothing else.
+    """How a reader finds u, v and w in the image: what a material's nodes need, and nothing else.
 
-    A tile of level 0 takes tile_rows x tile_columns texels, of which inner_rows x inner_columns hold the table and
-    TILE_PADDING more on each side are met by reading; the middle of its texel (0, 0) is at (v_first, u_first). See
-    tiling.py for the other levels."""
+    A tile of level 0 takes tile_rows x tile_columns texels of the picture. Of these, inner_rows x inner_columns hold
+    the table; TILE_PADDING more texels on each side are there only for reading. The middle of the tile's inner texel
+    (0, 0) is at (v_first, u_first). tiling.py has the rule for the other levels. `texel` is the step of u and v from
+    one texel to the next. Tiles are stored divided by `scale`. Row and column counts are those of a block of tiles:
+    `rows` x `columns` tiles hold the `terms` terms of one level."""
 
     terms: int
     levels: int
@@ -61,16 +73,19 @@ class Layout:
 
     @property
     def width(self) -> int:
+        """Columns of the picture."""
         return max(self._blocks_size[1], _strip_width(self.zero_order_samples, self.bound_columns))
 
     @property
     def height(self) -> int:
+        """Rows of the picture."""
         return self._blocks_size[0] + self.strip_rows
 
     @property
     def region(self) -> Region:
-        """What the tiles hold of (u, v), from the first inner texel's middle to the last's; what lies
-        outside is read at its rim."""
+        """The region of (u, v) that the tiles hold, from the middle of the first inner texel to that of the last.
+
+        A reader that asks for a place outside gets the value at the rim."""
         ends = TILE_PADDING * self.texel, (TILE_PADDING - 1) * self.texel
         u, v = (
             (first + ends[0], first + ends[1] + count * self.texel)
@@ -80,18 +95,18 @@ class Layout:
 
     @property
     def whole(self) -> bool:
-        """Whether the tiles hold every direction."""
+        """Whether the tiles hold every pair of directions."""
         ends = (self.w_min, self.w_max) == (0, 2)
         return ends and self.region.is_whole
 
     @property
     def bound_block(self) -> tuple[slice, slice]:
-        """Rows and columns of the excess albedo, y upward, with the texel around it that reading meets."""
+        """Rows and columns of the excess albedo, counted upward, together with its rim for reading."""
         return slice(STRIP_ROWS, STRIP_ROWS + self.bound_rows + 2), slice(self.bound_columns + 2)
 
     @property
     def is_valid(self) -> bool:
-        """Whether the numbers can be those of an image: what a header says is believed only then."""
+        """Whether the numbers can be those of an image. What a header says is believed only if they can."""
         tiles = self.levels, self.terms, self.tile_rows, self.tile_columns, self.columns, self.rows
         table = self.inner_rows, self.inner_columns
         strip = self.strip_rows, self.zero_order_samples, self.bound_rows, self.bound_columns
@@ -112,14 +127,14 @@ class Layout:
         return tiling.level_stride((self.tile_rows, self.tile_columns), level)
 
     def tile_origin(self, term: int, level: int = 0) -> tuple[int, int]:
-        """Lower left texel (x, y) of a tile, y upward."""
+        """Lower left texel (x, y) of a tile, y counted upward."""
         row, column = divmod(term, self.columns)
         rows, columns = self.tile_stride(level)
         x, y = tiling.block_origin((self.rows, self.columns), (self.tile_rows, self.tile_columns), level)
         return x + column * columns, y + self.strip_rows + row * rows
 
     def tile_block(self, term: int, level: int) -> tuple[slice, slice]:
-        """Rows and columns of a tile's own texels, those met by reading included."""
+        """Rows and columns of the picture that a tile's texels fill, its padding for reading included."""
         x, y = self.tile_origin(term, level)
         rows, columns = tiling.level_inner((self.inner_rows, self.inner_columns), level)
         return slice(y, y + rows + 2 * TILE_PADDING), slice(x, x + columns + 2 * TILE_PADDING)
@@ -134,7 +149,7 @@ def _strip_width(zero_order_samples: int, bound_columns: int) -> int:
 
 
 def layout_of(bake: Table) -> Layout:
-    """The layout of a bake's atlas."""
+    """The layout of a bake's atlas. Raises GratingError if no graphics card takes a picture of that size."""
     terms, levels = len(bake.terms), len(bake.levels)
     inner = tuple(n - 2 * TILE_PADDING for n in bake.tile)
     stride = tiling.first_stride(inner, levels)
@@ -167,7 +182,9 @@ def layout_of(bake: Table) -> Layout:
 
 
 def pack(bake: Table) -> tuple[np.ndarray, Layout]:
-    """Image (height, width, 3) of the bake's precision, row 0 at the bottom, and its layout."""
+    """Image (height, width, 3) in the bake's precision, row 0 at the bottom, and its layout.
+
+    Raises GratingError if no graphics card takes a picture of that size."""
     layout = layout_of(bake)
     image = np.zeros((layout.height, layout.width, 3), bake.precision)
     zero_order = bake.zero_order.astype(bake.precision)
@@ -197,13 +214,6 @@ def unpack(image: np.ndarray, layout: Layout) -> Table:
 
 
 def half_above(values: np.ndarray) -> np.ndarray:
-    """The least half floats that are not under the values: a bound must not be rounded down."""
+    """For each value the smallest half float that is not below it: a bound must not be rounded down."""
     half = values.astype(np.float16)
     return np.where(half < values, np.nextafter(half, np.float16(np.inf)), half)
-
-
-STRIP_ROWS = 4
-
-
-# Half floats end at 65504 and lose digits under 6e-5; the largest value is put here, leaving room above.
-LARGEST_STORED = 8192.0

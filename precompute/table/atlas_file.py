@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The OpenEXR files that hold a table or a sample set: written whole or not at all, believed only when they fit."""
+"""The OpenEXR files that hold a table or a sample set.
+
+They are written whole or not at all. Their headers are believed only if they fit the picture.
+"""
 
 import json
 import os
@@ -14,31 +17,34 @@ from ..base.failure import GratingError
 from .atlas import Layout, unpack
 from .table import Table
 
+# The version of the files. A reader refuses every other.
 FORMAT = 6
-
-
+# The header's attribute that holds the record.
 HEADER_KEY = "natural_gratings"
 
 
 def write(path: Path, image: np.ndarray, layout, provenance: dict) -> None:
-    """Write an atlas (or another picture with a layout in its header, see lobes.py); see write_together."""
+    """Write one picture with a layout in its header: an atlas (atlas.py) or a sample set (sample_set.py).
+
+    See write_together."""
     write_together({path: (image, layout)}, provenance)
 
 
 def write_together(pictures: Mapping[Path, tuple[np.ndarray, object]], provenance: dict) -> None:
-    """Write images (height, width, 3 or 4), row 0 at the bottom, each with its layout, under temporary names, and
-    rename them once all are whole: a broken run leaves no half file behind.
+    """Write images (height, width, 3 or 4), row 0 at the bottom, each with its layout, by path.
 
-    The header's `natural_gratings` attribute is JSON: format, layout, provenance. Raises GratingError if one cannot be
-    written."""
-    # Blender and OpenEXR tell a file by its ending, so the temporary name keeps it.
+    They are written under temporary names and renamed once all of them are whole, so that a broken run leaves no half
+    file behind. The header's attribute `natural_gratings` is JSON: format, layout, and the keys of `provenance`.
+
+    Raises GratingError if OpenEXR cannot write one of them, OSError if one cannot be renamed."""
+    # Blender and OpenEXR tell the kind of a file by its ending, so the temporary name keeps it.
     temporary = {path: path.with_name(f".{path.stem}.{os.getpid()}.partial.exr") for path in pictures}
     try:
         for path, (image, layout) in pictures.items():
             _write(temporary[path], image, {"format": FORMAT, "layout": asdict(layout), **provenance})
         for path in pictures:
             os.replace(temporary[path], path)
-    except RuntimeError as error:  # OpenEXR's, for whatever the system says
+    except RuntimeError as error:  # OpenEXR raises this for every error of the system
         raise GratingError(f"{path}: cannot be written ({error}); check the folder and its space") from error
     finally:
         for left in temporary.values():
@@ -56,19 +62,19 @@ def _write(path: Path, image: np.ndarray, record: dict) -> None:
 
 
 def read_header(path: Path) -> tuple[Layout, dict]:
-    """Layout and the whole header record of an atlas. Raises GratingError if it is not one."""
+    """Layout and whole header record of an atlas. Raises GratingError if the file is not an atlas."""
     return parse(path, open_file(path, header_only=True)[0])
 
 
 def read(path: Path) -> tuple[Table, dict]:
-    """The bake in an atlas file and its header record. Raises GratingError if it is not one."""
+    """The bake in an atlas file, and its header record. Raises GratingError if the file is not an atlas."""
     header, channels = open_file(path, header_only=False)
     layout, record = parse(path, header)
     return unpack(image_of(path, channels, (layout.height, layout.width, 3)), layout), record
 
 
 def open_file(path: Path, header_only: bool) -> tuple[dict, dict]:
-    """Header and channels (none if header_only) of an OpenEXR file. Raises GratingError if it is not one."""
+    """Header and channels of an OpenEXR file; no channels if header_only. Raises GratingError if it is not one."""
     if not Path(path).is_file():
         raise GratingError(f"{path}: there is no such file; give the .exr that `bake` wrote")
     try:
@@ -79,7 +85,9 @@ def open_file(path: Path, header_only: bool) -> tuple[dict, dict]:
 
 
 def image_of(path: Path, channels: dict, shape: tuple[int, int, int]) -> np.ndarray:
-    """The image, row 0 at the bottom, among a file's channels. Raises GratingError if its shape is another."""
+    """The image of the given shape, row 0 at the bottom, among a file's channels.
+
+    Raises GratingError if the file's image has another shape."""
     name = "RGBA"[: shape[2]]
     image = channels[name].pixels[::-1] if name in channels else np.empty(0)
     if image.shape != shape:
@@ -88,7 +96,9 @@ def image_of(path: Path, channels: dict, shape: tuple[int, int, int]) -> np.ndar
 
 
 def parse(path: Path, header: dict, layout_type: type = Layout, expected="bake; give the .exr that `bake` wrote"):
-    """Layout and record of a header. Raises GratingError, naming what was expected, if it holds no such layout."""
+    """Layout and record of a header.
+
+    Raises GratingError, which says what was `expected`, if the header holds no such layout."""
     try:
         record = json.loads(header[HEADER_KEY])
         if record["format"] != FORMAT:

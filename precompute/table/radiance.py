@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a baked surface answers to one light: the node group's formula (addon/materials/direct.py) in NumPy."""
+"""What a baked surface answers to one lamp. The Direct formula: addon/materials/direct/group.py builds it from nodes,
+addon/materials/osl/direct.osl writes it as a shader, and here it stands in NumPy."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,33 +12,53 @@ from ..optics.fresnel import KERATIN_IOR, fresnel_reflectance
 from .table import Table
 
 
+@dataclass(frozen=True)
+class Skin:
+    """The inputs of the material that change what the relief reflects, each at the value that leaves it as baked.
+
+    roughness          of the skin over the relief; its slopes have the variance roughness^4 / 2, as a Beckmann lobe's
+    period_scale       stretches the relief along the surface
+    height_scale       of the relief's heights
+    ior                index of refraction of the skin, relative to air
+    energy_conserving  1 divides by the albedo bound, 0 keeps Stam's form
+    """
+
+    roughness: float = 0.0
+    period_scale: float = 1.0
+    height_scale: float = 1.0
+    ior: float = KERATIN_IOR
+    energy_conserving: float = 1.0
+
+
+AS_BAKED = Skin()
+
+
 def lamp_radiance(
-    bake: Table,
+    table: Table,
     wi: np.ndarray,
     wr: np.ndarray,
+    *,
     irradiance: np.ndarray,
     variance: np.ndarray | float = 0.0,
-    roughness: float = 0.0,
-    period_scale: float = 1.0,
-    height_scale: float = 1.0,
-    ior: float = KERATIN_IOR,
-    conserving: float = 1.0,
+    skin: Skin = AS_BAKED,
 ) -> np.ndarray:
-    """Radiance in linear Rec.709 (n, 3), W/m2/sr, for unit vectors wi, wr (n, 3) to the light and to the viewer in the
+    """Radiance in linear Rec.709 (n, 3), W/m2/sr, for unit vectors wi, wr (n, 3) to the lamp and to the viewer in the
     surface's frame (T, B, N).
 
-    irradiance (n, 3) in W/m2 on a surface that faces the light; variance (n,) of the light's disc in rad2. Nothing is
-    answered from under the surface."""
+    irradiance (n, 3) in W/m2 is that of a surface which faces the lamp; variance (n,) in rad2 is that of the lamp's
+    disc in the sky, along one axis. The surface answers nothing to a lamp or a viewer below it. The formula is Stam's
+    (Stam 1999, eq. 5) over the albedo bound (docs/theory.md)."""
     u, v, w = (wi + wr).T
     cos_i = wi[:, 2]
-    blur = np.maximum(variance * (1 + cos_i**2) / 2 - bake.sigma_b**2, 0) + (w * roughness**2) ** 2 / 2
-    p, c = period_scale, height_scale
+    blur = np.maximum(variance * (1 + cos_i**2) / 2 - table.sigma_b**2, 0) + (w * skin.roughness**2) ** 2 / 2
+    p, c = skin.period_scale, skin.height_scale
     inside = (p * u) ** 2 + (p * v) ** 2 < 4
-    xyz = inside[:, None] * bake.scattered_over_w2(p * u, p * v, c * w, blur * p**2)
+    xyz = inside[:, None] * table.scattered_over_w2(p * u, p * v, c * w, variance=blur * p**2)
     xyz *= (obliquity_times_cosine_and_w2(wi, wr) * (p * c) ** 2)[:, None]
-    xyz += (cos_i * bake.kernel(u, v, blur))[:, None] * bake.zero_order_xyz(c * w)
-    bound = 1 + conserving * (np.maximum(bake.albedo_bound_at(wi), bake.albedo_bound_at(wr)) - 1)
-    xyz *= (fresnel_reflectance(half_angle_cosine(wi, wr), ior) / bound)[:, None]
+    xyz += (cos_i * table.kernel(u, v, blur))[:, None] * table.zero_order_xyz(c * w)
+    bound = np.maximum(table.albedo_bound_at(wi), table.albedo_bound_at(wr))
+    bound = 1 + skin.energy_conserving * (bound - 1)
+    xyz *= (fresnel_reflectance(half_angle_cosine(wi, wr), skin.ior) / bound)[:, None]
     lit = (cos_i > 0) & (wr[:, 2] > 0)
-    # As a renderer's colours: none is negative.
+    # A renderer's colours have no negative component.
     return np.maximum(xyz @ rgb_from_xyz("Rec.709").T, 0) * irradiance * lit[:, None]

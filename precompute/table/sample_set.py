@@ -1,40 +1,50 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the Lobes material draws from (DESIGN 3): frequencies q in proportion to the spectrum, and what each weighs.
+"""The sample set of a surface: frequencies q drawn in proportion to its spectrum, and what each one weighs.
 
-    integral PSD_scattered(q; s) F(q) d^2q  =  mean over texels of s^2 W(texel; s) F(q(texel)),   W = PSD / (s^2 pdf)
+A material that lights of every kind can reach (the Lobes material, which is still to come) draws from it at random.
+Here q is spatial frequency in cycles per metre, s = w / lambda, and PSD the scattered part of the power spectrum
+(docs/theory.md). For every function F,
 
-so that a shading sample that picks one texel at random and one wavelength, s = w / lambda, needs one glossy closure of
-colour rgb(lambda) / pdf(lambda) * R * O * s^2 W. The s^2 cancels against the 1/w^2 of the obliquity O, as in the table.
+    integral PSD(q; s) F(q) d^2q  =  mean over texels of s^2 W(texel; s) F(q(texel)),   W = PSD / (s^2 pdf)
 
-**pdf** is the mean over s of the scattered spectrum per bin, the spectrum at each s divided by its total. The values of
-s are the bake's own Chebyshev nodes: what it holds there are powers, so no bin can come out negative, and at a node a
-weight is at most so many times the mean as there are nodes. A spectrum of one s leaves bins nearly out that another s
-lights: weights up to 250 x the mean on the Elaphe scan, against 4 x. Without the division by the total, bright large s
-crowd out small ones (21 x).
+where pdf is the density that the texels' q were drawn from. A shading sample picks one texel and one wavelength at
+random. It then needs one glossy closure of colour rgb(lambda) / pdf(lambda) * R * O * s^2 W, with Fresnel's R and
+Stam's obliquity O. As in the table, the s^2 cancels the 1 / w^2 of the obliquity.
 
-**q** is a bin's own. Bins lie close enough together for the bake's kernel (spectrum.py, series.py), and a lobe is that
-kernel, so nothing is gained by a jitter, and an order stays where it is. But bins may have been blurred by part of the
-kernel to thin them out: a lobe at lambda has what is left, sqrt(sigma_b^2 - (lambda blur_q)^2). Where scans differ in
-that, the less blurred are jittered by the difference, a Gaussian too.
+**pdf** is the mean over s of the scattered spectrum per bin, where the spectrum at each s is first divided by its
+total. The values of s are the bake's own Chebyshev nodes. Two things follow: the series' values there are powers, so
+that no bin can get a negative probability; and at a node no weight exceeds the mean weight times the number of nodes.
+If one s alone gave the pdf, bins that are dark at this s and bright at another would be drawn too rarely: on the Elaphe
+scan, weights then reach 250 times the mean, against 4 times now. Without the division by the total, the bright spectra
+of large s would crowd out those of small s (21 times).
 
-**Texels** are the points of Sobol's (0, 2)-sequence along a Z curve: its first coordinate chooses the row of bins, its
-second the bin in the row. So each aligned block of 2^a x 2^a texels is stratified by itself, and next to it lie others:
-a material may pick a random texel, or a random block for several lobes at once.
+**q** is the frequency of a bin of the spectrum (spectra/series.py). The bins lie close enough together for the bake's
+kernel, and the lobe that a closure draws is that kernel. So a jitter of q within its bin would gain nothing, and a
+grating's order keeps its place. There is one exception: bins may have been blurred by a part of the kernel, a Gaussian
+of standard deviation blur_q, so that fewer of them suffice. A lobe at lambda then has the rest of the kernel,
+sqrt(sigma_b^2 - (lambda blur_q)^2). Where scans differ in their blur_q, the frequencies of the less blurred scans are
+jittered by a Gaussian that makes up the difference.
 
-**The file**, NAME.lobes.exr beside the table NAME.exr, has the table's header with a layout of its own. Half floats,
-RGBA, Non-Color; to be read with interpolation Closest, since nothing lies between two texels and Blender has one
-interpolation for both axes, and alpha mode Channel Packed, since alpha is a number like the others. Rows counted upward
-from the bottom; tile k of `size` x `size` texels stands at column k % columns, row k // columns; a draw is the same
-texel of two tiles:
+**Texels** are the points of Sobol's (0, 2)-sequence along a Z curve. A point's first coordinate chooses the row of
+bins, its second coordinate the bin in that row. Therefore every aligned block of 2^a x 2^a texels is a stratified set
+by itself: a material may pick a random texel, or a random block for several lobes at once.
 
-    tile 0              (R + B, G + A) = wavelength * q, that is (u, v) at `wavelength` (550 nm): rounded, and the rest
+**The file**, NAME.lobes.exr beside the table NAME.exr, has the table's header, but a layout of its own. It holds half
+floats, RGBA, and is read as Non-Color. Its interpolation must be Closest, since a mean of two texels means nothing (and
+Blender has one interpolation for both axes). Its alpha mode must be Channel Packed, since alpha is a number like the
+others. Rows are counted upward from the bottom. Tile k, of `size` x `size` texels, stands at column k % columns and row
+k // columns. A draw reads the same texel of two tiles:
+
+    tile 0              (R + B, G + A) = wavelength * q, that is (u, v) at `wavelength` (550 nm): R and G are rounded
+                        to half floats, B and A hold what the rounding took away
     tile 1 + piece      (R, G, B, A) = c0 .. c3;  W / wavelength^2 = scale (c0 + c1 t + c2 t^2 + c3 t^3)
                         x = pieces * (w wavelength / lambda) / s_last,  piece = min(floor(x), pieces - 1),
                         t = 2 (x - piece) - 1
 
-A half float alone would move an order by up to 1e-3 in u, an eighth of a kernel of 32 um; with its rest, by 1e-6.
-Cubics on equal pieces of s take one look-up whatever the relief's depth; a deeper one has more pieces. W may be off by
-`INTERPOLATION` of the light. A surface that scatters nothing has one texel that weighs nothing.
+One half float alone would move an order by up to 1e-3 in u, which is an eighth of the kernel of a coherence of 32 um;
+both together move it by 1e-6. W is a cubic in s on each of several equal pieces of the range of s, so that one look-up
+does for every relief; a deeper relief has more pieces. W may be off by the share INTERPOLATION (bake/draws.py) of the
+light. A surface that scatters nothing has one texel, which weighs nothing.
 """
 
 import math
@@ -46,25 +56,26 @@ import numpy as np
 from ..optics.coherence import REFERENCE_WAVELENGTH_M
 from . import atlas_file
 
+# Texels a side. On the Elaphe scan at w = 1.6, a set of this size misplaces 2.4 % of the light, and one of 512 texels a
+# side 0.9 % (docs/data_flow.md).
 SIZE = 256
-
-
+# Of a cubic: as many as a picture has channels.
 COEFFICIENTS = 4
-
-
-# The rows of a picture that any graphics card takes.
+# Rows of a picture that any graphics card takes.
 _ROWS_MAX = 8192
-
-
-# As in atlas.py.
+# The scale puts the largest value under this number, for the reason given at LARGEST_STORED of atlas.py.
 _LARGEST_STORED = 8192.0
 
 
 @dataclass(frozen=True)
 class SampleSet:
-    """A sample set of N x N texels. `q` (N, N, 2) is (q_x, q_y) in cycles per metre; `pieces` (pieces, N, N, 4) float32
-    the coefficients of W in square metres, powers of t ascending, on equal pieces of s from 0 to `s_max`; `blur_q` the
-    part of the kernel, in cycles per metre, that is in q already."""
+    """A sample set of N x N texels.
+
+    q        (N, N, 2), the frequencies (q_x, q_y) in cycles per metre
+    pieces   (pieces, N, N, 4) float32, the coefficients of W in square metres, in ascending powers of t, on equal
+             pieces of s from 0 to `s_max`, which is in cycles per metre
+    sigma_b  the standard deviation of the coherence kernel in (u, v)
+    blur_q   the part of that kernel, in cycles per metre, that q holds already"""
 
     q: np.ndarray
     pieces: np.ndarray
@@ -73,15 +84,17 @@ class SampleSet:
     blur_q: float
 
     def weights(self, s: float) -> np.ndarray:
-        """W = PSD_scattered(q; s) / (s^2 pdf(q)), (N, N) in square metres, at s in cycles per metre."""
+        """W = PSD(q; s) / (s^2 pdf(q)) of every texel, (N, N) in square metres, at s in cycles per metre."""
         piece, powers = piece_and_powers(np.array([s]), len(self.pieces), self.s_max)
         return self.pieces[piece[0]] @ powers[0]
 
 
 @dataclass(frozen=True)
 class SampleSetLayout:
-    """How a reader finds q and W in the image; what a material's nodes need, and nothing else. `blur` is blur_q and
-    `s_last` is s_max, both times `wavelength`."""
+    """How a reader finds q and W in the image: what a material's nodes need, and nothing else.
+
+    `blur` and `s_last` are blur_q and s_max of the sample set, both multiplied by `wavelength`, in metres. The picture
+    has `rows` x `columns` tiles of `size` x `size` texels."""
 
     size: int
     pieces: int
@@ -95,15 +108,17 @@ class SampleSetLayout:
 
     @property
     def width(self) -> int:
+        """Columns of the picture."""
         return self.columns * self.size
 
     @property
     def height(self) -> int:
+        """Rows of the picture."""
         return self.rows * self.size
 
     @property
     def is_valid(self) -> bool:
-        """Whether the numbers can be those of an image: what a header says is believed only then."""
+        """Whether the numbers can be those of an image. What a header says is believed only if they can."""
         return (
             all(isinstance(n, int) and n > 0 for n in (self.size, self.pieces, self.columns, self.rows))
             and all(math.isfinite(x) and x > 0 for x in (self.wavelength, self.s_last, self.scale, self.sigma_b))
@@ -113,25 +128,27 @@ class SampleSetLayout:
         )
 
     def tile(self, index: int) -> tuple[slice, slice]:
-        """Rows, upward, and columns of a tile."""
+        """Rows, counted upward, and columns of a tile."""
         row, column = divmod(index, self.columns)
         return slice(row * self.size, (row + 1) * self.size), slice(column * self.size, (column + 1) * self.size)
 
 
 def path_beside(table: Path) -> Path:
-    """Where the sample set of a table's file lies."""
+    """The path of the sample set that belongs to a table's file: NAME.lobes.exr beside NAME.exr."""
     return table.with_name(f"{table.stem}.lobes{table.suffix}")
 
 
 def piece_and_powers(s: np.ndarray, pieces: int, s_max: float) -> tuple[np.ndarray, np.ndarray]:
-    """Piece (n,) in which s (n,) lies, and the powers (n, 4) of t there."""
+    """For each s (n,) the piece (n,) in which it lies, and the powers (n, 4) of t there."""
     x = pieces * s / s_max
     piece = np.minimum(x.astype(int), pieces - 1)
     return piece, (2 * (x - piece) - 1)[:, None] ** np.arange(COEFFICIENTS)
 
 
 def layout_of(lobes: SampleSet) -> SampleSetLayout:
-    """The layout of a sample set's picture: tiles one above the other, side by side only where they get too high."""
+    """The layout of a sample set's picture.
+
+    Tiles stand one above the other. There is more than one column only if one column would be higher than _ROWS_MAX."""
     pieces, size = lobes.pieces.shape[:2]
     columns = math.ceil((1 + pieces) * size / _ROWS_MAX)
     peak = float(np.abs(lobes.pieces).max()) / REFERENCE_WAVELENGTH_M**2 or 1.0
@@ -149,7 +166,7 @@ def layout_of(lobes: SampleSet) -> SampleSetLayout:
 
 
 def pack(lobes: SampleSet) -> tuple[np.ndarray, SampleSetLayout]:
-    """Image (height, width, 4) float16, row 0 at the bottom, and its layout, for atlas.write."""
+    """Image (height, width, 4) float16, row 0 at the bottom, and its layout, for atlas_file.write."""
     layout = layout_of(lobes)
     image = np.zeros((layout.height, layout.width, COEFFICIENTS), np.float16)
     u = lobes.q * layout.wavelength
@@ -174,12 +191,12 @@ def unpack(image: np.ndarray, layout: SampleSetLayout) -> SampleSet:
 
 
 def read_header(path: Path) -> tuple[SampleSetLayout, dict]:
-    """Layout and the whole header record of a sample set. Raises GratingError if it is not one."""
+    """Layout and whole header record of a sample set. Raises GratingError if the file is not a sample set."""
     return _parse(path, atlas_file.open_file(path, header_only=True)[0])
 
 
 def read(path: Path) -> tuple[SampleSet, dict]:
-    """The sample set in a file and its header record. Raises GratingError if it is not one."""
+    """The sample set in a file, and its header record. Raises GratingError if the file is not a sample set."""
     header, channels = atlas_file.open_file(path, header_only=False)
     layout, record = _parse(path, header)
     return unpack(atlas_file.image_of(path, channels, (layout.height, layout.width, COEFFICIENTS)), layout), record

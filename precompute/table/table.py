@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a bake holds of a surface, and how a renderer reads it.
 
-XYZ(u, v, w) = Z(w) * kernel(u, v) + w^2 * sum_k T_k(t) B_k(u, v),   t from -1 to 1 over the range of w
+    XYZ(u, v, w) = Z(w) * kernel(u, v) + w^2 * sum_k T_k(t) B_k(u, v)
+
+(u, v, w) = wi + wr is the sum of the unit vectors to the light and to the viewer. Z is the colour of the zero order,
+the mirror image, and the kernel is its Gaussian of coherence. T_k is the Chebyshev polynomial of degree k, and t runs
+from -1 to 1 over the table's range of w. The B_k are the tiles. docs/theory.md, section "In w", derives the series.
 """
 
 from dataclasses import dataclass, field
@@ -13,22 +17,30 @@ from ..optics.region import Region
 from .albedo_bound import NO_EXCESS, albedo_bound
 from .tiling import TILE_PADDING
 
-# The curve of the zero order lies in one row of the atlas, in the middle of so many alike.
+# Samples of Z(w). For a relief of 2 um, reading by B-splines is then off by half a step of a half float.
 ZERO_ORDER_SAMPLES = 512
-
-
-# Places of the table that are read at once: what a core's cache holds of their indices and weights.
+# Places that are read at once: a core's cache holds the indices and weights of that many.
 _READ_AT_ONCE = 4096
 
 
 @dataclass(frozen=True)
 class Table:
-    """A relief's table: `terms` (K, rows, columns, 3) float32 holds B_k in XYZ, row along +v, column along +u; the
-    middle of texel (row, column) is at `first` (v, u) + (row, column) * texel, by default about (0, 0); T_k is over
-    `w_range`. The outermost TILE_PADDING texels on each side are only for reading. `zero_order` (n, 3) is Z at n equal
-    steps of w from 0 to 2, ends included. `excess_albedo` (rows, columns) float32 is the excess albedo that albedo.py
-    tells of; without one, Stam's form is kept. `precision` is the float that holds the terms well enough in a file.
-    `wider` are the same terms under kernels of 2, 4, ... sigma_b, at texels 2, 4, ... times as large (tiling.py)."""
+    """A relief's table.
+
+    terms          (K, rows, columns, 3) float32, the B_k in XYZ; rows run along +v, columns along +u. The outermost
+                   TILE_PADDING texels on each side are there only for reading
+    zero_order     (n, 3), Z in XYZ at n equal steps of w from 0 to 2, ends included
+    sigma_b        the standard deviation of the coherence kernel in (u, v)
+    texel          the step of u and v from one texel to the next
+    illuminant     what counts as white
+    excess_albedo  (rows, columns) float32, from which the albedo bound is made (albedo_bound.py); without it, the bound
+                   is 1 and the form is Stam's
+    first          (v, u) at the middle of texel (0, 0); by default the tile's middle is at (0, 0)
+    w_range        the range of w over which the T_k are taken
+    precision      the kind of float that holds the terms well enough in a file
+    wider          the same terms under kernels of 2, 4, ... times sigma_b, with texels 2, 4, ... times as large
+                   (tiling.py)
+    """
 
     terms: np.ndarray
     zero_order: np.ndarray
@@ -52,23 +64,25 @@ class Table:
 
     @property
     def levels(self) -> tuple[np.ndarray, ...]:
-        """The terms of every level, level l under the kernel sigma_b 2^l."""
+        """The terms of every level. Level l is under a kernel of sigma_b 2^l."""
         return self.terms, *self.wider
 
     @property
     def axes(self) -> tuple[np.ndarray, np.ndarray]:
-        """v (rows,) and u (columns,) of the texels' middles."""
+        """v (rows,) and u (columns,) at the texels' middles."""
         return tuple(first + np.arange(n) * self.texel for first, n in zip(self.first, self.tile, strict=True))
 
     @property
     def region(self) -> Region:
-        """What the table holds of (u, v); what lies outside is read at its rim."""
+        """The region of (u, v) that the table holds. A reading outside gives the value at the region's rim."""
         return held_region(self.axes)
 
     def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w, variance=0.0) -> np.ndarray:
-        """Scattered XYZ over w^2 (n, 3) at u, v (n,), read as a renderer reads it: by cubic B-splines, half floats as
-        stored. `variance` (n,) in (u, v) is added to the kernel's by mixing the two levels around it, as far as there
-        are any."""
+        """Scattered XYZ over w^2 (n, 3) at u and v (n,), read as a renderer reads it.
+
+        Texels are read by cubic B-splines, from half floats where half floats are stored. `w` is a number or (n,).
+        `variance`, a number or (n,) in (u, v), is added to the kernel's variance: the two levels whose kernels are next
+        to the sum are mixed, as far as the table has such levels."""
         w, variance = (np.broadcast_to(np.asarray(each, float), np.shape(u)) for each in (w, variance))
         level, share = level_mix(variance / self.sigma_b**2, len(self.levels))
         out = np.zeros((3, len(u)))
@@ -81,60 +95,66 @@ class Table:
         return out.T
 
     def _read(self, level: int, u: np.ndarray, v: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """XYZ (3, n) of a level. Each channel of a term is one sum over taps, in the table's own precision."""
+        """XYZ (3, n) of one level. Each channel of a term is one sum over taps, in the table's own precision."""
         terms = self.levels[level]
         _, rows, columns, _ = terms.shape
         (u_low, u_high), (v_low, v_high) = self.region
         texel = self.texel * 2**level
         x, y = (np.clip(u, u_low, u_high) - u_low) / texel, (np.clip(v, v_low, v_high) - v_low) / texel
         places, weights = bspline.patches(y + TILE_PADDING, x + TILE_PADDING, rows, columns, terms.dtype)
-        # Of the X of every texel that counts, in a term laid out flat; Y and Z follow it.
+        # Places of X in a term laid out flat. Y and Z follow it.
         places *= 3
         low, high = self.w_range
         t = np.clip((2 * w - low - high) / (high - low), -1, 1).astype(terms.dtype)
         out = np.zeros((3, len(u)), terms.dtype)
         for term, polynomial in zip(terms.reshape(len(terms), -1), chebyshev.recurrence(t), strict=False):
             for c in range(3):
-                # All places are within the term, and wrapping is what NumPy checks fastest.
+                # All places are within the term; of NumPy's ways to treat others, wrapping is the fastest.
                 out[c] += polynomial * np.einsum("mn,mn->n", weights, term[c:].take(places, mode="wrap"))
         return out
 
     def zero_order_xyz(self, w) -> np.ndarray:
         """Z (..., 3) at w (...,), read as a renderer reads it: by a cubic B-spline."""
         z = self.zero_order
-        # Left of the picture is its first texel. What the B-spline smooths off is Z'' h^2 / 6.
+        # Left of the picture, a renderer repeats the first texel. With samples at steps h, the B-spline is off by
+        # Z'' h^2 / 6.
         around = np.concatenate([z[:1], z, past_end(z)[None]])
         return bspline.read_curve(around, np.asarray(w, float) / 2 * (len(z) - 1) + 1)
 
     def kernel(self, u: np.ndarray, v: np.ndarray, variance=0.0) -> np.ndarray:
-        """The coherence kernel (n,) that carries the zero order, wider by a variance in (u, v)."""
+        """The coherence kernel (n,) that carries the zero order, widened by a variance in (u, v)."""
         variance = self.sigma_b**2 + variance
         return np.exp(-(u**2 + v**2) / (2 * variance)) / (2 * np.pi * variance)
 
     def albedo_bound_at(self, directions: np.ndarray) -> np.ndarray:
-        """max(1, albedo) (...,) for directions (..., 3): the energy-conserving form divides f by the greater of the
-        light's and the view's."""
+        """The bound max(1, albedo) (...,) for unit vectors (..., 3).
+
+        The energy-conserving form divides the BRDF by the larger one of the bounds at the light's and the view's
+        direction."""
         return albedo_bound(self.excess_albedo, directions)
 
     def candidate(self, u, v, w) -> tuple[np.ndarray, np.ndarray]:
-        """The bake as metric.measure wants it."""
+        """The bake as measure/errors.py wants a candidate: scattered XYZ over w^2 (n, 3), and the zero order's XYZ."""
         return self.scattered_over_w2(u, v, w), self.zero_order_xyz(w)
 
 
 def held_region(axes: tuple[np.ndarray, np.ndarray]) -> Region:
-    """What a tile whose texels' middles are at v, u holds: from its first texel that is not padding to its last."""
+    """The region of (u, v) that a tile holds whose texels' middles are at axes (v, u): the tile without its padding."""
     v, u = (axis[[TILE_PADDING, -1 - TILE_PADDING]] for axis in axes)
     return Region(tuple(u.tolist()), tuple(v.tolist()))
 
 
 def level_mix(added, levels: int) -> tuple[np.ndarray, np.ndarray]:
-    """The level (n,) under a kernel whose variance is larger by added (n,) times sigma_b^2, and the share (n,) of the
-    level after it: the mixture of both has that variance. Beyond the last level, the last."""
+    """The level (n,) to read, and the share (n,) of the level after it, for a kernel whose variance is larger.
+
+    `added` (n,) is what is added to the variance, in units of sigma_b^2. The mixture of the two levels has the variance
+    asked for. Beyond the last level, the last level is read alone."""
     grown = np.clip(1 + np.asarray(added, float), 1, 4.0 ** (levels - 1))
     level = np.minimum(np.log2(grown) / 2, max(levels - 2, 0)).astype(int)
     return level, (grown / 4.0**level - 1) / 3
 
 
 def past_end(curve: np.ndarray) -> np.ndarray:
-    """What stands after the last sample (channels,) of a curve (n, channels), in line with its last two."""
+    """The value (channels,) that stands after the last sample of a curve (n, channels): it continues the line through
+    the last two."""
     return 2 * curve[-1] - curve[-2]

@@ -24,6 +24,18 @@ def sources(package):
     return found
 
 
+# The rooms from the ground up: each may import itself and the rooms before it.
+FLOORS = {
+    "precompute": (
+        "base", "maths", "optics", "colour", "surface", "spectra", "table", "reference", "measure", "bake", "check",
+        "methods", "study", "cli",
+    ),
+    "addon": ("scene", "nodes", "lamps", "frames", "materials", "jobs", "actions", "operators", "ui", "batch"),
+}  # fmt: skip
+# A bake is judged by nothing that helped to make it.
+CHECK_MAY_IMPORT = {"base", "optics", "colour", "surface", "measure", "check"}
+
+
 def each(*packages):
     paths = [path for package in packages for path in sources(package)]
     return pytest.mark.parametrize("path", paths, ids=[path.relative_to(ROOT).as_posix() for path in paths])
@@ -64,6 +76,68 @@ def test_the_walk_sees_what_is_there():
 def test_precompute_knows_nothing_of_blender(path):
     assert not tops(path) & BLENDER
     assert not tops(path) & {"addon", "sample_scenes", "devtools", "tests"}
+
+
+def room_of(package, path):
+    """The room of a source, by its folder; None of what stands at the package's own top."""
+    parts = path.relative_to(ROOT / package).parts
+    return parts[0] if len(parts) > 1 else None
+
+
+def rooms_imported(package, path):
+    """The rooms of its own package from which a source imports, in functions too."""
+    dotted = [name.split(".") for name in imports(path)]
+    return {parts[1] for parts in dotted if parts[0] == package and len(parts) > 2}
+
+
+@pytest.mark.parametrize("package", FLOORS)
+def test_every_room_has_its_floor(package):
+    rooms = {room_of(package, path) for path in sources(package)} - {None}
+    assert rooms == set(FLOORS[package])
+
+
+@each("precompute", "addon")
+def test_nothing_imports_upwards(path):
+    package = path.relative_to(ROOT).parts[0]
+    room, floors = room_of(package, path), FLOORS[package]
+    if room is not None:
+        assert rooms_imported(package, path) <= set(floors[: floors.index(room) + 1])
+
+
+@each("precompute/check")
+def test_the_check_shares_nothing_with_the_bake(path):
+    assert rooms_imported("precompute", path) <= CHECK_MAY_IMPORT
+
+
+@pytest.mark.parametrize("package", FLOORS)
+def test_there_are_no_circles(package):
+    """Of files: taking away again and again those that import no file that is left, none is left at last."""
+    files = {path.relative_to(ROOT).with_suffix("").as_posix().replace("/", "."): path for path in sources(package)}
+    files = {name.removesuffix(".__init__"): path for name, path in files.items()}
+
+    def imported(path):
+        names = imports(path)
+        return {name for name in names | {n.rpartition(".")[0] for n in names} if name in files}
+
+    left = {name: imported(path) - {name} for name, path in files.items()}
+    while free := {name for name, needs in left.items() if not needs & set(left)}:
+        left = {name: needs for name, needs in left.items() if name not in free}
+    assert not left
+
+
+@each("precompute", "addon", "tests", "benchmarks", "devtools", "sample_scenes")
+def test_no_file_is_longer_than_350_lines(path):
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= 350
+
+
+@each("precompute", "addon")
+def test_no_function_takes_more_than_seven_arguments_nor_more_than_three_by_place(path):
+    """`self` and `cls` apart; of functions whose names are public, the places are counted."""
+    for node in ast.walk(tree_of(path)):
+        if isinstance(node, ast.FunctionDef):
+            places = [a.arg for a in (*node.args.posonlyargs, *node.args.args) if a.arg not in ("self", "cls")]
+            assert len(places) + len(node.args.kwonlyargs) <= 7, node.name
+            assert node.name.startswith("_") or len(places) <= 3, node.name
 
 
 PLOTS = {"plots.py": {"matplotlib"}}

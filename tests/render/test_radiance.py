@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from precompute.colour.working_space import rgb_from_xyz
-from precompute.table.radiance import lamp_radiance
+from precompute.table.radiance import Skin, lamp_radiance
 from precompute.table.table import Table
 from sample_scenes.snake import build_snake
 
@@ -96,7 +96,10 @@ def expected(stage, mesh, table: Table, **settings):
     def own(direction):
         return np.einsum("nij,nj->ni", frame, direction)
 
-    total = sum(lamp_radiance(table, own(wi), own(wr), e, **settings) for wi, e in irradiances(stage, position))
+    total = sum(
+        lamp_radiance(table, own(wi), own(wr), irradiance=e, skin=Skin(**settings))
+        for wi, e in irradiances(stage, position)
+    )
     out = np.zeros((*seen.shape, 3))
     out[seen] = total
     return out, seen
@@ -164,7 +167,6 @@ def test_the_inputs_are_what_they_say(stage, baked, settings):
     lamps(stage, "sun")
     assign(stage, mesh, path, **settings)
     asked = {name.lower().replace(" ", "_"): value for name, value in settings.items() if name != "Strength"}
-    asked = {"conserving" if name == "energy_conserving" else name: value for name, value in asked.items()}
     truth, _ = expected(stage, mesh, table, **asked)
     truth *= settings.get("Strength", 1.0)
     for engine, (median, p95) in BOUNDS.items():

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every hard case of DESIGN 6 is right against the reference, or refused with the reason.
+"""Every hard case is right against the reference, or refused with the reason (docs/hard_cases.md).
 
-The surfaces, and what each is held against, are those of `./dev bench hard_cases`. Here their bakes are not checked by
-themselves, and only one has its albedo's limit: those have tests of their own, and cost most of the time."""
+`./dev bench hard_cases` has the surfaces, and what each is compared with. Two things differ here, because they have
+tests of their own and take most of the time: the bakes do not check themselves, and only one has an albedo bound.
+"""
 
 from dataclasses import replace
 
@@ -12,7 +13,7 @@ from PIL import Image
 
 from benchmarks import hard_cases
 from benchmarks.hard_cases import CASES, COHERENCE_M, PIXEL_M, Case, outcome, scan, skin
-from precompute.bake import excess_albedo
+from precompute.bake import tiles
 from precompute.bake.ensemble import bake, plan
 from precompute.bake.kernel import kernel_for
 from precompute.bake.request import BakeRequest
@@ -32,32 +33,33 @@ REFUSED = {
     "coherence longer than the patch": "longer than the scan, 10.2 x 10.2 um, .* ask for at most 10.24 um",
     "coherence under a wavelength": "ask for at least 0.55 um",
 }
-# Those whose figures have a test of their own.
+# Cases whose figures have a test of their own.
 FIGURES = ("theta of 89.9 degrees", "u = v = 0", "period under the shortest wavelength", "half-float underflow")
 
 
 def stored(relief, coherence_m):
-    """What the file holds."""
+    """The table of a relief, as its file would hold it."""
     return atlas.unpack(*atlas.pack(bake(relief, BakeRequest(coherence_length_m=coherence_m))))
 
 
 @pytest.fixture
-def no_limit(monkeypatch):
-    monkeypatch.setattr(excess_albedo, "excess_table", lambda *_: NO_EXCESS)
+def without_bound(monkeypatch):
+    """No table has an excess albedo, so that none is computed."""
+    monkeypatch.setattr(tiles, "excess_table", lambda *_: NO_EXCESS)
 
 
 def assert_kept(found):
-    """The budget that was asked for: a dE00 of 1 for 99 % of the light, and 1 % of the light."""
+    """What was asked for is kept: a dE00 of 1 for 99 % of the light, and 1 % of the luminance."""
     assert found.refusal == ""
     assert found.errors.pairs >= 40
     assert found.errors.p99 < 1
     assert found.errors.relative_dy < 0.01
-    # Half floats hold 2^-12 of white; the series 1e-4, twice; holes and steps change the surface itself.
+    # Half floats round white by 2^-12, and the series is off by twice 1e-4. Holes and steps change the surface itself.
     assert found.errors.zero_order_dy < 3e-3
 
 
 @pytest.mark.parametrize("name", [name for name in BY_NAME if name not in REFUSED and name not in FIGURES])
-def test_the_bake_is_the_reference(name, no_limit):
+def test_the_bake_is_the_reference(name, without_bound):
     assert_kept(outcome(replace(BY_NAME[name], figures=None), stored))
 
 
@@ -68,9 +70,6 @@ def test_what_cannot_be_is_refused_in_one_line(name):
     assert "\n" not in str(caught.value)
 
 
-# Directions
-
-
 def test_at_grazing_the_light_is_right_and_no_more_than_was_received():
     """The quadrature is good to about 1 % (benchmarks/albedo.py)."""
     found = outcome(BY_NAME["theta of 89.9 degrees"], stored)
@@ -79,19 +78,17 @@ def test_at_grazing_the_light_is_right_and_no_more_than_was_received():
     assert 0.1 < found.figures["albedo"] <= 1.01
 
 
-def test_in_the_middle_the_zero_order_is_bessels(no_limit):
-    """Half floats 2^-12 of 1, the amplitude's series 1e-4, twice."""
+def test_in_the_middle_the_zero_order_is_bessels(without_bound):
+    """To the rounding of half floats, 2^-12 of 1, and twice the 1e-4 of the amplitude's series."""
     found = outcome(BY_NAME["u = v = 0"], stored)
     assert_kept(found)
     assert found.figures["zero order against J0^2"] < 5e-4
 
 
-# Heights
+def test_a_deep_relief_is_kept_in_floats(without_bound):
+    """Half floats round a term by 2^-12 of itself.
 
-
-def test_a_deep_relief_is_kept_in_floats(no_limit):
-    """Half floats round a term by 2^-12 of itself; those of a relief of 2 um are ten thousand times their sum where
-    it is darkest."""
+    The terms of a relief of 2 um are ten thousand times as large as their sum where it is darkest."""
     relief = prepare(scan(skin(96, 96, 2e-6)))
     baked = bake(relief, BakeRequest(coherence_length_m=COHERENCE_M))
     assert baked.precision is np.float32
@@ -103,22 +100,26 @@ def test_a_deep_relief_is_kept_in_floats(no_limit):
     )
 
 
-def test_a_shallow_relief_does_not_vanish_in_halves(no_limit):
-    """Scattered light goes as the square of the height, to (2 pi s h)^2 = 3e-6 of itself: a twentieth of a nanometre
-    is a four-hundredth of one nanometre, in halves as well, 2^-11 each."""
+def test_a_shallow_relief_does_not_vanish_in_halves(without_bound):
+    """Scattered light goes as the square of the height, but for a share of (2 pi s h)^2 = 3e-6.
+
+    So a relief of a twentieth of a nanometre scatters a four-hundredth of the light of one nanometre. This holds in
+    half floats as well, which round both by 2^-11."""
     case = BY_NAME["half-float underflow"]
     assert_kept(outcome(replace(case, figures=None), stored))
     shallow, deep = (stored(prepare(scan(skin(relief_m=h))), COHERENCE_M) for h in (0.05e-9, 1e-9))
     assert shallow.precision is np.float16
     u, v = np.random.default_rng(0).uniform(-0.4, 0.4, (2, 300))
     one, other = (each.scattered_over_w2(u, v, 1.2)[:, 1] for each in (shallow, deep))
-    # The series of one nanometre is made to 2e-4 of its light, and the faintest place has 1 % of the brightest.
+    # The series of one nanometre is right to 2e-4 of its light. The faintest place has 1 % of the light of the
+    # brightest.
     np.testing.assert_allclose(400 * one, other, rtol=5e-3, atol=1e-3 * other.max())
 
 
-def test_a_period_under_the_shortest_wavelength_is_dark_from_above(no_limit):
-    """sin(t) = 380 / 250 is no direction; of light at 80 degrees the order goes back at 0.54. A kernel of 0.06 is
-    eight standard deviations from the next real place: exp(-32)."""
+def test_a_period_under_the_shortest_wavelength_is_dark_from_above(without_bound):
+    """sin(t) = 380 / 250 is no direction. For light at 80 degrees the order goes back at 0.54.
+
+    A kernel of 0.06 is eight standard deviations away from the next real place: exp(-32)."""
     found = outcome(BY_NAME["period under the shortest wavelength"], stored)
     assert_kept(found)
     assert found.figures["Y, light at 80 degrees"] > 0.01
@@ -126,18 +127,19 @@ def test_a_period_under_the_shortest_wavelength_is_dark_from_above(no_limit):
 
 
 def test_steps_scatter_what_their_rounding_is():
-    """A step d rounds by d / sqrt(12) rms, if the surface crosses many: 25 of them, on 16384 pixels."""
+    """Rounding to steps of d has the standard deviation d / sqrt(12), if the surface crosses many steps.
+
+    Here it crosses 25, on 16384 pixels."""
     step = 2e-6 / 255
     off = prepare(hard_cases.stepped(step)).height_m - prepare(scan(skin())).height_m
     assert off.std() == pytest.approx(step / 12**0.5, rel=0.05)
 
 
-# Coherence and wavelengths
+def test_narrow_orders_leave_no_gaps_at_the_rim(without_bound):
+    """The wavelengths follow the kernel: their sum is flat to 1e-3 at |u| = 2.
 
-
-def test_narrow_orders_leave_no_gaps_at_the_rim(no_limit):
-    """Wavelengths follow the kernel: flat to 1e-3 at |u| = 2, and a cubic reading on top of it, under 1 % of a sum
-    of overlapping orders; with half of them an order moves by 3.2 sigma, 2 exp(-2 pi^2 / 3.2^2) = 29 %."""
+    The cubic reading adds less than 1 % of a sum of overlapping orders. With half as many wavelengths an order moves by
+    3.2 standard deviations, and the sum is flat to 2 exp(-2 pi^2 / 3.2^2) = 29 % only."""
     case = BY_NAME["orders narrower than the wavelength step"]
     relief = prepare(case.surface())
     figures = hard_cases.fewer_wavelengths(relief, stored(relief, case.coherence_m))
@@ -147,7 +149,7 @@ def test_narrow_orders_leave_no_gaps_at_the_rim(no_limit):
 
 
 def test_the_width_of_a_single_row_does_not_count():
-    """It is a profile: 30 shifts of sqrt(2) sigma_s along it."""
+    """A single row is a profile. 30 areas are 30 shifts of sqrt(2) sigma_s along it."""
     row = skin()[:1]
     kernels = [kernel_for((prepare(scan(row, (dy, PIXEL_M))),), BakeRequest()) for dy in (10e-9, 80e-9)]
     assert kernels[0] == kernels[1] == pytest.approx(coherence.kernel_sigma(4 * 128 * PIXEL_M / 30 / 2**0.5))
@@ -166,8 +168,8 @@ def test_a_pixel_is_refused_on_the_command_line(tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
-def test_the_table_tells_of_errors_and_refusals(no_limit):
-    """The page that the benchmark writes."""
+def test_the_table_tells_of_errors_and_refusals(without_bound):
+    """The texts of the table on the page that the benchmark writes."""
     kept = outcome(Case("flat", "zeros", lambda: scan(np.zeros((32, 32)))), stored)
     assert kept.text == "dE00 0.00, dY 0.00%"
     assert outcome(BY_NAME["nothing but NaN"]).text.startswith("refused: the scan: every height is missing")

@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+"""A scene's needs: their files, what they mean for the kernel, and what is refused."""
+
 import json
 import math
 
@@ -9,6 +11,7 @@ from precompute.base.failure import GratingError
 
 
 def written(tmp_path, record):
+    """The path of a needs file with a record, or with a text that is no JSON."""
     path = tmp_path / "needs.json"
     path.write_text(record if isinstance(record, str) else json.dumps(record))
     return path
@@ -16,17 +19,17 @@ def written(tmp_path, record):
 
 def test_what_is_not_said_is_everything(tmp_path):
     assert read_needs(written(tmp_path, {"format": 1})) == EVERYTHING
-    assert EVERYTHING.everything and EVERYTHING.kernel == 0 and EVERYTHING.reach == 2
+    assert EVERYTHING.everything and EVERYTHING.kernel == 0 and EVERYTHING.region.reach == 2
 
 
 def test_a_file_says_what_a_scene_needs(tmp_path):
     record = {"format": 1, "u": [-0.5, 1], "w": [0.5, 2], "light_radius_deg": 2, "footprint": 0.2}
     needs = read_needs(written(tmp_path, record))
-    assert (needs.u, needs.v, needs.w) == ((-0.5, 1), (-2, 2), (0.5, 2))
-    assert not needs.everything and needs.reach == 2
-    # Half a pixel's own 0.2 / sqrt(12) is more than half of two degrees.
+    assert (*needs.region, needs.w) == ((-0.5, 1), (-2, 2), (0.5, 2))
+    assert not needs.everything and needs.region.reach == 2
+    # Half of a pixel's 0.2 / sqrt(12) is more than half of two degrees, 0.017.
     assert needs.kernel == pytest.approx(0.1 / math.sqrt(12))
-    assert read_needs(written(tmp_path, needs.as_dict())).u == needs.u
+    assert read_needs(written(tmp_path, needs.as_dict())).region == needs.region
 
 
 def test_a_disc_blurs_by_half_its_radius():

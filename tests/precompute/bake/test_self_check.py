@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bake's own measure: where it looks, and that it sees what is wrong."""
+"""A bake's own measure of its error: where it looks, and that it sees what is wrong."""
 
 from dataclasses import replace
 
@@ -21,7 +21,7 @@ COHERENCE_M = 3e-6
 
 
 def skin():
-    """4 um of bumps, 150 nm high, that do not wrap."""
+    """4 um of a bumpy skin, 150 nm high, that does not wrap."""
     x, y = np.meshgrid(*[np.arange(48) / 48] * 2)
     heights = 60e-9 * np.sin(2 * np.pi * 5.3 * x + np.sin(2 * np.pi * y)) + 15e-9 * np.cos(2 * np.pi * 2.6 * y)
     return prepare(HeightMap(heights, (4e-6 / 48,) * 2, "skin"))
@@ -29,32 +29,34 @@ def skin():
 
 @pytest.fixture(scope="module")
 def made():
-    """Relief, plan and bake."""
+    """Relief, plan and table."""
     relief = skin()
     chosen = plan(relief, BakeRequest(coherence_length_m=COHERENCE_M))
     return relief, chosen, carry_out(chosen)
 
 
 def errors_of(made, baked):
+    """The self-check's errors of a table of the same relief."""
     relief, chosen, _ = made
     return self_check.self_check((relief,), chosen, baked, lambda *_: None)
 
 
 @pytest.mark.parametrize("w_range", [(0.0, 2.0), (0.7, 1.3), (1.95, 2.0)])
 def test_every_part_of_the_range_of_w_is_looked_at(w_range):
-    """A deep relief is hardest where w is large: a draw of three that all lay under 1.2 passed a bake with a dE00 of
-    22 at 1.9."""
+    """A deep relief is hardest where w is large.
+
+    A draw of three values that were all below 1.2 once passed a bake with a dE00 of 22 at w = 1.9."""
     for seed in range(20):
         w = self_check.w_within(w_range, 4, np.random.default_rng(seed))
         assert w_range[0] <= w.min() and w.max() <= w_range[1]
         assert (np.diff(w) >= 0).all()
         if w_range == (0.0, 2.0):
-            # The uppermost quarter of cos + cos, each of density 2 c, begins at 1.57.
+            # Each cosine c has the density 2 c. The uppermost quarter of the sum of two begins at 1.57.
             assert w[-1] > 1.55
 
 
 def test_it_agrees_with_the_reference(made):
-    """On the same w and kernel, other directions: 99th percentiles of a thousand pairs are good to a third."""
+    """At other directions, with the same kernel. A 99th percentile of a thousand pairs is good to a third."""
     relief, chosen, baked = made
     own = errors_of(made, baked)
     truth = truths(relief, chosen.sigma_b, 4, 800, 4e-9, seed=3)
@@ -65,7 +67,7 @@ def test_it_agrees_with_the_reference(made):
 
 
 def test_a_small_region_is_still_looked_at():
-    """One percent of the directions, of which few of a first draw are."""
+    """The region has one percent of the directions, so that few pairs of a first draw fall in it."""
     relief, needs = skin(), Needs(Region((0.5, 0.9), (-0.1, 0.1)), w=(1.0, 1.4))
     chosen = plan(relief, BakeRequest(coherence_length_m=COHERENCE_M, needs=needs))
     errors = self_check.self_check((relief,), chosen, carry_out(chosen), lambda *_: None)

@@ -1,15 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The benchmarks' runner, and the pieces of the evaluation's page that can be checked without its minutes."""
 
+import argparse
+import json
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from benchmarks import __main__ as runner
+from benchmarks import bake, evaluation_page, report
 from benchmarks import evaluation as benchmark
-from benchmarks import evaluation_page
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 
@@ -54,3 +59,47 @@ def test_the_committed_pictures_are_small():
     pictures = list((DOCS / "images" / "evaluation").glob("*.png"))
     assert pictures
     assert sum(picture.stat().st_size for picture in pictures) < 3e6
+
+
+def test_figures_go_to_programs_and_people(tmp_path, capsys):
+    for target in ("-", str(tmp_path / "figures.json")):
+        parser = argparse.ArgumentParser()
+        report.add_json(parser)
+        target = parser.parse_args(["--json", target]).json
+        report.say("for people", target)
+        report.write({"n": 1}, target)
+        captured = capsys.readouterr()
+        if target == "-":
+            assert json.loads(captured.out) == {"n": 1}
+            assert captured.err == "for people\n"
+        else:
+            assert json.loads(Path(target).read_text()) == {"n": 1}
+            assert captured.out.startswith("for people\n")
+
+
+def test_a_bake_is_held_against_its_transforms(monkeypatch, capsys):
+    seconds = iter([2.0, 4.0, 6.0])
+    named = []
+
+    def bake_in_child(scan, folder):
+        named.append(scan)
+        return {"seconds": next(seconds), "check_seconds": 1.0}
+
+    monkeypatch.setattr(bake, "bake_in_child", bake_in_child)
+    monkeypatch.setattr(bake, "transform_seconds", lambda shape: 0.25)
+    runner.main(["bake", "sample:flat", "--runs", "1", "--json", "-"])
+    facts = json.loads(capsys.readouterr().out)
+    assert named == 3 * [["sample:flat"]]
+    assert facts["surface"] == "sample:flat"
+    assert (facts["alone"]["median_to_transforms"], facts["beside"]["best_to_transforms"]) == (2 / 6, 4 / 6)
+    assert facts["beside_to_alone"] == 2.5
+
+
+def test_a_bake_has_one_thread_unless_asked_otherwise():
+    look = "import os, runpy; runpy.run_module('precompute'); print(os.environ['OPENBLAS_NUM_THREADS'])"
+    for asked, expected in (({}, "1"), ({"OPENBLAS_NUM_THREADS": "3"}, "3")):
+        environment = {key: value for key, value in os.environ.items() if key != "OPENBLAS_NUM_THREADS"} | asked
+        done = subprocess.run(
+            [sys.executable, "-c", look], env=environment, cwd=DOCS.parent, capture_output=True, text=True, check=True
+        )
+        assert done.stdout.strip() == expected

@@ -77,7 +77,7 @@ def test_the_mirror_image_of_the_light_lies_towards_x():
 def test_the_exact_map_is_the_reference(theta_i):
     """At 20 pixels, each with its own w. The series leaves 1e-9 of its largest value, the kernel cut at 5.5 sigma
     instead of 7 at most exp(-5.5^2 / 2) = 2.7e-7 of an order's peak for each of the few that stand there: 1e-6 of the
-    peak. In Stam's form: of the other, test_albedo.py tells."""
+    peak. In Stam's form: of the other, test_excess_albedo.py tells."""
     size = 40
     relief = skin()
     xyz = from_reference(relief, SIGMA_B, size, theta_i=theta_i, step_m=STEP_M, conserving=False)

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Seconds of a bake, alone and beside a second one, over those of 24 transforms of its relief's size.
+
+    python -m benchmarks bake [FILE [--size-um UM] [--height-nm NM]] [--runs N] [--json FILE|-]
+
+By default of the Elaphe scan where ../shared/data has it, else of the sample like it. Each bake is a process of its
+own, `bake --no-cache`, timed by itself; its self-check is counted apart. A transform is NumPy's, complex and in double
+precision, and the fastest of all that are tried before, between and after the bakes.
+"""
+
+import argparse
+import statistics
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from benchmarks import report
+from precompute.bake.request import Scan
+from precompute.study.benchmark.run import machine
+from precompute.study.benchmark.scan import bake_in_child, transform_seconds
+from precompute.study.benchmark.surfaces import SHARED
+from precompute.surface.relief import prepare
+
+TRANSFORMS = 24
+RUNS = 3
+
+
+def arguments_of(scan: Scan) -> list[str]:
+    """What names a scan on the command line of a process in another folder."""
+    found = [str(Path(scan.source).resolve()) if Path(scan.source).is_file() else scan.source]
+    for option, value in (("--size-um", scan.size_um), ("--height-nm", scan.height_nm)):
+        found += [] if value is None else [option, repr(value)]
+    return found
+
+
+def elaphe() -> Scan:
+    """The scan where it is, else the sample."""
+    path = SHARED / "snake" / "elaphe_65um.png"
+    return Scan(str(path), 65.0, 375.0) if path.is_file() else Scan("sample:elaphe")
+
+
+def bakes(scan: Scan, count: int) -> list[dict]:
+    """The facts of so many bakes at once."""
+
+    def one(_: int) -> dict:
+        with tempfile.TemporaryDirectory() as folder:
+            return bake_in_child(arguments_of(scan), Path(folder))
+
+    with ThreadPoolExecutor(count) as pool:
+        return list(pool.map(one, range(count)))
+
+
+def measure(scan: Scan, runs: int = RUNS) -> dict:
+    """Seconds and ratios of so many bakes alone, and of so many pairs."""
+    height_map = scan.read()
+    shape = prepare(height_map).height_m.shape
+    facts = {"machine": machine(), "surface": height_map.source_name, "pixels": list(shape), "transforms": TRANSFORMS}
+    transform = transform_seconds(shape)
+    alone, beside = [], []
+    for _ in range(runs):
+        alone += bakes(scan, 1)
+        transform = min(transform, transform_seconds(shape))
+        beside += bakes(scan, 2)
+        transform = min(transform, transform_seconds(shape))
+    facts["transform_seconds"] = transform
+    for name, found in (("alone", alone), ("beside", beside)):
+        seconds = [each["seconds"] for each in found]
+        median = statistics.median(seconds)
+        facts[name] = {
+            "seconds": seconds,
+            "check_seconds": [each["check_seconds"] for each in found],
+            "median": median,
+            "best": min(seconds),
+            "median_to_transforms": median / (TRANSFORMS * transform),
+            "best_to_transforms": min(seconds) / (TRANSFORMS * transform),
+        }
+    facts["beside_to_alone"] = facts["beside"]["median"] / facts["alone"]["median"]
+    return facts
+
+
+def as_text(facts: dict) -> str:
+    """For people."""
+    on, rows, columns = facts["machine"], *facts["pixels"]
+    lines = [
+        f"{on['processor']}, {on['cores']} cores, load {on['load']}, NumPy {on['numpy']}",
+        f"{facts['transforms']} transforms of {columns} x {rows}: "
+        f"{facts['transforms'] * facts['transform_seconds']:.2f} s",
+        f"{'bake':<22}{'median s':>9}{'best s':>9}{'to transforms, median':>23}{'best':>7}{'self-check s':>14}",
+    ]
+    for name, label in (("alone", "alone"), ("beside", "beside a second bake")):
+        one = facts[name]
+        lines.append(
+            f"{label:<22}{one['median']:>9.2f}{one['best']:>9.2f}{one['median_to_transforms']:>23.2f}"
+            f"{one['best_to_transforms']:>7.2f}{statistics.median(one['check_seconds']):>14.2f}"
+        )
+    return "\n".join([*lines, f"beside a second bake {facts['beside_to_alone']:.2f} times as long as alone"])
+
+
+def main(argv: list[str] | None = None) -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks bake", description=__doc__.splitlines()[0])
+    parser.add_argument("file", nargs="?", metavar="FILE", help="height map or sample:NAME; default: the Elaphe scan")
+    parser.add_argument("--size-um", type=float, metavar="UM", help="width of the scan (pictures)")
+    parser.add_argument("--height-nm", type=float, metavar="NM", help="height from black to white (pictures)")
+    parser.add_argument("--runs", type=int, default=RUNS, metavar="N", help=f"of each kind; default {RUNS}")
+    report.add_json(parser)
+    arguments = parser.parse_args(argv)
+    if arguments.runs < 1:
+        parser.error(f"--runs {arguments.runs}: not a number of bakes; give 1 or more")
+    scan = Scan(arguments.file, arguments.size_um, arguments.height_nm) if arguments.file else elaphe()
+    facts = measure(scan, arguments.runs)
+    report.say(as_text(facts), arguments.json)
+    report.write(facts, arguments.json)
+
+
+if __name__ == "__main__":
+    main()

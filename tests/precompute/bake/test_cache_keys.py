@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The keys of the cache: what changes them, and what does not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from precompute.bake import cache
+from precompute.cli.bake import request_of
+from precompute.cli.parser import build_parser
+from precompute.surface.height_map import HeightMap
+from precompute.table import atlas_file
+
+
+@pytest.fixture
+def height_map():
+    heights = np.random.default_rng(1).normal(0, 1e-7, (5, 7))
+    heights[2, 3] = np.nan
+    return HeightMap(heights, (1e-7, 2e-7), "folder/skin.png", "Topography")
+
+
+def request(*argv):
+    """The request that a command line of the verb `bake` asks for."""
+    arguments = build_parser().parse_args(["bake", "skin.png", "-o", "out", *argv])
+    return request_of(arguments)
+
+
+def test_a_key_is_of_the_content_alone(height_map):
+    """Not of the folder, of the order of heights in memory, or of how the command line writes a number."""
+    found = cache.key_of([height_map], request())
+    assert len(found) == 64
+    assert cache.key_of([replace(height_map, source="other/place/skin.png")], request()) == found
+    assert cache.key_of([replace(height_map, height_m=np.asfortranarray(height_map.height_m))], request()) == found
+    same = request("--delta-e", "1.00", "--coherence-um", "auto", "--json", "-", "--progress", "none", "--no-cache")
+    assert cache.key_of([height_map], same) == found
+
+
+def test_each_part_of_the_content_changes_the_key(height_map, monkeypatch):
+    one_height = height_map.height_m.copy()
+    one_height[4, 6] = np.nextafter(one_height[4, 6], 1)
+    changed = [
+        replace(height_map, height_m=one_height),
+        replace(height_map, height_m=height_map.height_m.reshape(7, 5)),
+        replace(height_map, pixel_size_m=(1e-7, 2.1e-7)),
+        replace(height_map, pixel_size_m=(2e-7, 1e-7)),
+        replace(height_map, periodic=True),
+        replace(height_map, channel="Amplitude"),
+        replace(height_map, source="folder/scale.png"),
+        replace(height_map, source="sample:skin.png"),
+    ]
+    keys = [cache.key_of([each], request()) for each in (height_map, *changed)]
+    monkeypatch.setattr(cache, "BAKE_VERSION", cache.BAKE_VERSION + 1)
+    keys.append(cache.key_of([height_map], request()))
+    monkeypatch.setattr(cache, "FORMAT", atlas_file.FORMAT + 1)
+    keys.append(cache.key_of([height_map], request()))
+    assert len(set(keys)) == len(keys)
+
+
+def test_each_option_of_the_bake_changes_the_key(height_map, tmp_path):
+    needs = tmp_path / "needs.json"
+    needs.write_text('{"format": 1, "u": [0, 1]}')
+    lines = [(), ("--delta-e", "1.5"), ("--coherence-um", "30"), ("--illuminant", "E"), ("--needs", str(needs))]
+    keys = [cache.key_of([height_map], request(*line)) for line in lines]
+    needs.write_text('{"format": 1, "u": [0, 1.5]}')
+    keys.append(cache.key_of([height_map], request("--needs", str(needs))))
+    keys.append(cache.key_of([height_map, height_map], request()))
+    assert len(set(keys)) == len(keys)

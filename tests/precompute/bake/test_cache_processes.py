@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The cache under several processes: two at once, killed ones, and what those leave."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from precompute.bake import cache
+from precompute.table import atlas_file
+
+from .conftest import ROOT, STOPPED, Child, assert_nothing_is_left, fake, key, names, never
+
+
+def test_two_at_once_make_one_bake(picture, tmp_path, cache_folder):
+    both = [Child(picture, tmp_path, tmp_path / name) for name in ("left", "right")]
+    facts = [child.facts() for child in both]
+    assert sorted(each["cached"] for each in facts) == [False, True]
+    maker, taker = sorted(both, key=lambda child: facts[both.index(child)]["cached"])
+    assert maker.stages == ["transforms", "wavelengths", "self-check"]
+    assert taker.stages == [cache.WAITING]
+    assert facts[0]["seconds"] == facts[1]["seconds"]
+    files = [Path(each["files"][0]) for each in facts]
+    assert files[0].read_bytes() == files[1].read_bytes()
+    for file in files:
+        assert atlas_file.read(file)[0].terms.any()
+        assert_nothing_is_left(cache_folder, file.parent)
+
+
+def test_two_at_once_into_one_folder(tmp_path, cache_folder):
+    """Many rounds of a bake that takes no time: the process that comes second finds the entry of the first."""
+    code = STOPPED.replace('"k" * 64', "str(n) * 64").replace("cache.bake_once", "for n in range(9): cache.bake_once")
+    output = tmp_path / "out"
+    command = [sys.executable, "-c", code, str(output), "nowhere"]
+    both = [subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) for _ in range(2)]
+    for process in both:
+        assert process.communicate(timeout=60)[1] == "" and process.returncode == 0
+    assert (output / "a.exr").read_bytes() == b"whole" * 1000
+    assert_nothing_is_left(cache_folder, output, entries=9)
+
+
+def test_a_killed_bake_does_not_stop_the_next(picture, run_bake, tmp_path, cache_folder):
+    """Nor does it stop a process that waits for it: the lock ends with the process."""
+    output = tmp_path / "out"
+    killed, heir = Child(picture, tmp_path, output), None
+    try:
+        killed.wait_for("transforms")
+        heir = Child(picture, tmp_path, tmp_path / "heir")
+        heir.wait_for(cache.WAITING)
+        assert killed.process.poll() is None
+    finally:
+        killed.process.kill()
+        killed.process.wait()
+    assert names(output) == [] and names(cache_folder / "entries") == []
+    assert heir.facts()["cached"] is False
+    assert_nothing_is_left(cache_folder, tmp_path / "heir")
+    facts, _ = run_bake(output)
+    assert facts["cached"] is True
+    assert_nothing_is_left(cache_folder, output)
+    fresh, _ = run_bake(tmp_path / "fresh", "--no-cache")
+    (table, record), (expected, expected_record) = (atlas_file.read(Path(f["files"][0])) for f in (facts, fresh))
+    # The order of the sums in a matrix product is free, so that a half float may round the other way.
+    np.testing.assert_allclose(table.terms, expected.terms, rtol=2**-10, atol=1e-6 * np.abs(expected.terms).max())
+    assert record.pop("delta_e") == pytest.approx(expected_record.pop("delta_e"), rel=1e-3)
+    assert record == expected_record
+
+
+@pytest.mark.parametrize("point", ["copy", "rename", "delivery"])
+@pytest.mark.parametrize("same", [True, False], ids=["same", "other"])
+def test_what_a_killed_run_left_goes(tmp_path, cache_folder, point, same):
+    """A process is killed at the worst moments. The next one removes what it left, and is right itself.
+
+    The next one may bake the same surface or another."""
+    output = tmp_path / "out"
+    run = subprocess.run([sys.executable, "-c", STOPPED, str(output), point], cwd=ROOT, timeout=60)
+    assert run.returncode == 9
+    assert not (output / "a.exr").exists() and any((cache_folder / "locks").iterdir())
+    if point == "delivery":
+        assert len(names(cache_folder / "entries")) == 1
+    else:
+        assert names(cache_folder / "entries") == [] and len(names(cache_folder / "partial")) == 1
+    calls = []
+    cache.bake_once("k" * 64 if same else key(1), output, fake(b"whole" * 1000, calls))
+    assert len(calls) == (0 if same and point == "delivery" else 1)
+    assert (output / "a.exr").read_bytes() == b"whole" * 1000
+    assert names(cache_folder / "partial") == []
+    if same:
+        assert_nothing_is_left(cache_folder, output)
+
+
+def test_what_another_process_is_at_is_not_swept(tmp_path, cache_folder):
+    other = cache.Cache(cache_folder, 0)
+    with other.lock(key(1), never):
+        unfinished = cache_folder / "partial" / key(1)
+        unfinished.mkdir(parents=True)
+        cache.bake_once(key(2), tmp_path, fake())
+        assert unfinished.is_dir()
+    cache.bake_once(key(2), tmp_path, never)
+    assert names(cache_folder / "partial") == []

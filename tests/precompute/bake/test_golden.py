@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A bake's results, held against those that were recorded with the cache's version.
+
+Caches on other machines hold bakes under that version, so a change of results must raise it."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from precompute.bake import cache
+from precompute.bake.ensemble import bake
+from precompute.bake.request import BakeRequest
+from precompute.surface.relief import prepare
+from precompute.surface.samples.gratings import blazed, sinusoidal
+from precompute.table.atlas import pack, unpack
+
+GOLDEN = Path(__file__).with_name("golden.json")
+SURFACES = {"blazed": lambda: blazed(periods=4, rows=96), "sinusoidal": lambda: sinusoidal(periods=3, rows=48)}
+# Spectra are made in single precision, whose last digit (6e-8) depends on the processor and on NumPy's version; sums of
+# some thousands of such numbers agree to 1e-5. Half floats round a term by 2^-11 = 5e-4 of itself at most, and where a
+# last digit turns one, the sums over a term's texels hardly move. So each sum may be off by this share of the largest.
+ROUNDING = 2e-5
+
+
+def figures(name: str) -> dict[str, list[float]]:
+    """Sums over what the file of a surface's bake holds."""
+    request = BakeRequest(delta_e=2.0, coherence_length_m=6e-6)
+    table = unpack(*pack(bake(prepare(SURFACES[name]()), request)))
+    return {
+        "shape": list(table.terms.shape),
+        "levels": [len(table.levels)],
+        "texel": [table.texel, table.sigma_b, *table.first],
+        "terms": [float(np.abs(term.astype(float)).sum()) for term in table.terms],
+        "wider": [float(np.abs(level.astype(float)).sum()) for level in table.wider],
+        "zero_order": table.zero_order[::64].astype(float).sum(axis=-1).tolist(),
+        "excess_albedo": [float(table.excess_albedo.astype(float).sum())],
+    }
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_results_change_only_with_the_version(name):
+    golden = json.loads(GOLDEN.read_text())
+    found = figures(name)
+    told = f"raise cache.BAKE_VERSION and write into {GOLDEN.name}: {json.dumps({name: found})}"
+    assert golden["version"] == cache.BAKE_VERSION, f"recorded of another version; {told}"
+    for key, recorded in golden[name].items():
+        off = ROUNDING * np.max(np.abs(recorded))
+        np.testing.assert_allclose(found[key], recorded, rtol=0, atol=off, err_msg=f"{key}: {told}")

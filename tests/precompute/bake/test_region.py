@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A table of a part of (u, v, w), as a scene needs it."""
+
+import numpy as np
+
+from precompute.bake import make
+from precompute.bake.ensemble import bake
+from precompute.bake.needs import Needs
+from precompute.bake.request import BakeRequest
+from precompute.optics.region import Region
+
+from .conftest import COHERENCE_M, waves
+
+REGION = Needs(Region((-0.3, 1.1), (-0.2, 0.5)), w=(0.7, 1.8))
+
+
+def test_a_region_is_the_same_light_in_fewer_texels(baked):
+    """The table of a region against the whole table, where both hold light."""
+    part = bake(waves(), BakeRequest(coherence_length_m=COHERENCE_M, needs=REGION))
+    assert part.terms[..., 0].size < 0.3 * baked.terms[..., 0].size
+    rng = np.random.default_rng(0)
+    u, v, w = (rng.uniform(*side, 500) for side in (*REGION.region, REGION.w))
+    whole = baked.scattered_over_w2(u, v, w)
+    # The reading of each is off by up to 2 % of its peak (test_bake_against_reference.py).
+    np.testing.assert_allclose(part.scattered_over_w2(u, v, w), whole, atol=0.04 * whole.max())
+    for held, asked in zip(part.region, REGION.region, strict=True):
+        assert asked[0] - part.texel < held[0] <= asked[0] + 1e-9 and asked[1] - 1e-9 <= held[1] < asked[1] + part.texel
+
+
+def test_outside_a_region_its_rim_is_read():
+    """A place outside the region reads as the nearest place of its rim."""
+    part = bake(waves(), BakeRequest(coherence_length_m=COHERENCE_M, needs=REGION))
+    u, v, w = np.array([-2.0, 2.0]), np.array([2.0, -2.0]), np.array([0.1, 2.0])
+    u_range, v_range = part.region
+    rim = part.scattered_over_w2(np.array(u_range), np.array(v_range)[::-1], np.array(part.w_range))
+    np.testing.assert_allclose(part.scattered_over_w2(u, v, w), rim, rtol=1e-6)
+
+
+def test_a_region_keeps_its_budget():
+    made = make.make((waves(),), BakeRequest(1.0, COHERENCE_M, needs=REGION))
+    assert made.errors.p99 <= 1 and made.errors.pairs > 50

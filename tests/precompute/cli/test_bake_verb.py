@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The verb `bake`: its facts, its files, its options and its progress."""
+
+import hashlib
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from precompute.bake import ensemble
+from precompute.measure.errors import Errors, measure
+from precompute.measure.truths import truths
+from precompute.surface.readers.registry import read_height_map
+from precompute.surface.relief import prepare
+from precompute.table import atlas_file
+from precompute.table.atlas_file import read_header
+from precompute.table.tiling import TILE_PADDING
+
+from .conftest import PICTURE, SHORT
+
+
+@pytest.fixture
+def baked(run, scan, tmp_path):
+    """The facts of a bake of the picture, and the folder that its files went to."""
+    folder = tmp_path / "new" / "bakes"
+    status, out, err = run("bake", scan, *PICTURE, "-o", folder, "--delta-e", "3", "--json", "-", "--progress", "none")
+    assert (status, err) == (0, "")
+    return json.loads(out), folder
+
+
+def test_bake_tells_its_facts_and_writes_its_files(baked, scan):
+    facts, folder = baked
+    assert {"seconds", "peak_bytes", "tiles", "resolution", "delta_e", "files", "cached"} <= set(facts)
+    assert facts["files"] == [str(folder / "skin.exr"), str(folder / "skin.lobes.exr")]
+    assert sorted(path.name for path in folder.iterdir()) == ["skin.exr", "skin.lobes.exr"]
+    assert {"mean", "p95", "p99", "max"} <= set(facts["delta_e"])
+    assert 0 < facts["delta_e"]["mean"] <= facts["delta_e"]["p95"] <= facts["delta_e"]["p99"] <= 3
+    layout, record = read_header(folder / "skin.exr")
+    tile = [n + 2 * TILE_PADDING for n in (layout.inner_rows, layout.inner_columns)]
+    assert (layout.terms, tile) == (facts["tiles"], facts["tile"])
+    assert record["delta_e"] == facts["delta_e"]
+    assert record["source"] == "skin.png"
+    assert record["model"] == "ensemble"
+    assert record["coherence_um"] == pytest.approx(facts["coherence_um"])
+    # The picture is 4 um wide, and holds 30 areas of 2 (l / 4)^2 at the coherence length l.
+    assert facts["coherence_um"] == pytest.approx(4 * 4 / 60**0.5, rel=1e-6)
+    heights = read_height_map(str(scan), 4, 250).height_m
+    assert record["heights_sha256"] == [hashlib.sha256(heights.tobytes()).hexdigest()]
+    assert record["shape"] == [48, 48]
+
+
+def test_the_error_in_the_header_is_that_of_the_file(baked, scan):
+    """Measured once more from the file, on other direction pairs than the bake's own, it is within the budget."""
+    _, folder = baked
+    table, record = atlas_file.read(folder / "skin.exr")
+    relief = prepare(read_height_map(str(scan), 4, 250))
+    truth = truths(relief, table.sigma_b, 2, 500, 5e-9, seed=99)
+    errors = measure(truth, table.candidate)
+    assert errors.p99 <= 3
+    # Both means are of samples of the same distribution.
+    assert errors.mean == pytest.approx(record["delta_e"]["mean"], rel=1)
+
+
+def test_bake_again_gives_the_same_file(baked, run, scan):
+    """But for the order of the sums in a matrix product, by which a half float may round the other way: 2^-10 of it."""
+    _, folder = baked
+    (table, record), path = atlas_file.read(folder / "skin.exr"), folder / "skin.exr"
+    assert run("bake", scan, *PICTURE, "-o", folder, "--delta-e", "3", "--no-cache")[0] == 0
+    again, again_record = atlas_file.read(path)
+    np.testing.assert_allclose(again.terms, table.terms, rtol=2**-10, atol=1e-6 * np.abs(table.terms).max())
+    assert again_record.pop("delta_e") == pytest.approx(record.pop("delta_e"), rel=1e-3)
+    assert again_record == record
+    assert sorted(each.name for each in folder.iterdir()) == ["skin.exr", "skin.lobes.exr"]
+
+
+def test_bake_takes_its_options(run, scan, tmp_path):
+    options = ("--delta-e", "5", *SHORT, "--illuminant", "E")
+    status, out, _ = run("bake", scan, *PICTURE, "-o", tmp_path, *options, "--json", tmp_path / "facts.json")
+    assert status == 0
+    assert "skin.exr" in out and "dE00" in out
+    facts = json.loads((tmp_path / "facts.json").read_text())
+    assert facts["coherence_um"] == pytest.approx(4)
+    assert atlas_file.read(tmp_path / "skin.exr")[0].illuminant == "E"
+
+
+def test_a_mirror_under_a_short_coherence_bakes(run, tmp_path):
+    """The smallest table that there is: two empty tiles."""
+    black = tmp_path / "mirror.png"
+    Image.fromarray(np.zeros((16, 16), np.uint8)).save(black)
+    status, out, _ = run("bake", black, "--size-um", "2", "--height-nm", "100", "-o", tmp_path, "--json", "-")
+    assert status == 0
+    assert json.loads(out)["delta_e"]["max"] == 0
+    assert not atlas_file.read(tmp_path / "mirror.exr")[0].terms.any()
+
+
+def test_progress_as_json_lines(run, scan, tmp_path):
+    _, out, err = run(
+        "bake", scan, *PICTURE, "-o", tmp_path, "--delta-e", "5", *SHORT, "--progress", "json", "--json", "-"
+    )
+    json.loads(out)
+    steps = [json.loads(line) for line in err.splitlines()]
+    stages = list(dict.fromkeys(step["stage"] for step in steps))
+    assert stages == ["transforms", "wavelengths", "self-check"]
+    for stage in stages:
+        fractions = [step["fraction"] for step in steps if step["stage"] == stage]
+        assert fractions == sorted(fractions) and fractions[-1] == 1
+
+
+def test_a_bake_that_misses_its_budget_is_not_written(refused, scan, tmp_path, monkeypatch):
+    poor = Errors(1, 2, 7.31, 9, 0, 0, 0, 10)
+    monkeypatch.setattr(ensemble, "self_check", lambda *_: poor)
+    told = refused("bake", scan, *PICTURE, "-o", tmp_path / "bakes", "--delta-e", "5", *SHORT, "--progress", "none")
+    assert "7.31" in told and "--delta-e 7.7" in told
+
+
+def test_several_scans_and_a_region(run, scan, tmp_path):
+    """One table of two scans. Its header names both scans, the region, and the hash of each scan."""
+    other = tmp_path / "other.png"
+    other.write_bytes(scan.read_bytes())
+    needs = tmp_path / "needs.json"
+    needs.write_text('{"format": 1, "u": [-0.5, 0.5], "v": [-0.2, 0.2], "w": [1, 2]}')
+    options = (*PICTURE, *SHORT, "--delta-e", "5", "--needs", needs)
+    status, out, _ = run("bake", scan, other, *options, "-o", tmp_path / "bakes", "--json", "-", "--progress", "none")
+    assert status == 0
+    facts = json.loads(out)
+    assert facts["files"][0] == str(tmp_path / "bakes" / "skin_and_1_more.exr")
+    layout, record = read_header(Path(facts["files"][0]))
+    assert record["source"] == "skin.png, other.png" and len(record["heights_sha256"]) == 2
+    assert record["request"]["needs"]["u"] == [-0.5, 0.5]
+    assert layout.tile_rows < layout.tile_columns and (layout.w_min, layout.w_max) == (1, 2)
+    needs.write_text("{}")
+    status, _, err = run("bake", scan, *options, "-o", tmp_path / "bakes")
+    assert status == 1 and "needs.json" in err.splitlines()[-1]

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the tests of tables and sample sets share: small random tables, a scan, and the sample set of its spectrum."""
+
+import math
+
+import numpy as np
+import pytest
+
+from precompute.bake.draws import make_sample_set
+from precompute.spectra.fast import fast_series
+from precompute.surface.height_map import HeightMap
+from precompute.surface.relief import prepare
+from precompute.table.table import Table
+
+S_MAX, GRID_MAX = 2 / 380e-9, 5.6e6
+# Values of s at which light is looked at: from w = 0.4 at 700 nm to w = 2 at 400 nm.
+S_SEEN = np.linspace(0.4 / 700e-9, 2 / 400e-9, 9)
+SIGMA_B = 0.02
+PROVENANCE = {"source": "sample:test", "coherence_um": 12.5, "delta_e": {"p99": 0.7}, "shape": [3, 4]}
+
+
+def skin(count=200, scale=40e-9, seed=0):
+    """A scan of Gaussian bumps 300 nm wide, with heights of standard deviation `scale`, on pixels of 60 nm."""
+    rng = np.random.default_rng(seed)
+    q = np.fft.fftfreq(count, 60e-9)
+    spectrum = np.fft.fft2(rng.standard_normal((count, count)))
+    smooth = np.fft.ifft2(spectrum * np.exp(-(q[:, None] ** 2 + q**2) * (np.pi * 300e-9) ** 2)).real
+    return prepare(HeightMap(scale * smooth / smooth.std(), (60e-9, 60e-9), "skin"))
+
+
+def series_of(relief, finest_kernel=SIGMA_B / 780e-9, tolerance=2e-4):
+    """The series of a relief's spectrum."""
+    return fast_series(relief, GRID_MAX, S_MAX, finest_kernel=finest_kernel, tolerance=tolerance)
+
+
+def bins_of(found, series):
+    """Indices (row, column), each (N, N), of the bins on which the texels of a sample set lie.
+
+    Every texel must lie exactly on one."""
+    sides = ((series.grid.q_y, found.q[..., 1]), (series.grid.q_x, found.q[..., 0]))
+    index = tuple(np.minimum(np.searchsorted(axis, q), len(axis) - 1) for axis, q in sides)
+    for (axis, q), at in zip(sides, index, strict=True):
+        np.testing.assert_array_equal(axis[at], q)
+    return index
+
+
+@pytest.fixture(scope="session")
+def scan():
+    """The series of a scan, a sample set of it whose pieces are sharp, and the indices (N, N) of its texels' bins."""
+    series = series_of(skin())
+    found = make_sample_set([series], SIGMA_B, tolerance=1e-5)
+    return series, found, bins_of(found, series)
+
+
+def random_bake(terms=5, resolution=12, samples=20, peak=1.0, seed=0, levels=1):
+    """A table whose tiles hold random numbers.
+
+    `resolution` is the texels of a tile on the first level: one number for a square, or (rows, columns)."""
+    rng = np.random.default_rng(seed)
+    tile = np.broadcast_to(resolution, 2)
+    sizes = [[math.ceil((n - 5) / 2**level) + 5 for n in tile] for level in range(levels)]
+    tiles, *wider = ((peak * rng.uniform(-1, 1, (terms, *size, 3))).astype(np.float32) for size in sizes)
+    texel = 4 / (tile.max() - 5)
+    return Table(tiles, rng.uniform(0, 1.1, (samples, 3)), 0.04, texel, "D65", wider=tuple(wider))

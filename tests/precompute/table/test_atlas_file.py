@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The files of tables: what is written comes back, and what is no table is refused."""
+
+import json
+import os
+
+import numpy as np
+import OpenEXR
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from precompute.base.failure import GratingError
+from precompute.table import atlas, atlas_file
+from precompute.table.atlas_file import HEADER_KEY, read_header
+
+from .conftest import PROVENANCE, random_bake
+
+
+@pytest.fixture
+def written(tmp_path):
+    """A small table and its file."""
+    table = random_bake()
+    path = tmp_path / "table.exr"
+    atlas_file.write(path, *atlas.pack(table), PROVENANCE)
+    return table, path
+
+
+def test_a_file_comes_back(written):
+    table, path = written
+    again, record = atlas_file.read(path)
+    image, layout = atlas.pack(table)
+    expected = atlas.unpack(image, layout)
+    np.testing.assert_array_equal(again.terms, expected.terms)
+    np.testing.assert_array_equal(again.zero_order, expected.zero_order)
+    assert {key: record[key] for key in PROVENANCE} == PROVENANCE
+    assert record["format"] == atlas_file.FORMAT
+
+
+def test_the_header_tells_the_layout_without_the_pixels(written):
+    table, path = written
+    layout, record = read_header(path)
+    assert layout == atlas.layout_of(table)
+    assert atlas.Layout(**record["layout"]) == layout
+
+
+def test_the_file_is_a_plain_half_float_picture(written):
+    """What any reader of OpenEXR sees: R, G, B in half floats, row 0 at the top, and our attribute in JSON."""
+    table, path = written
+    image, _ = atlas.pack(table)
+    file = OpenEXR.File(str(path))
+    pixels = file.channels()["RGB"].pixels
+    assert pixels.dtype == np.float16
+    np.testing.assert_array_equal(pixels, image[::-1])
+    assert json.loads(file.header()[HEADER_KEY])["source"] == "sample:test"
+
+
+def test_writing_replaces_an_older_bake(written):
+    _, path = written
+    other = random_bake(seed=1)
+    atlas_file.write(path, *atlas.pack(other), PROVENANCE)
+    assert np.abs(atlas_file.read(path)[0].terms - other.terms).max() < 1e-3
+    assert os.listdir(path.parent) == ["table.exr"]
+
+
+@pytest.mark.parametrize("fault", [OSError(28, "No space left on device"), KeyboardInterrupt()])
+def test_an_interrupted_write_leaves_nothing(tmp_path, monkeypatch, fault):
+    def fail(*_):
+        raise fault
+
+    monkeypatch.setattr(os, "replace", fail)
+    with pytest.raises(type(fault)):
+        atlas_file.write(tmp_path / "table.exr", *atlas.pack(random_bake()), PROVENANCE)
+    assert os.listdir(tmp_path) == []
+
+
+def test_an_interrupted_write_keeps_the_older_bake(written, monkeypatch):
+    _, path = written
+    before = path.read_bytes()
+
+    def fail(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", fail)
+    with pytest.raises(OSError):
+        atlas_file.write(path, *atlas.pack(random_bake(seed=1)), PROVENANCE)
+    assert path.read_bytes() == before
+    assert os.listdir(path.parent) == ["table.exr"]
+
+
+def test_a_place_that_cannot_be_written_is_told(tmp_path):
+    """As for a read-only folder or a full disc: OpenEXR raises a RuntimeError, which no caller expects."""
+    with pytest.raises((OSError, GratingError)):
+        atlas_file.write(tmp_path / "not there" / "table.exr", *atlas.pack(random_bake()), PROVENANCE)
+
+
+def refused(path):
+    """The one line of error of each reader. It names the file, the fault and the remedy."""
+    lines = set()
+    for read in (atlas_file.read, read_header):
+        with pytest.raises(GratingError) as caught:
+            read(path)
+        lines.add(str(caught.value))
+    (line,) = lines
+    assert line.startswith(f"{path}: ") and "; " in line and "\n" not in line
+    return line
+
+
+def plain_exr(path, image, header=None):
+    """Write a picture of channels R, G, B as any program might."""
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **(header or {})}
+    with OpenEXR.File(header, {"RGB": np.ascontiguousarray(image)}) as file:
+        file.write(str(path))
+
+
+def test_what_is_no_exr_is_refused(tmp_path):
+    path = tmp_path / "table.exr"
+    assert "no such file" in refused(path)
+    path.write_bytes(b"")
+    assert "not a readable OpenEXR" in refused(path)
+    path.write_bytes(b"\x89PNG\r\n\x1a\n and more of it" * 9)
+    assert "not a readable OpenEXR" in refused(path)
+    path.unlink()
+    path.mkdir()
+    refused(path)
+
+
+def test_another_exr_is_refused(tmp_path):
+    path = tmp_path / "render.exr"
+    plain_exr(path, np.zeros((4, 4, 3), np.float16))
+    assert "not a Natural Gratings bake" in refused(path)
+
+
+@pytest.mark.parametrize("record", [
+    "no JSON", "[]", "null", "3", "{}", '{"format": 6}', '{"format": 6, "layout": {}}', '{"format": 6, "layout": 6}',
+    '{"format": 6, "layout": {"terms": 3, "surplus": 4}}',
+])  # fmt: skip
+def test_a_header_that_says_nothing_is_refused(tmp_path, record):
+    path = tmp_path / "table.exr"
+    plain_exr(path, np.zeros((4, 4, 3), np.float16), {HEADER_KEY: record})
+    assert "not a Natural Gratings bake" in refused(path)
+
+
+def test_another_version_is_refused(tmp_path):
+    path = tmp_path / "table.exr"
+    plain_exr(path, np.zeros((4, 4, 3), np.float16), {HEADER_KEY: '{"format": 99}'})
+    assert "format 99" in refused(path)
+
+
+@pytest.mark.parametrize("lie", [
+    {"terms": 10**4}, {"terms": 7}, {"terms": -1}, {"tile_rows": 13}, {"columns": 10**6}, {"rows": 1},
+    {"w_max": 0.0}, {"u_first": 9.0}, {"strip_rows": 0}, {"zero_order_samples": 10**4}, {"tile_columns": "12"},
+    {"tile_columns": 12.5}, {"scale": "big"}, {"texel": None}, {"levels": 2}, {"levels": 10**9},
+    {"inner_rows": 10**6}, {"inner_columns": 3}, {"bound_rows": 1}, {"bound_columns": 10**6}, {"columns": 5, "rows": 1},
+])  # fmt: skip
+def test_a_header_that_lies_about_its_picture_is_refused(tmp_path, lie):
+    """Sizes are compared with the picture's before they are used.
+
+    The reader of the header alone has no picture, and may believe them. A block of 3 x 2 tiles with 5 of them taken has
+    no seventh."""
+    image, layout = atlas.pack(random_bake())
+    path = tmp_path / "table.exr"
+    lying = {"format": atlas_file.FORMAT, "layout": {**vars(layout), **lie}}
+    plain_exr(path, image[::-1], {HEADER_KEY: json.dumps(lying)})
+    with pytest.raises(GratingError) as caught:
+        atlas_file.read(path)
+    assert str(caught.value).startswith(f"{path}: ") and "; " in str(caught.value)
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.floats(0.01, 0.99))
+def test_a_truncated_file_is_refused(tmp_path_factory, share):
+    path = tmp_path_factory.getbasetemp() / "truncated.exr"
+    atlas_file.write(path, *atlas.pack(random_bake(terms=6, resolution=16)), PROVENANCE)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(share * len(whole))])
+    with pytest.raises(GratingError) as caught:
+        atlas_file.read(path)
+    assert str(caught.value).startswith(f"{path}: ") and "\n" not in str(caught.value)
+
+
+def test_a_picture_of_other_channels_is_refused(tmp_path):
+    path = tmp_path / "table.exr"
+    image, layout = atlas.pack(random_bake())
+    record = json.dumps({"format": atlas_file.FORMAT, "layout": vars(layout)})
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, HEADER_KEY: record}
+    with OpenEXR.File(header, {"Y": np.ascontiguousarray(image[..., 0])}) as file:
+        file.write(str(path))
+    with pytest.raises(GratingError, match="^.*table.exr: "):
+        atlas_file.read(path)
