@@ -46,7 +46,11 @@ def view_hemisphere(size: int, theta_i: float, rows: slice = slice(None)) -> tup
 def from_bake(bake: Table, size: int, theta_i: float, *, conserving: bool = True) -> np.ndarray:
     """Radiance XYZ (size, size, 3) under unit irradiance, row along +y, from a bake; NaN outside the hemisphere.
 
-    `conserving` takes the energy-conserving form of the materials, else Stam's (docs/theory.md, BRDF)."""
+    `conserving` takes the energy-conserving form of the materials, else Stam's (docs/theory.md, BRDF).
+
+    It is table.radiance.lamp_radiance in XYZ, to rounding (a test), for one light of unit irradiance and the skin as
+    baked. It has a sum of its own because a map reads the zero order near the mirror direction alone, which takes six
+    tenths of the time."""
     excess = bake.excess_albedo if conserving else None
 
     def xyz(wi: np.ndarray, view: np.ndarray) -> np.ndarray:

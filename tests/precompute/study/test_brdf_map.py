@@ -13,6 +13,7 @@ from precompute.study.brdf_map import from_bake, from_reference, linear_rgb, pic
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 from precompute.surface.samples.gratings import blazed
+from precompute.table.radiance import Skin, lamp_radiance
 from precompute.table.table import Table
 
 SIGMA_B, COHERENCE_M, STEP_M = 0.061897, 4e-6, 20e-9
@@ -210,6 +211,21 @@ def test_linear_rgb_is_rec_709():
     xyz = np.random.default_rng(0).uniform(0, 1, (3, 4, 3))
     np.testing.assert_allclose(linear_rgb(xyz)[1, 2], rgb_from_xyz("Rec.709") @ xyz[1, 2], rtol=1e-12)
     np.testing.assert_allclose(linear_rgb(np.tile(white_xyz("E"), (2, 2, 1)), "E"), 1, rtol=1e-12)
+
+
+@pytest.mark.parametrize("conserving", [True, False])
+def test_a_map_of_a_bake_is_the_formula_of_the_materials(conserving):
+    relief = prepare(blazed(periods=2, rows=64))
+    table = bake(relief, BakeRequest(delta_e=3, coherence_length_m=COHERENCE_M))
+    wi, wr, inside = view_hemisphere(48, THETA)
+    views = wr[inside]
+    expected = lamp_radiance(
+        table, np.broadcast_to(wi, views.shape), views, irradiance=np.ones((1, 3)),
+        skin=Skin(energy_conserving=float(conserving)),
+    )  # fmt: skip
+    found = np.maximum(linear_rgb(from_bake(table, 48, THETA, conserving=conserving)[inside]), 0)
+    # The albedo bound is in single precision.
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7 * expected.max())
 
 
 def test_progress_is_told_for_each_wavelength():
