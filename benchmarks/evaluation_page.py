@@ -181,7 +181,7 @@ HOW_PERIODS = """
 Light at 75 degrees from -T, 81 wavelengths from 380 to 780 nm, first order, 65 um of coherence in both models. The peak
 of a wavelength is the vertex of a parabola through the logarithms of the highest sample and its neighbours, on angles
 0.02 degrees apart that hold no expected angle; its period is lambda / |u|. Mean and population variance are over the
-wavelengths. Angles are held against the grating equation with the method's own mean period. R and O are left out.
+wavelengths. Angles are compared with the grating equation with the method's own mean period. R and O are left out.
 Judge FLSS, Chebyshev, NMM and PQ by `reference-patch` (one window on one patch), Stam's form and the bake by
 `reference` (the ensemble: the mean over all places of the window). In the plots red are the peaks, dashed the grating
 equation; brightness is the square root of the response, each panel by itself.

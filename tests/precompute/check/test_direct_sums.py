@@ -31,8 +31,8 @@ def places(count=60, seed=1):
 
 
 def test_where_it_wraps_it_is_the_reference():
-    """Both sum the surface's own orders; what this one leaves out lies past 6 sigma, in u or in v, and is at most all
-    of the light."""
+    """Both sum the orders of the surface. This one leaves out what lies past 6 sigma in u or in v, which is bounded by
+    all of the light at the kernel's height there."""
     relief, sigma_b = skin(periodic=True), 0.03
     u, v = places()
     expected, zero_order = reference_xyz(relief, u, v, w=W, sigma_b=sigma_b, step_m=STEP_M)
@@ -45,9 +45,11 @@ def test_where_it_wraps_it_is_the_reference():
 
 
 def folded(relief, lam, sigma_b, lengths):
-    """The most by which a sum over frequencies 1 / length apart misses the integral that it stands for, as a density
-    over (u, v): lags a length apart are taken for one another, so that each of the autocorrelation's has the kernel's
-    weight at its images too."""
+    """Bound of the difference between a sum over frequencies 1 / length apart and its integral, as a density over (u,
+    v).
+
+    In the sum, lags that differ by a length cannot be told apart, so that each lag of the autocorrelation also has the
+    kernel's weight at its images."""
     rows, cols = relief.height_m.shape
     p = np.exp(-2j * np.pi * (W / lam) * relief.height_m)
     p = relief.apodisation * (p - (relief.apodisation**2 * p).sum() / (relief.apodisation**2).sum())
@@ -63,7 +65,7 @@ def folded(relief, lam, sigma_b, lengths):
 
 
 def test_where_it_does_not_wrap_it_is_the_reference():
-    """To what either misses of the integral; the reference, which pads less, by most."""
+    """They agree to the sum of the two bounds; the reference, which pads less, has the larger one."""
     relief = skin(periodic=False)
     sigma_b = narrowest_averaging_kernel(relief.size_m)
     u, v = places()
@@ -83,8 +85,7 @@ def test_where_it_does_not_wrap_it_is_the_reference():
 @pytest.mark.parametrize("periodic", [True, False])
 @pytest.mark.parametrize("shape", [(1, 40), (40, 1), (33, 48)])
 def test_the_cells_hold_all_the_light(periodic, shape):
-    """By Parseval, but for the Nyquist frequency of an even count, which is left out: this relief has next to nothing
-    there."""
+    """By Parseval. The Nyquist frequency of an even count is left out, where this relief has next to no power."""
     y, x = (np.arange(n) / n for n in shape)
     heights = 60e-9 * (np.cos(2 * np.pi * 2 * x) + np.sin(2 * np.pi * y[:, None]) * (shape[0] > 1))
     relief = prepare(HeightMap(heights, (PIXEL, PIXEL), "test", periodic=periodic))
@@ -96,7 +97,7 @@ def test_the_cells_hold_all_the_light(periodic, shape):
 
 
 def test_a_facet_sends_the_light_down_its_slope():
-    """u = -slope w, whichever road: a ramp one wavelength high, sampled, is the order m = -1 and nothing else."""
+    """u = -slope w: a sampled ramp one wavelength high has the order m = -1 and nothing else."""
     period, lam = 3e-6, 550e-9
     relief = prepare(blazed(period, lam / W, periods=4, rows=1))
     cells = scattered_cells(relief, W / lam, (1e7, 1e7), 1e4)
@@ -116,7 +117,7 @@ def test_several_scans_are_their_mean():
     np.testing.assert_allclose(zero_order_xyz(reliefs, w), (one + other) / 2, rtol=1e-12)
 
 
-def test_pairs_are_such_as_the_bake_covers():
+def test_pairs_lie_within_the_region():
     region, sigma_b = Region((0.1, 0.9), (-0.2, 0.3)), 0.05
     pairs = draw_pairs([skin(True)], sigma_b, 1.1, count=400, region=region, rng=np.random.default_rng(0))
     assert (~pairs.drawn).sum() == 200 and pairs.drawn.sum() > 150
@@ -133,5 +134,5 @@ def test_drawn_pairs_are_where_the_light_is():
     u, v = np.abs(pairs.u[pairs.drawn]), pairs.v[pairs.drawn]
     assert len(u) > 150
     assert (np.abs(v) < 0.05).all() and ((u > 0.63) & (u < 1.45)).all()
-    # Not at a dozen wavelengths alone.
+    # The pairs are spread over the wavelengths, not drawn at a dozen of them.
     assert np.diff(np.sort(u)).max() < 0.12

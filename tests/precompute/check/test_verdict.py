@@ -135,7 +135,7 @@ def test_a_wrong_bake_fails(refused, baked, scan, tmp_path, name, fault):
 
 
 def test_a_turn_by_nothing_passes(run, baked, scan, tmp_path):
-    """It is the turn that fails, not the turning."""
+    """Turning by an angle fails a bake; reading it between its texels, as turning does, does not."""
     path = spoilt(baked, tmp_path / "turned.exr", lambda table: turned(table, 0))
     assert run("check", path, scan, *PICTURE, *QUICK)[0] == 0
 
@@ -185,7 +185,7 @@ def test_several_scans(run, refused, scan, tmp_path):
 
 
 def test_a_bake_of_a_part(run, scan, tmp_path):
-    """Judged where it claims to hold."""
+    """It is judged within the part that it covers."""
     needs = tmp_path / "needs.json"
     needs.write_text(json.dumps({"format": 1, "u": [0.1, 1.3], "v": [-0.2, 0.4], "w": [0.9, 1.8]}))
     quick = (*PICTURE, *SHORT, "--needs", needs, "--no-cache", "--progress", "none")
@@ -218,7 +218,7 @@ def test_bakes_that_are_none(refused, scan, tmp_path):
 
 @pytest.mark.parametrize("share", [0.02, 0.5, 0.95])
 def test_a_truncated_bake(run, baked, scan, tmp_path, share):
-    """Not by way of `refused`: OpenEXR itself warns on standard output."""
+    """The fixture `refused` will not do: OpenEXR itself warns on standard output."""
     whole = baked.read_bytes()
     path = tmp_path / "half.exr"
     path.write_bytes(whole[: int(share * len(whole))])

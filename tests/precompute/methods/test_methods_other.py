@@ -57,9 +57,6 @@ def test_the_ensemble_is_the_core_reference():
     assert method.xyz(u, v, 1.4) == pytest.approx(scattered + kernel[:, None] * zero, rel=1e-9, abs=1e-12)
 
 
-# Stam
-
-
 def test_stam_knows_a_true_grating_exactly(grating):
     """A line grating is what his form is made for: the reference's density, order by order, up to its kernel's reach of
     7 sigma (2e-11) and ours of 8."""
@@ -92,9 +89,6 @@ def test_stam_colours_are_the_integral_of_his_density(grating):
     assert stam.xyz(u, 0 * u, w) == pytest.approx(integral, rel=5e-3, abs=1e-4 * integral.max())
 
 
-# The rainbow and the bake
-
-
 def test_the_rainbow():
     assert gem.bump(np.array([-2, -1, 0, 0.5, 1])) == pytest.approx([0, 0, 1, 0.75, 0])
     rainbow = gem.Gem(1e-6, Settings())
@@ -118,9 +112,6 @@ def test_the_bake_as_a_method():
     scattered, zero = table.candidate(u, v, w)
     expected = scattered * w[:, None] ** 2 + zero * table.kernel(u, v)[:, None]
     assert Baked(table, Settings()).xyz(u, v, w) == pytest.approx(expected)
-
-
-# Fresnel, gain, blending
 
 
 def test_conductors():
@@ -151,9 +142,6 @@ def test_blending():
     diffraction, texture = np.array([[1.0, 0, 0]] * 3), np.array([[0, 1.0, 0]] * 3)
     mixed = blend_texture(diffraction, texture, np.array([0.0, -0.4, 7.0]))
     assert mixed == pytest.approx(np.array([[0.9, 1.1, 0], [0.9, 0.7, 0], [0.9, 0.1, 0]]))
-
-
-# Maps
 
 
 def test_a_map_by_a_method_is_the_map_by_the_reference():

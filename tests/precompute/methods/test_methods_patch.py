@@ -46,9 +46,6 @@ def partial_sum(expansion, height):
     return sum(c * f for c, f in zip(coefficients, expansion.fields(height), strict=True))
 
 
-# The reference
-
-
 @pytest.mark.parametrize("periodic", [True, False])
 def test_the_reference_is_the_written_out_sum(periodic):
     relief = skin(periodic, (9, 12))
@@ -84,9 +81,6 @@ def test_a_line_grating_takes_the_short_way_to_the_same_end():
     args = v / lam, u / lam, w / lam
     long = reference._sums(*args)
     assert np.abs(reference._line_sums(*args) - long).max() <= 1e-11 * np.abs(long).max()
-
-
-# FLSS and Chebyshev
 
 
 @pytest.mark.parametrize("periodic", [True, False])
@@ -204,9 +198,6 @@ def test_too_few_terms_are_taken_as_asked():
     assert np.abs(got - truth).max() > truth.max()
 
 
-# PQ
-
-
 @pytest.mark.parametrize("copies", [1, 2, 7, 26])
 def test_copies_add_up(copies):
     phase = np.concatenate([np.linspace(-20, 20, 301), 2 * np.pi * np.arange(-3, 4), [2e-10, 2 * np.pi + 1e-12]])
@@ -258,9 +249,6 @@ def test_the_printed_product_is_wrong():
     methods = [METHODS[name](relief, Settings(coherence_length_m=10e-6)) for name in ("pq", "pq-printed")]
     right, printed = (m.density(u, v / 20, w, lam) for m in methods)
     assert np.abs(printed - right).max() > 0.1 * right.max()
-
-
-# NMM
 
 
 def test_nmm_picks_the_wavelengths_of_the_grating_equation():

@@ -49,9 +49,6 @@ def place(image, size):
     return ((col, row) + np.array(0.5)) * 2 / size - 1
 
 
-# Geometry
-
-
 @pytest.mark.parametrize("size", [9, 64])
 def test_a_pixel_is_a_direction(size):
     """(x, y) = (sin t cos p, sin t sin p), row along +y; outside the unit disc there is none."""
@@ -69,9 +66,6 @@ def test_the_mirror_image_of_the_light_lies_towards_x():
     xyz = from_reference(mirror(), SIGMA_B, size, theta_i=THETA, step_m=100e-9)
     # To half a pixel; the kernel's peak is symmetric but for Fresnel, which moves it by sigma^2 R'/R, here 0.003.
     assert place(luminance(xyz), size) == pytest.approx((np.sin(THETA), 0), abs=1.5 / size)
-
-
-# The exact map against the reference
 
 
 @pytest.mark.parametrize("theta_i", [0.0, THETA])
@@ -100,9 +94,6 @@ def test_a_mirror_is_white_everywhere():
     xyz = from_reference(mirror(), 0.3, 24, theta_i=THETA, step_m=50e-9)
     seen = xyz[np.isfinite(xyz[..., 1])]
     np.testing.assert_allclose(seen / seen[:, 1:2], np.tile(white_xyz(), (len(seen), 1)), rtol=1e-11)
-
-
-# The bake's map
 
 
 def test_the_map_of_a_bake_has_the_colours_of_the_reference():
@@ -139,9 +130,6 @@ def test_the_map_of_a_table_known_in_closed_form():
     assert np.isnan(xyz[~inside]).all()
 
 
-# Sides
-
-
 @pytest.mark.parametrize("method", ["bake", "reference"])
 @pytest.mark.parametrize("along_b", [False, True])
 def test_facets_send_light_down_their_slope(method, along_b):
@@ -168,9 +156,6 @@ def test_row_zero_of_the_picture_is_plus_y():
     _, _, inside = view_hemisphere(size, 0.0)
     brightness = shown.sum(axis=-1) * inside
     assert brightness[size // 2 :].sum() > 2 * brightness[: size // 2].sum()
-
-
-# Pictures
 
 
 def test_a_picture_is_exposed_encoded_and_white_around():
