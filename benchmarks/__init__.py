@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What prints the figures of the reports: each module runs with `python -m benchmarks.NAME`."""
+"""Benchmarks, which print or write the numbers of the reports: `python -m benchmarks NAME` runs one."""

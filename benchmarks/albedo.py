@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Directional albedo at R = 1 of every sample, Stam's form and the energy-conserving one: python -m benchmarks.albedo
+"""Directional albedo at R = 1 of every sample, Stam's form and the energy-conserving one.
 
-A quadrature that shares nothing with the limit's own: no picture of the spectrum, no cells. Each point is a bin drawn
-by its power, displaced by the coherence kernel (a low-discrepancy sequence), and has its own w; the phasor's series is
-exact to 1e-6. Printed is the greatest over wavelengths and azimuths. The limit is the one that the bake's file holds.
+    python -m benchmarks albedo [SAMPLE ...]
+
+The quadrature shares nothing with that of the albedo bound: no picture of the spectrum, no cells. Each of its points is
+a bin that is drawn by its power and moved by the coherence kernel (by a low-discrepancy sequence), and has a w of its
+own. The phasor's series is exact to 1e-6. It prints the greatest albedo over wavelengths and azimuths, without a bound
+and with the one that the bake's file holds.
 """
 
 import argparse
@@ -25,7 +28,7 @@ ANGLES_DEG = (0.0, 30.0, 60.0, 75.0, 85.0, 89.0, 89.9)
 AZIMUTHS_DEG = (0.0, 37.0, 90.0)
 WAVELENGTHS_M = tuple(np.linspace(385e-9, 775e-9, 9))
 
-Limit = Callable[[np.ndarray], np.ndarray]
+Bound = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -37,23 +40,24 @@ class Surface:
 
 
 def surface_of(relief: Relief, sigma_b: float) -> Surface:
-    """The spectrum at every bin that a direction can reach."""
+    """The spectrum of a relief at every bin that a direction can reach, under a kernel of sigma_b."""
     grid = reference_grid(relief, sigma_b)
     return Surface(spectrum_series(relief, grid, 2 / WAVELENGTH_MIN_M, tolerance=1e-6), sigma_b)
 
 
-def no_limit(directions: np.ndarray) -> np.ndarray:
-    """Stam's form."""
+def no_bound(directions: np.ndarray) -> np.ndarray:
+    """The bound of Stam's form: 1 for all directions (..., 3), so that nothing is divided."""
     return np.ones(directions.shape[:-1])
 
 
-def directional_albedo(surface: Surface, wi: np.ndarray, lam: float, limits: list[Limit], points: int = 1 << 16):
-    """Albedo at R = 1 (len(limits),) for light from wi (3,), f divided by max(limit(wi), limit(wr))."""
+def directional_albedo(surface: Surface, wi: np.ndarray, lam: float, bounds: list[Bound], points: int = 1 << 16):
+    """Albedo (len(bounds),) at R = 1 for light from wi (3,): the integral of f cos(tr) over the hemisphere, with f
+    divided by max(bound(wi), bound(wr))."""
     series, sigma = surface.series, surface.sigma_b
     first, jitter = (np.arange(points) + 0.5) / points, _normal(points) * sigma
     power = series.weights(1 / lam)[None] @ series.scattered_over_s2.reshape(len(series.amplitude), -1)
     power = np.maximum(power[0], 0)
-    total = np.zeros(len(limits))
+    total = np.zeros(len(bounds))
     if power.sum() > 0:
         cumulative = np.cumsum(power)
         drawn = np.minimum(np.searchsorted(cumulative, first * cumulative[-1]), len(power) - 1)
@@ -63,14 +67,15 @@ def directional_albedo(surface: Surface, wi: np.ndarray, lam: float, limits: lis
         exact = np.einsum("pn,np->p", series.weights(w / lam), series.scattered_over_s2[:, row, col]) / lam**2
         value = (1 + wr @ wi) ** 2 / (wi[2] * np.maximum(wr[:, 2], 1e-9)) * exact
         value = real * value * cumulative[-1] / power[drawn]
-        total += [np.mean(value / np.maximum(limit(wi), limit(wr))) for limit in limits]
+        total += [np.mean(value / np.maximum(bound(wi), bound(wr))) for bound in bounds]
     wr, w, real = _views(jitter, wi)
     value = real * series.zero_order(w / lam)
-    return total + [np.mean(value / np.maximum(limit(wi), limit(wr))) for limit in limits]
+    return total + [np.mean(value / np.maximum(bound(wi), bound(wr))) for bound in bounds]
 
 
 def _views(half: np.ndarray, wi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """View directions (n, 3) of tangential half vectors (n, 2), w (n,), and which are real."""
+    """View directions (n, 3) of tangential half vectors (n, 2), their w (n,), and a mask (n,) of those that
+    propagate."""
     tangential = half - wi[:2]
     square = np.sum(tangential**2, axis=1)
     cosine = np.sqrt(np.maximum(1 - square, 0))
@@ -88,16 +93,16 @@ def _normal(count: int) -> np.ndarray:
 
 
 def directions(theta_deg: float, azimuths_deg=AZIMUTHS_DEG) -> Iterator[np.ndarray]:
-    """Unit directions (3,) at an angle from the normal."""
+    """Unit directions (3,) at theta_deg degrees from the normal, at each azimuth."""
     for azimuth in np.radians(azimuths_deg):
         theta = np.radians(theta_deg)
         yield np.array([np.sin(theta) * np.cos(azimuth), np.sin(theta) * np.sin(azimuth), np.cos(theta)])
 
 
-def greatest(surface: Surface, limits: list[Limit], theta_deg: float, wavelengths=WAVELENGTHS_M) -> np.ndarray:
-    """The greatest albedo (len(limits),) over azimuths and wavelengths."""
+def greatest(surface: Surface, bounds: list[Bound], theta_deg: float, wavelengths=WAVELENGTHS_M) -> np.ndarray:
+    """The greatest albedo (len(bounds),) over azimuths and wavelengths."""
     return np.max(
-        [directional_albedo(surface, wi, lam, limits) for wi in directions(theta_deg) for lam in wavelengths], axis=0
+        [directional_albedo(surface, wi, lam, bounds) for wi in directions(theta_deg) for lam in wavelengths], axis=0
     )
 
 
@@ -111,7 +116,7 @@ def main(argv: list[str] | None = None) -> None:
         relief = prepare(make_sample(name))
         baked = atlas.unpack(*atlas.pack(bake(relief)))
         surface = surface_of(relief, baked.sigma_b)
-        rows = [greatest(surface, [no_limit, baked.albedo_bound_at], theta) for theta in ANGLES_DEG]
+        rows = [greatest(surface, [no_bound, baked.albedo_bound_at], theta) for theta in ANGLES_DEG]
         facts[name] = dict(zip(("Stam", "conserving"), np.transpose(rows).tolist(), strict=True))
         report.say(f"{name:12}" + "".join(f"{theta:9g}" for theta in ANGLES_DEG), arguments.json)
         for label, column in facts[name].items():

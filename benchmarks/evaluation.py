@@ -1,29 +1,30 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""docs/evaluation.md: the thesis's figures and ours, every picture and number of the page from this one command.
+"""docs/evaluation.md: the results of the thesis beside ours. This command makes every picture and number of the page.
 
     python -m benchmarks evaluation [--output docs] [--shared DIR] [--json FILE|-]
 
-With the folder of real scans (DIR, by default ../shared/data beside the repository) the Elaphe scan is used, and sheets
-with the thesis's own pictures beside ours go to OUTPUT/thesis_comparison, which is not committed. Without it the
-sample surfaces stand in.
+With the folder of real scans (DIR, by default shared/data beside the repository) it uses the scan of Elaphe, and writes
+sheets with the thesis's pictures beside ours into OUTPUT/thesis_comparison, which is not committed. Without the folder
+the sample surfaces stand in.
 """
 
 import argparse
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageDraw
 
 from benchmarks import evaluation_page, report, terms
+from benchmarks.evaluation_maps import COHERENCES_UM, Map, groups
 from precompute.bake.ensemble import plan
 from precompute.colour.observer import wavelengths
 from precompute.methods.method import Settings
-from precompute.methods.registry import METHODS
+from precompute.methods.registry import DEFAULT_METHODS, METHODS
 from precompute.study import brdf_map, evaluation, evaluation_plot, slits
 from precompute.study.colour_comparison import compare_bake
-from precompute.study.response import WINDOW, first_order_plane, response
+from precompute.study.response import WINDOW, FirstOrder, first_order_plane, response
 from precompute.surface.height_map import HeightMap
 from precompute.surface.readers.registry import read_height_map
 from precompute.surface.relief import Relief, prepare
@@ -34,84 +35,15 @@ ROOT = Path(__file__).resolve().parents[1]
 PIXELS = 256
 THETA_I = np.radians(75)
 THESIS_ELAPHE_M = 1144.26e-9
-COHERENCES_UM = (3.25, 6.5, 15, 30, 45, 65)
-TAYLOR_TERMS = (0, 1, 4, 9, 10, 39)
-STEPS_NM = (5, 10, 50)
-INCIDENCES_DEG = (0, 10, 20)
-
-
-@dataclass(frozen=True)
-class Map:
-    """One BRDF map of the page: file stem, caption, what makes it, and the thesis's picture of the same, if any."""
-
-    name: str
-    caption: str
-    surface: str
-    method: str
-    changes: dict = field(default_factory=dict)
-    theta_i_deg: float = 0
-    thesis: str = ""
-    percentile: float = 99.5
 
 
 @dataclass(frozen=True)
 class Row:
-    """One line of a table: what was evaluated, and the thesis's mean and variance in nm, if it has any."""
+    """One line of a table: an evaluation, and the mean and variance in nm that the thesis gives, if it does."""
 
     label: str
     evaluation: evaluation.Evaluation
     thesis: str = ""
-
-
-def method_maps(surface: str, methods: tuple[str, ...], thesis: dict[str, str], **changes) -> list[Map]:
-    """The maps of one surface by several methods."""
-    return [Map(f"{surface}-{name}", name, surface, name, changes, 0, thesis.get(name, "")) for name in methods]
-
-
-def groups() -> dict[str, list[Map]]:
-    """Every map of the page, by section."""
-    approaches = "brdfmap__approaches_blazed__"
-    of_blaze = {name: approaches + name for name in ("flss", "nmm", "gem")}
-    of_blaze |= {"pq": approaches + "pqsinc", "pq-printed": approaches + "pq"}
-    of_elaphe = {"flss": "brdfmap__flss_gratings__elaphe", "pq": "brdfmap__flss_pq_elaphe__pq"}
-    every = ("reference", "bake", "flss", "chebyshev", "nmm", "nmm-jacobian", "pq", "pq-printed", "stam", "gem")
-    return {
-        "blaze": method_maps("blaze", every, of_blaze),
-        "elaphe": method_maps("elaphe", every, of_elaphe),
-        "xenopeltis": method_maps("xenopeltis", ("reference", "bake", "chebyshev"), {}),
-        "coherence": [
-            Map(
-                f"coherence-{um:g}".replace(".", "_"), f"{um:g} um", f"blaze of {max(1, round(um / 2.5))}", "flss",
-                {"coherence_length_m": um * 1e-6, "texels": 5},
-                thesis="brdfmap__flss_blazed_sigmas__" + f"{um:g}".replace(".", "_"),
-                percentile=97,
-            )
-            for um in COHERENCES_UM
-        ],
-        "steps": [
-            Map(
-                f"step-{nm}", f"{nm} nm", "elaphe", "flss", {"step_m": nm * 1e-9},
-                thesis="" if nm == 10 else f"brdfmap__flss_elaphe_lambdasteps__{nm}",
-            )
-            for nm in STEPS_NM
-        ],
-        "taylor": [
-            Map(
-                f"taylor-{n}", f"n = 0 to {n}" if n else "n = 0", "elaphe", "flss", {"terms": n + 1},
-                thesis=f"brdfmap__flss_elaphe_taylor__{n}",
-            )
-            for n in TAYLOR_TERMS
-        ],
-        "half": [
-            Map(f"taylor-half-{n}", f"half the height, n = 0 to {n}", "elaphe, half", "flss", {"terms": n + 1})
-            for n in (4, 9)
-        ],
-        "incidence": [
-            Map(f"incidence-{surface}-{deg}", f"{surface}, {deg} degrees", surface, "chebyshev", {}, deg)
-            for surface in ("blaze", "elaphe")
-            for deg in INCIDENCES_DEG
-        ],
-    }  # fmt: skip
 
 
 def height_maps(shared: Path) -> dict[str, HeightMap]:
@@ -140,7 +72,7 @@ def draw_maps(wanted: dict[str, list[Map]], reliefs: dict[str, Relief], folder: 
         theta_i = np.radians(one.theta_i_deg)
         if one.method == "reference":
             sigma_b = plan(relief).sigma_b
-            xyz = brdf_map.from_reference(relief, sigma_b, PIXELS, theta_i, 5e-9)
+            xyz = brdf_map.from_reference(relief, sigma_b, PIXELS, theta_i=theta_i, step_m=5e-9)
         else:
             key = one.surface, one.method, tuple(one.changes.items())
             if key not in built:
@@ -152,12 +84,12 @@ def draw_maps(wanted: dict[str, list[Map]], reliefs: dict[str, Relief], folder: 
 
 
 def coarser(picture: np.ndarray) -> np.ndarray:
-    """8-bit code values in steps of 4, which no eye sees in speckle; the files are a third smaller."""
+    """A picture with its 8-bit values in steps of 4, which no eye sees in speckle. The files are a third smaller."""
     return np.minimum(np.rint(picture / 4) * 4, 255).astype(np.uint8)
 
 
 def save_small(picture: Image.Image, path: Path) -> None:
-    """A plot in 255 colours of its own: a third of the bytes. A map's colours would show it."""
+    """Write a plot in a palette of 255 colours, a third of the bytes. A map would show the palette."""
     picture.convert("RGB").quantize(255, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE).save(path, optimize=True)
 
 
@@ -165,34 +97,37 @@ def blaze_rows(surface: HeightMap) -> list[Row]:
     """Every method on the blaze, and light from the other side."""
     thesis = {"flss": "2499.997 / 0.377", "nmm": "2499.997 / 0.377"}
     relief, other = prepare(surface), prepare(evaluation.turned(surface, 0))
-    settings = evaluation.thesis_settings(period_m=2.5e-6)
+    settings, first_order = evaluation.thesis_settings(period_m=2.5e-6), FirstOrder(THETA_I, 2.5e-6)
     rows = [
-        Row(name, evaluation.evaluate_method(name, relief, settings, THETA_I, 2.5e-6), thesis.get(name, ""))
-        for name in evaluation.DEFAULT_METHODS
+        Row(name, evaluation.evaluate_method(name, relief, settings, first_order=first_order), thesis.get(name, ""))
+        for name in DEFAULT_METHODS
     ]
     texels = replace(settings, texels=21)
     rows += [
         Row(
             "pq, 21 x 21 texels",
-            evaluation.evaluate_method("pq", prepare(blazed(rows=64)), texels, THETA_I, 2.5e-6),
+            evaluation.evaluate_method("pq", prepare(blazed(rows=64)), texels, first_order=first_order),
             "2502.428 / 0.390",
         ),
-        Row("flss, light from +T", evaluation.evaluate_method("flss", other, settings, THETA_I, 2.5e-6)),
+        Row("flss, light from +T", evaluation.evaluate_method("flss", other, settings, first_order=first_order)),
     ]
     return rows  # fmt: skip
 
 
 def elaphe_rows(surface: HeightMap) -> list[Row]:
-    """Every method on Elaphe; then what one patch's speckle and the way it is cut do to the period."""
+    """Every method on Elaphe, then variations that show how the speckle of one patch, and the way it is cut out, change
+    the period."""
     thesis = {"flss": "1144.262 / 0.401", "nmm": "1144.179 / 0.677", "pq-printed": "1052.308 / 49.7"}
     relief, other = prepare(surface), prepare(evaluation.turned(surface, 0))
     around = grating_period(relief)
     settings = evaluation.thesis_settings(period_m=around)
 
     def row(label, name, what, settings, thesis=""):
-        return Row(label, evaluation.evaluate_method(name, what, settings, THETA_I, around), thesis)
+        return Row(
+            label, evaluation.evaluate_method(name, what, settings, first_order=FirstOrder(THETA_I, around)), thesis
+        )
 
-    rows = [row(name, name, relief, settings, thesis.get(name, "")) for name in evaluation.DEFAULT_METHODS]
+    rows = [row(name, name, relief, settings, thesis.get(name, "")) for name in DEFAULT_METHODS]
     told = replace(settings, period_m=THESIS_ELAPHE_M)
     rows += [
         row("nmm, told 1144.26 nm", "nmm", relief, told, thesis["nmm"]),
@@ -218,14 +153,15 @@ def as_the_thesis_cuts(relief: Relief) -> Relief:
 
 
 def xenopeltis_rows(surface: HeightMap) -> list[Row]:
-    """In the plane along the fingers; Taylor in float64, as float32 cannot hold 819 nm."""
+    """Every method in the plane along the fingers. Taylor is in float64, because float32 cannot hold 819 nm of
+    relief."""
     relief = prepare(evaluation.turned(surface, 90))
     around = grating_period(relief)
-    settings = evaluation.thesis_settings(period_m=around, dtype=np.float64)
+    settings, first_order = evaluation.thesis_settings(period_m=around, dtype=np.float64), FirstOrder(THETA_I, around)
     thesis = {"flss": "1552.27 / 0.45"}
     return [
-        Row(name, evaluation.evaluate_method(name, relief, settings, THETA_I, around), thesis.get(name, ""))
-        for name in evaluation.DEFAULT_METHODS
+        Row(name, evaluation.evaluate_method(name, relief, settings, first_order=first_order), thesis.get(name, ""))
+        for name in DEFAULT_METHODS
         if name != "stam"
     ]
 
@@ -242,7 +178,8 @@ def grid_variance(surface: HeightMap, step_deg: float) -> float:
 
 
 def patch_spread(surface: HeightMap, parts: int = 3) -> list[float]:
-    """Periods in nm that FLSS's reference sums find in parts x parts pieces of a scan, 65 / parts um each."""
+    """Periods in nm that FLSS over Chebyshev images finds in parts x parts pieces of a scan, each 65 / parts um
+    long."""
     rows, cols = (n // parts for n in surface.height_m.shape)
     around = grating_period(prepare(surface))
     found = []
@@ -251,13 +188,13 @@ def patch_spread(surface: HeightMap, parts: int = 3) -> list[float]:
         piece = replace(surface, height_m=surface.height_m[y : y + rows, x : x + cols], periodic=False)
         relief = prepare(piece)
         settings = evaluation.thesis_settings(coherence_length_m=relief.size_m[1])
-        one = evaluation.evaluate_method("chebyshev", relief, settings, THETA_I, around)
+        one = evaluation.evaluate_method("chebyshev", relief, settings, first_order=FirstOrder(THETA_I, around))
         found.append(one.as_dict()["period_mean_nm"])
     return found
 
 
 def sheets(wanted: dict[str, list[Map]], images: Path, shared: Path, folder: Path) -> None:
-    """Ours above, the thesis's below, for each section that has pictures of the thesis."""
+    """Write a sheet for each section that has pictures of the thesis, our maps above those of the thesis."""
     folder.mkdir(parents=True, exist_ok=True)
     figures = shared / "thesis_figures"
     for name, group in wanted.items():
@@ -276,7 +213,7 @@ def sheets(wanted: dict[str, list[Map]], images: Path, shared: Path, folder: Pat
 
 
 def on_white(path: Path, pixels: int) -> Image.Image:
-    """A picture with transparency, over white, in a square."""
+    """A picture with transparency, over white, resized to a square."""
     picture = Image.open(path).convert("RGBA")
     white = Image.new("RGBA", picture.size, "white")
     white.alpha_composite(picture)
@@ -284,7 +221,7 @@ def on_white(path: Path, pixels: int) -> Image.Image:
 
 
 def response_sheets(plots: dict[str, Path], shared: Path, folder: Path) -> None:
-    """Our response plots above the thesis's of the same surface."""
+    """Write sheets with our response plots above those of the thesis for the same surface."""
     for name, plot in plots.items():
         theirs = sorted((shared / "thesis_figures").glob(f"evaluation__verification__*_{name}.png"))
         if not theirs:
@@ -321,7 +258,7 @@ def main(argv: list[str] | None = None) -> None:
     for name, rows in tables.items():
         azimuth = 90 if name == "xenopeltis" else 180
         relief = prepare(evaluation.turned(surfaces[name], azimuth))
-        bakes[name] = compare_bake(relief, Settings(), THETA_I, rows[0].evaluation.expected_m)
+        bakes[name] = compare_bake(relief, Settings(), FirstOrder(THETA_I, rows[0].evaluation.expected_m))
         plain = [row.evaluation for row in rows if row.label in METHODS]
         plots[name] = images / f"response-{name}.png"
         evaluation_plot.plot(plots[name], plain)

@@ -181,7 +181,7 @@ HOW_PERIODS = """
 Light at 75 degrees from -T, 81 wavelengths from 380 to 780 nm, first order, 65 um of coherence in both models. The peak
 of a wavelength is the vertex of a parabola through the logarithms of the highest sample and its neighbours, on angles
 0.02 degrees apart that hold no expected angle; its period is lambda / |u|. Mean and population variance are over the
-wavelengths. Angles are held against the grating equation with the method's own mean period. R and O are left out.
+wavelengths. Angles are compared with the grating equation with the method's own mean period. R and O are left out.
 Judge FLSS, Chebyshev, NMM and PQ by `reference-patch` (one window on one patch), Stam's form and the bake by
 `reference` (the ensemble: the mean over all places of the window). In the plots red are the peaks, dashed the grating
 equation; brightness is the square root of the response, each panel by itself.
@@ -215,7 +215,7 @@ the
   nearest set-up we found; we cannot know its light's side for certain.
 - NMM told 1144.26 nm finds something near 1139 nm: it can only see wavelengths within half a step of what it is told.
 - FLSS differs from its reference by a fifth of a nanometre, which is the price of 3 x 3 texels: with more texels it
-  meets it (tests/precompute/test_methods_patch.py). Chebyshev and Taylor images agree to a millionth.
+  meets it (tests/precompute/methods/test_methods_patch.py). Chebyshev and Taylor images agree to a millionth.
 - Stam's form knows the period that it is given (found in the relief by `info`) and nothing of the speckle.
 - Over 30 areas the order from +T still has three summits, near 1029, 1146 and 1179 nm, within a seventh of the same
   height at 580 nm. Under 440 nm the first is the brightest, over it the last: hence the variance in the last row.
@@ -313,7 +313,7 @@ relief's phase as it falls.
 """
 
 SLITS = """
-500 nm, slits 30 um wide and 150 um apart, screen at 0.5 m (precompute/slits.py): orders 1.67 mm apart under one
+500 nm, slits 30 um wide and 150 um apart, screen at 0.5 m (precompute/study/slits.py): orders 1.67 mm apart under one
 slit's envelope, whose first zero takes the fifth order away; N - 2 side maxima between orders. Below each curve the
 same with white light: white in the middle, then blue to red in each order, overlapping from the second on.
 """

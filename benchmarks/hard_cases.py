@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hard cases: each is right against the reference, or refused with the reason.
+"""Hard cases: each bake either agrees with the reference, or is refused with a reason.
 
     python -m benchmarks hard_cases [--output FILE.md] [--json FILE|-]
 
-Each surface is baked as `bake` does it, and what its file would hold is measured against the reference itself (exact
-transforms in float64, precompute/reference.py), on a few hundred pairs of directions that the bake was not made from.
+Each surface is baked as `bake` does it. The table that its file would hold is measured against the reference itself
+(exact transforms in float64, precompute/reference), on a few hundred direction pairs that the bake's own check does not
+use.
 """
 
 import argparse
@@ -15,7 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks import report
-from benchmarks.albedo import greatest, no_limit, surface_of
+from benchmarks.albedo import greatest, no_bound, surface_of
+from benchmarks.hard_cases_page import HEAD, TAIL
 from precompute.bake.ensemble import plan
 from precompute.bake.make import make
 from precompute.bake.request import BakeRequest
@@ -33,12 +35,12 @@ from precompute.surface.samples.gratings import sinusoidal
 from precompute.table.table import Table
 
 PIXEL_M = 80e-9
-# A kernel of 0.12: small surfaces have 30 areas of it.
+# It gives a kernel of 0.12, of which small surfaces have 30 coherence areas.
 COHERENCE_M = 2e-6
-# One of 0.0062.
+# It gives a kernel of 0.0062.
 LONG_M = 40e-6
 W_COUNT, PAIRS = 3, 150
-# Colour matching functions take this step at most.
+# The coarsest wavelength step that resolves the colour matching functions.
 STEP_MAX_M = 3e-9
 GRAZING = np.radians(89.9)
 
@@ -47,7 +49,8 @@ Truths = Callable[[Relief, float], list[Truth]]
 
 
 def skin(rows: int = 128, cols: int = 128, relief_m: float = 200e-9, bump_m: float = 400e-9) -> np.ndarray:
-    """Heights of bumps on a square pixel of PIXEL_M, the lowest 0; they wrap, and hold nothing finer than bump_m."""
+    """Heights (rows, cols) of bumps on square pixels of PIXEL_M, the lowest at 0. They wrap, and are smoothed by a
+    Gaussian of standard deviation bump_m."""
     q_y, q_x = np.fft.fftfreq(rows, PIXEL_M)[:, None], np.fft.fftfreq(cols, PIXEL_M)
     spectrum = np.fft.fft2(np.random.default_rng(0).standard_normal((rows, cols)))
     height = np.fft.ifft2(spectrum * np.exp(-2 * (np.pi * bump_m) ** 2 * (q_y**2 + q_x**2))).real
@@ -55,18 +58,18 @@ def skin(rows: int = 128, cols: int = 128, relief_m: float = 200e-9, bump_m: flo
 
 
 def scan(height_m: np.ndarray, pixel_m: tuple[float, float] = (PIXEL_M, PIXEL_M), periodic: bool = False) -> HeightMap:
-    """A height map of heights, as a microscope gives one."""
+    """A height map of heights in metres, as a microscope gives one."""
     return HeightMap(height_m, pixel_m, "the scan", periodic=periodic)
 
 
 def tilted() -> HeightMap:
-    """Higher by five reliefs from side to side."""
+    """A surface that rises from one side to the other by five times its relief."""
     y, x = np.indices((128, 128)) / 127
     return scan(skin() + 1e-6 * x - 0.3e-6 * y)
 
 
 def holed() -> HeightMap:
-    """Two in a hundred pixels missing, and a hole of 12 x 10."""
+    """A surface without two pixels in a hundred, and with a hole of 12 x 10 pixels."""
     height = skin()
     height[np.random.default_rng(1).random(height.shape) < 0.02] = np.nan
     height[40:52, 70:80] = np.nan
@@ -74,7 +77,7 @@ def holed() -> HeightMap:
 
 
 def dusty() -> HeightMap:
-    """Three grains of 1 um on a relief of 200 nm, 380 nm wide."""
+    """A relief of 200 nm with three grains of dust, 1 um high and 380 nm wide."""
     height = skin()
     y, x = np.indices(height.shape)
     for row, col in ((31, 90), (77, 40), (100, 101)):
@@ -83,29 +86,30 @@ def dusty() -> HeightMap:
 
 
 def stepped(step_m: float) -> HeightMap:
-    """Heights in whole steps."""
+    """Heights rounded to whole steps."""
     return scan(np.round(skin() / step_m) * step_m)
 
 
 def lines(period_m: float, depth_m: float, samples: int, periods: int) -> HeightMap:
-    """A sinusoidal grating that wraps, of few rows."""
+    """A sinusoidal grating of a few rows, which wraps."""
     return sinusoidal(period_m, depth_m, periods=periods, samples_per_period=samples, rows=8)
 
 
 def wavelength_step(sigma_b: float) -> float:
-    """The reference's: an order at |u| = 2 moves by two sigma a step at most, a sum over Gaussians flat to 1.4 %; at
-    |u| = 1, to 5e-9."""
+    """The wavelength step of the reference, in metres. From one wavelength to the next an order at |u| = 2 moves by at
+    most two sigma_b, where a sum of Gaussians is flat to 1.4 %, and an order at |u| = 1 by one, where it is flat to
+    5e-9."""
     return min(STEP_MAX_M, sigma_b * WAVELENGTH_MIN_M)
 
 
 def anywhere(relief: Relief, sigma_b: float) -> list[Truth]:
-    """The metric's own pairs."""
+    """Pairs as in every measurement of an error (precompute/measure/truths.py)."""
     return truths.truths(relief, sigma_b, W_COUNT, PAIRS, wavelength_step(sigma_b), seed=7)
 
 
 def grazing(relief: Relief, sigma_b: float) -> list[Truth]:
-    """Light at 89.9 degrees from all around, seen at as much, at 73 and at 26 degrees, up to half a radian aside of its
-    mirror image: farther off the skin is black."""
+    """Light at 89.9 degrees from all azimuths, seen at 89.9, 73 and 26 degrees, up to half a radian beside its mirror
+    direction. Farther away the skin is black."""
     turn = np.linspace(0, 2 * np.pi, 60, endpoint=False)
     light, aside = polar(GRAZING, turn), 0.5 * np.sin(7 * turn)
     views = (polar(view, turn + np.pi + aside) for view in (GRAZING, np.radians(73), np.radians(26)))
@@ -113,26 +117,26 @@ def grazing(relief: Relief, sigma_b: float) -> list[Truth]:
 
 
 def mirrored(relief: Relief, sigma_b: float) -> list[Truth]:
-    """Views at the mirror image of the light, where u = v = 0."""
+    """Views in the mirror direction of the light, where u = v = 0."""
     turn = np.linspace(0, 2 * np.pi, 8, endpoint=False)
     angles = np.radians([0, 30, 60, 80, 89])
     return [truth(relief, sigma_b, polar(angle, turn), polar(angle, turn + np.pi)) for angle in angles]
 
 
 def beyond(relief: Relief, sigma_b: float) -> list[Truth]:
-    """Light at 80 degrees from the side of +T, views at 35 to 65 degrees there: u from 1.5 to 1.9."""
+    """Light at 80 degrees from the side of +T, views at 35 to 65 degrees on the same side: u from 1.5 to 1.9."""
     light = polar(np.radians(80), np.linspace(-0.03, 0.03, 60))
     return [truth(relief, sigma_b, light, polar(np.radians(view), np.full(60, 0.02))) for view in (35, 50, 65)]
 
 
 def polar(theta: float, azimuth: np.ndarray) -> np.ndarray:
-    """Directions (n, 3)."""
+    """Unit directions (n, 3) at theta radians from the normal and azimuths (n,) from T."""
     sine = np.sin(theta)
     return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), np.full(len(azimuth), np.cos(theta))], axis=-1)
 
 
 def truth(relief: Relief, sigma_b: float, wi: np.ndarray, wr: np.ndarray) -> Truth:
-    """The reference for pairs (n, 3) of one w."""
+    """The reference for direction pairs wi, wr (n, 3) of one w."""
     pairs, w = Pairs(wi, wr, np.ones(len(wi), bool)), float(wi[0, 2] + wr[0, 2])
     return Truth(
         w, pairs, *reference_xyz(relief, pairs.u, pairs.v, w=w, sigma_b=sigma_b, step_m=wavelength_step(sigma_b))
@@ -140,15 +144,15 @@ def truth(relief: Relief, sigma_b: float, wi: np.ndarray, wr: np.ndarray) -> Tru
 
 
 def albedo(relief: Relief, baked: Table) -> dict[str, float]:
-    """The greatest albedo at 89.9 degrees, by a quadrature of its own."""
+    """The greatest albedo at 89.9 degrees, by the quadrature of benchmarks/albedo.py."""
     stam, conserving = greatest(
-        surface_of(relief, baked.sigma_b), [no_limit, baked.albedo_bound_at], 89.9, (390e-9, 550e-9, 700e-9)
+        surface_of(relief, baked.sigma_b), [no_bound, baked.albedo_bound_at], 89.9, (390e-9, 550e-9, 700e-9)
     )
     return {"albedo of Stam's form": stam, "albedo": conserving}
 
 
 def zero_order(relief: Relief, baked: Table) -> dict[str, float]:
-    """What the zero order's luminance is off J_0(pi w depth / lambda)^2, over all w."""
+    """The largest error of the zero order's luminance against J_0(pi w depth / lambda)^2, over all w."""
     lambdas, w = wavelengths(1e-9), np.linspace(0, 2, 21)
     weights = spectral_weights(lambdas, baked.illuminant)[:, 1]
     turns = np.pi * w[:, None] / lambdas * relief.height_range_m
@@ -157,12 +161,12 @@ def zero_order(relief: Relief, baked: Table) -> dict[str, float]:
 
 
 def brightest(relief: Relief, baked: Table) -> dict[str, float]:
-    """The brightest texel's Y over w^2, at the middle of the range of w."""
+    """Y over w^2 of the brightest texel, at w = 1."""
     return {"brightest Y / w^2": float(np.abs(at_w(baked, 1.0)).max())}
 
 
 def evanescent(relief: Relief, baked: Table) -> dict[str, float]:
-    """The brightest Y of any view along T, the zero order apart: light along the normal, and at 80 degrees."""
+    """The largest scattered Y of all views along T, for light along the normal and at 80 degrees."""
     found = {}
     for name, angle in (("light at 0 degrees", 0.0), ("light at 80 degrees", 80.0)):
         view = np.linspace(-89, 89, 400)
@@ -173,8 +177,8 @@ def evanescent(relief: Relief, baked: Table) -> dict[str, float]:
 
 
 def fewer_wavelengths(relief: Relief, baked: Table) -> dict[str, float]:
-    """The greatest error of Y along T from u = 1.7 to 1.95, relative to the greatest Y, and what it is with half the
-    wavelengths."""
+    """The largest error of Y along T from u = 1.7 to 1.95, relative to the largest Y: of the bake, and of a bake with
+    half of the wavelengths."""
     chosen = plan(relief, BakeRequest(coherence_length_m=LONG_M))
     half = carry_out(replace(chosen, wavelengths=chosen.wavelengths[::2]))
     u, w = np.linspace(1.7, 1.95, 200), 0.3
@@ -187,7 +191,7 @@ def fewer_wavelengths(relief: Relief, baked: Table) -> dict[str, float]:
 
 
 def at_w(baked: Table, w: float) -> np.ndarray:
-    """Y over w^2 (rows, columns) of the table."""
+    """Y over w^2 (rows, columns) of the table at one w."""
     low, high = baked.w_range
     basis = chebyshev.polynomials(np.array((2 * w - low - high) / (high - low)), len(baked.terms))
     return np.tensordot(basis, baked.terms[..., 1], axes=1)
@@ -195,7 +199,10 @@ def at_w(baked: Table, w: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Case:
-    """A surface and the coherence asked of it, and the surface, pairs and figures that its bake is held against."""
+    """A surface and the coherence length asked of its bake; None leaves the length to the bake.
+
+    The bake is compared with the reference of `same_as` (None: of the surface itself) on the pairs of `truths`.
+    `figures` gives further numbers of the bake by name."""
 
     name: str
     asked: str
@@ -208,7 +215,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Errors and figures of a case, or why it was refused."""
+    """Error metrics and further numbers of a case, or the reason of its refusal."""
 
     errors: Errors | None = None
     figures: dict[str, float] | None = None
@@ -221,7 +228,7 @@ class Outcome:
 
     @property
     def text(self) -> str:
-        """For the table."""
+        """The cell of the table."""
         if self.refusal:
             return f"refused: {self.refusal}"
         more = "".join(f"; {name} {value:.3g}" for name, value in (self.figures or {}).items())
@@ -270,12 +277,12 @@ CASES = (
 
 
 def as_baked(relief: Relief, coherence_m: float | None) -> Table:
-    """What the file of a bake holds."""
+    """The table that the file of a bake would hold."""
     return make([relief], BakeRequest(coherence_length_m=coherence_m)).table
 
 
 def outcome(case: Case, baker: Baker = as_baked) -> Outcome:
-    """Bake a case and hold it against its reference."""
+    """Bake a case and measure it against its reference."""
     try:
         relief = prepare(case.surface())
         baked = baker(relief, case.coherence_m)
@@ -284,45 +291,6 @@ def outcome(case: Case, baker: Baker = as_baked) -> Outcome:
     exact = prepare(case.same_as()) if case.same_as else relief
     errors = measure(case.truths(exact, baked.sigma_b), baked.candidate)
     return Outcome(errors, case.figures(relief, baked) if case.figures else None)
-
-
-HEAD = """# Hard cases
-
-What is hard for a bake, and what becomes of it: `./dev bench hard_cases` makes this page. Each surface is baked for a
-dE00 of 1 as `bake` does it, and what its file would hold is measured against the reference itself (exact transforms in
-float64, no table): dE00 is the 99th percentile over some hundred pairs of directions at the worst of four exposures, dY
-the sum of the luminances' errors over the sum of the luminances. "Against none" is against the surface without the
-fault. The same cases are tests: `tests/precompute/test_hard_cases.py`. Scans are of 10 um, of bumps 200 nm high.
-"""
-
-TAIL = """## What is behind them
-
-- **Deep reliefs.** The terms are large for the sake of w = 0, where a deep relief scatters most, and all but cancel
-  where w is large: in half floats a relief of 1 um was off by a dE00 of 2, one of 2 um by 19. The bake measures that
-  on a dozen patches of the surface and writes 32-bit floats where halves do not do. Blender holds the picture in 32
-  bits in any case; only the file grows.
-- **Shallow reliefs.** What 0.05 nm scatter is 1e-8 of white. Tiles have a scale of their own, so that halves hold them;
-  the zero order is kept unscaled beside them. With one scale for both, dark places had been off by a dE00 of 5.
-- **Theta of 89.9 degrees.** The table is right as ever; it is Stam's form that reflects more than it receives. The
-  energy-conserving form, the materials' default, stays under 1.
-- **One row or column** is a profile that does not change across: the pixel's other side counts for nothing.
-- **Tiny scans.** A coherence window under a wavelength is none; a scan in which 30 of the smallest do not fit is
-  refused. So is a coherence that is asked for and longer than the scan: it would show one speckle of this scan, not
-  the skin. What wraps exactly has no such limit.
-- **Dust** is part of the surface, and the bake is right about it; but grains of 1 um take a relief of 200 nm from
-  3 or 4 terms to 15, and scatter white light of their own. Take them off in the scan's own software if they are not
-  the animal's.
-- **Holes** are filled smoothly; the figure is what the filling itself changes.
-- **Tilt** goes with the plane, exactly but for rounding (1e-15 m).
-- **8-bit steps** of d scatter (2 pi w / lambda)^2 d^2 / 12 of the light, spread evenly over the hemisphere: 3e-5 at 0.8
-  nm, 3e-3 at 7.8 nm (w = 2, 550 nm). Let the picture's black and white span the relief.
-- **Period under the shortest wavelength.** Black but for the mirror image under light from above; under grazing light
-  the order that is left comes back, towards the lamp.
-- **Period longer than the patch.** A slope and a bend: levelling takes the slope, and the rest is right against the
-  reference. No scan tells of a period that it does not hold.
-- **Narrow orders.** The wavelengths follow the kernel, so that orders side by side make white without gaps.
-- **8192 x 8192** is not in this table: its time and memory are measured apart.
-"""
 
 
 def page(outcomes: list[Outcome]) -> str:

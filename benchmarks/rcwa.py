@@ -3,13 +3,14 @@
 
     python -m benchmarks rcwa [--output DIR] [--json FILE|-]
 
-Inkstone solves Maxwell's equations (Fourier modal method; 1D gratings, TE and TM apart). Of the packages tried it alone
-conserved energy to 1e-10 everywhere: grcwa 0.1.2 reflected 285 times the light from a binary grating of 10.3
-wavelengths, and meent 0.13.2 lost up to 1.6 % on a blaze. Lengths are in wavelengths.
+Inkstone solves Maxwell's equations (Fourier modal method; 1D gratings, TE and TM apart). Of the packages that were
+tried it is the only one that conserved energy to 1e-10 everywhere: grcwa 0.1.2 reflected 285 times the light from a
+binary grating of 10.3 wavelengths, and meent 0.13.2 lost up to 1.6 % on a blaze. Lengths are in wavelengths.
 
-The figure is the largest |difference| of the real orders -3 to 3. RCWA's orders are the mean of TE and TM over the mean
-of the whole reflected power; the scalar ones are precompute.efficiency's, with O = 1. A ramp and a sinusoid are
-staircases of PARTS equal parts to a period, sampled where the core samples them.
+The number that is compared is the largest |difference| over those of the orders -3 to 3 that propagate. RCWA's orders
+are the mean of TE and TM, divided by the mean of the whole reflected power. The scalar orders are those of
+precompute/study/efficiency.py, with O = 1. A ramp and a sinusoid are staircases of PARTS equal parts to a period,
+sampled at the same places as there.
 """
 
 import argparse
@@ -30,7 +31,7 @@ ANGLES_DEG = (0.0, 40.0, 60.0)
 TOLERANCES = (0.01, 0.02, 0.05)
 KERATIN = 1.56
 PARTS = 32
-# Orders that RCWA keeps beyond those that are real in the keratin.
+# Orders that RCWA keeps beyond those that propagate in the keratin.
 EXTRA_ORDERS = 10
 _COMPARED = 3
 
@@ -47,7 +48,8 @@ class Grating:
 
 @dataclass(frozen=True)
 class Row:
-    """The largest difference, a fraction of the reflected power, and that power over a flat surface's."""
+    """The largest difference of an order, as a fraction of the reflected power; and the reflected power over that of a
+    flat surface."""
 
     grating: Grating
     difference: float
@@ -68,7 +70,8 @@ def steps(kind: str, parts: int) -> list[tuple[float, float, float]]:
 
 
 def reflected(grating: Grating, parts: int = PARTS, extra: int = EXTRA_ORDERS, index: complex = KERATIN) -> np.ndarray:
-    """Powers (2, orders) of TE and TM in orders -n .. n over the incident one, and the transmitted power in [:, -1]."""
+    """Powers (2, orders + 1) of TE and TM relative to the incident power: the reflected orders -n to n, and in the last
+    column the transmitted power."""
     from inkstone import Inkstone
 
     most = int(np.ceil(abs(index) * grating.period)) + extra
@@ -80,7 +83,7 @@ def reflected(grating: Grating, parts: int = PARTS, extra: int = EXTRA_ORDERS, i
         name = f"step {number}"
         solver.AddLayer(name, thickness * grating.depth, "vacuum")
         across = (width * grating.period, centre * grating.period)
-        # Its correction of Gibbs's phenomenon smooths the walls, so that it converges as 1 / orders only.
+        # Inkstone's correction of Gibbs's phenomenon smooths the walls, and then it converges only as 1 / orders.
         solver.AddPattern1D(name, "keratin", *across, name, if_gibbs_correction=False)
     solver.AddLayer("below", 0, "keratin")
     powers = []
@@ -102,18 +105,20 @@ def fresnel(theta_deg: float, index: complex = KERATIN) -> np.ndarray:
 
 
 def fractions(powers: np.ndarray) -> dict[int, float]:
-    """Orders -3 to 3 of reflected() as fractions of all that is reflected, mean of TE and TM."""
+    """Orders -3 to 3 of reflected() as fractions of the whole reflected power, mean of TE and TM."""
     mean = powers[:, :-1].mean(axis=0)
     most = len(mean) // 2
     return {order: float(mean[order + most] / mean.sum()) for order in range(-_COMPARED, _COMPARED + 1)}
 
 
 def compare(grating: Grating, **accuracy: int) -> Row:
-    """Scalar theory against RCWA; accuracy: parts and extra of reflected()."""
+    """Scalar theory against RCWA; `accuracy` holds `parts` and `extra` of reflected()."""
     powers = reflected(grating, **accuracy)
     rigorous = fractions(powers)
-    metres = (grating.period * 1e-6, grating.depth * 1e-6, 1e-6)
-    scalar = efficiencies(grating.kind, *metres, np.radians(grating.theta_deg), _COMPARED)
+    scalar = efficiencies(
+        grating.kind, period_m=grating.period * 1e-6, depth_m=grating.depth * 1e-6, wavelength_m=1e-6,
+        theta_i=np.radians(grating.theta_deg), orders=_COMPARED,
+    )  # fmt: skip
     difference = max(abs(rigorous[one.order] - one.computed) for one in scalar)
     return Row(grating, difference, float(powers[:, :-1].sum() / fresnel(grating.theta_deg).sum()))
 

@@ -3,8 +3,8 @@
 
     python -m benchmarks terms [--output DIR] [--json FILE|-]
 
-At 380 nm, light and view along the normal (s = 2 / lambda, the largest there is), in float32 as a shader sums: the rms
-over the relief, t in [-1, 1], of what the sum is off exp(-i 2 pi s h).
+The error is the rms over the relief of the difference between the sum and exp(-i 2 pi s h). It is taken at 380 nm with
+light and view along the normal (s = 2 / lambda, the largest s there is), in float32 like a shader's sums.
 """
 
 import argparse
@@ -22,7 +22,7 @@ from precompute.study import plots
 
 RELIEFS_NM = (50, 100, 150, 250, 400, 600, 800, 1000, 1400, 2000)
 TOLERANCE = 1e-3
-# e z + 60 at 2 um: past this every series stands at what rounding leaves.
+# e z + 60 at 2 um: past this only rounding is left of the error of every series.
 TERMS_MAX = 240
 _SAMPLES = 2001
 
@@ -41,17 +41,17 @@ class Series:
 
 
 def taylor(relief_m: float, terms: int) -> Expansion:
-    """The thesis's: heights from the lowest point."""
+    """The Taylor series as in the thesis, with heights from the lowest point."""
     return flss.Taylor(terms, -relief_m / 2, relief_m)
 
 
 def taylor_centred(relief_m: float, terms: int) -> Expansion:
-    """Heights from the middle."""
+    """The Taylor series with heights from the middle."""
     return flss.Taylor(terms, 0.0, relief_m / 2)
 
 
 def chebyshev(relief_m: float, terms: int) -> Expansion:
-    """Jacobi-Anger."""
+    """The Chebyshev series (Jacobi-Anger)."""
     return chebyshev_series.Chebyshev(terms, 0.0, relief_m / 2)
 
 
@@ -63,7 +63,7 @@ SERIES = (
 
 
 def phasor_errors(expansion: Expansion, relief_m: float, dtype: type = np.float32) -> np.ndarray:
-    """rms over the heights (terms,) of the partial sums' error, terms, coefficients and sums all in dtype.
+    """rms over the heights (terms,) of the error of each partial sum, with terms, coefficients and sums all in dtype.
 
     Each series is compared with the phasor counted from its own origin, which a power spectrum does not see."""
     narrow = np.complex64 if dtype == np.float32 else np.complex128

@@ -7,7 +7,7 @@ from pathlib import Path
 import bpy
 
 from ...precompute.colour.working_space import rgb_from_xyz
-from ...precompute.methods.dft_images import read_layout
+from ...precompute.methods.dft_layout import read_layout
 from ...precompute.table.atlas_file import read_header
 from ..jobs.child import Job
 from ..lamps.find import find_lamps

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The ensemble model's radiance by direct sums: a second road to what reference.py computes, for `check` alone.
+"""The ensemble model's radiance by direct sums: a second way to what precompute/reference computes, for `check` alone.
 
-It shares no code with the reference or the bake, only what counts as the surface (relief.py: levelled, filled, refined,
-apodised) and the observer's tables. There is no FFT and no expansion: the apodised phasor without its mean is summed
-against cosines and sines over every pixel, at explicit frequencies. A surface that wraps has its orders there and
-nowhere else. The spectrum of one that does not is continuous, and is sampled so finely that the kernel's sum over the
-samples is its integral: at 1 / (scan + PAD), PAD in units of 1 / (2 pi sigma_q), the standard deviation of the Gaussian
-by which the kernel weighs the autocorrelation's lags. What meets from beyond is weighed by exp(-PAD^2 / 2) at the
-longest lag, where the apodised scan barely overlaps itself, and by less at all others.
+It shares no code with the reference or the bake, only the relief (levelled, filled, refined and apodised) and the
+observer's tables. There is no FFT and no expansion: the apodised phasor without its mean is summed against cosines and
+sines over every pixel, at explicit frequencies.
+
+A surface that wraps has its orders at those frequencies and nowhere else. The spectrum of one that does not wrap is
+continuous. It is sampled so finely that the kernel's sum over the samples is its integral: at a spacing of 1 / (length
++ PAD / (2 pi sigma_q)), where 1 / (2 pi sigma_q) is the standard deviation of the Gaussian by which the kernel weights
+the lags of the autocorrelation. Sampling folds lags from beyond onto shorter ones. At the longest lag, where the
+apodised scan barely overlaps itself, the folded lags are weighted by exp(-PAD^2 / 2), and by less at all others.
 """
 
 from collections.abc import Sequence
@@ -22,27 +24,21 @@ from ..optics.region import Region
 from ..surface.relief import Relief
 
 PAD = 3.0
-
-
-# exp(-6^2 / 2) = 1.5e-8 of a cell's peak is left out.
+# In standard deviations: exp(-6^2 / 2) = 1.5e-8 of a cell's peak is left out.
 KERNEL_REACH = 6.0
-
-
-# Wavelengths at which half vectors are drawn, each of the same luminance.
+# Bands of wavelength, each of the same luminance, in which half vectors are drawn.
 _DRAWN_AT = 12
-
-
-# Of the heights' range: a class of 1 / 4096 of 2 um turns the phase by 0.02 at most, 1e-5 of the mean phasor.
+# Classes into which the range of heights is divided. One class of 2 um / 4096 turns the phase by at most 0.02, which is
+# 1e-5 of the mean phasor.
 _HEIGHT_CLASSES = 4096
-
-
+# Numbers that are gathered at once.
 _GATHERED = 4_000_000
 
 
 @dataclass(frozen=True)
 class Cells:
-    """Share of the light, `power` (ny, nx), that is scattered into the cells about frequencies q_y (ny,), q_x (nx,),
-    ascending, cycles per metre."""
+    """The scattered spectrum in cells of frequency: `power` (ny, nx) is the share of the light that is scattered into
+    the cell about q_y (ny,), q_x (nx,), which ascend, in cycles per metre."""
 
     q_y: np.ndarray
     q_x: np.ndarray
@@ -74,8 +70,8 @@ def _near(q: np.ndarray, places: np.ndarray, lam: float, sigma_b: float) -> tupl
 
 
 def scattered_cells(relief: Relief, s: float, reach: tuple[float, float], sigma_q: float) -> Cells:
-    """Cells of a relief at s = w / lambda that reach to |q_y|, |q_x| of `reach`, for a kernel of sigma_q; all in cycles
-    per metre."""
+    """Cells of a relief at s = w / lambda, up to |q_y|, |q_x| of `reach`, spaced finely enough for a kernel of sigma_q;
+    all in cycles per metre."""
     phase = (-2 * np.pi * s) * relief.height_m
     parts = np.stack([np.cos(phase), np.sin(phase)])
     mean_y, mean_x = (apodisation**2 / np.sum(apodisation**2) for apodisation in relief.apodisation_axes)
@@ -90,9 +86,9 @@ def scattered_cells(relief: Relief, s: float, reach: tuple[float, float], sigma_
 
 
 def _frequencies(relief: Relief, axis: int, reach: float, sigma_q: float) -> tuple[np.ndarray, float]:
-    """Frequencies from 0 up to `reach`, but inside of the Nyquist cell, and their spacing; cycles per metre."""
+    """Frequencies from 0 to `reach`, as far as the Nyquist cell goes, and their spacing; cycles per metre."""
     length, pixel = relief.size_m[axis], relief.pixel_size_m[axis]
-    # A single row or column is a profile that does not change across it.
+    # A single row or column stands for a profile that is constant across it, and needs no padding there.
     if not relief.periodic and relief.height_m.shape[axis] > 1:
         length += PAD / (2 * np.pi * sigma_q)
     most = min(reach * length, (length / pixel - 1) / 2 + 1e-6)
@@ -100,14 +96,15 @@ def _frequencies(relief: Relief, axis: int, reach: float, sigma_q: float) -> tup
 
 
 def _waves(q: np.ndarray, relief: Relief, axis: int) -> np.ndarray:
-    """cos and sin of 2 pi q x (pixels, 2 n) side by side."""
+    """cos and sin of 2 pi q x (pixels, 2 n), side by side, for q (n,)."""
     phase = 2 * np.pi * np.outer(np.arange(relief.height_m.shape[axis]) * relief.pixel_size_m[axis], q)
     return np.hstack([np.cos(phase), np.sin(phase)])
 
 
 def _power(sums: np.ndarray) -> np.ndarray:
-    """|sum of p exp(-2 pi i (q_y y + q_x x))|^2 for both signs of both frequencies, (2 ny - 1, 2 nx - 1), from the sums
-    of p against cosines and sines (2 ny, 2 nx)."""
+    """|sum of p exp(-2 pi i (q_y y + q_x x))|^2 (2 ny - 1, 2 nx - 1) for both signs of both frequencies.
+
+    `sums` (2 ny, 2 nx) are the sums of p against cosines and sines."""
     ny, nx = sums.shape[0] // 2, sums.shape[1] // 2
     cc, cs, sc, ss = sums[:ny, :nx], sums[:ny, nx:], sums[ny:, :nx], sums[ny:, nx:]
     same, opposite = (cc - ss, cs + sc), (cc + ss, cs - sc)
@@ -125,10 +122,10 @@ def scattered_xyz(
     reliefs: Sequence[Relief], u, v, *, w: float, sigma_b: float, step_m: float, illuminant: str = "D65",
     progress: Progress = silent,
 ) -> np.ndarray:  # fmt: skip
-    """Scattered XYZ (n, 3) at (u, v) (n,), all at one w, mean of the reliefs' spectra: the density over (u, v) of
-    reflected light at R = O = 1, a perfect mirror's white having Y = 1.
+    """Scattered XYZ (n, 3) at u, v (n,), all at one w, by the mean of the reliefs' spectra.
 
-    `progress` hears of each transform."""
+    It is the density over (u, v) of the reflected light at R = O = 1, scaled so that a perfect mirror's white has Y =
+    1. `progress` is told after each wavelength of each relief."""
     count = int(np.ceil((WAVELENGTH_MAX_M - WAVELENGTH_MIN_M) / step_m - 1e-6))
     lambdas = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, count + 1)
     weights = spectral_weights(lambdas, illuminant) / len(reliefs)
@@ -143,8 +140,9 @@ def scattered_xyz(
 
 
 def zero_order_xyz(reliefs: Sequence[Relief], w: np.ndarray, illuminant: str = "D65") -> np.ndarray:
-    """The zero order's XYZ (n, 3) at w (n,): the characteristic function of the heights' distribution, squared, at 1
-    nm; mean of the reliefs'."""
+    """The zero order's XYZ (n, 3) at w (n,), mean of the reliefs', in wavelength steps of 1 nm.
+
+    A relief's is the squared modulus of the characteristic function of its heights."""
     lambdas = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401)
     efficiency = np.zeros((len(w), len(lambdas)))
     for relief in reliefs:
@@ -155,8 +153,8 @@ def zero_order_xyz(reliefs: Sequence[Relief], w: np.ndarray, illuminant: str = "
 
 
 def _distribution(relief: Relief) -> tuple[np.ndarray, np.ndarray]:
-    """Mean heights of the classes of heights that occur, and their shares of the surface under the apodisation's
-    square."""
+    """Mean heights (n,) of the classes of height that occur, and their shares (n,) of the surface, weighted by the
+    square of the apodisation."""
     weight = (relief.apodisation**2).ravel()
     height = relief.height_m.ravel()
     width = max(relief.height_range_m / _HEIGHT_CLASSES, np.finfo(float).tiny)
@@ -169,8 +167,8 @@ def _distribution(relief: Relief) -> tuple[np.ndarray, np.ndarray]:
 def draw_pairs(
     reliefs: Sequence[Relief], sigma_b: float, w: float, *, count: int, region: Region, rng: np.random.Generator
 ) -> Pairs:
-    """Up to `count` pairs of cos(ti) + cos(tr) = w with u and v in a region, half of them cosine
-    weighted, half drawn from the spectrum; fewer where these barely reach it."""
+    """Up to `count` pairs of cos(ti) + cos(tr) = w with u and v in a region, half of them cosine weighted, half drawn
+    from the spectrum. There are fewer where either half barely reaches the region."""
     cosine = _cosine_within(w, count // 2, region, rng)
     half = _half_vectors(reliefs, sigma_b, w, count - count // 2, region, rng)
     wi, wr = pair_about(half, rng)
@@ -190,10 +188,11 @@ def _cosine_within(w: float, count: int, region: Region, rng: np.random.Generato
 
 
 def _half_vectors(reliefs, sigma_b, w, count, region: Region, rng) -> np.ndarray:
-    """Up to count half vectors (n, 3), drawn from the scattered power times luminance, jittered by the kernel."""
+    """Up to `count` half vectors (n, 3), drawn from the scattered power times luminance, then moved at random by the
+    kernel."""
     nm = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401)
     luminance = np.cumsum(observer(nm)[:, 1])
-    # Twice as many as are wanted: the jitter takes some past the horizon.
+    # Twice `count` are drawn, because the kernel moves some past the horizon.
     each = -(-2 * count // (_DRAWN_AT * len(reliefs)))
     radius = np.sqrt(4 - w**2)
     found = [np.empty((0, 2))]

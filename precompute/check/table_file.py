@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake's file read by the few lines here, which share nothing with the code that packs or reads a table."""
+"""A bake's file, read without the code that packs or reads a table elsewhere."""
 
 import json
 import math
@@ -14,18 +14,24 @@ from ..colour.observer import ILLUMINANTS
 from ..optics.region import Region
 
 FORMAT = 6
-
-
-# Texels around a tile that reading alone meets, those that a tile takes of the picture over its texels within, and
-# rows under the excess albedo and around it.
+# _RIM: texels on each side of a tile that only interpolation reads. _TAKEN: texels that a tile occupies in the picture
+# beyond its inner ones, along each axis. _STRIP: rows of the strip beside those of the excess albedo.
 _RIM, _TAKEN, _STRIP = 2, 6, 4 + 2
 
 
 @dataclass(frozen=True)
 class Table:
-    """A bake as its file holds it: terms (K, rows, columns, 3) of XYZ over w^2, row along +v, column along +u, the
-    first texel's middle at `first` (u, v), the outer two on every side only met by reading; the zero order's XYZ (n, 3)
-    at equal steps of w from 0 to 2; the header. Of its levels the first, under the narrowest kernel."""
+    """A bake as its file holds it; of its levels the first, which has the narrowest kernel.
+
+    terms       (K, rows, columns, 3) of XYZ over w^2, row along +v, column along +u; the outer two texels on every side
+                are read by interpolation only
+    zero_order  XYZ (n, 3) of the zero order at equal steps of w from 0 to 2
+    first       (u, v) of the first texel's middle
+    texel       distance of the texels in u and v
+    w_range     range of w that the terms cover
+    sigma_b     standard deviation of the kernel in u and v
+    record      the header
+    """
 
     terms: np.ndarray
     zero_order: np.ndarray
@@ -38,7 +44,7 @@ class Table:
 
     @property
     def region(self) -> Region:
-        """From the middle of the first texel that holds the table to the last's."""
+        """The part of (u, v) that the table covers: from the middle of the first inner texel to that of the last."""
         _, rows, columns, _ = self.terms.shape
         return Region(*(
             (first + _RIM * self.texel, first + (count - 1 - _RIM) * self.texel)
@@ -46,7 +52,7 @@ class Table:
         ))  # fmt: skip
 
     def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w: float) -> np.ndarray:
-        """Scattered XYZ over w^2 (n, 3) at u, v (n,): B-splines over the texels, and T_k(t) = cos(k arccos t)."""
+        """Scattered XYZ over w^2 (n, 3) at u, v (n,): B-splines over the texels, Chebyshev polynomials over w."""
         low, high = self.w_range
         angle = math.acos(np.clip((2 * w - low - high) / (high - low), -1, 1))
         basis = np.cos(np.arange(len(self.terms)) * angle)
@@ -61,7 +67,8 @@ class Table:
         return found
 
     def zero_order_xyz(self, w) -> np.ndarray:
-        """Z (..., 3) at w (...,), B-splines over the samples; past the last they go on in line."""
+        """The zero order's XYZ (..., 3) at w (...,): B-splines over the samples, which continue linearly past the
+        last."""
         last = len(self.zero_order) - 1
         at = np.asarray(w, float) / 2 * last
         beyond = 2 * self.zero_order[-1] - self.zero_order[-2]
@@ -79,7 +86,7 @@ def cubic_bspline(x: np.ndarray) -> np.ndarray:
 
 
 def read_table(path: Path) -> Table:
-    """The table in a bake's file. Raises GratingError if it is none."""
+    """The table in a bake's file. Raises GratingError if the file is no bake of the ensemble model."""
     if not path.is_file():
         raise GratingError(f"{path}: there is no such file; give the .exr that `bake` wrote")
     try:
@@ -121,7 +128,7 @@ def _table(image: np.ndarray, record: dict) -> Table:
         and min(numbers[:3]) > 0
         and 0 <= layout["w_min"] < layout["w_max"] <= 2
         and layout["illuminant"] in ILLUMINANTS
-        and np.isfinite(image).all()  # of what is no number there is nothing to measure
+        and np.isfinite(image).all()
     ):
         raise ValueError(layout)
     tiles = []
@@ -141,8 +148,8 @@ def _table(image: np.ndarray, record: dict) -> Table:
 
 
 def _picture_size(layout: dict) -> tuple[int, int]:
-    """Height and width of a picture with such a header: beside the first level's tiles, the others' above each
-    other."""
+    """Height and width of a picture with such a header. The tiles of the further levels stand above each other, beside
+    those of the first."""
     halves = [2**level for level in range(1, layout["levels"])]
     rows, columns = layout["tile_rows"] - _TAKEN, layout["tile_columns"] - _TAKEN
     above = max(rows + _TAKEN, sum(rows // half + _TAKEN for half in halves))

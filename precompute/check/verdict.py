@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Is a bake what it says it is? Its error, recomputed from its file and the height maps alone.
+"""A bake's error, recomputed from its file and the height maps alone.
 
-The table is read and sampled by the few lines here and held against direct sums (direct.py): nothing is shared with
-the code that bakes, packs, reads or measures a bake but the figures themselves, the observer's tables and what counts
-as the surface.
+The table is read by table_file.py and compared with the direct sums of direct_sums.py. With the code that bakes, packs
+or reads a bake this shares nothing. It shares the error metrics and the direction pairs (precompute/measure), the
+observer's tables, and the levelled relief that counts as the surface.
 """
 
 import hashlib
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -27,48 +27,61 @@ from .direct_sums import draw_pairs, scattered_xyz
 from .table_file import Table, read_table
 
 RINGS = (0.0, 0.1, 0.5, 1.0, 2.0)
-
-
-# Of the luminance, for a dE00 of 1 or less; in proportion above.
+# Share of the luminance that may be wrong for a dE00 of 1 or less; in proportion above.
 RELATIVE_DY = 0.01
-
-
-# Another than that of the bake's own check: the same directions would forgive what was tuned to them.
+# A seed other than that of the bake's own check: on the same directions an error that was tuned to them would not show.
 _SEED = 1
-
-
 _ZERO_ORDER_AT = 17
-
-
 _HALF_STEP = 2.0**-11
-
-
-# The bake's expansion of the phasor may be off by so much of the light for a dE00 of 1; a mirror image, all of it in
-# one place, is held to the same.
+# Share of the light that the bake's expansion of the phasor may miss for a dE00 of 1. The zero order, which has all of
+# its light in one place, is held to the same share.
 _EXPANSION = 2e-4
 
 
 @dataclass(frozen=True)
+class Ring:
+    """The pairs with u_from <= sqrt(u^2 + v^2) < u_to: their number, their share of the light, and |dY| relative to
+    their light."""
+
+    u_from: float
+    u_to: float
+    pairs: int
+    light: float
+    relative_dy: float
+
+
+@dataclass(frozen=True)
 class Verdict:
-    """What a check found: the figures, what they may be, and each ring of |u| by itself."""
+    """What a check found.
+
+    errors             error metrics over all pairs
+    asked              dE00 that the bake must keep
+    allowance          what the sampling of the pairs may add to the 99th percentile
+    zero_order_dy      largest |dY| of the zero order; zero_order_budget is what it may be
+    rings              the errors by distance from the zero order
+    w                  values of w that were looked at
+    step_m             wavelength step
+    seconds            that the check took
+    """
 
     errors: Errors
     asked: float
     allowance: float
     zero_order_dy: float
     zero_order_budget: float
-    rings: list[dict]
+    rings: list[Ring]
     w: list[float]
     step_m: float
     seconds: float
 
     @property
     def relative_dy_budget(self) -> float:
+        """The largest |dY| relative to Y that passes."""
         return RELATIVE_DY * max(1.0, self.asked)
 
     @property
     def faults(self) -> list[str]:
-        """What is not as it was asked; empty if the bake passes."""
+        """Sentences on what the bake does not keep; empty if it passes."""
         found = []
         if not self.errors.p99 <= self.asked + self.allowance:
             found.append(f"dE00 p99 {self.errors.p99:.2f}, asked {self.asked:g}")
@@ -88,7 +101,7 @@ class Verdict:
             "p99_allowance": self.allowance,
             "relative_dy_budget": self.relative_dy_budget,
             "zero_order": {"dy": self.zero_order_dy, "budget": self.zero_order_budget},
-            "rings": self.rings,
+            "rings": [asdict(ring) for ring in self.rings],
             "w": self.w,
             "step_nm": self.step_m * 1e9,
             "seconds": self.seconds,
@@ -98,23 +111,24 @@ class Verdict:
 def check(
     bake: Path,
     height_maps: Sequence[HeightMap],
+    *,
     delta_e: float | None = None,
     groups: int = 2,
     pairs: int = 4000,
     step_m: float | None = None,
     progress: Progress = silent,
 ) -> Verdict:
-    """Recompute a bake's error on `groups` values of w, `pairs` direction pairs each, at a wavelength step.
+    """Recompute a bake's error at `groups` values of w, on `pairs` direction pairs each, in wavelength steps of step_m.
 
-    delta_e: what was asked, by default as the header says. progress(stage, fraction) as in the bake. Raises
-    GratingError if the file is no bake or not one of these height maps."""
+    delta_e is the dE00 that the bake must keep, by default that of the file's header; the default of step_m is
+    default_step. Raises GratingError if the file is no bake, or not a bake of these height maps."""
     started = time.perf_counter()
     table = read_table(bake)
     _refuse_another_surface(bake, table.record, height_maps)
     asked = float(table.record.get("asked_delta_e", 1.0)) if delta_e is None else delta_e
     step_m = default_step(table.sigma_b) if step_m is None else step_m
     reliefs = [prepare(height_map) for height_map in height_maps]
-    truth = truths(table, reliefs, groups, pairs, step_m, progress)
+    truth = truths(table, reliefs, groups=groups, pairs=pairs, step_m=step_m, progress=progress)
     if not sum(len(t.scattered_xyz) for t in truth):
         raise GratingError(f"{bake}: none of {pairs} direction pairs falls in what it covers; give more --pairs")
     errors = _measured(table, truth)
@@ -123,9 +137,16 @@ def check(
     exact = direct_sums.zero_order_xyz(reliefs, w, table.illuminant)[:, 1]
     off = np.abs(table.zero_order_xyz(w)[:, 1] - exact).max(initial=errors.zero_order_dy)
     return Verdict(
-        errors, asked, sampling_allowance(errors), float(off), zero_order_budget(reliefs, len(table.zero_order), asked),
-        _rings(table, truth), [t.w for t in truth], step_m, time.perf_counter() - started,
-    )  # fmt: skip
+        errors=errors,
+        asked=asked,
+        allowance=sampling_allowance(errors),
+        zero_order_dy=float(off),
+        zero_order_budget=zero_order_budget(reliefs, len(table.zero_order), asked),
+        rings=_rings(table, truth),
+        w=[t.w for t in truth],
+        step_m=step_m,
+        seconds=time.perf_counter() - started,
+    )
 
 
 def _refuse_another_surface(bake: Path, record: dict, height_maps: Sequence[HeightMap]) -> None:
@@ -149,13 +170,18 @@ def _refuse_another_surface(bake: Path, record: dict, height_maps: Sequence[Heig
 
 
 def default_step(sigma_b: float) -> float:
-    """Wavelength step in metres: an order at |u| = 1 moves by at most one sigma_b a step, and a Gaussian summed at that
-    spacing is flat to 5e-9; from 1 nm, to 3 nm for the observer's sake."""
+    """Wavelength step in metres for a kernel of sigma_b.
+
+    An order at |u| = 1 moves by at most one sigma_b from one wavelength to the next, and a sum of Gaussians at that
+    spacing is flat to 5e-9. The step is at least 1 nm, and at most 3 nm so that it resolves the observer."""
     return float(np.clip(WAVELENGTH_MIN_M * sigma_b, 1e-9, 3e-9))
 
 
-def truths(table: Table, reliefs: Sequence[Relief], groups: int, pairs: int, step_m: float, progress) -> list[Truth]:
-    """What a table should hold at `groups` values of w, up to `pairs` direction pairs each, within what it covers."""
+def truths(
+    table: Table, reliefs: Sequence[Relief], *, groups: int, pairs: int, step_m: float, progress: Progress = silent
+) -> list[Truth]:
+    """The colours that a table should hold, at `groups` values of w and up to `pairs` direction pairs each, all within
+    the region and the range of w that the table covers."""
     rng = np.random.default_rng(_SEED)
     found = []
     for k, w in enumerate(_draw_w(table.w_range, groups, rng)):
@@ -170,7 +196,8 @@ def truths(table: Table, reliefs: Sequence[Relief], groups: int, pairs: int, ste
 
 
 def _draw_w(w_range: tuple[float, float], count: int, rng: np.random.Generator) -> np.ndarray:
-    """w (count,) as two cosine-weighted directions have it, one from each quantile of what lies in the range."""
+    """w (count,), distributed as for two cosine-weighted directions: one from each of `count` quantiles in the
+    range."""
     low, high = w_range
     every = np.sort(draw_w(4096, rng))
     inside = every[(every >= low) & (every <= high)]
@@ -184,33 +211,41 @@ def _measured(table: Table, truth: list[Truth]) -> Errors:
 
 
 def sampling_allowance(errors: Errors) -> float:
-    """Two standard deviations of a 99th percentile of that many pairs: sqrt(0.99 0.01 / n) over the density there, that
-    of an exponential tail through p95 and p99."""
+    """Two standard deviations of a 99th percentile that is estimated from n pairs.
+
+    One standard deviation is sqrt(0.99 0.01 / n) over the probability density at the percentile. The density is that of
+    an exponential tail through p95 and p99."""
     tail = (errors.p99 - errors.p95) / math.log(5)
     return 2 * tail * math.sqrt(0.99 * 0.01 / errors.pairs) / 0.01
 
 
 def zero_order_budget(reliefs: Sequence[Relief], samples: int, asked: float) -> float:
-    """The largest |dY| of the zero order: a half float's step, what B-splines over its samples smooth off a curve of
-    variance sigma^2 of the heights, |Z''| h^2 / 6 <= (2 pi sigma / lambda)^2 h^2 / 3, and the expansion's tolerance; as
-    many times as dE00 is asked above 1."""
+    """The largest |dY| of the zero order that passes: the sum of three errors, multiplied by `asked` where it is above
+    1.
+
+    They are a half float's rounding; what B-splines over samples h apart smooth off Z(w), which is at most
+    |Z''| h^2 / 6 <= (2 pi sigma / lambda)^2 h^2 / 3 for heights of variance sigma^2; and the expansion's tolerance."""
     step = 2 / (samples - 1)
     variance = max(np.average(relief.height_m**2, weights=relief.apodisation**2) for relief in reliefs)
     bend = (2 * np.pi / WAVELENGTH_MIN_M) ** 2 * variance * step**2 / 3
     return max(1.0, asked) * float(_HALF_STEP + bend + _EXPANSION)
 
 
-def _rings(table: Table, truth: list[Truth]) -> list[dict]:
-    """Of each ring of sqrt(u^2 + v^2): its pairs, its share of the light, and |dY| relative to that."""
+def _rings(table: Table, truth: list[Truth]) -> list[Ring]:
     parts = [[_in_ring(t, low, high) for t in truth] for low, high in zip(RINGS, RINGS[1:], strict=False)]
     light = [sum(float(t.pairs.radiance_factor() @ t.scattered_xyz[:, 1]) / t.w**2 for t in part) for part in parts]
     found = []
     for low, high, part, lit in zip(RINGS, RINGS[1:], parts, light, strict=False):
         pairs = sum(len(t.scattered_xyz) for t in part)
-        found.append({
-            "u_from": low, "u_to": high, "pairs": pairs, "light": lit / max(sum(light), np.finfo(float).tiny),
-            "relative_dy": _measured(table, part).relative_dy if pairs else 0.0,
-        })  # fmt: skip
+        found.append(
+            Ring(
+                u_from=low,
+                u_to=high,
+                pairs=pairs,
+                light=lit / max(sum(light), np.finfo(float).tiny),
+                relative_dy=_measured(table, part).relative_dy if pairs else 0.0,
+            )
+        )
     return found
 
 

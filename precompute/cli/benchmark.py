@@ -9,33 +9,37 @@ from ..base.files import write_whole
 from ..study import plots
 from ..study.benchmark import page
 from ..study.benchmark import run as benchmark
-from ..study.benchmark.figures import summary
 from ..study.benchmark.pictures import PAGE, write_pictures
 from ..study.benchmark.surfaces import FULL, QUICK, SHARED
+from ..study.benchmark.tables import summary
 from .output import Progress, emit
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `benchmark`."""
-    parser.add_argument("--quick", action="store_true", help="a minute's run of small pieces: a trial, no result")
+    parser.add_argument(
+        "--quick", action="store_true", help="a trial of a minute with small pieces, whose numbers are no result"
+    )
     parser.add_argument(
         "-o", "--output", type=Path, default=Path("benchmark"), metavar="DIR",
         help=f"folder for {PAGE} and its pictures; default benchmark",
     )  # fmt: skip
-    parser.add_argument("--shared", type=Path, metavar="DIR", help="real scans; default ../shared/data, if there")
+    parser.add_argument(
+        "--shared", type=Path, metavar="DIR", help="folder of real scans; default ../shared/data, if it exists"
+    )
     parser.add_argument("--json", metavar="FILE|-", help="write the result as JSON")
     parser.add_argument("--progress", choices=("text", "json", "none"), default="text", help=argparse.SUPPRESS)
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """The `benchmark` verb: the table, the page and its pictures."""
+    """The `benchmark` verb: print the table, write the page and its pictures."""
     if arguments.shared is not None and not arguments.shared.is_dir():
         raise GratingError(f"{arguments.shared}: there is no such folder; leave --shared out for the sample surfaces")
     plots.pyplot()
     effort = QUICK if arguments.quick else FULL
-    facts = benchmark.run(effort, arguments.shared or SHARED, Progress(arguments.progress))
-    pictures = write_pictures(facts, arguments.output / "images")
+    result = benchmark.run(effort, arguments.shared or SHARED, Progress(arguments.progress))
+    pictures = write_pictures(result, arguments.output / "images")
     file = arguments.output / PAGE
-    write_whole(file, lambda path: path.write_text(page.text(facts), encoding="utf-8"))
-    facts["files"] = [str(file), *map(str, pictures)]
-    emit(facts, arguments.json, lambda: "\n".join([summary(facts), *facts["files"]]))
+    write_whole(file, lambda path: path.write_text(page.text(result), encoding="utf-8"))
+    files = [str(file), *map(str, pictures)]
+    emit({**result.as_dict(), "files": files}, arguments.json, lambda: "\n".join([summary(result), *files]))

@@ -5,6 +5,7 @@ import argparse
 from pathlib import Path
 
 from ..methods import dft_images
+from ..methods.registry import SHADER_METHODS
 from .arguments import add_input, check_sampling, coherence_argument, height_map_of, period_of
 from .output import Progress, emit
 
@@ -14,21 +15,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_input(parser)
     parser.add_argument("-o", "--output", required=True, type=Path, metavar="DIR", help="folder for the images")
     parser.add_argument(
-        "--method", choices=dft_images.DFT_METHODS, default="flss",
-        help="that will read them; chebyshev is FLSS for reliefs too deep for Taylor's series; default flss",
+        "--method", choices=SHADER_METHODS, default="flss",
+        help="the method that will read the images; chebyshev is FLSS for reliefs too deep for Taylor's series; "
+        "default flss",
     )  # fmt: skip
     parser.add_argument("--terms", type=int, metavar="N", help="terms of the expansion; default: by error bound")
     parser.add_argument("--step-nm", type=float, default=5.0, metavar="NM", help="wavelength step; default 5")
     parser.add_argument(
         "--texels", type=int, choices=(0, *range(1, 32, 2)), default=3, metavar="N",
-        help="read, a side, odd; 0: as many as the window reaches; default 3",
+        help="texels that the shader reads along each axis, odd; 0: as many as the window reaches; default 3",
     )  # fmt: skip
     parser.add_argument("--coherence-um", type=coherence_argument, default=65.0, metavar="UM", help="default 65")
-    parser.add_argument("--period-nm", type=float, metavar="NM", help="of the grating (nmm); default: found")
+    parser.add_argument(
+        "--period-nm", type=float, metavar="NM", help="period of the grating (nmm); default: it is found"
+    )
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """The `dft` verb: transform, write."""
+    """The `dft` verb: transform the terms and write their images."""
     check_sampling(arguments)
     settings = dft_images.settings_for(
         coherence_length_m=None if arguments.coherence_um is None else arguments.coherence_um * 1e-6,
@@ -37,8 +41,10 @@ def run(arguments: argparse.Namespace) -> None:
         texels=arguments.texels,
         period_m=period_of(arguments),
     )
-    facts = dft_images.images_to_folder(
-        height_map_of(arguments), arguments.method, settings, arguments.output, Progress(arguments.progress)
-    )
-    size = facts["image_bytes"] / 2**20
-    emit(facts, arguments.json, lambda: f"{facts['files'][0]}: {facts['terms']} terms, {size:.0f} MiB")
+    written = dft_images.images_to_folder(
+        height_map_of(arguments), arguments.method, settings, folder=arguments.output,
+        progress=Progress(arguments.progress),
+    )  # fmt: skip
+    size = written.image_bytes / 2**20
+    summary = f"{written.files[0]}: {written.layout.terms} terms, {size:.0f} MiB"
+    emit(written.as_dict(), arguments.json, lambda: summary)

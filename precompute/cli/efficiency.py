@@ -24,8 +24,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """The `efficiency` verb."""
     found = efficiency.efficiencies(
-        arguments.profile, arguments.period_um * 1e-6, arguments.depth_nm * 1e-9, arguments.wavelength_nm * 1e-9,
-        np.radians(arguments.theta_i), arguments.orders, arguments.samples,
+        arguments.profile, period_m=arguments.period_um * 1e-6, depth_m=arguments.depth_nm * 1e-9,
+        wavelength_m=arguments.wavelength_nm * 1e-9, theta_i=np.radians(arguments.theta_i), orders=arguments.orders,
+        samples=arguments.samples,
     )  # fmt: skip
     lines = [f"{o.order:+3d}  computed {o.computed:.9f}  analytic {o.analytic:.9f}  error {o.error:.1e}" for o in found]
     emit({"orders": [o.as_dict() for o in found]}, arguments.json, lambda: "\n".join(lines))

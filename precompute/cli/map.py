@@ -10,35 +10,42 @@ from ..bake.ensemble import bake, plan
 from ..bake.request import BakeRequest
 from ..base.failure import GratingError
 from ..base.files import write_whole
+from ..methods import baked, exact
 from ..methods.method import Settings
-from ..methods.registry import METHODS
+from ..methods.registry import MAP_METHODS, METHODS
 from ..study import brdf_map
 from ..surface.relief import Relief, prepare
 from ..table import atlas, atlas_file
 from .arguments import add_input, check_sampling, coherence_argument, existing_bake, height_map_of, period_of
 from .output import Progress, emit
 
-# The patch model's reference sums every pixel anew for every direction: hours for a picture.
-MAP_METHODS = tuple(name for name in METHODS if name != "reference-patch")
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `map`."""
     add_input(parser)
     parser.add_argument("-o", "--output", required=True, type=Path, metavar="PNG|EXR")
-    parser.add_argument("--method", choices=MAP_METHODS, default="bake")
+    parser.add_argument("--method", choices=MAP_METHODS, default=baked.ENTRY.name)
     parser.add_argument(
         "--theta-i", type=float, default=0.0, metavar="DEG", help="angle of the light, from -x; default 0"
     )
     parser.add_argument("--step-nm", type=float, default=5.0, metavar="NM", help="wavelength step; default 5")
     parser.add_argument("--terms", type=int, metavar="N", help="terms of Taylor or Chebyshev; default: by error bound")
-    parser.add_argument("--precision", choices=("float32", "float64"), default="float32", help="of those terms")
-    parser.add_argument("--centred", action="store_true", help="Taylor about the middle of the relief, not its floor")
-    parser.add_argument("--period-nm", type=float, metavar="NM", help="of the grating (nmm, stam, gem); default: found")
+    parser.add_argument(
+        "--precision", choices=("float32", "float64"), default="float32", help="of the terms of Taylor and Chebyshev"
+    )
+    parser.add_argument(
+        "--centred", action="store_true", help="Taylor about the middle of the relief, not its lowest point"
+    )
+    parser.add_argument(
+        "--period-nm", type=float, metavar="NM", help="period of the grating (nmm, stam, gem); default: it is found"
+    )
     parser.add_argument("--size", type=int, default=512, metavar="PIXELS")
     parser.add_argument("--coherence-um", type=coherence_argument, default=None, metavar="auto|UM")
     parser.add_argument(
-        "--form", choices=("conserving", "stam"), default="conserving", help="limited to the light received, or not"
+        "--form",
+        choices=("conserving", "stam"),
+        default="conserving",
+        help="whether the map reflects at most the light that it receives",
     )
     parser.set_defaults(output_is_file=True)
 
@@ -65,29 +72,29 @@ def brdf_map_of(arguments, progress: Progress) -> tuple[np.ndarray, str]:
     theta_i, conserving = np.radians(arguments.theta_i), arguments.form == "conserving"
     file = existing_bake(arguments.file)
     if file is not None:
-        if arguments.method != "bake":
+        if arguments.method != baked.ENTRY.name:
             raise GratingError(
                 f"{file}: a bake no longer holds the surface; give --method {arguments.method} the height map"
             )
-        baked, _ = atlas_file.read(file)
-        return brdf_map.from_bake(baked, arguments.size, theta_i, conserving), baked.illuminant
+        table, _ = atlas_file.read(file)
+        return brdf_map.from_bake(table, arguments.size, theta_i, conserving=conserving), table.illuminant
     length_m = None if arguments.coherence_um is None else arguments.coherence_um * 1e-6
     relief = prepare(height_map_of(arguments))
-    if arguments.method == "bake":
-        baked = atlas.unpack(*atlas.pack(bake(relief, BakeRequest(coherence_length_m=length_m), progress=progress)))
-        return brdf_map.from_bake(baked, arguments.size, theta_i, conserving), baked.illuminant
-    if arguments.method != "reference":
+    if arguments.method == baked.ENTRY.name:
+        table = atlas.unpack(*atlas.pack(bake(relief, BakeRequest(coherence_length_m=length_m), progress=progress)))
+        return brdf_map.from_bake(table, arguments.size, theta_i, conserving=conserving), table.illuminant
+    if arguments.method != exact.Ensemble.name:
         return method_map(relief, length_m, arguments, progress), "D65"
     sigma_b = plan(relief, BakeRequest(coherence_length_m=length_m)).sigma_b
     xyz = brdf_map.from_reference(
-        relief, sigma_b, arguments.size, theta_i, arguments.step_nm * 1e-9,
-        tick=lambda done, total: progress("reference", done / total), conserving=conserving,
+        relief, sigma_b, arguments.size, theta_i=theta_i, step_m=arguments.step_nm * 1e-9, conserving=conserving,
+        progress=progress,
     )  # fmt: skip
     return xyz, "D65"
 
 
 def method_map(relief: Relief, length_m: float | None, arguments, progress: Progress) -> np.ndarray:
-    """Map (size, size, 3) in XYZ by one of METHODS."""
+    """Map (size, size, 3) in XYZ by one of METHODS, in Stam's form."""
     settings = Settings(
         coherence_length_m=length_m,
         terms=arguments.terms,
@@ -97,14 +104,11 @@ def method_map(relief: Relief, length_m: float | None, arguments, progress: Prog
         period_m=period_of(arguments),
     )
     method = METHODS[arguments.method](relief, settings)
-    return brdf_map.from_method(
-        method, arguments.size, np.radians(arguments.theta_i),
-        tick=lambda done, total: progress(arguments.method, done / total),
-    )  # fmt: skip
+    return brdf_map.from_method(method, arguments.size, np.radians(arguments.theta_i), progress=progress)
 
 
 def write_picture(path: Path, xyz: np.ndarray, illuminant: str) -> None:
-    """PNG, or EXR of linear Rec.709."""
+    """Write XYZ (size, size, 3) as a PNG to look at, or as an EXR of linear Rec.709."""
     if path.suffix.lower() == ".png":
         from PIL import Image
 

@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The figures of error (DESIGN 6), whatever made the truth and whatever is judged: metric.py measures by them against
-the reference, check.py against a truth of its own.
+"""The error metrics (docs/theory.md), the same for every truth and every candidate. The bake's own check and the
+benchmark measure against the reference (precompute/reference), `check` against direct sums of its own.
 
-Radiance under unit irradiance, Fresnel and obliquity included; CIEDE2000 at four exposures; the worst exposure is the
-figure. The zero order is measured apart.
+Colours are radiance under unit irradiance, with Fresnel reflectance and obliquity. CIEDE2000 is taken at four
+exposures, and the worst exposure counts. The zero order is measured apart.
 
-The form is Stam's: the energy-conserving one divides reference and candidate by the same number, which leaves every
-relative error as it is and needs an albedo that most methods do not have.
+The obliquity is Stam's. The energy-conserving form divides reference and candidate by the same number, which changes no
+relative error; it would need an albedo, which most methods do not have.
 """
 
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
@@ -18,18 +19,26 @@ from ..colour.observer import white_xyz
 from .pairs import Pairs
 
 EXPOSURE_PERCENTILES = (50, 90, 99, 99.9)
-
-
+# A pair counts at an exposure if the Y of the reference or of the candidate is in this range.
 COUNTED_Y = (0.002, 1.0)
-
-
 # Radiance under unit irradiance that is rounding alone: phasors are exact to 1e-16, and power is their square.
 _DARK_Y = 1e-15
 
 
+# candidate(u (n,), v (n,), w): scattered XYZ over w^2 (n, 3), and the zero order's XYZ (3,).
+Candidate = Callable[[np.ndarray, np.ndarray, float], tuple[np.ndarray, np.ndarray]]
+
+
 @dataclass(frozen=True)
 class Errors:
-    """Colour errors of one candidate: CIEDE2000 at the worst exposure, |dY| relative to Y, zero order's |dY|."""
+    """Error metrics of one candidate.
+
+    mean, p95, p99, max  CIEDE2000 at the worst exposure
+    relative_dy          sum of |dY| over the sum of Y
+    relative_rms         rms of dY over the rms of Y
+    zero_order_dy        largest |dY| of the zero order
+    pairs                number of direction pairs
+    """
 
     mean: float
     p95: float
@@ -41,10 +50,11 @@ class Errors:
     pairs: int
 
     def as_dict(self) -> dict[str, float]:
+        """Ready for JSON."""
         return asdict(self)
 
     def worse_by(self, delta_e: float, relative: float) -> "Errors":
-        """With an error that was measured apart: of colour, and relative in luminance."""
+        """These errors with others added that were measured apart: delta_e of colour, `relative` of luminance."""
         colour = {name: getattr(self, name) + delta_e for name in ("mean", "p95", "p99", "max")}
         light = {name: getattr(self, name) + relative for name in ("relative_dy", "relative_rms")}
         return replace(self, **colour, **light)
@@ -52,7 +62,7 @@ class Errors:
 
 @dataclass(frozen=True)
 class Truth:
-    """The reference's answer for one w: pairs, scattered XYZ (n, 3) and the zero order's XYZ (3,)."""
+    """The right answer at one w: direction pairs, their scattered XYZ (n, 3), and the zero order's XYZ (3,)."""
 
     w: float
     pairs: Pairs
@@ -60,8 +70,8 @@ class Truth:
     zero_order_xyz: np.ndarray
 
 
-def measure(truth: list[Truth], candidate, illuminant: str = "D65") -> Errors:
-    """Errors of candidate(u, v, w) -> (scattered XYZ / w^2 (n, 3), zero order's XYZ (3,))."""
+def measure(truth: list[Truth], candidate: Candidate, illuminant: str = "D65") -> Errors:
+    """Errors of a candidate against the truth. A candidate that answers with NaN or infinity has infinite errors."""
     reference, answer, drawn, zero = [], [], [], []
     for t in truth:
         factor = t.pairs.radiance_factor()[:, None]
@@ -72,15 +82,15 @@ def measure(truth: list[Truth], candidate, illuminant: str = "D65") -> Errors:
         zero.append(abs(zero_order[1] - t.zero_order_xyz[1]))
     reference, answer, drawn = (np.concatenate(parts) for parts in (reference, answer, drawn))
     if np.isfinite(answer).all():
-        figures = worst_exposure(reference, answer, drawn, white_xyz(illuminant))
+        colour = worst_exposure(reference, answer, drawn, white_xyz(illuminant))
     else:
-        figures = dict.fromkeys(("mean", "p95", "p99", "max"), float("inf"))
-    # Relative to nothing, or to a rounding, no error is small: then it is told as it is.
+        colour = dict.fromkeys(("mean", "p95", "p99", "max"), float("inf"))
+    # Where the truth is dark but for rounding, a relative error means nothing, and the absolute one is given.
     total = reference[:, 1].sum() if reference[:, 1].max(initial=0) > _DARK_Y else 0.0
     dy = answer[:, 1] - reference[:, 1]
     rms = np.sqrt(np.mean(reference[:, 1] ** 2)) if total > 0 else 0.0
     return Errors(
-        **figures,
+        **colour,
         relative_dy=float(np.abs(dy).sum() / total) if total > 0 else float(np.abs(dy).sum()),
         relative_rms=float(np.sqrt(np.mean(dy**2)) / rms) if rms > 0 else float(np.sqrt(np.mean(dy**2))),
         zero_order_dy=float(max(zero)),
@@ -88,12 +98,15 @@ def measure(truth: list[Truth], candidate, illuminant: str = "D65") -> Errors:
     )
 
 
-def worst_exposure(reference, answer, drawn, white) -> dict[str, float]:
-    """CIEDE2000's mean, p95, p99 and max of radiance (n, 3) in XYZ against a reference, at the worst of the exposures
-    that put a percentile of the reference's Y, over the pairs drawn (n,) from its spectrum, at 1."""
+def worst_exposure(reference: np.ndarray, answer: np.ndarray, drawn: np.ndarray, white: np.ndarray) -> dict[str, float]:
+    """Mean, p95, p99 and max of the CIEDE2000 between two radiances (n, 3) in XYZ, at the exposure with the largest
+    p99.
+
+    Each exposure puts one of EXPOSURE_PERCENTILES of the reference's Y at 1. The percentiles are taken over the pairs
+    that the mask `drawn` (n,) marks as drawn from the reference's spectrum. white (3,) is the XYZ of white."""
     worst = {"mean": 0.0, "p95": 0.0, "p99": 0.0, "max": 0.0}
     levels = np.percentile(reference[drawn, 1], EXPOSURE_PERCENTILES) if drawn.any() else np.zeros(1)
-    # A surface that scatters nothing, but for the square of a rounding, is judged as it is lit.
+    # A surface that scatters nothing but rounding is judged at the exposure of its illumination.
     for level in levels[levels > _DARK_Y] if levels.max() > _DARK_Y else [1.0]:
         ref, ans = reference / level, answer / level
         low, high = COUNTED_Y
@@ -104,6 +117,6 @@ def worst_exposure(reference, answer, drawn, white) -> dict[str, float]:
             continue
         de = delta_e_2000(lab(ref[counted], white), lab(ans[counted], white))
         p95, p99 = np.percentile(de, [95, 99])
-        figures = {"mean": float(de.mean()), "p95": float(p95), "p99": float(p99), "max": float(de.max())}
-        worst = max(worst, figures, key=lambda f: f["p99"])
+        found = {"mean": float(de.mean()), "p95": float(p95), "p99": float(p99), "max": float(de.max())}
+        worst = max(worst, found, key=lambda each: each["p99"])
     return worst

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pairs of directions on which an error is measured."""
+"""The pairs of directions on which an error is measured."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,8 @@ from ..optics.region import Region
 
 @dataclass(frozen=True)
 class Pairs:
-    """Direction pairs of equal w: wi, wr (n, 3); `drawn` (n,) marks those drawn from the reference's spectrum."""
+    """Unit vectors wi, wr (n, 3) to the light and to the viewer, all of one w; the mask `drawn` (n,) marks the pairs
+    that were drawn from the truth's spectrum."""
 
     wi: np.ndarray
     wr: np.ndarray
@@ -20,34 +21,37 @@ class Pairs:
 
     @property
     def u(self) -> np.ndarray:
+        """(n,), the component along T of wi + wr."""
         return self.wi[:, 0] + self.wr[:, 0]
 
     @property
     def v(self) -> np.ndarray:
+        """(n,), the component along B of wi + wr."""
         return self.wi[:, 1] + self.wr[:, 1]
 
     def within(self, region: Region) -> "Pairs":
-        """Those of u and v inside a region."""
+        """The pairs whose u and v lie in a region."""
         return self.only(region.contains(self.u, self.v))
 
     def only(self, kept: np.ndarray) -> "Pairs":
-        """Those that a mask (n,) keeps."""
+        """The pairs that a mask (n,) keeps."""
         return Pairs(self.wi[kept], self.wr[kept], self.drawn[kept])
 
     def radiance_factor(self) -> np.ndarray:
-        """R * O * cos(ti) * w^2 (n,): what turns scattered XYZ over w^2 into radiance under unit irradiance."""
+        """R * O * cos(ti) * w^2 (n,), which turns scattered XYZ over w^2 into radiance under unit irradiance."""
         reflectance = fresnel_reflectance(half_angle_cosine(self.wi, self.wr))
         return reflectance * obliquity_times_cosine_and_w2(self.wi, self.wr)
 
 
 def draw_w(count: int, rng: np.random.Generator) -> np.ndarray:
-    """w (count,) as two cosine-weighted directions have it, one from each quantile so that few cover the range."""
+    """w (count,), distributed as for two cosine-weighted directions: one from each of `count` quantiles, so that a few
+    values cover the range."""
     sums = np.sort(np.sqrt(rng.random((4096, 2))).sum(axis=1))
     return sums[((np.arange(count) + rng.random(count)) / count * len(sums)).astype(int)]
 
 
 def cosine_weighted(w: float, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """wi, wr (count, 3) of cos(ti) + cos(tr) = w, each cosine weighted, of any azimuth."""
+    """wi, wr (count, 3) with cos(ti) + cos(tr) = w, each cosine weighted, at random azimuths."""
     low, high = max(0.0, w - 1), min(1.0, w)
     candidates = rng.uniform(low, high, 64 * count)
     # Density of a cosine-weighted cosine c is 2 c, and its partner is w - c; their product peaks at w / 2.
@@ -63,7 +67,9 @@ def _direction(cosine: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
 
 
 def pair_about(half: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Unit pairs (n, 3) whose sums are the half vectors (n, 3), both above the surface, otherwise at random."""
+    """Random unit vectors wi, wr, both above the surface, whose sums are the half vectors (n, 3).
+
+    Up to n pairs are returned: a half vector for which 200 trials find no pair is left out."""
     length = np.linalg.norm(half, axis=1, keepdims=True)
     axis = half / length
     side = np.cross(axis, np.where(np.abs(axis[:, :1]) < 0.7, [[1.0, 0, 0]], [[0, 1.0, 0]]))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The one measure of error: how far a method's colours are from the reference's, as an eye would see them (DESIGN 6).
+"""The truth that a bake is measured against: the reference's colours on drawn direction pairs (docs/theory.md).
 
-Direction pairs in groups of equal w: half cosine weighted, half drawn from the reference's own spectrum, since random
-directions rarely meet a narrow order. The figures are those of figures.py.
+The pairs come in groups of equal w. Half of a group is cosine weighted, and half is drawn from the reference's
+spectrum, because random directions rarely meet a narrow order. errors.py measures a candidate on them.
 """
 
 from collections.abc import Callable
@@ -17,12 +17,13 @@ from ..surface.relief import Relief
 from .errors import Truth
 from .pairs import Pairs, cosine_weighted, draw_w, pair_about
 
-# Power per bin (ny, nx) at s in cycles per metre, and the bins' grid.
+# spectrum(s in cycles per metre): power per bin (ny, nx), and the grid of the bins.
 Spectrum = Callable[[float], tuple[np.ndarray, FrequencyGrid]]
 
 
 def draw_pairs(spectrum: Spectrum, sigma_b: float, w: float, count: int, rng: np.random.Generator) -> Pairs:
-    """`count` pairs of cos(ti) + cos(tr) = w, the first half cosine weighted, the second from the spectrum."""
+    """`count` pairs with cos(ti) + cos(tr) = w: the first half cosine weighted, the second drawn from the spectrum
+    under a kernel of sigma_b. There are fewer if the spectrum is dark or mostly past the horizon."""
     cosine = cosine_weighted(w, count // 2, rng)
     spectral = _spectrum_weighted(spectrum, sigma_b, w, count - count // 2, rng)
     wi, wr = (np.concatenate(halves) for halves in zip(cosine, spectral, strict=True))
@@ -31,11 +32,12 @@ def draw_pairs(spectrum: Spectrum, sigma_b: float, w: float, count: int, rng: np
 
 
 def _spectrum_weighted(spectrum, sigma_b, w, count, rng) -> tuple[np.ndarray, np.ndarray]:
-    """Half vectors drawn from the scattered power times luminance, jittered by the kernel, each with a random pair."""
+    """Pairs whose half vectors are drawn from the scattered power times luminance and then moved at random by the
+    kernel."""
     lambdas = wavelengths(20e-9)
     luminance = spectral_weights(lambdas)[:, 1]
     half = []
-    # Four times as many as are wanted: half vectors past the horizon are thrown away.
+    # Four times `count` are drawn, because half vectors past the horizon are thrown away.
     for lam, share in zip(lambdas, rng.multinomial(4 * count, luminance / luminance.sum()), strict=True):
         if share == 0:
             continue
@@ -58,26 +60,14 @@ def truths(
     relief: Relief, sigma_b: float, w_count: int, pairs_each: int, step_m: float, *, seed: int = 0,
     progress: Progress = silent,
 ) -> list[Truth]:  # fmt: skip
-    """The reference at w_count random w, pairs_each direction pairs each."""
+    """The reference at w_count random values of w, on pairs_each direction pairs each, in wavelength steps of
+    step_m."""
     rng = np.random.default_rng(seed)
     grid = reference_grid(relief, sigma_b)
     found = []
     for k, w in enumerate(draw_w(w_count, rng)):
         pairs = draw_pairs(lambda s: (scattered_spectrum(relief, s, grid)[0], grid), sigma_b, w, pairs_each, rng)
-
-        found.append(
-            Truth(
-                w,
-                pairs,
-                *reference_xyz(
-                    relief,
-                    pairs.u,
-                    pairs.v,
-                    w=w,
-                    sigma_b=sigma_b,
-                    step_m=step_m,
-                    progress=part_of(progress, "reference", done=k, total=w_count),
-                ),
-            )
-        )
+        told = part_of(progress, "reference", done=k, total=w_count)
+        colours = reference_xyz(relief, pairs.u, pairs.v, w=w, sigma_b=sigma_b, step_m=step_m, progress=told)
+        found.append(Truth(w, pairs, *colours))
     return found

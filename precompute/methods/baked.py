@@ -1,30 +1,36 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The bake, as the materials read it, among the other methods."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from ..bake.ensemble import bake
+from ..bake.ensemble import bake, plan
+from ..bake.make import make
 from ..bake.request import BakeRequest
+from ..bake.tiles import carry_out
 from ..base.failure import GratingError
 from ..surface.relief import Relief
 from ..table import atlas
 from ..table.table import Table
-from .method import Settings
+from ..table.tiling import BYTES_PER_TEXEL
+from .entry import Extent, MethodEntry, PlotStyle, Trial
+from .method import Method, Settings
 
 
 @dataclass(frozen=True)
-class Baked:
-    """A table as its file holds it, in half floats."""
+class Baked(Method):
+    """A table as its file holds it, in half floats. `table_bytes` is what Blender holds of it."""
 
     table: Table
     settings: Settings
+    table_bytes: int = 0
     name: str = "bake"
     coherence: str = "ensemble"
 
     def density(self, u, v, w, wavelength_m) -> np.ndarray:
-        """Never: raises GratingError."""
+        """Always raises GratingError: a bake has no spectrum."""
         raise GratingError("bake: it holds colours, not spectra; compare its colours, or take another method")
 
     def xyz(self, u, v, w) -> np.ndarray:
@@ -35,6 +41,41 @@ class Baked:
 
 
 def build(relief: Relief, settings: Settings) -> Baked:
-    """Bake a relief, through the half floats of the atlas."""
-    table = bake(relief, BakeRequest(coherence_length_m=settings.coherence_length_m, illuminant=settings.illuminant))
-    return Baked(atlas.unpack(*atlas.pack(table)), settings)
+    """Bake a relief, through the half floats of the atlas; its error is not measured."""
+    request = BakeRequest(coherence_length_m=settings.coherence_length_m, illuminant=settings.illuminant)
+    return _stored(bake(relief, request), settings)
+
+
+def build_checked(relief: Relief, settings: Settings, source: str, *, delta_e: float) -> Baked:
+    """As the verb `bake` does: measured, and refined where it misses delta_e. Raises GratingError, naming `source`, for
+    a colour difference that cannot be kept."""
+    made = make([relief], BakeRequest(delta_e, settings.coherence_length_m), source=source)
+    return Baked(made.table, settings, made.blender_bytes)
+
+
+def build_varied(
+    relief: Relief, settings: Settings, source: str, *, delta_e: float, terms: int | None = None, finer: float = 1.0
+) -> Baked:
+    """A bake whose plan is changed: another number of terms, or texels `finer` times as small. It is not measured."""
+    request = BakeRequest(delta_e=delta_e, coherence_length_m=settings.coherence_length_m)
+    chosen = plan(relief, request, finer=finer)
+    return _stored(carry_out(replace(chosen, terms=terms or chosen.terms)), settings)
+
+
+def _stored(table: Table, settings: Settings) -> Baked:
+    image, layout = atlas.pack(table)
+    return Baked(atlas.unpack(image, layout), settings, layout.width * layout.height * BYTES_PER_TEXEL)
+
+
+def _trials(extent: Extent) -> list[Trial]:
+    found = [Trial(f"dE {de:g}", build=partial(build_checked, delta_e=de)) for de in extent.delta_es]
+    if extent.sweeps:
+        varied = partial(build_varied, delta_e=1.0)
+        found += [Trial(f"dE 1, K {k}", build=partial(varied, terms=k)) for k in (2, 3, 4, 6, 8)]
+        found += [Trial(f"dE 1, texels x {f:g}", build=partial(varied, finer=f)) for f in (0.6, 1.6)]
+    return found
+
+
+ENTRY = MethodEntry(
+    "bake", "ensemble", build, PlotStyle("C0", "o", first=True), has_spectrum=False, trials=_trials
+)  # fmt: skip

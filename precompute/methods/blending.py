@@ -9,9 +9,10 @@ THESIS_DIFFUSE_WEIGHT = 0.1
 def blend_texture(
     diffraction: np.ndarray, texture: np.ndarray, fresnel: np.ndarray, diffuse_weight: float = THESIS_DIFFUSE_WEIGHT
 ) -> np.ndarray:
-    """Colour (..., 3) of diffraction (..., 3) over texture (..., 3), all linear, fresnel (...,) of any sign:
+    """Colour (..., 3) of diffraction (..., 3) over texture (..., 3), all linear, with fresnel (...,) of any sign:
 
-    (1 - wd) diffraction + (1 - alpha) texture + wd texture, alpha = min(|fresnel|, 1). The weights add up to more than
-    1 where alpha < 1 - wd: energy is not conserved, which is the thesis's."""
+    (1 - wd) diffraction + (1 - alpha) texture + wd texture, alpha = min(|fresnel|, 1).
+
+    The weights add up to 2 - alpha, so that energy is not conserved where alpha < 1. The thesis has it so."""
     alpha = np.minimum(np.abs(fresnel), 1)[..., None]
     return (1 - diffuse_weight) * diffraction + (1 - alpha + diffuse_weight) * texture

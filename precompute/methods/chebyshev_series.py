@@ -16,17 +16,24 @@ import numpy as np
 from ..colour.observer import S_MAX
 from ..maths import chebyshev
 from ..surface.relief import Relief
+from .entry import Extent, MethodEntry, PlotStyle, Trial
 from .method import Settings
-from .term_images import WindowedImages, windowed
+from .windowed_images import WindowedImages, windowed
 
 
 @dataclass(frozen=True)
 class Chebyshev:
-    """The expansion: T_n((h - middle_m) / half_range_m)."""
+    """The expansion: terms T_n((h - middle_m) / half_range_m), n = 0 .. terms - 1."""
 
     terms: int
     middle_m: float
     half_range_m: float
+    series: str = "chebyshev"
+
+    @property
+    def scale_m(self) -> float:
+        """See Expansion."""
+        return self.half_range_m
 
     def fields(self, height_m: np.ndarray) -> Iterator[np.ndarray]:
         """T_n(t) for n = 0 .. terms - 1, by the three-term recurrence."""
@@ -35,7 +42,8 @@ class Chebyshev:
     def coefficients(self, s: np.ndarray) -> np.ndarray:
         """J_0(z), 2 (-i)^n J_n(z) (m, terms), up to the phase of the middle height, which |P|^2 does not see.
 
-        Found by interpolating exp(-i z t) at enough nodes that what folds back is rounding; every z at once."""
+        They are found by interpolating exp(-i z t) at enough nodes for the aliased terms to drown in rounding. All z
+        are computed at once."""
         z = 2 * np.pi * self.half_range_m * np.asarray(s, float)
         nodes = max(self.terms, _nodes(float(z.max(initial=0))))
         values = np.exp(-1j * z[:, None] * chebyshev.nodes(nodes, -1, 1))
@@ -43,7 +51,7 @@ class Chebyshev:
 
 
 def _nodes(z: float) -> int:
-    # A whole number of z: repeated calls over the wavelengths differ little, and J_n grows with z.
+    # z is rounded up, which is safe because J_n grows with z; calls at nearby wavelengths then share their nodes.
     return chebyshev.jacobi_anger_terms(math.ceil(z), 1e-15)
 
 
@@ -63,3 +71,18 @@ def expansion_for(relief: Relief, settings: Settings, s_max: float = S_MAX) -> C
 def build(relief: Relief, settings: Settings) -> WindowedImages:
     """FLSS over Chebyshev images."""
     return windowed("chebyshev", relief, expansion_for(relief, settings), settings)
+
+
+def _trials(extent: Extent) -> list[Trial]:
+    found = [Trial(f"N auto, {nm:g} nm", {"step_m": nm * 1e-9}) for nm in extent.steps_nm]
+    found += [Trial("N auto, 5 nm, 7 x 7 texels", {"texels": 7})]
+    if extent.sweeps:
+        found += [Trial(f"N {n}, 5 nm", {"terms": n}) for n in (5, 9)]
+        found += [Trial("N auto, 5 nm, float64", {"dtype": np.float64})]
+        found += [Trial("N auto, 2 nm, 13 x 13 texels", {"texels": 13, "step_m": 2e-9})]
+    return found
+
+
+ENTRY = MethodEntry(
+    "chebyshev", "patch", build, PlotStyle("C1", "D"), in_default_evaluation=True, has_shader=True, trials=_trials
+)

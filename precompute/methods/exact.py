@@ -1,23 +1,35 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The references of both models of coherence (precompute.reference) in the shape of a method."""
+"""The references of both models of coherence (precompute/reference) in the shape of a method.
 
-from dataclasses import dataclass
+Each has two ways to its densities. `density` sums directly, which takes a transform for every pair of w and wavelength.
+`densities_in_plane` interpolates in s between exact spectra, which makes a plane of views affordable.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..maths import chebyshev
 from ..optics import coherence
 from ..reference import ensemble
-from ..reference.ensemble import reference_grid
+from ..reference.ensemble import KERNEL_REACH, reference_grid
 from ..reference.patch import PatchReference
 from ..spectra.patch_window import PatchWindow
-from ..spectra.spectrum import scattered_spectrum
+from ..spectra.resample import Resampler
+from ..spectra.series import spectrum_series
+from ..spectra.spectrum import phasor, scattered_spectrum
 from ..surface.relief import Relief
-from .method import Settings, spectral_sum
+from .entry import Extent, MethodEntry, PlotStyle, Trial
+from .method import Method, Settings
+
+# Tolerance of the interpolation in s; a test holds it against the direct sums.
+_EXACT = 1e-10
 
 
 @dataclass(frozen=True)
-class Ensemble:
-    """Power spectrum blurred by a kernel sigma_b in (u, v); one transform for every pair of w and wavelength."""
+class Ensemble(Method):
+    """The power spectrum blurred by a kernel sigma_b in (u, v); one transform for every pair of w and wavelength."""
 
     relief: Relief
     sigma_b: float
@@ -38,13 +50,34 @@ class Ensemble:
             out[at] = blurred + zero_order * kernel
         return out
 
-    def xyz(self, u, v, w) -> np.ndarray:
-        """See Method."""
-        return spectral_sum(self.density, u, v, w, self.settings)
+    def densities_in_plane(self, u: np.ndarray, w: np.ndarray, lambdas_m: np.ndarray) -> np.ndarray:
+        """See Method. The spectra are interpolated in s: every view has its own w, and one transform for each view and
+        wavelength would take hours."""
+        sigma = self.sigma_b
+        grid = reference_grid(self.relief, sigma)
+        reach = KERNEL_REACH * sigma / np.min(lambdas_m)
+        grid = replace(grid, q_y=grid.q_y[np.abs(grid.q_y) <= reach])
+        series = spectrum_series(self.relief, grid, w.max() / np.min(lambdas_m), _EXACT)
+        ascending = u[::-1]
+        rows = []
+        for lam in lambdas_m:
+            resample = Resampler(grid, ascending, np.zeros(1), lam, sigma)
+            weights = series.weights(w / lam) * (w / lam)[:, None] ** 2
+            blurred = np.stack([resample(power[resample.kept])[0, ::-1] for power in series.scattered_over_s2], axis=-1)
+            kernel = np.exp(-0.5 * (u / sigma) ** 2) / (2 * np.pi * sigma**2)
+            # Interpolation leaves some 1e-10 of the peak below zero.
+            scattered = np.maximum(np.sum(weights * blurred, axis=-1), 0)
+            rows.append(scattered + series.zero_order(w / lam) * kernel)
+        return np.stack(rows)
+
+    @property
+    def table_bytes(self) -> int:
+        """Of the heights."""
+        return self.relief.height_m.nbytes
 
 
 @dataclass(frozen=True)
-class Patch:
+class Patch(Method):
     """The direct transform of the repeated patch under its window."""
 
     window: PatchWindow
@@ -56,9 +89,25 @@ class Patch:
         """See Method; wavelength_m may be (n,)."""
         return PatchReference(self.window).density(u, v, w, wavelength_m)
 
-    def xyz(self, u, v, w) -> np.ndarray:
-        """See Method."""
-        return spectral_sum(self.density, u, v, w, self.settings)
+    def densities_in_plane(self, u: np.ndarray, w: np.ndarray, lambdas_m: np.ndarray) -> np.ndarray:
+        """See Method. The amplitudes are interpolated in s, in which the relief's height range limits their band."""
+        window, relief = self.window, self.window.relief
+        s_max = w.max() / np.min(lambdas_m)
+        count = chebyshev.jacobi_anger_terms(np.pi * s_max * relief.height_range_m, _EXACT)
+        along_b = window.waves(0, np.zeros(1))[0]
+        nodes = chebyshev.nodes(count, 0, s_max)
+        lines = np.stack([along_b @ (relief.apodisation * phasor(relief.height_m, s)) for s in nodes], axis=-1)
+        rows = []
+        for lam in lambdas_m:
+            weights = chebyshev.interpolation_matrix(w / lam, count, 0, s_max)
+            amplitude = np.sum(window.waves(1, u / lam) @ lines * weights, axis=-1)
+            rows.append(window.density_scale() * np.abs(amplitude) ** 2 / lam**2)
+        return np.stack(rows)
+
+    @property
+    def table_bytes(self) -> int:
+        """Of the heights."""
+        return self.window.relief.height_m.nbytes
 
 
 def build_ensemble(relief: Relief, settings: Settings) -> Ensemble:
@@ -71,3 +120,21 @@ def build_ensemble(relief: Relief, settings: Settings) -> Ensemble:
 def build_patch(relief: Relief, settings: Settings) -> Patch:
     """The patch model's reference."""
     return Patch(PatchWindow(relief, settings.patch_sigma_m), settings)
+
+
+def _trials(extent: Extent) -> list[Trial]:
+    return [Trial(f"{nm:g} nm", {"step_m": nm * 1e-9}) for nm in extent.steps_nm if nm >= 5]
+
+
+def _entry(name: str, coherence_model: str, build: Callable, **facts) -> MethodEntry:
+    style = PlotStyle("k", "*")
+    return MethodEntry(
+        name, coherence_model, build, style, is_reference=True, in_default_evaluation=True, **facts
+    )  # fmt: skip
+
+
+ENTRIES = (
+    _entry("reference", "ensemble", build_ensemble, trials=_trials),
+    # It sums every pixel anew for every direction: hours for a picture.
+    _entry("reference-patch", "patch", build_patch, in_maps=False),
+)

@@ -4,8 +4,9 @@
     exp(-i 2 pi s h) = sum_n (-2 pi s)^n / n! (i h)^n
 
 Heights count from the lowest point (the thesis), or from the middle of the relief, which halves z = 2 pi s max|h|.
-The terms grow to e^z / sqrt(2 pi z) before they fall, and their sum has modulus 1: all digits above that are lost. So a
-run fails in two ways: too few terms, which only costs accuracy, or too few digits, which no number of terms mends.
+The terms grow to e^z / sqrt(2 pi z) before they fall, while their sum has modulus 1: the digits above 1 cancel and are
+lost. A sum can therefore fail in two ways. Too few terms cost accuracy, and more terms mend it. Too few digits cost
+accuracy too, and no number of terms mends that.
 """
 
 import math
@@ -17,15 +18,19 @@ import numpy as np
 from ..base.failure import GratingError
 from ..colour.observer import S_MAX
 from ..surface.relief import Relief
+from .entry import Extent, MethodEntry, PlotStyle, Trial
 from .method import Settings
-from .term_images import WindowedImages, windowed
+from .windowed_images import WindowedImages, windowed
 
-# A run whose phasor is uncertain by more than this is refused.
+# A relief whose phasor would be uncertain by more than this is refused.
 LOSS_MAX = 1e-2
+# Terms of the thesis.
+THESIS_TERMS = 37
 
 
 def truncation_error(z: float, terms: int) -> float:
-    """Bound of what `terms` terms leave out of exp(-i z), z >= 0: z^N / N! (Lagrange, all derivatives of modulus 1)."""
+    """Bound of the error of exp(-i z), z >= 0, after N = `terms` terms: z^N / N! (Lagrange; all derivatives have
+    modulus 1)."""
     return math.exp(terms * math.log(z) - math.lgamma(terms + 1)) if z > 0 else 0.0
 
 
@@ -38,22 +43,24 @@ def terms_needed(z: float, tolerance: float) -> int:
 
 
 def rounding_bound(z: float, dtype: type) -> float:
-    """Bound of what cancellation costs, however many terms: half a last digit of every term, eps / 2 * e^z."""
+    """Bound of the error by cancellation, however many terms: half a last digit of every term, eps / 2 * e^z."""
     return float(np.finfo(dtype).eps) / 2 * math.exp(min(z, 700.0))
 
 
 def expected_loss(z: float, dtype: type) -> float:
-    """What cancellation costs in practice: half a last digit of the largest term, z^n / n! at n = z (Stirling)."""
+    """Error by cancellation in practice: half a last digit of the largest term, z^n / n! at n = z (Stirling)."""
     return rounding_bound(z, dtype) / math.sqrt(max(2 * math.pi * z, 1.0))
 
 
 @dataclass(frozen=True)
 class Taylor:
-    """The expansion: terms of (i h / scale_m)^n, h from origin_m; the scale keeps powers within floating point."""
+    """The expansion: terms (i h / scale_m)^n, with h counted from origin_m. The scale keeps the powers within the range
+    of floating point."""
 
     terms: int
     origin_m: float
     scale_m: float
+    series: str = "taylor"
 
     def fields(self, height_m: np.ndarray) -> Iterator[np.ndarray]:
         """(i h / scale)^n for n = 0 .. terms - 1."""
@@ -93,3 +100,20 @@ def expansion_for(relief: Relief, settings: Settings, s_max: float = S_MAX) -> T
 def build(relief: Relief, settings: Settings) -> WindowedImages:
     """FLSS of a relief. Raises GratingError for a relief that is too deep for the series."""
     return windowed("flss", relief, expansion_for(relief, settings), settings)
+
+
+def _trials(extent: Extent) -> list[Trial]:
+    wide = {"terms": THESIS_TERMS, "step_m": 5e-9}
+    found = [
+        Trial(f"N {THESIS_TERMS}, {nm:g} nm", {"terms": THESIS_TERMS, "step_m": nm * 1e-9}) for nm in extent.steps_nm
+    ]
+    found += [Trial(f"N {THESIS_TERMS}, 5 nm, float64", {"dtype": np.float64, **wide})]
+    if extent.sweeps:
+        found += [Trial(f"N {n}, 5 nm", {"terms": n}) for n in (9, 19)]
+        found += [Trial(f"N {THESIS_TERMS}, 5 nm, 7 x 7 texels", {"texels": 7, **wide})]
+    return found
+
+
+ENTRY = MethodEntry(
+    "flss", "patch", build, PlotStyle("C3", "s"), in_default_evaluation=True, has_shader=True, trials=_trials
+)

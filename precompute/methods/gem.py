@@ -13,17 +13,12 @@ from ..base.failure import GratingError
 from ..colour.working_space import rgb_from_xyz
 from ..surface.relief import Relief
 from ..surface.unit_cell import grating_period
-from .method import Settings
+from .entry import Extent, MethodEntry, PlotStyle, Trial
+from .method import Method, Settings
 
 ORDERS = 7
-
-
 _SHARPNESS = 4.0
-
-
 _CENTRES = np.array([0.75, 0.5, 0.25])
-
-
 _ROUGHNESS = 20.0
 
 
@@ -33,7 +28,7 @@ def bump(x: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Gem:
+class Gem(Method):
     """The rainbow of a grating of period_m."""
 
     period_m: float
@@ -42,7 +37,7 @@ class Gem:
     coherence: str = "ensemble"
 
     def density(self, u, v, w, wavelength_m) -> np.ndarray:
-        """Never: raises GratingError."""
+        """Always raises GratingError: the rainbow has no spectrum."""
         raise GratingError("gem: it has colours but no spectrum; leave it out of an evaluation by wavelength")
 
     def xyz(self, u, v, w) -> np.ndarray:
@@ -59,3 +54,10 @@ class Gem:
 def build(relief: Relief, settings: Settings) -> Gem:
     """The rainbow of a relief's period. Raises GratingError where it has none."""
     return Gem(grating_period(relief, settings.period_m), settings)
+
+
+def _trials(extent: Extent) -> list[Trial]:
+    return [Trial("brightness fitted")]
+
+
+ENTRY = MethodEntry("gem", "ensemble", build, PlotStyle("C6", "d"), has_spectrum=False, has_units=False, trials=_trials)

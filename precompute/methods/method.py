@@ -7,22 +7,25 @@ from typing import Literal, Protocol
 
 import numpy as np
 
+from ..base.failure import GratingError
 from ..colour.observer import spectral_weights, wavelengths
 from ..optics.coherence import THESIS_COHERENCE_M
+from .term_images import ShaderImages
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What a method is built with; each takes what it knows of.
+    """What a method is built with. A method ignores the settings that it has no use for.
 
-    coherence_length_m  4 sigma_s; None: 65 um under the patch model, the narrowest sound kernel under the ensemble
+    coherence_length_m  4 sigma_s; None: 65 um under the patch model, under the ensemble model the length whose kernel
+                        is the narrowest that still averages enough of the relief
     terms       of an expansion of the phasor; None: as many as `tolerance` asks for at the largest s
     tolerance   of the phasor, for the automatic number of terms
     step_m      wavelength step
     dtype       float32 or float64: what an expansion's images are stored and summed in
     centred     Taylor about the middle of the relief instead of its lowest point (the thesis's)
     texels      of a transform that are read around each frequency, a side, odd
-    period_m    of the grating, for those that want one; None: found in the relief
+    period_m    of the grating, for a method that needs one; None: found in the relief
     illuminant  what counts as white
     """
 
@@ -45,19 +48,35 @@ class Settings:
 class Method(Protocol):
     """One way to evaluate the spectrum of a relief.
 
-    u, v (n,), w (n,) or a number. Densities are over (u, v), the zero order included, so that a full reflector's
-    integral is 1 under every method that conserves power."""
+    Directions are u, v (n,) and w (n,) or a number. Densities are over (u, v) and include the zero order, so that the
+    integral over a full reflector is 1 under every method that conserves power."""
 
     name: str
     coherence: Literal["patch", "ensemble"]
+    settings: Settings
 
     def density(self, u, v, w, wavelength_m) -> np.ndarray:
-        """PSD((u, v) / lambda; w / lambda) / lambda^2 (n,). Raises GratingError where a method has no spectrum."""
+        """PSD((u, v) / lambda; w / lambda) / lambda^2 (n,). Raises GratingError if the method has no spectrum."""
         ...
 
     def xyz(self, u, v, w) -> np.ndarray:
-        """The density summed over the method's own wavelengths (n, 3), a perfect mirror's white having Y = 1."""
-        ...
+        """The density summed over wavelengths of the method's choice (n, 3), scaled so that a perfect mirror's white
+        has Y = 1."""
+        return spectral_sum(self.density, u, v, w, self.settings)
+
+    def densities_in_plane(self, u: np.ndarray, w: np.ndarray, lambdas_m: np.ndarray) -> np.ndarray:
+        """Density (wavelengths, n) at v = 0, for u (n,) in descending order and w (n,)."""
+        zeros = np.zeros(len(u))
+        return np.stack([self.density(u, zeros, w, lam) for lam in lambdas_m])
+
+    @property
+    def table_bytes(self) -> int:
+        """Bytes of the data that the method reads for each direction."""
+        return 0
+
+    def shader_images(self) -> ShaderImages:
+        """The images that an OSL shader of the method reads. Raises GratingError if there is no such shader."""
+        raise GratingError(f"{self.name}: no shader evaluates it; choose another method")
 
 
 def spectral_sum(density: Callable, u, v, w, settings: Settings) -> np.ndarray:

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """NMM: only the wavelengths that satisfy the grating equation (thesis 4.3).
 
-For a grating of period d those are lambda_n = |u| d / n, |u| d / lambda_max <= n <= |u| d / lambda_min, n an integer,
-and the same for v; FLSS's density at each. The thesis adds them up as if they were equally spaced. They are not: an
-order as wide as the window passes a direction over
+For a grating of period d they are lambda_n = |u| d / n, with n an integer and |u| d / lambda_max <= n <=
+|u| d / lambda_min, and the same for v. NMM takes FLSS's density at each of them. The thesis adds the densities up as if
+the wavelengths were equally spaced. They are not: an order as wide as the window passes a direction over
 
     integral of exp(-(u / lambda - n / d)^2 / sigma_f^2) d lambda = sqrt(pi) sigma_f lambda_n^2 / |u|,
 
-which is the missing Jacobian; without it blue weighs too much, and the picture turns purple.
+which is the missing Jacobian. Without it blue weighs too much, and the picture turns purple.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,17 +18,19 @@ from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer
 from ..surface.relief import Relief
 from ..surface.unit_cell import grating_period
 from . import flss
-from .method import Settings, spectral_sum
-from .term_images import WindowedImages
+from .entry import Extent, MethodEntry, PlotStyle, Trial
+from .method import Method, Settings, spectral_sum
+from .term_images import ShaderImages
+from .windowed_images import WindowedImages
 
-# Within this many standard deviations of the specular peak no order fits, and all wavelengths are summed; the thesis
-# paints that disc white.
+# Within this many standard deviations of the specular peak no wavelength satisfies the grating equation, and all
+# wavelengths are summed. The thesis paints that disc white.
 _SPECULAR_REACH = 3.0
 
 
 @dataclass(frozen=True)
-class Nmm:
-    """NMM over FLSS's images; `jacobian`: whether the spacing of the wavelengths is allowed for."""
+class Nmm(Method):
+    """NMM over the images of FLSS (`full`); `jacobian` tells whether the spacing of the wavelengths is allowed for."""
 
     name: str
     full: WindowedImages
@@ -66,6 +68,15 @@ class Nmm:
                 out[at] += (density * spacing)[:, None] * observer(lam[at], self.settings.illuminant)
         return out
 
+    @property
+    def table_bytes(self) -> int:
+        """Of FLSS's images."""
+        return self.full.table_bytes
+
+    def shader_images(self) -> ShaderImages:
+        """FLSS's, with the period."""
+        return replace(self.full.shader_images(), period_m=self.period_m)
+
     def _spacing(self, lam, component):
         if self.jacobian:
             return np.sqrt(np.pi) * self.full.sigma_f * lam**2 / component
@@ -76,7 +87,7 @@ class Nmm:
 
 
 def specular_radius(sigma_f: float) -> float:
-    """Of the disc in (u, v) where all wavelengths are summed."""
+    """Radius of the disc in (u, v) where all wavelengths are summed."""
     return float(_SPECULAR_REACH * WAVELENGTH_MAX_M * sigma_f / np.sqrt(2))
 
 
@@ -96,3 +107,15 @@ def build_jacobian(relief: Relief, settings: Settings) -> Nmm:
     """NMM with the missing Jacobian; raises as build."""
     period = grating_period(relief, settings.period_m)
     return Nmm("nmm-jacobian", flss.build(relief, settings), period, True, settings)
+
+
+def _trials(extent: Extent) -> list[Trial]:
+    return [Trial("5 nm")]
+
+
+ENTRIES = (
+    MethodEntry(
+        "nmm", "patch", build, PlotStyle("C2", "v"), in_default_evaluation=True, has_shader=True, trials=_trials
+    ),
+    MethodEntry("nmm-jacobian", "patch", build_jacobian, PlotStyle("C2", "^"), has_shader=True, trials=_trials),
+)

@@ -14,10 +14,11 @@ from ..optics.coherence import THESIS_COHERENCE_M
 from ..surface.relief import Relief
 from ..surface.unit_cell import unit_cell
 from . import flss
-from .method import Settings, spectral_sum
-from .term_images import Expansion, TermImages, make_images
+from .entry import Extent, MethodEntry, PlotStyle, Trial
+from .method import Method, Settings
+from .term_images import Expansion, ShaderImages, TermImages, make_images
 
-# Where 1 - cos(phase) is under this the thesis takes p = N, q = 0.
+# Where 1 - cos(phase) is below this, the thesis takes p = N, q = 0.
 _PRINTED_LIMIT = 1e-5
 
 
@@ -26,7 +27,7 @@ def copies_sum(phase: np.ndarray, copies: int) -> np.ndarray:
     half = np.asarray(phase) / 2
     turns = np.rint(half / np.pi)
     small = half - turns * np.pi
-    # sin(N x) / sin(x) at x = turns pi + small, where the quotient of sines is 0 / 0.
+    # sin(N x) / sin(x) is 0 / 0 at x = turns pi + small, and its limit is N there.
     near = np.abs(small) < 1e-9
     safe = np.where(near, 1.0, small)
     ratio = np.where(near, copies, np.sin(copies * safe) / np.sin(safe)) * np.where(turns * (copies - 1) % 2, -1, 1)
@@ -46,8 +47,9 @@ def printed_product(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Pq:
-    """`copies` (along B, along T) of a cell of size_m (Ty, Tx); `printed`: with the thesis's two slips."""
+class Pq(Method):
+    """`copies` (along B, along T) of a cell of images.size_m (Ty, Tx) metres. `printed` keeps the two slips of the
+    thesis: a copy too many, and a wrong product."""
 
     name: str
     images: TermImages
@@ -72,9 +74,15 @@ class Pq:
         area = np.prod(self.images.size_m) * np.prod(self.copies)
         return area * np.abs(factor * patch) ** 2 / lam**2
 
-    def xyz(self, u, v, w) -> np.ndarray:
+    @property
+    def table_bytes(self) -> int:
+        """Of the images."""
+        return self.images.terms.nbytes
+
+    def shader_images(self) -> ShaderImages:
         """See Method."""
-        return spectral_sum(self.density, u, v, w, self.settings)
+        area = float(np.prod(self.images.size_m) * np.prod(self.copies))
+        return ShaderImages(self.images, self.expansion, area, copies=self.copies)
 
 
 def copies_of(cell: Relief, settings: Settings) -> tuple[int, int]:
@@ -98,3 +106,15 @@ def build(relief: Relief, settings: Settings) -> Pq:
 def build_printed(relief: Relief, settings: Settings) -> Pq:
     """PQ as the thesis prints it; raises as build."""
     return _build("pq-printed", True, relief, settings)
+
+
+def _trials(extent: Extent) -> list[Trial]:
+    return [Trial("5 nm")]
+
+
+ENTRIES = (
+    MethodEntry(
+        "pq", "patch", build, PlotStyle("C4", "P"), in_default_evaluation=True, has_shader=True, trials=_trials
+    ),
+    MethodEntry("pq-printed", "patch", build_printed, PlotStyle("C4", "X"), in_default_evaluation=True, trials=_trials),
+)

@@ -1,25 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every way to evaluate the spectrum of a relief, in one shape: `METHODS[name](relief, settings)`.
+"""Every method of this folder by its name. A new method is a new module with a MethodEntry, and its name in ENTRIES.
 
 A method is judged against the reference of its own coherence model: "reference" (ensemble) or "reference-patch".
+This module loads all methods. Blender's start-up and the verbs that evaluate no method leave it alone.
 """
 
-from collections.abc import Callable
-
-from ..surface.relief import Relief
 from . import baked, chebyshev_series, exact, flss, gem, nmm, pq, stam
-from .method import Method, Settings
+from .entry import Build, MethodEntry
 
-METHODS: dict[str, Callable[[Relief, Settings], Method]] = {
-    "reference": exact.build_ensemble,
-    "reference-patch": exact.build_patch,
-    "flss": flss.build,
-    "chebyshev": chebyshev_series.build,
-    "nmm": nmm.build,
-    "nmm-jacobian": nmm.build_jacobian,
-    "pq": pq.build,
-    "pq-printed": pq.build_printed,
-    "stam": stam.build,
-    "gem": gem.build,
-    "bake": baked.build,
-}
+ENTRIES: dict[str, MethodEntry] = {
+    entry.name: entry
+    for entry in (
+        *exact.ENTRIES, flss.ENTRY, chebyshev_series.ENTRY, *nmm.ENTRIES, *pq.ENTRIES, stam.ENTRY, gem.ENTRY,
+        baked.ENTRY,
+    )
+}  # fmt: skip
+
+METHODS: dict[str, Build] = {name: entry.build for name, entry in ENTRIES.items()}
+DEFAULT_METHODS: tuple[str, ...] = tuple(name for name, entry in ENTRIES.items() if entry.in_default_evaluation)
+MAP_METHODS: tuple[str, ...] = tuple(name for name, entry in ENTRIES.items() if entry.in_maps)
+SHADER_METHODS: tuple[str, ...] = tuple(name for name, entry in ENTRIES.items() if entry.has_shader)

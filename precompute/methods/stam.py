@@ -7,8 +7,8 @@ lambda_n = |u| d / n only, each weighted by the observer and by the Jacobian |d 
     XYZ = kernel(v) sum_n |P_n(w / lambda_n)|^2 d / |n| observer(lambda_n),
     P_n(s) = (1 / d) integral over a period of exp(-i 2 pi s h) exp(-i 2 pi n x / d)
 
-The bump is the relief's mean profile over its periods, so that a line grating's is exact and an irregular one's is what
-such a model can know of it. Along v, where Stam has a line without width, stands the ensemble's kernel.
+The bump is the mean profile over the relief's periods: exact for a line grating, and all that such a model can know of
+an irregular one. Along v Stam has a line without width; here it has the width of the ensemble's kernel.
 """
 
 from dataclasses import dataclass
@@ -19,16 +19,15 @@ from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, spec
 from ..optics import coherence
 from ..surface.relief import Relief
 from ..surface.unit_cell import grating_period
-from .method import Settings
+from .entry import Extent, MethodEntry, PlotStyle, Trial
+from .method import Method, Settings
 
 _SAMPLES_MAX = 256
-
-
 _CHUNK = 4096
 
 
 @dataclass(frozen=True)
-class Stam:
+class Stam(Method):
     """A profile (samples,) in metres over one period, and the kernel sigma_b that widens its orders."""
 
     profile_m: np.ndarray
@@ -39,7 +38,7 @@ class Stam:
     coherence: str = "ensemble"
 
     def efficiency(self, order: int, s: np.ndarray) -> np.ndarray:
-        """|P_n(s)|^2 (m,) of an order."""
+        """|P_n(s)|^2 (m,) of an order at s (m,) in cycles per metre."""
         count = len(self.profile_m)
         wave = np.exp((-2j * np.pi * order / count) * np.arange(count)) / count
         out = np.empty(len(s))
@@ -77,6 +76,11 @@ class Stam:
             out[at] += (self.efficiency(0, w[at] / lam) * self._kernel(u[at]))[:, None] * weight
         return out * self._kernel(v)[:, None]
 
+    @property
+    def table_bytes(self) -> int:
+        """Of the profile."""
+        return self.profile_m.nbytes
+
     def _kernel(self, x: np.ndarray) -> np.ndarray:
         return np.exp(-0.5 * (x / self.sigma_b) ** 2) / (np.sqrt(2 * np.pi) * self.sigma_b)
 
@@ -98,3 +102,10 @@ def build(relief: Relief, settings: Settings) -> Stam:
     length_m = settings.coherence_length_m
     sigma_b = coherence.kernel_sigma(length_m) if length_m else coherence.narrowest_averaging_kernel(relief.size_m)
     return Stam(mean_profile(relief, period), period, sigma_b, settings)
+
+
+def _trials(extent: Extent) -> list[Trial]:
+    return [Trial("")]
+
+
+ENTRY = MethodEntry("stam", "ensemble", build, PlotStyle("C5", "h"), in_default_evaluation=True, trials=_trials)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The truth that everything else is measured against: exact phasor, float64, 1 nm, no table, no expansion in s.
+"""The truth of the ensemble model of coherence: exact phasor, float64, 1 nm, no table and no expansion in s.
 
-One transform for every pair of w and wavelength; then, at each asked (u, v), the sum over the bins that the coherence
-kernel reaches. Slow and simple on purpose.
+It takes one transform for every pair of w and wavelength. At each (u, v) it then sums over the bins that the coherence
+kernel reaches. It is slow and simple on purpose.
 """
 
 import numpy as np
@@ -12,12 +12,13 @@ from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, spectral_weigh
 from ..spectra.spectrum import FrequencyGrid, frequency_grid, scattered_spectrum
 from ..surface.relief import Relief
 
-# exp(-7^2 / 2) = 2e-11 of the peak: what a truncated kernel leaves out stays under the 1e-9 that the reference claims.
+# In standard deviations. The kernel has fallen to exp(-7^2 / 2) = 2e-11 of its peak there, so that the tail that is cut
+# off stays below 1e-9, the accuracy of the reference.
 KERNEL_REACH = 7.0
 
 
 def reference_grid(relief: Relief, sigma_b: float) -> FrequencyGrid:
-    """Every bin that a kernel sigma_b in (u, v) can reach from |u|, |v| <= 2, at any visible wavelength."""
+    """Every bin that a kernel of sigma_b in (u, v) can reach from |u|, |v| <= 2, at any visible wavelength."""
     return frequency_grid(relief, (2 + KERNEL_REACH * sigma_b) / WAVELENGTH_MIN_M, sigma_b / WAVELENGTH_MAX_M)
 
 
@@ -25,10 +26,11 @@ def reference_xyz(
     relief: Relief, u: np.ndarray, v: np.ndarray, *, w: float, sigma_b: float, step_m: float = 1e-9,
     illuminant: str = "D65", progress: Progress = silent,
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """Scattered XYZ (n, 3) at (u, v) (n,) and the zero order's XYZ (3,), all at one w.
+    """Scattered XYZ (n, 3) at u, v (n,) and the zero order's XYZ (3,), all at one w.
 
-    XYZ = integral of PSD((u, v) / lambda; w / lambda) / lambda^2 times the observer: the density over (u, v) of
-    reflected light at R = O = 1, a perfect mirror's white having Y = 1. The zero order is a weight on the kernel."""
+    XYZ is the integral over the wavelengths of PSD((u, v) / lambda; w / lambda) / lambda^2 times the observer. It is
+    the density over (u, v) of the reflected light at R = O = 1, scaled so that a perfect mirror's white has Y = 1. The
+    zero order's XYZ is a weight on the kernel (docs/theory.md). `progress` is told after each wavelength."""
     grid = reference_grid(relief, sigma_b)
     lambdas = wavelengths(step_m)
     weights = spectral_weights(lambdas, illuminant)
@@ -43,8 +45,9 @@ def reference_xyz(
 
 
 def blurred(power: np.ndarray, grid: FrequencyGrid, u, v, lam: float, sigma_b: float, cut=KERNEL_REACH) -> np.ndarray:
-    """Density (n,) over (u, v) of the binned power (ny, nx), each bin a Gaussian of sigma_b at lambda * q, cut at so
-    many sigma_b."""
+    """Density (n,) over (u, v) at u, v (n,) of the binned power (ny, nx).
+
+    Each bin is a Gaussian of sigma_b about lambda * q, cut off at `cut` times sigma_b."""
     index_y, kernel_y = _kernel_bins(grid.q_y, v, lam, sigma_b, cut)
     index_x, kernel_x = _kernel_bins(grid.q_x, u, lam, sigma_b, cut)
     density = np.empty(len(u))
@@ -57,7 +60,8 @@ def blurred(power: np.ndarray, grid: FrequencyGrid, u, v, lam: float, sigma_b: f
 
 
 def _kernel_bins(q: np.ndarray, position, lam: float, sigma_b: float, cut: float) -> tuple[np.ndarray, np.ndarray]:
-    """For each position in u or v, the bins within the kernel's reach and the kernel there; two (n, reach) arrays."""
+    """For each position (n,) in u or v, the bins within the kernel's reach, and the kernel there: two arrays (n,
+    reach)."""
     if len(q) == 1:
         centre = np.zeros((len(position), 1), int)
     else:

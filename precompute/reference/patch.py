@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The truth of the patch model of coherence: the sum of spectra/patch_window.py, written out as matrix products."""
+"""The truth of the patch model of coherence: the sum of precompute/spectra/patch_window.py, as matrix products."""
 
 from dataclasses import dataclass
 
@@ -20,7 +20,7 @@ class PatchReference:
     window: PatchWindow
 
     def density(self, u, v, w, wavelength_m) -> np.ndarray:
-        """Density (n,) over (u, v) at u, v (n,), w and wavelength_m (n,) or one number."""
+        """Density (n,) over (u, v) at u, v (n,); w and wavelength_m are (n,) or one number."""
         u, v, w, lam = np.broadcast_arrays(u, v, w, wavelength_m)
         amplitude = np.empty(len(u), complex)
         step = max(1, _CHUNK // sum(self.window.relief.height_m.shape))
@@ -41,7 +41,7 @@ class PatchReference:
         return out
 
     def _line_sums(self, q_y, q_x, s) -> np.ndarray:
-        """As _sums where all rows are alike: the two axes part."""
+        """As _sums, for a relief whose rows are all alike: the sum is then a product of one sum for each axis."""
         relief = self.window.relief
         apodisation_y, apodisation_x = relief.apodisation_axes
         line = np.exp((-2j * np.pi) * s[:, None] * relief.height_m[0])

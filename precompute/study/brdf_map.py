@@ -2,10 +2,12 @@
 """BRDF maps: reflected colour over the hemisphere of view, pixel (x, y) = (sin t cos p, sin t sin p) (thesis 6.1)."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
 from ..bake.excess_albedo import excess_table
+from ..base.progress import Progress, silent
 from ..colour.observer import WAVELENGTH_MIN_M, spectral_weights, wavelengths
 from ..colour.working_space import rgb_from_xyz, srgb_encode
 from ..methods.method import Method
@@ -18,23 +20,20 @@ from ..surface.relief import Relief
 from ..table.albedo_bound import albedo_bound
 from ..table.table import Table
 
-# Interpolation in s at this tolerance is exact for every purpose of a picture; a test holds it against the reference.
+# Tolerance of the interpolation in s, finer than a picture can show; a test holds it against the reference.
 _EXACT = 1e-9
-
-
-# Directions that a bake, and that a method, is asked for at once: what a core's cache holds, and what a method gathers
-# stays within some tens of megabytes.
+# Directions that are evaluated at once. For a bake they fit the cache of a core. For a method, the texels that it
+# gathers stay within some tens of megabytes.
 _PIXELS, _METHOD_PIXELS = 16384, 8192
-
-
 # exp(-8.5^2 / 2) = 2e-16: past it nothing of the zero order is left.
 _KERNEL_SEEN = 8.5
 
 
 def view_hemisphere(size: int, theta_i: float, rows: slice = slice(None)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Light direction wi (3,), view directions wr (rows, size, 3) of a map's rows, along +y, and which pixels are real.
+    """Light direction wi (3,), view directions wr (rows, size, 3), and a mask (rows, size) of the pixels that show one.
 
-    The light comes from azimuth 180 degrees, so that its mirror image lies on the +x side."""
+    `rows` picks rows of a map of size x size pixels, counted along +y. The light comes from azimuth 180 degrees at
+    theta_i radians from the normal, so that its mirror image lies on the +x side."""
     axis = (np.arange(size) + 0.5) * 2 / size - 1
     x, y = np.meshgrid(axis, axis[rows])
     radius2 = x**2 + y**2
@@ -44,10 +43,14 @@ def view_hemisphere(size: int, theta_i: float, rows: slice = slice(None)) -> tup
     return wi, np.stack([x, y, z], axis=-1), inside
 
 
-def from_bake(bake: Table, size: int, theta_i: float, conserving: bool = True) -> np.ndarray:
+def from_bake(bake: Table, size: int, theta_i: float, *, conserving: bool = True) -> np.ndarray:
     """Radiance XYZ (size, size, 3) under unit irradiance, row along +y, from a bake; NaN outside the hemisphere.
 
-    In the energy-conserving form of the materials, or in Stam's (DESIGN 2)."""
+    `conserving` takes the energy-conserving form of the materials, else Stam's (docs/theory.md, BRDF).
+
+    It is table.radiance.lamp_radiance in XYZ, to rounding (a test), for one light of unit irradiance and the skin as
+    baked. It has a sum of its own because a map reads the zero order near the mirror direction alone, which takes six
+    tenths of the time."""
     excess = bake.excess_albedo if conserving else None
 
     def xyz(wi: np.ndarray, view: np.ndarray) -> np.ndarray:
@@ -59,14 +62,16 @@ def from_bake(bake: Table, size: int, theta_i: float, conserving: bool = True) -
         out[near] += (of_zero_order[near] * kernel)[:, None] * bake.zero_order_xyz(w[near])
         return out
 
-    return _hemisphere_of(xyz, size, theta_i, _PIXELS)
+    return _hemisphere_of(xyz, size, theta_i, at_once=_PIXELS, told=lambda fraction: None)
 
 
 def from_reference(
-    relief: Relief, sigma_b: float, size: int, theta_i: float, step_m: float, illuminant="D65", tick=None,
-    conserving: bool = True,
-):  # fmt: skip
-    """As from_bake, from the exact spectrum: no table in (u, v), every pixel at its own w, wavelengths step_m apart."""
+    relief: Relief, sigma_b: float, size: int, *, theta_i: float, step_m: float, conserving: bool = True,
+    progress: Progress = silent,
+) -> np.ndarray:  # fmt: skip
+    """As from_bake, from the exact spectrum under D65, at wavelengths step_m apart.
+
+    There is no table in (u, v), and every pixel has its own w. `progress` is told after each wavelength."""
     wi, wr, inside = view_hemisphere(size, theta_i)
     series = spectrum_series(relief, reference_grid(relief, sigma_b), 2 / WAVELENGTH_MIN_M, tolerance=_EXACT)
     axis = wr[0, :, 0]
@@ -75,14 +80,13 @@ def from_reference(
     scattered = np.zeros((size, size, 3))
     zero_order = np.zeros((size, size, 3))
     lambdas = wavelengths(step_m)
-    for k, (lam, weight) in enumerate(zip(lambdas, spectral_weights(lambdas, illuminant), strict=True)):
+    for k, (lam, weight) in enumerate(zip(lambdas, spectral_weights(lambdas), strict=True)):
         resample = Resampler(series.grid, axis + wi[0], axis + wi[1], lam, sigma_b)
         mix = series.weights(w / lam) / lam**2
         density = sum(mix[..., m] * resample(series.scattered_over_s2[m][resample.kept]) for m in range(mix.shape[-1]))
         scattered += density[..., None] * weight
         zero_order += series.zero_order(w / lam)[..., None] * weight
-        if tick:
-            tick(k + 1, len(lambdas))
+        progress("reference", (k + 1) / len(lambdas))
     excess = excess_table(series, sigma_b) if conserving else None
     kernel = np.exp(-(half[..., 0] ** 2 + half[..., 1] ** 2) / (2 * sigma_b**2)) / (2 * np.pi * sigma_b**2)
     of_scattered, of_zero_order = _gains(wi, wr[inside], excess)
@@ -92,20 +96,25 @@ def from_reference(
     return image
 
 
-def from_method(method: Method, size: int, theta_i: float, tick=None) -> np.ndarray:
-    """As from_bake, from any of precompute.methods; their zero order stands in the density, and near it Stam's O is
-    its O, cos(ti) / cos(tr) = 1."""
+def from_method(method: Method, size: int, theta_i: float, *, progress: Progress = silent) -> np.ndarray:
+    """As from_bake in Stam's form, from any method of precompute/methods.
+
+    A method's density includes its zero order, which therefore gets Stam's obliquity O and not its own,
+    cos(ti) / cos(tr) = 1. Close to the mirror direction the two agree. `progress` is told of the method by its name,
+    after each block of rows."""
 
     def xyz(wi: np.ndarray, view: np.ndarray) -> np.ndarray:
         u, v, w = (wi + view).T
         of_scattered, _ = _gains(wi, view, None)
         return (of_scattered / w**2)[:, None] * method.xyz(u, v, w)
 
-    return _hemisphere_of(xyz, size, theta_i, _METHOD_PIXELS, tick)
+    return _hemisphere_of(xyz, size, theta_i, at_once=_METHOD_PIXELS, told=partial(progress, method.name))
 
 
-def _hemisphere_of(xyz: Callable, size: int, theta_i: float, at_once: int, tick=None) -> np.ndarray:
-    """xyz(wi (3,), views (n, 3)) of every view above the surface, about `at_once` pixels of whole rows at a time."""
+def _hemisphere_of(
+    xyz: Callable, size: int, theta_i: float, *, at_once: int, told: Callable[[float], None]
+) -> np.ndarray:
+    """xyz(wi (3,), views (n, 3)) of every view above the surface, in blocks of whole rows of about `at_once` pixels."""
     image = np.full((size, size, 3), np.nan)
     rows_at_once = max(1, at_once // size)
     for start in range(0, size, rows_at_once):
@@ -113,14 +122,15 @@ def _hemisphere_of(xyz: Callable, size: int, theta_i: float, at_once: int, tick=
         wi, wr, inside = view_hemisphere(size, theta_i, rows)
         seen = np.flatnonzero(inside)
         image[rows].reshape(-1, 3)[seen] = xyz(wi, wr.reshape(-1, 3).take(seen, axis=0))
-        if tick:
-            tick(min(start + rows_at_once, size), size)
+        told(min(start + rows_at_once, size) / size)
     return image
 
 
 def _gains(wi: np.ndarray, view: np.ndarray, excess_albedo: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-    """What turns scattered XYZ over w^2 (n,), and the zero order's (n,), into radiance under unit irradiance: R O
-    cos(ti), over the albedo bound or, without an excess, in Stam's form."""
+    """Factors (n,) that turn scattered XYZ over w^2, and the zero order's XYZ, into radiance under unit irradiance.
+
+    Both are R O cos(ti), with O = cos(ti) / cos(tr) = 1 for the zero order, divided by the albedo bound. Without an
+    excess albedo there is no division: that is Stam's form."""
     reflectance = fresnel_reflectance(half_angle_cosine(wi, view))
     if excess_albedo is not None:
         reflectance /= np.maximum(albedo_bound(excess_albedo, wi), albedo_bound(excess_albedo, view))
@@ -133,8 +143,10 @@ def linear_rgb(xyz: np.ndarray, illuminant: str = "D65") -> np.ndarray:
 
 
 def picture(xyz: np.ndarray, illuminant: str = "D65", percentile: float = 99.5) -> np.ndarray:
-    """8-bit sRGB (size, size, 3), row 0 at the top, white outside the hemisphere, exposed so that the given percentile
-    of Y is 1 (the specular peak is thousands of times brighter than the orders, and clips)."""
+    """8-bit sRGB (size, size, 3), row 0 at the top, white outside the hemisphere.
+
+    It is exposed so that the given percentile of Y is 1. The specular peak, thousands of times brighter than the
+    orders, clips."""
     luminance = xyz[..., 1][np.isfinite(xyz[..., 1])]
     level = np.percentile(luminance, percentile)
     level = level if level > 0 else max(luminance.max(), 1e-30)

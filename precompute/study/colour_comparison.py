@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bake's colours over the first order beside the reference's: a bake has colours and no wavelengths."""
+"""The bake's colours over the first order beside the reference's.
+
+A bake holds colours and no wavelengths, so that it cannot be evaluated by its period.
+"""
 
 import time
 from dataclasses import asdict, dataclass
@@ -8,27 +11,27 @@ from functools import cache
 import numpy as np
 
 from ..colour.observer import observer, spectral_weights, wavelengths, white_xyz
-from ..methods.baked import Baked
+from ..methods import baked
 from ..methods.exact import Ensemble
 from ..methods.method import Settings
-from ..methods.registry import METHODS
 from ..surface.relief import Relief
 from .evaluation import peak
-from .response import first_order_plane, response
+from .response import FirstOrder, response
 
 # Colours of the first order are compared where Y is at least this share of its greatest.
 _BRIGHT = 0.1
-
-
-# The bake has colours and no wavelengths.
 
 
 @dataclass(frozen=True)
 class ColourComparison:
     """The bake's colours over the first order beside those of the ensemble's reference at the bake's own kernel.
 
-    Angles of greatest Y in degrees; rms difference of the dominant wavelength in nm, over the views whose Y is at least
-    a tenth of the greatest and which have one; the share of Y that differs."""
+    peak_angle_deg, reference_peak_angle_deg  viewing angle in degrees at which Y is greatest
+    dominant_wavelength_rms_nm                rms difference of the dominant wavelength, over the views whose Y is at
+                                              least a tenth of the greatest and which have a dominant wavelength
+    relative_dy                               sum of |dY| over the sum of Y
+    seconds                                   that the bake took
+    """
 
     peak_angle_deg: float
     reference_peak_angle_deg: float
@@ -37,49 +40,58 @@ class ColourComparison:
     seconds: float
 
     def as_dict(self) -> dict[str, float | None]:
-        """As Evaluation's, whose figures a bake has none of, and its own."""
-        figures = dict.fromkeys(("period_mean_nm", "period_variance_nm", "peak_angle_rms_deg"))
-        return {**figures, **asdict(self)}
+        """Ready for JSON: the keys of Evaluation, which are null because a bake has no wavelengths, then its own."""
+        of_wavelengths = dict.fromkeys(("period_mean_nm", "period_variance_nm", "peak_angle_rms_deg"))
+        return {**of_wavelengths, **asdict(self)}
+
+    def summary(self) -> str:
+        """A line of the table for people, without the method's name."""
+        return (
+            f"brightest at {self.peak_angle_deg:.3f} degrees, the reference at {self.reference_peak_angle_deg:.3f}; "
+            f"dominant wavelength rms {self.dominant_wavelength_rms_nm:.2f} nm; |dY| {self.relative_dy:.2%}; "
+            f"{self.seconds:.1f} s"
+        )
 
 
-def compare_bake(relief: Relief, settings: Settings, theta_i: float, around_m: float) -> ColourComparison:
-    """Bake a relief and compare the colours of its first order; the reference sums 1 nm steps."""
+def compare_bake(relief: Relief, settings: Settings, first_order: FirstOrder) -> ColourComparison:
+    """Bake a relief and compare the colours of its first order with the reference's, summed in steps of 1 nm.
+
+    Raises GratingError where the period has no first order above the horizon."""
     started = time.perf_counter()
-    baked = METHODS["bake"](relief, settings)
-    if not isinstance(baked, Baked):
-        raise TypeError("METHODS['bake'] builds a Baked")
+    made = baked.build(relief, settings)
     seconds = time.perf_counter() - started
     lambdas = wavelengths(1e-9)
-    plane = first_order_plane(theta_i, wavelengths(5e-9), around_m)
-    density = response(Ensemble(relief, baked.table.sigma_b, settings), plane, lambdas)
+    plane = first_order.plane
+    density = response(Ensemble(relief, made.table.sigma_b, settings), plane, lambdas)
     truth = density.T @ spectral_weights(lambdas, settings.illuminant)
-    got = baked.xyz(plane.u, np.zeros(len(plane.u)), plane.w)
+    got = made.xyz(plane.u, np.zeros(len(plane.u)), plane.w)
     bright = truth[:, 1] >= _BRIGHT * truth[:, 1].max()
     off = dominant_wavelength(got[bright], settings.illuminant) - dominant_wavelength(
         truth[bright], settings.illuminant
     )
     angles = np.degrees(plane.theta_v)
     return ColourComparison(
-        peak(angles, got[:, 1]),
-        peak(angles, truth[:, 1]),
-        float(np.sqrt(np.nanmean(off**2)) * 1e9) if np.any(np.isfinite(off)) else float("nan"),
-        float(np.abs(got[:, 1] - truth[:, 1]).sum() / truth[:, 1].sum()),
-        seconds,
+        peak_angle_deg=peak(angles, got[:, 1]),
+        reference_peak_angle_deg=peak(angles, truth[:, 1]),
+        dominant_wavelength_rms_nm=float(np.sqrt(np.nanmean(off**2)) * 1e9) if np.isfinite(off).any() else float("nan"),
+        relative_dy=float(np.abs(got[:, 1] - truth[:, 1]).sum() / truth[:, 1].sum()),
+        seconds=seconds,
     )
 
 
 @cache
 def _locus() -> tuple[np.ndarray, np.ndarray]:
-    """Wavelengths in metres and chromaticities (n, 2) of the spectrum, where they turn steadily about any white."""
+    """Wavelengths in metres and chromaticities (n, 2) of the spectral locus, in the range in which the direction from
+    any white to the locus turns steadily."""
     lambdas = np.arange(420, 681) * 1e-9
     xyz = observer(lambdas, "E")
     return lambdas, (xyz / xyz.sum(axis=1, keepdims=True))[:, :2]
 
 
 def dominant_wavelength(xyz: np.ndarray, illuminant: str = "D65") -> np.ndarray:
-    """Dominant wavelength (n,) in metres of XYZ (n, 3): where the ray from the white meets the spectrum's locus.
+    """Dominant wavelength (n,) in metres of XYZ (n, 3): where the ray from the white meets the spectral locus.
 
-    NaN for purples, which have none, and past 420 and 680 nm, where the locus hardly moves."""
+    It is NaN for purples, which have none, and outside 420 to 680 nm, where the locus hardly moves."""
     lambdas, locus = _locus()
     white = white_xyz(illuminant)
     white = (white / white.sum())[:2]

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Efficiency of the orders of three gratings, as the core has it and as closed forms do.
+"""Efficiency of the orders of three gratings: computed by precompute, beside their closed forms.
 
-The core's spectrum without a window, at R = O = 1, each order m at its own w = cos(ti) + cos(tm), against
+It compares the spectrum without a window, at R = O = 1, each order m at its own w = cos(ti) + cos(tm), against
 
     sinusoidal   J_m(phi / 2)^2
     binary       cos(phi / 2)^2 for m = 0, (2 sin(phi / 2) / (pi m))^2 for odd m, nothing for even m
     blazed       sinc(w depth / lambda + m)^2                                          phi = 2 pi w depth / lambda
 
 (Goodman, Introduction to Fourier Optics, 4.4; all are |c_m|^2 of the Fourier series of exp(-i phi h / depth)). The
-profiles are sampled at the middles of N equal parts of one period. A jump falls between two samples, so that the sum
-which stands for the Fourier integral is the mid-point rule: its error falls as 1 / N^2. The sinusoidal profile is
+profiles are sampled at the middles of N equal parts of one period. A jump then falls between two samples, so that the
+discrete sum is the mid-point rule of the Fourier integral, whose error falls as 1 / N^2. The sinusoidal profile is
 smooth and periodic, and its error is that of rounding.
 """
 
@@ -23,17 +23,13 @@ from ..spectra.spectrum import FrequencyGrid, scattered_spectrum
 from ..surface.relief import Relief
 
 PROFILES = ("sinusoidal", "binary", "blazed")
-
-
 SAMPLES_MIN = 16
-
-
 ORDERS_MAX = 1000
 
 
 @dataclass(frozen=True)
 class Order:
-    """An order's efficiency by the core and by the closed form, both as fractions of the reflected power."""
+    """An order's efficiency as computed and by the closed form, both as fractions of the reflected power."""
 
     order: int
     computed: float
@@ -41,15 +37,16 @@ class Order:
 
     @property
     def error(self) -> float:
-        """Absolute."""
+        """Absolute difference of the two."""
         return abs(self.computed - self.analytic)
 
     def as_dict(self) -> dict[str, float]:
+        """Ready for JSON."""
         return {"order": self.order, "computed": self.computed, "analytic": self.analytic, "error": self.error}
 
 
 def profile(kind: str, depth_m: float, samples: int) -> np.ndarray:
-    """Heights (samples,) of one period in metres: a ridge in its first half, or a ramp that rises along +T."""
+    """Heights (samples,) of one period in metres: a sine, a ridge in the first half, or a ramp that rises along +T."""
     x = (np.arange(samples) + 0.5) / samples
     if kind == "sinusoidal":
         return depth_m / 2 * np.sin(2 * np.pi * x)
@@ -59,7 +56,7 @@ def profile(kind: str, depth_m: float, samples: int) -> np.ndarray:
 
 
 def analytic_efficiency(kind: str, order: int, turns: float) -> float:
-    """The closed form at turns = w * depth / lambda >= 0."""
+    """The closed form at turns = w * depth / lambda >= 0, in units of 2 pi of phase."""
     if kind == "sinusoidal":
         return float(chebyshev.bessel_j(np.pi * turns, abs(order) + 1)[abs(order)] ** 2)
     if kind == "binary":
@@ -70,13 +67,17 @@ def analytic_efficiency(kind: str, order: int, turns: float) -> float:
 
 
 def efficiencies(
-    kind: str, period_m: float, depth_m: float, wavelength_m: float, theta_i=0.0, orders: int = 3, samples: int = 2048
-) -> list[Order]:
-    """Orders -orders .. orders that are real, for light at theta_i radians from the normal, from the side of -T.
+    kind: str, *, period_m: float, depth_m: float, wavelength_m: float, theta_i: float = 0.0, orders: int = 3,
+    samples: int = 2048,
+) -> list[Order]:  # fmt: skip
+    """The orders from -orders to orders that propagate, for light at theta_i radians from the normal, from the side of
+    -T. The grating is one of PROFILES, sampled at `samples` places of a period.
 
     Order m leaves at sin(tm) = m lambda / period + sin(ti) towards +T. Raises GratingError for a grating or a light
     that cannot be."""
-    _check(kind, period_m, depth_m, wavelength_m, theta_i, orders, samples)
+    _check_grating(kind, period_m, depth_m)
+    _check_light(wavelength_m, theta_i)
+    _check_counts(orders, samples)
     height = profile(kind, depth_m, samples)[None, :]
     relief = Relief(
         height - height.mean(), (np.ones(1), np.ones(samples)), (period_m, period_m / samples), periodic=True
@@ -95,16 +96,23 @@ def efficiencies(
     return found
 
 
-def _check(kind, period_m, depth_m, wavelength_m, theta_i, orders, samples) -> None:
+def _check_grating(kind: str, period_m: float, depth_m: float) -> None:
     if kind not in PROFILES:
         raise GratingError(f"{kind}: no grating of a closed form; choose one of {', '.join(PROFILES)}")
-    for name, value, unit in (("period", period_m, 1e-6), ("wavelength", wavelength_m, 1e-9)):
-        if not 0 < value < 1:
-            raise GratingError(f"{name} of {value / unit:g} {'um' if unit == 1e-6 else 'nm'}: give a length above 0")
+    if not 0 < period_m < 1:
+        raise GratingError(f"period of {period_m / 1e-6:g} um: give a length above 0")
     if not 0 <= depth_m < 1e-3:
         raise GratingError(f"depth of {depth_m * 1e9:g} nm: give 0 or more, up to a millimetre")
+
+
+def _check_light(wavelength_m: float, theta_i: float) -> None:
+    if not 0 < wavelength_m < 1:
+        raise GratingError(f"wavelength of {wavelength_m / 1e-9:g} nm: give a length above 0")
     if not abs(theta_i) < np.pi / 2:
         raise GratingError(f"--theta-i {np.degrees(theta_i):g}: below the surface; give an angle between -90 and 90")
+
+
+def _check_counts(orders: int, samples: int) -> None:
     if not 0 <= orders <= ORDERS_MAX:
         raise GratingError(f"--orders {orders}: not a number of orders; give 0 to {ORDERS_MAX}")
     least = max(SAMPLES_MIN, 2 * orders + 2)

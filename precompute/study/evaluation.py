@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which period a method's colours tell of (thesis Algorithm 6).
+"""Which period a method's colours imply (thesis Algorithm 6).
 
-The peak of a wavelength is the vertex of the parabola through the logarithms of the highest sample and its neighbours
-in u, exact for a Gaussian order; a period is lambda / |u_peak|.
+The peak in u of each wavelength is found by a parabola through the logarithms of the highest sample and its neighbours,
+which is exact for a Gaussian order. The period is then lambda / |u_peak|.
 """
 
 import time
@@ -11,23 +11,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..base.failure import GratingError
-from ..colour.observer import wavelengths
 from ..methods.method import Settings
 from ..methods.registry import METHODS
 from ..optics.coherence import THESIS_COHERENCE_M
 from ..surface.height_map import HeightMap
 from ..surface.relief import Relief
-from .response import ANGLE_STEP, WINDOW, Plane, first_order_angle, first_order_plane, response
-
-# Methods with an axis of wavelength that differ in it, the references first.
-DEFAULT_METHODS = ("reference", "reference-patch", "flss", "chebyshev", "nmm", "pq", "pq-printed", "stam")
+from .response import WINDOW, FirstOrder, Plane, first_order_angle, response
 
 
 def peak(position: np.ndarray, values: np.ndarray) -> float:
-    """Where values (n,) >= 0 at ascending or descending positions (n,) are greatest, between the samples.
+    """The position between the samples where values (n,) >= 0 at ascending or descending positions (n,) are greatest.
 
-    The vertex of the parabola through three logarithms; the sample itself at an end or beside a dark neighbour, where
-    NMM cuts an order off; NaN if all is dark."""
+    It is the vertex of the parabola through the logarithms of the highest sample and its neighbours. At an end, or
+    beside a dark neighbour (where NMM cuts an order off), it is the sample itself. It is NaN if all values are 0."""
     k = int(np.argmax(values))
     if not values[k] > 0:
         return float("nan")
@@ -43,7 +39,7 @@ def peak(position: np.ndarray, values: np.ndarray) -> float:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What one method's response says of the period. `expected_m` is the period that angles are held against."""
+    """One method's response and its peaks. Angles are compared with those of a grating of period `expected_m`."""
 
     name: str
     plane: Plane
@@ -69,7 +65,7 @@ class Evaluation:
         return first_order_angle(self.plane.theta_i, self.lambdas_m, self.expected_m)
 
     def as_dict(self) -> dict[str, float]:
-        """The figures in nanometres and degrees: mean, population variance, rms of the angles."""
+        """Ready for JSON: mean and population variance of the periods in nm, rms error of the angles in degrees."""
         off = np.degrees(self.peak_angles - self.expected_angles)
         return {
             "period_mean_nm": float(np.mean(self.periods_m) * 1e9),
@@ -78,30 +74,39 @@ class Evaluation:
             "seconds": self.seconds,
         }
 
+    def summary(self) -> str:
+        """A line of the table for people, without the method's name."""
+        one = self.as_dict()
+        return (
+            f"{one['period_mean_nm']:>10.3f} {one['period_variance_nm']:>9.4f} "
+            f"{one['peak_angle_rms_deg']:>10.5f} {self.seconds:>8.2f}"
+        )
+
 
 def evaluate_method(
-    name: str,
-    relief: Relief,
-    settings: Settings,
-    theta_i: float,
-    around_m: float,
-    expected_m: float | None = None,
-    lambdas_m: np.ndarray | None = None,
-    step: float = ANGLE_STEP,
+    name: str, relief: Relief, settings: Settings, *, first_order: FirstOrder, expected_m: float | None = None
 ) -> Evaluation:
-    """Evaluate one of METHODS over a relief: peaks around the period around_m, angles against expected_m (None: the
-    method's own mean). Raises GratingError for a method without spectrum, or one that leaves a wavelength dark."""
+    """Evaluate one of METHODS over a relief, with peaks looked for around the period of `first_order`.
+
+    Angles are compared with those of the period expected_m, or of the method's own mean period if it is None. Raises
+    GratingError for a method without spectrum, or one that leaves a wavelength dark."""
     started = time.perf_counter()
-    lambdas_m = wavelengths(5e-9) if lambdas_m is None else lambdas_m
-    plane = first_order_plane(theta_i, lambdas_m, around_m, step)
+    lambdas_m, around_m, plane = first_order.lambdas_m, first_order.period_m, first_order.plane
     found = response(METHODS[name](relief, settings), plane, lambdas_m)
     order = np.abs(plane.u) * around_m / lambdas_m[:, None]
     inside = np.abs(order - 1) <= WINDOW
     peak_u = np.array([peak(plane.u[at], row[at]) for at, row in zip(inside, found, strict=True)])
     if np.any(np.isnan(peak_u)):
         raise GratingError(f"{name}: dark around the first order of {around_m * 1e9:.0f} nm; give --period-nm")
-    expected_m = expected_m or float(np.mean(lambdas_m / np.abs(peak_u)))
-    return Evaluation(name, plane, lambdas_m, found, peak_u, expected_m, time.perf_counter() - started)
+    return Evaluation(
+        name=name,
+        plane=plane,
+        lambdas_m=lambdas_m,
+        response=found,
+        peak_u=peak_u,
+        expected_m=expected_m or float(np.mean(lambdas_m / np.abs(peak_u))),
+        seconds=time.perf_counter() - started,
+    )
 
 
 def thesis_settings(**changes) -> Settings:

@@ -11,8 +11,9 @@ from .evaluation import Evaluation
 
 
 def plot(path: Path, evaluations: Sequence[Evaluation], title: str = "") -> None:
-    """One panel for each method: response, the grating equation's curve and the peaks. Raises GratingError without
-    matplotlib."""
+    """Write a plot with a panel for each method: its response, its peaks, and the curve of the grating equation.
+
+    Raises GratingError if matplotlib is not installed."""
     pyplot = plots.pyplot()
     columns = min(4, len(evaluations))
     rows = -(-len(evaluations) // columns)
@@ -22,12 +23,12 @@ def plot(path: Path, evaluations: Sequence[Evaluation], title: str = "") -> None
         panel.set_axis_off()
     for panel, one in zip(panels.flat, evaluations, strict=False):
         nm = one.lambdas_m * 1e9
-        # Square roots show the faint flanks; each panel has its own brightness.
+        # The square root shows the faint flanks. Each panel has a brightness scale of its own.
         panel.pcolormesh(nm, np.degrees(one.plane.theta_v), np.sqrt(one.response).T, rasterized=True, cmap="viridis")
         panel.plot(nm, np.degrees(one.peak_angles), "r-", linewidth=2, label="peaks")
         panel.plot(nm, np.degrees(one.expected_angles), "w--", linewidth=1, label="grating equation")
-        figures = one.as_dict()
-        mean, variance = figures["period_mean_nm"], figures["period_variance_nm"]
+        told = one.as_dict()
+        mean, variance = told["period_mean_nm"], told["period_variance_nm"]
         panel.set_title(f"{one.name}: {mean:.2f} nm, variance {variance:.3g}", fontsize=9)
     panels[0, 0].legend(loc="lower right", fontsize=8, facecolor="0.5")
     figure.supxlabel("wavelength, nm", fontsize=9)

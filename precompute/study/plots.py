@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Plots are for the researcher's command line: matplotlib is no part of the extension and may be absent."""
+"""matplotlib, for the plots of the command line. It is no part of the extension and may be absent."""
 
 from importlib.machinery import PathFinder
 from types import ModuleType

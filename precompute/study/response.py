@@ -10,28 +10,17 @@ light, so that
 The response is the density over (u, v) alone; R and O, which are smooth and the same for all methods, are left out.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..base.failure import GratingError
-from ..maths import chebyshev
-from ..methods.exact import Ensemble, Patch
+from ..colour.observer import wavelengths
 from ..methods.method import Method
-from ..reference.ensemble import KERNEL_REACH, reference_grid
-from ..spectra.resample import Resampler
-from ..spectra.series import spectrum_series
-from ..spectra.spectrum import phasor
 
 ANGLE_STEP = np.radians(0.02)
-
-
-# A peak is looked for where u is that of the first order of the period, to this share.
+# A peak is looked for where u differs from that of the period's first order by at most this share.
 WINDOW = 0.25
-
-
-# Interpolation of the references in s; their methods' own direct sums agree to the same (a test).
-_EXACT = 1e-10
 
 
 @dataclass(frozen=True)
@@ -66,8 +55,9 @@ def first_order_angle(theta_i: float, lambdas_m, period_m: float) -> np.ndarray:
 def first_order_plane(theta_i: float, lambdas_m: np.ndarray, period_m: float, step: float = ANGLE_STEP) -> Plane:
     """Views `step` radians apart, over the windows of all wavelengths.
 
-    They are odd multiples of half a step, whatever the period, so that no expected angle is among them but by chance: a
-    grid that held them would give the asked period back."""
+    The views are odd multiples of half a step, whatever the period. No expected angle is then among them but by chance;
+    a grid that held the expected angles would only return the period it was made from. Raises GratingError where the
+    period has no first order above the horizon."""
     first_order_angle(theta_i, lambdas_m, period_m)
     reach = np.array([(1 - WINDOW) * np.min(lambdas_m), (1 + WINDOW) * np.max(lambdas_m)]) / period_m
     low, high = np.arcsin(np.clip(reach - np.sin(theta_i), -1, 1))
@@ -75,49 +65,22 @@ def first_order_plane(theta_i: float, lambdas_m: np.ndarray, period_m: float, st
     return Plane(theta_i, (np.arange(np.floor(low / step), np.ceil(high / step)) + 0.5) * step)
 
 
+@dataclass(frozen=True)
+class FirstOrder:
+    """Which first order is looked at: light at theta_i radians on a grating of period_m, at the wavelengths lambdas_m
+    (n,) in metres, from views `step` radians apart."""
+
+    theta_i: float
+    period_m: float
+    lambdas_m: np.ndarray = field(default_factory=lambda: wavelengths(5e-9))
+    step: float = ANGLE_STEP
+
+    @property
+    def plane(self) -> Plane:
+        """The views. Raises GratingError where there is no first order above the horizon."""
+        return first_order_plane(self.theta_i, self.lambdas_m, self.period_m, self.step)
+
+
 def response(method: Method, plane: Plane, lambdas_m: np.ndarray) -> np.ndarray:
     """Density over (u, v) (wavelengths, views)."""
-    if isinstance(method, Ensemble):
-        return _ensemble_response(method, plane, lambdas_m)
-    if isinstance(method, Patch):
-        return _patch_response(method, plane, lambdas_m)
-    zeros = np.zeros(len(plane.theta_v))
-    return np.stack([method.density(plane.u, zeros, plane.w, lam) for lam in lambdas_m])
-
-
-def _ensemble_response(method: Ensemble, plane: Plane, lambdas_m) -> np.ndarray:
-    """The reference's density with its spectra interpolated in s: every view has its own w, and one transform for each
-    view and wavelength would take hours."""
-    sigma = method.sigma_b
-    grid = reference_grid(method.relief, sigma)
-    reach = KERNEL_REACH * sigma / np.min(lambdas_m)
-    grid = replace(grid, q_y=grid.q_y[np.abs(grid.q_y) <= reach])
-    series = spectrum_series(method.relief, grid, plane.w.max() / np.min(lambdas_m), tolerance=_EXACT)
-    ascending = plane.u[::-1]
-    rows = []
-    for lam in lambdas_m:
-        resample = Resampler(grid, ascending, np.zeros(1), lam, sigma)
-        weights = series.weights(plane.w / lam) * (plane.w / lam)[:, None] ** 2
-        blurred = np.stack([resample(power[resample.kept])[0, ::-1] for power in series.scattered_over_s2], axis=-1)
-        kernel = np.exp(-0.5 * (plane.u / sigma) ** 2) / (2 * np.pi * sigma**2)
-        # Interpolation leaves some 1e-10 of the peak below zero.
-        scattered = np.maximum(np.sum(weights * blurred, axis=-1), 0)
-        rows.append(scattered + series.zero_order(plane.w / lam) * kernel)
-    return np.stack(rows)
-
-
-def _patch_response(method: Patch, plane: Plane, lambdas_m) -> np.ndarray:
-    """The patch's density with its amplitudes interpolated in s, in which they are band limited by the relief."""
-    window, relief = method.window, method.window.relief
-    s_max = plane.w.max() / np.min(lambdas_m)
-    count = chebyshev.jacobi_anger_terms(np.pi * s_max * relief.height_range_m, _EXACT)
-    along_b = window.waves(0, np.zeros(1))[0]
-    lines = np.stack(
-        [along_b @ (relief.apodisation * phasor(relief.height_m, s)) for s in chebyshev.nodes(count, 0, s_max)], axis=-1
-    )
-    rows = []
-    for lam in lambdas_m:
-        weights = chebyshev.interpolation_matrix(plane.w / lam, count, lower=0, upper=s_max)
-        amplitude = np.sum(window.waves(1, plane.u / lam) @ lines * weights, axis=-1)
-        rows.append(window.density_scale() * np.abs(amplitude) ** 2 / lam**2)
-    return np.stack(rows)
+    return method.densities_in_plane(plane.u, plane.w, lambdas_m)

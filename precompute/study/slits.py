@@ -3,8 +3,9 @@
 
     I(theta) = sinc^2(b sin(theta) / lambda) [sin(N pi d sin(theta) / lambda) / (N sin(pi d sin(theta) / lambda))]^2
 
-for slits b wide and d apart, 1 in the middle. The first factor is one slit's, the second has its order m where
-d sin(theta) = m lambda, N - 2 side maxima between two orders, and orders as narrow as lambda / (N d).
+for slits of width b at a distance d, scaled to 1 in the middle. The first factor is that of one slit. The second has
+its order m where d sin(theta) = m lambda, with N - 2 side maxima between two orders. The orders are as narrow as
+lambda / (N d).
 """
 
 from pathlib import Path
@@ -17,31 +18,25 @@ from ..methods.pq import copies_sum
 from . import plots
 
 WIDTH_M = 30e-6
-
-
 PITCH_M = 150e-6
-
-
 SCREEN_M = 0.5
-
-
 WAVELENGTH_M = 500e-9
 
 
 def screen_sine(position_m: np.ndarray, distance_m: float = SCREEN_M) -> np.ndarray:
-    """sin(theta) (n,) of places on a screen, in metres from its middle."""
+    """sin(theta) (n,) of places (n,) on a screen, in metres from its middle."""
     return position_m / np.hypot(position_m, distance_m)
 
 
 def envelope(sine: np.ndarray, wavelength_m: float, width_m: float = WIDTH_M) -> np.ndarray:
-    """One slit's intensity (n,), 1 in the middle."""
+    """Intensity (n,) of one slit, 1 in the middle."""
     return np.sinc(width_m * np.asarray(sine) / wavelength_m) ** 2
 
 
 def intensity(
-    sine: np.ndarray, slits: int, wavelength_m: float, width_m: float = WIDTH_M, pitch_m: float = PITCH_M
+    sine: np.ndarray, slits: int, wavelength_m: float, *, width_m: float = WIDTH_M, pitch_m: float = PITCH_M
 ) -> np.ndarray:
-    """N slits' intensity (n,), 1 in the middle whatever N."""
+    """Intensity (n,) of N slits, 1 in the middle whatever N."""
     phase = 2 * np.pi * pitch_m * np.asarray(sine) / wavelength_m
     return envelope(sine, wavelength_m, width_m) * np.abs(copies_sum(phase, slits) / slits) ** 2
 
@@ -54,8 +49,9 @@ def white_light(sine: np.ndarray, slits: int, step_m: float = 1e-9) -> np.ndarra
 
 
 def plot(path: Path, counts: tuple[int, ...] = (1, 2, 5, 10), reach_m: float = 10e-3) -> None:
-    """Intensity at 500 nm, with the colours of white light under it, one row for each number of slits. Raises
-    GratingError without matplotlib."""
+    """Write a plot with a row for each number of slits: the intensity at 500 nm above the colours of white light.
+
+    reach_m is how far it goes on the screen to either side. Raises GratingError if matplotlib is not installed."""
     pyplot = plots.pyplot()
     x = np.linspace(-reach_m, reach_m, 2001)
     sine = screen_sine(x)

@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from ....precompute.colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, spectral_weights, wavelengths
-from ....precompute.methods.dft_images import Layout, read_layout
+from ....precompute.methods.dft_layout import Layout, read_layout
 from ....precompute.methods.nmm import specular_radius
 from ..response import IOR, IRRADIANCE, NORMAL, TANGENT, TO_LIGHT, Response
 from .script import colours, file_name, joined, script_group

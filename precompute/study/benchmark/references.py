@@ -9,11 +9,11 @@ from ...colour.observer import WAVELENGTH_MIN_M, spectral_weights, wavelengths
 from ...measure.errors import Truth
 from ...measure.pairs import Pairs, draw_w
 from ...measure.truths import draw_pairs
+from ...methods import exact
 from ...methods.method import Settings
-from ...methods.registry import METHODS
 from ...optics import coherence
 from ...reference.ensemble import blurred, reference_grid
-from ...spectra.series import spectrum_series
+from ...spectra.series import SpectrumSeries, spectrum_series
 from ...spectra.spectrum import scattered_spectrum
 from ...surface.relief import Relief
 from .. import evaluation
@@ -21,26 +21,21 @@ from ..response import Plane, first_order_plane, response
 from .surfaces import Effort, Surface
 
 THETA_I = np.radians(75)
-
-
-# Pairs nearer to the zero order than this many sigma_b are left to the zero order's own figure.
+# Pairs within this many sigma_b of the zero order are left out.
 ZERO_ORDER_REACH = 8.0
-
-
-# Interpolation of the ensemble reference's spectra in s, as evaluation's; a test holds it against the direct sums.
+# Tolerance of the interpolation in s of the ensemble's spectra; a test holds it against the direct sums.
 _EXACT = 1e-10
-
-
 _WHOLE = (slice(None), slice(None))
 
 
-# The references
+def ensemble_truths(
+    series: SpectrumSeries, sigma_b: float, w_count: int, *, pairs: int, lambdas: np.ndarray
+) -> list[Truth]:
+    """As measure.truths.truths, for `pairs` direction pairs at each of w_count random w, without the zero order.
 
-
-def ensemble_truths(relief: Relief, sigma_b: float, w_count: int, pairs: int, lambdas, series=None):
-    """As metric.truths, the spectra interpolated in s to 1e-10: one transform a node, not one a wavelength and w."""
+    The spectra are interpolated in s between those of exact_series, which replaces a transform for every pair of w and
+    wavelength."""
     rng = np.random.default_rng(0)
-    series = series or exact_series(relief, sigma_b)
     found = []
     for w in draw_w(w_count, rng):
 
@@ -49,32 +44,37 @@ def ensemble_truths(relief: Relief, sigma_b: float, w_count: int, pairs: int, la
 
         drawn = draw_pairs(spectrum, sigma_b, w, pairs, rng)
         drawn = away_from_zero_order(drawn, sigma_b)
-        found.append(Truth(w, drawn, ensemble_xyz(series, sigma_b, drawn.u, drawn.v, w, lambdas), np.zeros(3)))
+        found.append(
+            Truth(w, drawn, ensemble_xyz(series, sigma_b, drawn.u, drawn.v, w=w, lambdas=lambdas), np.zeros(3))
+        )
     return found
 
 
-def exact_series(relief: Relief, sigma_b: float):
-    """The spectrum of a relief at every s, to 1e-10."""
+def exact_series(relief: Relief, sigma_b: float) -> SpectrumSeries:
+    """The spectrum of a relief at every s, to a tolerance of 1e-10."""
     return spectrum_series(relief, reference_grid(relief, sigma_b), 2 / WAVELENGTH_MIN_M, tolerance=_EXACT)
 
 
-def ensemble_xyz(series, sigma_b: float, u, v, w: float, lambdas: np.ndarray) -> np.ndarray:
-    """Scattered XYZ (n, 3) at one w, from the bins under the kernel."""
+def ensemble_xyz(series: SpectrumSeries, sigma_b: float, u, v, *, w: float, lambdas: np.ndarray) -> np.ndarray:
+    """Scattered XYZ (n, 3) at u, v (n,) and one w, summed over the bins that the kernel reaches."""
     xyz = np.zeros((len(u), 3))
     for lam, weight in zip(lambdas, spectral_weights(lambdas), strict=True):
         xyz += blurred(_power(series, w / lam), series.grid, u, v, lam, sigma_b)[:, None] * weight
     return xyz
 
 
-def _power(series, s: float) -> np.ndarray:
+def _power(series: SpectrumSeries, s: float) -> np.ndarray:
     return series.mixed(series.weights(np.array([s])) * s**2, _WHOLE)[:, 0]
 
 
-def patch_truths(relief: Relief, sigma_b: float, length_m: float, w_count: int, pairs: int, step_m: float):
-    """metric.Truth by the patch model's direct sums; each w has one phasor a wavelength, so they are few."""
+def patch_truths(relief: Relief, length_m: float, w_count: int, *, pairs: int, step_m: float) -> list[Truth]:
+    """As ensemble_truths, by the patch model's direct sums for a coherence length of length_m.
+
+    They are slow: each pair of w and wavelength has a phasor of its own."""
     rng = np.random.default_rng(0)
+    sigma_b = coherence.kernel_sigma(length_m)
     grid = reference_grid(relief, sigma_b)
-    reference = METHODS["reference-patch"](relief, Settings(coherence_length_m=length_m, step_m=step_m))
+    reference = exact.build_patch(relief, Settings(coherence_length_m=length_m, step_m=step_m))
     found = []
     for w in draw_w(w_count, rng):
         drawn = draw_pairs(lambda s: (scattered_spectrum(relief, s, grid)[0], grid), sigma_b, w, pairs, rng)
@@ -84,38 +84,42 @@ def patch_truths(relief: Relief, sigma_b: float, length_m: float, w_count: int, 
 
 
 def away_from_zero_order(pairs: Pairs, sigma_b: float) -> Pairs:
-    """The pairs that see nothing of the zero order."""
+    """The pairs that are more than ZERO_ORDER_REACH sigma_b away from the zero order."""
     kept = np.hypot(pairs.u, pairs.v) > ZERO_ORDER_REACH * sigma_b
-    return Pairs(pairs.wi[kept], pairs.wr[kept], pairs.drawn[kept])
+    return pairs.only(kept)
 
 
 @dataclass(frozen=True)
 class Judge:
-    """The references of one surface under one model: pairs and their colours, and the angle of the brightest view."""
+    """The reference of one surface under one model of coherence: pairs and their colours, the views of the first order,
+    and the angle of the brightest of these in degrees. `series` is the ensemble's; the patch model has none."""
 
     truths: list[Truth]
     plane: Plane
     brightest_deg: float
-    series: object = None
+    series: SpectrumSeries | None = None
 
 
 def judges(surface: Surface, effort: Effort) -> dict[str, Judge]:
-    """By model of coherence."""
+    """The judges of a surface, by model of coherence."""
     sigma_b = coherence.kernel_sigma(effort.coherence_m)
     step_m = effort.reference_nm * 1e-9
     plane = first_order_plane(THETA_I, wavelengths(5e-9), surface.period_m)
     settings = Settings(coherence_length_m=effort.coherence_m)
     series = exact_series(surface.whole, sigma_b)
     truths = {
-        "ensemble": ensemble_truths(surface.whole, sigma_b, effort.w_count, effort.pairs, wavelengths(step_m), series),
-        "patch": patch_truths(surface.patch, sigma_b, effort.coherence_m, effort.w_count, effort.patch_pairs, step_m),
+        "ensemble": ensemble_truths(series, sigma_b, effort.w_count, pairs=effort.pairs, lambdas=wavelengths(step_m)),
+        "patch": patch_truths(
+            surface.patch, effort.coherence_m, effort.w_count, pairs=effort.patch_pairs, step_m=step_m
+        ),
     }
     found, lambdas = {}, wavelengths(2.5e-9)
-    for model, name, relief in (
-        ("ensemble", "reference", surface.whole), ("patch", "reference-patch", surface.patch),
-    ):  # fmt: skip
-        density = response(METHODS[name](relief, settings), plane, lambdas)
-        luminance = density.T @ spectral_weights(lambdas)[:, 1]
+    references = {
+        "ensemble": exact.build_ensemble(surface.whole, settings),
+        "patch": exact.build_patch(surface.patch, settings),
+    }
+    for model, reference in references.items():
+        luminance = response(reference, plane, lambdas).T @ spectral_weights(lambdas)[:, 1]
         brightest = evaluation.peak(np.degrees(plane.theta_v), luminance)
         found[model] = Judge(truths[model], plane, brightest, series if model == "ensemble" else None)
     return found

@@ -13,13 +13,30 @@ from ...surface.relief import Relief, prepare
 from ...surface.samples.gratings import blazed
 from .. import evaluation
 
-# Beside the project's root, where a checkout has it.
-SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
+# Beside the folder of the project.
+SHARED = Path(__file__).resolve().parents[4] / "shared" / "data"
 
 
 @dataclass(frozen=True)
 class Effort:
-    """How much of a run: the pieces' size and coherence in metres, what is judged and swept, the synthetic scans."""
+    """How much a run does.
+
+    piece_m           side of the pieces that methods of the ensemble model see
+    w_count           values of w at which colours are compared
+    pairs             direction pairs at each w, for the ensemble model
+    patch_pairs       the same for the patch model
+    delta_es          colour differences that bakes are asked to keep
+    steps_nm          wavelength steps that are tried
+    sweeps            whether single settings of a method are varied as well
+    map_pixels        side of the BRDF maps; map_w values of w and map_pairs pairs at each give their errors
+    reference_nm      wavelength step of the references
+    naive_transforms  that are timed for the naive bake
+    seconds_timed     the least that a method is timed for
+    sizes             sides of the synthetic scans in pixels
+    scan_m            side of the piece of the scan that is baked; None: all of it
+    scan_bakes        of the scan; the fastest counts
+    coherence_m       coherence length
+    """
 
     piece_m: float
     w_count: int
@@ -41,17 +58,21 @@ class Effort:
 
 
 FULL = Effort(
-    32e-6, 4, 800, 200, (3, 1, 0.3, 0.1), (2, 5, 10, 20), True, 512, 2, 150, 1, 8, 0.2, (512, 1024, 2048, 4096, 8192)
-)
-
-
-QUICK = Effort(8e-6, 2, 300, 60, (3, 0.3), (5, 20), False, 128, 1, 60, 5, 3, 0.05, (256, 512), 12e-6, 1, 6e-6)
+    piece_m=32e-6, w_count=4, pairs=800, patch_pairs=200, delta_es=(3, 1, 0.3, 0.1), steps_nm=(2, 5, 10, 20),
+    sweeps=True, map_pixels=512, map_w=2, map_pairs=150, reference_nm=1, naive_transforms=8, seconds_timed=0.2,
+    sizes=(512, 1024, 2048, 4096, 8192),
+)  # fmt: skip
+QUICK = Effort(
+    piece_m=8e-6, w_count=2, pairs=300, patch_pairs=60, delta_es=(3, 0.3), steps_nm=(5, 20), sweeps=False,
+    map_pixels=128, map_w=1, map_pairs=60, reference_nm=5, naive_transforms=3, seconds_timed=0.05, sizes=(256, 512),
+    scan_m=12e-6, scan_bakes=1, coherence_m=6e-6,
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Surface:
-    """A piece for the ensemble model and a smaller one, as long as its coherence, for the patch model; `period_m` of
-    the order whose angle is looked at, which lies along T."""
+    """What methods are tried on: `whole` for the ensemble model, and `patch` for the patch model, a smaller piece that
+    is as long as the coherence. The first order of the period `period_m` along T is looked at."""
 
     name: str
     whole: Relief
@@ -79,7 +100,7 @@ def _blaze(length_m: float) -> HeightMap:
 
 
 def middle(height_map: HeightMap, length_m: float) -> HeightMap:
-    """The middle length_m x length_m of a height map."""
+    """The middle length_m x length_m of a height map, or as much of it as there is."""
     part = []
     for count, pixel in zip(height_map.height_m.shape, height_map.pixel_size_m, strict=True):
         kept = min(count, round(length_m / pixel))
@@ -88,13 +109,14 @@ def middle(height_map: HeightMap, length_m: float) -> HeightMap:
 
 
 def elaphe_scan(shared: Path) -> HeightMap:
-    """The scan of Elaphe where it is, else the sample like it."""
+    """The scan of Elaphe if the folder has it, else the sample that resembles it."""
     path = shared / "snake" / "elaphe_65um.png"
     return read_height_map(str(path), 65, 375) if path.is_file() else read_height_map("sample:elaphe")
 
 
 def as_file(height_map: HeightMap, folder: Path) -> list[str]:
-    """Write a height map as a grey picture of 16 bits; how the command line names it."""
+    """Write a height map into a folder as a grey picture of 16 bits. Returns the arguments by which the command line
+    reads it."""
     low, span = height_map.height_m.min(), np.ptp(height_map.height_m)
     path = folder / "piece.png"
     Image.fromarray(np.rint((height_map.height_m - low) / span * 65535).astype(np.uint16)).save(path)

@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake of a synthetic scan of any size in a process of its own, which alone can tell its peak of memory:
+"""A bake of a synthetic scan of any size. It runs in a process of its own, so that the peak of memory is the bake's:
 
-    python -m precompute.benchmark_scan PIXELS [DELTA_E]
+    python -m precompute.study.benchmark.synthetic_scan PIXELS [DELTA_E]
 
-One line of JSON: what the heights take, what was held before the bake and at its peak, and the seconds of both parts.
+It prints a SizeResult as one line of JSON.
 """
 
 import json
 import math
 import sys
+from dataclasses import asdict
 
 import numpy as np
 
@@ -16,23 +17,18 @@ from ...bake.make import make
 from ...bake.output import peak_bytes
 from ...bake.request import BakeRequest
 from ...surface.relief import Relief
+from .result import SizeResult
 
 PIXEL_M = 48e-9
-
-
 # Like a shed skin: ridges of 1.15 um that wander, 80 nm from trough to crest, on a rough ground of 15 nm rms.
 _PERIOD_M, _RIDGE_M, _GROUND_M = 1.15e-6, 40e-9, 15e-9
-
-
-# Of the ground's and the wandering's correlation from one row to the next.
+# Correlation of the ground, and of the ridges' phase, from one row to the next.
 _KEPT, _WANDERING_KEPT = 0.9, 0.999
-
-
 _GROUND_PIXELS = 4
 
 
 def synthetic_scan(pixels: int, seed: int = 0) -> Relief:
-    """A rough skin-like surface (pixels, pixels), made row by row: it takes no more memory than its heights."""
+    """A rough skin-like surface (pixels, pixels). It is made row by row, in no more memory than its heights take."""
     rng = np.random.default_rng(seed)
     reach = np.arange(-3 * _GROUND_PIXELS, 3 * _GROUND_PIXELS + 1)
     smooth = np.exp(-0.5 * (reach / _GROUND_PIXELS) ** 2)
@@ -50,20 +46,21 @@ def synthetic_scan(pixels: int, seed: int = 0) -> Relief:
     return Relief(height, (edge, edge), (PIXEL_M, PIXEL_M), periodic=False)
 
 
-def measure_bake(pixels: int, delta_e: float) -> dict[str, float]:
-    """What a bake of pixels x pixels takes, in seconds and bytes."""
+def measure_bake(pixels: int, delta_e: float) -> SizeResult:
+    """Bake pixels x pixels and tell what it took."""
     relief = synthetic_scan(pixels)
     before = peak_bytes()
     made = make([relief], BakeRequest(delta_e))
-    return {
-        "pixels": pixels,
-        "input_bytes": relief.height_m.nbytes,
-        "seconds": made.seconds,
-        "check_seconds": made.check_seconds,
-        "beyond_input_bytes": None if before is None else peak_bytes() - before,
-        "delta_e_p99": made.errors.p99,
-    }
+    return SizeResult(
+        pixels=pixels,
+        input_bytes=relief.height_m.nbytes,
+        seconds=made.seconds,
+        check_seconds=made.check_seconds,
+        beyond_input_bytes=None if before is None else peak_bytes() - before,
+        delta_e_p99=made.errors.p99,
+    )
 
 
 if __name__ == "__main__":
-    print(json.dumps(measure_bake(int(sys.argv[1]), float(sys.argv[2]) if len(sys.argv) > 2 else 1.0)))
+    measured = measure_bake(int(sys.argv[1]), float(sys.argv[2]) if len(sys.argv) > 2 else 1.0)
+    print(json.dumps(asdict(measured)))

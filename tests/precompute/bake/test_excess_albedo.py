@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.albedo import directional_albedo, no_limit, surface_of
+from benchmarks.albedo import directional_albedo, no_bound, surface_of
 from precompute.bake import excess_albedo
 from precompute.bake.ensemble import bake
 from precompute.bake.excess_albedo import albedo_times_cosine, continuum_albedo
@@ -52,7 +52,7 @@ def test_no_more_is_reflected_than_received(bakes, name):
     baked, surface = bakes[name]
     greatest = np.max(
         [
-            directional_albedo(surface, toward(theta, azimuth), lam, [no_limit, baked.albedo_bound_at], 1 << 14)
+            directional_albedo(surface, toward(theta, azimuth), lam, [no_bound, baked.albedo_bound_at], 1 << 14)
             for theta in (0, 30, 60, 75, 85, 89, 89.9)
             for azimuth in (0, 37, 90, 180)
             for lam in np.linspace(390e-9, 770e-9, 5)
@@ -73,7 +73,7 @@ def test_the_albedo_is_that_of_the_quadrature(bakes):
     for theta, tolerance in ((0, 1e-3), (45, 1e-2), (75, 1e-2)):
         wi = toward(theta, 20)
         found = albedo_times_cosine(surface.series, surface.sigma_b, wi[None, None], lambdas)[0, 0] / wi[2]
-        exact = [directional_albedo(surface, wi, lam, [no_limit], 1 << 16)[0] for lam in lambdas]
+        exact = [directional_albedo(surface, wi, lam, [no_bound], 1 << 16)[0] for lam in lambdas]
         np.testing.assert_allclose(found, exact, rtol=tolerance)
 
 
@@ -84,7 +84,7 @@ def test_a_mirror_has_albedo_one_and_no_excess(bakes):
     baked, surface = bakes["flat"]
     theta = np.degrees(np.arcsin(1 - 5.5 * surface.sigma_b))
     for angle in (0, 30, theta):
-        assert directional_albedo(surface, toward(angle), 550e-9, [no_limit])[0] == pytest.approx(1, abs=1e-6)
+        assert directional_albedo(surface, toward(angle), 550e-9, [no_bound])[0] == pytest.approx(1, abs=1e-6)
     np.testing.assert_allclose(baked.excess_albedo * 1e3, 0, atol=1e-3)
     assert baked.albedo_bound_at(toward(80)) == pytest.approx(1, abs=1e-5)
 
@@ -169,7 +169,7 @@ def test_maps_in_both_forms(bakes):
     """The conserving map is Stam's, divided by the larger bound of the light's and the view's direction."""
     baked, _ = bakes["binary"]
     theta = np.radians(75)
-    stam, conserving = (brdf_map.from_bake(baked, 32, theta, form) for form in (False, True))
+    stam, conserving = (brdf_map.from_bake(baked, 32, theta, conserving=form) for form in (False, True))
     wi, wr, inside = brdf_map.view_hemisphere(32, theta)
     bound = np.maximum(baked.albedo_bound_at(wi), baked.albedo_bound_at(wr[inside]))
     assert bound.max() > 1.2

@@ -9,8 +9,9 @@ import pytest
 from precompute.base.failure import GratingError
 from precompute.cli import parser
 from precompute.methods import dft_images
-from precompute.methods.dft_images import DFT_METHODS, Layout, pack, read_layout, settings_for
-from precompute.methods.registry import METHODS
+from precompute.methods.dft_images import pack, settings_for
+from precompute.methods.dft_layout import Layout, read_layout
+from precompute.methods.registry import METHODS, SHADER_METHODS
 from precompute.surface.relief import prepare
 from precompute.surface.samples.gratings import blazed, sinusoidal
 from precompute.table import atlas_file
@@ -72,7 +73,7 @@ def test_the_bottom_row_alone_is_marked():
     assert not image[1:, :, 2].any()
 
 
-@pytest.mark.parametrize("name", DFT_METHODS)
+@pytest.mark.parametrize("name", SHADER_METHODS)
 def test_the_verb_writes_one_file_that_comes_back(tmp_path, name, capsys):
     arguments = ["dft", "sample:blazed", "-o", str(tmp_path), "--method", name, "--terms", "2", "--json", "-"]
     assert parser.main([*arguments, "--progress", "none"]) == 0
@@ -94,7 +95,7 @@ def test_the_verb_writes_one_file_that_comes_back(tmp_path, name, capsys):
 def test_a_relief_too_deep_is_refused_with_its_name(tmp_path):
     deep = sinusoidal(2.5e-6, 3000e-9, periods=2, rows=8)
     with pytest.raises(GratingError, match=r"sample.*3000 nm of relief cannot converge.*chebyshev"):
-        dft_images.images_to_folder(deep, "flss", SETTINGS, tmp_path, lambda *_: None)
+        dft_images.images_to_folder(deep, "flss", SETTINGS, folder=tmp_path)
     assert not list(tmp_path.iterdir())
 
 

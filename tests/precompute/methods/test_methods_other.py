@@ -57,9 +57,6 @@ def test_the_ensemble_is_the_core_reference():
     assert method.xyz(u, v, 1.4) == pytest.approx(scattered + kernel[:, None] * zero, rel=1e-9, abs=1e-12)
 
 
-# Stam
-
-
 def test_stam_knows_a_true_grating_exactly(grating):
     """A line grating is what his form is made for: the reference's density, order by order, up to its kernel's reach of
     7 sigma (2e-11) and ours of 8."""
@@ -92,9 +89,6 @@ def test_stam_colours_are_the_integral_of_his_density(grating):
     assert stam.xyz(u, 0 * u, w) == pytest.approx(integral, rel=5e-3, abs=1e-4 * integral.max())
 
 
-# The rainbow and the bake
-
-
 def test_the_rainbow():
     assert gem.bump(np.array([-2, -1, 0, 0.5, 1])) == pytest.approx([0, 0, 1, 0.75, 0])
     rainbow = gem.Gem(1e-6, Settings())
@@ -118,9 +112,6 @@ def test_the_bake_as_a_method():
     scattered, zero = table.candidate(u, v, w)
     expected = scattered * w[:, None] ** 2 + zero * table.kernel(u, v)[:, None]
     assert Baked(table, Settings()).xyz(u, v, w) == pytest.approx(expected)
-
-
-# Fresnel, gain, blending
 
 
 def test_conductors():
@@ -153,14 +144,11 @@ def test_blending():
     assert mixed == pytest.approx(np.array([[0.9, 1.1, 0], [0.9, 0.7, 0], [0.9, 0.1, 0]]))
 
 
-# Maps
-
-
 def test_a_map_by_a_method_is_the_map_by_the_reference():
     relief = prepare(sinusoidal(2e-6, 150e-9, periods=4, rows=16))
     settings = Settings(coherence_length_m=LENGTH, step_m=40e-9)
     got = brdf_map.from_method(METHODS["reference"](relief, settings), 16, 0.3)
-    truth = brdf_map.from_reference(relief, kernel_sigma(LENGTH), 16, 0.3, 40e-9, conserving=False)
+    truth = brdf_map.from_reference(relief, kernel_sigma(LENGTH), 16, theta_i=0.3, step_m=40e-9, conserving=False)
     assert np.array_equal(np.isnan(got), np.isnan(truth))
     # Near the zero order the one multiplies its kernel by O = 1, the other by Stam's O at the pixel.
     far = np.abs(brdf_map.view_hemisphere(16, 0.3)[1][..., 0] - np.sin(0.3)) > 8 * kernel_sigma(LENGTH)

@@ -9,7 +9,8 @@ from precompute.colour.observer import S_MAX, observer
 from precompute.methods import chebyshev_series, exact, flss, nmm, pq
 from precompute.methods.method import Settings
 from precompute.methods.registry import METHODS
-from precompute.methods.term_images import left_out
+from precompute.methods.windowed_images import left_out
+from precompute.reference.patch import PatchReference
 from precompute.spectra.patch_window import PatchWindow
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
@@ -45,9 +46,6 @@ def partial_sum(expansion, height):
     return sum(c * f for c, f in zip(coefficients, expansion.fields(height), strict=True))
 
 
-# The reference
-
-
 @pytest.mark.parametrize("periodic", [True, False])
 def test_the_reference_is_the_written_out_sum(periodic):
     relief = skin(periodic, (9, 12))
@@ -78,14 +76,11 @@ def test_the_power_over_the_nyquist_cell_is_one():
 
 def test_a_line_grating_takes_the_short_way_to_the_same_end():
     relief = prepare(blazed(periods=2, rows=40))
-    patch = exact.build_patch(relief, Settings(coherence_length_m=4e-6))
+    reference = PatchReference(exact.build_patch(relief, Settings(coherence_length_m=4e-6)).window)
     u, v, w, lam = places(20)
     args = v / lam, u / lam, w / lam
-    long = patch._sums(*args)
-    assert np.abs(patch._line_sums(*args) - long).max() <= 1e-11 * np.abs(long).max()
-
-
-# FLSS and Chebyshev
+    long = reference._sums(*args)
+    assert np.abs(reference._line_sums(*args) - long).max() <= 1e-11 * np.abs(long).max()
 
 
 @pytest.mark.parametrize("periodic", [True, False])
@@ -156,7 +151,7 @@ def test_the_automatic_terms_keep_their_promise(z):
 
 @pytest.mark.parametrize(("relief_nm", "terms"), [(150, 8), (400, 13), (1000, 25), (2000, 43)])
 def test_chebyshev_terms_of_the_design(relief_nm, terms):
-    """DESIGN 2 counts the highest order: 7, 12, 24, 42 for an rms error of 1e-3 at 380 nm."""
+    """docs/theory.md counts the highest order: 7, 12, 24, 42 for an rms error of 1e-3 at 380 nm."""
     from benchmarks import terms as benchmark
 
     errors = benchmark.SERIES[2].curve(relief_nm * 1e-9, np.float32)
@@ -201,9 +196,6 @@ def test_too_few_terms_are_taken_as_asked():
     truth = exact.build_patch(relief, settings).density(u, v, w, lam)
     got = METHODS["flss"](relief, settings).density(u, v, w, lam)
     assert np.abs(got - truth).max() > truth.max()
-
-
-# PQ
 
 
 @pytest.mark.parametrize("copies", [1, 2, 7, 26])
@@ -257,9 +249,6 @@ def test_the_printed_product_is_wrong():
     methods = [METHODS[name](relief, Settings(coherence_length_m=10e-6)) for name in ("pq", "pq-printed")]
     right, printed = (m.density(u, v / 20, w, lam) for m in methods)
     assert np.abs(printed - right).max() > 0.1 * right.max()
-
-
-# NMM
 
 
 def test_nmm_picks_the_wavelengths_of_the_grating_equation():

@@ -17,12 +17,12 @@ from precompute.optics import coherence
 from precompute.reference.ensemble import reference_xyz
 from precompute.study.benchmark import page, run
 from precompute.study.benchmark.candidates import _directions
-from precompute.study.benchmark.figures import number, summary, title_of
-from precompute.study.benchmark.references import away_from_zero_order, ensemble_truths
+from precompute.study.benchmark.references import away_from_zero_order, ensemble_truths, exact_series
 from precompute.study.benchmark.run import pareto
 from precompute.study.benchmark.scan import _child
 from precompute.study.benchmark.surfaces import QUICK, as_file, middle, surfaces
 from precompute.study.benchmark.synthetic_scan import synthetic_scan
+from precompute.study.benchmark.tables import number, summary
 from precompute.surface.relief import prepare
 from precompute.surface.samples.catalogue import make_sample
 from precompute.surface.samples.gratings import blazed
@@ -35,15 +35,21 @@ TINY = replace(
 
 @pytest.fixture(scope="module")
 def facts(tmp_path_factory, matplotlib):
-    """Those of the verb, as JSON."""
-    folder, every = tmp_path_factory.mktemp("benchmark"), surfaces
+    """Those of the verb as JSON, with the result that they were made from."""
+    folder, every, measured, results = tmp_path_factory.mktemp("benchmark"), surfaces, run.run, []
+
+    def kept(*arguments):
+        results.append(measured(*arguments))
+        return results[-1]
+
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(verb, "QUICK", TINY)
+        patch.setattr(run, "run", kept)
         patch.setattr(run, "surfaces", lambda *arguments: every(*arguments)[2:])
         arguments = ["benchmark", "--quick", "--output", str(folder), "--json", str(folder / "facts.json")]
         assert parser.main([*arguments, "--shared", str(folder), "--progress", "none"]) == 0
     found = json.loads((folder / "facts.json").read_text())
-    return {**found, "folder": folder}
+    return {**found, "folder": folder, "result": results[0]}
 
 
 def test_the_verb_tells_all(facts):
@@ -70,17 +76,17 @@ def test_the_verb_writes_its_page(facts):
     for picture in ("speed_against_error.png", "bake_time.png"):
         assert f"images/{picture}" in text
         assert (facts["folder"] / "images" / picture).stat().st_size > 1000
-    for row in facts["rows"]:
-        assert title_of(row) in text
+    for row in facts["result"].rows:
+        assert row.title in text
     assert all(len(line) < 400 for line in text.splitlines())
-    assert summary(facts).count("\n") > len(facts["rows"])
+    assert summary(facts["result"]).count("\n") > len(facts["rows"])
 
 
 def test_a_refused_method_is_named(facts):
     """819 nm of relief are too deep for Taylor in single precision."""
     refused = {(one["surface"], one["method"]) for one in facts["refused"]}
     assert ("xenopeltis", "flss") in refused
-    assert "Refused:" in page.text(facts)
+    assert "Refused:" in page.text(facts["result"])
 
 
 def test_the_front_holds_what_nothing_beats():
@@ -93,7 +99,7 @@ def test_the_front_holds_what_nothing_beats():
 def test_the_ensemble_s_reference_is_the_reference():
     relief = prepare(middle(make_sample("elaphe"), 5e-6))
     sigma_b = coherence.kernel_sigma(3e-6)
-    truths = ensemble_truths(relief, sigma_b, 1, 60, wavelengths(20e-9))
+    truths = ensemble_truths(exact_series(relief, sigma_b), sigma_b, 1, pairs=60, lambdas=wavelengths(20e-9))
     exact, _ = reference_xyz(relief, truths[0].pairs.u, truths[0].pairs.v, w=truths[0].w, sigma_b=sigma_b, step_m=20e-9)
     np.testing.assert_allclose(truths[0].scattered_xyz, exact, atol=1e-8 * exact.max())
 
@@ -159,5 +165,5 @@ def test_a_child_that_fails_says_why():
     ("value", "written"),
     [(0, "0"), (1234.5, "1,230"), (0.01234, "0.0123"), (2e-6, "2e-06"), (math.inf, "-"), (12, "12.0")],
 )
-def test_figures_are_short(value, written):
+def test_numbers_are_short(value, written):
     assert number(value) == written

@@ -13,6 +13,7 @@ from precompute.study.brdf_map import from_bake, from_reference, linear_rgb, pic
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 from precompute.surface.samples.gratings import blazed
+from precompute.table.radiance import Skin, lamp_radiance
 from precompute.table.table import Table
 
 SIGMA_B, COHERENCE_M, STEP_M = 0.061897, 4e-6, 20e-9
@@ -48,9 +49,6 @@ def place(image, size):
     return ((col, row) + np.array(0.5)) * 2 / size - 1
 
 
-# Geometry
-
-
 @pytest.mark.parametrize("size", [9, 64])
 def test_a_pixel_is_a_direction(size):
     """(x, y) = (sin t cos p, sin t sin p), row along +y; outside the unit disc there is none."""
@@ -65,12 +63,9 @@ def test_a_pixel_is_a_direction(size):
 
 def test_the_mirror_image_of_the_light_lies_towards_x():
     size = 60
-    xyz = from_reference(mirror(), SIGMA_B, size, THETA, 100e-9)
+    xyz = from_reference(mirror(), SIGMA_B, size, theta_i=THETA, step_m=100e-9)
     # To half a pixel; the kernel's peak is symmetric but for Fresnel, which moves it by sigma^2 R'/R, here 0.003.
     assert place(luminance(xyz), size) == pytest.approx((np.sin(THETA), 0), abs=1.5 / size)
-
-
-# The exact map against the reference
 
 
 @pytest.mark.parametrize("theta_i", [0.0, THETA])
@@ -80,7 +75,7 @@ def test_the_exact_map_is_the_reference(theta_i):
     peak. In Stam's form: of the other, test_excess_albedo.py tells."""
     size = 40
     relief = skin()
-    xyz = from_reference(relief, SIGMA_B, size, theta_i, STEP_M, conserving=False)
+    xyz = from_reference(relief, SIGMA_B, size, theta_i=theta_i, step_m=STEP_M, conserving=False)
     wi, wr, inside = view_hemisphere(size, theta_i)
     pixels = np.random.default_rng(0).permutation(np.argwhere(inside))[:20]
     for row, col in pixels:
@@ -96,12 +91,9 @@ def test_the_exact_map_is_the_reference(theta_i):
 
 def test_a_mirror_is_white_everywhere():
     """R times the kernel, of one colour: a rounding."""
-    xyz = from_reference(mirror(), 0.3, 24, THETA, 50e-9)
+    xyz = from_reference(mirror(), 0.3, 24, theta_i=THETA, step_m=50e-9)
     seen = xyz[np.isfinite(xyz[..., 1])]
     np.testing.assert_allclose(seen / seen[:, 1:2], np.tile(white_xyz(), (len(seen), 1)), rtol=1e-11)
-
-
-# The bake's map
 
 
 def test_the_map_of_a_bake_has_the_colours_of_the_reference():
@@ -111,7 +103,7 @@ def test_the_map_of_a_bake_has_the_colours_of_the_reference():
     table = bake(relief, BakeRequest(coherence_length_m=COHERENCE_M))
     assert table.sigma_b == pytest.approx(SIGMA_B, rel=1e-4)
     for theta_i in (0.0, THETA):
-        exact = from_reference(relief, table.sigma_b, size, theta_i, 5e-9)
+        exact = from_reference(relief, table.sigma_b, size, theta_i=theta_i, step_m=5e-9)
         baked = from_bake(table, size, theta_i)
         np.testing.assert_array_equal(np.isnan(exact), np.isnan(baked))
         seen = np.isfinite(exact[..., 1])
@@ -138,9 +130,6 @@ def test_the_map_of_a_table_known_in_closed_form():
     assert np.isnan(xyz[~inside]).all()
 
 
-# Sides
-
-
 @pytest.mark.parametrize("method", ["bake", "reference"])
 @pytest.mark.parametrize("along_b", [False, True])
 def test_facets_send_light_down_their_slope(method, along_b):
@@ -152,7 +141,7 @@ def test_facets_send_light_down_their_slope(method, along_b):
         if method == "bake":
             image = luminance(from_bake(table, size, theta_i))
         else:
-            image = luminance(from_reference(relief, table.sigma_b, size, theta_i, 20e-9))
+            image = luminance(from_reference(relief, table.sigma_b, size, theta_i=theta_i, step_m=20e-9))
         x, y = place(image, size)
         order = np.array([0, -0.37] if along_b else [-0.37, 0])
         assert (x, y) == pytest.approx((np.sin(theta_i), 0) + order, abs=0.06)
@@ -167,9 +156,6 @@ def test_row_zero_of_the_picture_is_plus_y():
     _, _, inside = view_hemisphere(size, 0.0)
     brightness = shown.sum(axis=-1) * inside
     assert brightness[size // 2 :].sum() > 2 * brightness[: size // 2].sum()
-
-
-# Pictures
 
 
 def test_a_picture_is_exposed_encoded_and_white_around():
@@ -212,7 +198,22 @@ def test_linear_rgb_is_rec_709():
     np.testing.assert_allclose(linear_rgb(np.tile(white_xyz("E"), (2, 2, 1)), "E"), 1, rtol=1e-12)
 
 
+@pytest.mark.parametrize("conserving", [True, False])
+def test_a_map_of_a_bake_is_the_formula_of_the_materials(conserving):
+    relief = prepare(blazed(periods=2, rows=64))
+    table = bake(relief, BakeRequest(delta_e=3, coherence_length_m=COHERENCE_M))
+    wi, wr, inside = view_hemisphere(48, THETA)
+    views = wr[inside]
+    expected = lamp_radiance(
+        table, np.broadcast_to(wi, views.shape), views, irradiance=np.ones((1, 3)),
+        skin=Skin(energy_conserving=float(conserving)),
+    )  # fmt: skip
+    found = np.maximum(linear_rgb(from_bake(table, 48, THETA, conserving=conserving)[inside]), 0)
+    # The albedo bound is in single precision.
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7 * expected.max())
+
+
 def test_progress_is_told_for_each_wavelength():
     told = []
-    from_reference(mirror(), 0.3, 8, 0.0, 100e-9, tick=lambda done, total: told.append((done, total)))
-    assert told == [(k + 1, 5) for k in range(5)]
+    from_reference(mirror(), 0.3, 8, theta_i=0.0, step_m=100e-9, progress=lambda *each: told.append(each))
+    assert told == [("reference", (k + 1) / 5) for k in range(5)]

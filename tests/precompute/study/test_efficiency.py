@@ -22,7 +22,9 @@ def worst(kind, theta_i, samples, depths=DEPTHS):
     return max(
         order.error
         for depth, lam in product(depths, WAVELENGTHS)
-        for order in efficiencies(kind, PERIOD, depth, lam, np.radians(theta_i), samples=samples)
+        for order in efficiencies(
+            kind, period_m=PERIOD, depth_m=depth, wavelength_m=lam, theta_i=np.radians(theta_i), samples=samples
+        )
     )
 
 
@@ -51,13 +53,14 @@ def test_the_closed_forms_hold_all_the_light(kind):
 
 def test_only_real_orders_are_given():
     """550 nm on 1 um at 30 degrees: m = -2 leaves at sin = -0.6, m = 1 would leave at sin = 1.05."""
-    orders = [o.order for o in efficiencies("blazed", 1e-6, 100e-9, 550e-9, np.radians(30))]
+    found = efficiencies("blazed", period_m=1e-6, depth_m=100e-9, wavelength_m=550e-9, theta_i=np.radians(30))
+    orders = [o.order for o in found]
     assert orders == [-2, -1, 0]
 
 
 def test_a_blaze_sends_light_down_its_slope():
     """A facet half a wavelength high, light at the normal: the path is one wavelength and m = -1 has nearly all."""
-    orders = efficiencies("blazed", 50e-6, 275e-9, 550e-9)
+    orders = efficiencies("blazed", period_m=50e-6, depth_m=275e-9, wavelength_m=550e-9)
     assert max(orders, key=lambda o: o.computed).order == -1
     assert {o.order: o for o in orders}[-1].computed > 0.999
 

@@ -12,14 +12,22 @@ import pytest
 from precompute.base.failure import GratingError
 from precompute.cli.parser import main
 from precompute.colour.observer import observer, wavelengths, white_xyz
-from precompute.methods import registry
+from precompute.methods import baked
 from precompute.methods.baked import Baked
-from precompute.methods.method import Settings
+from precompute.methods.method import Method, Settings
 from precompute.methods.registry import METHODS
 from precompute.study import evaluation
 from precompute.study.colour_comparison import compare_bake, dominant_wavelength
 from precompute.study.evaluation import evaluate_method, peak
-from precompute.study.response import ANGLE_STEP, WINDOW, Plane, first_order_angle, first_order_plane, response
+from precompute.study.response import (
+    ANGLE_STEP,
+    WINDOW,
+    FirstOrder,
+    Plane,
+    first_order_angle,
+    first_order_plane,
+    response,
+)
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 from precompute.surface.samples.gratings import blazed
@@ -89,19 +97,20 @@ def test_the_period_of_a_blaze(blaze):
     """The bounds of the task, with 21 wavelengths and half as many views."""
     lambdas = wavelengths(20e-9)
     settings = evaluation.thesis_settings()
+    first_order = FirstOrder(THETA_I, 2.5e-6, lambdas, np.radians(0.04))
     found = {
-        name: evaluate_method(name, blaze, settings, THETA_I, 2.5e-6, None, lambdas, np.radians(0.04))
+        name: evaluate_method(name, blaze, settings, first_order=first_order)
         for name in ("reference", "reference-patch", "flss", "chebyshev", "nmm", "pq")
     }
-    figures = {name: one.as_dict() for name, one in found.items()}
-    truth = figures["reference-patch"]["period_mean_nm"]
+    told = {name: one.as_dict() for name, one in found.items()}
+    truth = told["reference-patch"]["period_mean_nm"]
     assert 2499.3 <= truth <= 2499.98
     for name in ("reference", "flss", "chebyshev", "nmm"):
-        assert figures[name]["period_mean_nm"] == pytest.approx(truth, abs=0.1)
-        assert figures[name]["period_mean_nm"] == pytest.approx(2500, abs=1)
-        assert figures[name]["period_variance_nm"] <= 0.377
-        assert figures[name]["peak_angle_rms_deg"] <= 0.02
-    assert figures["pq"]["period_mean_nm"] == pytest.approx(2500, abs=3)
+        assert told[name]["period_mean_nm"] == pytest.approx(truth, abs=0.1)
+        assert told[name]["period_mean_nm"] == pytest.approx(2500, abs=1)
+        assert told[name]["period_variance_nm"] <= 0.377
+        assert told[name]["peak_angle_rms_deg"] <= 0.02
+    assert told["pq"]["period_mean_nm"] == pytest.approx(2500, abs=3)
     # Against the true period, too.
     off = found["flss"].peak_angles - first_order_angle(THETA_I, lambdas, 2.5e-6)
     assert np.degrees(np.sqrt(np.mean(off**2))) <= 0.02
@@ -111,7 +120,7 @@ def test_a_wrong_surface_is_seen(blaze):
     """A method that reads every frequency 0.1 % off gives a period as much off."""
     flss = METHODS["flss"](blaze, evaluation.thesis_settings())
 
-    class Off:
+    class Off(Method):
         def density(self, u, v, w, lam):
             return flss.density(u * 1.001, v, w, lam)
 
@@ -160,8 +169,8 @@ def test_a_bake_s_colours_are_compared(blaze, monkeypatch):
     settings = Settings(coherence_length_m=10e-6)
     sigma = METHODS["reference"](blaze, settings).sigma_b
     dark = Table(np.zeros((2, 256, 256, 3), np.float32), np.zeros((4, 3)), sigma, 4 / 252, "D65")
-    monkeypatch.setitem(registry.METHODS, "bake", lambda relief, settings: Baked(dark, settings))
-    found = compare_bake(blaze, settings, THETA_I, 2.5e-6).as_dict()
+    monkeypatch.setattr(baked, "build", lambda relief, settings: Baked(dark, settings))
+    found = compare_bake(blaze, settings, FirstOrder(THETA_I, 2.5e-6)).as_dict()
     assert found["relative_dy"] == pytest.approx(1)
     assert found["period_mean_nm"] is None
     assert np.isnan(found["peak_angle_deg"])

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The result of the benchmark as text: numbers, tables, the printed summary."""
+
+import math
+from collections.abc import Sequence
+
+from .result import BenchmarkResult, Row
+
+# dE00 that no eye sees side by side, the budget of a bake by default.
+JUST_VISIBLE = 1.0
+NAMES = {"blaze": "Blaze", "elaphe": "Elaphe", "xenopeltis": "Xenopeltis-like"}
+_COLUMNS = (
+    "method", "s / million", "prepared in, s", "peak, MiB", "table, MiB", "dE00 mean", "p95", "p99", "max",
+    "relative RMS", "angle, degrees",
+)  # fmt: skip
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A value rounded to `digits` significant digits, written out in full where it is large."""
+    if not math.isfinite(value):
+        return "-"
+    if value == 0:
+        return "0"
+    places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    if abs(value) >= 1e-4:
+        return f"{round(value, digits - 1 - math.floor(math.log10(abs(value)))):,.{min(places, 6)}f}"
+    return f"{value:.0e}"
+
+
+def mebibytes(count: float | None) -> str:
+    """A number of bytes in MiB, or a dash if it is not known."""
+    return "-" if count is None else number(count / 2**20)
+
+
+def cells_of(row: Row, front: Sequence[str]) -> list[str]:
+    """A row of the table; a title on the front is bold."""
+    return [
+        f"**{row.title}**" if row.title in front else row.title,
+        number(row.seconds_per_million), number(row.preparation_seconds, 2), mebibytes(row.peak_bytes),
+        mebibytes(row.table_bytes), *(number(value, 2) for value in (row.mean, row.p95, row.p99, row.max)),
+        number(row.relative_rms, 2), f"{row.peak_angle_deg:.3f}",
+    ]  # fmt: skip
+
+
+def table(result: BenchmarkResult, surface: str) -> str:
+    """A surface's rows in Markdown."""
+    return markdown(_COLUMNS, [cells_of(row, result.front[surface]) for row in result.rows_of(surface)])
+
+
+def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table in Markdown."""
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in (header, ["---"] * len(header), *rows))
+
+
+def summary(result: BenchmarkResult) -> str:
+    """What the command prints: the tables in columns, and the ratios."""
+    lines = []
+    for surface in result.front:
+        lines += [NAMES[surface], f"{'':36}" + "".join(f"{name:>15}" for name in _COLUMNS[1:])]
+        for row in result.rows_of(surface):
+            title, *cells = cells_of(row, ())
+            mark = "*" if title in result.front[surface] else " "
+            lines.append(f"{mark} {title:<34}" + "".join(f"{cell:>15}" for cell in cells))
+    scan, one_map = result.scan, result.map
+    lines += [
+        "* on the front of seconds against p99",
+        f"bake of {result.surface}: {number(scan.bake_to_24_transforms)} x 24 transforms of its size, "
+        f"{number(scan.naive_to_bake)} x faster than a transform a wavelength and tile, "
+        f"{mebibytes(scan.peak_bytes)} MiB at the peak, {mebibytes(scan.table_bytes)} MiB in Blender",
+        f"map of {one_map.pixels} x {one_map.pixels}: {number(one_map.flss_to_bake)} x faster than FLSS, dE00 "
+        f"mean {number(one_map.bake.mean)} and p99 {number(one_map.bake.p99)}, not "
+        f"{number(one_map.flss.mean)} and {number(one_map.flss.p99)}",
+    ]
+    for size in result.sizes:
+        lines.append(
+            f"bake of {size.pixels} x {size.pixels}: {number(size.seconds)} s, check "
+            f"{number(size.check_seconds)} s, {mebibytes(size.beyond_input_bytes)} MiB beyond the input"
+        )
+    return "\n".join(lines)
+
+
+def n2_log_n(pixels: int) -> float:
+    """The cost of a transform of pixels x pixels, up to a factor."""
+    return pixels**2 * math.log2(pixels)

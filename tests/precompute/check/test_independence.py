@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`check` shares no code with the bake, read off the syntax trees: nothing is imported or run."""
+
+import ast
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[3] / "precompute"
+# Rooms that check may import, and the rooms of the bake.
+ROOMS = {"base", "optics", "colour", "surface", "measure", "check"}
+OF_THE_BAKE = {"maths", "spectra", "table", "reference", "bake"}
+# All that it shares with the bake: failures and progress, the surface, directions, the observer, the error metrics.
+SHARED = {
+    "base/failure.py", "base/progress.py", "colour/difference.py", "colour/observer.py", "measure/errors.py",
+    "measure/pairs.py", "optics/brdf.py", "optics/fresnel.py", "optics/region.py", "surface/height_map.py",
+    "surface/holes.py", "surface/levelling.py", "surface/relief.py",
+}  # fmt: skip
+
+
+def source(target):
+    """Where a module of precompute stands, or None if it is none: `target` a path without an ending."""
+    return next((path for path in (target.with_suffix(".py"), target / "__init__.py") if path.is_file()), None)
+
+
+def reached(path, found=()):
+    """Sources inside precompute that one imports, through whatever it imports, as paths from precompute."""
+    found = set(found)
+    for node in ast.walk(ast.parse(path.read_text())):
+        if not isinstance(node, ast.ImportFrom) or not node.level:
+            continue
+        base = path.parents[node.level - 1].joinpath(*(node.module or "").split("."))
+        for each in filter(None, [source(base), *(source(base / name.name) for name in node.names)]):
+            if each.relative_to(ROOT).as_posix() not in found:
+                found = reached(each, found | {each.relative_to(ROOT).as_posix()})
+    return found
+
+
+def rooms(paths):
+    return {path.split("/")[0] for path in paths} - {"__init__.py"}
+
+
+def test_it_imports_no_room_of_the_bake():
+    for path in (ROOT / "check").glob("*.py"):
+        assert rooms(reached(path)) <= ROOMS, path.name
+
+
+def test_it_shares_nothing_with_the_bake():
+    shared = reached(ROOT / "check" / "verdict.py")
+    assert {path for path in shared if not path.startswith("check/") and not path.endswith("__init__.py")} == SHARED
+    # Nor what reads the height maps; and the walk does see what there is to see.
+    assert not rooms(reached(ROOT / "surface" / "readers" / "registry.py")) & OF_THE_BAKE
+    assert OF_THE_BAKE - {"bake"} <= rooms(reached(ROOT / "bake" / "make.py"))
+    assert "bake" in rooms(reached(ROOT / "cli" / "bake.py"))

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The entries of the registry tell the truth about the methods that they build, and load only when they are wanted."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from precompute.base.failure import GratingError
+from precompute.methods import registry
+from precompute.methods.method import Settings
+from precompute.methods.registry import ENTRIES
+from precompute.study.benchmark.surfaces import FULL
+from precompute.surface.relief import prepare
+from precompute.surface.samples.gratings import blazed
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+@pytest.fixture(scope="module")
+def built():
+    grating = prepare(blazed(periods=2, rows=24))
+    settings = Settings(coherence_length_m=5e-6)
+    return {name: entry.build(grating, settings) for name, entry in ENTRIES.items()}
+
+
+@pytest.mark.parametrize("name", ENTRIES)
+def test_an_entry_tells_what_its_method_is(built, name):
+    entry, method = ENTRIES[name], built[name]
+    assert (method.name, method.coherence) == (name, entry.coherence)
+    assert method.table_bytes > 0 or name == "gem"
+    if not entry.has_spectrum:
+        with pytest.raises(GratingError):
+            method.density(0.1, 0.0, 1.5, 500e-9)
+
+
+@pytest.mark.parametrize("name", ENTRIES)
+def test_an_entry_tells_whether_a_shader_can_evaluate_it(built, name):
+    """PQ as printed has the images of PQ, and no shader."""
+    if ENTRIES[name].has_shader:
+        assert built[name].shader_images().images.terms.nbytes == built[name].table_bytes
+    elif name != "pq-printed":
+        with pytest.raises(GratingError, match="no shader"):
+            built[name].shader_images()
+
+
+def test_the_lists_are_those_of_the_entries():
+    assert registry.DEFAULT_METHODS == (
+        "reference", "reference-patch", "flss", "chebyshev", "nmm", "pq", "pq-printed", "stam"
+    )  # fmt: skip
+    assert set(registry.METHODS) - set(registry.MAP_METHODS) == {"reference-patch"}
+    assert registry.SHADER_METHODS == ("flss", "chebyshev", "nmm", "nmm-jacobian", "pq")
+
+
+def test_the_trials_of_a_method_differ():
+    trials = [(name, trial.label) for name, entry in ENTRIES.items() for trial in entry.trials(FULL)]
+    assert len(set(trials)) == len(trials) > 30
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "from precompute.cli import parser; parser.build_parser(['info'])",
+        "import precompute.methods.dft_layout",
+    ],
+)
+def test_the_methods_are_loaded_only_where_they_are_wanted(statement):
+    script = f"{statement}; import sys; assert 'precompute.methods.registry' not in sys.modules"
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
