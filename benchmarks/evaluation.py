@@ -170,7 +170,7 @@ def grid_variance(surface: HeightMap, step_deg: float) -> float:
     """Period variance in square nm on the blaze when each peak is the highest sample of an angle grid, as the thesis
     takes it."""
     relief, lambdas = prepare(surface), wavelengths(5e-9)
-    plane = first_order_plane(THETA_I, lambdas, 2.5e-6, np.radians(step_deg))
+    plane = first_order_plane(THETA_I, lambdas, 2.5e-6, step=np.radians(step_deg))
     method = METHODS["chebyshev"](relief, evaluation.thesis_settings())
     order = np.abs(plane.u) * 2.5e-6 / lambdas[:, None]
     found = response(method, plane, lambdas) * (np.abs(order - 1) < WINDOW)

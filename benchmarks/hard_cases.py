@@ -104,7 +104,7 @@ def wavelength_step(sigma_b: float) -> float:
 
 def anywhere(relief: Relief, sigma_b: float) -> list[Truth]:
     """Pairs as in every measurement of an error (precompute/measure/truths.py)."""
-    return truths.truths(relief, sigma_b, W_COUNT, PAIRS, wavelength_step(sigma_b), seed=7)
+    return truths.truths(relief, sigma_b, W_COUNT, pairs_each=PAIRS, step_m=wavelength_step(sigma_b), seed=7)
 
 
 def grazing(relief: Relief, sigma_b: float) -> list[Truth]:
@@ -139,7 +139,7 @@ def truth(relief: Relief, sigma_b: float, wi: np.ndarray, wr: np.ndarray) -> Tru
     """The reference for direction pairs wi, wr (n, 3) of one w."""
     pairs, w = Pairs(wi, wr, np.ones(len(wi), bool)), float(wi[0, 2] + wr[0, 2])
     return Truth(
-        w, pairs, *reference_xyz(relief, pairs.u, pairs.v, w=w, sigma_b=sigma_b, step_m=wavelength_step(sigma_b))
+        w, pairs, *reference_xyz(relief, (pairs.u, pairs.v), w=w, sigma_b=sigma_b, step_m=wavelength_step(sigma_b))
     )
 
 
@@ -182,7 +182,7 @@ def fewer_wavelengths(relief: Relief, baked: Table) -> dict[str, float]:
     chosen = plan(relief, BakeRequest(coherence_length_m=LONG_M))
     half = carry_out(replace(chosen, wavelengths=chosen.wavelengths[::2]))
     u, w = np.linspace(1.7, 1.95, 200), 0.3
-    exact = reference_xyz(relief, u, 0 * u, w=w, sigma_b=baked.sigma_b, step_m=wavelength_step(baked.sigma_b) / 2)[0][
+    exact = reference_xyz(relief, (u, 0 * u), w=w, sigma_b=baked.sigma_b, step_m=wavelength_step(baked.sigma_b) / 2)[0][
         :, 1
     ]
     ripple = [np.abs(each.scattered_over_w2(u, 0 * u, w)[:, 1] * w**2 - exact).max() for each in (baked, half)]

@@ -131,7 +131,7 @@ class Studio:
     def __init__(self, folder: Path, pixels: int):
         self.addon = start_blender(folder)
         self.folder, self.pixels = folder, pixels
-        facts = bake_to_folder([read_height_map(_SURFACE)], BakeRequest(), folder, lambda *_: None)
+        facts = bake_to_folder([read_height_map(_SURFACE)], BakeRequest(), folder, progress=lambda *_: None)
         self.bake = Path(facts["files"][0])
 
     def build(self, scene: str) -> None:

@@ -24,7 +24,7 @@ def ray_start(tree: Tree, geometry: bpy.types.Node) -> Value:
     return normal.times_plus(away * 1e-4, position)
 
 
-def hit(tree: Tree, start: Value, direction: Value, distance: Value) -> Value | float:
+def hit(tree: Tree, start: Value, direction: Value, *, distance: Value) -> Value | float:
     """1 where something stands between the start and the lamp, else 0. The number 0 in a Blender that has neither a
     Raycast node nor Open Shading Language."""
     if compat.HAS_RAYCAST:

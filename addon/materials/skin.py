@@ -96,7 +96,9 @@ def fill_group(group: bpy.types.NodeTree, response: Response) -> None:
         asked = {NORMAL: n, TANGENT: t, TO_LIGHT: light.direction, IRRADIANCE: light.irradiance}
         answer = response.to_lamp(tree, {**asked, VARIANCE: light.variance, **settings}).shown(strength)
         if start is not None:
-            answer = answer.dimmed(1.0 - light.casts_shadow * hit(tree, start, light.direction, light.distance))
+            answer = answer.dimmed(
+                1.0 - light.casts_shadow * hit(tree, start, light.direction, distance=light.distance)
+            )
         coat = answer.dimmed(lit).added_to(coat)
 
     shader = tree.add_shader(coat.shader, tree.mix_shader(tree.fresnel(inputs["IOR"], n), inputs["Base"], None))

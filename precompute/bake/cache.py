@@ -80,6 +80,7 @@ def bake_once(
     key: str,
     output: Path,
     make: Callable[[Path], dict],
+    *,
     progress: Progress = silent,
 ) -> dict:
     """Bring the bake of a key into the folder `output`, from the cache or else by `make`.

@@ -29,7 +29,7 @@ class CoherenceModel(Protocol):
         """The table that a plan describes."""
         ...
 
-    def self_check(self, reliefs: Sequence[Relief], chosen: Plan, stored: Table, progress: Progress) -> Errors:
+    def self_check(self, reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progress: Progress) -> Errors:
         """The error of a table, read from what its file will hold, against the exact spectra of the reliefs."""
         ...
 

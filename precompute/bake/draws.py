@@ -40,7 +40,7 @@ class _Drawn:
 
 
 def make_sample_set(
-    ensemble: Sequence[SpectrumSeries], sigma_b: float, size: int = SIZE, tolerance: float = INTERPOLATION
+    ensemble: Sequence[SpectrumSeries], sigma_b: float, size: int = SIZE, *, tolerance: float = INTERPOLATION
 ) -> SampleSet:
     """The sample set of the mean of the scans' spectra under a kernel sigma_b.
 

@@ -66,7 +66,7 @@ def plan(
         sigma_b = max(sigma_b, TEXELS_MIN * texel_size(int(math.sqrt(DEFAULT_BYTES / BYTES_PER_TEXEL / 4))))
     ensemble = _spectra(reliefs, sigma_b, request, progress)
     lambdas = bake_wavelengths(sigma_b, delta_e, needs.region.reach)
-    measured = probe(ensemble, sigma_b, lambdas[::2], request.illuminant, needs)
+    measured = probe(ensemble, sigma_b, lambdas[::2], illuminant=request.illuminant, needs=needs)
     terms = measured.terms(delta_e)
     texels = min(finer * measured.texels_per_sigma(delta_e), TEXELS_MAX)
     resolution = resolution_for(sigma_b, texels)

@@ -62,13 +62,13 @@ def excess_table(series: SpectrumSeries, sigma_b: float) -> np.ndarray:
     cosine = directions[..., 2]
     lambdas = np.geomspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, _WAVELENGTHS)
     orders = find_orders(series)
-    smooth = cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas[::_STRIDE])
+    smooth = cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas=lambdas[::_STRIDE])
     # Four quarter turns make the whole circle of azimuths.
     quarter = directions[:, : directions.shape[1] // 4]
-    smooth += continuum_albedo(series, orders, sigma_b, quarter, lambdas[::_STRIDE], turns=4)
+    smooth += continuum_albedo(series, orders, sigma_b, directions=quarter, lambdas=lambdas[::_STRIDE], turns=4)
     # Single bins matter at the horizon only if they are orders: those of a continuum cross it together with others.
     stride = 1 if series.periodic else _STRIDE
-    sharp = between(orders_albedo(series, orders, sigma_b, directions, lambdas[::stride]), stride)
+    sharp = between(orders_albedo(series, orders, sigma_b, directions=directions, lambdas=lambdas[::stride]), stride)
     total = (sharp + between(smooth, _STRIDE)).max(axis=-1)
     excess = _MARGIN * raised(np.maximum(total - cosine, 0))
     return np.concatenate([excess, excess[:, :1]], axis=1).astype(np.float32)
@@ -92,13 +92,13 @@ def raised(values: np.ndarray) -> np.ndarray:
     return values + around
 
 
-def albedo_times_cosine(series: SpectrumSeries, sigma_b: float, directions: np.ndarray, lambdas) -> np.ndarray:
+def albedo_times_cosine(series: SpectrumSeries, sigma_b: float, directions: np.ndarray, *, lambdas) -> np.ndarray:
     """A = a cos(ti) at R = 1, (rows, cols, n), for light from unit vectors (rows, cols, 3) at n wavelengths."""
     cosine = directions[..., 2]
     orders = find_orders(series)
-    total = cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas)
-    total += orders_albedo(series, orders, sigma_b, directions, lambdas)
-    return total + continuum_albedo(series, orders, sigma_b, directions, lambdas)
+    total = cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas=lambdas)
+    total += orders_albedo(series, orders, sigma_b, directions=directions, lambdas=lambdas)
+    return total + continuum_albedo(series, orders, sigma_b, directions=directions, lambdas=lambdas)
 
 
 def find_orders(series: SpectrumSeries) -> np.ndarray:
@@ -112,7 +112,7 @@ def find_orders(series: SpectrumSeries) -> np.ndarray:
     return orders[share[orders] > _ORDER_SHARE]
 
 
-def zero_order_albedo(series: SpectrumSeries, sigma_b: float, cosine: np.ndarray, lambdas: np.ndarray) -> np.ndarray:
+def zero_order_albedo(series: SpectrumSeries, sigma_b: float, cosine: np.ndarray, *, lambdas: np.ndarray) -> np.ndarray:
     """Share (..., n) of the light that the zero order sends above the surface, for light at cosine (...,)."""
     at = np.linspace(0, 1, 257) ** 2
     views = NearHorizon(sigma_b, 0)(np.sqrt(1 - at**2))
@@ -123,7 +123,7 @@ def zero_order_albedo(series: SpectrumSeries, sigma_b: float, cosine: np.ndarray
     return np.stack(curves, axis=-1)
 
 
-def orders_albedo(series, orders: np.ndarray, sigma_b: float, directions: np.ndarray, lambdas) -> np.ndarray:
+def orders_albedo(series, orders: np.ndarray, sigma_b: float, *, directions: np.ndarray, lambdas) -> np.ndarray:
     """A (rows, cols, n) of single bins, each a Gaussian of sigma_b about (u, v) = lambda * q."""
     wi = directions.reshape(-1, 3)
     out = np.zeros((len(wi), len(lambdas)))
@@ -145,7 +145,7 @@ def orders_albedo(series, orders: np.ndarray, sigma_b: float, directions: np.nda
 
 
 def continuum_albedo(
-    series: SpectrumSeries, orders: np.ndarray, sigma_b: float, directions: np.ndarray, lambdas, turns: int = 1
+    series: SpectrumSeries, orders: np.ndarray, sigma_b: float, *, directions: np.ndarray, lambdas, turns: int = 1
 ) -> np.ndarray:
     """A (rows, turns * cols, n) of a spectrum without its orders, as a sum over the cells of a coarse picture of it,
     for light from directions (rows, cols, 3) and, after them, from the same turned by one quarter, two, ...
@@ -157,7 +157,7 @@ def continuum_albedo(
     sigma = max(sigma_b, _CELLS_PER_SIGMA * cell)
     half = math.ceil((2 + _KERNEL_REACH * sigma) / cell)
     axis = np.arange(-half, half + 1) * cell
-    terms = coarse_terms(series, orders, axis, sigma, lambdas)
+    terms = coarse_terms(series, orders, axis, sigma=sigma, lambdas=lambdas)
     turned = [np.rot90(terms, turn, axes=(1, 2)) for turn in range(turns)]
     size = np.max([np.abs(each).max(axis=(0, 3)) for each in turned], axis=0)
     lit = size > 1e-7 * size.max()
@@ -179,7 +179,7 @@ def continuum_albedo(
     return out.reshape(rows, turns * cols, len(lambdas))
 
 
-def coarse_terms(series: SpectrumSeries, orders, axis: np.ndarray, sigma: float, lambdas: np.ndarray) -> np.ndarray:
+def coarse_terms(series: SpectrumSeries, orders, axis: np.ndarray, *, sigma: float, lambdas: np.ndarray) -> np.ndarray:
     """Chebyshev coefficients in w of PSD / lambda^2 / w^2 over axis x axis; (K, len(axis), len(axis), n) float32."""
     resamplers = [Resampler(series.grid, axis, axis, lam, series.kernel_left(sigma, lam)) for lam in lambdas]
     mixes = np.stack([_terms_in_w(series, lam) for lam in lambdas]).astype(np.float32)

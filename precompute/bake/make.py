@@ -107,7 +107,7 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
     stored = atlas.unpack(image, layout)
     sample_set = model.sample_set(chosen)
     baked = time.perf_counter()
-    errors = model.self_check(reliefs, chosen, stored, progress)
+    errors = model.self_check(reliefs, chosen, stored, progress=progress)
     transforms = sum(len(series.amplitude) for series in chosen.ensemble)
     return Made(
         stored, sample_set, image, layout, errors, len(chosen.wavelengths), transforms, baked - started,

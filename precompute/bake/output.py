@@ -20,14 +20,14 @@ from .make import Made, make
 from .request import BakeRequest
 
 
-def bake_to_folder(height_maps: Sequence[HeightMap], request: BakeRequest, folder: Path, progress: Progress) -> dict:
+def bake_to_folder(height_maps: Sequence[HeightMap], request: BakeRequest, folder: Path, *, progress: Progress) -> dict:
     """Bake height maps and write the table's file and the sample set's file into a folder.
 
     Returns the facts of the run, as `--json` gives them. Under `files` the table's file comes first. Raises
     GratingError as `make` and `write_together` do."""
     reliefs = [prepare(height_map) for height_map in height_maps]
     made = make(reliefs, request, progress=progress, source=", ".join(height_map.source for height_map in height_maps))
-    provenance = provenance_of(height_maps, reliefs, request, made)
+    provenance = provenance_of(height_maps, reliefs, request, made=made)
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{bake_name(height_maps)}.exr"
     pictures = {path: (made.image, made.layout)}
@@ -52,7 +52,7 @@ def bake_to_folder(height_maps: Sequence[HeightMap], request: BakeRequest, folde
 
 
 def provenance_of(
-    height_maps: Sequence[HeightMap], reliefs: Sequence[Relief], request: BakeRequest, made: Made
+    height_maps: Sequence[HeightMap], reliefs: Sequence[Relief], request: BakeRequest, *, made: Made
 ) -> dict:
     """What the header tells of how a bake was made. Several scans are listed in the order in which they were given."""
     length_m = coherence.coherence_length(made.table.sigma_b)

@@ -69,7 +69,7 @@ def plan(
     # The kernel is narrowest at the shortest wavelength. What is fine enough there is fine enough for all.
     narrowest = sigma_b * WAVELENGTH_MIN_M / coherence.REFERENCE_WAVELENGTH_M
     lambdas = bake_wavelengths(narrowest, delta_e, needs.region.reach)
-    measured = probe((series,), sigma_b, lambdas, request.illuminant, needs)
+    measured = probe((series,), sigma_b, lambdas, illuminant=request.illuminant, needs=needs)
     terms = measured.terms(delta_e)
     texels = min(finer * measured.texels_per_sigma(delta_e), TEXELS_MAX)
     texel = narrowest / texels
@@ -81,17 +81,19 @@ def plan(
 def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent) -> Table:
     """As tiles.carry_out, without a zero order and without an albedo bound."""
     nodes = chebyshev.nodes(chosen.terms, *chosen.w_range)
-    at_nodes = xyz_over_w2(chosen, nodes, narrower(chosen.sigma_b, chosen.texel), illuminant, progress)
+    at_nodes = xyz_over_w2(
+        chosen, nodes, narrower(chosen.sigma_b, chosen.texel), illuminant=illuminant, progress=progress
+    )
     terms = np.tensordot(chebyshev.coefficients_from_nodes(chosen.terms).astype(np.float32), at_nodes, axes=1)
     v, u = chosen.axes
     return Table(
         terms, np.zeros((ZERO_ORDER_SAMPLES, 3)), chosen.sigma_b, chosen.texel, illuminant, first=(v[0], u[0]),
         w_range=chosen.w_range, precision=chosen.precision,
-        wider=wider_levels(terms, (v, u), chosen.sigma_b, chosen.texel),
+        wider=wider_levels(terms, (v, u), chosen.sigma_b, texel=chosen.texel),
     )  # fmt: skip
 
 
-def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, progress: Progress) -> Errors:
+def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progress: Progress) -> Errors:
     """The error of a bake, read from what its file will hold, against the patch model's reference.
 
     It is measured on direction pairs at a few values of w."""
@@ -105,10 +107,10 @@ def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, progress:
     weights = spectral_weights(lambdas, stored.illuminant)
     found = []
     for k, w in enumerate(w_within(chosen.w_range, _CHECK_GROUPS, rng)):
-        pairs = pairs_within(chosen, w, _CHECK_PAIRS, rng)
+        pairs = pairs_within(chosen, w, _CHECK_PAIRS, rng=rng)
         xyz = np.zeros((len(pairs.wi), 3))
         for n, (lam, weight) in enumerate(zip(lambdas, weights, strict=True)):
-            xyz += reference.density(pairs.u, pairs.v, w, lam)[:, None] * weight
+            xyz += reference.density(pairs.u, pairs.v, w, wavelength_m=lam)[:, None] * weight
             progress("self-check", (k + (n + 1) / len(lambdas)) / _CHECK_GROUPS)
         found.append(Truth(w, pairs, xyz, np.zeros(3)))
     return measure(found, stored.candidate, stored.illuminant)

@@ -92,11 +92,11 @@ class Probe:
     def _p99(self, answer: np.ndarray) -> float:
         """The 99th percentile of dE00 at real places, at the worst exposure."""
         truth = self.truth[self.real]
-        return worst_exposure(truth, answer[self.real], np.ones(len(truth), bool), self.white)["p99"]
+        return worst_exposure(truth, answer[self.real], np.ones(len(truth), bool), white=self.white)["p99"]
 
 
 def probe(
-    ensemble: Sequence[SpectrumSeries], sigma_b: float, lambdas: np.ndarray, illuminant: str, needs: Needs
+    ensemble: Sequence[SpectrumSeries], sigma_b: float, lambdas: np.ndarray, *, illuminant: str, needs: Needs
 ) -> Probe:
     """Measure the mean of the ensemble's spectra under a kernel sigma_b, in the region of (u, v, w) that is needed."""
     rng = np.random.default_rng(0)

@@ -41,7 +41,7 @@ def blender_bytes(terms: int, tile: tuple[int, int], sigma_b: float) -> int:
     inner = tuple(n - 2 * TILE_PADDING for n in tile)
     levels = tiling.level_count(sigma_b, inner)
     stride, width_min = tiling.first_stride(inner, levels), ZERO_ORDER_SAMPLES + 1
-    block = tiling.tile_block(terms, stride, levels, width_min)
+    block = tiling.tile_block(terms, stride, levels, width_min=width_min)
     height, width = tiling.blocks_size(block, stride, levels)
     return BYTES_PER_TEXEL * (height + STRIP_ROWS + BOUND_ROWS + 2) * max(width, width_min)
 

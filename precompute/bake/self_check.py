@@ -49,7 +49,7 @@ def wavelengths_for(sigma_b: float) -> np.ndarray:
     )
 
 
-def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, progress: Progress) -> Errors:
+def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progress: Progress) -> Errors:
     """The error of a bake, read from what its file will hold.
 
     It is measured at a few values of w, on direction pairs that the bake was not made from. What the series lacks is
@@ -58,7 +58,7 @@ def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, progress:
     found = []
     pairs = _affordable_pairs(chosen)
     for k, w in enumerate(w_within(chosen.w_range, GROUPS, rng)):
-        drawn = pairs_within(chosen, w, pairs, rng)
+        drawn = pairs_within(chosen, w, pairs, rng=rng)
         found.append(
             _truth(
                 chosen.ensemble, drawn, w, chosen.sigma_b, stored.illuminant,
@@ -92,12 +92,12 @@ def w_within(w_range: tuple[float, float], count: int, rng: np.random.Generator)
     return drawn[((np.arange(count) + rng.random(count)) / count * len(drawn)).astype(int)]
 
 
-def pairs_within(chosen: Plan, w: float, count: int, rng: np.random.Generator) -> Pairs:
+def pairs_within(chosen: Plan, w: float, count: int, *, rng: np.random.Generator) -> Pairs:
     """Up to `count` direction pairs of w inside the table.
 
     For a small region more pairs are drawn, until at least half of `count` fall in it."""
     for more in (1, 4, 16, 64):
-        drawn = draw_pairs(_spectrum(chosen.ensemble, rng), chosen.sigma_b, w, more * count, rng)
+        drawn = draw_pairs(_spectrum(chosen.ensemble, rng), chosen.sigma_b, w, count=more * count, rng=rng)
         drawn = drawn.within(chosen.region)
         if 2 * len(drawn.wi) >= count:
             break
@@ -127,7 +127,7 @@ def _truth(ensemble, pairs: Pairs, w: float, sigma_b: float, illuminant: str, pr
             sides = (series.grid.q_y, pairs.v), (series.grid.q_x, pairs.u)
             kept = tuple(_reached(q, at / lam, _CUT * left / lam) for q, at in sides)
             power = series.mixed(series.weights(np.array([s])) * s**2, kept)[:, 0]
-            density = blurred(power, series.grid.part(kept), pairs.u, pairs.v, lam, left, _CUT)
+            density = blurred(power, series.grid.part(kept), (pairs.u, pairs.v), lam=lam, sigma_b=left, cut=_CUT)
             scattered += density[:, None] * weight
             zero_order += series.zero_order(np.array(s)) * weight
             progress("self-check", (n + (k + 1) / len(lambdas)) / len(ensemble))

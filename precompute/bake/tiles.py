@@ -37,7 +37,7 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
     """The table that a plan describes. `progress` hears of the wavelengths."""
     sigma_table = narrower(chosen.sigma_b, chosen.texel)
     nodes = chebyshev.nodes(chosen.terms, *chosen.w_range)
-    at_nodes = xyz_over_w2(chosen, nodes, sigma_table, illuminant, progress)
+    at_nodes = xyz_over_w2(chosen, nodes, sigma_table, illuminant=illuminant, progress=progress)
     to_terms = chebyshev.coefficients_from_nodes(chosen.terms).astype(np.float32)
     terms = np.tensordot(to_terms, at_nodes, axes=1)
     v, u = chosen.axes
@@ -46,7 +46,7 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
     excess = np.mean([excess_table(series, chosen.sigma_b) for series in chosen.ensemble], axis=0)
     return Table(
         terms, zero_order, chosen.sigma_b, chosen.texel, illuminant, excess.astype(np.float32), (v[0], u[0]),
-        chosen.w_range, chosen.precision, wider_levels(terms, (v, u), chosen.sigma_b, chosen.texel),
+        chosen.w_range, chosen.precision, wider_levels(terms, (v, u), chosen.sigma_b, texel=chosen.texel),
     )  # fmt: skip
 
 
@@ -55,7 +55,7 @@ def narrower(sigma: float, texel: float) -> float:
     return math.sqrt(sigma**2 - bspline.VARIANCE * texel**2)
 
 
-def wider_levels(terms: np.ndarray, axes, sigma_b: float, texel: float) -> tuple[np.ndarray, ...]:
+def wider_levels(terms: np.ndarray, axes, sigma_b: float, *, texel: float) -> tuple[np.ndarray, ...]:
     """Levels 1, 2, ... of terms (K, rows, columns, 3) whose texels' middles are at axes (v, u).
 
     Beyond a table that ends at |u| = 2 there is no light. Beyond the rim of a smaller region, the values at the rim are
@@ -96,7 +96,7 @@ def zero_order_curve(ensemble: Sequence[SpectrumSeries], illuminant: str) -> np.
     return sum(series.zero_order(s) for series in ensemble) @ spectral_weights(lambdas, illuminant) / len(ensemble)
 
 
-def xyz_over_w2(chosen: Plan, w_nodes, sigma, illuminant, progress: Progress = silent):
+def xyz_over_w2(chosen: Plan, w_nodes, sigma, *, illuminant, progress: Progress = silent):
     """Scattered XYZ / w^2 (K, rows, columns, 3) float32, at nodes of w (K,), over the plan's texels.
 
     `sigma` is the kernel to sample. `progress` hears of the wavelengths."""

@@ -44,7 +44,7 @@ class Cells:
     q_x: np.ndarray
     power: np.ndarray
 
-    def density(self, u: np.ndarray, v: np.ndarray, lam: float, sigma_b: float) -> np.ndarray:
+    def density(self, u: np.ndarray, v: np.ndarray, lam: float, *, sigma_b: float) -> np.ndarray:
         """Density (n,) over (u, v) at places u, v (n,): each cell a Gaussian of sigma_b about lam * q."""
         rows, kernel_y = _near(self.q_y, v, lam, sigma_b)
         cols, kernel_x = _near(self.q_x, u, lam, sigma_b)
@@ -69,7 +69,7 @@ def _near(q: np.ndarray, places: np.ndarray, lam: float, sigma_b: float) -> tupl
     return index, inside * kernel
 
 
-def scattered_cells(relief: Relief, s: float, reach: tuple[float, float], sigma_q: float) -> Cells:
+def scattered_cells(relief: Relief, s: float, reach: tuple[float, float], *, sigma_q: float) -> Cells:
     """Cells of a relief at s = w / lambda, up to |q_y|, |q_x| of `reach`, spaced finely enough for a kernel of sigma_q;
     all in cycles per metre."""
     phase = (-2 * np.pi * s) * relief.height_m
@@ -119,22 +119,23 @@ def _squared(amplitude: np.ndarray) -> np.ndarray:
 
 
 def scattered_xyz(
-    reliefs: Sequence[Relief], u, v, *, w: float, sigma_b: float, step_m: float, illuminant: str = "D65",
-    progress: Progress = silent,
+    reliefs: Sequence[Relief], uv: tuple[np.ndarray, np.ndarray], *, w: float, sigma_b: float, step_m: float,
+    illuminant: str = "D65", progress: Progress = silent,
 ) -> np.ndarray:  # fmt: skip
-    """Scattered XYZ (n, 3) at u, v (n,), all at one w, by the mean of the reliefs' spectra.
+    """Scattered XYZ (n, 3) at the places uv, two arrays (n,), all at one w, by the mean of the reliefs' spectra.
 
     It is the density over (u, v) of the reflected light at R = O = 1, scaled so that a perfect mirror's white has Y =
     1. `progress` is told after each wavelength of each relief."""
     count = int(np.ceil((WAVELENGTH_MAX_M - WAVELENGTH_MIN_M) / step_m - 1e-6))
     lambdas = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, count + 1)
     weights = spectral_weights(lambdas, illuminant) / len(reliefs)
+    u, v = uv
     reach = [np.abs(places).max(initial=0) + KERNEL_REACH * sigma_b for places in (v, u)]
     found = np.zeros((len(u), 3))
     for n, relief in enumerate(reliefs):
         for k, (lam, weight) in enumerate(zip(lambdas, weights, strict=True)):
-            cells = scattered_cells(relief, w / lam, (reach[0] / lam, reach[1] / lam), sigma_b / lam)
-            found += cells.density(u, v, lam, sigma_b)[:, None] * weight
+            cells = scattered_cells(relief, w / lam, (reach[0] / lam, reach[1] / lam), sigma_q=sigma_b / lam)
+            found += cells.density(u, v, lam, sigma_b=sigma_b)[:, None] * weight
             progress("check", (n + (k + 1) / len(lambdas)) / len(reliefs))
     return found
 
@@ -200,7 +201,7 @@ def _half_vectors(reliefs, sigma_b, w, count, region: Region, rng) -> np.ndarray
         at = np.append((k + rng.random(each)) / _DRAWN_AT, (k + 0.5) / _DRAWN_AT)
         *lambdas, middle = np.interp(at * luminance[-1], luminance, nm)
         for relief in reliefs:
-            cells = scattered_cells(relief, w / middle, (radius / middle, radius / middle), sigma_b / middle)
+            cells = scattered_cells(relief, w / middle, (radius / middle, radius / middle), sigma_q=sigma_b / middle)
             u, v = middle * cells.q_x, middle * cells.q_y[:, None]
             inside = region.contains(u, v)
             cumulative = np.cumsum(cells.power * (inside & (u**2 + v**2 < radius**2)))

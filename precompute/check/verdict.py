@@ -187,7 +187,7 @@ def truths(
     for k, w in enumerate(_draw_w(table.w_range, groups, rng)):
         drawn = draw_pairs(reliefs, table.sigma_b, w, count=pairs, region=table.region, rng=rng)
         scattered = scattered_xyz(
-            reliefs, drawn.u, drawn.v, w=w, sigma_b=table.sigma_b, step_m=step_m, illuminant=table.illuminant,
+            reliefs, (drawn.u, drawn.v), w=w, sigma_b=table.sigma_b, step_m=step_m, illuminant=table.illuminant,
             progress=part_of(progress, "check", done=k, total=groups),
         )  # fmt: skip
         zero_order = direct_sums.zero_order_xyz(reliefs, np.array([w]), table.illuminant)[0]

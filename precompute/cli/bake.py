@@ -36,12 +36,12 @@ def run(arguments: argparse.Namespace) -> None:
     progress = Progress(arguments.progress)
 
     def make(folder: Path) -> dict:
-        return bake_to_folder(height_maps, request, folder, progress)
+        return bake_to_folder(height_maps, request, folder, progress=progress)
 
     if arguments.no_cache:
         facts = {**make(arguments.output), "cached": False}
     else:
-        facts = cache.bake_once(cache.key_of(height_maps, request), arguments.output, make, progress)
+        facts = cache.bake_once(cache.key_of(height_maps, request), arguments.output, make, progress=progress)
     emit(facts, arguments.json, lambda: bake_summary(facts))
 
 

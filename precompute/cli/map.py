@@ -84,7 +84,7 @@ def brdf_map_of(arguments, progress: Progress) -> tuple[np.ndarray, str]:
         table = atlas.unpack(*atlas.pack(bake(relief, BakeRequest(coherence_length_m=length_m), progress=progress)))
         return brdf_map.from_bake(table, arguments.size, theta_i, conserving=conserving), table.illuminant
     if arguments.method != exact.Ensemble.name:
-        return method_map(relief, length_m, arguments, progress), "D65"
+        return method_map(relief, length_m, arguments, progress=progress), "D65"
     sigma_b = plan(relief, BakeRequest(coherence_length_m=length_m)).sigma_b
     xyz = brdf_map.from_reference(
         relief, sigma_b, arguments.size, theta_i=theta_i, step_m=arguments.step_nm * 1e-9, conserving=conserving,
@@ -93,7 +93,7 @@ def brdf_map_of(arguments, progress: Progress) -> tuple[np.ndarray, str]:
     return xyz, "D65"
 
 
-def method_map(relief: Relief, length_m: float | None, arguments, progress: Progress) -> np.ndarray:
+def method_map(relief: Relief, length_m: float | None, arguments, *, progress: Progress) -> np.ndarray:
     """Map (size, size, 3) in XYZ by one of METHODS, in Stam's form."""
     settings = Settings(
         coherence_length_m=length_m,

@@ -82,7 +82,7 @@ def measure(truth: list[Truth], candidate: Candidate, illuminant: str = "D65") -
         zero.append(abs(zero_order[1] - t.zero_order_xyz[1]))
     reference, answer, drawn = (np.concatenate(parts) for parts in (reference, answer, drawn))
     if np.isfinite(answer).all():
-        colour = worst_exposure(reference, answer, drawn, white_xyz(illuminant))
+        colour = worst_exposure(reference, answer, drawn, white=white_xyz(illuminant))
     else:
         colour = dict.fromkeys(("mean", "p95", "p99", "max"), float("inf"))
     # Where the truth is dark but for rounding, a relative error means nothing, and the absolute one is given.
@@ -98,7 +98,9 @@ def measure(truth: list[Truth], candidate: Candidate, illuminant: str = "D65") -
     )
 
 
-def worst_exposure(reference: np.ndarray, answer: np.ndarray, drawn: np.ndarray, white: np.ndarray) -> dict[str, float]:
+def worst_exposure(
+    reference: np.ndarray, answer: np.ndarray, drawn: np.ndarray, *, white: np.ndarray
+) -> dict[str, float]:
     """Mean, p95, p99 and max of the CIEDE2000 between two radiances (n, 3) in XYZ, at the exposure with the largest
     p99.
 

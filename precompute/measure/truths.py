@@ -21,7 +21,7 @@ from .pairs import Pairs, cosine_weighted, draw_w, pair_about
 Spectrum = Callable[[float], tuple[np.ndarray, FrequencyGrid]]
 
 
-def draw_pairs(spectrum: Spectrum, sigma_b: float, w: float, count: int, rng: np.random.Generator) -> Pairs:
+def draw_pairs(spectrum: Spectrum, sigma_b: float, w: float, *, count: int, rng: np.random.Generator) -> Pairs:
     """`count` pairs with cos(ti) + cos(tr) = w: the first half cosine weighted, the second drawn from the spectrum
     under a kernel of sigma_b. There are fewer if the spectrum is dark or mostly past the horizon."""
     cosine = cosine_weighted(w, count // 2, rng)
@@ -57,7 +57,7 @@ def _spectrum_weighted(spectrum, sigma_b, w, count, rng) -> tuple[np.ndarray, np
 
 
 def truths(
-    relief: Relief, sigma_b: float, w_count: int, pairs_each: int, step_m: float, *, seed: int = 0,
+    relief: Relief, sigma_b: float, w_count: int, *, pairs_each: int, step_m: float,    seed: int = 0,
     progress: Progress = silent,
 ) -> list[Truth]:  # fmt: skip
     """The reference at w_count random values of w, on pairs_each direction pairs each, in wavelength steps of
@@ -66,8 +66,10 @@ def truths(
     grid = reference_grid(relief, sigma_b)
     found = []
     for k, w in enumerate(draw_w(w_count, rng)):
-        pairs = draw_pairs(lambda s: (scattered_spectrum(relief, s, grid)[0], grid), sigma_b, w, pairs_each, rng)
+        pairs = draw_pairs(
+            lambda s: (scattered_spectrum(relief, s, grid)[0], grid), sigma_b, w, count=pairs_each, rng=rng
+        )
         told = part_of(progress, "reference", done=k, total=w_count)
-        colours = reference_xyz(relief, pairs.u, pairs.v, w=w, sigma_b=sigma_b, step_m=step_m, progress=told)
+        colours = reference_xyz(relief, (pairs.u, pairs.v), w=w, sigma_b=sigma_b, step_m=step_m, progress=told)
         found.append(Truth(w, pairs, *colours))
     return found

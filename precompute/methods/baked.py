@@ -29,7 +29,7 @@ class Baked(Method):
     name: str = "bake"
     coherence: str = "ensemble"
 
-    def density(self, u, v, w, wavelength_m) -> np.ndarray:
+    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
         """Always raises GratingError: a bake has no spectrum."""
         raise GratingError("bake: it holds colours, not spectra; compare its colours, or take another method")
 

@@ -7,7 +7,7 @@ THESIS_DIFFUSE_WEIGHT = 0.1
 
 
 def blend_texture(
-    diffraction: np.ndarray, texture: np.ndarray, fresnel: np.ndarray, diffuse_weight: float = THESIS_DIFFUSE_WEIGHT
+    diffraction: np.ndarray, texture: np.ndarray, fresnel: np.ndarray, *, diffuse_weight: float = THESIS_DIFFUSE_WEIGHT
 ) -> np.ndarray:
     """Colour (..., 3) of diffraction (..., 3) over texture (..., 3), all linear, with fresnel (...,) of any sign:
 

@@ -70,7 +70,7 @@ def expansion_for(relief: Relief, settings: Settings, s_max: float = S_MAX) -> C
 
 def build(relief: Relief, settings: Settings) -> WindowedImages:
     """FLSS over Chebyshev images."""
-    return windowed("chebyshev", relief, expansion_for(relief, settings), settings)
+    return windowed("chebyshev", relief, expansion_for(relief, settings), settings=settings)
 
 
 def _trials(extent: Extent) -> list[Trial]:

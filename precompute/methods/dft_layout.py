@@ -74,4 +74,4 @@ class Layout:
 def read_layout(path: Path) -> Layout:
     """The layout in a file's header. Raises GratingError if it is not a file of images."""
     header, _ = atlas_file.open_file(path, header_only=True)
-    return atlas_file.parse(path, header, Layout, "file of DFT images; give the .exr that `dft` wrote")[0]
+    return atlas_file.parse(path, header, Layout, expected="file of DFT images; give the .exr that `dft` wrote")[0]

@@ -37,7 +37,7 @@ class Ensemble(Method):
     name: str = "reference"
     coherence: str = "ensemble"
 
-    def density(self, u, v, w, wavelength_m) -> np.ndarray:
+    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
         """See Method."""
         u, v, w = np.broadcast_arrays(u, v, w)
         grid = reference_grid(self.relief, self.sigma_b)
@@ -46,7 +46,7 @@ class Ensemble(Method):
             at = w == one
             power, zero_order = scattered_spectrum(self.relief, one / wavelength_m, grid)
             kernel = np.exp(-(u[at] ** 2 + v[at] ** 2) / (2 * self.sigma_b**2)) / (2 * np.pi * self.sigma_b**2)
-            blurred = ensemble.blurred(power, grid, u[at], v[at], wavelength_m, self.sigma_b)
+            blurred = ensemble.blurred(power, grid, (u[at], v[at]), lam=wavelength_m, sigma_b=self.sigma_b)
             out[at] = blurred + zero_order * kernel
         return out
 
@@ -57,7 +57,7 @@ class Ensemble(Method):
         grid = reference_grid(self.relief, sigma)
         reach = KERNEL_REACH * sigma / np.min(lambdas_m)
         grid = replace(grid, q_y=grid.q_y[np.abs(grid.q_y) <= reach])
-        series = spectrum_series(self.relief, grid, w.max() / np.min(lambdas_m), _EXACT)
+        series = spectrum_series(self.relief, grid, w.max() / np.min(lambdas_m), tolerance=_EXACT)
         ascending = u[::-1]
         rows = []
         for lam in lambdas_m:
@@ -85,9 +85,9 @@ class Patch(Method):
     name: str = "reference-patch"
     coherence: str = "patch"
 
-    def density(self, u, v, w, wavelength_m) -> np.ndarray:
+    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
         """See Method; wavelength_m may be (n,)."""
-        return PatchReference(self.window).density(u, v, w, wavelength_m)
+        return PatchReference(self.window).density(u, v, w, wavelength_m=wavelength_m)
 
     def densities_in_plane(self, u: np.ndarray, w: np.ndarray, lambdas_m: np.ndarray) -> np.ndarray:
         """See Method. The amplitudes are interpolated in s, in which the relief's height range limits their band."""
@@ -95,11 +95,11 @@ class Patch(Method):
         s_max = w.max() / np.min(lambdas_m)
         count = chebyshev.jacobi_anger_terms(np.pi * s_max * relief.height_range_m, _EXACT)
         along_b = window.waves(0, np.zeros(1))[0]
-        nodes = chebyshev.nodes(count, 0, s_max)
+        nodes = chebyshev.nodes(count, lower=0, upper=s_max)
         lines = np.stack([along_b @ (relief.apodisation * phasor(relief.height_m, s)) for s in nodes], axis=-1)
         rows = []
         for lam in lambdas_m:
-            weights = chebyshev.interpolation_matrix(w / lam, count, 0, s_max)
+            weights = chebyshev.interpolation_matrix(w / lam, count, lower=0, upper=s_max)
             amplitude = np.sum(window.waves(1, u / lam) @ lines * weights, axis=-1)
             rows.append(window.density_scale() * np.abs(amplitude) ** 2 / lam**2)
         return np.stack(rows)

@@ -36,7 +36,7 @@ class Gem(Method):
     name: str = "gem"
     coherence: str = "ensemble"
 
-    def density(self, u, v, w, wavelength_m) -> np.ndarray:
+    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
         """Always raises GratingError: the rainbow has no spectrum."""
         raise GratingError("gem: it has colours but no spectrum; leave it out of an evaluation by wavelength")
 

@@ -55,19 +55,19 @@ class Method(Protocol):
     coherence: Literal["patch", "ensemble"]
     settings: Settings
 
-    def density(self, u, v, w, wavelength_m) -> np.ndarray:
+    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
         """PSD((u, v) / lambda; w / lambda) / lambda^2 (n,). Raises GratingError if the method has no spectrum."""
         ...
 
     def xyz(self, u, v, w) -> np.ndarray:
         """The density summed over wavelengths of the method's choice (n, 3), scaled so that a perfect mirror's white
         has Y = 1."""
-        return spectral_sum(self.density, u, v, w, self.settings)
+        return spectral_sum(self.density, u, v, w=w, settings=self.settings)
 
     def densities_in_plane(self, u: np.ndarray, w: np.ndarray, lambdas_m: np.ndarray) -> np.ndarray:
         """Density (wavelengths, n) at v = 0, for u (n,) in descending order and w (n,)."""
         zeros = np.zeros(len(u))
-        return np.stack([self.density(u, zeros, w, lam) for lam in lambdas_m])
+        return np.stack([self.density(u, zeros, w, wavelength_m=lam) for lam in lambdas_m])
 
     @property
     def table_bytes(self) -> int:
@@ -79,8 +79,10 @@ class Method(Protocol):
         raise GratingError(f"{self.name}: no shader evaluates it; choose another method")
 
 
-def spectral_sum(density: Callable, u, v, w, settings: Settings) -> np.ndarray:
+def spectral_sum(density: Callable, u, v, *, w, settings: Settings) -> np.ndarray:
     """XYZ (n, 3): the density at equally spaced wavelengths, weighted by the observer."""
     lambdas = wavelengths(settings.step_m)
     weights = spectral_weights(lambdas, settings.illuminant)
-    return sum(density(u, v, w, lam)[:, None] * weight for lam, weight in zip(lambdas, weights, strict=True))
+    return sum(
+        density(u, v, w, wavelength_m=lam)[:, None] * weight for lam, weight in zip(lambdas, weights, strict=True)
+    )

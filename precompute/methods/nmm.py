@@ -39,7 +39,7 @@ class Nmm(Method):
     settings: Settings
     coherence: str = "patch"
 
-    def density(self, u, v, w, wavelength_m) -> np.ndarray:
+    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
         """FLSS's density where the wavelength is among those selected, to half a wavelength step; else 0."""
         u, v, w = np.broadcast_arrays(u, v, w)
         chosen = self._specular(u, v)
@@ -49,7 +49,7 @@ class Nmm(Method):
             offset = np.abs(component) * self.period_m / nearest - wavelength_m
             chosen = chosen | (np.abs(offset) <= self.settings.step_m / 2)
         out = np.zeros(len(u))
-        out[chosen] = self.full.density(u[chosen], v[chosen], w[chosen], wavelength_m)
+        out[chosen] = self.full.density(u[chosen], v[chosen], w[chosen], wavelength_m=wavelength_m)
         return out
 
     def xyz(self, u, v, w) -> np.ndarray:
@@ -57,13 +57,13 @@ class Nmm(Method):
         u, v, w = np.broadcast_arrays(u, v, w)
         out = np.zeros((len(u), 3))
         specular = self._specular(u, v)
-        out[specular] = spectral_sum(self.full.density, u[specular], v[specular], w[specular], self.settings)
+        out[specular] = spectral_sum(self.full.density, u[specular], v[specular], w=w[specular], settings=self.settings)
         for component in (u, v):
             orders = int(np.abs(component).max(initial=0) * self.period_m / WAVELENGTH_MIN_M)
             for n in range(1, orders + 1):
                 lam = np.abs(component) * self.period_m / n
                 at = ~specular & (lam >= WAVELENGTH_MIN_M) & (lam <= WAVELENGTH_MAX_M)
-                density = self.full.density(u[at], v[at], w[at], lam[at])
+                density = self.full.density(u[at], v[at], w[at], wavelength_m=lam[at])
                 spacing = self._spacing(lam[at], np.abs(component[at]))
                 out[at] += (density * spacing)[:, None] * observer(lam[at], self.settings.illuminant)
         return out

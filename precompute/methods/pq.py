@@ -59,12 +59,14 @@ class Pq(Method):
     settings: Settings
     coherence: str = "patch"
 
-    def density(self, u, v, w, wavelength_m) -> np.ndarray:
+    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
         """See Method; wavelength_m may be (n,)."""
         u, v, w, lam = np.broadcast_arrays(u, v, w, wavelength_m)
         s, which = np.unique(w / lam, return_inverse=True)
         coefficients = self.expansion.coefficients(s)[which.ravel()]
-        patch = self.images.read(v / lam, u / lam, coefficients, lambda _, d: np.sinc(d), self.settings.texels)
+        patch = self.images.read(
+            v / lam, u / lam, coefficients, weight=lambda _, d: np.sinc(d), texels=self.settings.texels
+        )
         phases = [2 * np.pi * length * c / lam for length, c in zip(self.images.size_m, (v, u), strict=True)]
         if self.printed:
             factor = printed_product(*(printed_factor(p, n) for p, n in zip(phases, self.copies, strict=True)))

@@ -47,7 +47,7 @@ class Stam(Method):
             out[part] = np.abs(np.exp((-2j * np.pi) * s[part, None] * self.profile_m) @ wave) ** 2
         return out
 
-    def density(self, u, v, w, wavelength_m) -> np.ndarray:
+    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
         """See Method: every order as wide as the kernel."""
         u, v, w = np.broadcast_arrays(u, v, w)
         s = w / wavelength_m

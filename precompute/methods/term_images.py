@@ -48,7 +48,7 @@ class TermImages:
         """Texel (y, x) of the zero frequency."""
         return self.terms.shape[0] // 2, self.terms.shape[1] // 2
 
-    def read(self, q_y, q_x, coefficients, weight: Callable, texels: int) -> np.ndarray:
+    def read(self, q_y, q_x, coefficients, *, weight: Callable, texels: int) -> np.ndarray:
         """sum_n c_n F_n (m,) at frequencies q_y, q_x (m,), from texels x texels around the nearest texel.
 
         weight(axis, distance) is the weight of a texel that lies `distance` (m,) bins away along an axis. Texels

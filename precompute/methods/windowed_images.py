@@ -25,12 +25,12 @@ class WindowedImages(Method):
     settings: Settings
     coherence: str = "patch"
 
-    def density(self, u, v, w, wavelength_m) -> np.ndarray:
+    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
         """See Method; wavelength_m may be (n,)."""
         u, v, w, lam = np.broadcast_arrays(u, v, w, wavelength_m)
         s, which = np.unique(w / lam, return_inverse=True)
         coefficients = self.expansion.coefficients(s)[which.ravel()]
-        amplitude = self.images.read(v / lam, u / lam, coefficients, self._weight, self.settings.texels)
+        amplitude = self.images.read(v / lam, u / lam, coefficients, weight=self._weight, texels=self.settings.texels)
         return self.scale * np.abs(amplitude).astype(float) ** 2 / lam**2
 
     @property
@@ -46,7 +46,7 @@ class WindowedImages(Method):
         return np.exp(-0.5 * (distance / (self.images.size_m[axis] * self.sigma_f)) ** 2)
 
 
-def windowed(name: str, relief: Relief, expansion: Expansion, settings: Settings) -> WindowedImages:
+def windowed(name: str, relief: Relief, expansion: Expansion, *, settings: Settings) -> WindowedImages:
     """An expansion's images under the patch model's window."""
     window = PatchWindow(relief, settings.patch_sigma_m)
     scale = window.density_scale() * window.kernel_at_zero() ** 2

@@ -23,10 +23,10 @@ def reference_grid(relief: Relief, sigma_b: float) -> FrequencyGrid:
 
 
 def reference_xyz(
-    relief: Relief, u: np.ndarray, v: np.ndarray, *, w: float, sigma_b: float, step_m: float = 1e-9,
+    relief: Relief, uv: tuple[np.ndarray, np.ndarray], *, w: float, sigma_b: float, step_m: float = 1e-9,
     illuminant: str = "D65", progress: Progress = silent,
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """Scattered XYZ (n, 3) at u, v (n,) and the zero order's XYZ (3,), all at one w.
+    """Scattered XYZ (n, 3) at the places uv, two arrays (n,), and the zero order's XYZ (3,), all at one w.
 
     XYZ is the integral over the wavelengths of PSD((u, v) / lambda; w / lambda) / lambda^2 times the observer. It is
     the density over (u, v) of the reflected light at R = O = 1, scaled so that a perfect mirror's white has Y = 1. The
@@ -34,20 +34,24 @@ def reference_xyz(
     grid = reference_grid(relief, sigma_b)
     lambdas = wavelengths(step_m)
     weights = spectral_weights(lambdas, illuminant)
-    scattered = np.zeros((len(u), 3))
+    scattered = np.zeros((len(uv[0]), 3))
     zero_order = np.zeros(3)
     for k, (lam, weight) in enumerate(zip(lambdas, weights, strict=True)):
         power, efficiency = scattered_spectrum(relief, w / lam, grid)
-        scattered += blurred(power, grid, u, v, lam, sigma_b)[:, None] * weight
+        scattered += blurred(power, grid, uv, lam=lam, sigma_b=sigma_b)[:, None] * weight
         zero_order += efficiency * weight
         progress("reference", (k + 1) / len(lambdas))
     return scattered, zero_order
 
 
-def blurred(power: np.ndarray, grid: FrequencyGrid, u, v, lam: float, sigma_b: float, cut=KERNEL_REACH) -> np.ndarray:
-    """Density (n,) over (u, v) at u, v (n,) of the binned power (ny, nx).
+def blurred(
+    power: np.ndarray, grid: FrequencyGrid, uv: tuple[np.ndarray, np.ndarray], *, lam: float, sigma_b: float,
+    cut: float = KERNEL_REACH,
+) -> np.ndarray:  # fmt: skip
+    """Density (n,) over (u, v), at the places uv, two arrays (n,), of the binned power (ny, nx).
 
     Each bin is a Gaussian of sigma_b about lambda * q, cut off at `cut` times sigma_b."""
+    u, v = uv
     index_y, kernel_y = _kernel_bins(grid.q_y, v, lam, sigma_b, cut)
     index_x, kernel_x = _kernel_bins(grid.q_x, u, lam, sigma_b, cut)
     density = np.empty(len(u))

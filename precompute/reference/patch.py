@@ -19,7 +19,7 @@ class PatchReference:
 
     window: PatchWindow
 
-    def density(self, u, v, w, wavelength_m) -> np.ndarray:
+    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
         """Density (n,) over (u, v) at u, v (n,); w and wavelength_m are (n,) or one number."""
         u, v, w, lam = np.broadcast_arrays(u, v, w, wavelength_m)
         amplitude = np.empty(len(u), complex)

@@ -52,7 +52,7 @@ def first_order_angle(theta_i: float, lambdas_m, period_m: float) -> np.ndarray:
     return np.arcsin(sine)
 
 
-def first_order_plane(theta_i: float, lambdas_m: np.ndarray, period_m: float, step: float = ANGLE_STEP) -> Plane:
+def first_order_plane(theta_i: float, lambdas_m: np.ndarray, period_m: float, *, step: float = ANGLE_STEP) -> Plane:
     """Views `step` radians apart, over the windows of all wavelengths.
 
     The views are odd multiples of half a step, whatever the period. No expected angle is then among them but by chance;
@@ -78,7 +78,7 @@ class FirstOrder:
     @property
     def plane(self) -> Plane:
         """The views. Raises GratingError where there is no first order above the horizon."""
-        return first_order_plane(self.theta_i, self.lambdas_m, self.period_m, self.step)
+        return first_order_plane(self.theta_i, self.lambdas_m, self.period_m, step=self.step)
 
 
 def response(method: Method, plane: Plane, lambdas_m: np.ndarray) -> np.ndarray:

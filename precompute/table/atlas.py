@@ -154,7 +154,7 @@ def layout_of(bake: Table) -> Layout:
     inner = tuple(n - 2 * TILE_PADDING for n in bake.tile)
     stride = tiling.first_stride(inner, levels)
     rows, columns = tiling.tile_block(
-        terms, stride, levels, _strip_width(len(bake.zero_order), bake.excess_albedo.shape[1])
+        terms, stride, levels, width_min=_strip_width(len(bake.zero_order), bake.excess_albedo.shape[1])
     )
     peak = max(*(float(np.abs(terms).max()) for terms in bake.levels), 1e-30)
     return Layout(

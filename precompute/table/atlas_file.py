@@ -23,7 +23,7 @@ FORMAT = 6
 HEADER_KEY = "natural_gratings"
 
 
-def write(path: Path, image: np.ndarray, layout, provenance: dict) -> None:
+def write(path: Path, image: np.ndarray, layout, *, provenance: dict) -> None:
     """Write one picture with a layout in its header: an atlas (atlas.py) or a sample set (sample_set.py).
 
     See write_together."""
@@ -95,7 +95,7 @@ def image_of(path: Path, channels: dict, shape: tuple[int, int, int]) -> np.ndar
     return image
 
 
-def parse(path: Path, header: dict, layout_type: type = Layout, expected="bake; give the .exr that `bake` wrote"):
+def parse(path: Path, header: dict, layout_type: type = Layout, *, expected="bake; give the .exr that `bake` wrote"):
     """Layout and record of a header.
 
     Raises GratingError, which says what was `expected`, if the header holds no such layout."""

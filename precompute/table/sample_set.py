@@ -203,4 +203,4 @@ def read(path: Path) -> tuple[SampleSet, dict]:
 
 
 def _parse(path: Path, header: dict) -> tuple[SampleSetLayout, dict]:
-    return atlas_file.parse(path, header, SampleSetLayout, "sample set; give the .lobes.exr that `bake` wrote")
+    return atlas_file.parse(path, header, SampleSetLayout, expected="sample set; give the .lobes.exr that `bake` wrote")

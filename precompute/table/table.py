@@ -77,7 +77,7 @@ class Table:
         """The region of (u, v) that the table holds. A reading outside gives the value at the region's rim."""
         return held_region(self.axes)
 
-    def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w, variance=0.0) -> np.ndarray:
+    def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w, *, variance=0.0) -> np.ndarray:
         """Scattered XYZ over w^2 (n, 3) at u and v (n,), read as a renderer reads it.
 
         Texels are read by cubic B-splines, from half floats where half floats are stored. `w` is a number or (n,).

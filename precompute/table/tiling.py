@@ -82,7 +82,7 @@ def blocks_size(block: Pair, stride: Pair, levels: int) -> Pair:
     return height, width
 
 
-def tile_block(terms: int, stride: Pair, levels: int, width_min: int = 1) -> Pair:
+def tile_block(terms: int, stride: Pair, levels: int, *, width_min: int = 1) -> Pair:
     """Rows and columns of tiles in a block, for the best picture that holds `terms` terms.
 
     A picture must be at least `width_min` wide, and no side may exceed PICTURE_SIDE_MAX. Pictures that are no longer

@@ -164,5 +164,5 @@ def baked(tmp_path_factory):
     seconds."""
     image, layout = atlas.pack(bake(prepare(read_height_map("sample:blazed")), BakeRequest(coherence_length_m=8e-6)))
     path = tmp_path_factory.mktemp("radiance") / "blazed.exr"
-    atlas_file.write(path, image, layout, {})
+    atlas_file.write(path, image, layout, provenance={})
     return path, atlas.unpack(image, layout)

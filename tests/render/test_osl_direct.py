@@ -66,7 +66,7 @@ def middle(baked, tmp_path):
         wider=(),
     )
     image, layout = atlas.pack(part)
-    atlas_file.write(path, image, layout, {})
+    atlas_file.write(path, image, layout, provenance={})
     return path, atlas.unpack(image, layout)
 
 

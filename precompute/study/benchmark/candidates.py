@@ -108,7 +108,7 @@ def measured(candidate: Candidate, method: Method, judge: Judge) -> tuple[Errors
         sigma_b = method.sigma_b
 
         def xyz(u, v, w):
-            return ensemble_xyz(judge.series, sigma_b, u, v, w=float(np.ravel(w)[0]), lambdas=lambdas)
+            return ensemble_xyz(judge.series, sigma_b, u, v=v, w=float(np.ravel(w)[0]), lambdas=lambdas)
 
         density = response(method, plane, lambdas)
         luminance = density.T @ spectral_weights(lambdas)[:, 1]

@@ -42,10 +42,10 @@ def ensemble_truths(
         def spectrum(s: float):
             return _power(series, s), series.grid
 
-        drawn = draw_pairs(spectrum, sigma_b, w, pairs, rng)
+        drawn = draw_pairs(spectrum, sigma_b, w, count=pairs, rng=rng)
         drawn = away_from_zero_order(drawn, sigma_b)
         found.append(
-            Truth(w, drawn, ensemble_xyz(series, sigma_b, drawn.u, drawn.v, w=w, lambdas=lambdas), np.zeros(3))
+            Truth(w, drawn, ensemble_xyz(series, sigma_b, drawn.u, v=drawn.v, w=w, lambdas=lambdas), np.zeros(3))
         )
     return found
 
@@ -55,11 +55,11 @@ def exact_series(relief: Relief, sigma_b: float) -> SpectrumSeries:
     return spectrum_series(relief, reference_grid(relief, sigma_b), 2 / WAVELENGTH_MIN_M, tolerance=_EXACT)
 
 
-def ensemble_xyz(series: SpectrumSeries, sigma_b: float, u, v, *, w: float, lambdas: np.ndarray) -> np.ndarray:
+def ensemble_xyz(series: SpectrumSeries, sigma_b: float, u, *, v, w: float, lambdas: np.ndarray) -> np.ndarray:
     """Scattered XYZ (n, 3) at u, v (n,) and one w, summed over the bins that the kernel reaches."""
     xyz = np.zeros((len(u), 3))
     for lam, weight in zip(lambdas, spectral_weights(lambdas), strict=True):
-        xyz += blurred(_power(series, w / lam), series.grid, u, v, lam, sigma_b)[:, None] * weight
+        xyz += blurred(_power(series, w / lam), series.grid, (u, v), lam=lam, sigma_b=sigma_b)[:, None] * weight
     return xyz
 
 
@@ -77,7 +77,7 @@ def patch_truths(relief: Relief, length_m: float, w_count: int, *, pairs: int, s
     reference = exact.build_patch(relief, Settings(coherence_length_m=length_m, step_m=step_m))
     found = []
     for w in draw_w(w_count, rng):
-        drawn = draw_pairs(lambda s: (scattered_spectrum(relief, s, grid)[0], grid), sigma_b, w, pairs, rng)
+        drawn = draw_pairs(lambda s: (scattered_spectrum(relief, s, grid)[0], grid), sigma_b, w, count=pairs, rng=rng)
         drawn = away_from_zero_order(drawn, sigma_b)
         found.append(Truth(w, drawn, reference.xyz(drawn.u, drawn.v, w), np.zeros(3)))
     return found

@@ -60,7 +60,7 @@ def run(effort: Effort, shared: Path, progress: Progress = silent) -> BenchmarkR
     judged = middle(scan, effort.scan_m) if effort.scan_m else replace(scan, periodic=False)
     on = machine()
     of_scan, baked = scan_result(judged, effort, progress)
-    of_map = map_result(prepare(judged), baked, effort, progress)
+    of_map = map_result(prepare(judged), baked, effort, progress=progress)
     rows, refused, pairs = [], [], {}
     for surface in surfaces(effort, scan):
         of_model = judges(surface, effort)

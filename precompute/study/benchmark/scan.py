@@ -118,7 +118,7 @@ def scan_result(scan: HeightMap, effort: Effort, progress: Progress) -> tuple[Sc
     return result, Baked(table, Settings())
 
 
-def map_result(relief: Relief, baked: Baked, effort: Effort, progress: Progress) -> MapResult:
+def map_result(relief: Relief, baked: Baked, effort: Effort, *, progress: Progress) -> MapResult:
     """A map by the bake beside the same map by FLSS, both in Stam's form. The errors are those against the reference of
     each one's model of coherence."""
     size, theta_i = effort.map_pixels, np.radians(30)

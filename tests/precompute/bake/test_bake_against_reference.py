@@ -26,7 +26,7 @@ def test_the_table_is_the_reference(baked, w):
     a percent. There is room for it, because no order stands where both axes are at their worst."""
     assert baked.sigma_b / baked.texel > 1.1
     u, v = np.random.default_rng(0).uniform(-0.6, 0.6, (2, 400))
-    scattered, zero = reference_xyz(waves(), u, v, w=w, sigma_b=baked.sigma_b, step_m=5e-9)
+    scattered, zero = reference_xyz(waves(), (u, v), w=w, sigma_b=baked.sigma_b, step_m=5e-9)
     computed = baked.scattered_over_w2(u, v, w) * w**2
     np.testing.assert_allclose(computed, scattered, rtol=0, atol=0.02 * scattered.max())
     np.testing.assert_allclose(baked.zero_order_xyz(w), zero, rtol=0, atol=2e-3)
@@ -38,7 +38,7 @@ def test_the_table_looks_like_the_reference(delta_e):
 
     The reference's wavelengths are 5 nm apart, so that at |u| = 2 an order moves by half a standard deviation."""
     table = bake(waves(), BakeRequest(delta_e=delta_e, coherence_length_m=COHERENCE_M))
-    truth = truths.truths(waves(), table.sigma_b, 2, 1000, 5e-9)
+    truth = truths.truths(waves(), table.sigma_b, 2, pairs_each=1000, step_m=5e-9)
     errors = measure(truth, table.candidate)
     assert errors.p99 < delta_e
     assert errors.relative_dy < 0.01 * delta_e
@@ -84,11 +84,11 @@ def test_two_scans_are_their_mean():
     chosen = plan((one, other), BakeRequest(coherence_length_m=COHERENCE_M))
     w = 1.2
     u, v = np.random.default_rng(0).uniform(-0.6, 0.6, (2, 200))
-    truth = sum(reference_xyz(relief, u, v, w=w, sigma_b=both.sigma_b, step_m=5e-9)[0] for relief in (one, other)) / 2
+    truth = sum(reference_xyz(relief, (u, v), w=w, sigma_b=both.sigma_b, step_m=5e-9)[0] for relief in (one, other)) / 2
     answer = both.scattered_over_w2(u, v, w) * w**2
     np.testing.assert_allclose(answer, truth, rtol=0, atol=0.02 * truth.max())
     zero = (
-        sum(reference_xyz(relief, u[:1], v[:1], w=w, sigma_b=both.sigma_b, step_m=5e-9)[1] for relief in (one, other))
+        sum(reference_xyz(relief, (u[:1], v[:1]), w=w, sigma_b=both.sigma_b, step_m=5e-9)[1] for relief in (one, other))
         / 2
     )
     np.testing.assert_allclose(both.zero_order_xyz(w), zero, atol=2e-3)
@@ -111,6 +111,6 @@ def test_a_deep_relief_keeps_its_colour_at_every_w():
     baked = bake(relief)
     u, v = rng.uniform(-0.05, 0.05, (2, 40))
     for w in (0.6, 1.2, 1.7, 1.95):
-        truth, _ = reference_xyz(relief, u, v, w=w, sigma_b=baked.sigma_b, step_m=4e-9)
+        truth, _ = reference_xyz(relief, (u, v), w=w, sigma_b=baked.sigma_b, step_m=4e-9)
         answer = baked.scattered_over_w2(u, v, w) * w**2
         assert np.abs(answer - truth).max() <= 0.04 * truth.max()

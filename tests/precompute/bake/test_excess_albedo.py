@@ -72,7 +72,7 @@ def test_the_albedo_is_that_of_the_quadrature(bakes):
     lambdas = np.array([420e-9, 610e-9])
     for theta, tolerance in ((0, 1e-3), (45, 1e-2), (75, 1e-2)):
         wi = toward(theta, 20)
-        found = albedo_times_cosine(surface.series, surface.sigma_b, wi[None, None], lambdas)[0, 0] / wi[2]
+        found = albedo_times_cosine(surface.series, surface.sigma_b, wi[None, None], lambdas=lambdas)[0, 0] / wi[2]
         exact = [directional_albedo(surface, wi, lam, [no_bound], 1 << 16)[0] for lam in lambdas]
         np.testing.assert_allclose(found, exact, rtol=tolerance)
 
@@ -184,7 +184,7 @@ def test_turned_light_is_as_good_as_its_own_factors():
     series = surface_of(relief, 0.02).series
     directions = texel_directions(4, 9)[:, :-1]
     orders, lambdas = np.empty(0, int), np.array([400e-9, 700e-9])
-    truth = continuum_albedo(series, orders, 0.02, directions, lambdas)
-    found = continuum_albedo(series, orders, 0.02, directions[:, :2], lambdas, turns=4)
+    truth = continuum_albedo(series, orders, 0.02, directions=directions, lambdas=lambdas)
+    found = continuum_albedo(series, orders, 0.02, directions=directions[:, :2], lambdas=lambdas, turns=4)
     assert np.ptp(truth[0, :, 0]) > 0.1 * truth.max()
     np.testing.assert_allclose(found, truth, atol=1e-5 * truth.max())

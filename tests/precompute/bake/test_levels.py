@@ -49,8 +49,8 @@ def test_a_level_is_a_wider_kernel(baked, level):
     # Near the rim of the table, the light that a wide kernel should bring from outside is missing.
     u, v = np.random.default_rng(level).uniform(-0.6, 0.6, (2, 300))
     for w in (0.5, 1.7):
-        truth = reference_xyz(waves(), u, v, w=w, sigma_b=sigma, step_m=4e-9)[0] / w**2
-        found = baked.scattered_over_w2(u, v, w, sigma**2 - baked.sigma_b**2)
+        truth = reference_xyz(waves(), (u, v), w=w, sigma_b=sigma, step_m=4e-9)[0] / w**2
+        found = baked.scattered_over_w2(u, v, w, variance=sigma**2 - baked.sigma_b**2)
         np.testing.assert_allclose(found, truth, rtol=0, atol=0.02 * truth.max())
 
 
@@ -61,7 +61,7 @@ def test_between_levels_lies_their_mixture(baked):
     u, v = np.random.default_rng(1).uniform(-1, 1, (2, 50))
 
     def read(grown):
-        return baked.scattered_over_w2(u, v, 1.1, (grown - 1) * baked.sigma_b**2)
+        return baked.scattered_over_w2(u, v, 1.1, variance=(grown - 1) * baked.sigma_b**2)
 
     for level in range(len(baked.levels) - 1):
         low, high = read(4.0**level), read(4.0 ** (level + 1))
@@ -71,7 +71,7 @@ def test_between_levels_lies_their_mixture(baked):
     last = read(4.0 ** (len(baked.levels) - 1))
     np.testing.assert_array_equal(read(1e6), last)
     alone = replace(baked, wider=())
-    np.testing.assert_array_equal(alone.scattered_over_w2(u, v, 1.1, 1e-3), alone.scattered_over_w2(u, v, 1.1))
+    np.testing.assert_array_equal(alone.scattered_over_w2(u, v, 1.1, variance=1e-3), alone.scattered_over_w2(u, v, 1.1))
 
 
 @pytest.fixture(scope="module", params=[blazed, elaphe])
@@ -87,13 +87,13 @@ def sampled(request):
         rng = np.random.default_rng(3)
         sigma, truths = table.sigma_b * grown**0.5, []
         for w in (0.7, 1.6):
-            drawn = draw_pairs(self_check._spectrum(chosen.ensemble, rng), sigma, w, 250, rng)
+            drawn = draw_pairs(self_check._spectrum(chosen.ensemble, rng), sigma, w, count=250, rng=rng)
             drawn = drawn.within(Region((-1.5, 1.5), (-1.5, 1.5)))
             truths.append(self_check._truth(chosen.ensemble, drawn, w, sigma, "D65", silent))
         variance = (grown - 1) * table.sigma_b**2
 
         def read(u, v, w):
-            return table.scattered_over_w2(u, v, w, variance), table.zero_order_xyz(w)
+            return table.scattered_over_w2(u, v, w, variance=variance), table.zero_order_xyz(w)
 
         return measure(truths, read)
 
@@ -132,18 +132,18 @@ def test_levels_of_a_file_answer_alike(baked):
     """Half floats round the levels as they round level 0: by 2^-11 of a texel."""
     stored = atlas.unpack(*atlas.pack(baked))
     u, v, variance = np.random.default_rng(3).uniform(0, 1, (3, 200)) * [[1], [1], [0.06]]
-    whole = baked.scattered_over_w2(u, v, 1.3, variance)
+    whole = baked.scattered_over_w2(u, v, 1.3, variance=variance)
     assert len(stored.levels) == len(baked.levels)
     # The terms may be larger than their sum, so their sizes are added up.
     atol = 2.0**-11 * sum(np.abs(term).max() for term in baked.terms)
-    np.testing.assert_allclose(stored.scattered_over_w2(u, v, 1.3, variance), whole, rtol=0, atol=atol)
+    np.testing.assert_allclose(stored.scattered_over_w2(u, v, 1.3, variance=variance), whole, rtol=0, atol=atol)
 
 
 def test_a_wide_kernel_does_not_darken_a_regions_rim():
     """Outside a region its rim is continued, so that a uniform table stays as bright on every level."""
     axes = np.linspace(-0.12, 0.62, 38), np.linspace(-0.22, 0.72, 48)
     plain = np.ones((2, 38, 48, 3), np.float32)
-    wider = wider_levels(plain, axes, 0.03, 0.02)
+    wider = wider_levels(plain, axes, 0.03, texel=0.02)
     assert len(wider) == 2
     for tiles in wider:
         np.testing.assert_allclose(tiles, 1, rtol=1e-6)
@@ -153,7 +153,7 @@ def test_a_wide_kernel_finds_nothing_over_the_horizon():
     """Outside a whole table there is no light, so that a uniform table darkens towards |u| = 2."""
     axis = texel_size(64) * (np.arange(64) - 31.5)
     plain = np.pad(np.ones((1, 60, 60, 3), np.float32), ((0, 0), (2, 2), (2, 2), (0, 0)))
-    wider = wider_levels(plain, (axis, axis), 0.08, texel_size(64))
+    wider = wider_levels(plain, (axis, axis), 0.08, texel=texel_size(64))
     assert wider[0][0, :, 18].max() == pytest.approx(1, rel=1e-6)
     # The kernel has a standard deviation of 1.8 texels. Half a texel inside the end, 0.61 of it is inside; 3.5 texels
     # outside, 0.02 of it.

@@ -23,7 +23,7 @@ def test_resampling_is_the_references_blur(lam):
     resample = Resampler(grid, u, v, lam, sigma)
     image = resample(power[resample.kept])
     places = [c.ravel() for c in np.meshgrid(u, v)]
-    expected = blurred(power, grid, *places, lam, sigma).reshape(40, 150)
+    expected = blurred(power, grid, places, lam=lam, sigma_b=sigma).reshape(40, 150)
     np.testing.assert_allclose(image, expected, rtol=0, atol=2e-6 * expected.max())
 
 

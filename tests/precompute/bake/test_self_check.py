@@ -38,7 +38,7 @@ def made():
 def errors_of(made, baked):
     """The self-check's errors of a table of the same relief."""
     relief, chosen, _ = made
-    return self_check.self_check((relief,), chosen, baked, lambda *_: None)
+    return self_check.self_check((relief,), chosen, baked, progress=lambda *_: None)
 
 
 @pytest.mark.parametrize("w_range", [(0.0, 2.0), (0.7, 1.3), (1.95, 2.0)])
@@ -59,7 +59,7 @@ def test_it_agrees_with_the_reference(made):
     """At other directions, with the same kernel. A 99th percentile of a thousand pairs is good to a third."""
     relief, chosen, baked = made
     own = errors_of(made, baked)
-    truth = truths(relief, chosen.sigma_b, 4, 800, 4e-9, seed=3)
+    truth = truths(relief, chosen.sigma_b, 4, pairs_each=800, step_m=4e-9, seed=3)
     exact = measure(truth, baked.candidate)
     assert own.p99 <= 1
     assert own.mean == pytest.approx(exact.mean, rel=0.35, abs=0.02)
@@ -70,7 +70,7 @@ def test_a_small_region_is_still_looked_at():
     """The region has one percent of the directions, so that few pairs of a first draw fall in it."""
     relief, needs = skin(), Needs(Region((0.5, 0.9), (-0.1, 0.1)), w=(1.0, 1.4))
     chosen = plan(relief, BakeRequest(coherence_length_m=COHERENCE_M, needs=needs))
-    errors = self_check.self_check((relief,), chosen, carry_out(chosen), lambda *_: None)
+    errors = self_check.self_check((relief,), chosen, carry_out(chosen), progress=lambda *_: None)
     assert errors.pairs > 1000 and errors.p99 <= 1
 
 

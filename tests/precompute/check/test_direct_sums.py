@@ -35,12 +35,12 @@ def test_where_it_wraps_it_is_the_reference():
     all of the light at the kernel's height there."""
     relief, sigma_b = skin(periodic=True), 0.03
     u, v = places()
-    expected, zero_order = reference_xyz(relief, u, v, w=W, sigma_b=sigma_b, step_m=STEP_M)
-    computed = scattered_xyz([relief], u, v, w=W, sigma_b=sigma_b, step_m=STEP_M)
+    expected, zero_order = reference_xyz(relief, (u, v), w=W, sigma_b=sigma_b, step_m=STEP_M)
+    computed = scattered_xyz([relief], (u, v), w=W, sigma_b=sigma_b, step_m=STEP_M)
     np.testing.assert_allclose(computed, expected, rtol=0, atol=2 * np.exp(-18) / (2 * np.pi * sigma_b**2))
     assert expected.max() > 1e5 * 2 * np.exp(-18) / (2 * np.pi * sigma_b**2)
     # The zero order's own wavelengths are 1 nm apart: at 1 nm the reference has the same.
-    _, zero_order = reference_xyz(relief, u[:1], v[:1], w=W, sigma_b=sigma_b, step_m=1e-9)
+    _, zero_order = reference_xyz(relief, (u[:1], v[:1]), w=W, sigma_b=sigma_b, step_m=1e-9)
     np.testing.assert_allclose(zero_order_xyz([relief], np.array([W]))[0], zero_order, rtol=1e-6)
 
 
@@ -75,8 +75,8 @@ def test_where_it_does_not_wrap_it_is_the_reference():
     for lam, weight in zip(lambdas, spectral_weights(lambdas), strict=True):
         longer = [length + PAD * lam / (2 * np.pi * sigma_b) for length in relief.size_m]
         missed += [weight * folded(relief, lam, sigma_b, lengths) for lengths in (longer, padded)]
-    expected, _ = reference_xyz(relief, u, v, w=W, sigma_b=sigma_b, step_m=STEP_M)
-    computed = scattered_xyz([relief], u, v, w=W, sigma_b=sigma_b, step_m=STEP_M)
+    expected, _ = reference_xyz(relief, (u, v), w=W, sigma_b=sigma_b, step_m=STEP_M)
+    computed = scattered_xyz([relief], (u, v), w=W, sigma_b=sigma_b, step_m=STEP_M)
     assert (np.abs(computed - expected) <= missed.sum(axis=0)).all()
     assert (missed[0] < 1e-3 * expected.max(axis=0)).all()
     assert (missed[1] < 0.02 * expected.max(axis=0)).all()
@@ -90,7 +90,7 @@ def test_the_cells_hold_all_the_light(periodic, shape):
     heights = 60e-9 * (np.cos(2 * np.pi * 2 * x) + np.sin(2 * np.pi * y[:, None]) * (shape[0] > 1))
     relief = prepare(HeightMap(heights, (PIXEL, PIXEL), "test", periodic=periodic))
     s = W / 550e-9
-    cells = scattered_cells(relief, s, (1e12, 1e12), 5e4)
+    cells = scattered_cells(relief, s, (1e12, 1e12), sigma_q=5e4)
     zero_order = abs(zero_order_amplitude(relief, s)) ** 2
     assert cells.power.sum() + zero_order == pytest.approx(1, abs=1e-9 if periodic else 1e-4)
     assert cells.power.shape == (len(cells.q_y), len(cells.q_x))
@@ -100,7 +100,7 @@ def test_a_facet_sends_the_light_down_its_slope():
     """u = -slope w: a sampled ramp one wavelength high has the order m = -1 and nothing else."""
     period, lam = 3e-6, 550e-9
     relief = prepare(blazed(period, lam / W, periods=4, rows=1))
-    cells = scattered_cells(relief, W / lam, (1e7, 1e7), 1e4)
+    cells = scattered_cells(relief, W / lam, (1e7, 1e7), sigma_q=1e4)
     at = np.unravel_index(np.argmax(cells.power), cells.power.shape)
     assert cells.q_x[at[1]] == pytest.approx(-1 / period)
     assert cells.power[at] == pytest.approx(1, rel=1e-12)
@@ -108,9 +108,9 @@ def test_a_facet_sends_the_light_down_its_slope():
 
 def test_several_scans_are_their_mean():
     reliefs, (u, v) = [skin(False, seed=3), skin(False, seed=4)], places(10)
-    one, other = (scattered_xyz([relief], u, v, w=W, sigma_b=0.1, step_m=STEP_M) for relief in reliefs)
+    one, other = (scattered_xyz([relief], (u, v), w=W, sigma_b=0.1, step_m=STEP_M) for relief in reliefs)
     np.testing.assert_allclose(
-        scattered_xyz(reliefs, u, v, w=W, sigma_b=0.1, step_m=STEP_M), (one + other) / 2, rtol=1e-12
+        scattered_xyz(reliefs, (u, v), w=W, sigma_b=0.1, step_m=STEP_M), (one + other) / 2, rtol=1e-12
     )
     w = np.array([0.0, 0.7])
     one, other = (zero_order_xyz([relief], w) for relief in reliefs)

@@ -249,7 +249,7 @@ def test_a_table_that_is_no_number(refused, baked, scan, tmp_path):
     table, record = atlas_file.read(baked)
     image, layout = atlas.pack(table)
     image[-9, 9] = np.nan
-    atlas_file.write(tmp_path / "nan.exr", image, layout, record)
+    atlas_file.write(tmp_path / "nan.exr", image, layout, provenance=record)
     assert "no number" in refused("check", tmp_path / "nan.exr", scan, *PICTURE, *QUICK)
 
 

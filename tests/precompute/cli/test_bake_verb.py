@@ -56,7 +56,7 @@ def test_the_error_in_the_header_is_that_of_the_file(baked, scan):
     _, folder = baked
     table, record = atlas_file.read(folder / "skin.exr")
     relief = prepare(read_height_map(str(scan), 4, 250))
-    truth = truths(relief, table.sigma_b, 2, 500, 5e-9, seed=99)
+    truth = truths(relief, table.sigma_b, 2, pairs_each=500, step_m=5e-9, seed=99)
     errors = measure(truth, table.candidate)
     assert errors.p99 <= 3
     # Both means are of samples of the same distribution.

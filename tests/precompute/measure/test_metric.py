@@ -33,11 +33,11 @@ def skin():
 
 @pytest.fixture(scope="module")
 def truth():
-    return truths(skin(), SIGMA_B, 2, 1500, STEP_M)
+    return truths(skin(), SIGMA_B, 2, pairs_each=1500, step_m=STEP_M)
 
 
 def exact(u, v, w):
-    scattered, zero_order = reference_xyz(skin(), u, v, w=w, sigma_b=SIGMA_B, step_m=STEP_M)
+    scattered, zero_order = reference_xyz(skin(), (u, v), w=w, sigma_b=SIGMA_B, step_m=STEP_M)
     return scattered / w**2, zero_order
 
 
@@ -130,7 +130,7 @@ def test_light_where_there_should_be_none_fails(truth):
 def test_light_scattered_off_a_mirror_fails():
     """Nothing is drawn from a spectrum that is nothing; the other half of the pairs sees the glow as well."""
     mirror = prepare(HeightMap(np.zeros((16, 16)), (80e-9, 80e-9), "test", periodic=True))
-    truth = truths(mirror, SIGMA_B, 2, 200, 100e-9)
+    truth = truths(mirror, SIGMA_B, 2, pairs_each=200, step_m=100e-9)
     assert measure(truth, lambda u, v, w: (np.zeros((len(u), 3)), white_xyz())).p99 == 0
     assert measure(truth, lambda u, v, w: (np.ones((len(u), 3)), white_xyz())).p99 > FAILS
 
@@ -139,7 +139,7 @@ def test_on_a_disc_a_black_bake_fails():
     """1.6 % of all directions are lit by a CD: half of the pairs are drawn where its orders are."""
     surface = cd()
     relief = prepare(HeightMap(surface.height_m[:80, :80], surface.pixel_size_m, "test", periodic=True))
-    truth = truths(relief, 0.02, 2, 600, 40e-9)
+    truth = truths(relief, 0.02, 2, pairs_each=600, step_m=40e-9)
     black = measure(truth, lambda u, v, w: (np.zeros((len(u), 3)), white_xyz()))
     assert black.p99 > FAILS
     assert black.mean > FAILS
@@ -223,7 +223,7 @@ def spectrum_of(relief, sigma_b):
 def test_pairs_are_directions_that_can_be(w, seed, count):
     """Of unit length, above the surface, of the group's w. Rounding; a square root of 1 - c^2 adds nothing to the
     norm."""
-    pairs = draw_pairs(spectrum_of(skin(), SIGMA_B), SIGMA_B, w, count, np.random.default_rng(seed))
+    pairs = draw_pairs(spectrum_of(skin(), SIGMA_B), SIGMA_B, w, count=count, rng=np.random.default_rng(seed))
     assert len(pairs.wi) == len(pairs.wr) == len(pairs.drawn)
     assert (~pairs.drawn).sum() == count // 2
     for direction in (pairs.wi, pairs.wr):
@@ -240,7 +240,7 @@ def test_the_other_half_is_drawn_where_the_light_is():
     heights = 60e-9 * np.sin(2 * np.pi * 8 * x)[None, :]
     relief = prepare(HeightMap(heights, (80e-9, 80e-9), "test", periodic=True))
     period, sigma_b = 8 * 80e-9, 0.01
-    pairs = draw_pairs(spectrum_of(relief, sigma_b), sigma_b, 1.2, 400, np.random.default_rng(0))
+    pairs = draw_pairs(spectrum_of(relief, sigma_b), sigma_b, 1.2, count=400, rng=np.random.default_rng(0))
     u, v = np.abs(pairs.u[pairs.drawn]), pairs.v[pairs.drawn]
     assert len(u) == 200
     assert (np.abs(v) < 5 * sigma_b).all()
@@ -254,7 +254,7 @@ def test_the_other_half_is_drawn_where_the_light_is():
 def test_cosine_weighted_pairs_share_w_evenly():
     """The density of ci, given w, is ci (w - ci): at w = 0.8 a parabola over [0, 0.8], of mean 0.4 and standard
     deviation 0.8 / sqrt(20); 4000 of them know their mean to 0.8 / sqrt(80000) = 0.0028, four times that."""
-    pairs = draw_pairs(spectrum_of(skin(), SIGMA_B), SIGMA_B, 0.8, 8000, np.random.default_rng(0))
+    pairs = draw_pairs(spectrum_of(skin(), SIGMA_B), SIGMA_B, 0.8, count=8000, rng=np.random.default_rng(0))
     ci = pairs.wi[~pairs.drawn, 2]
     assert ci.mean() == pytest.approx(0.4, abs=0.0113)
     assert ci.std() == pytest.approx(0.8 / np.sqrt(20), rel=0.05)
@@ -276,16 +276,16 @@ def test_w_is_as_two_cosine_weighted_directions_have_it():
 
 
 def test_the_same_seed_asks_the_same():
-    one, other = (truths(skin(), SIGMA_B, 1, 20, 200e-9, seed=5)[0] for _ in range(2))
+    one, other = (truths(skin(), SIGMA_B, 1, pairs_each=20, step_m=200e-9, seed=5)[0] for _ in range(2))
     assert one.w == other.w
     np.testing.assert_array_equal(one.pairs.wi, other.pairs.wi)
     np.testing.assert_array_equal(one.scattered_xyz, other.scattered_xyz)
-    assert truths(skin(), SIGMA_B, 1, 20, 200e-9, seed=6)[0].w != one.w
+    assert truths(skin(), SIGMA_B, 1, pairs_each=20, step_m=200e-9, seed=6)[0].w != one.w
 
 
 def test_progress_runs_to_its_end():
     told = []
-    truths(skin(), SIGMA_B, 3, 4, 100e-9, progress=lambda _, fraction: told.append(fraction))
+    truths(skin(), SIGMA_B, 3, pairs_each=4, step_m=100e-9, progress=lambda _, fraction: told.append(fraction))
     assert told == pytest.approx([(k + 1) / 15 for k in range(15)], rel=1e-12)
 
 

@@ -58,9 +58,9 @@ def test_the_image_holds_what_the_method_sums(name):
     rng = np.random.default_rng(0)
     u, v = rng.uniform(-0.5, 0.5, (2, 6))
     w, lam = rng.uniform(0.5, 1.8, 6), rng.uniform(400e-9, 700e-9, 6)
-    expected = method.density(u, v, w, lam)
+    expected = method.density(u, v, w, wavelength_m=lam)
     got = [density_read_from(image, layout, *each) for each in zip(u, v, w, lam, strict=True)]
-    peak = method.density(np.zeros(1), np.zeros(1), 0.0, 500e-9)[0]
+    peak = method.density(np.zeros(1), np.zeros(1), 0.0, wavelength_m=500e-9)[0]
     # Single precision on amplitudes: 6e-8 of the largest term of about 10 (z = 4).
     assert np.abs(np.sqrt(got) - np.sqrt(expected)).max() <= 1e-5 * np.sqrt(peak)
 

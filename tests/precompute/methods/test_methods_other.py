@@ -43,8 +43,8 @@ def test_all_methods_have_one_shape(name, grating):
     assert method.xyz(u, v, w).shape == (5, 3)
     assert np.all(np.isfinite(method.xyz(u, v, 1.5)))
     if name != "gem":
-        assert method.density(u, v, w, 500e-9).shape == (5,)
-        assert np.all(method.density(u, v, w, 500e-9) >= 0)
+        assert method.density(u, v, w, wavelength_m=500e-9).shape == (5,)
+        assert np.all(method.density(u, v, w, wavelength_m=500e-9) >= 0)
 
 
 def test_the_ensemble_is_the_core_reference():
@@ -52,7 +52,7 @@ def test_the_ensemble_is_the_core_reference():
     u, v, _ = places(30)
     method = METHODS["reference"](relief, Settings(coherence_length_m=LENGTH, step_m=10e-9))
     sigma = kernel_sigma(LENGTH)
-    scattered, zero = reference_xyz(relief, u, v, w=1.4, sigma_b=sigma, step_m=10e-9)
+    scattered, zero = reference_xyz(relief, (u, v), w=1.4, sigma_b=sigma, step_m=10e-9)
     kernel = np.exp(-(u**2 + v**2) / (2 * sigma**2)) / (2 * np.pi * sigma**2)
     assert method.xyz(u, v, 1.4) == pytest.approx(scattered + kernel[:, None] * zero, rel=1e-9, abs=1e-12)
 
@@ -63,8 +63,8 @@ def test_stam_knows_a_true_grating_exactly(grating):
     settings = Settings(coherence_length_m=LENGTH)
     u, v, w = places()
     for lam in (420e-9, 650e-9):
-        truth = METHODS["reference"](grating, settings).density(u, v, w, lam)
-        got = METHODS["stam"](grating, settings).density(u, v, w, lam)
+        truth = METHODS["reference"](grating, settings).density(u, v, w, wavelength_m=lam)
+        got = METHODS["stam"](grating, settings).density(u, v, w, wavelength_m=lam)
         assert np.abs(got - truth).max() <= 1e-9 * truth.max()
 
 
@@ -85,7 +85,7 @@ def test_stam_colours_are_the_integral_of_his_density(grating):
     settings = Settings(coherence_length_m=600e-6, step_m=0.25e-9)
     stam = METHODS["stam"](grating, settings)
     u, w = np.array([-0.9, -0.5, -0.21, 0.22, 0.44]), np.linspace(1.2, 1.9, 5)
-    integral = spectral_sum(stam.density, u, 0 * u, w, settings)
+    integral = spectral_sum(stam.density, u, 0 * u, w=w, settings=settings)
     assert stam.xyz(u, 0 * u, w) == pytest.approx(integral, rel=5e-3, abs=1e-4 * integral.max())
 
 
@@ -103,7 +103,7 @@ def test_colours_without_a_spectrum_say_so():
     table = Table(np.ones((2, 16, 16, 3), np.float32), np.ones((8, 3)), 0.1, 0.25, "D65")
     for method in (gem.Gem(1e-6, Settings()), Baked(table, Settings())):
         with pytest.raises(GratingError, match=f"{method.name}: it h"):
-            method.density(np.zeros(1), np.zeros(1), 1.0, 5e-7)
+            method.density(np.zeros(1), np.zeros(1), 1.0, wavelength_m=5e-7)
 
 
 def test_the_bake_as_a_method():

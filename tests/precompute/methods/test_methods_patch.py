@@ -61,7 +61,9 @@ def test_the_reference_is_the_written_out_sum(periodic):
         path = (u[k] * x + v[k] * y) * PIXEL + w[k] * h
         amplitude = np.sum(g * t * np.exp(-2j * np.pi / lam[k] * path))
         expected = PIXEL**2 * abs(amplitude) ** 2 / np.sum((g * t) ** 2) / lam[k] ** 2
-        assert patch.density(u[k : k + 1], v[k : k + 1], w[k], lam[k]) == pytest.approx(expected, rel=1e-9, abs=1e-12)
+        assert patch.density(u[k : k + 1], v[k : k + 1], w[k], wavelength_m=lam[k]) == pytest.approx(
+            expected, rel=1e-9, abs=1e-12
+        )
 
 
 def test_the_power_over_the_nyquist_cell_is_one():
@@ -71,7 +73,7 @@ def test_the_power_over_the_nyquist_cell_is_one():
     q = (np.arange(96) + 0.5) / 96 / PIXEL - 0.5 / PIXEL
     u, v = (c.ravel() * lam for c in np.meshgrid(q, q))
     step = lam / 96 / PIXEL
-    assert patch.density(u, v, 1.4, lam).sum() * step**2 == pytest.approx(1, abs=1e-12)
+    assert patch.density(u, v, 1.4, wavelength_m=lam).sum() * step**2 == pytest.approx(1, abs=1e-12)
 
 
 def test_a_line_grating_takes_the_short_way_to_the_same_end():
@@ -91,9 +93,9 @@ def test_all_texels_and_terms_give_the_reference(name, periodic):
     relief = skin(periodic)
     settings = Settings(coherence_length_m=length_of(relief), texels=15, **EXACT)
     u, v, w, lam = places()
-    truth = exact.build_patch(relief, settings).density(u, v, w, lam)
-    peak = exact.build_patch(relief, settings).density(np.zeros(1), np.zeros(1), 0.0, 500e-9)[0]
-    got = METHODS[name](relief, settings).density(u, v, w, lam)
+    truth = exact.build_patch(relief, settings).density(u, v, w, wavelength_m=lam)
+    peak = exact.build_patch(relief, settings).density(np.zeros(1), np.zeros(1), 0.0, wavelength_m=500e-9)[0]
+    got = METHODS[name](relief, settings).density(u, v, w, wavelength_m=lam)
     assert np.abs(np.sqrt(got) - np.sqrt(truth)).max() <= 1e-10 * np.sqrt(peak)
 
 
@@ -104,8 +106,10 @@ def test_three_texels_stay_within_their_bound():
     settings = Settings(coherence_length_m=length_of(relief), **EXACT)
     method = METHODS["flss"](relief, settings)
     u, v, w, lam = places(400)
-    truth = exact.build_patch(relief, settings).density(u, v, w, lam)
-    difference = np.abs(np.sqrt(method.density(u, v, w, lam)) - np.sqrt(truth)) * lam / np.sqrt(method.scale)
+    truth = exact.build_patch(relief, settings).density(u, v, w, wavelength_m=lam)
+    difference = (
+        np.abs(np.sqrt(method.density(u, v, w, wavelength_m=lam)) - np.sqrt(truth)) * lam / np.sqrt(method.scale)
+    )
     sigma = [length * method.sigma_f for length in relief.size_m]
     rest = [left_out(3, s) for s in sigma]
     kept = [1 + 2 * np.exp(-0.5 / s**2) for s in sigma]
@@ -123,7 +127,7 @@ def test_chebyshev_is_flss(centred):
     u, v, w, lam = places()
     common = {"coherence_length_m": 6e-6, "centred": centred}
     methods = [METHODS[name](relief, Settings(**common, **EXACT)) for name in ("flss", "chebyshev")]
-    one, other = (m.density(u, v, w, lam) for m in methods)
+    one, other = (m.density(u, v, w, wavelength_m=lam) for m in methods)
     assert np.abs(one - other).max() <= 1e-10 * one.max()
     assert methods[1].images.terms.shape[-1] < methods[0].images.terms.shape[-1]
 
@@ -131,7 +135,9 @@ def test_chebyshev_is_flss(centred):
 def test_a_number_for_w_is_as_good_as_an_array():
     method = METHODS["chebyshev"](skin(), Settings())
     u, v, _, _ = places()
-    assert np.array_equal(method.density(u, v, 1.2, 5e-7), method.density(u, v, np.full(len(u), 1.2), 5e-7))
+    assert np.array_equal(
+        method.density(u, v, 1.2, wavelength_m=5e-7), method.density(u, v, np.full(len(u), 1.2), wavelength_m=5e-7)
+    )
 
 
 @pytest.mark.parametrize("z", [0.3, 4.0, 12.4, 33.0, 66.0])
@@ -193,8 +199,8 @@ def test_too_few_terms_are_taken_as_asked():
     relief = skin()
     u, v, w, lam = places()
     settings = Settings(coherence_length_m=length_of(relief), terms=3)
-    truth = exact.build_patch(relief, settings).density(u, v, w, lam)
-    got = METHODS["flss"](relief, settings).density(u, v, w, lam)
+    truth = exact.build_patch(relief, settings).density(u, v, w, wavelength_m=lam)
+    got = METHODS["flss"](relief, settings).density(u, v, w, wavelength_m=lam)
     assert np.abs(got - truth).max() > truth.max()
 
 
@@ -216,7 +222,7 @@ def test_one_copy_is_the_single_patch():
     v, u = (k * lam / length for k, length in zip((k_y, k_x), relief.size_m, strict=True))
     transform = np.fft.fft2(np.exp(-2j * np.pi * s * relief.height_m))[k_y, k_x]
     expected = PIXEL**2 * np.abs(transform) ** 2 / relief.height_m.size / lam**2
-    assert np.abs(method.density(u, v, 1.5, lam) - expected).max() <= 1e-9 * expected.max()
+    assert np.abs(method.density(u, v, 1.5, wavelength_m=lam) - expected).max() <= 1e-9 * expected.max()
 
 
 def test_copies_of_a_cell_are_the_grating():
@@ -234,10 +240,12 @@ def test_copies_of_a_cell_are_the_grating():
     # PSD of 128 x 128 pixels: dA |sum|^2 / count, the sum over rows being 128 at v = 0.
     expected = relief.pixel_size_m[1] ** 2 * np.abs(amplitude) ** 2 / lam**2
     # A truncated sinc is off by some 1 / (pi texels) between the bins.
-    assert np.abs(method.density(u, 0 * u, w, lam) - expected).max() <= 0.05 * expected.max()
+    assert np.abs(method.density(u, 0 * u, w, wavelength_m=lam) - expected).max() <= 0.05 * expected.max()
     orders = np.arange(-2, 3) * lam / 2.5e-6
     at_orders = np.abs(np.exp(-2j * np.pi * orders[:, None] / lam * x) @ p) ** 2 * relief.pixel_size_m[1] ** 2 / lam**2
-    assert method.density(orders, 0 * orders, w, lam) == pytest.approx(at_orders, rel=1e-6, abs=1e-9 * at_orders.max())
+    assert method.density(orders, 0 * orders, w, wavelength_m=lam) == pytest.approx(
+        at_orders, rel=1e-6, abs=1e-9 * at_orders.max()
+    )
 
 
 def test_the_printed_product_is_wrong():
@@ -247,7 +255,7 @@ def test_the_printed_product_is_wrong():
     relief = prepare(blazed(periods=4, rows=32))
     u, v, w, lam = places()
     methods = [METHODS[name](relief, Settings(coherence_length_m=10e-6)) for name in ("pq", "pq-printed")]
-    right, printed = (m.density(u, v / 20, w, lam) for m in methods)
+    right, printed = (m.density(u, v / 20, w, wavelength_m=lam) for m in methods)
     assert np.abs(printed - right).max() > 0.1 * right.max()
 
 
@@ -259,7 +267,7 @@ def test_nmm_picks_the_wavelengths_of_the_grating_equation():
     method = METHODS["nmm"](relief, Settings(coherence_length_m=10e-6))
     assert method.period_m == pytest.approx(2.5e-6)
     u, v = np.full(81, -0.6), np.full(81, 1e-4)
-    lit = [method.density(u[:1], v[:1], 1.8, lam)[0] > 0 for lam in np.arange(380, 781, 5) * 1e-9]
+    lit = [method.density(u[:1], v[:1], 1.8, wavelength_m=lam)[0] > 0 for lam in np.arange(380, 781, 5) * 1e-9]
     assert np.flatnonzero(lit).tolist() == [(500 - 380) // 5, (750 - 380) // 5]
 
 
@@ -286,7 +294,7 @@ def test_nmm_weighs_a_single_wavelength_by_its_spacing():
     printed, fixed = (m.xyz(u, v, w)[0] for m in methods)
     spacing = np.sqrt(np.pi) / (2 * np.pi * 2.5e-6) * 500e-9**2 / 0.2
     assert fixed / printed == pytest.approx(np.full(3, spacing / 5e-9))
-    expected = methods[0].full.density(u, v, w, 500e-9) * 5e-9 * observer(np.array([500e-9]))[0]
+    expected = methods[0].full.density(u, v, w, wavelength_m=500e-9) * 5e-9 * observer(np.array([500e-9]))[0]
     assert printed == pytest.approx(expected)
 
 

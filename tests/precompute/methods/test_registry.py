@@ -32,7 +32,7 @@ def test_an_entry_tells_what_its_method_is(built, name):
     assert method.table_bytes > 0 or name == "gem"
     if not entry.has_spectrum:
         with pytest.raises(GratingError):
-            method.density(0.1, 0.0, 1.5, 500e-9)
+            method.density(0.1, 0.0, 1.5, wavelength_m=500e-9)
 
 
 @pytest.mark.parametrize("name", ENTRIES)

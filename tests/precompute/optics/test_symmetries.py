@@ -26,7 +26,7 @@ def changed(original, heights, pixel_m=None):
 
 def scattered(surface, u, v, w=1.3):
     """XYZ (n, 3) of the reference with a step of 40 nm: both sides of an equality are the same coarse sum."""
-    return reference_xyz(prepare(surface), np.asarray(u), np.asarray(v), w=w, sigma_b=SIGMA_B, step_m=40e-9)[0]
+    return reference_xyz(prepare(surface), (np.asarray(u), np.asarray(v)), w=w, sigma_b=SIGMA_B, step_m=40e-9)[0]
 
 
 def places(count=40):

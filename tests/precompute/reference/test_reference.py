@@ -68,7 +68,7 @@ def test_it_is_the_direct_sum(periodic, sigma_b):
         density = np.einsum("ny,yx,nx->n", kernels[0], power, kernels[1])
         expected += density[:, None] * weight
         zero += abs(zero_order_amplitude(relief, s)) ** 2 * weight
-    computed, zero_order = reference_xyz(relief, u, v, w=W, sigma_b=sigma_b, step_m=100e-9)
+    computed, zero_order = reference_xyz(relief, (u, v), w=W, sigma_b=sigma_b, step_m=100e-9)
     np.testing.assert_allclose(computed, expected, rtol=0, atol=1e-9 * expected.max())
     np.testing.assert_allclose(zero_order, zero, rtol=1e-12)
 
@@ -99,7 +99,7 @@ def test_bins_stand_for_the_integral():
         exact = np.einsum("ny,yx,nx->n", waves[0], correlation, waves[1]).real / lam**2
         grid = reference_grid(relief, sigma_b)
         power, _ = scattered_spectrum(relief, s, grid)
-        computed = blurred(power, grid, u, v, lam, sigma_b)
+        computed = blurred(power, grid, (u, v), lam=lam, sigma_b=sigma_b)
         np.testing.assert_allclose(computed, exact, rtol=0, atol=0.015 * exact.max())
 
 
@@ -119,7 +119,7 @@ def test_the_density_holds_the_scattered_energy(periodic, lam):
     # The kept bins reach 2 + 7 sigma at 380 nm; at 700 nm that is nearly twice as far.
     axis = np.arange(-6, 6, step)
     u, v = (c.ravel() for c in np.meshgrid(axis, axis))
-    total = blurred(power, grid, u, v, lam, sigma_b).sum() * step**2
+    total = blurred(power, grid, (u, v), lam=lam, sigma_b=sigma_b).sum() * step**2
     # An edge that does not wrap scatters a little further than the grid keeps.
     assert power.sum() == pytest.approx(1 - zero, rel=1e-9 if periodic else 2e-3)
     # What lies past |u| = 6 is not summed: nothing, since the bins end at (2 + 0.7) / 380 nm * 700 nm = 5.
@@ -131,7 +131,7 @@ def test_a_spectrum_and_its_zero_order_make_white():
     the grating's orders up to the 10th are all within |u| = 2.5."""
     relief, sigma_b, step = wave(), 0.05, 0.04
     u = np.arange(-3, 3, step)
-    scattered, zero = reference_xyz(relief, u, 0 * u, w=W, sigma_b=sigma_b, step_m=20e-9)
+    scattered, zero = reference_xyz(relief, (u, 0 * u), w=W, sigma_b=sigma_b, step_m=20e-9)
     # At v = 0 the kernel across is 1 / (sqrt(2 pi) sigma).
     total = scattered.sum(axis=0) * step * np.sqrt(2 * np.pi) * sigma_b + zero
     np.testing.assert_allclose(total, white_xyz(), rtol=1e-7)
@@ -146,7 +146,7 @@ def test_the_grating_equation(lam):
     power, _ = scattered_spectrum(relief, W / lam, grid)
     for m in (-3, -2, -1, 1, 2, 3):
         u = m * lam / period + np.arange(-0.05, 0.05, 1e-4)
-        density = blurred(power, grid, u, 0 * u, lam, sigma_b)
+        density = blurred(power, grid, (u, 0 * u), lam=lam, sigma_b=sigma_b)
         assert u[np.argmax(density)] == pytest.approx(m * lam / period, abs=1.01e-4)
         width = np.sqrt(np.average((u - m * lam / period) ** 2, weights=density))
         # A Gaussian cut at 2.5 sigma keeps sqrt(1 - 5 phi(2.5) / 0.98758) = 0.9546 of its spread.
@@ -159,7 +159,7 @@ def test_a_facet_sends_the_light_down_its_slope():
     depth, period = 550e-9 / W, 3e-6
     relief = prepare(blazed(period, depth, periods=4, rows=1))
     u = np.arange(-1.5, 1.5, 0.01)
-    scattered, _ = reference_xyz(relief, u, 0 * u, w=W, sigma_b=0.05, step_m=5e-9)
+    scattered, _ = reference_xyz(relief, (u, 0 * u), w=W, sigma_b=0.05, step_m=5e-9)
     assert u[np.argmax(scattered[:, 1])] == pytest.approx(-W * depth / period, abs=0.02)
 
 
@@ -175,7 +175,7 @@ def test_wavelengths_reach_both_ends():
 def test_a_mirror_has_no_scattered_light():
     relief = prepare(HeightMap(np.zeros((16, 16)), (PIXEL, PIXEL), "test", periodic=True))
     u, v = places(20)
-    scattered, zero = reference_xyz(relief, u, v, w=W, sigma_b=0.1, step_m=50e-9)
+    scattered, zero = reference_xyz(relief, (u, v), w=W, sigma_b=0.1, step_m=50e-9)
     np.testing.assert_array_equal(scattered, 0)
     np.testing.assert_allclose(zero, white_xyz(), rtol=1e-12)
 
@@ -184,8 +184,7 @@ def test_progress_is_told():
     told = []
     reference_xyz(
         wave(),
-        np.zeros(1),
-        np.zeros(1),
+        (np.zeros(1), np.zeros(1)),
         w=W,
         sigma_b=0.1,
         step_m=100e-9,
@@ -201,6 +200,8 @@ def test_many_places_are_taken_in_parts():
     grid = reference_grid(relief, sigma_b)
     power, _ = scattered_spectrum(relief, W / lam, grid)
     u, v = places(4000)
-    together = blurred(power, grid, u, v, lam, sigma_b)
-    alone = [blurred(power, grid, u[k : k + 1], v[k : k + 1], lam, sigma_b)[0] for k in range(0, 4000, 397)]
+    together = blurred(power, grid, (u, v), lam=lam, sigma_b=sigma_b)
+    alone = [
+        blurred(power, grid, (u[k : k + 1], v[k : k + 1]), lam=lam, sigma_b=sigma_b)[0] for k in range(0, 4000, 397)
+    ]
     np.testing.assert_allclose(together[::397], alone, rtol=1e-12)

@@ -100,7 +100,9 @@ def test_the_ensemble_s_reference_is_the_reference():
     relief = prepare(middle(make_sample("elaphe"), 5e-6))
     sigma_b = coherence.kernel_sigma(3e-6)
     truths = ensemble_truths(exact_series(relief, sigma_b), sigma_b, 1, pairs=60, lambdas=wavelengths(20e-9))
-    exact, _ = reference_xyz(relief, truths[0].pairs.u, truths[0].pairs.v, w=truths[0].w, sigma_b=sigma_b, step_m=20e-9)
+    exact, _ = reference_xyz(
+        relief, (truths[0].pairs.u, truths[0].pairs.v), w=truths[0].w, sigma_b=sigma_b, step_m=20e-9
+    )
     np.testing.assert_allclose(truths[0].scattered_xyz, exact, atol=1e-8 * exact.max())
 
 

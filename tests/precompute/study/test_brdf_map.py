@@ -81,7 +81,7 @@ def test_the_exact_map_is_the_reference(theta_i):
     for row, col in pixels:
         view = wr[row, col]
         u, v, w = wi + view
-        scattered, zero = reference_xyz(relief, np.array([u]), np.array([v]), w=w, sigma_b=SIGMA_B, step_m=STEP_M)
+        scattered, zero = reference_xyz(relief, (np.array([u]), np.array([v])), w=w, sigma_b=SIGMA_B, step_m=STEP_M)
         kernel = np.exp(-(u**2 + v**2) / (2 * SIGMA_B**2)) / (2 * np.pi * SIGMA_B**2)
         obliquity = (1 + wi @ view) ** 2 / (wi[2] * view[2] * w**2)
         reflectance = fresnel_reflectance(np.linalg.norm(wi + view) / 2)

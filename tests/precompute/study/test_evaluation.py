@@ -88,7 +88,7 @@ def test_the_quick_way_to_a_reference_is_the_reference(name, periodic):
     method = METHODS[name](relief, Settings(coherence_length_m=3e-6))
     plane = Plane(THETA_I, np.radians(np.linspace(-80, 60, 9)))
     lambdas = np.array([390e-9, 610e-9])
-    direct = np.stack([method.density(plane.u, np.zeros(9), plane.w, lam) for lam in lambdas])
+    direct = np.stack([method.density(plane.u, np.zeros(9), plane.w, wavelength_m=lam) for lam in lambdas])
     # The bins' kernel ends at 5.5 sigma here, at 7 there: 3e-7.
     assert np.abs(response(method, plane, lambdas) - direct).max() <= 1e-6 * direct.max()
 
@@ -122,7 +122,7 @@ def test_a_wrong_surface_is_seen(blaze):
 
     class Off(Method):
         def density(self, u, v, w, lam):
-            return flss.density(u * 1.001, v, w, lam)
+            return flss.density(u * 1.001, v, w, wavelength_m=lam)
 
     lambdas = wavelengths(50e-9)
     plane = first_order_plane(THETA_I, lambdas, 2.5e-6)
