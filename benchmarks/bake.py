@@ -12,6 +12,7 @@ import argparse
 import statistics
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict
 from pathlib import Path
 
 from benchmarks import report
@@ -54,7 +55,12 @@ def measure(scan: Scan, runs: int = RUNS) -> dict:
     """Seconds and ratios of so many bakes alone, and of so many pairs."""
     height_map = scan.read()
     shape = prepare(height_map).height_m.shape
-    facts = {"machine": machine(), "surface": height_map.source_name, "pixels": list(shape), "transforms": TRANSFORMS}
+    facts = {
+        "machine": asdict(machine()),
+        "surface": height_map.source_name,
+        "pixels": list(shape),
+        "transforms": TRANSFORMS,
+    }
     transform = transform_seconds(shape)
     alone, beside = [], []
     for _ in range(runs):
