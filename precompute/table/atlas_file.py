@@ -23,13 +23,6 @@ FORMAT = 6
 HEADER_KEY = "natural_gratings"
 
 
-def write(path: Path, image: np.ndarray, layout, *, provenance: dict) -> None:
-    """Write one picture with a layout in its header: an atlas (atlas.py) or a sample set (sample_set.py).
-
-    See write_together."""
-    write_together({path: (image, layout)}, provenance)
-
-
 def write_together(pictures: Mapping[Path, tuple[np.ndarray, object]], provenance: dict) -> None:
     """Write images (height, width, 3 or 4), row 0 at the bottom, each with its layout, by path.
 

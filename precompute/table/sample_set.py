@@ -166,7 +166,7 @@ def layout_of(lobes: SampleSet) -> SampleSetLayout:
 
 
 def pack(lobes: SampleSet) -> tuple[np.ndarray, SampleSetLayout]:
-    """Image (height, width, 4) float16, row 0 at the bottom, and its layout, for atlas_file.write."""
+    """Image (height, width, 4) float16, row 0 at the bottom, and its layout, for atlas_file.write_together."""
     layout = layout_of(lobes)
     image = np.zeros((layout.height, layout.width, COEFFICIENTS), np.float16)
     u = lobes.q * layout.wavelength

@@ -164,5 +164,5 @@ def baked(tmp_path_factory):
     seconds."""
     image, layout = atlas.pack(bake(prepare(read_height_map("sample:blazed")), BakeRequest(coherence_length_m=8e-6)))
     path = tmp_path_factory.mktemp("radiance") / "blazed.exr"
-    atlas_file.write(path, image, layout, provenance={})
+    atlas_file.write_together({path: (image, layout)}, {})
     return path, atlas.unpack(image, layout)

@@ -66,7 +66,7 @@ def middle(baked, tmp_path):
         wider=(),
     )
     image, layout = atlas.pack(part)
-    atlas_file.write(path, image, layout, provenance={})
+    atlas_file.write_together({path: (image, layout)}, {})
     return path, atlas.unpack(image, layout)
 
 

@@ -50,7 +50,7 @@ def bakes(tmp_path_factory):
             relief = prepare(read_height_map(f"sample:{name}"))
             image, layout = atlas.pack(bake(relief, BakeRequest(needs=needs)))
             path = folder / f"{name}{len(made)}.exr"
-            atlas_file.write(path, image, layout, provenance={})
+            atlas_file.write_together({path: (image, layout)}, {})
             made[name, needs] = Baked(relief, atlas.unpack(image, layout), path)
         return made[name, needs]
 

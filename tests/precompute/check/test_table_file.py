@@ -18,7 +18,7 @@ def test_a_table_is_read_as_a_renderer_reads_it(tmp_path, precision):
         tiles, rng.random((600, 3)), 0.05, 0.01, "E", first=(-0.1, -0.4), w_range=(0.5, 1.9), precision=precision
     )
     path = tmp_path / "table.exr"
-    atlas_file.write(path, *atlas.pack(table), {"model": "ensemble"})
+    atlas_file.write_together({path: atlas.pack(table)}, {"model": "ensemble"})
     read, stored = read_table(path), atlas_file.read(path)[0]
     assert read.region == (pytest.approx((-0.38, 2.57)), pytest.approx((-0.08, 0.27)))
     assert (read.w_range, read.sigma_b, read.illuminant) == ((0.5, 1.9), 0.05, "E")

@@ -74,7 +74,7 @@ def spoilt(baked, path, fault, **header):
     table, record = atlas_file.read(baked)
     for key in ("format", "layout"):
         del record[key]
-    atlas_file.write(path, *atlas.pack(fault(table)), {**record, **header})
+    atlas_file.write_together({path: atlas.pack(fault(table))}, {**record, **header})
     return path
 
 
@@ -249,7 +249,7 @@ def test_a_table_that_is_no_number(refused, baked, scan, tmp_path):
     table, record = atlas_file.read(baked)
     image, layout = atlas.pack(table)
     image[-9, 9] = np.nan
-    atlas_file.write(tmp_path / "nan.exr", image, layout, provenance=record)
+    atlas_file.write_together({tmp_path / "nan.exr": (image, layout)}, record)
     assert "no number" in refused("check", tmp_path / "nan.exr", scan, *PICTURE, *QUICK)
 
 

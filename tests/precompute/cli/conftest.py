@@ -74,5 +74,5 @@ def small_bake(tmp_path):
     table = Table(tiles, np.full((512, 3), 0.5), 0.05, 4 / 252, "D65")
     (tmp_path / "bakes").mkdir()
     path = tmp_path / "bakes" / "small.exr"
-    atlas_file.write(path, *atlas.pack(table), {"source": "small"})
+    atlas_file.write_together({path: atlas.pack(table)}, {"source": "small"})
     return path

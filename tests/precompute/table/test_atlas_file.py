@@ -22,7 +22,7 @@ def written(tmp_path):
     """A small table and its file."""
     table = random_bake()
     path = tmp_path / "table.exr"
-    atlas_file.write(path, *atlas.pack(table), PROVENANCE)
+    atlas_file.write_together({path: atlas.pack(table)}, PROVENANCE)
     return table, path
 
 
@@ -58,7 +58,7 @@ def test_the_file_is_a_plain_half_float_picture(written):
 def test_writing_replaces_an_older_bake(written):
     _, path = written
     other = random_bake(seed=1)
-    atlas_file.write(path, *atlas.pack(other), PROVENANCE)
+    atlas_file.write_together({path: atlas.pack(other)}, PROVENANCE)
     assert np.abs(atlas_file.read(path)[0].terms - other.terms).max() < 1e-3
     assert os.listdir(path.parent) == ["table.exr"]
 
@@ -70,7 +70,7 @@ def test_an_interrupted_write_leaves_nothing(tmp_path, monkeypatch, fault):
 
     monkeypatch.setattr(os, "replace", fail)
     with pytest.raises(type(fault)):
-        atlas_file.write(tmp_path / "table.exr", *atlas.pack(random_bake()), PROVENANCE)
+        atlas_file.write_together({tmp_path / "table.exr": atlas.pack(random_bake())}, PROVENANCE)
     assert os.listdir(tmp_path) == []
 
 
@@ -83,7 +83,7 @@ def test_an_interrupted_write_keeps_the_older_bake(written, monkeypatch):
 
     monkeypatch.setattr(os, "replace", fail)
     with pytest.raises(OSError):
-        atlas_file.write(path, *atlas.pack(random_bake(seed=1)), PROVENANCE)
+        atlas_file.write_together({path: atlas.pack(random_bake(seed=1))}, PROVENANCE)
     assert path.read_bytes() == before
     assert os.listdir(path.parent) == ["table.exr"]
 
@@ -91,7 +91,7 @@ def test_an_interrupted_write_keeps_the_older_bake(written, monkeypatch):
 def test_a_place_that_cannot_be_written_is_told(tmp_path):
     """As for a read-only folder or a full disc: OpenEXR raises a RuntimeError, which no caller expects."""
     with pytest.raises((OSError, GratingError)):
-        atlas_file.write(tmp_path / "not there" / "table.exr", *atlas.pack(random_bake()), PROVENANCE)
+        atlas_file.write_together({tmp_path / "not there" / "table.exr": atlas.pack(random_bake())}, PROVENANCE)
 
 
 def refused(path):
@@ -171,7 +171,7 @@ def test_a_header_that_lies_about_its_picture_is_refused(tmp_path, lie):
 @given(st.floats(0.01, 0.99))
 def test_a_truncated_file_is_refused(tmp_path_factory, share):
     path = tmp_path_factory.getbasetemp() / "truncated.exr"
-    atlas_file.write(path, *atlas.pack(random_bake(terms=6, resolution=16)), PROVENANCE)
+    atlas_file.write_together({path: atlas.pack(random_bake(terms=6, resolution=16))}, PROVENANCE)
     whole = path.read_bytes()
     path.write_bytes(whole[: int(share * len(whole))])
     with pytest.raises(GratingError) as caught:

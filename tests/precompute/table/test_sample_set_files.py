@@ -27,7 +27,7 @@ def written(scan, tmp_path):
     """A small sample set and its file."""
     found = make_sample_set([scan[0]], SIGMA_B, size=16)
     path = tmp_path / "table.lobes.exr"
-    atlas_file.write(path, *sample_set.pack(found), PROVENANCE)
+    atlas_file.write_together({path: sample_set.pack(found)}, PROVENANCE)
     return found, path
 
 
@@ -145,7 +145,7 @@ def test_a_table_is_no_sample_set_nor_the_other_way(written, tmp_path):
     _, path = written
     table = path_beside(tmp_path / "small.exr").with_name("small.exr")
     bake = Table(np.ones((2, 16, 16, 3), np.float32), np.ones((20, 3)), 0.04, 0.3, "D65")
-    atlas_file.write(table, *atlas.pack(bake), PROVENANCE)
+    atlas_file.write_together({table: atlas.pack(bake)}, PROVENANCE)
     assert "give the .lobes.exr" in refused(table)
     with pytest.raises(GratingError, match="not a Natural Gratings bake"):
         atlas_file.read(path)
