@@ -44,7 +44,7 @@ def test_the_second_bake_of_a_surface_is_taken(run_bake, picture, tmp_path, cach
 
 
 def test_no_cache_leaves_the_folder_alone(run_bake, tmp_path, cache_folder, monkeypatch):
-    monkeypatch.setattr(bake_verb, "bake_to_folder", lambda *_: {"seconds": 1.0, "files": ["a.exr"]})
+    monkeypatch.setattr(bake_verb, "bake_to_folder", lambda *_, **__: {"seconds": 1.0, "files": ["a.exr"]})
     facts, _ = run_bake(tmp_path, "--no-cache")
     assert facts["cached"] is False
     assert not cache_folder.exists()

@@ -37,7 +37,9 @@ def test_reading_takes_a_w_and_a_variance_for_each_place(baked):
     u, v, w = np.random.default_rng(0).uniform(0, 1.4, (3, 30))
     variance = np.linspace(0, 0.1, 30)
     read = baked.scattered_over_w2(u, v, w, variance=variance)
-    each = [baked.scattered_over_w2(*(x[k : k + 1] for x in (u, v, w, variance)))[0] for k in range(30)]
+    each = [
+        baked.scattered_over_w2(*(x[k : k + 1] for x in (u, v, w)), variance=variance[k : k + 1])[0] for k in range(30)
+    ]
     # The sums are in single precision, and in another order.
     np.testing.assert_allclose(read, each, rtol=0, atol=1e-6 * np.abs(baked.terms).max())
 

@@ -110,7 +110,7 @@ def test_progress_as_json_lines(run, scan, tmp_path):
 
 def test_a_bake_that_misses_its_budget_is_not_written(refused, scan, tmp_path, monkeypatch):
     poor = Errors(1, 2, 7.31, 9, 0, 0, 0, 10)
-    monkeypatch.setattr(ensemble, "self_check", lambda *_: poor)
+    monkeypatch.setattr(ensemble, "self_check", lambda *_, **__: poor)
     told = refused("bake", scan, *PICTURE, "-o", tmp_path / "bakes", "--delta-e", "5", *SHORT, "--progress", "none")
     assert "7.31" in told and "--delta-e 7.7" in told
 
