@@ -57,7 +57,7 @@ def test_mesh_is_valid_smooth_and_all_quads(snake):
     mesh = snake.data
     assert np.isfinite(read(mesh.vertices, "co", 3)).all()
     assert np.isfinite(read(mesh.corner_normals, "vector", 3)).all()
-    assert (read(mesh.polygons, "loop_start", 1, weight=np.int32)[:, 0] == np.arange(0, len(mesh.loops), 4)).all()
+    assert (read(mesh.polygons, "loop_start", 1, np.int32)[:, 0] == np.arange(0, len(mesh.loops), 4)).all()
     assert all(polygon.use_smooth for polygon in mesh.polygons)
     assert not mesh.copy().validate(), "Blender had to repair the mesh"
 
@@ -84,7 +84,7 @@ def test_uv_runs_from_head_to_tail_and_once_round(snake):
 def test_frame_is_right_handed_with_the_tangent_towards_the_tail(snake, spine):
     mesh = snake.data
     assert (read(mesh.loops, "bitangent_sign", 1) == 1).all()
-    corner = read(mesh.vertices, "co", 3)[read(mesh.loops, "vertex_index", 1, weight=np.int32)[:, 0]]
+    corner = read(mesh.vertices, "co", 3)[read(mesh.loops, "vertex_index", 1, np.int32)[:, 0]]
     uv = read(mesh.uv_layers["UVMap"].uv, "vector", 2)
     tangent, normal = read(mesh.loops, "tangent", 3), read(mesh.corner_normals, "vector", 3)
     at = uv[:, 0] * 2 * np.pi * RADIUS_M

@@ -83,7 +83,7 @@ def geometry(stage, mesh):
     return {name: value * 4 - 2 for name, value in found.items()}, seen
 
 
-def expected(stage, mesh, table: Table, **settings):
+def expected(stage, mesh, table: Table, *, variance=0.0, **settings):
     """What each pixel should show (n, n, 3), and which pixels see the mesh."""
     passes, seen = geometry(stage, mesh)
     position, n, wr, t = (passes[name][seen] for name in ("Position", "Normal", "Incoming", "Tangent"))
@@ -97,7 +97,7 @@ def expected(stage, mesh, table: Table, **settings):
         return np.einsum("nij,nj->ni", frame, direction)
 
     total = sum(
-        lamp_radiance(table, own(wi), own(wr), irradiance=e, skin=Skin(**settings))
+        lamp_radiance(table, own(wi), own(wr), irradiance=e, variance=variance, skin=Skin(**settings))
         for wi, e in irradiances(stage, position)
     )
     out = np.zeros((*seen.shape, 3))

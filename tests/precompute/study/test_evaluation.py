@@ -121,8 +121,8 @@ def test_a_wrong_surface_is_seen(blaze):
     flss = METHODS["flss"](blaze, evaluation.thesis_settings())
 
     class Off(Method):
-        def density(self, u, v, w, lam):
-            return flss.density(u * 1.001, v, w, wavelength_m=lam)
+        def density(self, u, v, w, *, wavelength_m):
+            return flss.density(u * 1.001, v, w, wavelength_m=wavelength_m)
 
     lambdas = wavelengths(50e-9)
     plane = first_order_plane(THETA_I, lambdas, 2.5e-6)
