@@ -11,12 +11,21 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from . import ENVIRONMENTS, ROOT
-from .environments import ALL, PY311, Environment
+from .environments import PY311, PY313, Environment
 from .steps import clean_environment, say
 
 NO_TESTS_COLLECTED = 5
-# The slowest first, so that two workers end at about the same time.
-FOLDERS = {"precompute": ALL, "render": ALL, "package": (PY311,), "addon": ALL}
+# Folder of tests/ and environment of each suite, the slowest first, so that two workers end at about the same time.
+SUITES = (
+    ("render", PY313),
+    ("precompute", PY311),
+    ("render", PY311),
+    ("package", PY311),
+    ("addon", PY311),
+    ("addon", PY313),
+    ("precompute", PY313),
+)
+FOLDERS = tuple(dict.fromkeys(name for name, _ in SUITES))
 # Of precompute, pure Python over NumPy, the tests that run under the newer Python and NumPy too: those of the rooms
 # where versions can differ. Readers and files meet Pillow, gwyfile and OpenEXR; the rest are where single and double
 # precision meet, which NumPy 2 promotes by other rules; the golden bake goes through all of it.
@@ -82,7 +91,7 @@ def run_suite(
     report = ENVIRONMENTS / "reports" / f"{name}-{environment.name}.xml"
     report.parent.mkdir(parents=True, exist_ok=True)
     report.unlink(missing_ok=True)
-    command = [environment.python, "-m", "pytest", *targets, f"--junitxml={report}", *options]
+    command = [environment.python, "-m", "pytest", *targets, f"--junitxml={report}", "--durations=12", *options]
     start = time.monotonic()
     done = subprocess.run(
         command, cwd=ROOT, env=clean_environment(**variables), stdout=subprocess.PIPE,
@@ -123,8 +132,7 @@ def run(environments: Sequence[Environment], arguments: Sequence[str], blender: 
     variables = {"NATURAL_GRATINGS_BLENDER": str(blender)} if blender else {}
     wanted = [
         (name, environment, targets)
-        for name, its_own in FOLDERS.items()
-        for environment in its_own
+        for name, environment in SUITES
         if environment in environments and (targets := targets_of(name, environment, paths))
     ]
     with ThreadPoolExecutor(2) as pool:
