@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The words of docs/evaluation.md; benchmarks.evaluation has the numbers."""
+"""The text of docs/evaluation.md. benchmarks.evaluation computes the numbers in it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,8 +13,11 @@ COLUMNS = 4
 
 @dataclass(frozen=True)
 class Facts:
-    """What the page reports: whether Elaphe is the scan, rows by surface, the bakes' colours, the blaze's variance on a
-    bare grid, the periods of pieces of Elaphe in nm, the rows of the table of terms."""
+    """The facts that the page reports.
+
+    They are: whether Elaphe is the real scan; the rows of each surface; the bakes' colours; the variance of the
+    blaze's period where peaks are samples of a grid; the periods of the pieces of Elaphe in nanometres; the rows of
+    the table of terms."""
 
     scan: bool
     tables: dict[str, list]
@@ -24,7 +27,7 @@ class Facts:
     terms: list[dict]
 
     def as_dict(self) -> dict:
-        """For programs."""
+        """The facts for JSON."""
         rows = {
             name: [{"label": row.label, "thesis": row.thesis, **row.evaluation.as_dict()} for row in table]
             for name, table in self.tables.items()
@@ -93,7 +96,10 @@ def text(facts: Facts, groups: dict) -> str:
 
 
 def period_table(rows: Sequence, true_m: float | None = None) -> str:
-    """Mean, variance, rms of the angles against the own mean and, where it is known, against the true period."""
+    """The table of a surface's rows.
+
+    It gives the mean and the variance of the period, and the rms error of the angles against the grating equation:
+    with the method's own mean period and, where it is known, with the true period."""
     head = ["method", "period, nm", "variance, nm^2", "angle rms, degrees"]
     head += ["against the true period"] if true_m else []
     lines = [head + ["thesis, mean / variance", "s"]]
@@ -108,7 +114,7 @@ def period_table(rows: Sequence, true_m: float | None = None) -> str:
 
 
 def bake_table(bakes: dict) -> str:
-    """Each surface's bake beside its reference."""
+    """The table that compares each surface's bake with its reference."""
     lines = [
         [
             "surface",
@@ -132,7 +138,8 @@ def bake_table(bakes: dict) -> str:
 
 
 def map_table(maps: Sequence) -> str:
-    """Pictures with captions; a cell names the thesis's picture of the same."""
+    """A table of pictures with captions. A caption also names the thesis's picture of the same map, where there is
+    one."""
     cells = []
     for one in maps:
         beside = f"<br>thesis: `{one.thesis.removeprefix('brdfmap__')}`" if one.thesis else ""
@@ -144,7 +151,7 @@ def map_table(maps: Sequence) -> str:
 
 
 def table(lines: Sequence[Sequence[str]]) -> str:
-    """A Markdown table, its head first."""
+    """A Markdown table of lines of cells; the first line is the head."""
     head, *rest = lines
     marked = [head, ["---"] * len(head), *rest]
     return "\n".join("| " + " | ".join(line) + " |" for line in marked)

@@ -123,7 +123,7 @@ def open_file(path: str) -> None:
 
 
 def frames(text: str) -> Iterator[int]:
-    """The frames that -f names, such as 1,3 and 5..8; +N and -N count from the scene's first and last frame."""
+    """The frames that -f names, such as 1,3 and 5..8. +N counts from the scene's first frame, -N from its last."""
     scene = bpy.context.scene
     for part in text.split(","):
         first, _, last = part.partition("..")

@@ -5,8 +5,8 @@
 
 Heights are counted from the lowest point, as in the thesis, or from the middle of the relief, which halves
 z = 2 pi s max|h|. The terms grow to e^z / sqrt(2 pi z) before they fall, while their sum has modulus 1: the digits
-above 1 cancel and are lost. A sum can therefore fail in two ways. Too few terms cost accuracy, and more terms mend it. Too few digits
-cost accuracy too, and no number of terms mends that.
+above 1 cancel and are lost. A sum can therefore fail in two ways. Too few terms cost accuracy, and more terms mend it.
+Too few digits cost accuracy too, and no number of terms mends that.
 """
 
 import math

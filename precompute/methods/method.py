@@ -23,7 +23,7 @@ class Settings:
     tolerance   largest error of the phasor, by which the number of terms is chosen
     step_m      wavelength step in metres
     dtype       float32 or float64: the precision in which an expansion's images are stored and summed
-    centred     whether Taylor's heights count from the middle of the relief; else from its lowest point, as in the thesis
+    centred     whether Taylor's heights count from the middle of the relief; else from its lowest point (the thesis)
     texels      number of texels of a transform read around each frequency along each axis; odd
     period_m    period of the grating in metres, for a method that needs one; None: found in the relief
     illuminant  the illuminant that is white: one of ILLUMINANTS
