@@ -31,8 +31,8 @@ import bpy
 from ..nodes.builder import Tree, Value
 
 PROPERTIES = ("place", "power", "z", "x")
-# Values in place of a spot's outer and inner cosine for the other kinds of lamp. No cosine has these values. The outer
-# value is set so that the smooth step from outer to inner gives 1 in every direction.
+# Values in place of a spot's outer and inner cosine for the other kinds of lamp. No cosine has these values, and the
+# smooth step from the first to the second value is 1 at every cosine.
 _AREA_RIM, _NO_RIM = ("3", "2"), ("-3", "-2")
 
 
