@@ -23,7 +23,7 @@ from .operators import (
 from .scene import gratings
 from .ui import panel
 
-# In the order of registration: a property group comes before those that hold it.
+# In the order of registration: a property group comes before the property groups that hold it.
 CLASSES = (
     gratings.Grating,
     gratings.SceneGratings,

@@ -75,7 +75,7 @@ def directional_albedo(surface: Surface, wi: np.ndarray, lam: float, bounds: lis
 
 
 def _views(half: np.ndarray, wi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """View directions (n, 3) of tangential half vectors (n, 2), their w (n,), and a mask (n,) of those that
+    """View directions (n, 3) of tangential half vectors (n, 2), their w (n,), and a mask (n,) of the directions that
     propagate."""
     tangential = half - wi[:2]
     square = np.sum(tangential**2, axis=1)

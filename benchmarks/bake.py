@@ -108,7 +108,7 @@ def main(argv: list[str] | None = None) -> None:
     parser.add_argument("file", nargs="?", metavar="FILE", help="height map or sample:NAME; default: the Elaphe scan")
     parser.add_argument("--size-um", type=float, metavar="UM", help="width of the scan (pictures)")
     parser.add_argument("--height-nm", type=float, metavar="NM", help="height from black to white (pictures)")
-    parser.add_argument("--runs", type=int, default=RUNS, metavar="N", help=f"of each kind; default {RUNS}")
+    parser.add_argument("--runs", type=int, default=RUNS, metavar="N", help=f"bakes alone, and pairs; default {RUNS}")
     report.add_json(parser)
     arguments = parser.parse_args(argv)
     if arguments.runs < 1:

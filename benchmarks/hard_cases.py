@@ -296,7 +296,7 @@ def outcome(case: Case, baker: Baker = as_baked) -> Outcome:
 
 
 def page(outcomes: list[Outcome]) -> str:
-    """docs/hard_cases.md."""
+    """The text of docs/hard_cases.md."""
     rows = [f"| {case.name} | {case.asked} | {each.text} |" for case, each in zip(CASES, outcomes, strict=True)]
     head = ["| case | asked | value, error or refusal |", "| --- | --- | --- |"]
     return "\n".join([HEAD, *head, *rows, "", TAIL])

@@ -8,10 +8,10 @@ packages tried that conserved energy to 1e-10 everywhere. grcwa 0.1.2 reflected 
 binary grating of 10.3 wavelengths, and meent 0.13.2 lost up to 1.6 % of the light on a blaze. Lengths are in
 wavelengths.
 
-The number that is compared is the largest |difference| over those of the orders -3 to 3 that propagate. RCWA's orders
-are the mean of TE and TM, divided by the mean of the whole reflected power. The scalar orders are those of
-precompute/study/efficiency.py, with O = 1. A ramp and a sinusoid are staircases of PARTS equal parts to a period,
-sampled at the same places as there.
+The result is the largest |difference| of an order, over the propagating orders among -3 to 3. An order of RCWA is the
+mean of TE and TM, divided by the mean of the whole reflected power. The scalar orders are computed by
+precompute/study/efficiency.py, with O = 1. For RCWA a ramp and a sinusoid are staircases of PARTS equal parts to a
+period, sampled at the same places as in efficiency.py.
 """
 
 import argparse
@@ -32,7 +32,7 @@ ANGLES_DEG = (0.0, 40.0, 60.0)
 TOLERANCES = (0.01, 0.02, 0.05)
 KERATIN = 1.56
 PARTS = 32
-# Orders that RCWA keeps beyond those that propagate in the keratin.
+# The number of orders that RCWA keeps beyond the orders that propagate in the keratin.
 EXTRA_ORDERS = 10
 _COMPARED = 3
 
@@ -49,8 +49,8 @@ class Grating:
 
 @dataclass(frozen=True)
 class Row:
-    """The largest difference of an order, as a fraction of the reflected power; and the reflected power over that of a
-    flat surface."""
+    """The largest difference of an order, as a fraction of the reflected power, and the reflected power relative to
+    that of a flat surface."""
 
     grating: Grating
     difference: float

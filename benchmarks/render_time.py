@@ -63,7 +63,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--pixels", type=int, default=192)
     parser.add_argument("--samples", type=int, default=32)
     parser.add_argument("--repeat", type=int, default=5)
-    parser.add_argument("--lamps", type=int, default=3, help="of the rows with several; 1: no such rows")
+    parser.add_argument("--lamps", type=int, default=3, help="suns in the rows with several; 1: no such row")
     report.add_json(parser)
     arguments = parser.parse_args(argv)
     tables = []

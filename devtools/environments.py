@@ -17,7 +17,7 @@ from .steps import run_step, run_together, say
 
 @dataclass(frozen=True)
 class Environment:
-    """A virtual environment; its name is that of its folder and of its dependency group."""
+    """A virtual environment. Its folder and its dependency group have its name."""
 
     name: str
     python_version: str
@@ -49,7 +49,7 @@ ALL = (PY311, PY313)
 
 
 def dependency_group(name: str) -> list[str]:
-    """The pinned requirements of a group in pyproject.toml, with those of the groups that it includes."""
+    """The pinned requirements of a group in pyproject.toml, with the requirements of the groups that it includes."""
     groups = tomllib.loads((ROOT / "pyproject.toml").read_text())["dependency-groups"]
     requirements: list[str] = []
     for entry in groups[name]:

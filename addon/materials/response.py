@@ -112,5 +112,5 @@ class Response:
 
 
 def response_in(group: bpy.types.NodeTree) -> Response:
-    """The response that a Diffraction group was made around, also one that was loaded from a file."""
+    """The response around which a Diffraction group was made; the group may have been loaded from a file."""
     return Response(next(node.node_tree for node in group.nodes if node.label == _LABEL))

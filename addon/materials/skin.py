@@ -76,7 +76,7 @@ def group_around(name: str, response: Response, shadows: bool = True) -> bpy.typ
 
 
 def fill_group(group: bpy.types.NodeTree, response: Response) -> None:
-    """Make a Diffraction group's nodes anew. Its sockets stay, and so does all that is linked to them."""
+    """Make a Diffraction group's nodes anew. Its sockets and the links to them stay."""
     group.nodes.clear()
     lamps = group[_LAMPS] = _lamps_of_file()
     tree = Tree(group)
@@ -142,7 +142,8 @@ def show_lamps() -> None:
 
 
 def _lamps_of_file() -> list[bool]:
-    """For each lamp that some scene of the file follows, whether light linking keeps it from some object. At least one
-    lamp, so that a group is never empty."""
+    """For each lamp that some scene of the file follows, whether light linking keeps the lamp from some object.
+
+    The list has at least one lamp, so that a group is never empty."""
     count = max(1, *(lamp_count(scene) for scene in bpy.data.scenes))
     return [is_linked(index) for index in range(count)]

@@ -56,7 +56,7 @@ class Grating(bpy.types.PropertyGroup):
     bake_summary: StringProperty(name="Bake Summary", description="The bake's measured error and its size")
     shadows: BoolProperty(
         name="Shadows",
-        description="Objects shade the diffraction: all of them in Cycles, those on screen in EEVEE. Before Blender "
+        description="Objects shade the diffraction: all objects in Cycles, objects on screen in EEVEE. Before Blender "
         "5.1 this works only in Cycles with Open Shading Language",
         default=True,
     )

@@ -21,7 +21,7 @@ from .method import Method, Settings
 
 @dataclass(frozen=True)
 class Baked(Method):
-    """A table as its file holds it, in half floats. `table_bytes` is what Blender holds of it."""
+    """A table as its file holds it, in half floats. `table_bytes` is the memory that it takes in Blender."""
 
     table: Table
     settings: Settings

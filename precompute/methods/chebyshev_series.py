@@ -43,8 +43,8 @@ class Chebyshev:
     def coefficients(self, s: np.ndarray) -> np.ndarray:
         """J_0(z), 2 (-i)^n J_n(z) (m, terms), up to the phase of the middle height, which |P|^2 does not see.
 
-        They are found by interpolating exp(-i z t). There are so many nodes that the aliased terms are below the
-        rounding error."""
+        They are found by interpolating exp(-i z t) at enough nodes to keep the aliased terms below the rounding
+        error."""
         z = 2 * np.pi * self.half_range_m * np.asarray(s, float)
         nodes = max(self.terms, _nodes(float(z.max(initial=0))))
         values = np.exp(-1j * z[:, None] * chebyshev.nodes(nodes, -1, 1))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """PQ: the patch repeated N times side by side, no window (thesis 3.5 and Algorithm 5).
 
-The transform of N copies along an axis is that of one patch times a Dirichlet kernel,
+The transform of N copies along an axis is the transform of one patch times a Dirichlet kernel,
 
     p + i q = sum_n exp(-i 2 pi f T n),   n = 0 .. N - 1,
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Stam's own form for a regular grating (Stam 1999, section 6): one bump repeated at every period d along T.
 
-The spectrum of a row of bumps is that of one bump at the frequencies n / d, so a direction u sees the wavelengths
-lambda_n = |u| d / n only, each weighted by the observer and by the Jacobian |d lambda / d u| = d / n:
+The spectrum of a row of bumps is the spectrum of one bump at the frequencies n / d, so a direction u sees the
+wavelengths lambda_n = |u| d / n only, each weighted by the observer and by the Jacobian |d lambda / d u| = d / n:
 
     XYZ = kernel(v) sum_n |P_n(w / lambda_n)|^2 d / |n| observer(lambda_n),
     P_n(s) = (1 / d) integral over a period of exp(-i 2 pi s h) exp(-i 2 pi n x / d)

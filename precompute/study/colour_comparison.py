@@ -24,7 +24,7 @@ _BRIGHT = 0.1
 
 @dataclass(frozen=True)
 class ColourComparison:
-    """The bake's colours over the first order beside those of the ensemble's reference at the bake's own kernel.
+    """The bake's colours over the first order, compared with the ensemble's reference at the bake's own kernel.
 
     peak_angle_deg, reference_peak_angle_deg  viewing angle in degrees at which Y is greatest
     dominant_wavelength_rms_nm                rms difference of the dominant wavelength, over the views whose Y is at

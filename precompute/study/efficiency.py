@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Efficiency of the orders of three gratings: computed by precompute, beside their closed forms.
+"""Efficiencies of the orders of three gratings: computed from the spectrum, and compared with their closed forms.
 
 The spectrum is taken without a window and with R = O = 1, each order m at its own w = cos(ti) + cos(tm). With
 phi = 2 pi w depth / lambda the closed forms are
@@ -11,7 +11,7 @@ phi = 2 pi w depth / lambda the closed forms are
 (Goodman, Introduction to Fourier Optics, 4.4). Each is |c_m|^2, where c_m is a coefficient of the Fourier series of
 exp(-i phi h / depth). The profiles are sampled at the middles of N equal parts of one period. A jump then falls between
 two samples, so that the discrete sum is the mid-point rule of the Fourier integral, whose error falls as 1 / N^2. The
-sinusoidal profile is smooth and periodic, and its error is that of rounding.
+sinusoidal profile is smooth and periodic, so that its error is rounding alone.
 """
 
 from dataclasses import dataclass
@@ -99,7 +99,7 @@ def efficiencies(
 
 def _check_grating(kind: str, period_m: float, depth_m: float) -> None:
     if kind not in PROFILES:
-        raise GratingError(f"{kind}: no grating of a closed form; choose one of {', '.join(PROFILES)}")
+        raise GratingError(f"{kind}: not a grating with a closed form; choose one of {', '.join(PROFILES)}")
     if not 0 < period_m < 1:
         raise GratingError(f"period of {period_m / 1e-6:g} um: give a length above 0")
     if not 0 <= depth_m < 1e-3:

@@ -19,7 +19,7 @@ from ..colour.observer import wavelengths
 from ..methods.method import Method
 
 ANGLE_STEP = np.radians(0.02)
-# A peak is looked for where u differs from that of the period's first order by at most this share.
+# A peak is sought where u differs from the u of the period's first order by at most this share.
 WINDOW = 0.25
 
 
