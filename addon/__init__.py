@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Blender side: operators, panel, materials, command line. The physics is precompute's.
+"""The Blender side: lamps, node groups, materials, operators, the panel, and the command line. The physics is in
+precompute/.
 
 Enabling the extension loads only what registration needs. Operators load their actions, and the command line its verbs,
 when they are called.
@@ -22,7 +23,7 @@ from .operators import (
 from .scene import gratings
 from .ui import panel
 
-# In the order of registration: a property group comes before those that hold it.
+# In the order of registration: a property group comes before the property groups that hold it.
 CLASSES = (
     gratings.Grating,
     gratings.SceneGratings,

@@ -17,7 +17,7 @@ def found() -> dict[str, Callable]:
 
 
 def main(argv: list[str]) -> int:
-    """`[NAME [ARGUMENTS]]`; without a name, all with their defaults."""
+    """Run the benchmark that argv names, `[NAME [ARGUMENTS]]`; without a name, run all with their defaults."""
     mains = found()
     if argv and argv[0] in ("-h", "--help"):
         print(f"usage: bench [NAME [ARGUMENTS]]\n\nNAME: {', '.join(mains)}; without it, all of them")

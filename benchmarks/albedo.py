@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Directional albedo at R = 1 of every sample, Stam's form and the energy-conserving one.
+"""Directional albedo at R = 1 of every sample, in Stam's form and in the energy-conserving form.
 
     python -m benchmarks albedo [SAMPLE ...]
 
-The quadrature shares nothing with that of the albedo bound: no picture of the spectrum, no cells. Each of its points is
-a bin that is drawn by its power and moved by the coherence kernel (by a low-discrepancy sequence), and has a w of its
-own. The phasor's series is exact to 1e-6. It prints the greatest albedo over wavelengths and azimuths, without a bound
-and with the one that the bake's file holds.
+The quadrature is independent of the quadrature by which the albedo bound is made: it uses neither a picture of the
+spectrum nor cells. Each of its points is a bin of the spectrum. The bin is drawn in proportion to its power and moved
+within the coherence kernel, by a low-discrepancy sequence, and has its own w. The phasor's series is exact to 1e-6. The
+table gives the greatest albedo over wavelengths and azimuths, once without a bound and once with the bound that the
+bake's file holds.
 """
 
 import argparse
@@ -74,7 +75,7 @@ def directional_albedo(surface: Surface, wi: np.ndarray, lam: float, bounds: lis
 
 
 def _views(half: np.ndarray, wi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """View directions (n, 3) of tangential half vectors (n, 2), their w (n,), and a mask (n,) of those that
+    """View directions (n, 3) of tangential half vectors (n, 2), their w (n,), and a mask (n,) of the directions that
     propagate."""
     tangential = half - wi[:2]
     square = np.sum(tangential**2, axis=1)

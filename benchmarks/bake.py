@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Seconds of a bake, alone and beside a second one, over those of 24 transforms of its relief's size.
+"""How long a bake takes, alone and beside a second bake, in seconds and relative to 24 transforms of the relief's size.
 
     python -m benchmarks bake [FILE [--size-um UM] [--height-nm NM]] [--runs N] [--json FILE|-]
 
-By default of the Elaphe scan where ../shared/data has it, else of the sample like it. Each bake is a process of its
-own, `bake --no-cache`, timed by itself; its self-check is counted apart. A transform is NumPy's, complex and in double
-precision, and the fastest of all that are tried before, between and after the bakes.
+By default FILE is the Elaphe scan where ../shared/data has it, else the sample that imitates it. Each bake is a process
+of its own, `bake --no-cache`, which reports its own time; the self-check is counted apart. A transform is NumPy's,
+complex and in double precision. Transforms are timed before, between and after the bakes, and the fastest counts.
 """
 
 import argparse
@@ -27,7 +27,7 @@ RUNS = 3
 
 
 def arguments_of(scan: Scan) -> list[str]:
-    """What names a scan on the command line of a process in another folder."""
+    """The arguments that name a scan on the command line of a process, which may run in another folder."""
     found = [str(Path(scan.source).resolve()) if Path(scan.source).is_file() else scan.source]
     for option, value in (("--size-um", scan.size_um), ("--height-nm", scan.height_nm)):
         found += [] if value is None else [option, repr(value)]
@@ -35,13 +35,13 @@ def arguments_of(scan: Scan) -> list[str]:
 
 
 def elaphe() -> Scan:
-    """The scan where it is, else the sample."""
+    """The Elaphe scan where its file is present, else the sample that imitates it."""
     path = SHARED / "snake" / "elaphe_65um.png"
     return Scan(str(path), 65.0, 375.0) if path.is_file() else Scan("sample:elaphe")
 
 
 def bakes(scan: Scan, count: int) -> list[dict]:
-    """The facts of so many bakes at once."""
+    """Run `count` bakes of a scan at the same time; the facts that each reports."""
 
     def one(_: int) -> dict:
         with tempfile.TemporaryDirectory() as folder:
@@ -52,7 +52,7 @@ def bakes(scan: Scan, count: int) -> list[dict]:
 
 
 def measure(scan: Scan, runs: int = RUNS) -> dict:
-    """Seconds and ratios of so many bakes alone, and of so many pairs."""
+    """Seconds and ratios of `runs` bakes that run alone, and of `runs` pairs of bakes that run at the same time."""
     height_map = scan.read()
     shape = prepare(height_map).height_m.shape
     facts = {
@@ -85,7 +85,7 @@ def measure(scan: Scan, runs: int = RUNS) -> dict:
 
 
 def as_text(facts: dict) -> str:
-    """For people."""
+    """The table for people."""
     on, rows, columns = facts["machine"], *facts["pixels"]
     lines = [
         f"{on['processor']}, {on['cores']} cores, load {on['load']}, NumPy {on['numpy']}",
@@ -108,7 +108,7 @@ def main(argv: list[str] | None = None) -> None:
     parser.add_argument("file", nargs="?", metavar="FILE", help="height map or sample:NAME; default: the Elaphe scan")
     parser.add_argument("--size-um", type=float, metavar="UM", help="width of the scan (pictures)")
     parser.add_argument("--height-nm", type=float, metavar="NM", help="height from black to white (pictures)")
-    parser.add_argument("--runs", type=int, default=RUNS, metavar="N", help=f"of each kind; default {RUNS}")
+    parser.add_argument("--runs", type=int, default=RUNS, metavar="N", help=f"bakes alone, and pairs; default {RUNS}")
     report.add_json(parser)
     arguments = parser.parse_args(argv)
     if arguments.runs < 1:

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""docs/evaluation.md: the results of the thesis beside ours. This command makes every picture and number of the page.
+"""The thesis's evaluation done again: this command makes docs/evaluation.md with all its pictures and numbers.
 
     python -m benchmarks evaluation [--output docs] [--shared DIR] [--json FILE|-]
 
-With the folder of real scans (DIR, by default shared/data beside the repository) it uses the scan of Elaphe, and writes
-sheets with the thesis's pictures beside ours into OUTPUT/thesis_comparison, which is not committed. Without the folder
-the sample surfaces stand in.
+DIR is the folder of real scans, by default shared/data beside the repository. Where it exists, the scan of Elaphe is
+used, and sheets that show the thesis's pictures beside ours are written to OUTPUT/thesis_comparison, which is not
+committed. Where it does not exist, sample surfaces take the place of the scan.
 """
 
 import argparse
@@ -47,8 +47,10 @@ class Row:
 
 
 def height_maps(shared: Path) -> dict[str, HeightMap]:
-    """The surfaces by name; "elaphe" is the scan where there is one. Blazes of few periods are the same endless surface
-    in a patch that suits a short coherence: FLSS reads few texels round a frequency."""
+    """The surfaces by name; "elaphe" is the scan where there is one.
+
+    The blazes of few periods are the same endless surface cut into a smaller patch. They are for short coherence
+    lengths, because FLSS reads only a few texels around a frequency."""
     scan = shared / "snake" / "elaphe_65um.png"
     surfaces = {
         "blaze": read_height_map("sample:blazed"),
@@ -94,7 +96,7 @@ def save_small(picture: Image.Image, path: Path) -> None:
 
 
 def blaze_rows(surface: HeightMap) -> list[Row]:
-    """Every method on the blaze, and light from the other side."""
+    """The rows of the blaze: every method, and FLSS with light from the other side."""
     thesis = {"flss": "2499.997 / 0.377", "nmm": "2499.997 / 0.377"}
     relief, other = prepare(surface), prepare(evaluation.turned(surface, 0))
     settings, first_order = evaluation.thesis_settings(period_m=2.5e-6), FirstOrder(THETA_I, 2.5e-6)
@@ -115,8 +117,9 @@ def blaze_rows(surface: HeightMap) -> list[Row]:
 
 
 def elaphe_rows(surface: HeightMap) -> list[Row]:
-    """Every method on Elaphe, then variations that show how the speckle of one patch, and the way it is cut out, change
-    the period."""
+    """The rows of Elaphe: every method, then variations.
+
+    The variations show how the period depends on the speckle of one patch and on the way the patch is cut out."""
     thesis = {"flss": "1144.262 / 0.401", "nmm": "1144.179 / 0.677", "pq-printed": "1052.308 / 49.7"}
     relief, other = prepare(surface), prepare(evaluation.turned(surface, 0))
     around = grating_period(relief)
@@ -153,8 +156,9 @@ def as_the_thesis_cuts(relief: Relief) -> Relief:
 
 
 def xenopeltis_rows(surface: HeightMap) -> list[Row]:
-    """Every method in the plane along the fingers. Taylor is in float64, because float32 cannot hold 819 nm of
-    relief."""
+    """The rows of Xenopeltis: every method in the plane along the fingers.
+
+    The Taylor series is summed in float64, because float32 leaves it no digits at 819 nm of relief."""
     relief = prepare(evaluation.turned(surface, 90))
     around = grating_period(relief)
     settings, first_order = evaluation.thesis_settings(period_m=around, dtype=np.float64), FirstOrder(THETA_I, around)
@@ -167,8 +171,10 @@ def xenopeltis_rows(surface: HeightMap) -> list[Row]:
 
 
 def grid_variance(surface: HeightMap, step_deg: float) -> float:
-    """Period variance in square nm on the blaze when each peak is the highest sample of an angle grid, as the thesis
-    takes it."""
+    """Variance of the period in square nanometres on the blaze when each peak is the highest sample of a grid of
+    angles.
+
+    The thesis takes its peaks so."""
     relief, lambdas = prepare(surface), wavelengths(5e-9)
     plane = first_order_plane(THETA_I, lambdas, 2.5e-6, step=np.radians(step_deg))
     method = METHODS["chebyshev"](relief, evaluation.thesis_settings())
@@ -178,8 +184,9 @@ def grid_variance(surface: HeightMap, step_deg: float) -> float:
 
 
 def patch_spread(surface: HeightMap, parts: int = 3) -> list[float]:
-    """Periods in nm that FLSS over Chebyshev images finds in parts x parts pieces of a scan, each 65 / parts um
-    long."""
+    """The periods in nanometres that FLSS over Chebyshev images finds in each of parts x parts pieces of a scan.
+
+    Each piece is 65 / parts um long."""
     rows, cols = (n // parts for n in surface.height_m.shape)
     around = grating_period(prepare(surface))
     found = []

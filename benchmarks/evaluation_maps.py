@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The BRDF maps of docs/evaluation.md: which there are, and with what settings each is made."""
+"""The list of the BRDF maps in docs/evaluation.md, with the settings from which each map is made."""
 
 from dataclasses import dataclass, field
 
@@ -11,8 +11,9 @@ INCIDENCES_DEG = (0, 10, 20)
 
 @dataclass(frozen=True)
 class Map:
-    """One BRDF map of the page: the stem of its file, its caption, the surface, method and settings that make it, and
-    the name of the thesis's picture of the same, if there is one."""
+    """One BRDF map of the page: the stem of its file, its caption, and the surface, method and settings that make it.
+
+    `thesis` is the name of the thesis's picture of the same map, if there is one."""
 
     name: str
     caption: str

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The words of docs/evaluation.md; benchmarks.evaluation has the numbers."""
+"""The text of docs/evaluation.md. benchmarks.evaluation computes the numbers in it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,8 +13,11 @@ COLUMNS = 4
 
 @dataclass(frozen=True)
 class Facts:
-    """What the page reports: whether Elaphe is the scan, rows by surface, the bakes' colours, the blaze's variance on a
-    bare grid, the periods of pieces of Elaphe in nm, the rows of the table of terms."""
+    """The facts that the page reports.
+
+    They are: whether Elaphe is the real scan; the rows of each surface; the bakes' colours; the variance of the
+    blaze's period where peaks are samples of a grid; the periods of the pieces of Elaphe in nanometres; the rows of
+    the table of terms."""
 
     scan: bool
     tables: dict[str, list]
@@ -24,7 +27,7 @@ class Facts:
     terms: list[dict]
 
     def as_dict(self) -> dict:
-        """For programs."""
+        """The facts for JSON."""
         rows = {
             name: [{"label": row.label, "thesis": row.thesis, **row.evaluation.as_dict()} for row in table]
             for name, table in self.tables.items()
@@ -93,7 +96,10 @@ def text(facts: Facts, groups: dict) -> str:
 
 
 def period_table(rows: Sequence, true_m: float | None = None) -> str:
-    """Mean, variance, rms of the angles against the own mean and, where it is known, against the true period."""
+    """The table of a surface's rows.
+
+    It gives the mean and the variance of the period, and the rms error of the angles against the grating equation:
+    with the method's own mean period and, where it is known, with the true period."""
     head = ["method", "period, nm", "variance, nm^2", "angle rms, degrees"]
     head += ["against the true period"] if true_m else []
     lines = [head + ["thesis, mean / variance", "s"]]
@@ -108,7 +114,7 @@ def period_table(rows: Sequence, true_m: float | None = None) -> str:
 
 
 def bake_table(bakes: dict) -> str:
-    """Each surface's bake beside its reference."""
+    """The table that compares each surface's bake with its reference."""
     lines = [
         [
             "surface",
@@ -132,7 +138,8 @@ def bake_table(bakes: dict) -> str:
 
 
 def map_table(maps: Sequence) -> str:
-    """Pictures with captions; a cell names the thesis's picture of the same."""
+    """A table of pictures with captions. A caption also names the thesis's picture of the same map, where there is
+    one."""
     cells = []
     for one in maps:
         beside = f"<br>thesis: `{one.thesis.removeprefix('brdfmap__')}`" if one.thesis else ""
@@ -144,7 +151,7 @@ def map_table(maps: Sequence) -> str:
 
 
 def table(lines: Sequence[Sequence[str]]) -> str:
-    """A Markdown table, its head first."""
+    """A Markdown table of lines of cells; the first line is the head."""
     head, *rest = lines
     marked = [head, ["---"] * len(head), *rest]
     return "\n".join("| " + " | ".join(line) + " |" for line in marked)
@@ -153,172 +160,185 @@ def table(lines: Sequence[Sequence[str]]) -> str:
 INTRODUCTION = """
 # The thesis's evaluation, done again
 
-What M. Single's thesis (Bern 2014) shows of its methods, computed by this project's. One command makes every picture,
-number and table of this page:
+M. Single's thesis (Bern 2014) evaluates its methods. This page repeats the evaluation with this project's methods. One
+command makes every picture, number and table of the page:
 
     ./dev bench evaluation
 
-The thesis's own pictures are not ours to publish. Below each of ours stands the name that its counterpart has in the
-thesis's public repository (simplay/Bachelor-Thesis); where those pictures lie beside a checkout, the command also
-writes sheets with both to `docs/thesis_comparison`, which git ignores.
+The thesis's own pictures are not ours to publish. Below each of our pictures stands the name of its counterpart in the
+thesis's public repository (simplay/Bachelor-Thesis). Where those pictures lie beside a checkout, the command also
+writes sheets that show both to `docs/thesis_comparison`, which git ignores.
 
-Surfaces: the blaze is `sample:blazed` (2.5 um, 246.23 nm, the thesis's numbers). {elaphe}
-The thesis's scan of Xenopeltis unicolor is not public: `sample:xenopeltis` stands in, built to its published period and
-relief.
+The blaze is `sample:blazed` (2.5 um, 246.23 nm, the thesis's numbers). {elaphe}
+The thesis's scan of Xenopeltis unicolor is not public. In its place stands `sample:xenopeltis`, built to the published
+period and relief.
 
-**What agrees**: the blaze's period and angles by FLSS, NMM and PQ; the shape, the place and the order of the colours of
-the blaze and of Elaphe by FLSS; the effect of coherence and of the wavelength step; PQ's spread across the orders.
-**What does not**: the exact Elaphe period, which belongs to one patch's speckle; how many Taylor terms Elaphe needs,
-where the thesis's pictures look like half the relief; the vertical streak through its Elaphe maps, which raw edges
-draw; PQ on Elaphe; brightness, which the thesis leaves uncalibrated. Each has its reason below, or it is said that we
-do not know it.
+**These results agree**: the blaze's period and angles by FLSS, NMM and PQ; the shape, the place and the order of the
+colours of the blaze and of Elaphe by FLSS; the effect of coherence and of the wavelength step; the spread of PQ across
+the orders.
+
+**These results do not agree**: the exact period of Elaphe, which belongs to one patch's speckle; the number of Taylor
+terms that Elaphe needs, where the thesis's pictures look like half of the relief; the vertical streak through the
+thesis's maps of Elaphe, which raw edges draw; PQ on Elaphe; brightness, which the thesis leaves uncalibrated. The
+sections below give a reason for each difference, or say that we do not know it.
 """
 
 SCAN = "Elaphe is the thesis's own scan, 65 um wide, 375 nm from black to white."
-STAND_IN = "The scan of Elaphe was not there when this page was made: `sample:elaphe` stands in."
+STAND_IN = "The scan of Elaphe was missing when this page was made, and `sample:elaphe` takes its place."
 
 HOW_PERIODS = """
-Light at 75 degrees from -T, 81 wavelengths from 380 to 780 nm, first order, 65 um of coherence in both models. The peak
-of a wavelength is the vertex of a parabola through the logarithms of the highest sample and its neighbours, on angles
-0.02 degrees apart that hold no expected angle; its period is lambda / |u|. Mean and population variance are over the
-wavelengths. Angles are compared with the grating equation with the method's own mean period. R and O are left out.
-Judge FLSS, Chebyshev, NMM and PQ by `reference-patch` (one window on one patch), Stam's form and the bake by
-`reference` (the ensemble: the mean over all places of the window). In the plots red are the peaks, dashed the grating
-equation; brightness is the square root of the response, each panel by itself.
+The light comes at 75 degrees from -T. The first order is evaluated at 81 wavelengths from 380 to 780 nm, with 65 um of
+coherence in both models. Views are 0.02 degrees apart, and no expected angle is among them. The peak of a wavelength is
+the vertex of a parabola through the logarithms of the highest sample and its neighbours; the period is lambda / |u| of
+the peak. The mean and the population variance are taken over the wavelengths. Peak angles are compared with the grating
+equation for the method's own mean period. R and O are left out.
+
+Compare FLSS, Chebyshev, NMM and PQ with `reference-patch` (one window on one patch). Compare Stam's form and the bake
+with `reference` (the ensemble: the mean over all places of the window). In the plots the red line shows the peaks, and
+the dashed line the grating equation. Brightness is the square root of the response, and each panel has its own scale.
 """
 
 BLAZE = """
-The references, FLSS, Chebyshev and NMM agree to 0.0001 nm in the patch model, and both models to 0.001. All stand 0.4
-nm under 2500, and 0.03 under it with light from the other side: the order's efficiency depends on w, w on the viewing
-angle, and so the order is a little brighter on one of its sides. That is the surface's physics and no error: with w
-held fixed the same peaks give 2500.000. NMM's response is FLSS's where the grating equation holds to half a step, so
-its agreement is all but built in, here as in the thesis.
+In the patch model the reference, FLSS, Chebyshev and NMM agree to 0.0001 nm. The two models agree to 0.001 nm. All
+these periods are 0.4 nm under 2500, and 0.03 nm under it with light from the other side. The reason is that the order's
+efficiency depends on w, and w on the viewing angle, so that the order is a little brighter on one of its sides. That is
+the surface's physics and no error: with w held fixed the peaks give 2500.000. NMM's response is that of FLSS where the
+grating equation holds to half a step, so its agreement is all but built in, here as in the thesis.
 
-The thesis's 2499.997 / 0.377 is met in the mean (from +T to 0.02 nm) and undercut in variance. A peak that is the top
-sample of an angle grid, without a fit between samples, has a variance of {grid:.3f} square nanometres at 0.017
-degrees a step: the thesis's 0.377 is of that size, the grid's and not the optics'.
+The thesis's mean of 2499.997 is met (with light from +T to 0.02 nm), and our variance is below its 0.377. A peak that
+is the highest sample of a grid of angles, without a fit between samples, has a variance of {grid:.3f} square nanometres
+at 0.017 degrees a step. The thesis's 0.377 is of that size: it comes from the grid and not from the optics.
 
-PQ repeats one cell under a sharp aperture instead of a soft window, so that the cell's own transform pulls each order:
-2502.5 nm if its sinc interpolation reads 21 x 21 texels, 2501.8 with a shader's 3 x 3. The thesis's 2502.428 / 0.390 is
-near the former. As printed, with the wrong product and a sum that runs one copy too far, it scatters. The author's log
-in the repository has another pair under the same name, 2491.86 / 248.04.
+PQ repeats one cell under a sharp aperture instead of a soft window, so that the cell's own transform pulls each order.
+The period is 2502.5 nm if its sinc interpolation reads 21 x 21 texels, and 2501.8 nm with a shader's 3 x 3. The
+thesis's 2502.428 / 0.390 is near the first of these. As printed, with the wrong product and a sum that runs one copy
+too far, PQ scatters. The author's log in the repository holds another pair under the same name, 2491.86 / 248.04.
 """
 
 ELAPHE = """
-The thesis's 1144.26 nm is one number of many that this scan can give. Its first order is no line but a comb of speckle,
-as its own plot shows (`flss_elaphe`): stripes at many periods, of which the brightest wins, at all wavelengths alike,
-so that the *variance* stays small however arbitrary the *mean* is. Which stripe wins depends on where the window lies:
+The thesis's 1144.26 nm is one number of many that this scan can give. The scan's first order is not a line but a comb
+of speckle, as the thesis's own plot shows (`flss_elaphe`). It has stripes at many periods. The same stripe is the
+brightest at all wavelengths, so that the *variance* is small, however arbitrary the *mean* is. The place of the window
+decides which stripe is the brightest:
 
-- With our apodisation and the window in the middle, light from -T: about 1127 nm. From +T, the other first order: 1182
-nm. - Cut as the thesis does (raw edges, window on the patch's corner), light from +T: within 2 nm of 1144.26. That is
-the
-  nearest set-up we found; we cannot know its light's side for certain.
-- NMM told 1144.26 nm finds something near 1139 nm: it can only see wavelengths within half a step of what it is told.
-- FLSS differs from its reference by a fifth of a nanometre, which is the price of 3 x 3 texels: with more texels it
-  meets it (tests/precompute/methods/test_methods_patch.py). Chebyshev and Taylor images agree to a millionth.
+- With our apodisation, the window in the middle and light from -T, the period is about 1127 nm. With light from +T, at
+  the other first order, it is 1182 nm.
+- With the patch cut as in the thesis (raw edges, window on the patch's corner) and light from +T, the period is within
+  2 nm of 1144.26. That is the nearest set-up that we found; we do not know the side of the thesis's light for certain.
+- NMM that is told 1144.26 nm finds about 1139 nm: it only sees wavelengths within half a step of those that it is told.
+- FLSS differs from its reference by a fifth of a nanometre. That is the price of 3 x 3 texels: with more texels it
+  meets the reference (tests/precompute/methods/test_methods_patch.py). Chebyshev and Taylor images agree to a
+  millionth.
 - Stam's form knows the period that it is given (found in the relief by `info`) and nothing of the speckle.
-- Over 30 areas the order from +T still has three summits, near 1029, 1146 and 1179 nm, within a seventh of the same
-  height at 580 nm. Under 440 nm the first is the brightest, over it the last: hence the variance in the last row.
-- PQ as printed in the thesis gave 1052 / 49.7 and jumps between stripes; our printed PQ does not jump on this side, and
-  lands on another stripe than the right product.
+- With 30 coherence areas the order from +T still has three summits, near 1029, 1146 and 1179 nm. At 580 nm their
+  heights are within a seventh of each other. Under 440 nm the first summit is the brightest, above it the last: hence
+  the variance in the last row.
+- PQ as printed in the thesis gave 1052 / 49.7 and jumps between stripes. Our printed PQ does not jump on this side, and
+  finds another stripe than PQ with the right product.
 """
 
 ELAPHE_STAND_IN = """
-A stand-in: its period is not the scan's, and the thesis's numbers are not for it. What holds for both: the first order
-of one patch is a comb of speckle, of which one stripe wins.
+This surface takes the place of the scan. Its period is not the scan's, and the thesis's numbers do not apply to it. One
+thing holds for both: the first order of one patch is a comb of speckle, and one stripe of it is the brightest.
 """
 
 PIECES = """
-To see how much of the period is chance, the surface was cut into nine pieces, each with a coherence of its own length:
-their periods run from {low:.0f} to {high:.0f} nm (mean {mean:.1f}, standard deviation {spread:.1f}). An average over 30
-coherence areas (last rows of the table) is what a rendered skin should show; the bake takes it by default.
+How much of the period is chance? The surface was cut into nine pieces, each as long as its coherence length. Their
+periods run from {low:.0f} to {high:.0f} nm (mean {mean:.1f}, standard deviation {spread:.1f}). A rendered skin should
+show an average over 30 coherence areas (the last rows of the table), and the bake takes that average by default.
 """
 
 XENOPELTIS = """
-A relief of 819 nm at 380 nm: the Taylor series in float32, which a shader has, loses all digits (its largest term is
-some 10^10 times their sum) and is refused; the table's Taylor methods ran in float64. Chebyshev does not need it. The
-thesis evaluated its scan with 37 terms: at the full phase its phasor would be off by 3 (rms) at 380 nm; at half of it,
-which its Elaphe maps suggest (below), it has converged. Its repository's log says 1594.06 / 1.87 for this surface, the
-printed table 1552.27 / 0.45. Our surface was built to 1552 nm with a random ground, and gives that to the few
-nanometres of its speckle.
+The relief is 819 nm deep. At 380 nm the Taylor series in float32, which a shader has, loses all digits: its largest
+term is some 10^10 times the sum. It is therefore refused, and the Taylor methods of the table ran in float64. Chebyshev
+does not need that. The thesis evaluated its scan with 37 terms. At the full phase its phasor would be off by 3 (rms) at
+380 nm; at half of the phase, which its maps of Elaphe suggest (below), it has converged. For this surface the log in
+its repository says 1594.06 / 1.87, and the printed table 1552.27 / 0.45. Our surface was built with a period of 1552 nm
+and a random ground. It gives that period to within the few nanometres of its speckle.
 """
 
 BAKE = """
-Compared over the first order with the ensemble's reference at the bake's own kernel: the angle where Y is
-greatest and, over all views of at least a tenth of that Y, the dominant wavelength.
+The bake is compared over the first order with the ensemble's reference at the bake's own kernel. The table gives the
+angle at which Y is greatest. It also gives the rms difference of the dominant wavelength over all views with at least a
+tenth of the greatest Y.
 """
 
 MAPS = """
-Pixel (x, y) = (sin t cos p, sin t sin p), light along the normal unless said, 5 nm steps, Fresnel and obliquity
-included, exposed so that the 99.5th percentile of Y is white. The thesis exposes by eye; hues and places compare,
-brightness does not.
+The pixel (x, y) = (sin t cos p, sin t sin p) shows the view at t from the normal and at the azimuth p. The light is
+along the normal unless a caption says otherwise. Wavelengths are 5 nm apart, and Fresnel and obliquity are included.
+The exposure makes the 99.5th percentile of Y white. The thesis exposes by eye, so hues and places can be compared, but
+not brightness.
 """
 
 MAPS_BLAZE = """
-FLSS, Chebyshev and the thesis's FLSS show the same orders in the same places, the strongest left of the middle, where
-a facet that rises towards +T sends its light. The bake's and the reference's orders are wider: an ensemble of 30 areas,
-not of one. NMM as printed has the thesis's purple ends (see its inset), as its sum lacks the Jacobian of the
-wavelengths' spacing; the thesis paints the specular disc white, we sum it. Both kinds of PQ spread across the strongest
-order, as in the thesis, whose exposure hides most of it: no window apodisation_axes the patch. Stam's form is exact for
-a line grating. The rainbow of GPU Gems fills the hemisphere because it ignores v; the thesis's picture has it on the
-orders' line only, so that something that its text does not tell must have masked it.
+FLSS, Chebyshev and the thesis's FLSS show the same orders in the same places. The strongest orders lie left of the
+middle, where a facet that rises towards +T sends its light. The orders of the bake and of the reference are wider,
+because their ensemble has 30 coherence areas and not one. NMM as printed has the thesis's purple ends (see its inset),
+because its sum lacks the Jacobian of the wavelengths' spacing. The thesis paints the specular disc white; we sum it.
+Both kinds of PQ spread across the strongest order, because no window apodises the patch. They do so in the thesis too,
+but its exposure hides most of the spread. Stam's form is exact for a line grating. The rainbow of GPU Gems fills the
+hemisphere because it ignores v. In the thesis's picture the rainbow is on the orders' line only, so something that the
+text does not mention must have masked it.
 """
 
 MAPS_ELAPHE = """
 The thesis's two wings with blue inside and red outside, the faint bands above and below them and the speckle about the
-middle are all there, in the same places. The thesis's vertical streak is not: raw edges draw it, and ours are apodised.
-NMM does not work on a skin: a window where one grating equation holds leaves a black square about the middle, with or
-without the Jacobian. The bake and the reference agree with each other, and show the wings without the speckle, which
-only this one patch has. PQ with the right product looks like FLSS, as in the thesis, whose inset shows it combed into
-lines that 256 pixels do not resolve; as printed it is magenta and has a dark cross on the axes. Stam's form knows one
-profile and one direction: two wings on a line.
+middle are all there, in the same places. The thesis's vertical streak is missing: raw edges draw it, and our edges are
+apodised. NMM does not work on a skin. It reads a window where one grating equation holds, which leaves a black square
+about the middle, with or without the Jacobian. The bake and the reference agree with each other. They show the wings
+without the speckle, which only this one patch has. PQ with the right product looks like FLSS, as in the thesis. The
+thesis's inset shows it combed into lines that 256 pixels do not resolve. PQ as printed is magenta and has a dark cross
+on the axes. Stam's form knows one profile and one direction, which gives two wings on a line.
 """
 
 MAPS_XENOPELTIS = """
-No picture of the thesis is at hand for this surface. The strong orders lie along B, as its fingers do.
+We have no picture of the thesis for this surface. The strong orders lie along B, as the fingers do.
 """
 
 COHERENCE = """
-The names in the thesis's repository are 4 sigma_s in micrometres: with that reading, blobs and widths agree at every
-length; with sigma_s they would be four times too narrow. At 3.25 um, little more than one period, orders melt
-together, as there. The thesis's pictures are overexposed at short lengths, until only an outline is left; these are
-exposed at the 97th percentile. Made with 5 x 5 texels and patches of few periods: a shader's 3 x 3 texels on the 65 um
-patch cannot hold so wide a window.
+The names in the thesis's repository are read as 4 sigma_s in micrometres. With that reading, blobs and widths agree at
+every length; if the names were sigma_s, ours would be four times too narrow. At 3.25 um, little more than one period,
+the orders melt together, as in the thesis. The thesis's pictures at short lengths are overexposed until only an outline
+is left; ours are exposed at the 97th percentile. They are made with 5 x 5 texels and patches of few periods, because a
+shader's 3 x 3 texels on the 65 um patch cannot hold so wide a window.
 """
 
 STEPS = """
-At 50 nm the wings break up into dots, eight sets of speckle side by side, in both; at 10 nm the difference is slight.
+At 50 nm the wings break up into dots, eight sets of speckle side by side, in the thesis and here. At 10 nm the
+difference from 5 nm is slight.
 """
 
 TAYLOR = """
-One term is the mirror alone: a dot in the thesis, here a small star, which is the transform of our apodisation. Two are
-the first-order perturbation: everything in its place. 39 agree with the exact phasor. In between **we do not agree with
-the thesis**: ours fails at nine and ten terms, as it must. The scan's relief is 408 nm once it is levelled (375 raw),
-so that z is 13.5 at 380 nm counted from the lowest point; dust stands that high, and 13.5^10 / 10! = 55000. The thesis
-finds nine terms enough, with a blue haze at four. Half the height gives just that:
+One term is the mirror alone: a dot in the thesis, and here a small star, which is the transform of our apodisation. Two
+terms are the first-order perturbation, which has everything in its place. 39 terms agree with the exact phasor. In
+between **we do not agree with the thesis**: our series fails at nine and ten terms, as it must. The scan's relief is
+408 nm once it is levelled (375 nm raw). Counted from the lowest point, z is then 13.5 at 380 nm where dust stands that
+high, and 13.5^10 / 10! = 55000. The thesis finds nine terms enough, with a blue haze at four. Half of the height gives
+just that:
 """
 
 HALF = """
-So the thesis's pictures look like a phase of half the size. Which factor of two that is (a height scale, or s taken as
-1 / lambda) they do not tell. Heights counted from the middle of the range converge by nine terms, too, but show no blue
-haze at four.
+So the thesis's pictures look like a phase of half the size. They do not tell where the factor of two is: in a height
+scale, or in s taken as 1 / lambda. Heights counted from the middle of the range converge by nine terms, too, but show
+no blue haze at four.
 
-The thesis's scan and light are within what float32 holds (loss 5e-3). Past some 430 nm of relief, un-centred, they are
-not, and a run is refused:
+The thesis's scan and light are within the range of float32 (loss 5e-3). Beyond some 430 nm of relief, with heights from
+the lowest point, they are not, and the series is refused:
 """
 
 INCIDENCE = """
-The pattern moves against the light by sin theta_i and is otherwise the same in (u, v), but for w, which weakens the
-relief's phase as it falls.
+The pattern moves against the light by sin theta_i. It is otherwise the same in (u, v), except that w falls, which
+weakens the relief's phase.
 """
 
 SLITS = """
-500 nm, slits 30 um wide and 150 um apart, screen at 0.5 m (precompute/study/slits.py): orders 1.67 mm apart under one
-slit's envelope, whose first zero takes the fifth order away; N - 2 side maxima between orders. Below each curve the
-same with white light: white in the middle, then blue to red in each order, overlapping from the second on.
+The light has 500 nm, the slits are 30 um wide and 150 um apart, and the screen is at 0.5 m (precompute/study/slits.py).
+The orders are 1.67 mm apart under the envelope of one slit, whose first zero removes the fifth order. There are N - 2
+side maxima between two orders. The strip below each curve shows white light: white in the middle, then blue to red in
+each order. From the second order on the orders overlap.
 """
 
 CREDIT = """
-Elaphe guttata measured by the Laboratory of Artificial and Natural Evolution, Geneva; from simplay/Bachelor-Thesis
-(MIT, Michael Single).
+Elaphe guttata was measured by the Laboratory of Artificial and Natural Evolution, Geneva. The scan is from
+simplay/Bachelor-Thesis (MIT, Michael Single).
 """

@@ -3,9 +3,9 @@
 
     python -m benchmarks hard_cases [--output FILE.md] [--json FILE|-]
 
-Each surface is baked as `bake` does it. The table that its file would hold is measured against the reference itself
-(exact transforms in float64, precompute/reference), on a few hundred direction pairs that the bake's own check does not
-use.
+Each surface is baked as the verb `bake` bakes it. The table that the bake's file would hold is compared with the
+reference (exact transforms in float64, precompute/reference) on a few hundred direction pairs that the bake's
+self-check does not use.
 """
 
 import argparse
@@ -35,7 +35,7 @@ from precompute.surface.samples.gratings import sinusoidal
 from precompute.table.table import Table
 
 PIXEL_M = 80e-9
-# It gives a kernel of 0.12, of which small surfaces have 30 coherence areas.
+# It gives a kernel of 0.12, at which even the small surfaces here hold 30 coherence areas.
 COHERENCE_M = 2e-6
 # It gives a kernel of 0.0062.
 LONG_M = 40e-6
@@ -69,7 +69,7 @@ def tilted() -> HeightMap:
 
 
 def holed() -> HeightMap:
-    """A surface without two pixels in a hundred, and with a hole of 12 x 10 pixels."""
+    """A surface on which 2 % of the pixels are missing, and a hole of 12 x 10 pixels besides."""
     height = skin()
     height[np.random.default_rng(1).random(height.shape) < 0.02] = np.nan
     height[40:52, 70:80] = np.nan
@@ -96,14 +96,16 @@ def lines(period_m: float, depth_m: float, samples: int, periods: int) -> Height
 
 
 def wavelength_step(sigma_b: float) -> float:
-    """The wavelength step of the reference, in metres. From one wavelength to the next an order at |u| = 2 moves by at
-    most two sigma_b, where a sum of Gaussians is flat to 1.4 %, and an order at |u| = 1 by one, where it is flat to
+    """The wavelength step of the reference, in metres.
+
+    From one wavelength to the next an order at |u| = 2 moves by at most two sigma_b: Gaussians at that distance add
+    up to a constant within 1.4 %. An order at |u| = 1 moves by at most one sigma_b: there the sum is constant within
     5e-9."""
     return min(STEP_MAX_M, sigma_b * WAVELENGTH_MIN_M)
 
 
 def anywhere(relief: Relief, sigma_b: float) -> list[Truth]:
-    """Pairs as in every measurement of an error (precompute/measure/truths.py)."""
+    """Direction pairs as every measurement of an error takes them (precompute/measure/truths.py)."""
     return truths.truths(relief, sigma_b, W_COUNT, pairs_each=PAIRS, step_m=wavelength_step(sigma_b), seed=7)
 
 
@@ -222,13 +224,13 @@ class Outcome:
     refusal: str = ""
 
     def as_dict(self) -> dict:
-        """For programs."""
+        """The facts for JSON."""
         errors = None if self.errors is None else self.errors.as_dict()
         return {"errors": errors, "figures": self.figures or {}, "refusal": self.refusal or None}
 
     @property
     def text(self) -> str:
-        """The cell of the table."""
+        """The text of the case's cell in the table."""
         if self.refusal:
             return f"refused: {self.refusal}"
         more = "".join(f"; {name} {value:.3g}" for name, value in (self.figures or {}).items())
@@ -294,7 +296,7 @@ def outcome(case: Case, baker: Baker = as_baked) -> Outcome:
 
 
 def page(outcomes: list[Outcome]) -> str:
-    """docs/hard_cases.md."""
+    """The text of docs/hard_cases.md."""
     rows = [f"| {case.name} | {case.asked} | {each.text} |" for case, each in zip(CASES, outcomes, strict=True)]
     head = ["| case | asked | value, error or refusal |", "| --- | --- | --- |"]
     return "\n".join([HEAD, *head, *rows, "", TAIL])

@@ -4,10 +4,10 @@ differences and seconds.
 
     python -m benchmarks osl [--pixels N] [--shared DIR] [--json FILE|-]
 
-The scene is a plane one metre under the camera and one sun, with one sample in each pixel. CIEDE2000 is taken over the
-lit pixels: between the node group and its table as precompute reads it, and between each shader and the node group's
-picture. The exposure puts the 99th percentile of the second one's Y at 1. The seconds of each render are printed too;
-the first one's include the start-up.
+The scene is a plane one metre under the camera and one sun, with one sample in each pixel. The node group's picture is
+compared with its table as precompute reads it, and each shader's picture with the node group's picture. CIEDE2000 is
+taken over the lit pixels, at the exposure that puts the 99th percentile of the second picture's Y at 1. The seconds of
+each render are printed too; those of the first render include the start-up.
 """
 
 import argparse
@@ -42,7 +42,7 @@ from precompute.surface.relief import Relief, prepare
 from precompute.table.atlas_file import write_together
 
 _WIDTH_MIN = 0.02
-# Method, wavelength step in nm, texels a side: FLSS from the thesis's settings to fine ones, then the others.
+# Method, wavelength step in nm, texels along each axis. FLSS has the thesis's settings first and finer ones after them.
 RUNS = (
     ("flss", 5.0, 3),
     ("flss", 5.0, 5),
@@ -86,7 +86,7 @@ class PlaneView:
 
 
 def render(addon, group, view: PlaneView, path: Path, irradiance=(1.0, 1.0, 1.0), ior=KERATIN_IOR) -> np.ndarray:
-    """What Cycles makes of a Diffraction group on the plane under a sun: linear RGB (pixels, pixels, 3), row 0 at the
+    """Render a Diffraction group on the plane under a sun in Cycles: linear RGB (pixels, pixels, 3), row 0 at the
     top."""
     import bpy
     import OpenEXR
@@ -164,7 +164,7 @@ def start_blender(folder: Path) -> SimpleNamespace:
 
 
 def needs_of(view: PlaneView) -> Needs:
-    """The region that a picture reaches, and a hundredth about it."""
+    """The needs of a picture: the region of (u, v) and w that it reaches, with a margin of 0.01."""
     wi, wr = view.directions()
     half = wi + wr
     low, high = half.min(axis=0) - 0.01, half.max(axis=0) + 0.01

@@ -51,7 +51,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def look(studio: Studio) -> None:
-    """Camera at the snake's bends, one sun, nothing else."""
+    """Point the camera at the snake's bends, and light the scene with one sun and nothing else."""
     import bpy
     from mathutils import Vector
 
@@ -123,14 +123,14 @@ def vertex_material(studio: Studio, table):
 
 
 def relative_error(found: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """Of luminance, where the truth is above 1 % of its brightest."""
+    """Relative error of luminance, at the pixels whose true luminance is above 1 % of the brightest."""
     found, truth = (picture @ (0.2126, 0.7152, 0.0722) for picture in (found, truth))
     counted = truth > 0.01 * np.percentile(truth[truth > 0], 99.9)
     return np.abs(found - truth)[counted] / truth[counted]
 
 
 def save(picture: np.ndarray, path: Path) -> None:
-    """As displayed: the brightest thousandth clips."""
+    """Save a picture as displayed, exposed so that the brightest thousandth of its pixels clips."""
     from PIL import Image
 
     shown = np.clip(picture / np.percentile(picture, 99.9), 0, 1)

@@ -1,16 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scalar efficiencies against rigorous coupled waves on keratin: where scalar theory holds.
+"""Where scalar theory holds: its efficiencies against rigorous coupled-wave analysis (RCWA) on keratin.
 
     python -m benchmarks rcwa [--output DIR] [--json FILE|-]
 
-Inkstone solves Maxwell's equations (Fourier modal method; 1D gratings, TE and TM apart). Of the packages that were
-tried it is the only one that conserved energy to 1e-10 everywhere: grcwa 0.1.2 reflected 285 times the light from a
-binary grating of 10.3 wavelengths, and meent 0.13.2 lost up to 1.6 % on a blaze. Lengths are in wavelengths.
+Inkstone solves Maxwell's equations (Fourier modal method; 1D gratings, TE and TM apart). It is the only one of the
+packages tried that conserved energy to 1e-10 everywhere. grcwa 0.1.2 reflected 285 times the incident light from a
+binary grating of 10.3 wavelengths, and meent 0.13.2 lost up to 1.6 % of the light on a blaze. Lengths are in
+wavelengths.
 
-The number that is compared is the largest |difference| over those of the orders -3 to 3 that propagate. RCWA's orders
-are the mean of TE and TM, divided by the mean of the whole reflected power. The scalar orders are those of
-precompute/study/efficiency.py, with O = 1. A ramp and a sinusoid are staircases of PARTS equal parts to a period,
-sampled at the same places as there.
+The result is the largest |difference| of an order, over the propagating orders among -3 to 3. An order of RCWA is the
+mean of TE and TM, divided by the mean of the whole reflected power. The scalar orders are computed by
+precompute/study/efficiency.py, with O = 1. For RCWA a ramp and a sinusoid are staircases of PARTS equal parts to a
+period, sampled at the same places as in efficiency.py.
 """
 
 import argparse
@@ -31,7 +32,7 @@ ANGLES_DEG = (0.0, 40.0, 60.0)
 TOLERANCES = (0.01, 0.02, 0.05)
 KERATIN = 1.56
 PARTS = 32
-# Orders that RCWA keeps beyond those that propagate in the keratin.
+# The number of orders that RCWA keeps beyond the orders that propagate in the keratin.
 EXTRA_ORDERS = 10
 _COMPARED = 3
 
@@ -48,8 +49,8 @@ class Grating:
 
 @dataclass(frozen=True)
 class Row:
-    """The largest difference of an order, as a fraction of the reflected power; and the reflected power over that of a
-    flat surface."""
+    """The largest difference of an order, as a fraction of the reflected power, and the reflected power relative to
+    that of a flat surface."""
 
     grating: Grating
     difference: float
@@ -135,7 +136,8 @@ def table() -> list[Row]:
 
 
 def smallest_period(rows: Iterable[Row], tolerance: float) -> float | None:
-    """The smallest period at which, and at all longer ones, every difference stays within; None: no period does."""
+    """The smallest period from which on every difference is within the tolerance; None where there is no such
+    period."""
     worst: dict[float, float] = {}
     for row in rows:
         worst[row.grating.period] = max(worst.get(row.grating.period, 0.0), row.difference)
@@ -148,7 +150,7 @@ def smallest_period(rows: Iterable[Row], tolerance: float) -> float | None:
 
 
 def convergence() -> list[tuple[Grating, float, float]]:
-    """What twice the parts, and four times the extra orders, change of a fraction."""
+    """The change of an order's fraction by twice the parts, and by four times the extra orders."""
     found = []
     for kind in PROFILES:
         for period, depth, theta in ((1.5, 0.5, 40.0), (10.5, 0.1, 0.0), (10.5, 0.25, 60.0)):

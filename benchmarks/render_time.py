@@ -44,8 +44,9 @@ _TURNS_DEG = (0, 90, 200)
 
 @dataclass(frozen=True)
 class Subject:
-    """A row of the table: a material, how many suns light it, whether OSL is on, and the picture's size if it has its
-    own."""
+    """A row of the table: a material, the number of suns that light it, and whether OSL is on.
+
+    `pixels` is the side of the picture where the row has a size of its own."""
 
     name: str
     make: Callable
@@ -62,7 +63,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--pixels", type=int, default=192)
     parser.add_argument("--samples", type=int, default=32)
     parser.add_argument("--repeat", type=int, default=5)
-    parser.add_argument("--lamps", type=int, default=3, help="of the rows with several; 1: no such rows")
+    parser.add_argument("--lamps", type=int, default=3, help="suns in the rows with several; 1: no such row")
     report.add_json(parser)
     arguments = parser.parse_args(argv)
     tables = []
@@ -77,7 +78,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def measure(studio: "Studio", engine: str, scene: str, arguments) -> dict:
-    """One engine's and scene's tables."""
+    """Measure and print the tables of one engine and one scene."""
     import bpy
 
     facts = {"engine": engine, "scene": scene, "blender": bpy.app.version_string, "pixels": studio.pixels, "rows": []}
@@ -102,8 +103,10 @@ def measure(studio: "Studio", engine: str, scene: str, arguments) -> dict:
 
 
 def equal_error(studio: "Studio", scene: str, arguments: argparse.Namespace) -> dict:
-    """The RMSE over the picture's mean at several numbers of samples, and at how many samples Direct has the RMSE that
-    the metal has at the largest of them. Noise falls with the square root of the number of samples."""
+    """The noise: the RMSE over the picture's mean at several numbers of samples.
+
+    The facts also hold the number of samples at which Direct has the RMSE that the metal has at the largest number.
+    Noise falls with the square root of the number of samples."""
     counts = (4, 16, 64)
     facts = {"samples": counts, "rmse": {}}
     report.say(f"{'RMSE over the mean, at samples':34}" + "".join(f"{count:10}" for count in counts), arguments.json)
@@ -252,7 +255,7 @@ class Studio:
         return tuple(each / (pixels**2 * (more - fewer)) for each in seconds)
 
     def render(self, engine: str, samples: int, pixels: int | None = None) -> tuple[float, np.ndarray]:
-        """Processor seconds, and the linear picture (n, n, 3)."""
+        """Render; the processor seconds, and the linear picture (n, n, 3)."""
         import bpy
         import OpenEXR
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Terms against error: where the Taylor series of the phasor dies, and what Chebyshev asks for.
+"""Terms against error: where the Taylor series of the phasor fails, and how many terms the Chebyshev series needs.
 
     python -m benchmarks terms [--output DIR] [--json FILE|-]
 
@@ -22,7 +22,7 @@ from precompute.study import plots
 
 RELIEFS_NM = (50, 100, 150, 250, 400, 600, 800, 1000, 1400, 2000)
 TOLERANCE = 1e-3
-# e z + 60 at 2 um: past this only rounding is left of the error of every series.
+# e z + 60 for 2 um of relief. With more terms the error of every series is rounding alone.
 TERMS_MAX = 240
 _SAMPLES = 2001
 

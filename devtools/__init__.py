@@ -9,4 +9,4 @@ EXTENSION = "bl_ext.user_default.natural_gratings"
 
 
 class DevError(Exception):
-    """A fault that ./dev shows in one line: what is wrong, and what to do."""
+    """A fault that ./dev shows in one line, which tells what is wrong and what to do."""

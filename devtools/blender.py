@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finding a Blender, a real binary or the bpy wheel behind the shim, and starting it with this working tree."""
+"""Finding a Blender and starting it with this working tree as its extension.
+
+The Blender is a real binary, or the bpy wheel behind the shim (blender_shim.py)."""
 
 import os
 import re
@@ -58,7 +60,7 @@ def require_binary(path: str) -> Path:
 
 
 def find_binary() -> Path | None:
-    """The Blender binary on PATH, else the one that `./dev blender-setup` made; None where there is neither."""
+    """The Blender binary on PATH, else the binary that `./dev blender-setup` made; None where there is neither."""
     for candidate in (shutil.which("blender"), CHROOT_BLENDER):
         if candidate is None or not Path(candidate).exists():
             continue

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A stand-in for the `blender` binary over a bpy wheel: the same arguments, in their order, the same exit statuses.
 
-It does only what needs no window. Failures are those of Blender 5.2: after a script that raises, the next argument is
-carried out unless --python-exit-code was given; a file that cannot be read or a --command that raises ends Blender with
-status 1.
+It does only what needs no window. It fails as Blender 5.2 fails. After a script that raises, the next argument is
+carried out unless --python-exit-code was given. A file that cannot be read, or a --command that raises, ends Blender
+with status 1.
 """
 
 import contextlib
@@ -123,7 +123,7 @@ def open_file(path: str) -> None:
 
 
 def frames(text: str) -> Iterator[int]:
-    """The frames that -f names, such as 1,3 and 5..8; +N and -N count from the scene's first and last frame."""
+    """The frames that -f names, such as 1,3 and 5..8. +N counts from the scene's first frame, -N from its last."""
     scene = bpy.context.scene
     for part in text.split(","):
         first, _, last = part.partition("..")
@@ -224,7 +224,7 @@ OPTIONS = {
 
 
 def own_arguments(arguments: list[str]) -> list[str]:
-    """The arguments for Blender itself: those before `--`, or up to and including the flag of a command."""
+    """The arguments for Blender itself: all arguments before `--`, or up to and including the flag of a command."""
     ends = [index for index, argument in enumerate(arguments) if argument in ("--", "-c", "--command")]
     return arguments[: ends[0] + 1] if ends else arguments
 

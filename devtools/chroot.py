@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A real Blender on Debian: Debian sid with its Blender in a folder, made by debootstrap, and a wrapper to run it."""
+"""A real Blender on Debian: a folder that holds Debian sid and its Blender, made by debootstrap, and a wrapper to
+run it."""
 
 import os
 import shutil

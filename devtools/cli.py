@@ -123,7 +123,7 @@ def blender_setup(_: argparse.Namespace, arguments: list[str]) -> int:
 
 
 def describe_environments(_: argparse.Namespace, arguments: list[str]) -> int:
-    verb_parser("env", "Tells what there is, and makes nothing.").parse_args(arguments)
+    verb_parser("env", "Lists what is installed, and makes nothing.").parse_args(arguments)
     for environment in ALL:
         state = "ready" if environments.is_ready(environment) else "not made"
         base = next(machine.runnable_pythons(environment.python_version), "no interpreter")
@@ -155,13 +155,13 @@ def make_parser() -> argparse.ArgumentParser:
     versions = [environment.blender_version for environment in ALL]
     parser.add_argument("--bpy", choices=versions, help="use the bpy wheel of this Blender")
     parser.add_argument("--blender", metavar="PATH", help="use this Blender binary")
-    parser.add_argument("verb", choices=VERBS, metavar="VERB", help="one of those below")
+    parser.add_argument("verb", choices=VERBS, metavar="VERB", help="one of the verbs below")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
     return parser
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one verb; the exit status of what it ran, or 1 after one line on what prevented it."""
+    """Run one verb. Returns the exit status of the program that it ran, or 1 after one line on what prevented it."""
     parser = make_parser()
     arguments = sys.argv[1:] if arguments is None else arguments
     if not arguments:

@@ -17,7 +17,7 @@ from .steps import run_step, run_together, say
 
 @dataclass(frozen=True)
 class Environment:
-    """A virtual environment; its name is that of its folder and of its dependency group."""
+    """A virtual environment. Its folder and its dependency group have its name."""
 
     name: str
     python_version: str
@@ -49,7 +49,7 @@ ALL = (PY311, PY313)
 
 
 def dependency_group(name: str) -> list[str]:
-    """The pinned requirements of a group in pyproject.toml, with those of the groups that it includes."""
+    """The pinned requirements of a group in pyproject.toml, with the requirements of the groups that it includes."""
     groups = tomllib.loads((ROOT / "pyproject.toml").read_text())["dependency-groups"]
     requirements: list[str] = []
     for entry in groups[name]:
@@ -68,7 +68,7 @@ def is_ready(environment: Environment) -> bool:
 
 @contextlib.contextmanager
 def one_at_a_time() -> Iterator[None]:
-    """A lock for set-up: two ./dev that set up at once would spoil each other's environment."""
+    """A lock for set-up: two ./dev processes that set up at the same time would spoil each other's environment."""
     ENVIRONMENTS.mkdir(exist_ok=True)
     with (ENVIRONMENTS / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
@@ -91,7 +91,7 @@ def make(environment: Environment, base_python: Path) -> None:
 
 
 def ensure(*wanted: Environment) -> list[Environment]:
-    """Make those of the wanted environments that are not ready; all that are ready in the end.
+    """Make the wanted environments that are not ready yet; returns all wanted environments that are ready in the end.
 
     Where the machine lacks Python 3.13, its environment is left out. Raises DevError where it lacks Python 3.11.
     """

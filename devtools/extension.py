@@ -38,7 +38,8 @@ WHEELS_LIST = re.compile(r"^wheels = \[.*?^\]\n", re.DOTALL | re.MULTILINE)
 
 
 def write_if_changed(path: Path, text: str) -> None:
-    """Blender checks its add-ons anew when a manifest is newer than its notes."""
+    """Write the text unless the file holds it already: Blender checks its add-ons anew when a manifest is newer than
+    its notes."""
     if not path.exists() or path.read_text() != text:
         path.write_text(text)
 
@@ -50,9 +51,9 @@ def link(path: Path, target: Path) -> None:
 
 
 def link_extension(user_folder: Path, wheels: bool = False) -> Path:
-    """Puts the working tree into `user_folder` (a BLENDER_USER_RESOURCES) as natural_gratings; returns where.
+    """Put the working tree into `user_folder` (a BLENDER_USER_RESOURCES) as natural_gratings; returns the place.
 
-    Without `wheels` the manifest names none: the environment around a bpy wheel has the packages itself.
+    Without `wheels` the manifest names no wheels, because the environment around a bpy wheel has the packages itself.
     """
     folder = user_folder / "extensions" / "user_default" / "natural_gratings"
     folder.mkdir(parents=True, exist_ok=True)

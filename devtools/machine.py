@@ -12,7 +12,7 @@ from pathlib import Path
 from . import ENVIRONMENTS, DevError
 from .steps import run_step
 
-# Debian packages, and the library that is looked for on other systems; the DRI drivers have none.
+# Debian packages, each with the library that is looked for on other systems. For the DRI drivers there is no library.
 BLENDER_LIBRARIES = {
     "libegl1": "libEGL.so.1",
     "libegl-mesa0": "libEGL_mesa.so.0",
@@ -45,7 +45,7 @@ def install_debian_packages(packages: Sequence[str], reason: str) -> None:
 
 
 def installed_debian_packages(packages: Sequence[str]) -> set[str]:
-    """Those of the packages that are installed."""
+    """The packages of the list that are installed."""
     query = ["dpkg-query", "--show", "--showformat=${db:Status-Abbrev} ${Package}\n", *packages]
     answer = subprocess.run(query, capture_output=True, text=True).stdout
     return {line.split()[-1] for line in answer.splitlines() if line.startswith("ii")}
@@ -60,7 +60,8 @@ def loads(library: str) -> bool:
 
 
 def missing_blender_libraries() -> list[str]:
-    """Names of what `import bpy` and EEVEE need and the machine lacks: packages on Debian, libraries elsewhere."""
+    """The names of the packages (on Debian) or libraries (elsewhere) that `import bpy` and EEVEE need and the
+    machine lacks."""
     if sys.platform != "linux":
         return []
     if is_debian():
@@ -113,8 +114,8 @@ def makes_environments(python: Path) -> bool:
 def find_python(version: str) -> Path | None:
     """The first interpreter of a version that runs and can make environments; None where there is none.
 
-    On Debian an interpreter needs the package python3.11-venv for that; it is installed here as root. Raises DevError
-    where an interpreter runs but cannot be made able to.
+    On Debian an interpreter needs the package python3.11-venv in order to make environments; as root, this function
+    installs the package. Raises DevError where an interpreter runs but cannot make environments.
     """
     running = list(runnable_pythons(version))
     able = next(filter(makes_environments, running), None)

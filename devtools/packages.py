@@ -110,7 +110,8 @@ def extension_tool(environment: Environment, *arguments: str | Path) -> None:
 
 
 def missing_wheels(package: Path) -> list[str]:
-    """The wheels that a zip's manifest lists and the zip does not hold: Blender's validator does not look for them."""
+    """The wheels that a zip's manifest lists and the zip does not hold. Blender's validator does not check that they
+    are there."""
     with zipfile.ZipFile(package) as archive:
         manifest = tomllib.loads(archive.read("blender_manifest.toml").decode())
         held = set(archive.namelist())

@@ -26,9 +26,10 @@ SUITES = (
     ("precompute", PY313),
 )
 FOLDERS = tuple(dict.fromkeys(name for name, _ in SUITES))
-# Of precompute, pure Python over NumPy, the tests that run under the newer Python and NumPy too: those of the rooms
-# where versions can differ. Readers and files meet Pillow, gwyfile and OpenEXR; the rest are where single and double
-# precision meet, which NumPy 2 promotes by other rules; the golden bake goes through all of it.
+# The tests of precompute that also run under the newer Python and NumPy. Precompute is pure Python over NumPy, so only
+# the rooms where versions can differ are tested twice. The tests of readers and files meet Pillow, gwyfile and OpenEXR.
+# The others mix single and double precision, for which NumPy 2 has other promotion rules. The golden bake passes
+# through all of it.
 WHERE_VERSIONS_DIFFER = ("surface", "table", "maths", "colour", "spectra", "bake/test_golden.py", "bake/test_cache.py")
 
 
@@ -105,9 +106,9 @@ def run_suite(
 
 
 def targets_of(name: str, environment: Environment, paths: list[Path]) -> list[Path]:
-    """What a suite runs: those of the given paths that are in its folder.
+    """The paths that a suite runs: the given paths that are in the suite's folder.
 
-    Where no paths are given it is the whole folder, or for some environments the part of it that concerns them."""
+    Where no paths are given, it runs the whole folder, or for some environments the part of it that concerns them."""
     folder = ROOT / "tests" / name
     if paths and ROOT / "tests" not in paths:
         return [path for path in paths if path.is_relative_to(folder)]

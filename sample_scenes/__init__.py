@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scripts that model the sample snake and the stage on which it is rendered."""
+"""Scripts that model the sample snake and its stage, render it from several views, and run the demo with its report."""

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Snakes at three zooms under three suns, a sheet of pictures for each species (thesis figures 6.14 to 6.18).
+"""A sheet of pictures for each species: the snake at three zooms under three suns (thesis figures 6.14 to 6.18).
 
 python -m sample_scenes.pictures --output DIR [--bpy 5.2] [--samples 16 --width 480]
 
-Elaphe is the real scan where its file is present, else the shipped sample that imitates it.
+The sheet of Elaphe is made from the real scan where its file is present, else from the shipped sample that imitates it.
 """
 
 import argparse

@@ -102,7 +102,7 @@ def half_sizes(s: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def make_spine(rings: int) -> Spine:
-    """The body at `rings` arc lengths: a fixed number of them for each scale, and more at the head."""
+    """The body at `rings` arc lengths: a fixed number of rings for each scale, and more of them at the head."""
     t = np.linspace(0, 1, 20001)
     pose = bspline(POSE_M, t)
     steps = np.linalg.norm(np.diff(pose, axis=0), axis=1)

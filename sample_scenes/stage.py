@@ -20,8 +20,8 @@ if not __package__:  # `blender --python` runs this file as a script
     __package__ = "sample_scenes"
 from .snake import build_snake, plain_material
 
-# Sun and camera almost face each other across the snake's long straight runs, so that on most of them the first order
-# of a grating of 1144 nm along the body meets the camera. From azimuth 52 the colours run in the other direction.
+# The sun and the camera almost face each other across the snake's long straight runs. On most of these runs the first
+# order of a grating of 1144 nm along the body meets the camera. From azimuth 52 the colours run in the other direction.
 SUN_AZIMUTH_DEG = 128.0
 SUN_ELEVATION_DEG = 30.0
 SUN_STRENGTH = 12.0

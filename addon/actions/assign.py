@@ -40,8 +40,9 @@ def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) ->
 
 
 def remove_from(objects: list[bpy.types.Object]) -> str:
-    """Remove diffraction from the objects' active materials; one line on what was done. Materials that are linked from
-    another file stay as they are."""
+    """Remove diffraction from the objects' active materials; returns one line on what was done.
+
+    Materials that are linked from another file stay as they are."""
     changed = [m for m in materials_with_diffraction(objects) if m.library is None]
     for material in changed:
         remove_diffraction(material)

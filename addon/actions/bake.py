@@ -29,7 +29,8 @@ def bake_and_wait(grating: Grating, directory: str = "", *, use_cache: bool = Tr
 
 
 def record_bake(grating: Grating, facts: dict[str, Any]) -> None:
-    """Note a finished bake. The grating's next material is made from it; the earlier one is no longer the grating's."""
+    """Record a finished bake in its grating. The grating's next material is made from this bake; the material of an
+    earlier bake no longer belongs to the grating."""
     grating.bake_path = facts["files"][0]
     grating.material = grating.group = None
     grating.bake_summary = (

@@ -11,8 +11,9 @@ from ..scene.gratings import Grating
 def add_grating(
     scene: bpy.types.Scene, source: str, *, size_um: float = 0.0, height_nm: float = 0.0, channel: str = ""
 ) -> Grating:
-    """Read a height map and add it to the scene as its active grating. Width, height and channel are the file's own
-    where they are 0 or empty.
+    """Read a height map and add it to the scene as its active grating.
+
+    Where size_um, height_nm or channel is 0 or empty, the value that the file holds is used.
 
     Raises GratingError if it cannot be read."""
     height_map = read_height_map(source, size_um or None, height_nm or None, channel=channel or None)
@@ -28,7 +29,8 @@ def add_grating(
 
 
 def unused_name(name: str, taken: set[str]) -> str:
-    """The name, with a number as Blender gives them if it is taken: a bake that ends finds its grating by name."""
+    """The name, with a number in Blender's form where it is taken. Names must differ because a finished bake finds
+    its grating by name."""
     candidates = (name, *(f"{name}.{number:03}" for number in range(1, len(taken) + 1)))
     return next(c for c in candidates if c not in taken)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Having diffraction follow the scene's lamps: when it is asked for, and after an import."""
+"""Making diffraction follow the scene's lamps, when a user asks for it and after an import."""
 
 import contextlib
 
@@ -14,7 +14,9 @@ from ..materials.skin import is_diffraction, linked_with_fewer_lamps, show_lamps
 
 
 def update_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """Follow the lamps that the scene has now, and give the file's Diffraction groups as many; the lamps followed.
+    """Follow the lamps that the scene has now, and give the file's Diffraction groups the same number of lamps.
+
+    Returns the lamps that are followed.
 
     Raises GratingError, with nothing changed, if there is no lamp."""
     lamps = follow_lamps(scene)
@@ -31,8 +33,8 @@ def warnings_about(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> li
 
 @persistent
 def follow_after_import(*_: object) -> None:
-    """After Blender appended or linked diffraction: a scene that follows no lamps yet does so from now on. Objects lose
-    the marks of light linking that came with them from the other file."""
+    """Called after Blender has appended or linked data: a scene that has diffraction and follows no lamps follows
+    them from now on. Objects lose the marks of light linking that came with them from the other file."""
     if not any(is_diffraction(group) for group in bpy.data.node_groups):
         return
     for scene in bpy.data.scenes:

@@ -14,7 +14,7 @@ from ..scene.gratings import Grating
 
 
 def make_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Material:
-    """A new material of a baked grating. Raises GratingError if there is no bake or no lamp."""
+    """Make a new material from a grating's bake. Raises GratingError if there is no bake or no lamp."""
     grating.material = new_diffraction_material(grating.name, group_of(scene, grating))
     return grating.material
 
@@ -29,7 +29,8 @@ def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
     if grating.group is None:
         grating.group = new_diffraction_group(bake, grating.shadows)
     show_lamps()
-    # EEVEE holds a normal in ten bits by default, which puts colours off by 1.5 % (median, on a sphere) to 10 %.
+    # By default EEVEE holds a normal in ten bits. On a sphere this changes colours by 1.5 % (median) to 10 % (95th
+    # percentile).
     scene.render.use_high_quality_normals = True
     return grating.group
 

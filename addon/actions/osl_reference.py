@@ -34,7 +34,7 @@ def write_images(grating: Grating, method: str) -> Path:
 
 
 def reference_from_images(scene: bpy.types.Scene, path: Path) -> bpy.types.Material:
-    """A new material by the method of a file of DFT images, lit by the scene's lamps.
+    """Make a new material that evaluates the method of a file of DFT images, lit by the scene's lamps.
 
     Raises GratingError, with nothing changed, if the file holds no such images, the shader does not compile or there is
     no lamp."""
@@ -44,7 +44,7 @@ def reference_from_images(scene: bpy.types.Scene, path: Path) -> bpy.types.Mater
 
 
 def reference_from_bake(scene: bpy.types.Scene, path: Path) -> bpy.types.Material:
-    """A new material by a bake's file, lit by the scene's lamps.
+    """Make a new material whose shader reads a bake's file, lit by the scene's lamps.
 
     Raises GratingError, with nothing changed, if the file is not a bake, the shader does not compile or there is no
     lamp."""
@@ -61,7 +61,7 @@ def _material_of(scene: bpy.types.Scene, name: str, response: Response) -> bpy.t
 
 
 def _images_arguments(grating: Grating) -> list[str]:
-    """What the command line of `dft` says of the surface and the coherence."""
+    """The arguments of `dft` that name the surface and set its coherence length."""
     arguments = [grating.source_file()]
     for option, value in (("--size-um", grating.size_um), ("--height-nm", grating.height_nm)):
         if value > 0:

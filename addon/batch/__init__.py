@@ -1,2 +1,4 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`blender --background [FILE] --command grating VERB ...`: a verb a file, loaded when it is called."""
+"""The command line `blender --background [FILE] --command grating VERB ...`.
+
+Each verb is a module of its own, which is loaded when the verb is called."""

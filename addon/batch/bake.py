@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`bake`: import a height map and bake it. The grating holds all that was asked, so the button can repeat the bake."""
+"""`bake`: import a height map and bake it. The grating holds the whole request, so the button can repeat the bake."""
 
 import argparse
 from pathlib import Path

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The frame of the scan on the surface."""
+"""The frame of the scan on the surface: its normal and tangent, computed by nodes."""

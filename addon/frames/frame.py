@@ -5,8 +5,8 @@ from ..nodes.builder import Tree, Value
 
 
 def frame_nodes(tree: Tree, inputs: dict[str, Value]) -> tuple[Value, Value]:
-    """N and T (unit vectors): the linked ones, else the surface's own; T made orthogonal to N, then turned by
-    Rotation."""
+    """The unit vectors N and T: the linked vectors, else the surface's own. T is made orthogonal to N and then
+    turned by Rotation."""
     surface = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Normal"])
     along_u = tree.value(tree.node("ShaderNodeTangent", direction_type="UV_MAP").outputs["Tangent"])
     n, tangent = (

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Work in a process beside Blender."""
+"""Long work of precompute in a process beside Blender, with its progress and its cancelling."""

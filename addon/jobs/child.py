@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Precompute's work in a process of its own: Blender's interface stays alive, and cancelling is to end the process."""
+"""Precompute's work in a process of its own. Blender's interface stays alive, and work is cancelled by ending the
+process."""
 
 import importlib.util
 import json

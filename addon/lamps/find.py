@@ -18,7 +18,8 @@ def lamps_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 
 
 def find_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """All lamps of the scene: suns first, then by strength, then by name. Hidden ones too, as they may be shown later.
+    """All lamps of the scene: suns first, then by strength, then by name. Hidden lamps are included, as they may be
+    shown later.
 
     Raises GratingError if there is none."""
     lamps = lamps_of(scene)
@@ -31,8 +32,9 @@ def find_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 
 
 def instanced_lamps(depsgraph: bpy.types.Depsgraph) -> list[str]:
-    """Names of the lamps that instances of collections or particles show. Such a lamp is one object at many places,
-    which no driver can follow."""
+    """Names of the lamps that instances of collections or particles show.
+
+    Such a lamp is one object at many places, and no driver can follow all of them."""
     found = {i.object.original.name for i in depsgraph.object_instances if i.is_instance and i.object.type == "LIGHT"}
     return sorted(found)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which lamps the scene's properties follow, and making them follow the lamps that there are."""
+"""Finding out which lamps the scene's properties follow, and making the properties follow the scene's present lamps."""
 
 import bpy
 
@@ -14,7 +14,8 @@ def followed_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     found = {}
     for curve in drivers:
         for index in range(LAMPS_MAX):
-            # The first number's driver reads the lamp's object. The fourth's may read the lamp's data alone.
+            # The driver of the first number reads the lamp's object. The driver of the fourth may read the lamp's data
+            # alone.
             if curve.array_index == 0 and curve.data_path == f'["{property_name(index, "place")}"]':
                 found[index] = curve.driver.variables[0].targets[0].id
     return [found[index] for index in sorted(found)]

@@ -26,7 +26,7 @@ from ..nodes.interface import Socket, add_interface
 from .link import read_unlinked
 from .pack import PackedLamp, read_lamp
 
-# Kept on a group, and so in saved files, under this name: which lamp's group it is.
+# The name of a custom property on a group, also in saved files. It holds the index of the group's lamp.
 _LAMP = "ng_key_light"
 # The distance to a sun, in metres: further than any scene reaches.
 _FAR = 1e5

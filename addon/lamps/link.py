@@ -6,7 +6,7 @@ import bpy
 from ..nodes.builder import Tree, Value
 from .pack import property_name
 
-# On an object: 1 where light linking keeps the lamp from it.
+# A custom property of an object: 1 where light linking keeps the lamp from the object.
 _UNLINKED = "unlinked"
 
 
@@ -43,5 +43,5 @@ def _receives(receivers: bpy.types.Collection, mesh: bpy.types.Object) -> bool:
             states.setdefault(item, entry.light_linking.link_state)
     if mesh in states:
         return states[mesh] == "INCLUDE"
-    # As in Blender: a list that only excludes lights every object that it does not name.
+    # As in Blender, a lamp whose list only excludes objects lights every object that the list does not name.
     return "INCLUDE" not in states.values() and bool(states)

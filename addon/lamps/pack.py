@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a lamp is packed into four properties of the scene: written by drivers, read by nodes. Both stand in this file.
+"""How a lamp is packed into four properties of the scene. Drivers write the properties and nodes read them; this file
+holds both sides.
 
 Materials read the properties with the Attribute node (View Layer). The drivers are simple expressions: Blender
-evaluates them with auto-run of scripts off and without this extension. So whatever is done to a lamp is followed, and a
-material that is appended to another scene follows that scene's lamps.
+evaluates them with auto-run of scripts off and without this extension. Every change of a lamp is therefore followed,
+and a material that is appended to another scene follows that scene's lamps.
 
 The properties of the lamp `i` are named `ng_key_<i>_<what>`. Each holds a vector, then a fourth number:
 
@@ -30,8 +31,8 @@ import bpy
 from ..nodes.builder import Tree, Value
 
 PROPERTIES = ("place", "power", "z", "x")
-# In place of a spot's two cosines, the outer and the inner: values that no cosine has. Outer over inner has the smooth
-# step between them give 1 in every direction.
+# Values in place of a spot's outer and inner cosine for the other kinds of lamp. No cosine has these values, and the
+# smooth step from the first to the second value is 1 at every cosine.
 _AREA_RIM, _NO_RIM = ("3", "2"), ("-3", "-2")
 
 
@@ -109,7 +110,7 @@ def drive_properties(scene: bpy.types.Scene, index: int, lamp: bpy.types.Object)
     outer, inner = _AREA_RIM if kind == "AREA" else _NO_RIM
     if kind == "SPOT":
         outer = "cos(cone / 2)"
-        # At blend 0 the rim is sharp: give it a width that single precision can still hold.
+        # At blend 0 the rim is sharp. It gets the least width that single precision can hold.
         inner = f"{outer} + max((1 - {outer}) * blend, 1e-5)"
     cone = {"cone": "spot_size", "blend": "spot_blend"} if kind == "SPOT" else {}
     drive = _Drive(scene, index, lamp)
@@ -120,7 +121,8 @@ def drive_properties(scene: bpy.types.Scene, index: int, lamp: bpy.types.Object)
     drive("x", (*(f"x{i} / max(pow({_length('x')}, 2), 1e-30)" for i in range(3)), inner), of_object=axes, of_data=cone)
 
 
-# A driver's variable: its name, the type of the data-block that it reads, the data-block, the path in it.
+# A driver's variable: its name, the type of the data-block that it reads, the data-block, and the path in the
+# data-block.
 _Variable = tuple[str, str, bpy.types.ID, str]
 
 
@@ -139,8 +141,10 @@ class _Drive:
         of_data: dict[str, str],
         others: Iterable[_Variable] = (),
     ) -> None:
-        """Drive the property `what` by four expressions. Their variables: paths in the lamp's object, paths in its
-        data, and others; a driver gets only those that its expression uses."""
+        """Drive the property `what` by four expressions.
+
+        Their variables are paths in the lamp's object, paths in its data, and others. A driver gets only the
+        variables that its expression uses."""
         name = property_name(self.index, what)
         self.scene[name] = [0.0] * 4
         variables = [(key, "OBJECT", self.lamp, path) for key, path in of_object.items()]
@@ -156,10 +160,10 @@ class _Drive:
 
 
 def _visibility(scene: bpy.types.Scene, lamp: bpy.types.Object) -> tuple[str, list[_Variable]]:
-    """Expression for 1 where the render shows the lamp, else 0, and the variables for the collections in it.
+    """An expression that is 1 where the render shows the lamp and 0 elsewhere, and the variables of its collections.
 
-    A lamp is shown if it is not hidden itself and there is a chain of collections down to it of which none is
-    hidden."""
+    A lamp is shown if it is not hidden itself and if no collection is hidden in some chain of collections that leads
+    to it."""
     holders: dict[bpy.types.Collection, str] = {}
     ways = []
     for way in _ways(scene.collection, lamp):
@@ -182,7 +186,7 @@ def _ways(
 
 
 def _per_watt(lamp: bpy.types.Light) -> str:
-    """Expression for what a lamp's strength is multiplied by to give `power`.
+    """An expression for the factor from a lamp's strength to `power`.
 
     A Blender point or spot lamp of P watts has a radiant intensity of P / (4 pi) W/sr, an area lamp P / pi along its
     axis; a sun's strength is its irradiance. The strength of a lamp that is not normalized is multiplied by its area:
@@ -227,7 +231,7 @@ def _size_variables(lamp: bpy.types.Light) -> dict[str, str]:
 
 
 def _compact(expression: str) -> str:
-    """Without the blanks around operators: Blender cuts off a driver's expression after 255 characters."""
+    """The expression without blanks around operators. Blender cuts off a driver's expression after 255 characters."""
     return re.sub(r" ?([-+*/,]) ?", r"\1", expression)
 
 

@@ -42,7 +42,8 @@ QUESTION = (NORMAL, TANGENT, TO_LIGHT, IRRADIANCE, VARIANCE, *SETTINGS)
 RADIANCE = Socket("Finer", "Color", "Radiance by the finer of the two levels")
 COARSER = Socket("Coarser", "Color", "Radiance by the coarser of the two levels")
 COARSER_SHARE = Socket("Coarser Share", "Float", "Share of the coarser in their mix")
-# The outputs of a response that knows its radiance, and of one that knows it at two levels of blur.
+# The outputs of a response that gives one radiance, and of a response that gives a radiance at each of two levels of
+# blur.
 ONE_RADIANCE = (RADIANCE,)
 TWO_RADIANCES = (RADIANCE, COARSER, COARSER_SHARE)
 
@@ -57,11 +58,11 @@ class Shown:
     radiance: Value
 
     def dimmed(self, share: Operand) -> Shown:
-        """The same times a share from 0 to 1. Cycles evaluates nothing where the share is 0."""
+        """The shader and the colour, both times a share from 0 to 1. Cycles evaluates nothing where the share is 0."""
         return Shown(self.shader.tree.mix_shader(share, None, self.shader), self.radiance * share)
 
     def added_to(self, other: Shown | None) -> Shown:
-        """Both together; this alone if there is no other."""
+        """The sum of this and the other; this alone if there is no other."""
         if other is None:
             return self
         return Shown(self.shader.tree.add_shader(other.shader, self.shader), other.radiance + self.radiance)
@@ -111,5 +112,5 @@ class Response:
 
 
 def response_in(group: bpy.types.NodeTree) -> Response:
-    """The response that a Diffraction group was made around, also one that was loaded from a file."""
+    """The response around which a Diffraction group was made; the group may have been loaded from a file."""
     return Response(next(node.node_tree for node in group.nodes if node.label == _LABEL))

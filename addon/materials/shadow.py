@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Shadow rays in a material.
 
-Blender's Raycast node traces them where there is one. Before it, a script's trace() does: Cycles on the CPU runs it
-where Open Shading Language is switched on; every other renderer passes over it, and nothing is shaded.
+From Blender 5.1 on, the Raycast node traces them. In earlier versions the trace() function of a script does. Cycles on
+the CPU runs the script where Open Shading Language is switched on. Every other renderer passes over the script, and
+then nothing is shaded.
 """
 
 from pathlib import Path
@@ -25,8 +26,9 @@ def ray_start(tree: Tree, geometry: bpy.types.Node) -> Value:
 
 
 def hit(tree: Tree, start: Value, direction: Value, *, distance: Value) -> Value | float:
-    """1 where something stands between the start and the lamp, else 0. The number 0 in a Blender that has neither a
-    Raycast node nor Open Shading Language."""
+    """1 where something stands between the start and the lamp, else 0.
+
+    In a Blender that has neither a Raycast node nor Open Shading Language it is the constant 0."""
     if compat.HAS_RAYCAST:
         return tree.value(tree.node("ShaderNodeRaycast", start, direction, distance).outputs["Is Hit"])
     node = tree.node("ShaderNodeScript", label="Shadow")

@@ -14,9 +14,9 @@
 
     Shader = (1 - F + wd) Base + (1 - wd) s sum over lamps of V Lo
 
-F is the Fresnel reflectance towards the viewer, Lo the response's answer to a lamp, V whether the lamp is seen. One
-sub-group tells what a lamp sends (lamps/group.py), one what the surface answers (response.py). Which response it is,
-a skin does not know.
+F is the Fresnel reflectance towards the viewer, and Lo is the response's answer to a lamp. V is 1 where the surface
+sees the lamp and 0 where it does not. One sub-group tells what a lamp sends (lamps/group.py), another what the surface
+answers (response.py). A skin works with any response.
 """
 
 import bpy
@@ -46,8 +46,8 @@ from .response import (
 from .shadow import hit, ray_start
 
 AOV_NAME = "Diffraction"
-# Kept on a Diffraction group, and so in saved files, under these names: for each lamp whether light linking keeps it
-# from some object, and whether lamps cast shadow rays.
+# The names of two custom properties on a Diffraction group, also in saved files. The first holds for each lamp whether
+# light linking keeps it from some object, the second whether shadow rays are traced.
 _LAMPS, _SHADOWS = "ng_keys", "ng_shadows"
 _BASE = Socket("Base", "Shader", "The material under the relief")
 _BASE_BLEND = Socket(
@@ -76,7 +76,7 @@ def group_around(name: str, response: Response, shadows: bool = True) -> bpy.typ
 
 
 def fill_group(group: bpy.types.NodeTree, response: Response) -> None:
-    """Make a Diffraction group's nodes anew. Its sockets stay, and so does all that is linked to them."""
+    """Make a Diffraction group's nodes anew. Its sockets and the links to them stay."""
     group.nodes.clear()
     lamps = group[_LAMPS] = _lamps_of_file()
     tree = Tree(group)
@@ -110,9 +110,9 @@ def fill_group(group: bpy.types.NodeTree, response: Response) -> None:
 
 
 def _is_lit(tree: Tree, light: Light, *, n: Value, cos_r: Value, bounced: Value) -> Value:
-    """1 where lamp and viewer are above the surface, the lamp sends light, and no diffuse bounce looks; else 0.
+    """1 where lamp and viewer are above the surface, the lamp sends light, and the ray is no diffuse bounce; else 0.
 
-    All three numbers must be positive. No cosine is over 1, which `bounced` is for a diffuse bounce."""
+    All three numbers must be positive. `bounced` is 1 for a diffuse bounce, and no cosine exceeds 1."""
     least = tree.minimum(tree.minimum(cos_r, tree.dot(light.direction, n)), tree.dot(light.irradiance, (1.0, 1.0, 1.0)))
     return tree.math("GREATER_THAN", least, bounced)
 
@@ -142,7 +142,8 @@ def show_lamps() -> None:
 
 
 def _lamps_of_file() -> list[bool]:
-    """For each lamp that some scene of the file follows, whether light linking keeps it from some object. At least one
-    lamp, so that a group is never empty."""
+    """For each lamp that some scene of the file follows, whether light linking keeps the lamp from some object.
+
+    The list has at least one lamp, so that a group is never empty."""
     count = max(1, *(lamp_count(scene) for scene in bpy.data.scenes))
     return [is_linked(index) for index in range(count)]

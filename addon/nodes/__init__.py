@@ -1,2 +1,3 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A builder by which the code of a node tree reads like its formula."""
+"""Building node trees: a builder by which the code reads like its formula, the sockets of groups, and the nodes'
+layout."""

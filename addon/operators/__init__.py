@@ -1,2 +1,3 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One operator a file. An operator calls an action, which it loads when its button is pressed."""
+"""The operators, one in each file. An operator calls an action (addon/actions), which it loads when its button is
+pressed."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the operators that work on the selected meshes share."""
+"""The base class of the operators that work on the selected meshes."""
 
 import bpy
 
@@ -7,8 +7,10 @@ from ...precompute.base.failure import GratingError
 
 
 class OnSelectedMeshes:
-    """An operator that puts a grating on the selected meshes. Its class adds `put`, which does so and returns a line on
-    what was done, or raises GratingError."""
+    """An operator that puts a grating on the selected meshes.
+
+    A subclass adds `put`, which puts the grating on the meshes and returns one line on what was done, or raises
+    GratingError."""
 
     @classmethod
     def poll(cls, context):

@@ -3,7 +3,7 @@
 
 import bpy
 
-# Whether materials have a Raycast node. In Cycles it sees every object, in EEVEE those on screen.
+# Whether materials have a Raycast node. In Cycles it sees every object, in EEVEE only objects on screen.
 HAS_RAYCAST = bpy.app.version >= (5, 1, 0)
 
 
@@ -15,7 +15,7 @@ def working_space() -> str:
 
 
 def eevee_engine() -> str:
-    """EEVEE's identifier, which changed in Blender 5.0."""
+    """The identifier of the EEVEE engine, which changed in Blender 5.0."""
     return "BLENDER_EEVEE" if bpy.app.version >= (5, 0, 0) else "BLENDER_EEVEE_NEXT"
 
 

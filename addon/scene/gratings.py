@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The gratings of a scene: which height map each was made from, what is asked of its bake, and where the bake is."""
+"""The gratings of a scene. Each holds the source of its height map, the request for its bake, and the bake's file."""
 
 import json
 import os
@@ -56,7 +56,7 @@ class Grating(bpy.types.PropertyGroup):
     bake_summary: StringProperty(name="Bake Summary", description="The bake's measured error and its size")
     shadows: BoolProperty(
         name="Shadows",
-        description="Objects shade the diffraction: all of them in Cycles, those on screen in EEVEE. Before Blender "
+        description="Objects shade the diffraction: all objects in Cycles, objects on screen in EEVEE. Before Blender "
         "5.1 this works only in Cycles with Open Shading Language",
         default=True,
     )
@@ -97,7 +97,8 @@ class Grating(bpy.types.PropertyGroup):
         return request_from(kept | shown, self.name)
 
     def take_request(self, request: "BakeRequest") -> None:
-        """Hold a request: its first scan and what the panel shows in the fields, all the rest in `request`."""
+        """Take over a request. The first scan and the values that the panel shows go into the fields, the rest into
+        `request`."""
         record = request_record(request)
         first, *others = record.pop("scans")
         self.source, self.channel = first["source"], first["channel"] or ""
@@ -130,8 +131,8 @@ def active_grating(scene: bpy.types.Scene) -> Grating:
 def request_record(request: "BakeRequest") -> dict[str, Any]:
     """A request as JSON, its scans with their folders, for a file that is read on this machine."""
     record = request.as_dict() | {"scans": [asdict(scan) for scan in request.scans]}
-    # A request counts in metres and radians. Rounding off what their conversion added gives back the number that the
-    # user gave, and so the same key in the cache.
+    # A request holds metres and radians. Rounding removes the error of the conversion and gives back the number that
+    # the user typed. The key in the cache is then the same.
     record["coherence_um"] = _decimal(record["coherence_um"] or 0.0, 12)
     record["needs"]["light_radius_deg"] = _decimal(record["needs"]["light_radius_deg"], 12) or 0.0
     return record
@@ -148,6 +149,6 @@ def cache_folder() -> Path:
 
 
 def _decimal(value: float, digits: int) -> float | None:
-    """A number rounded to some significant digits, which takes single precision's error off; None for 0, which stands
-    for a choice that is left to the bake."""
+    """A number rounded to `digits` significant digits, which removes the error of single precision. None for 0,
+    which leaves the choice to the bake."""
     return float(f"{value:.{digits}g}") if value else None

@@ -21,7 +21,7 @@ from ..operators.update_lights import UpdateLights
 from ..scene import compat
 
 _ICONS = {"SUN": "LIGHT_SUN", "POINT": "LIGHT_POINT", "SPOT": "LIGHT_SPOT", "AREA": "LIGHT_AREA"}
-# In pixels, at an interface scale of 1: the mean width of a letter, and the width of icon and margins.
+# The mean width of a letter, and the width of icon and margins, in pixels at an interface scale of 1.
 _LETTER, _MARGINS = 6.5, 55
 
 

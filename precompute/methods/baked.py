@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bake, as the materials read it, among the other methods."""
+"""The bake as a method: its table is read as the materials read it."""
 
 from dataclasses import dataclass, replace
 from functools import partial
@@ -21,7 +21,7 @@ from .method import Method, Settings
 
 @dataclass(frozen=True)
 class Baked(Method):
-    """A table as its file holds it, in half floats. `table_bytes` is what Blender holds of it."""
+    """A table as its file holds it, in half floats. `table_bytes` is the memory that it takes in Blender."""
 
     table: Table
     settings: Settings
@@ -41,14 +41,16 @@ class Baked(Method):
 
 
 def build(relief: Relief, settings: Settings) -> Baked:
-    """Bake a relief, through the half floats of the atlas; its error is not measured."""
+    """Bake a relief and round its table to the half floats of the atlas. The bake's error is not measured."""
     request = BakeRequest(coherence_length_m=settings.coherence_length_m, illuminant=settings.illuminant)
     return _stored(bake(relief, request), settings)
 
 
 def build_checked(relief: Relief, settings: Settings, source: str, *, delta_e: float) -> Baked:
-    """As the verb `bake` does: measured, and refined where it misses delta_e. Raises GratingError, naming `source`, for
-    a colour difference that cannot be kept."""
+    """Bake a relief as the verb `bake` does: the error is measured, and the bake is refined where the error exceeds
+    delta_e.
+
+    Raises GratingError, naming `source`, for a colour difference that cannot be kept."""
     made = make([relief], BakeRequest(delta_e, settings.coherence_length_m), source=source)
     return Baked(made.table, settings, made.blender_bytes)
 
@@ -56,7 +58,8 @@ def build_checked(relief: Relief, settings: Settings, source: str, *, delta_e: f
 def build_varied(
     relief: Relief, settings: Settings, source: str, *, delta_e: float, terms: int | None = None, finer: float = 1.0
 ) -> Baked:
-    """A bake whose plan is changed: another number of terms, or texels `finer` times as small. It is not measured."""
+    """A bake with another plan: another number of terms, or texels `finer` times as small. Its error is not
+    measured."""
     request = BakeRequest(delta_e=delta_e, coherence_length_m=settings.coherence_length_m)
     chosen = plan(relief, request, finer=finer)
     return _stored(carry_out(replace(chosen, terms=terms or chosen.terms)), settings)

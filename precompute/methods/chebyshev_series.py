@@ -3,7 +3,8 @@
 
     exp(-i z t) = J_0(z) + 2 sum_n (-i)^n J_n(z) T_n(t),   h = c + a t, t in [-1, 1], z = 2 pi s a
 
-(Abramowitz and Stegun 9.1.44-45.) Coefficients and polynomials are bounded by 2 and 1 at any depth of relief.
+(Abramowitz and Stegun 9.1.44-45.) c is the middle height and a is half of the height range. At any depth of the relief
+no coefficient exceeds 2 and no polynomial exceeds 1.
 """
 
 import math
@@ -42,8 +43,8 @@ class Chebyshev:
     def coefficients(self, s: np.ndarray) -> np.ndarray:
         """J_0(z), 2 (-i)^n J_n(z) (m, terms), up to the phase of the middle height, which |P|^2 does not see.
 
-        They are found by interpolating exp(-i z t) at enough nodes for the aliased terms to drown in rounding. All z
-        are computed at once."""
+        They are found by interpolating exp(-i z t) at enough nodes to keep the aliased terms below the rounding
+        error."""
         z = 2 * np.pi * self.half_range_m * np.asarray(s, float)
         nodes = max(self.terms, _nodes(float(z.max(initial=0))))
         values = np.exp(-1j * z[:, None] * chebyshev.nodes(nodes, -1, 1))
@@ -51,7 +52,7 @@ class Chebyshev:
 
 
 def _nodes(z: float) -> int:
-    # z is rounded up, which is safe because J_n grows with z; calls at nearby wavelengths then share their nodes.
+    # z is rounded up, so that calls at nearby wavelengths share their nodes. A greater z only asks for more nodes.
     return chebyshev.jacobi_anger_terms(math.ceil(z), 1e-15)
 
 

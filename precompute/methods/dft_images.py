@@ -10,8 +10,8 @@ stored, so that every expansion's coefficients are real:
     Chebyshev   J_0(z), 2 J_n(z), z = 2 pi s scale_m   of (-i)^n T_n(h / scale_m)
 
 B is 1 in the bottom row and 0 above. Renderers do not agree which way a texture's t runs, and a shader finds out by
-reading B. There are three channels because some renderers take a picture of two for grey with alpha, and divide a
-picture of four by its alpha.
+reading B. There are three channels because some renderers take two channels for grey with alpha, and divide the colours
+of a picture of four channels by its alpha.
 """
 
 import hashlib
@@ -33,8 +33,8 @@ from .registry import METHODS
 from .windowed_images import left_out
 
 TEXELS_MAX = 31
-# Share of the window's weights that texels_for leaves out at most: 7e-4 at 5 texels and a relief as long as its
-# coherence.
+# The largest share of the window's weights that texels_for leaves out. With 5 texels, and a relief as long as the
+# coherence length, the share is 7e-4.
 _LEFT_OUT = 1e-3
 
 
@@ -95,14 +95,15 @@ def pack(method: Method) -> tuple[np.ndarray, Layout]:
 
 
 def settings_for(**asked) -> Settings:
-    """Settings of a method for a shader, which has the coefficients in single precision. Heights count from the middle
-    of the relief, so that the terms of Taylor's series cancel as little as they can."""
+    """Settings of a method for a shader, which holds the coefficients in single precision.
+
+    Heights are counted from the middle of the relief, because the terms of the Taylor series then cancel least."""
     return Settings(dtype=np.float32, centred=True, **asked)
 
 
 def texels_for(relief: Relief, settings: Settings) -> int:
-    """Texels a side, odd and at most TEXELS_MAX, that leave out a thousandth of the window: 5 where the relief is as
-    long as the coherence, and more where it is longer."""
+    """The number of texels to read along each axis: the least odd number, up to TEXELS_MAX, that leaves out at most
+    a thousandth of the window. It is 5 for a relief as long as the coherence length, and more for a longer relief."""
     sigma_bins = max(relief.size_m) * PatchWindow(relief, settings.patch_sigma_m).sigma_f
     odd = range(1, TEXELS_MAX + 1, 2)
     return next((n for n in odd if left_out(n, sigma_bins) <= _LEFT_OUT), TEXELS_MAX)
@@ -134,8 +135,9 @@ def images_to_folder(
 
 
 def _extrema(image: np.ndarray, layout: Layout) -> list[list[float]]:
-    """Smallest and largest real, smallest and largest imaginary part of each term, with which the thesis scaled its
-    images to 0..1."""
+    """For each term: the smallest and the largest real part, then the smallest and the largest imaginary part.
+
+    The thesis scaled its images to the range from 0 to 1 by these numbers."""
     shape = layout.rows, layout.tile_rows, layout.columns, layout.tile_columns, 3
     tiles = np.moveaxis(image.reshape(shape), 2, 1).reshape(-1, layout.tile_rows, layout.tile_columns, 3)
     return [

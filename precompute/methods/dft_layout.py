@@ -14,14 +14,14 @@ from ..table import atlas_file
 @dataclass(frozen=True)
 class Layout:
     """What a shader needs beside the image. A quantity that the method has no use for is 0 (sigma_f, period_m) or 1
-    (copies).
+    (copies_v, copies_u).
 
-    length_*_m  of the relief that was transformed, along B (v) and T (u): a bin is 1 / length
+    length_*_m  sides of the transformed relief in metres, along B (v) and T (u); a bin is 1 / length
     scale_m     metres of height that count as 1 in the expansion
     sigma_f     standard deviation of the Gaussian window's transform, cycles per metre
-    power       turns |sum|^2 / lambda^2 into the density over (u, v), square metres
-    copies_*    of the cell, along B (v) and T (u)
-    texels      read around each frequency, a side
+    power       factor from |sum|^2 / lambda^2 to the density over (u, v), square metres
+    copies_*    number of copies of the cell, along B (v) and T (u)
+    texels      number of texels read around each frequency along each axis
     """
 
     method: str
@@ -44,17 +44,17 @@ class Layout:
 
     @property
     def rows(self) -> int:
-        """Tiles above each other."""
+        """The number of rows of tiles."""
         return math.ceil(self.terms / self.columns)
 
     @property
     def width(self) -> int:
-        """Of the image, in texels."""
+        """The width of the image in texels."""
         return self.columns * self.tile_columns
 
     @property
     def height(self) -> int:
-        """Of the image, in texels."""
+        """The height of the image in texels."""
         return self.rows * self.tile_rows
 
     @property

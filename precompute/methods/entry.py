@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the rest of the project must know of a method without building it.
+"""What the rest of the project knows of a method without building it.
 
 Each module of this folder declares one MethodEntry for every method that it holds. registry.py collects the entries.
 Every list of methods (the command line's, the maps', the evaluation's, the benchmark's) is derived from them.
@@ -33,8 +33,8 @@ class Extent(Protocol):
 class Trial:
     """One arrangement of a method that the benchmark tries.
 
-    label     tells the trial from the method's others
-    changes   of Settings, by name
+    label     names the trial among the trials of the method
+    changes   the fields of Settings that the trial changes, by name
     build     build(relief, settings, source) in place of the entry's own; `source` names the surface in error messages
     """
 
@@ -61,16 +61,16 @@ class PlotStyle:
 class MethodEntry:
     """A method by its name, and what it can do.
 
-    coherence             model of coherence, and so of the reference that the method is judged against
-    build                 the method of a relief
-    style                 of its points in a plot
-    is_reference          whether it is a model's exact answer, which is slow
-    has_spectrum          whether it answers by wavelength; a method without spectrum has colours alone
+    coherence             model of coherence; the method is compared with the reference of the same model
+    build                 makes the method for a relief
+    style                 colour and marker of its points in a plot
+    is_reference          whether it is the exact answer of its model, which takes long
+    has_spectrum          whether it has a density at each wavelength; a method without spectrum has colours alone
     has_units             whether its brightness means anything; if not, the benchmark fits it to the reference
-    in_default_evaluation whether `evaluate` takes it unless it is told otherwise
-    in_maps               whether a picture of it takes minutes rather than hours
+    in_default_evaluation whether `evaluate` takes it where no methods are named
+    in_maps               whether maps of it are offered; false where a map would take hours
     has_shader            whether an OSL shader evaluates it from images of its terms (Method.shader_images)
-    trials                what the benchmark tries of it
+    trials                the trials that the benchmark makes of it
     """
 
     name: str

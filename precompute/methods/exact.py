@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The references of both models of coherence (precompute/reference) in the shape of a method.
+"""The references of both models of coherence (precompute/reference) as methods.
 
-Each has two ways to its densities. `density` sums directly, which takes a transform for every pair of w and wavelength.
-`densities_in_plane` interpolates in s between exact spectra, which makes a plane of views affordable.
+Each computes its densities in two ways. `density` sums directly, which takes a transform for every pair of w and
+wavelength. `densities_in_plane` interpolates in s between exact spectra, which makes a plane of views affordable.
 """
 
 from collections.abc import Callable
@@ -23,7 +23,7 @@ from ..surface.relief import Relief
 from .entry import Extent, MethodEntry, PlotStyle, Trial
 from .method import Method, Settings
 
-# Tolerance of the interpolation in s; a test holds it against the direct sums.
+# Tolerance of the interpolation in s. A test compares the result with the direct sums.
 _EXACT = 1e-10
 
 
@@ -51,8 +51,8 @@ class Ensemble(Method):
         return out
 
     def densities_in_plane(self, u: np.ndarray, w: np.ndarray, lambdas_m: np.ndarray) -> np.ndarray:
-        """See Method. The spectra are interpolated in s: every view has its own w, and one transform for each view and
-        wavelength would take hours."""
+        """See Method. The spectra are interpolated in s. Every view has its own w, and a transform for each pair of
+        view and wavelength would take hours."""
         sigma = self.sigma_b
         grid = reference_grid(self.relief, sigma)
         reach = KERNEL_REACH * sigma / np.min(lambdas_m)
@@ -72,7 +72,7 @@ class Ensemble(Method):
 
     @property
     def table_bytes(self) -> int:
-        """Of the heights."""
+        """Bytes of the heights."""
         return self.relief.height_m.nbytes
 
 
@@ -90,7 +90,7 @@ class Patch(Method):
         return PatchReference(self.window).density(u, v, w, wavelength_m=wavelength_m)
 
     def densities_in_plane(self, u: np.ndarray, w: np.ndarray, lambdas_m: np.ndarray) -> np.ndarray:
-        """See Method. The amplitudes are interpolated in s, in which the relief's height range limits their band."""
+        """See Method. The amplitudes are interpolated in s; the relief's height range limits their bandwidth in s."""
         window, relief = self.window, self.window.relief
         s_max = w.max() / np.min(lambdas_m)
         count = chebyshev.jacobi_anger_terms(np.pi * s_max * relief.height_range_m, _EXACT)
@@ -106,7 +106,7 @@ class Patch(Method):
 
     @property
     def table_bytes(self) -> int:
-        """Of the heights."""
+        """Bytes of the heights."""
         return self.window.relief.height_m.nbytes
 
 
@@ -135,6 +135,6 @@ def _entry(name: str, coherence_model: str, build: Callable, **facts) -> MethodE
 
 ENTRIES = (
     _entry("reference", "ensemble", build_ensemble, trials=_trials),
-    # It sums every pixel anew for every direction: hours for a picture.
+    # It sums over every pixel for every direction, so that a picture would take hours.
     _entry("reference-patch", "patch", build_patch, in_maps=False),
 )

@@ -3,10 +3,10 @@
 
     exp(-i 2 pi s h) = sum_n (-2 pi s)^n / n! (i h)^n
 
-Heights count from the lowest point (the thesis), or from the middle of the relief, which halves z = 2 pi s max|h|.
-The terms grow to e^z / sqrt(2 pi z) before they fall, while their sum has modulus 1: the digits above 1 cancel and are
-lost. A sum can therefore fail in two ways. Too few terms cost accuracy, and more terms mend it. Too few digits cost
-accuracy too, and no number of terms mends that.
+Heights are counted from the lowest point, as in the thesis, or from the middle of the relief, which halves
+z = 2 pi s max|h|. The terms grow to e^z / sqrt(2 pi z) before they fall, while their sum has modulus 1: the digits
+above 1 cancel and are lost. A sum can therefore fail in two ways. Too few terms cost accuracy, and more terms mend it.
+Too few digits cost accuracy too, and no number of terms mends that.
 """
 
 import math
@@ -24,7 +24,7 @@ from .windowed_images import WindowedImages, windowed
 
 # A relief whose phasor would be uncertain by more than this is refused.
 LOSS_MAX = 1e-2
-# Terms of the thesis.
+# The number of terms in the thesis.
 THESIS_TERMS = 37
 
 
@@ -35,7 +35,7 @@ def truncation_error(z: float, terms: int) -> float:
 
 
 def terms_needed(z: float, tolerance: float) -> int:
-    """The fewest terms whose bound is at most `tolerance`; the bound falls for good past N = z."""
+    """The fewest terms N for which truncation_error is at most `tolerance`. Beyond N = z that bound only falls."""
     terms = max(1, math.ceil(z))
     while truncation_error(z, terms) > tolerance:
         terms += 1
@@ -43,7 +43,7 @@ def terms_needed(z: float, tolerance: float) -> int:
 
 
 def rounding_bound(z: float, dtype: type) -> float:
-    """Bound of the error by cancellation, however many terms: half a last digit of every term, eps / 2 * e^z."""
+    """Bound of the error by cancellation for any number of terms: half a last digit of every term, eps / 2 * e^z."""
     return float(np.finfo(dtype).eps) / 2 * math.exp(min(z, 700.0))
 
 

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The rainbow of GPU Gems, chapter 8 (Stam 2004): a look, not a measurement.
 
-Each order n = 1 .. 7 of u d = n lambda, with lambda from 0.5 to 1 um running over the rainbow, adds three bumps
-1 - x^2 in red, green and blue; a Gaussian of r u / w is the highlight. Heights, v and energy do not enter.
+Each order n = 1 .. 7 of u d = n lambda, with lambda from 0.5 to 1 um running over the rainbow, adds three bumps 1 - x^2
+in red, green and blue. The highlight is a Gaussian of r u / w, where r is the roughness. The heights, v and the
+conservation of energy play no part.
 """
 
 from dataclasses import dataclass

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What every method of evaluating the spectrum has in common: its settings, its shape, its sum over wavelengths."""
+"""What all methods of evaluating the spectrum share: the settings, the protocol, and the sum over wavelengths."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,18 +15,18 @@ from .term_images import ShaderImages
 
 @dataclass(frozen=True)
 class Settings:
-    """What a method is built with. A method ignores the settings that it has no use for.
+    """The settings from which a method is built. A method ignores the settings that it has no use for.
 
     coherence_length_m  4 sigma_s; None: 65 um under the patch model, under the ensemble model the length whose kernel
                         is the narrowest that still averages enough of the relief
-    terms       of an expansion of the phasor; None: as many as `tolerance` asks for at the largest s
-    tolerance   of the phasor, for the automatic number of terms
-    step_m      wavelength step
-    dtype       float32 or float64: what an expansion's images are stored and summed in
-    centred     Taylor about the middle of the relief instead of its lowest point (the thesis's)
-    texels      of a transform that are read around each frequency, a side, odd
-    period_m    of the grating, for a method that needs one; None: found in the relief
-    illuminant  what counts as white
+    terms       number of terms in the phasor's expansion; None: as many as `tolerance` asks for at the largest s
+    tolerance   largest error of the phasor, by which the number of terms is chosen
+    step_m      wavelength step in metres
+    dtype       float32 or float64: the precision in which an expansion's images are stored and summed
+    centred     whether Taylor's heights count from the middle of the relief; else from its lowest point (the thesis)
+    texels      number of texels of a transform read around each frequency along each axis; odd
+    period_m    period of the grating in metres, for a method that needs one; None: found in the relief
+    illuminant  the illuminant that is white: one of ILLUMINANTS
     """
 
     coherence_length_m: float | None = None
@@ -60,8 +60,8 @@ class Method(Protocol):
         ...
 
     def xyz(self, u, v, w) -> np.ndarray:
-        """The density summed over wavelengths of the method's choice (n, 3), scaled so that a perfect mirror's white
-        has Y = 1."""
+        """XYZ (n, 3): the density summed over wavelengths that the method chooses, scaled so that a perfect mirror's
+        white has Y = 1."""
         return spectral_sum(self.density, u, v, w=w, settings=self.settings)
 
     def densities_in_plane(self, u: np.ndarray, w: np.ndarray, lambdas_m: np.ndarray) -> np.ndarray:

@@ -3,11 +3,12 @@
 
 For a grating of period d they are lambda_n = |u| d / n, with n an integer and |u| d / lambda_max <= n <=
 |u| d / lambda_min, and the same for v. NMM takes FLSS's density at each of them. The thesis adds the densities up as if
-the wavelengths were equally spaced. They are not: an order as wide as the window passes a direction over
+the wavelengths were equally spaced. They are not. An order is as wide as the window, and it covers a direction over an
+interval of wavelengths:
 
-    integral of exp(-(u / lambda - n / d)^2 / sigma_f^2) d lambda = sqrt(pi) sigma_f lambda_n^2 / |u|,
+    integral of exp(-(u / lambda - n / d)^2 / sigma_f^2) d lambda = sqrt(pi) sigma_f lambda_n^2 / |u|
 
-which is the missing Jacobian. Without it blue weighs too much, and the picture turns purple.
+This width is the missing Jacobian. Without it blue weighs too much, and the picture turns purple.
 """
 
 from dataclasses import dataclass, replace
@@ -40,7 +41,7 @@ class Nmm(Method):
     coherence: str = "patch"
 
     def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
-        """FLSS's density where the wavelength is among those selected, to half a wavelength step; else 0."""
+        """FLSS's density where the wavelength is within half a step of a selected wavelength, else 0."""
         u, v, w = np.broadcast_arrays(u, v, w)
         chosen = self._specular(u, v)
         for component in (u, v):
@@ -70,11 +71,11 @@ class Nmm(Method):
 
     @property
     def table_bytes(self) -> int:
-        """Of FLSS's images."""
+        """Bytes of FLSS's images."""
         return self.full.table_bytes
 
     def shader_images(self) -> ShaderImages:
-        """FLSS's, with the period."""
+        """The images of FLSS, with the period."""
         return replace(self.full.shader_images(), period_m=self.period_m)
 
     def _spacing(self, lam, component):
@@ -104,7 +105,7 @@ def build(relief: Relief, settings: Settings) -> Nmm:
 
 
 def build_jacobian(relief: Relief, settings: Settings) -> Nmm:
-    """NMM with the missing Jacobian; raises as build."""
+    """NMM with the missing Jacobian. Raises GratingError where `build` does."""
     period = grating_period(relief, settings.period_m)
     return Nmm("nmm-jacobian", flss.build(relief, settings), period, True, settings)
 

@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """PQ: the patch repeated N times side by side, no window (thesis 3.5 and Algorithm 5).
 
-The sum over copies is one Dirichlet kernel per axis, p + i q = sum_n exp(-i 2 pi q T n), times the transform of one
-patch, which is interpolated from its DFT by sinc functions. The thesis multiplies the two axes as
-(p1 p2 - q1 q2) + i (p1 p2 + q1 q2); the product is (p1 p2 - q1 q2) + i (p1 q2 + q1 p2).
+The transform of N copies along an axis is the transform of one patch times a Dirichlet kernel,
+
+    p + i q = sum_n exp(-i 2 pi f T n),   n = 0 .. N - 1,
+
+for a patch of length T at the frequency f. The transform of one patch is interpolated from its DFT by sinc functions.
+The thesis multiplies the kernels of the two axes as (p1 p2 - q1 q2) + i (p1 p2 + q1 q2). The right product is
+(p1 p2 - q1 q2) + i (p1 q2 + q1 p2).
 """
 
 from dataclasses import dataclass
@@ -23,7 +27,7 @@ _PRINTED_LIMIT = 1e-5
 
 
 def copies_sum(phase: np.ndarray, copies: int) -> np.ndarray:
-    """sum_{n < copies} exp(-i n phase) (m,)."""
+    """sum_{n < copies} exp(-i n phase) (m,) at phases (m,) in radians."""
     half = np.asarray(phase) / 2
     turns = np.rint(half / np.pi)
     small = half - turns * np.pi
@@ -48,8 +52,9 @@ def printed_product(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Pq(Method):
-    """`copies` (along B, along T) of a cell of images.size_m (Ty, Tx) metres. `printed` keeps the two slips of the
-    thesis: a copy too many, and a wrong product."""
+    """A cell of images.size_m (Ty, Tx) metres, repeated `copies` times (along B, along T).
+
+    `printed` keeps the two slips of the thesis: one copy too many, and the wrong product."""
 
     name: str
     images: TermImages
@@ -78,7 +83,7 @@ class Pq(Method):
 
     @property
     def table_bytes(self) -> int:
-        """Of the images."""
+        """Bytes of the images."""
         return self.images.terms.nbytes
 
     def shader_images(self) -> ShaderImages:
@@ -106,7 +111,7 @@ def build(relief: Relief, settings: Settings) -> Pq:
 
 
 def build_printed(relief: Relief, settings: Settings) -> Pq:
-    """PQ as the thesis prints it; raises as build."""
+    """PQ as the thesis prints it. Raises GratingError where `build` does."""
     return _build("pq-printed", True, relief, settings)
 
 

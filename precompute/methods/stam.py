@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Stam's own form for a regular grating (Stam 1999, section 6): one bump repeated at every period d along T.
 
-The spectrum of a row of bumps is that of one bump at the frequencies n / d, so a direction u sees the wavelengths
-lambda_n = |u| d / n only, each weighted by the observer and by the Jacobian |d lambda / d u| = d / n:
+The spectrum of a row of bumps is the spectrum of one bump at the frequencies n / d, so a direction u sees the
+wavelengths lambda_n = |u| d / n only, each weighted by the observer and by the Jacobian |d lambda / d u| = d / n:
 
     XYZ = kernel(v) sum_n |P_n(w / lambda_n)|^2 d / |n| observer(lambda_n),
     P_n(s) = (1 / d) integral over a period of exp(-i 2 pi s h) exp(-i 2 pi n x / d)
 
-The bump is the mean profile over the relief's periods: exact for a line grating, and all that such a model can know of
-an irregular one. Along v Stam has a line without width; here it has the width of the ensemble's kernel.
+The bump is the mean profile over the relief's periods. That is exact for a line grating. Of an irregular grating the
+model knows no more than this mean. Along v Stam's orders have no width; here they are as wide as the ensemble's kernel.
 """
 
 from dataclasses import dataclass
@@ -78,7 +78,7 @@ class Stam(Method):
 
     @property
     def table_bytes(self) -> int:
-        """Of the profile."""
+        """Bytes of the profile."""
         return self.profile_m.nbytes
 
     def _kernel(self, x: np.ndarray) -> np.ndarray:

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The transforms of an expansion's terms as images, and how a shader reads them: a few texels around a frequency.
 
-With the phasor p = sum_n c_n(s) f_n(h), its spectrum at any s is sum_n c_n(s) F_n: the images F_n are made once.
+The phasor is expanded as p = sum_n c_n(s) f_n(h). Its spectrum at any s is then sum_n c_n(s) F_n, where F_n is the
+transform of f_n(h). The images F_n do not depend on s and are made once.
 """
 
 from collections.abc import Callable, Iterable
@@ -77,10 +78,10 @@ class TermImages:
 class ShaderImages:
     """What an OSL shader needs in order to evaluate a method.
 
-    power      turns |sum|^2 / lambda^2 into the density over (u, v), square metres
+    power      factor from |sum|^2 / lambda^2 to the density over (u, v), square metres
     sigma_f    standard deviation of the Gaussian window's transform, cycles per metre; 0 without a window
-    copies     of the cell, along B (v) and T (u)
-    period_m   of the grating; 0 where the method does not ask for it
+    copies     number of copies of the cell, along B (v) and T (u)
+    period_m   period of the grating in metres; 0 where the method has no use for it
     """
 
     images: TermImages

@@ -35,7 +35,7 @@ class WindowedImages(Method):
 
     @property
     def table_bytes(self) -> int:
-        """Of the images."""
+        """Bytes of the images."""
         return self.images.terms.nbytes
 
     def shader_images(self) -> ShaderImages:

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""BRDF maps: reflected colour over the hemisphere of view, pixel (x, y) = (sin t cos p, sin t sin p) (thesis 6.1)."""
+"""BRDF maps: reflected colour over the hemisphere of views (thesis 6.1).
+
+The pixel (x, y) = (sin t cos p, sin t sin p) shows the view at t from the normal and at the azimuth p."""
 
 from collections.abc import Callable
 from functools import partial
@@ -20,12 +22,12 @@ from ..surface.relief import Relief
 from ..table.albedo_bound import albedo_bound
 from ..table.table import Table
 
-# Tolerance of the interpolation in s, finer than a picture can show; a test holds it against the reference.
+# Tolerance of the interpolation in s, finer than a picture can show. A test compares the result with the reference.
 _EXACT = 1e-9
 # Directions that are evaluated at once. For a bake they fit the cache of a core. For a method, the texels that it
 # gathers stay within some tens of megabytes.
 _PIXELS, _METHOD_PIXELS = 16384, 8192
-# exp(-8.5^2 / 2) = 2e-16: past it nothing of the zero order is left.
+# In standard deviations of the kernel. exp(-8.5^2 / 2) = 2e-16: farther out nothing of the zero order is left.
 _KERNEL_SEEN = 8.5
 
 
@@ -46,11 +48,12 @@ def view_hemisphere(size: int, theta_i: float, rows: slice = slice(None)) -> tup
 def from_bake(bake: Table, size: int, theta_i: float, *, conserving: bool = True) -> np.ndarray:
     """Radiance XYZ (size, size, 3) under unit irradiance, row along +y, from a bake; NaN outside the hemisphere.
 
-    `conserving` takes the energy-conserving form of the materials, else Stam's (docs/theory.md, BRDF).
+    `conserving` chooses the energy-conserving form of the materials; otherwise the form is Stam's (docs/theory.md,
+    BRDF).
 
-    It is table.radiance.lamp_radiance in XYZ, to rounding (a test), for one light of unit irradiance and the skin as
-    baked. It has a sum of its own because a map reads the zero order near the mirror direction alone, which takes six
-    tenths of the time."""
+    The result agrees to rounding with table.radiance.lamp_radiance in XYZ, for one light of unit irradiance and the
+    skin as baked; a test compares the two. The sum is written anew here because a map reads the zero order near the
+    mirror direction alone, and then takes six tenths of the time."""
     excess = bake.excess_albedo if conserving else None
 
     def xyz(wi: np.ndarray, view: np.ndarray) -> np.ndarray:
@@ -69,9 +72,9 @@ def from_reference(
     relief: Relief, sigma_b: float, size: int, *, theta_i: float, step_m: float, conserving: bool = True,
     progress: Progress = silent,
 ) -> np.ndarray:  # fmt: skip
-    """As from_bake, from the exact spectrum under D65, at wavelengths step_m apart.
+    """The map of from_bake, from the exact spectrum under D65 at wavelengths step_m apart.
 
-    There is no table in (u, v), and every pixel has its own w. `progress` is told after each wavelength."""
+    No table in (u, v) is read, and every pixel has its own w. `progress` is called after each wavelength."""
     wi, wr, inside = view_hemisphere(size, theta_i)
     series = spectrum_series(relief, reference_grid(relief, sigma_b), 2 / WAVELENGTH_MIN_M, tolerance=_EXACT)
     axis = wr[0, :, 0]
@@ -97,11 +100,11 @@ def from_reference(
 
 
 def from_method(method: Method, size: int, theta_i: float, *, progress: Progress = silent) -> np.ndarray:
-    """As from_bake in Stam's form, from any method of precompute/methods.
+    """The map of from_bake in Stam's form, from any method of precompute/methods.
 
-    A method's density includes its zero order, which therefore gets Stam's obliquity O and not its own,
-    cos(ti) / cos(tr) = 1. Close to the mirror direction the two agree. `progress` is told of the method by its name,
-    after each block of rows."""
+    A method's density includes its zero order. The zero order is therefore multiplied by Stam's obliquity O and not
+    by its own, cos(ti) / cos(tr) = 1. Close to the mirror direction the two factors agree. `progress` is called with
+    the method's name after each block of rows."""
 
     def xyz(wi: np.ndarray, view: np.ndarray) -> np.ndarray:
         u, v, w = (wi + view).T

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bake's colours over the first order beside the reference's.
+"""The bake's colours over the first order, compared with the reference's colours.
 
-A bake holds colours and no wavelengths, so that it cannot be evaluated by its period.
+A bake holds colours and no wavelengths, so it cannot be evaluated by the period at each wavelength.
 """
 
 import time
@@ -24,13 +24,13 @@ _BRIGHT = 0.1
 
 @dataclass(frozen=True)
 class ColourComparison:
-    """The bake's colours over the first order beside those of the ensemble's reference at the bake's own kernel.
+    """The bake's colours over the first order, compared with the ensemble's reference at the bake's own kernel.
 
     peak_angle_deg, reference_peak_angle_deg  viewing angle in degrees at which Y is greatest
     dominant_wavelength_rms_nm                rms difference of the dominant wavelength, over the views whose Y is at
                                               least a tenth of the greatest and which have a dominant wavelength
     relative_dy                               sum of |dY| over the sum of Y
-    seconds                                   that the bake took
+    seconds                                   seconds that the bake took
     """
 
     peak_angle_deg: float
@@ -89,9 +89,11 @@ def _locus() -> tuple[np.ndarray, np.ndarray]:
 
 
 def dominant_wavelength(xyz: np.ndarray, illuminant: str = "D65") -> np.ndarray:
-    """Dominant wavelength (n,) in metres of XYZ (n, 3): where the ray from the white meets the spectral locus.
+    """Dominant wavelength (n,) in metres of XYZ (n, 3): where the ray from the white point through the colour meets the
+    spectral locus.
 
-    It is NaN for purples, which have none, and outside 420 to 680 nm, where the locus hardly moves."""
+    It is NaN for purples, whose ray does not meet the locus, and outside 420 to 680 nm, where the locus hardly
+    moves."""
     lambdas, locus = _locus()
     white = white_xyz(illuminant)
     white = (white / white.sum())[:2]

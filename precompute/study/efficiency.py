@@ -1,16 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Efficiency of the orders of three gratings: computed by precompute, beside their closed forms.
+"""Efficiencies of the orders of three gratings: computed from the spectrum, and compared with their closed forms.
 
-It compares the spectrum without a window, at R = O = 1, each order m at its own w = cos(ti) + cos(tm), against
+The spectrum is taken without a window and with R = O = 1, each order m at its own w = cos(ti) + cos(tm). With
+phi = 2 pi w depth / lambda the closed forms are
 
     sinusoidal   J_m(phi / 2)^2
-    binary       cos(phi / 2)^2 for m = 0, (2 sin(phi / 2) / (pi m))^2 for odd m, nothing for even m
-    blazed       sinc(w depth / lambda + m)^2                                          phi = 2 pi w depth / lambda
+    binary       cos(phi / 2)^2 for m = 0, (2 sin(phi / 2) / (pi m))^2 for odd m, 0 for other even m
+    blazed       sinc(w depth / lambda + m)^2
 
-(Goodman, Introduction to Fourier Optics, 4.4; all are |c_m|^2 of the Fourier series of exp(-i phi h / depth)). The
-profiles are sampled at the middles of N equal parts of one period. A jump then falls between two samples, so that the
-discrete sum is the mid-point rule of the Fourier integral, whose error falls as 1 / N^2. The sinusoidal profile is
-smooth and periodic, and its error is that of rounding.
+(Goodman, Introduction to Fourier Optics, 4.4). Each is |c_m|^2, where c_m is a coefficient of the Fourier series of
+exp(-i phi h / depth). The profiles are sampled at the middles of N equal parts of one period. A jump then falls between
+two samples, so that the discrete sum is the mid-point rule of the Fourier integral, whose error falls as 1 / N^2. The
+sinusoidal profile is smooth and periodic, so that its error is rounding alone.
 """
 
 from dataclasses import dataclass
@@ -70,11 +71,11 @@ def efficiencies(
     kind: str, *, period_m: float, depth_m: float, wavelength_m: float, theta_i: float = 0.0, orders: int = 3,
     samples: int = 2048,
 ) -> list[Order]:  # fmt: skip
-    """The orders from -orders to orders that propagate, for light at theta_i radians from the normal, from the side of
-    -T. The grating is one of PROFILES, sampled at `samples` places of a period.
+    """The propagating orders among -orders to orders, for light at theta_i radians from the normal, from the side of
+    -T.
 
-    Order m leaves at sin(tm) = m lambda / period + sin(ti) towards +T. Raises GratingError for a grating or a light
-    that cannot be."""
+    `kind` is one of PROFILES; its period is sampled at `samples` places. Order m leaves towards +T at
+    sin(tm) = m lambda / period + sin(ti). Raises GratingError for a grating or light outside the allowed ranges."""
     _check_grating(kind, period_m, depth_m)
     _check_light(wavelength_m, theta_i)
     _check_counts(orders, samples)
@@ -98,7 +99,7 @@ def efficiencies(
 
 def _check_grating(kind: str, period_m: float, depth_m: float) -> None:
     if kind not in PROFILES:
-        raise GratingError(f"{kind}: no grating of a closed form; choose one of {', '.join(PROFILES)}")
+        raise GratingError(f"{kind}: not a grating with a closed form; choose one of {', '.join(PROFILES)}")
     if not 0 < period_m < 1:
         raise GratingError(f"period of {period_m / 1e-6:g} um: give a length above 0")
     if not 0 <= depth_m < 1e-3:

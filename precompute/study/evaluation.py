@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which period a method's colours imply (thesis Algorithm 6).
+"""The period that a method's response implies (thesis Algorithm 6).
 
 The peak in u of each wavelength is found by a parabola through the logarithms of the highest sample and its neighbours,
 which is exact for a Gaussian order. The period is then lambda / |u_peak|.
@@ -86,10 +86,10 @@ class Evaluation:
 def evaluate_method(
     name: str, relief: Relief, settings: Settings, *, first_order: FirstOrder, expected_m: float | None = None
 ) -> Evaluation:
-    """Evaluate one of METHODS over a relief, with peaks looked for around the period of `first_order`.
+    """Evaluate one of METHODS over a relief. Peaks are sought around the period of `first_order`.
 
-    Angles are compared with those of the period expected_m, or of the method's own mean period if it is None. Raises
-    GratingError for a method without spectrum, or one that leaves a wavelength dark."""
+    Angles are compared with those of a grating of period expected_m. Where expected_m is None, it is the mean of the
+    periods found. Raises GratingError for a method without spectrum, or one that leaves a wavelength dark."""
     started = time.perf_counter()
     lambdas_m, around_m, plane = first_order.lambdas_m, first_order.period_m, first_order.plane
     found = response(METHODS[name](relief, settings), plane, lambdas_m)

@@ -19,7 +19,7 @@ from ..colour.observer import wavelengths
 from ..methods.method import Method
 
 ANGLE_STEP = np.radians(0.02)
-# A peak is looked for where u differs from that of the period's first order by at most this share.
+# A peak is sought where u differs from the u of the period's first order by at most this share.
 WINDOW = 0.25
 
 
@@ -55,9 +55,9 @@ def first_order_angle(theta_i: float, lambdas_m, period_m: float) -> np.ndarray:
 def first_order_plane(theta_i: float, lambdas_m: np.ndarray, period_m: float, *, step: float = ANGLE_STEP) -> Plane:
     """Views `step` radians apart, over the windows of all wavelengths.
 
-    The views are odd multiples of half a step, whatever the period. No expected angle is then among them but by chance;
-    a grid that held the expected angles would only return the period it was made from. Raises GratingError where the
-    period has no first order above the horizon."""
+    The views are odd multiples of half a step, whatever the period, so that an expected angle is among them only by
+    chance. A grid that held the expected angles would only return the period from which it was made. Raises
+    GratingError where the period has no first order above the horizon."""
     first_order_angle(theta_i, lambdas_m, period_m)
     reach = np.array([(1 - WINDOW) * np.min(lambdas_m), (1 + WINDOW) * np.max(lambdas_m)]) / period_m
     low, high = np.arcsin(np.clip(reach - np.sin(theta_i), -1, 1))
@@ -67,8 +67,8 @@ def first_order_plane(theta_i: float, lambdas_m: np.ndarray, period_m: float, *,
 
 @dataclass(frozen=True)
 class FirstOrder:
-    """Which first order is looked at: light at theta_i radians on a grating of period_m, at the wavelengths lambdas_m
-    (n,) in metres, from views `step` radians apart."""
+    """The first order that is studied: light at theta_i radians on a grating of period_m metres, at the wavelengths
+    lambdas_m (n,) in metres, seen from views `step` radians apart."""
 
     theta_i: float
     period_m: float

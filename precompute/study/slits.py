@@ -3,8 +3,8 @@
 
     I(theta) = sinc^2(b sin(theta) / lambda) [sin(N pi d sin(theta) / lambda) / (N sin(pi d sin(theta) / lambda))]^2
 
-for slits of width b at a distance d, scaled to 1 in the middle. The first factor is that of one slit. The second has
-its order m where d sin(theta) = m lambda, with N - 2 side maxima between two orders. The orders are as narrow as
+for slits of width b at a distance d, scaled to 1 in the middle. The first factor is the pattern of one slit. The second
+has its order m where d sin(theta) = m lambda, with N - 2 side maxima between two orders. The orders are as narrow as
 lambda / (N d).
 """
 

@@ -1,2 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The surface: height maps, their readers, levelling, samples, periods, and the relief made ready for transforms."""
+"""Surfaces: height maps, the readers of their files, sample surfaces, levelling, filling of holes, periods, and the
+relief.
+
+A relief is a height map that is ready for the Fourier transform."""

@@ -32,7 +32,7 @@ def level_plane(height_map: HeightMap) -> HeightMap:
 
 
 def fitted_plane(height: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """The least-squares plane through the finite ones of heights (rows, cols).
+    """The least-squares plane through the finite heights of an array (rows, cols).
 
     Returns three terms whose sum is the plane: the mean of the finite heights, the slope's part along the rows
     (rows, 1) and the slope's part along the columns (cols,), all in the heights' unit.

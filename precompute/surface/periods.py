@@ -20,11 +20,11 @@ _DISTINCT_BINS = 4.0
 _DISTINCT_SHARE = 0.2
 # Peaks below this share of the strongest are left out.
 _FAINTEST_SHARE = 0.05
-# Peaks below this multiple of the median strength are noise. The power of white noise is exponentially distributed, so
-# its highest of 10^7 bins is ln(10^7) = 16 times the mean and 23 times the median; twice that at the corner of the
-# band, where the weight q is greatest (56 was seen). Gratings reach 10^5.
+# Peaks below this multiple of the median strength are noise. The power of white noise is exponentially distributed: the
+# strongest of 10^7 bins has ln(10^7) = 16 times the mean power, or 23 times the median power. At the corner of the band
+# the weight q is greatest and doubles this ratio (56 was seen). The peaks of gratings reach 10^5.
 _ABOVE_MEDIAN = 100.0
-# A wave of 1 pm is the rounding of a plane and no relief.
+# A wave of less than 1 pm is rounding error, not relief.
 _FAINTEST_AMPLITUDE_M = 1e-12
 
 
@@ -51,8 +51,11 @@ class _Spectrum:
         return np.arange(self.power.shape[1])
 
     def at(self, ky: int, kx: int, cols: int) -> float:
-        """The power at any pair of frequencies, as the spectrum of real heights is even and repeats; `cols` is the
-        number of columns of the heights."""
+        """The power at any pair of whole frequencies, in cycles per scan; `cols` is the number of columns of the
+        heights.
+
+        The array holds half of the frequencies. The others follow because the spectrum of real heights is even and
+        periodic."""
         kx = (kx + cols // 2) % cols - cols // 2
         ky, kx = (ky, kx) if kx >= 0 else (-ky, -kx)
         return float(self.power[ky % len(self.power), kx])
@@ -112,10 +115,10 @@ def _peaks(spectrum: _Spectrum) -> list[tuple[int, int]]:
 
 
 def _is_summit(power: np.ndarray) -> np.ndarray:
-    """Bins (ny, nx) none of whose four neighbours has more power.
+    """Whether each bin (ny, nx) has at least as much power as each of its four neighbours.
 
-    Without this test the flank of the slow waves, which is cut off at the least number of repeats, would count as a
-    peak."""
+    Waves that repeat fewer than three times in the scan are left out. The flank of their power reaches higher
+    frequencies and would count as a peak without this test."""
     summit = (power >= np.roll(power, 1, axis=0)) & (power >= np.roll(power, -1, axis=0))
     summit[:, 1:] &= power[:, 1:] >= power[:, :-1]
     summit[:, :-1] &= power[:, :-1] >= power[:, 1:]

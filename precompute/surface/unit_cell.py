@@ -40,7 +40,7 @@ def grating_period(relief: Relief, period_m: float | None = None) -> float:
     """The period of a relief in metres.
 
     It is `period_m` where that is given, else the length of the unit cell along T where there is one, else the
-    strongest period in the relief's spectrum. Raises GratingError where there is none of them."""
+    strongest period in the relief's spectrum. Raises GratingError where none of the three exists."""
     if period_m is not None:
         return period_m
     cell = unit_cell(relief)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Direct response: a bake's table, read by nodes."""
+"""The Direct response: the node group that reads a bake's table, and the loading of the bake's image."""

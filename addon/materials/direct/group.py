@@ -100,10 +100,11 @@ class _Direction:
 
 
 class _Table:
-    """sum_k T_k(t) B_k(u, v) / scale, XYZ over w^2: one look-up for each term; t goes from -1 to 1 over the range of w.
+    """sum_k T_k(t) B_k(u, v) / scale, XYZ over w^2, with one look-up for each term; t goes from -1 to 1 over the range
+    of w.
 
-    Outside the table's region its rim is read: the polynomials are not bounded there, and other tiles lie beside it.
-    Beyond |(u, v)| = 2, which only a stretched relief reaches, the sum is 0."""
+    Outside the table's region its rim is read, because the polynomials are not bounded there and other tiles lie
+    beside it. Beyond |(u, v)| = 2, which only a stretched relief reaches, the sum is 0."""
 
     def __init__(self, tree: Tree, image: bpy.types.Image, layout: Layout, *, uv: Value, w: Value):
         self.tree, self.image, self.layout = tree, image, layout
@@ -125,7 +126,7 @@ class _Table:
         if self.layout.levels == 1:
             return self._read(), None, 0.0
         tree, last = self.tree, self.layout.levels - 1
-        ratio = blur.times_plus(1 / self.layout.sigma_b**2, 1.0)  # sigma^2 over that of level 0
+        ratio = blur.times_plus(1 / self.layout.sigma_b**2, 1.0)  # sigma^2 over sigma^2 of level 0
         level = tree.minimum(tree.math("FLOOR", tree.math("LOGARITHM", ratio, 4.0)), last - 1.0)
         shrink = tree.math("POWER", 0.5, level)
         share = (ratio * tree.squared(shrink)).times_plus(1 / 3, -1 / 3)

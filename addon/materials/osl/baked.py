@@ -3,8 +3,8 @@
 
 Its inputs are the Direct group's. Its one output is the mix of both levels. The places of the levels' tiles are written
 into the shader as lists of one number for each level, so the shader need not know the order that tiling.py gives them.
-The bake stays a file of its own (thesis.py says why). Blenders differ in which way up they read it: the shader finds
-out by one of its texels.
+The bake stays a file of its own (thesis.py says why). Versions of Blender differ in which way up they read it; the
+shader finds that out by one of its texels.
 """
 
 from collections.abc import Iterable
@@ -54,7 +54,7 @@ def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dic
         "LEVEL_FIRSTS_Y": _listed(y + TILE_PADDING for _, y in firsts),
         "LEVEL_STRIDES_X": _listed(columns for _, columns in strides),
         "LEVEL_STRIDES_Y": _listed(rows for rows, _ in strides),
-        # The middle of the strip, whose rows are all the same.
+        # The middle row of the strip. All rows of the strip hold the same values.
         "ZERO_ORDER_Y": (STRIP_ROWS - 1) / 2,
         "ZERO_ORDER_SAMPLES": layout.zero_order_samples,
         # The bound has a rim of one texel.

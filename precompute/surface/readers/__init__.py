@@ -1,2 +1,3 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Readers of files, one format each."""
+"""Readers of height maps: a module for each file format, the choice of a channel, and the registry that lists all
+readers."""

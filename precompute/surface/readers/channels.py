@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which of an instrument file's channels holds the surface."""
+"""Choosing the channel of an instrument's file that holds the surface."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Channel:
     """One map of values in a file.
 
     name    the quantity: "Z-Axis"
-    frame   which of several scans of the quantity: "forward"; "" where there is one scan
+    frame   the scan of the quantity, where there are several: "forward"; "" where there is one scan
     unit    of the values; "m" for heights over a plane
     """
 

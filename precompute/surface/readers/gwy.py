@@ -27,7 +27,7 @@ _BEGINNING = b"GWYP"
 _SCALAR_BYTES = {b"b": 1, b"c": 1, b"i": 4, b"q": 8, b"d": 8}
 _ITEM_BYTES = {b"C": 1, b"I": 4, b"Q": 8, b"D": 8}
 _MASKED_ABOVE = 0.5
-# What the code below and gwyfile raise where a container is not as Gwyddion writes it.
+# The exceptions that the code below and gwyfile raise where a container is not as Gwyddion writes it.
 _DAMAGE = (struct.error, ValueError, KeyError, TypeError, AttributeError, NotImplementedError, RecursionError)
 
 
@@ -65,7 +65,8 @@ GWYDDION = GwyddionReader()
 
 
 def _decode(source: str, use: Callable[[GwyObject], T]) -> T:
-    """What `use` makes of the file's outermost object. Raises GratingError where the file is damaged."""
+    """Call `use` with the file's outermost object and return its result. Raises GratingError where the file is
+    damaged."""
     from gwyfile.objects import GwyObject
 
     data = Path(source).read_bytes()
@@ -99,7 +100,7 @@ def _height_map(source: str, container: GwyObject, channel: str | None) -> Heigh
 
 
 def _fields(container: GwyObject) -> dict[int, GwyDataField]:
-    """The container's images by channel number. Raises ValueError or KeyError where one is not whole."""
+    """The container's images by channel number. Raises ValueError or KeyError where an image is not whole."""
     from gwyfile.objects import GwyContainer, GwyDataField
 
     if not isinstance(container, GwyContainer):

@@ -26,7 +26,7 @@ _HEIGHT_NM = (1e-3, 1e6)
 _MOST_PACKED_PIXELS = 8 * 1400
 # The value of white in Pillow's grey modes.
 _WHITE = {"L": 255, "I;16": 65535, "I;16B": 65535}
-# Private tags of Park Systems: the heights lie in these, and the visible picture is a coloured rendering of them.
+# Private tags of Park Systems. These tags hold the heights; the visible picture is a coloured rendering of the heights.
 _PARK_TAGS = (50434, 50435)
 _TIFF_BITS, _TIFF_PHOTOMETRIC, _TIFF_SAMPLE_FORMAT = 258, 262, 339
 
@@ -101,8 +101,8 @@ def _grey(source: str) -> np.ndarray:
 
     try:
         with warnings.catch_warnings():
-            # Pillow warns of pictures over 89 million pixels (9459 squared) and refuses those over twice that; here
-            # its warning is an error. Its other warnings are harmless, or an error follows.
+            # Pillow warns of pictures over 89 million pixels (9459 squared) and refuses pictures over twice that
+            # number. Here the warning is an error. Pillow's other warnings are harmless, or an error follows.
             warnings.simplefilter("ignore")
             warnings.simplefilter("error", Image.DecompressionBombWarning)
             with Image.open(source, formats=("PNG", "TIFF", "BMP")) as picture:

@@ -25,8 +25,9 @@ _HEADER_STEP = 1 << 16
 
 @dataclass(frozen=True)
 class _Block:
-    """What the header tells of one channel's data: `size_m` is (Ly, Lx); values run from `value_min` to
-    `value_min + value_range` in the channel's unit."""
+    """The facts in the header about one channel's data.
+
+    `size_m` is (Ly, Lx). Values run from `value_min` to `value_min + value_range` in the channel's unit."""
 
     channel: Channel
     lines: int

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What every reader of a file format offers.
+"""The protocol that every reader of a file format follows.
 
 A new format is a new module that holds a reader, and one line in the READERS of registry.py. The registry is loaded at
 Blender's start, so a reader's module imports its decoder (Pillow, gwyfile) only inside the functions that decode.
@@ -12,7 +12,7 @@ from typing import Protocol, runtime_checkable
 from ..height_map import HeightMap
 from .channels import Channel
 
-# Number of bytes from the start of a file that `can_read` is given.
+# `can_read` is given this number of bytes from the start of a file.
 BEGINNING_BYTES = 64
 
 
@@ -20,8 +20,8 @@ BEGINNING_BYTES = 64
 class Reader(Protocol):
     """A reader of one file format.
 
-    name        of the format, as messages call it: "Gwyddion"
-    extensions  in lower case with their dots, the usual one first: (".tif", ".tiff")
+    name        name of the format in messages: "Gwyddion"
+    extensions  file extensions in lower case with their dots, the usual one first: (".tif", ".tiff")
     needs_size  True for pictures, which carry neither their width nor the height of white over black, and which hold
                 one map of heights; False for files of instruments, which carry both and may hold several channels
     """

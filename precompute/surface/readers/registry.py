@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reading a surface: the list of all readers, and all that is made from it.
+"""Reading a surface: the list of all readers, and what follows from the list.
 
 Detection, error messages, the filter of the import dialog and the formats that it names all come from READERS.
 """

@@ -67,7 +67,7 @@ def bluray() -> HeightMap:
 
 @dataclass(frozen=True)
 class _Disc:
-    """The sizes of a disc; width_m and depth_m are those of a pit."""
+    """The sizes of a disc; width_m and depth_m are the width and the depth of a pit."""
 
     seed: int
     pitch_m: float  # from track to track
@@ -107,7 +107,8 @@ def _pits(rng: np.random.Generator, disc: _Disc, length_m: float) -> np.ndarray:
     runs: list[int] = []
     while (left := bits - sum(runs)) > 2 * longest:
         runs.append(int(rng.choice(lengths, p=chance / chance.sum())))
-    # Pits and lands alternate round the ring, so their number must be even: the rest is split in two or three.
+    # Pits and lands alternate around the ring, so their number must be even. The remaining length is split in two or
+    # three.
     parts = 2 + len(runs) % 2
     runs += [(left + part) // parts for part in range(parts)]
     edges = np.concatenate([[0], np.cumsum(runs)[:-1]]) + rng.integers(bits)

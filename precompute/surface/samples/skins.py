@@ -42,8 +42,8 @@ def elaphe() -> HeightMap:
 def xenopeltis() -> HeightMap:
     """Like the shed skin of Xenopeltis unicolor: short, dense fingers in straight rows 1552 nm apart.
 
-    The strong period is that of the rows, so its grating vector points along B, the direction of the fingers. The
-    relief is 818.69 nm from peak to peak.
+    The strongest period is the period of the rows, so its grating vector points along B, the direction of the fingers.
+    The relief is 818.69 nm from peak to peak.
     """
     return _skin(
         "xenopeltis",
