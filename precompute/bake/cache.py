@@ -42,25 +42,25 @@ except ImportError:  # Windows
     import msvcrt
 
 
-# Part of every key. Raise it with every change of the bake's results that leaves atlas_file.FORMAT as it is: no key of
-# an older entry is then asked for again, and the eviction removes the entry in time.
+# Part of every key. Raise it with every change of the bake's results that leaves atlas_file.FORMAT as it is. The keys
+# of older entries are then never asked for again, and the eviction removes these entries in time.
 BAKE_VERSION = 4
 # The environment variables that set the cache's folder and its size limit in MiB.
 FOLDER_VARIABLE = "NATURAL_GRATINGS_CACHE"
 LIMIT_VARIABLE = "NATURAL_GRATINGS_CACHE_MB"
 # The size limit in MiB if none is set.
 _LIMIT_MIB = 2048
-# Between two tries to get a lock: a person does not notice this wait.
+# Time in seconds between two tries to get a lock: a person does not notice this wait.
 _POLL_SECONDS = 0.1
-# The stage that a process tells of while another bakes the same surface.
+# The stage that a process reports while another process bakes the same surface.
 WAITING = "waiting for another bake of the same surface"
 
 
 def key_of(height_maps: Sequence[HeightMap], request: BakeRequest) -> str:
     """The key of a bake: the SHA-256, in hexadecimal, of heights, pixel size, request and versions.
 
-    The names of the source and of its channel are part of it, because the header of the bake tells them. The folder of
-    the source is not."""
+    The names of the source and of its channel are part of the key, because the header of the bake holds them. The
+    folder of the source is no part of it."""
     surfaces = [
         {
             "heights_sha256": hashlib.sha256(np.ascontiguousarray(one.height_m, dtype="<f8")).hexdigest(),
@@ -87,7 +87,8 @@ def bake_once(
 
     make      writes the bake's files into the folder that it is given; returns the bake's facts, with the paths of its
               files under `files`
-    progress  hears if another process is baking the same surface: this process then waits, and takes the other's result
+    progress  called with the stage WAITING while another process bakes the same surface: this process waits, and then
+              takes the other process's result
 
     Returns the facts, and under `cached` whether they came from the cache. A cache that cannot be used costs one line
     of warning and nothing else.
@@ -229,7 +230,7 @@ class Cache:
         entries = sorted(self._entries(), key=lambda entry: entry.used_ns)
         excess_bytes = sum(entry.size_bytes for entry in entries) - self.limit_bytes
         for entry in entries:
-            # Over NFS a process is not stopped by its own lock, so the entry just used is left out by its name.
+            # Over NFS a process is not stopped by its own lock, so the entry just used is skipped by its key.
             if excess_bytes > 0 and entry.key != used and self._discard(entry.key, entry=True):
                 excess_bytes -= entry.size_bytes
 

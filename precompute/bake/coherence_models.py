@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The models of coherence under which a bake can be made: one module each, all of one shape."""
+"""The models of coherence under which a bake can be made. Each is a module with the functions of CoherenceModel."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -20,7 +20,8 @@ class CoherenceModel(Protocol):
     def plan(
         self, reliefs: Sequence[Relief], request: BakeRequest, *, progress: Progress = ..., finer: float = ...
     ) -> Plan:
-        """How the request can be kept, with `finer` times as many texels as the probe finds necessary.
+        """How fine a table must be to keep the request's colour error. It has `finer` times as many texels as the probe
+        finds necessary.
 
         Raises GratingError for a request that the model cannot keep."""
         ...

@@ -20,7 +20,8 @@ from ..table.sample_set import COEFFICIENTS, SIZE, SampleSet, piece_and_powers
 INTERPOLATION = 0.01
 # In cycles per metre: |(u, v)| is at most 2, so no pair of directions reaches further at any visible wavelength.
 Q_MAX = 2 / WAVELENGTH_MIN_M
-# Texels on which the number of pieces is chosen. A block of the set is a smaller set by itself, so these suffice.
+# Number of texels on which the number of pieces is chosen. The first texels along the Z curve are a block of the set,
+# and a block is a smaller sample set by itself, so they suffice.
 _PROBED = 1024
 # Values of s at which a piece is compared with the series: twice as many as its cubic has coefficients.
 _PROBES_PER_PIECE = 8
@@ -44,8 +45,8 @@ def make_sample_set(
 ) -> SampleSet:
     """The sample set of the mean of the scans' spectra under a kernel sigma_b.
 
-    It has `size` texels a side, a power of two. Its pieces misplace at most the share `tolerance` of the light at any
-    s."""
+    It has `size` texels along each side, a power of two. Its pieces misplace at most the share `tolerance` of the light
+    at any s."""
     s_max = ensemble[0].s_max
     pdfs = densities(ensemble)
     if pdfs is None:
@@ -87,9 +88,9 @@ def densities(ensemble: Sequence[SpectrumSeries]) -> list[np.ndarray] | None:
 def sobol_points(count: int) -> np.ndarray:
     """The first `count` points (count, 2) of Sobol's (0, 2)-sequence, in the middles of their cells.
 
-    `count` is a power of two. Divide the unit square into 2^k cells of equal size by any grid of 2^i x 2^(k - i). Every
-    run of 2^k points whose first number is a multiple of 2^k then has exactly one point in each cell (T. Kollig and A.
-    Keller, Efficient multidimensional sampling, 2002)."""
+    `count` is a power of two. Divide the unit square into 2^k cells of equal size by any grid of 2^i x 2^(k - i), and
+    take 2^k points in a row, the first of which has a number that is a multiple of 2^k. Then exactly one of these
+    points lies in each cell (T. Kollig and A. Keller, Efficient multidimensional sampling, 2002)."""
     bits = count.bit_length() - 1
     number = np.arange(count)
     first, second = np.zeros(count, int), np.zeros(count, int)
@@ -103,7 +104,7 @@ def sobol_points(count: int) -> np.ndarray:
 
 
 def z_curve(size: int) -> np.ndarray:
-    """The number (size, size) of each texel along a Z curve. `size` is a power of two."""
+    """For each texel (size, size), its number along a Z curve. `size` is a power of two."""
     spread = sum(((np.arange(size) >> bit) & 1) << (2 * bit) for bit in range(size.bit_length()))
     return spread[:, None] * 2 + spread
 
@@ -133,7 +134,7 @@ def _draw(ensemble: Sequence[SpectrumSeries], pdfs: Sequence[np.ndarray], points
 
 
 def _values(parts: Sequence[_Drawn], s: np.ndarray, count: int) -> np.ndarray:
-    """W (len(s), count) of the first `count` draws at each s."""
+    """The weights W (len(s), count) of the first `count` draws, at each s of s (n,)."""
     out = np.empty((len(s), count))
     for part in parts:
         mine = np.searchsorted(part.numbers, count)
@@ -152,8 +153,9 @@ def _fitted(parts: Sequence[_Drawn], count: int, pieces: int, s_max: float) -> n
 def _pieces_needed(parts: Sequence[_Drawn], count: int, s_max: float, tolerance: float) -> int:
     """The fewest pieces that misplace at most the share `tolerance` of the light at any s.
 
-    The error falls as the fourth power of the number of pieces. A curve that n nodes hold oscillates over about 2n
-    radians at most. Two pieces to a node have eight coefficients to a node, so that more pieces would change nothing.
+    The error falls as the fourth power of the number of pieces. A curve that n Chebyshev nodes can hold oscillates over
+    about 2n radians at most. With two pieces to a node there are eight coefficients to a node, so more pieces would
+    change nothing.
     """
     most = 2 * max(len(part.over_pdf) for part in parts)
     for pieces in range(1, most):

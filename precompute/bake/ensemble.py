@@ -36,12 +36,12 @@ from .resolution import (
 from .self_check import self_check as self_check
 from .tiles import carry_out
 
-# The request where nothing is asked for.
+# The request that leaves every value at its default.
 ANY = BakeRequest()
 # Bins are kept at least this far past |u| = 2, so that the kernel may still be widened.
 _REACH_MIN = 0.15
-# Share of the light by which the series may be off, for a dE00 of 1. A dark bin may be off by a larger share of its own
-# light; 2e-4 of all light is a hundredth of what an eye sees.
+# Share of all light by which the series may be off, for a dE00 of 1. A dark bin may be off by a larger share of the
+# light in this bin. An eye sees an error a hundred times as large.
 _SERIES_TOLERANCE = 2e-4
 
 
@@ -54,15 +54,15 @@ def plan(
 ) -> Plan:
     """Choose kernel, texels and terms for reliefs and a request.
 
-    If the request leaves the coherence length open, the kernel is widened until the table fits DEFAULT_BYTES. There are
-    `finer` times as many texels as the probe finds necessary. `progress` hears of the transforms.
+    If the request leaves the coherence length open, the kernel is widened until the table fits DEFAULT_BYTES. The table
+    has `finer` times as many texels as the probe finds necessary. `progress` is called after each transform.
 
-    Raises GratingError if a coherence length is asked for that needs a finer table than there is."""
+    Raises GratingError if the coherence length asked for needs a finer table than RESOLUTION_MAX allows."""
     reliefs = (reliefs,) if isinstance(reliefs, Relief) else tuple(reliefs)
     delta_e, needs = request.delta_e, request.needs
     auto = request.coherence_length_m is None
     sigma_b = kernel_for(reliefs, request)
-    if auto:  # a kernel that no table of DEFAULT_BYTES holds need not be resolved
+    if auto:  # a kernel too narrow for a table of DEFAULT_BYTES need not be resolved
         sigma_b = max(sigma_b, TEXELS_MIN * texel_size(int(math.sqrt(DEFAULT_BYTES / BYTES_PER_TEXEL / 4))))
     ensemble = _spectra(reliefs, sigma_b, request, progress)
     lambdas = bake_wavelengths(sigma_b, delta_e, needs.region.reach)
@@ -89,7 +89,7 @@ def plan(
 def _spectra(
     reliefs: Sequence[Relief], sigma_b: float, request: BakeRequest, progress: Progress
 ) -> tuple[SpectrumSeries, ...]:
-    """The series of each relief, for the region and the kernel that the request asks for."""
+    """The series of each relief, for the region that the request asks for and for kernels of sigma_b and wider."""
     needs = request.needs
     reach = max(KERNEL_REACH * sigma_b, _REACH_MIN)
     found = []
@@ -110,7 +110,7 @@ def bake(
     *,
     progress: Progress = silent,
 ) -> Table:
-    """The table of reliefs as a request asks for it, not checked. See `plan` for the errors raised."""
+    """The table of reliefs that a request asks for. Its error is not measured. Raises GratingError as `plan` does."""
     return carry_out(plan(reliefs, request, progress=progress), request.illuminant, progress)
 
 

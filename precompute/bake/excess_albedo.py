@@ -35,22 +35,24 @@ from ..spectra.resample import Resampler
 from ..spectra.series import SpectrumSeries
 from ..table.albedo_bound import texel_directions
 
-# Number of wavelengths, equally spaced in their logarithm. An order that passes over the horizon shows in the albedo
-# only for a step of sigma_b / 2 in this logarithm, so that orders of a surface that wraps need all wavelengths. All
-# other light is computed at every _STRIDE-th wavelength and interpolated between.
+# Number of wavelengths, equally spaced in their logarithm. As the wavelength grows, an order passes over the horizon,
+# and shows in the albedo only while this logarithm grows by sigma_b / 2. So the orders of a surface that wraps are
+# computed at every wavelength. All other light is computed at every _STRIDE-th wavelength and interpolated between
+# these.
 _WAVELENGTHS, _STRIDE = 125, 4
-# At most _ORDERS bins are orders: the strongest, and only those that hold more than _ORDER_SHARE of the light at any s.
+# At most _ORDERS bins count as orders: the strongest bins, and of these only the ones that hold more than _ORDER_SHARE
+# of the light at some s.
 _ORDERS, _ORDER_SHARE = 64, 1e-6
 # Cells of the coarse picture from -2 to 2, along each axis.
 _CELLS = 128
 # Cells to a standard deviation of the coarse picture's kernel: sums over cells are then flat to
 # 2 exp(-2 pi^2 0.6^2) = 2e-3.
 _CELLS_PER_SIGMA = 0.6
-# Standard deviations after which a kernel is cut: it has fallen to 4e-5 of its peak.
+# A kernel is cut at this many standard deviations, where it has fallen to 4e-5 of its peak.
 _KERNEL_REACH = 4.5
 # Share of the light that the Chebyshev terms left out may hold.
 _TERMS_TOLERANCE = 1e-3
-# Directions a side that are computed at once. Neighbouring directions reach the same cells.
+# Side of a block of directions that are computed at once. Neighbouring directions reach nearly the same cells.
 _BLOCK = 8
 # The excess is known to about 1 % (benchmarks/albedo.py). The table errs to the safe side.
 _MARGIN = 1.01
@@ -66,7 +68,7 @@ def excess_table(series: SpectrumSeries, sigma_b: float) -> np.ndarray:
     # Four quarter turns make the whole circle of azimuths.
     quarter = directions[:, : directions.shape[1] // 4]
     smooth += continuum_albedo(series, orders, sigma_b, directions=quarter, lambdas=lambdas[::_STRIDE], turns=4)
-    # Single bins matter at the horizon only if they are orders: those of a continuum cross it together with others.
+    # A single bin matters at the horizon only if it is an order: a bin of a continuum crosses it together with others.
     stride = 1 if series.periodic else _STRIDE
     sharp = between(orders_albedo(series, orders, sigma_b, directions=directions, lambdas=lambdas[::stride]), stride)
     total = (sharp + between(smooth, _STRIDE)).max(axis=-1)
@@ -75,17 +77,20 @@ def excess_table(series: SpectrumSeries, sigma_b: float) -> np.ndarray:
 
 
 def between(values: np.ndarray, stride: int) -> np.ndarray:
-    """Values (..., n) with stride - 1 linear steps put between any two neighbours; (..., (n - 1) * stride + 1)."""
+    """Values (..., n), with stride - 1 values interpolated linearly between any two neighbours.
+
+    Returns (..., (n - 1) * stride + 1)."""
     share = np.arange(stride) / stride
     steps = values[..., :-1, None] * (1 - share) + values[..., 1:, None] * share
     return np.concatenate([steps.reshape(*values.shape[:-1], -1), values[..., -1:]], axis=-1)
 
 
 def raised(values: np.ndarray) -> np.ndarray:
-    """Values (rows, columns), raised so that a cubic reading does not fall below what lies between them.
+    """Values (rows, columns), raised so that a cubic reading of them does not fall below what they sample.
 
-    The columns wrap around. A cubic B-spline smooths: where values are concave, a reading falls below their parabola by
-    a sixth of the second difference along each axis, at the texels and between them alike. This is added."""
+    The columns wrap around. A cubic B-spline smooths. Where values are concave, a reading falls below the parabola
+    through them by a sixth of their second difference along each axis, at the texels and between them alike. This
+    shortfall, the largest of a texel and its neighbours, is added to the texel."""
     wide = np.pad(np.pad(values, ((2, 2), (0, 0)), mode="reflect"), ((0, 0), (2, 2)), mode="wrap")
     short = sum(np.maximum(2 * wide - np.roll(wide, 1, axis) - np.roll(wide, -1, axis), 0) for axis in (0, 1)) / 6
     around = np.lib.stride_tricks.sliding_window_view(short[1:-1, 1:-1], (3, 3)).max(axis=(-2, -1))
@@ -102,7 +107,7 @@ def albedo_times_cosine(series: SpectrumSeries, sigma_b: float, directions: np.n
 
 
 def find_orders(series: SpectrumSeries) -> np.ndarray:
-    """Flat indices of the bins that count as orders. Bins that have been blurred hold none."""
+    """Flat indices (n,) of the bins that count as orders. Where bins have been blurred, none counts as an order."""
     if series.blur_q:
         return np.empty(0, int)
     share = np.zeros(series.scattered_over_s2[0].size, np.float32)
@@ -124,7 +129,9 @@ def zero_order_albedo(series: SpectrumSeries, sigma_b: float, cosine: np.ndarray
 
 
 def orders_albedo(series, orders: np.ndarray, sigma_b: float, *, directions: np.ndarray, lambdas) -> np.ndarray:
-    """A (rows, cols, n) of single bins, each a Gaussian of sigma_b about (u, v) = lambda * q."""
+    """A (rows, cols, n) of single bins, for light from directions (rows, cols, 3) at n wavelengths.
+
+    The light of each bin is spread as a Gaussian of sigma_b about (u, v) = lambda * q."""
     wi = directions.reshape(-1, 3)
     out = np.zeros((len(wi), len(lambdas)))
     row, col = np.unravel_index(orders, series.scattered_over_s2.shape[1:])
@@ -147,12 +154,15 @@ def orders_albedo(series, orders: np.ndarray, sigma_b: float, *, directions: np.
 def continuum_albedo(
     series: SpectrumSeries, orders: np.ndarray, sigma_b: float, *, directions: np.ndarray, lambdas, turns: int = 1
 ) -> np.ndarray:
-    """A (rows, turns * cols, n) of a spectrum without its orders, as a sum over the cells of a coarse picture of it,
-    for light from directions (rows, cols, 3) and, after them, from the same turned by one quarter, two, ...
+    """A (rows, turns * cols, n) of a spectrum without its orders, at n wavelengths.
 
-    The factors of the picture's cells depend on no wavelength, so that one matrix product does all wavelengths. They
-    do not depend on a turn of light and picture together either, so that the factors of one light serve the lights
-    that are turned from it by quarters, each with the picture turned back."""
+    The light comes from `directions` (rows, cols, 3). Behind these columns of the result follow the columns for the
+    same directions turned about the normal by one quarter turn, by two quarter turns, and so on up to turns - 1.
+
+    A is a sum over the cells of a coarse picture of the spectrum. Each cell's light counts with a factor that depends
+    on the light's direction and on the cell, but not on the wavelength. So one matrix product serves all wavelengths.
+    The factors stay the same if direction and picture are turned together. So the factors of one direction serve the
+    turned directions as well: only the picture is turned, the other way."""
     cell = 4 / _CELLS
     sigma = max(sigma_b, _CELLS_PER_SIGMA * cell)
     half = math.ceil((2 + _KERNEL_REACH * sigma) / cell)
@@ -184,7 +194,7 @@ def coarse_terms(series: SpectrumSeries, orders, axis: np.ndarray, *, sigma: flo
     resamplers = [Resampler(series.grid, axis, axis, lam, series.kernel_left(sigma, lam)) for lam in lambdas]
     mixes = np.stack([_terms_in_w(series, lam) for lam in lambdas]).astype(np.float32)
     terms = np.zeros((len(series.amplitude), len(axis), len(axis), len(lambdas)), np.float32)
-    # The picture is linear in the spectrum, so the series is blurred at its nodes instead of at each w.
+    # The picture is linear in the spectrum. So the spectra at the series' nodes are blurred, not those at each w.
     for node, power in enumerate(series.scattered_over_s2):
         rest = power.copy()
         rest.ravel()[orders] = 0
@@ -195,14 +205,15 @@ def coarse_terms(series: SpectrumSeries, orders, axis: np.ndarray, *, sigma: flo
 
 
 def _without_tail(terms: np.ndarray) -> np.ndarray:
-    """The first of the terms (K, ...), without the last ones that do not matter; at least 2."""
+    """The terms (K, ...) without the last terms, which together hold at most the share _TERMS_TOLERANCE; at
+    least 2 terms."""
     size = np.abs(terms).reshape(len(terms), -1).sum(axis=1)
     needed = np.count_nonzero(np.cumsum(size[::-1])[::-1] > _TERMS_TOLERANCE * size.sum())
     return terms[: max(int(needed), 2)]
 
 
 def _terms_in_w(series: SpectrumSeries, lam: float) -> np.ndarray:
-    """Matrix (K, K) that leads from the series' nodes in s to Chebyshev coefficients in w, divided by lambda^2."""
+    """The matrix (K, K) from values at the series' nodes in s to Chebyshev coefficients in w, divided by lambda^2."""
     count = len(series.amplitude)
     w = chebyshev.nodes(count, 0, 2)
     return chebyshev.coefficients_from_nodes(count) @ series.weights(w / lam) / lam**2
@@ -216,11 +227,12 @@ def _reached(axis: np.ndarray, centres: np.ndarray, reach: float) -> slice:
 class NearHorizon:
     """The part of a kernel that lies above the horizon, as two cosines of view with a weight each.
 
-    For a kernel of standard deviation sigma about a place at distance rho from (0, 0), the weighted sum of g over the
-    two cosines is the mean of cos(tr)^power g(cos(tr)) over the kernel, where only real directions count. It is exact
-    for g of up to third degree (Gaussian quadrature). Away from the horizon both cosines are that of the place itself.
+    Take a kernel of standard deviation sigma about a place at distance rho from (0, 0), and any function g. The
+    weighted sum of g at the two cosines is then the mean of cos(tr)^power g(cos(tr)) over the kernel, where only real
+    directions count. It is exact if g is a polynomial of up to third degree (Gaussian quadrature). Away from the
+    horizon both cosines are the cosine of the place itself.
 
-    For power = -1 the integrand 1 / c is integrable, but has no value at the horizon. With the cosine c as the
+    Let c = cos(tr). For power = -1 the integrand 1 / c is integrable, but has no value at the horizon. With c as the
     variable, drho = -c / rho dc takes the pole out: mean(g / c) = integral of N(sqrt(1 - c^2) - rho) g / sqrt(1 - c^2)
     dc, where N is the kernel across the horizon. The kernel's extent along the horizon is left out: it only shifts rho
     by sigma^2 / 2."""
@@ -242,7 +254,8 @@ class NearHorizon:
         self._pairs = [tuple(table.astype(np.float32) for table in pair) for pair in self._pairs]
 
     def __call__(self, rho: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Two pairs of weight and cosine, float32, at distances rho. The weight is 0 beyond the kernel's reach."""
+        """Two pairs of weight and cosine, each (...,) float32, at distances rho (...,). The weight is 0 beyond the
+        kernel's reach."""
         last = len(self._pairs[0][0]) - 1
         at = np.minimum((rho * self._per_step + 0.5).astype(np.int32), last)
         return [(weight[at] * (at < last), cosine[at]) for weight, cosine in self._pairs]

@@ -18,12 +18,12 @@ SHORTEST_COHERENCE_M = coherence.REFERENCE_WAVELENGTH_M
 def kernel_for(reliefs: Sequence[Relief], request: BakeRequest) -> float:
     """The standard deviation sigma_b of the kernel in (u, v) that a bake begins with.
 
-    It is that of the coherence length asked for. If none is asked for, it is the narrowest kernel that averages enough
-    coherence areas of all scans together (optics/coherence.py). In either case it is at least as wide as the blur of
-    the scene's lights and pixels.
+    If a coherence length is asked for, sigma_b belongs to this length. If none is asked for, it is the narrowest kernel
+    that averages enough coherence areas of all scans together (optics/coherence.py). In either case it is at least as
+    wide as the blur of the scene's lights and pixels.
 
-    Raises GratingError for a coherence length that is shorter than a wavelength, longer than the scan or finer than any
-    table, and for scans that are too small to average enough areas."""
+    Raises GratingError for a coherence length that is shorter than a wavelength, longer than the scan, or so long that
+    no table is fine enough for it, and for scans that are too small to average enough areas."""
     coherence_length_m, needs = request.coherence_length_m, request.needs
     held = min(_longest_coherence(relief) for relief in reliefs)
     if coherence_length_m is None:
@@ -49,9 +49,9 @@ def kernel_for(reliefs: Sequence[Relief], request: BakeRequest) -> float:
 
 
 def extent(reliefs: Sequence[Relief]) -> tuple[float, float]:
-    """Area of all scans together in square metres, and length in metres of all those that are profiles.
+    """The total area in square metres of all scans but profiles, and the total length in metres of the profiles.
 
-    A profile is a single row or column: it does not change across its width, so its width does not count."""
+    A profile is a scan of a single row or column. It does not change across its width, so its width does not count."""
     area = sum(math.prod(relief.size_m) for relief in reliefs if 1 not in relief.height_m.shape)
     return area, sum(max(_changing_sides(relief), default=0.0) for relief in reliefs if 1 in relief.height_m.shape)
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A bake that keeps the colour error asked for.
 
-It is planned and carried out; what its file will hold is measured; and it is refined once if that is necessary.
+The bake is planned and carried out. The error of what its file will hold is measured. If the error is too large, the
+bake is made once more with a finer table.
 """
 
 import math
@@ -63,13 +64,13 @@ def make(
 ) -> Made:
     """Bake reliefs as a request asks.
 
-    Raises GratingError, naming `source`, if the colour error asked for cannot be kept. The message tells which one can
-    be kept."""
+    Raises GratingError, naming `source`, if the colour error asked for cannot be kept. The message tells which colour
+    error can be kept."""
     made = _attempt(reliefs, request, progress, 1.0, source)
     excess = _excess(made.errors, request.delta_e)
     if excess > 1:
-        # The error of reading falls as the fourth power of the texels. Where other errors stand in the way, measuring
-        # the second attempt shows it.
+        # The error of reading falls as the fourth power of the number of texels to a kernel. If another error is the
+        # larger one, more texels do not help, and the measured error of the second attempt shows this.
         again = _attempt(reliefs, request, progress, (1.5 * excess) ** 0.25, source)
         again = _with_time_of(again, made)
         made = again if _excess(again.errors, request.delta_e) < excess else made
@@ -116,6 +117,6 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
 
 
 def _with_time_of(made: Made, earlier: Made) -> Made:
-    """A second attempt, its times together with those of the first."""
+    """The second attempt, with its times plus the times of the first."""
     seconds, check_seconds = made.seconds + earlier.seconds, made.check_seconds + earlier.check_seconds
     return replace(made, seconds=seconds, check_seconds=check_seconds)

@@ -50,8 +50,9 @@ class Needs:
     def kernel(self) -> float:
         """The standard deviation in (u, v) below which the width of a kernel cannot be seen.
 
-        A light's disc of angular radius a blurs with a standard deviation of a / 2. A pixel is a square; a square of
-        side b has the standard deviation b / sqrt(12), and half of that is taken. The larger one counts."""
+        A light's disc of angular radius a blurs with a standard deviation of a / 2. A pixel is a square, and a square
+        of side b has the standard deviation b / sqrt(12) along an axis; half of that is taken. The larger of the two
+        results counts."""
         return max(self.light_radius / 2, self.footprint / math.sqrt(12) / 2)
 
     def as_dict(self) -> dict:

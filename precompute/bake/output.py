@@ -78,7 +78,7 @@ def provenance_of(
 
 
 def bake_name(height_maps: Sequence[HeightMap]) -> str:
-    """The file stem of a bake: that of the first height map, and how many more there are."""
+    """The file stem of a bake: the stem of the first height map, and the number of further height maps."""
     more = f"_and_{len(height_maps) - 1}_more" if len(height_maps) > 1 else ""
     return height_maps[0].stem + more
 

@@ -4,15 +4,16 @@
 The table is of the same kind as that of the ensemble model. The window has a fixed size in metres
 (spectra/patch_window.py), so its kernel in (u, v) grows with the wavelength. The zero order interferes with the rest of
 the light: there is no product Z(w) kernel(u, v) that could be taken out. Therefore Z is 0, and the table holds all of
-the light over w^2. No polynomial follows this quotient down to w = 0, so that the table begins at W_MIN. Below, a
-reader gets the value at W_MIN. The table has no albedo bound and no sample set beside it: it serves lamps alone.
+the light, divided by w^2. No polynomial follows this quotient down to w = 0, so the table begins at w = W_MIN. Below
+W_MIN, a reader gets the value at W_MIN. The table has no albedo bound and no sample set beside it: it serves lamps
+alone.
 
 The power spectrum |P|^2 is computed on a grid of frequencies that is one and a half times as fine as the window's
 speckle. It is read between the grid's points as by a non-uniform Fourier transform (A. Dutt and V. Rokhlin, Fast
 Fourier transforms for nonequispaced data, 1993): the transform of |P|^2, which ends where the window's autocorrelation
-ends, is divided by the transform of a Gaussian. A sum of such Gaussians about the points is then |P|^2 itself. The
-Resampler of the ensemble model makes such sums, so it serves here as well; and, as there, each Gaussian is narrower by
-what the cubic reading of the table adds.
+ends, is divided by the transform of a Gaussian. The sum of these Gaussians, one about each point of the grid and each
+with the quotient's value there, is then |P|^2 itself. The Resampler of the ensemble model makes such sums, so it serves
+here as well. As in the ensemble model, each Gaussian is made narrower by what the cubic reading of the table adds.
 """
 
 from collections.abc import Sequence
@@ -39,12 +40,12 @@ from .resolution import bake_wavelengths, texel_middles
 from .self_check import pairs_within, w_within
 from .tiles import narrower, wider_levels, xyz_over_w2
 
-# The table's range of w begins here, unless the needs begin later. Measured on a skin of 150 nm over the whole of
-# (u, v), for a dE00 of at most 0.5: a range from 0.25 takes 13 terms, from 0.5 it takes 11, from 0.75 8, from 1 6. From
-# 0.1, 13 terms have a dE00 of 42.
+# The table's range of w begins here, unless the needs ask for a range that begins later. Measured on a skin of 150 nm,
+# over the whole of (u, v) and for a dE00 of at most 0.5: a range that begins at w = 0.25 takes 13 terms, one from 0.5
+# takes 11, one from 0.75 takes 8, and one from 1 takes 6. A range that begins at 0.1 has a dE00 of 42 with 13 terms.
 W_MIN = 0.25
-# Values of w at which a bake is checked, and direction pairs at each. There are few of both, because the reference sums
-# over all pixels for each pair.
+# Number of values of w at which a bake is checked, and number of direction pairs at each value. Both are small, because
+# the reference sums over all pixels for each pair.
 _CHECK_GROUPS, _CHECK_PAIRS = 3, 200
 
 
@@ -55,7 +56,7 @@ def plan(
     progress: Progress = silent,
     finer: float = 1.0,
 ) -> Plan:
-    """As ensemble.plan, under one window of the request's coherence length; if there is none, the thesis's.
+    """As ensemble.plan, under one window of the request's coherence length (THESIS_COHERENCE_M by default).
 
     The kernel is never widened to make the table fit. Raises GratingError for several reliefs, since the model is of
     one patch."""
@@ -66,7 +67,8 @@ def plan(
     window = PatchWindow(reliefs[0], (request.coherence_length_m or THESIS_COHERENCE_M) / 4)
     series = patch_series(window, needs.region.reach, progress)
     sigma_b = series.sigma_b
-    # The kernel is narrowest at the shortest wavelength. What is fine enough there is fine enough for all.
+    # The kernel is narrowest at the shortest wavelength. Texels that are fine enough there are fine enough for all
+    # wavelengths.
     narrowest = sigma_b * WAVELENGTH_MIN_M / coherence.REFERENCE_WAVELENGTH_M
     lambdas = bake_wavelengths(narrowest, delta_e, needs.region.reach)
     measured = probe((series,), sigma_b, lambdas, illuminant=request.illuminant, needs=needs)

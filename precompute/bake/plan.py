@@ -14,7 +14,7 @@ from ..table.table import held_region
 class Plan:
     """What a bake is made from, and how fine it is.
 
-    ensemble     the series of each scan; their mean is baked
+    ensemble     the series of each scan; the mean of their spectra is baked
     wavelengths  in metres, ascending
     sigma_b      the standard deviation of the kernel in (u, v)
     texel        the step of u and v from one texel to the next

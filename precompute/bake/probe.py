@@ -4,8 +4,8 @@
 Bounds would ask for the worst case: ideal line gratings, whose orders are as sharp as the kernel, and reliefs that have
 as much light at their full depth as at any other. Therefore terms and texels are measured, on about twenty small
 patches of (u, v). Some patches lie where the light is. The others lie near the zero order, where the light of a deep
-relief changes fastest with w. Each patch is computed in two ways, and the two are compared: as the exact sum over the
-bins at random places, and as a small lattice of texels, read at these places by cubic B-splines.
+relief changes fastest with w. The light of a patch is computed at random places in two ways: as the exact sum over the
+bins, and as a reading, by cubic B-splines, of a small lattice of texels. The two results are compared.
 """
 
 import math
@@ -23,22 +23,24 @@ from ..table.atlas import LARGEST_STORED
 from .needs import Needs
 
 # The error of a cubic reading falls as the fourth power of the number of texels to a standard deviation of the kernel.
-# It is measured with _TEXELS_MEASURED of them. The lattice of a patch has _LATTICE texels a side. It is read at _PLACES
-# places along each axis, within its three middle cells.
+# The error is measured with _TEXELS_MEASURED texels to a standard deviation. The lattice of a patch has _LATTICE texels
+# along each side. It is read at _PLACES places along each axis, within its three middle cells.
 _TEXELS_MEASURED, _LATTICE, _PLACES = 1.0, 6, 5
 # The range of texels to a standard deviation in which the fourth power can be trusted. A reading of a Gaussian is off
-# by 1.8 % of the peak at 1 texel, 3.4 % at 0.9 and 7.7 % at 0.8. The fourth power foretells only 2.7 % and 4.4 %: the
-# kernel to sample, sqrt(sigma^2 - texel^2 / 3), is there so narrow that it falls between the texels. Above 1 texel the
-# error falls a little faster than the fourth power. The rounding of half floats shows before 4 texels.
+# by 1.8 % of the peak at 1 texel, by 3.4 % at 0.9 texels and by 7.7 % at 0.8 texels. The fourth power foretells only
+# 2.7 % and 4.4 % for 0.9 and 0.8 texels: there the kernel that is sampled, sqrt(sigma^2 - texel^2 / 3), is so narrow
+# that it falls between the texels. Above 1 texel the error falls a little faster than the fourth power. The rounding of
+# half floats shows before 4 texels.
 TEXELS_MIN, TEXELS_MAX = 0.9, 4.0
 # Shares of the asked dE00 that reading, truncated terms and half floats may take. The share of reading is chosen so
-# that the error of luminance, too, stays below the 1 % that is asked for together with a dE00 of 1: with a share of
-# 0.75 some surfaces, sample:elaphe among them, had to be baked twice because of it.
+# that the error of luminance, too, stays below the 1 % that is asked for together with a dE00 of 1. With a share of
+# 0.75 the error of luminance was too large for some surfaces, sample:elaphe among them, which had to be baked twice.
 _READING_SHARE, _TERMS_SHARE, _HALVES_SHARE = 0.55, 0.25, 0.1
-# Patches where the light is, and patches near the zero order.
+# Number of patches where the light is, and number of patches near the zero order.
 _PATCHES_LIT, _PATCHES_INNER = 16, 5
-# A patch where the light is lies about a bin that is drawn by its power, off by this many standard deviations of the
-# kernel along each axis: a reading errs most on an order and on its flanks.
+# The middle of a patch where the light is: a bin that is drawn in proportion to its power, then moved at random. The
+# random shift along each axis has this many standard deviations of the kernel as its standard deviation. A reading errs
+# most on an order and on its flanks.
 _FLANK = 0.5
 
 
@@ -46,9 +48,9 @@ _FLANK = 0.5
 class Probe:
     """The exact light on the patches, and a cubic reading of it.
 
-    truth    (count, places, 3), scattered XYZ over w^2 at `count` Chebyshev nodes of w
-    reading  the same, read from lattices of texels
-    real     (count, places), whether real directions reach a place at that w
+    truth    (count, places, 3), exact scattered XYZ over w^2 at `count` Chebyshev nodes of w
+    reading  (count, places, 3), scattered XYZ over w^2 at the same nodes and places, read from lattices of texels
+    real     (count, places), whether some pair of directions reaches the place at the node's w
     white    (3,), XYZ of the illuminant"""
 
     truth: np.ndarray
@@ -62,7 +64,8 @@ class Probe:
         return float(np.clip(_TEXELS_MEASURED * excess**0.25, TEXELS_MIN, TEXELS_MAX))
 
     def terms(self, delta_e: float) -> int:
-        """The fewest Chebyshev terms in w whose truncation keeps its share of a dE00 of delta_e."""
+        """The least number of Chebyshev terms in w at which the truncated terms take no more than their share of a dE00
+        of delta_e."""
         count = len(self.truth)
         coefficients = self._coefficients()
         for terms in range(2, count):
@@ -71,10 +74,10 @@ class Probe:
         return count
 
     def halves_do(self, terms: int, delta_e: float) -> bool:
-        """Whether half floats can hold `terms` terms within their share of delta_e.
+        """Whether the rounding of `terms` terms to half floats takes no more than its share of a dE00 of delta_e.
 
-        The terms of a deep relief are large because it scatters most at w = 0. Where w is large they nearly cancel, and
-        the rounding of half floats is what is left."""
+        The terms of a deep relief are large because the relief scatters most at w = 0. Where w is large the terms
+        nearly cancel, and the rounding of half floats is what is left."""
         coefficients = self._coefficients()[:terms]
         scale = max(np.abs(coefficients).max(), 1e-30) / LARGEST_STORED
         stored = (coefficients / scale).astype(np.float16).astype(float) * scale
@@ -106,7 +109,7 @@ def probe(
     places = np.sort(rng.uniform(lattice[1], lattice[-2], (2, len(centres), _PLACES)), axis=-1)
     at = [np.concatenate([np.broadcast_to(lattice, (len(centres), _LATTICE)), places[k]], axis=1) for k in (0, 1)]
     v, u = (centres[:, k, None] + at[k] for k in (0, 1))
-    # As in the bake, the kernel of the texels is narrower by what reading them adds.
+    # As in the bake, the kernel of the texels is narrower: reading the texels widens it to sigma_b.
     sigma = np.repeat([math.sqrt(sigma_b**2 - bspline.VARIANCE * texel**2), sigma_b], [_LATTICE, _PLACES])
     count = max(len(series.amplitude) for series in ensemble)
     w = chebyshev.nodes(count, *needs.w)
@@ -141,9 +144,9 @@ def _patch_centres(series: SpectrumSeries, sigma_b: float, needs: Needs, rng: np
 
 
 def _patches(series: SpectrumSeries, v, u, w, lambdas, sigma, illuminant) -> np.ndarray:
-    """Scattered XYZ over w^2 (len(w), patches, n, n, 3) at the places v x u, each (patches, n).
+    """Scattered XYZ over w^2 (len(w), patches, n, n, 3) at each pair of a v and a u of a patch; both (patches, n).
 
-    `sigma` (n,) is the standard deviation of the kernel at each place."""
+    `sigma` (n,) is the standard deviation of the kernel at each v and each u."""
     out = np.zeros((len(w), *v.shape, v.shape[1], 3))
     for lam, weight in zip(lambdas, spectral_weights(lambdas, illuminant), strict=True):
         left = np.array([series.kernel_left(each, lam) for each in sigma])
@@ -157,7 +160,8 @@ def _patches(series: SpectrumSeries, v, u, w, lambdas, sigma, illuminant) -> np.
 
 
 def _kernels(q: np.ndarray, at: np.ndarray, lam: float, sigma: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Indices (patches, m) of the bins around each patch, and weights (patches, n, m) for its places (patches, n)."""
+    """Indices (patches, m) of the bins around each patch, and the kernel's weights (patches, n, m) that these bins have
+    at places `at` (patches, n)."""
     if len(q) == 1:
         index = np.zeros((len(at), 1), int)
     else:
@@ -174,13 +178,16 @@ def _kernels(q: np.ndarray, at: np.ndarray, lam: float, sigma: np.ndarray) -> tu
 
 
 def _read(texels: np.ndarray, y: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Lattices (k, patches, rows, columns, 3) of texels, read at y x x (patches, n), in texels from their middles."""
+    """Lattices (k, patches, rows, columns, 3) of texels, read at each pair of a y and an x of a patch.
+
+    y and x (patches, n) count in texels from the middle of the lattice. Returns (k, patches, n, n, 3)."""
     shares = [_shares(each + (_LATTICE - 1) / 2) for each in (y, x)]
     return np.einsum("pij,kpjlc,pml->kpimc", shares[0], texels, shares[1], optimize=True)
 
 
 def _shares(x: np.ndarray) -> np.ndarray:
-    """Weights (patches, n, _LATTICE) of a lattice's texels for places x (patches, n), in texels from the first."""
+    """Weights (patches, n, _LATTICE) of a lattice's texels in readings at x (patches, n), in texels from the first
+    texel."""
     first, weights = bspline.taps(x, _LATTICE)
     out = np.zeros((*x.shape, _LATTICE))
     for k, weight in enumerate(weights):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is asked of a bake: all that its result depends on, and nothing else.
 
-One request is read from the command line or from Blender's panel, is written into the header of the bake's file, and is
-part of the cache's key. So a bake can be repeated from any of the three.
+A request is made from the command line or from Blender's panel. It is written into the header of the bake's file, from
+where `bake --request` reads it to repeat the bake, and it is part of the cache's key.
 """
 
 import math
@@ -29,8 +29,8 @@ DELTA_E_MAX = 100.0
 class Scan:
     """A scan, named by its file or by sample:NAME.
 
-    size_um    width of a picture in micrometres; a picture does not know it
-    height_nm  height of white over black in nanometres, for a picture as well
+    size_um    width in micrometres, if the scan is a picture: a picture does not hold its width
+    height_nm  height of white over black in nanometres, if the scan is a picture
     channel    the channel of the file, if it is not the topography"""
 
     source: str
@@ -48,8 +48,8 @@ class BakeRequest:
     """What is asked of a bake.
 
     delta_e             the 99th percentile of CIEDE2000 that the bake must keep
-    coherence_length_m  4 sigma_s in metres, where sigma_s is the standard deviation of the coherence window; None: the
-                        longest that the scans can average, or under the patch model the thesis's
+    coherence_length_m  4 sigma_s in metres, where sigma_s is the standard deviation of the coherence window. None asks
+                        for the longest length that the scans can average; under the patch model, for the thesis's
     illuminant          what counts as white
     needs               what the scene reaches
     model               the model of coherence, one of MODELS
@@ -115,7 +115,7 @@ def request_from(record: Mapping[str, Any], source: str) -> BakeRequest:
 
 def _scan(source: str, record: Any) -> Scan:
     if not isinstance(record, Mapping) or not isinstance(record.get("source"), str):
-        raise GratingError(f"{source}: scans: give each as an object with its `source`")
+        raise GratingError(f"{source}: scans: give each scan as an object with its `source`")
     channel = record.get("channel")
     if channel is not None and not isinstance(channel, str):
         raise GratingError(f"{source}: scans: channel: give a name")

@@ -14,7 +14,7 @@ from ..table.tiling import BYTES_PER_TEXEL, TILE_PADDING
 
 # The smallest and the largest number of texels a side of a whole table. A finer table is refused (kernel.py).
 RESOLUTION_MIN, RESOLUTION_MAX = 64, 2048
-# What a bake may take in Blender unless a coherence length is asked for.
+# Bytes that a bake may take in Blender unless a coherence length is asked for.
 DEFAULT_BYTES = 128 << 20
 # Texels to a standard deviation of the kernel that keep a dE00 of 1 on any surface, ideal line gratings included
 # (docs/data_flow.md).
@@ -47,7 +47,7 @@ def blender_bytes(terms: int, tile: tuple[int, int], sigma_b: float) -> int:
 
 
 def texel_middles(low: float, high: float, texel: float) -> np.ndarray:
-    """The middles of the texels from low to high, and of TILE_PADDING more at each end.
+    """The middles of the texels from low to high, and of TILE_PADDING more texels at each end.
 
     If low and high are not a whole number of texels apart, the outer middles lie outside by equal amounts."""
     count = math.ceil((high - low) / texel - 1e-9) + 1 + 2 * TILE_PADDING
@@ -58,8 +58,8 @@ def bake_wavelengths(sigma_b: float, delta_e: float = 1.0, reach: float = 2.0) -
     """Wavelengths (n,) in metres, equally spaced in their logarithm.
 
     At |u| = reach, an order moves by f sigma_b from one wavelength to the next. A sum of Gaussians at this spacing is
-    flat to 2 exp(-2 pi^2 / f^2) (Poisson's formula). This is set to 0.1 % for a dE00 of 1, in proportion for others.
-    There are at least 80 steps, which the colour matching functions ask for."""
+    flat to 2 exp(-2 pi^2 / f^2) (Poisson's formula). f is chosen so that this is 0.1 % for a dE00 of 1, and in
+    proportion for another dE00. There are at least 80 steps, which the colour matching functions ask for."""
     spacing = math.pi * math.sqrt(2 / math.log(2 / min(1e-3 * delta_e, 0.1)))
     step = min(spacing * sigma_b / reach, np.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / 80)
     count = int(np.ceil(np.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / step)) + 1

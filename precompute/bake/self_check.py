@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A bake's own measure of its error, at about the cost of the bake itself.
 
-The reference takes one Fourier transform for every w and every wavelength: minutes. Between it and the table, only the
-series in s is made from the bake's own transforms. So this series is compared by itself with exact transforms, at
-values of s that it was not made from. All other errors (of wavelengths, kernel, texels, terms and half floats) are
-measured by the project's error metric, against sums over the series' bins at each asked direction.
+The reference (precompute/reference) takes one Fourier transform for every w and every wavelength, which lasts minutes.
+The bake has a series in s instead, made from a few transforms. So the error has two parts, which are measured apart.
+The series is compared with exact transforms, at values of s that it was not made from. All other errors (of
+wavelengths, kernel, texels, terms and half floats) are measured by the project's error metric, against sums over the
+series' bins at each asked direction.
 
 The verb `check` measures the same error in an independent way (precompute/check).
 """
@@ -25,16 +26,17 @@ from ..surface.relief import Relief
 from ..table.table import Table
 from .plan import Plan
 
-# Values of w at which a bake is checked.
+# Number of values of w at which a bake is checked.
 GROUPS = 4
-# The least and the largest number of direction pairs at each w. Between them, it is chosen so that about _BINS_SUMMED
-# bins are summed.
+# The least and the largest number of direction pairs at each w. Between these limits, the number is chosen so that
+# about _BINS_SUMMED bins are summed for all pairs of one w together.
 _PAIRS_MIN, _PAIRS_MAX, _BINS_SUMMED = 700, 1600, 800_000
-# Standard deviations at which a kernel is cut: it has fallen to 1.5e-8 of its peak.
+# A kernel is cut at this many standard deviations, where it has fallen to 1.5e-8 of its peak.
 _CUT = 6.0
-# dE00 to a relative error of luminance, at Y = 1: L* = 116 Y^(1/3) - 16, whose derivative is 116 / 3.
+# The dE00 that a relative error of luminance makes, divided by this error, at Y = 1: the derivative of
+# L* = 116 Y^(1/3) - 16 is 116 / 3.
 _DELTA_E_PER_UNIT = 116 / 3
-# Values of s at which each series is compared with an exact transform.
+# Number of values of s at which each series is compared with an exact transform.
 _SERIES_PROBES = 2
 
 
@@ -52,8 +54,9 @@ def wavelengths_for(sigma_b: float) -> np.ndarray:
 def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progress: Progress) -> Errors:
     """The error of a bake, read from what its file will hold.
 
-    It is measured at a few values of w, on direction pairs that the bake was not made from. What the series lacks is
-    added to every error of colour and of luminance. `progress` hears of the stage "self-check"."""
+    The error is measured at a few values of w, on direction pairs that the bake was not made from. The error of the
+    series is added to every error of colour and to every relative error of luminance. `progress` is called with the
+    stage "self-check"."""
     rng = np.random.default_rng(0)
     found = []
     pairs = _affordable_pairs(chosen)
@@ -72,8 +75,9 @@ def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progre
 
 
 def _affordable_pairs(chosen: Plan) -> int:
-    """How many pairs of a group can be measured. A wide kernel takes more bins to a pair, and fewer pairs, because it
-    shows less detail."""
+    """The number of direction pairs at each w that can be measured in good time.
+
+    A wide kernel reaches more bins for each pair. It also shows less detail, so fewer pairs are enough."""
     bins = 1.0
     for q in (chosen.ensemble[0].grid.q_y, chosen.ensemble[0].grid.q_x):
         if len(q) > 1:
@@ -82,9 +86,10 @@ def _affordable_pairs(chosen: Plan) -> int:
 
 
 def w_within(w_range: tuple[float, float], count: int, rng: np.random.Generator) -> np.ndarray:
-    """Values of w (count,) within a range, as two cosine-weighted directions have them.
+    """Values of w (count,) within a range, distributed as they are for two cosine-weighted directions.
 
-    One is drawn from each quantile. A deep relief is hardest where w is large, and no draw may miss that."""
+    One value is drawn from each of `count` quantiles. A deep relief is hardest where w is large, and this way one
+    value is always large."""
     drawn = np.sort(draw_w(4096, rng))
     drawn = drawn[(drawn >= w_range[0]) & (drawn <= w_range[1])]
     if len(drawn) < count:
@@ -93,9 +98,9 @@ def w_within(w_range: tuple[float, float], count: int, rng: np.random.Generator)
 
 
 def pairs_within(chosen: Plan, w: float, count: int, *, rng: np.random.Generator) -> Pairs:
-    """Up to `count` direction pairs of w inside the table.
+    """Up to `count` direction pairs of one w, with (u, v) inside the table's region.
 
-    For a small region more pairs are drawn, until at least half of `count` fall in it."""
+    For a small region more pairs are drawn, up to 64 times as many, until at least half of `count` fall in it."""
     for more in (1, 4, 16, 64):
         drawn = draw_pairs(_spectrum(chosen.ensemble, rng), chosen.sigma_b, w, count=more * count, rng=rng)
         drawn = drawn.within(chosen.region)
@@ -105,7 +110,9 @@ def pairs_within(chosen: Plan, w: float, count: int, *, rng: np.random.Generator
 
 
 def _spectrum(ensemble: Sequence[SpectrumSeries], rng: np.random.Generator) -> Spectrum:
-    """The spectrum of one scan at a time, chosen at random. Pairs drawn from them in turn are drawn from their mean."""
+    """A Spectrum that answers with one of the scans, chosen anew at random each time.
+
+    So pairs that are drawn from it again and again are drawn from the mean of the scans' spectra."""
     whole = (slice(None), slice(None))
 
     def at(s: float):
@@ -116,7 +123,7 @@ def _spectrum(ensemble: Sequence[SpectrumSeries], rng: np.random.Generator) -> S
 
 
 def _truth(ensemble, pairs: Pairs, w: float, sigma_b: float, illuminant: str, progress: Progress) -> Truth:
-    """The scattered XYZ and the zero order's XYZ of pairs, as sums over the bins of the scans' series."""
+    """The truth at the pairs: scattered XYZ and the zero order's XYZ, as sums over the bins of the scans' series."""
     lambdas = wavelengths_for(sigma_b)
     weights = spectral_weights(lambdas, illuminant) / len(ensemble)
     scattered, zero_order = np.zeros((len(pairs.wi), 3)), np.zeros(3)
@@ -135,8 +142,9 @@ def _truth(ensemble, pairs: Pairs, w: float, sigma_b: float, illuminant: str, pr
 
 
 def _reached(q: np.ndarray, at: np.ndarray, reach: float) -> slice:
-    """The bins from two before the reach of the first place to two after that of the last; all bins, if that leaves
-    none."""
+    """The slice of the bins q within `reach` of any of the places `at`, and two more bins at each end.
+
+    All bins, if there is no place or not more than one bin within reach."""
     if not len(at):
         return slice(None)
     start, stop = np.searchsorted(q, [at.min() - reach, at.max() + reach])

@@ -3,9 +3,9 @@
 
 For each wavelength, the spectrum at each node of w is blurred by the kernel and resampled onto (u, v). These are two
 products with banded matrices: the kernel is a product of one factor along u and one along v, and has a fixed size in
-(u, v), so that a wavelength only stretches the bins that it acts on. The results are weighted by the observer and
-summed over the wavelengths. A cosine transform over the nodes of w then gives the terms B_k. Several scans of one skin
-are averaged, which is right because every step is linear in the spectrum.
+(u, v). From one wavelength to another only the places of the bins in (u, v) change. The results are weighted by the
+observer and summed over the wavelengths. A cosine transform over the nodes of w then gives the terms B_k. Several scans
+of one skin are averaged, which is right because every step is linear in the spectrum.
 """
 
 import math
@@ -24,17 +24,18 @@ from ..table.tiling import TILE_PADDING
 from .excess_albedo import excess_table
 from .plan import Plan
 
-# Texels past |(u, v)| = 2 that are kept. A reading at |(u, v)| = 2 uses texels less than two away along each axis, that
-# is less than 2.9 away.
+# Number of texels past |(u, v)| = 2 that are kept. A reading at |(u, v)| = 2 uses texels less than two texels away
+# along each axis, so less than 2.9 texels away in all.
 _RIM = 3
-# Wavelengths that are summed into the table at once, and rows of the table: a core's cache holds that much.
+# Number of wavelengths that are summed into the table at once, and number of rows of the table that are summed at
+# once: a core's cache holds this part of the table and of the wavelengths' images.
 _WAVELENGTHS_AT_ONCE, _ROWS_AT_ONCE = 8, 16
-# Bins that are mixed at once, those of several nodes together: 32 MiB of floats.
+# Number of bins that are mixed at once, the bins of several nodes together: 32 MiB of floats.
 _BINS_AT_ONCE = 1 << 23
 
 
 def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent) -> Table:
-    """The table that a plan describes. `progress` hears of the wavelengths."""
+    """The table that a plan describes. `progress` is called after each group of wavelengths."""
     sigma_table = narrower(chosen.sigma_b, chosen.texel)
     nodes = chebyshev.nodes(chosen.terms, *chosen.w_range)
     at_nodes = xyz_over_w2(chosen, nodes, sigma_table, illuminant=illuminant, progress=progress)
@@ -51,20 +52,22 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
 
 
 def narrower(sigma: float, texel: float) -> float:
-    """The kernel to sample so that a reading has sigma: reading by B-splines widens it."""
+    """The standard deviation of the kernel that is sampled at the texels so that a reading has the kernel sigma.
+
+    Reading by B-splines adds the variance bspline.VARIANCE texel^2."""
     return math.sqrt(sigma**2 - bspline.VARIANCE * texel**2)
 
 
 def wider_levels(terms: np.ndarray, axes, sigma_b: float, *, texel: float) -> tuple[np.ndarray, ...]:
-    """Levels 1, 2, ... of terms (K, rows, columns, 3) whose texels' middles are at axes (v, u).
+    """Levels 1, 2, ... of the terms (K, rows, columns, 3) of level 0, whose texels' middles are at axes (v, u).
 
-    Beyond a table that ends at |u| = 2 there is no light. Beyond the rim of a smaller region, the values at the rim are
-    continued."""
+    A wider kernel reaches past the rim of the table. Where the table ends at |u| = 2, there is no light beyond the rim.
+    Where its region ends earlier, the values at the rim stand for those beyond."""
     whole = [low <= 1e-9 - 2 and high >= 2 - 1e-9 for low, high in held_region(axes)[::-1]]
     modes = ["constant" if each else "edge" for each in whole]
     levels = tiling.level_count(sigma_b, tuple(len(axis) - 2 * TILE_PADDING for axis in axes))
-    # The kernel sampled on each level is twice as wide as that of the level before. So 3 times the variance of the
-    # latter is added.
+    # The kernel sampled on each level is twice as wide as the kernel of the level before, and has 4 times its variance.
+    # So 3 times the variance of the level before is added.
     sigma = math.sqrt(3) * narrower(sigma_b, texel) / texel
     found = [terms]
     for _ in range(levels - 1):
@@ -81,8 +84,8 @@ def _halved(terms: np.ndarray, sigma: float, mode: str) -> np.ndarray:
     reach = math.ceil(KERNEL_REACH * sigma)
     gaussian = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
     gaussian = (gaussian / gaussian.sum()).astype(terms.dtype)
-    # Row i of the new level stands at row 2 (i - TILE_PADDING) + TILE_PADDING of the old one. So its first row is at
-    # -TILE_PADDING of the old one.
+    # Row i of the new level stands at row 2 (i - TILE_PADDING) + TILE_PADDING of the old level. So row 0 of the new
+    # level stands at row -TILE_PADDING of the old level.
     after = 2 * (count - 1) - TILE_PADDING - (len(terms[0]) - 1) + reach
     padding = [(0, 0), (TILE_PADDING + reach, after)] + [(0, 0)] * (terms.ndim - 2)
     wide = np.pad(terms, padding, mode=mode)
@@ -99,7 +102,8 @@ def zero_order_curve(ensemble: Sequence[SpectrumSeries], illuminant: str) -> np.
 def xyz_over_w2(chosen: Plan, w_nodes, sigma, *, illuminant, progress: Progress = silent):
     """Scattered XYZ / w^2 (K, rows, columns, 3) float32, at nodes of w (K,), over the plan's texels.
 
-    `sigma` is the kernel to sample. `progress` hears of the wavelengths."""
+    `sigma` is the standard deviation of the kernel that is sampled. `progress` is called after each group of
+    wavelengths."""
     v, u = chosen.axes
     lambdas = chosen.wavelengths
     weights = (spectral_weights(lambdas, illuminant) / len(chosen.ensemble)).astype(np.float32)

@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The ensemble model's radiance by direct sums: a second way to what precompute/reference computes, for `check` alone.
+"""The ensemble model's radiance by direct sums: what precompute/reference computes, in a second way, for `check` alone.
 
-It shares no code with the reference or the bake, only the relief (levelled, filled, refined and apodised) and the
-observer's tables. There is no FFT and no expansion: the apodised phasor without its mean is summed against cosines and
-sines over every pixel, at explicit frequencies.
+This file shares no code with the reference or the bake, only the relief (levelled, filled, refined and apodised) and
+the observer's tables. There is no FFT and no expansion: the apodised phasor without its mean is summed against cosines
+and sines over every pixel, at frequencies that are listed one by one.
 
-A surface that wraps has its orders at those frequencies and nowhere else. The spectrum of one that does not wrap is
-continuous. It is sampled so finely that the kernel's sum over the samples is its integral: at a spacing of 1 / (length
-+ PAD / (2 pi sigma_q)), where 1 / (2 pi sigma_q) is the standard deviation of the Gaussian by which the kernel weights
-the lags of the autocorrelation. Sampling folds lags from beyond onto shorter ones. At the longest lag, where the
-apodised scan barely overlaps itself, the folded lags are weighted by exp(-PAD^2 / 2), and by less at all others.
+A surface that wraps has its orders at whole multiples of 1 / length, and no light at any other frequency. The spectrum
+of a surface that does not wrap is continuous. It is sampled at multiples of 1 / (length + PAD / (2 pi sigma_q)), where
+sigma_q is the standard deviation of the kernel in cycles per metre. At this spacing the kernel's sum over the samples
+is the kernel's integral, for the following reason. To blur a spectrum by the kernel is to weight the lags of the scan's
+autocorrelation by a Gaussian of standard deviation 1 / (2 pi sigma_q). Sampling the spectrum repeats this Gaussian with
+the period length + PAD / (2 pi sigma_q), and the repetitions weight the lags as well. The longest lag of the scan, at
+which the apodised scan barely overlaps itself, is weighted by a repetition's exp(-PAD^2 / 2), all other lags by less.
 """
 
 from collections.abc import Sequence
@@ -23,29 +25,34 @@ from ..measure.pairs import Pairs, cosine_weighted, pair_about
 from ..optics.region import Region
 from ..surface.relief import Relief
 
+# Padding of a scan that does not wrap, in units of 1 / (2 pi sigma_q).
 PAD = 3.0
-# In standard deviations: exp(-6^2 / 2) = 1.5e-8 of a cell's peak is left out.
+# The kernel is cut at this many standard deviations, where it is exp(-6^2 / 2) = 1.5e-8 of its peak.
 KERNEL_REACH = 6.0
-# Bands of wavelength, each of the same luminance, in which half vectors are drawn.
+# Number of bands of wavelength, all of the same luminance, in which half vectors are drawn.
 _DRAWN_AT = 12
-# Classes into which the range of heights is divided. One class of 2 um / 4096 turns the phase by at most 0.02, which is
-# 1e-5 of the mean phasor.
+# Number of classes into which the range of heights is divided. On a relief of 2 um, the phase changes by at most 0.02
+# radians across a class. The mean phasor is then off by 1e-5.
 _HEIGHT_CLASSES = 4096
-# Numbers that are gathered at once.
+# Count of numbers that are gathered at once, to limit memory.
 _GATHERED = 4_000_000
 
 
 @dataclass(frozen=True)
 class Cells:
-    """The scattered spectrum in cells of frequency: `power` (ny, nx) is the share of the light that is scattered into
-    the cell about q_y (ny,), q_x (nx,), which ascend, in cycles per metre."""
+    """The scattered spectrum in cells of frequency.
+
+    q_y, q_x  the middles (ny,) and (nx,) of the cells, in cycles per metre, ascending
+    power     (ny, nx), the share of the light that is scattered into each cell"""
 
     q_y: np.ndarray
     q_x: np.ndarray
     power: np.ndarray
 
     def density(self, u: np.ndarray, v: np.ndarray, lam: float, *, sigma_b: float) -> np.ndarray:
-        """Density (n,) over (u, v) at places u, v (n,): each cell a Gaussian of sigma_b about lam * q."""
+        """Density (n,) over (u, v) at places u, v (n,), at the wavelength lam in metres.
+
+        The light of each cell is spread as a Gaussian of sigma_b about lam * q."""
         rows, kernel_y = _near(self.q_y, v, lam, sigma_b)
         cols, kernel_x = _near(self.q_x, u, lam, sigma_b)
         found = np.empty(len(u))
@@ -70,8 +77,9 @@ def _near(q: np.ndarray, places: np.ndarray, lam: float, sigma_b: float) -> tupl
 
 
 def scattered_cells(relief: Relief, s: float, reach: tuple[float, float], *, sigma_q: float) -> Cells:
-    """Cells of a relief at s = w / lambda, up to |q_y|, |q_x| of `reach`, spaced finely enough for a kernel of sigma_q;
-    all in cycles per metre."""
+    """Cells of a relief at s = w / lambda, spaced finely enough for a kernel of sigma_q.
+
+    The cells go up to `reach`, the largest |q_y| and |q_x|. All are in cycles per metre."""
     phase = (-2 * np.pi * s) * relief.height_m
     parts = np.stack([np.cos(phase), np.sin(phase)])
     mean_y, mean_x = (apodisation**2 / np.sum(apodisation**2) for apodisation in relief.apodisation_axes)
@@ -88,7 +96,7 @@ def scattered_cells(relief: Relief, s: float, reach: tuple[float, float], *, sig
 def _frequencies(relief: Relief, axis: int, reach: float, sigma_q: float) -> tuple[np.ndarray, float]:
     """Frequencies from 0 to `reach`, as far as the Nyquist cell goes, and their spacing; cycles per metre."""
     length, pixel = relief.size_m[axis], relief.pixel_size_m[axis]
-    # A single row or column stands for a profile that is constant across it, and needs no padding there.
+    # A single row or column is a profile that is constant across its short axis, and needs no padding along that axis.
     if not relief.periodic and relief.height_m.shape[axis] > 1:
         length += PAD / (2 * np.pi * sigma_q)
     most = min(reach * length, (length / pixel - 1) / 2 + 1e-6)
@@ -104,7 +112,8 @@ def _waves(q: np.ndarray, relief: Relief, axis: int) -> np.ndarray:
 def _power(sums: np.ndarray) -> np.ndarray:
     """|sum of p exp(-2 pi i (q_y y + q_x x))|^2 (2 ny - 1, 2 nx - 1) for both signs of both frequencies.
 
-    `sums` (2 ny, 2 nx) are the sums of p against cosines and sines."""
+    p is what is summed, y and x are positions. `sums` (2 ny, 2 nx) are the sums of p times the cosines, then times the
+    sines, along each axis."""
     ny, nx = sums.shape[0] // 2, sums.shape[1] // 2
     cc, cs, sc, ss = sums[:ny, :nx], sums[:ny, nx:], sums[ny:, :nx], sums[ny:, nx:]
     same, opposite = (cc - ss, cs + sc), (cc + ss, cs - sc)
@@ -124,8 +133,8 @@ def scattered_xyz(
 ) -> np.ndarray:  # fmt: skip
     """Scattered XYZ (n, 3) at the places uv, two arrays (n,), all at one w, by the mean of the reliefs' spectra.
 
-    It is the density over (u, v) of the reflected light at R = O = 1, scaled so that a perfect mirror's white has Y =
-    1. `progress` is told after each wavelength of each relief."""
+    It is the density over (u, v) of the light that a surface of reflectance R = 1 and obliquity O = 1 reflects, scaled
+    so that a perfect mirror's white has Y = 1. `progress` is called after each wavelength of each relief."""
     count = int(np.ceil((WAVELENGTH_MAX_M - WAVELENGTH_MIN_M) / step_m - 1e-6))
     lambdas = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, count + 1)
     weights = spectral_weights(lambdas, illuminant) / len(reliefs)
@@ -141,9 +150,9 @@ def scattered_xyz(
 
 
 def zero_order_xyz(reliefs: Sequence[Relief], w: np.ndarray, illuminant: str = "D65") -> np.ndarray:
-    """The zero order's XYZ (n, 3) at w (n,), mean of the reliefs', in wavelength steps of 1 nm.
+    """The zero order's XYZ (n, 3) at w (n,), the mean over the reliefs, in wavelength steps of 1 nm.
 
-    A relief's is the squared modulus of the characteristic function of its heights."""
+    A relief's efficiency in the zero order is the squared modulus of the characteristic function of its heights."""
     lambdas = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401)
     efficiency = np.zeros((len(w), len(lambdas)))
     for relief in reliefs:
@@ -154,8 +163,8 @@ def zero_order_xyz(reliefs: Sequence[Relief], w: np.ndarray, illuminant: str = "
 
 
 def _distribution(relief: Relief) -> tuple[np.ndarray, np.ndarray]:
-    """Mean heights (n,) of the classes of height that occur, and their shares (n,) of the surface, weighted by the
-    square of the apodisation."""
+    """The heights of a relief in classes: mean heights (n,) of the classes that occur, and their shares (n,) of the
+    surface, weighted by the square of the apodisation."""
     weight = (relief.apodisation**2).ravel()
     height = relief.height_m.ravel()
     width = max(relief.height_range_m / _HEIGHT_CLASSES, np.finfo(float).tiny)
@@ -168,8 +177,10 @@ def _distribution(relief: Relief) -> tuple[np.ndarray, np.ndarray]:
 def draw_pairs(
     reliefs: Sequence[Relief], sigma_b: float, w: float, *, count: int, region: Region, rng: np.random.Generator
 ) -> Pairs:
-    """Up to `count` pairs of cos(ti) + cos(tr) = w with u and v in a region, half of them cosine weighted, half drawn
-    from the spectrum. There are fewer where either half barely reaches the region."""
+    """Up to `count` direction pairs with cos(ti) + cos(tr) = w and with u and v in a region.
+
+    Half of the pairs are cosine weighted, and half are drawn from the spectrum. Fewer are returned where pairs of
+    either half rarely fall in the region."""
     cosine = _cosine_within(w, count // 2, region, rng)
     half = _half_vectors(reliefs, sigma_b, w, count - count // 2, region, rng)
     wi, wr = pair_about(half, rng)
@@ -193,7 +204,7 @@ def _half_vectors(reliefs, sigma_b, w, count, region: Region, rng) -> np.ndarray
     kernel."""
     nm = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401)
     luminance = np.cumsum(observer(nm)[:, 1])
-    # Twice `count` are drawn, because the kernel moves some past the horizon.
+    # Twice `count` half vectors are drawn, because the kernel moves some of them past the horizon.
     each = -(-2 * count // (_DRAWN_AT * len(reliefs)))
     radius = np.sqrt(4 - w**2)
     found = [np.empty((0, 2))]

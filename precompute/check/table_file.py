@@ -14,17 +14,18 @@ from ..colour.observer import ILLUMINANTS
 from ..optics.region import Region
 
 FORMAT = 6
-# _RIM: texels on each side of a tile that only interpolation reads. _TAKEN: texels that a tile occupies in the picture
-# beyond its inner ones, along each axis. _STRIP: rows of the strip beside those of the excess albedo.
+# The inner texels of a tile hold the table. _RIM is the number of texels on each side of them that only interpolation
+# reads. _TAKEN is the number of texels that a tile takes in the picture beside its inner texels, along each axis.
+# _STRIP is the number of rows of the strip beside the rows of the excess albedo.
 _RIM, _TAKEN, _STRIP = 2, 6, 4 + 2
 
 
 @dataclass(frozen=True)
 class Table:
-    """A bake as its file holds it; of its levels the first, which has the narrowest kernel.
+    """A bake as its file holds it. Only the first level is read, which has the narrowest kernel.
 
-    terms       (K, rows, columns, 3) of XYZ over w^2, row along +v, column along +u; the outer two texels on every side
-                are read by interpolation only
+    terms       (K, rows, columns, 3), terms of XYZ over w^2; rows run along +v, columns along +u; the outer two texels
+                on every side are read by interpolation only
     zero_order  XYZ (n, 3) of the zero order at equal steps of w from 0 to 2
     first       (u, v) of the first texel's middle
     texel       distance of the texels in u and v
@@ -52,7 +53,8 @@ class Table:
         ))  # fmt: skip
 
     def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w: float) -> np.ndarray:
-        """Scattered XYZ over w^2 (n, 3) at u, v (n,): B-splines over the texels, Chebyshev polynomials over w."""
+        """Scattered XYZ over w^2 (n, 3) at u, v (n,), by cubic B-splines over the texels and Chebyshev polynomials of
+        w."""
         low, high = self.w_range
         angle = math.acos(np.clip((2 * w - low - high) / (high - low), -1, 1))
         basis = np.cos(np.arange(len(self.terms)) * angle)
@@ -67,8 +69,9 @@ class Table:
         return found
 
     def zero_order_xyz(self, w) -> np.ndarray:
-        """The zero order's XYZ (..., 3) at w (...,): B-splines over the samples, which continue linearly past the
-        last."""
+        """The zero order's XYZ (..., 3) at w (...,), by cubic B-splines over the samples.
+
+        Past the last sample, the line through the last two samples is continued."""
         last = len(self.zero_order) - 1
         at = np.asarray(w, float) / 2 * last
         beyond = 2 * self.zero_order[-1] - self.zero_order[-2]
@@ -148,8 +151,8 @@ def _table(image: np.ndarray, record: dict) -> Table:
 
 
 def _picture_size(layout: dict) -> tuple[int, int]:
-    """Height and width of a picture with such a header. The tiles of the further levels stand above each other, beside
-    those of the first."""
+    """Height and width of a picture with this layout. The tiles of the first level stand at the left. The tiles of the
+    further levels stand to their right, one level above the other."""
     halves = [2**level for level in range(1, layout["levels"])]
     rows, columns = layout["tile_rows"] - _TAKEN, layout["tile_columns"] - _TAKEN
     above = max(rows + _TAKEN, sum(rows // half + _TAKEN for half in halves))

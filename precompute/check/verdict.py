@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A bake's error, recomputed from its file and the height maps alone.
 
-The table is read by table_file.py and compared with the direct sums of direct_sums.py. With the code that bakes, packs
-or reads a bake this shares nothing. It shares the error metrics and the direction pairs (precompute/measure), the
+The table is read by table_file.py and compared with the direct sums of direct_sums.py. The check shares no code with
+what bakes, packs or reads a bake. It does share the error metrics and the direction pairs (precompute/measure), the
 observer's tables, and the levelled relief that counts as the surface.
 """
 
@@ -26,22 +26,29 @@ from . import direct_sums
 from .direct_sums import draw_pairs, scattered_xyz
 from .table_file import Table, read_table
 
+# Borders of the rings around the zero order, as distances sqrt(u^2 + v^2), by which errors are told apart.
 RINGS = (0.0, 0.1, 0.5, 1.0, 2.0)
-# Share of the luminance that may be wrong for a dE00 of 1 or less; in proportion above.
+# Share of the luminance that may be wrong for a dE00 of 1 or less. For a larger dE00 the share is larger in proportion.
 RELATIVE_DY = 0.01
-# A seed other than that of the bake's own check: on the same directions an error that was tuned to them would not show.
+# A seed other than that of the bake's own check: on the directions of that check, an error of a bake that was tuned to
+# them would not show.
 _SEED = 1
+# Number of values of w at which the zero order is checked.
 _ZERO_ORDER_AT = 17
+# The relative rounding error of a half float.
 _HALF_STEP = 2.0**-11
 # Share of the light that the bake's expansion of the phasor may miss for a dE00 of 1. The zero order, which has all of
-# its light in one place, is held to the same share.
+# its light in one place, may miss the same share.
 _EXPANSION = 2e-4
 
 
 @dataclass(frozen=True)
 class Ring:
-    """The pairs with u_from <= sqrt(u^2 + v^2) < u_to: their number, their share of the light, and |dY| relative to
-    their light."""
+    """The errors of the pairs with u_from <= sqrt(u^2 + v^2) < u_to.
+
+    pairs        number of these pairs
+    light        their share of the light of all pairs
+    relative_dy  sum of their |dY| over the sum of their Y"""
 
     u_from: float
     u_to: float
@@ -57,11 +64,12 @@ class Verdict:
     errors             error metrics over all pairs
     asked              dE00 that the bake must keep
     allowance          what the sampling of the pairs may add to the 99th percentile
-    zero_order_dy      largest |dY| of the zero order; zero_order_budget is what it may be
+    zero_order_dy      largest |dY| of the zero order
+    zero_order_budget  the largest zero_order_dy that passes
     rings              the errors by distance from the zero order
-    w                  values of w that were looked at
-    step_m             wavelength step
-    seconds            that the check took
+    w                  values of w at which pairs were measured
+    step_m             wavelength step in metres
+    seconds            time in seconds that the check took
     """
 
     errors: Errors
@@ -118,10 +126,11 @@ def check(
     step_m: float | None = None,
     progress: Progress = silent,
 ) -> Verdict:
-    """Recompute a bake's error at `groups` values of w, on `pairs` direction pairs each, in wavelength steps of step_m.
+    """Recompute a bake's error at `groups` values of w, on up to `pairs` direction pairs at each value.
 
-    delta_e is the dE00 that the bake must keep, by default that of the file's header; the default of step_m is
-    default_step. Raises GratingError if the file is no bake, or not a bake of these height maps."""
+    The wavelengths are summed in steps of step_m metres, by default as default_step says. delta_e is the dE00 that the
+    bake must keep, by default the dE00 in the file's header. Raises GratingError if the file is no bake, or not a bake
+    of these height maps."""
     started = time.perf_counter()
     table = read_table(bake)
     _refuse_another_surface(bake, table.record, height_maps)
@@ -172,16 +181,18 @@ def _refuse_another_surface(bake: Path, record: dict, height_maps: Sequence[Heig
 def default_step(sigma_b: float) -> float:
     """Wavelength step in metres for a kernel of sigma_b.
 
-    An order at |u| = 1 moves by at most one sigma_b from one wavelength to the next, and a sum of Gaussians at that
-    spacing is flat to 5e-9. The step is at least 1 nm, and at most 3 nm so that it resolves the observer."""
+    With this step, an order at |u| = 1 moves by at most one sigma_b from one wavelength to the next. A sum of Gaussians
+    at that spacing is flat to 5e-9. The step is never under 1 nm, and never over 3 nm, so that it resolves the
+    observer."""
     return float(np.clip(WAVELENGTH_MIN_M * sigma_b, 1e-9, 3e-9))
 
 
 def truths(
     table: Table, reliefs: Sequence[Relief], *, groups: int, pairs: int, step_m: float, progress: Progress = silent
 ) -> list[Truth]:
-    """The colours that a table should hold, at `groups` values of w and up to `pairs` direction pairs each, all within
-    the region and the range of w that the table covers."""
+    """The colours that a table should hold, at `groups` values of w and on up to `pairs` direction pairs at each value.
+
+    All pairs are within the region and the range of w that the table covers."""
     rng = np.random.default_rng(_SEED)
     found = []
     for k, w in enumerate(_draw_w(table.w_range, groups, rng)):
@@ -196,8 +207,9 @@ def truths(
 
 
 def _draw_w(w_range: tuple[float, float], count: int, rng: np.random.Generator) -> np.ndarray:
-    """w (count,), distributed as for two cosine-weighted directions: one from each of `count` quantiles in the
-    range."""
+    """Values of w (count,) in a range, distributed as they are for two cosine-weighted directions.
+
+    One value is drawn from each of `count` quantiles."""
     low, high = w_range
     every = np.sort(draw_w(4096, rng))
     inside = every[(every >= low) & (every <= high)]
@@ -220,11 +232,11 @@ def sampling_allowance(errors: Errors) -> float:
 
 
 def zero_order_budget(reliefs: Sequence[Relief], samples: int, asked: float) -> float:
-    """The largest |dY| of the zero order that passes: the sum of three errors, multiplied by `asked` where it is above
-    1.
+    """The largest |dY| of the zero order that passes: the sum of three errors, times `asked` where that is above 1.
 
-    They are a half float's rounding; what B-splines over samples h apart smooth off Z(w), which is at most
-    |Z''| h^2 / 6 <= (2 pi sigma / lambda)^2 h^2 / 3 for heights of variance sigma^2; and the expansion's tolerance."""
+    The first error is the rounding of a half float. The second is what B-splines over samples h apart smooth off Z(w):
+    at most |Z''| h^2 / 6 <= (2 pi sigma / lambda)^2 h^2 / 3 for heights of variance sigma^2, where Z'' is the second
+    derivative of Z. The third is the expansion's tolerance."""
     step = 2 / (samples - 1)
     variance = max(np.average(relief.height_m**2, weights=relief.apodisation**2) for relief in reliefs)
     bend = (2 * np.pi / WAVELENGTH_MIN_M) ** 2 * variance * step**2 / 3

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line: a verb a file."""
+"""The command line `python -m precompute VERB`: one file for each verb."""

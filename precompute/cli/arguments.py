@@ -13,7 +13,7 @@ from ..table.sample_set import path_beside
 
 
 def add_input(parser: argparse.ArgumentParser, several: str | None = None) -> None:
-    """Add FILE and the options that files without units need.
+    """Add FILE, the options that tell the size of a picture and the channel of an instrument's file, and --json.
 
     `several` is argparse's `nargs` for verbs that take more than one FILE."""
     text = "height map, or sample:NAME (" + ", ".join(sample_names()) + ")"
@@ -110,5 +110,6 @@ def existing_bake(file: str) -> Path | None:
 
 
 def height_map_of(arguments, file: str | None = None) -> HeightMap:
-    """The height map that the command line names, or that of one file out of several. Raises GratingError."""
+    """The height map of `file`, or without one of the command line's only FILE. Raises GratingError as read_height_map
+    does."""
     return read_height_map(file or arguments.file, arguments.size_um, arguments.height_nm, channel=arguments.channel)

@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Run the verb `bake`: read, bake, measure, write."""
+    """Run the verb `bake`: read the scans, bake them, measure the error, write the files."""
     request = request_of(arguments)
     height_maps = [scan.read() for scan in request.scans]
     progress = Progress(arguments.progress)
@@ -46,7 +46,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def request_of(arguments: argparse.Namespace) -> BakeRequest:
-    """What the command line asks of a bake, by --request or by FILE and options.
+    """What the command line asks of a bake: by --request, or else by FILE and options.
 
     Raises GratingError for a request that no bake can keep."""
     if arguments.request is not None:
@@ -68,12 +68,14 @@ def request_of(arguments: argparse.Namespace) -> BakeRequest:
 
 
 def _found_at(files: list[str], request: BakeRequest, source: Path) -> BakeRequest:
-    """The request with its scans at other paths, if any are named: one path for each scan, in the same order."""
+    """The request with its scans at the paths `files`, one path for each scan and in the same order.
+
+    Without any path the request stays as it is. Raises GratingError for another number of paths."""
     if not files:
         return request
     if len(files) != len(request.scans):
         raise GratingError(
-            f"{source}: the request has {len(request.scans)} scans, not {len(files)}; name as many, in its order"
+            f"{source}: the request has {len(request.scans)} scans, not {len(files)}; name a FILE for each, in order"
         )
     scans = zip(request.scans, files, strict=True)
     return replace(request, scans=tuple(replace(scan, source=file) for scan, file in scans))

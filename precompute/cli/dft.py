@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--step-nm", type=float, default=5.0, metavar="NM", help="wavelength step; default 5")
     parser.add_argument(
         "--texels", type=int, choices=(0, *range(1, 32, 2)), default=3, metavar="N",
-        help="texels that the shader reads along each axis, odd; 0: as many as the window reaches; default 3",
+        help="texels that the shader reads along each axis, odd; 0: all that the window reaches; default 3",
     )  # fmt: skip
     parser.add_argument("--coherence-um", type=coherence_argument, default=65.0, metavar="UM", help="default 65")
     parser.add_argument(

@@ -52,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def on_request() -> list[str]:
-    """The methods that can be evaluated, but are not unless they are named."""
+    """The methods that can be evaluated, but are evaluated only if --methods names them."""
     spectral = [name for name, entry in ENTRIES.items() if entry.has_spectrum and not entry.in_default_evaluation]
     return [*spectral, baked.ENTRY.name]
 
@@ -139,8 +139,8 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def evaluation_settings(arguments, name: str, period_m: float) -> Settings:
-    """Settings for one method. At the default length of 65 um a bake would need a finer table than there is, so that it
-    chooses a length itself."""
+    """Settings for one method. At the default coherence length of 65 um a bake would need a table that is finer than
+    any, so a bake chooses the length itself."""
     length_um = arguments.coherence_um
     if name == baked.ENTRY.name and length_um == 65.0:
         length_um = None

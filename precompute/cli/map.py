@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def brdf_map_of(arguments, progress: Progress) -> tuple[np.ndarray, str]:
-    """Map (size, size, 3) in XYZ and its illuminant, from a bake's file or folder, or from a height map."""
+    """The map (size, size, 3) in XYZ and its illuminant, from a bake's file or folder, or else from a height map."""
     theta_i, conserving = np.radians(arguments.theta_i), arguments.form == "conserving"
     file = existing_bake(arguments.file)
     if file is not None:
@@ -94,7 +94,7 @@ def brdf_map_of(arguments, progress: Progress) -> tuple[np.ndarray, str]:
 
 
 def method_map(relief: Relief, length_m: float | None, arguments, *, progress: Progress) -> np.ndarray:
-    """Map (size, size, 3) in XYZ by one of METHODS, in Stam's form."""
+    """The map (size, size, 3) in XYZ by one of METHODS, in Stam's form, which is not energy conserving."""
     settings = Settings(
         coherence_length_m=length_m,
         terms=arguments.terms,

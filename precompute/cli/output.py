@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a verb prints: progress, and facts as JSON or as text; and what it refuses to write to."""
+"""What a verb prints: its progress, and its facts as JSON or as text. Also the targets that it refuses to write to."""
 
 import argparse
 import json
@@ -10,8 +10,8 @@ from ..base.failure import GratingError
 
 
 class Progress:
-    """Tells stages on standard error: as lines for people, as JSON lines for the program that started us, or not at
-    all.
+    """Reports progress on standard error: as lines of text for people, as lines of JSON for the program that started
+    this one, or not at all.
 
     A line is printed when a stage begins, when it ends, and after every step of 1 % (JSON) or 25 % (text)."""
 
@@ -60,7 +60,9 @@ def _check_file(path: Path) -> None:
 
 
 def emit(facts: dict, target: str | None, summary) -> None:
-    """Write facts as JSON to a file or to standard output; unless JSON goes to standard output, print a summary."""
+    """Write facts as JSON to the file `target`, or to standard output if `target` is "-".
+
+    Unless JSON goes to standard output, print `summary()`, the facts as text."""
     if target == "-":
         print(json.dumps(facts, indent=1))
     else:

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The error metrics (docs/theory.md), the same for every truth and every candidate. The bake's own check and the
-benchmark measure against the reference (precompute/reference), `check` against direct sums of its own.
+"""The error metrics (docs/theory.md), which are the same for every truth and every candidate.
+
+A candidate is what is judged: a bake, or a method. What it is judged against differs. A bake judges itself against
+sums over its own spectra (bake/self_check.py), a bake under the patch model against precompute/reference, and the verb
+`check` against direct sums of its own (check/direct_sums.py).
 
 Colours are radiance under unit irradiance, with Fresnel reflectance and obliquity. CIEDE2000 is taken at four
 exposures, and the worst exposure counts. The zero order is measured apart.
@@ -21,11 +24,11 @@ from .pairs import Pairs
 EXPOSURE_PERCENTILES = (50, 90, 99, 99.9)
 # A pair counts at an exposure if the Y of the reference or of the candidate is in this range.
 COUNTED_Y = (0.002, 1.0)
-# Radiance under unit irradiance that is rounding alone: phasors are exact to 1e-16, and power is their square.
+# Radiance under unit irradiance below this is rounding alone: phasors are exact to 1e-16, and power is their square.
 _DARK_Y = 1e-15
 
 
-# candidate(u (n,), v (n,), w): scattered XYZ over w^2 (n, 3), and the zero order's XYZ (3,).
+# candidate(u, v, w), with u and v (n,): its scattered XYZ over w^2 (n, 3), and its zero order's XYZ (3,).
 Candidate = Callable[[np.ndarray, np.ndarray, float], tuple[np.ndarray, np.ndarray]]
 
 
@@ -54,7 +57,8 @@ class Errors:
         return asdict(self)
 
     def worse_by(self, delta_e: float, relative: float) -> "Errors":
-        """These errors with others added that were measured apart: delta_e of colour, `relative` of luminance."""
+        """These errors plus two that were measured apart: delta_e is added to each error of colour, `relative` to each
+        relative error of luminance."""
         colour = {name: getattr(self, name) + delta_e for name in ("mean", "p95", "p99", "max")}
         light = {name: getattr(self, name) + relative for name in ("relative_dy", "relative_rms")}
         return replace(self, **colour, **light)
@@ -71,7 +75,8 @@ class Truth:
 
 
 def measure(truth: list[Truth], candidate: Candidate, illuminant: str = "D65") -> Errors:
-    """Errors of a candidate against the truth. A candidate that answers with NaN or infinity has infinite errors."""
+    """Errors of a candidate against the truth. A candidate that answers with NaN or infinity has infinite errors of
+    colour."""
     reference, answer, drawn, zero = [], [], [], []
     for t in truth:
         factor = t.pairs.radiance_factor()[:, None]
@@ -85,7 +90,7 @@ def measure(truth: list[Truth], candidate: Candidate, illuminant: str = "D65") -
         colour = worst_exposure(reference, answer, drawn, white=white_xyz(illuminant))
     else:
         colour = dict.fromkeys(("mean", "p95", "p99", "max"), float("inf"))
-    # Where the truth is dark but for rounding, a relative error means nothing, and the absolute one is given.
+    # Where the truth is dark but for rounding, a relative error means nothing, and the absolute error is given.
     total = reference[:, 1].sum() if reference[:, 1].max(initial=0) > _DARK_Y else 0.0
     dy = answer[:, 1] - reference[:, 1]
     rms = np.sqrt(np.mean(reference[:, 1] ** 2)) if total > 0 else 0.0

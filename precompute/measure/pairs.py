@@ -38,23 +38,27 @@ class Pairs:
         return Pairs(self.wi[kept], self.wr[kept], self.drawn[kept])
 
     def radiance_factor(self) -> np.ndarray:
-        """R * O * cos(ti) * w^2 (n,), which turns scattered XYZ over w^2 into radiance under unit irradiance."""
+        """R O cos(ti) w^2 (n,), which turns scattered XYZ over w^2 into radiance under unit irradiance.
+
+        R is the Fresnel reflectance of keratin at the half angle, O Stam's obliquity."""
         reflectance = fresnel_reflectance(half_angle_cosine(self.wi, self.wr))
         return reflectance * obliquity_times_cosine_and_w2(self.wi, self.wr)
 
 
 def draw_w(count: int, rng: np.random.Generator) -> np.ndarray:
-    """w (count,), distributed as for two cosine-weighted directions: one from each of `count` quantiles, so that a few
-    values cover the range."""
+    """Values of w = cos(ti) + cos(tr), (count,), distributed as they are for two cosine-weighted directions.
+
+    One value is drawn from each of `count` quantiles, so that a few values cover the range."""
     sums = np.sort(np.sqrt(rng.random((4096, 2))).sum(axis=1))
     return sums[((np.arange(count) + rng.random(count)) / count * len(sums)).astype(int)]
 
 
 def cosine_weighted(w: float, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """wi, wr (count, 3) with cos(ti) + cos(tr) = w, each cosine weighted, at random azimuths."""
+    """Unit vectors wi, wr (count, 3) with cos(ti) + cos(tr) = w, both cosine weighted, at random azimuths."""
     low, high = max(0.0, w - 1), min(1.0, w)
     candidates = rng.uniform(low, high, 64 * count)
-    # Density of a cosine-weighted cosine c is 2 c, and its partner is w - c; their product peaks at w / 2.
+    # The cosine c of a cosine-weighted direction has the density 2 c, and its partner's cosine is w - c. The density of
+    # both together is proportional to c (w - c), which peaks at c = w / 2.
     kept = candidates[rng.random(len(candidates)) * (w / 2) ** 2 < candidates * (w - candidates)]
     ci = kept[:count]
     azimuth = rng.uniform(0, 2 * np.pi, (2, len(ci)))
@@ -67,9 +71,9 @@ def _direction(cosine: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
 
 
 def pair_about(half: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Random unit vectors wi, wr, both above the surface, whose sums are the half vectors (n, 3).
+    """Random unit vectors wi and wr, both above the surface, whose sums wi + wr are the vectors `half` (n, 3).
 
-    Up to n pairs are returned: a half vector for which 200 trials find no pair is left out."""
+    Up to n pairs are returned: a vector of `half` for which 200 trials find no pair is left out."""
     length = np.linalg.norm(half, axis=1, keepdims=True)
     axis = half / length
     side = np.cross(axis, np.where(np.abs(axis[:, :1]) < 0.7, [[1.0, 0, 0]], [[0, 1.0, 0]]))

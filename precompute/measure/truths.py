@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The truth that a bake is measured against: the reference's colours on drawn direction pairs (docs/theory.md).
+"""Direction pairs, and the reference's colours on them (docs/theory.md, "The error metric").
 
 The pairs come in groups of equal w. Half of a group is cosine weighted, and half is drawn from the reference's
-spectrum, because random directions rarely meet a narrow order. errors.py measures a candidate on them.
+spectrum, because random directions rarely meet a narrow diffraction order. errors.py measures a candidate on these
+pairs.
 """
 
 from collections.abc import Callable
@@ -23,7 +24,7 @@ Spectrum = Callable[[float], tuple[np.ndarray, FrequencyGrid]]
 
 def draw_pairs(spectrum: Spectrum, sigma_b: float, w: float, *, count: int, rng: np.random.Generator) -> Pairs:
     """`count` pairs with cos(ti) + cos(tr) = w: the first half cosine weighted, the second drawn from the spectrum
-    under a kernel of sigma_b. There are fewer if the spectrum is dark or mostly past the horizon."""
+    under a kernel of sigma_b. Fewer pairs are returned if the spectrum is dark or lies mostly past the horizon."""
     cosine = cosine_weighted(w, count // 2, rng)
     spectral = _spectrum_weighted(spectrum, sigma_b, w, count - count // 2, rng)
     wi, wr = (np.concatenate(halves) for halves in zip(cosine, spectral, strict=True))
@@ -60,8 +61,8 @@ def truths(
     relief: Relief, sigma_b: float, w_count: int, *, pairs_each: int, step_m: float,    seed: int = 0,
     progress: Progress = silent,
 ) -> list[Truth]:  # fmt: skip
-    """The reference at w_count random values of w, on pairs_each direction pairs each, in wavelength steps of
-    step_m."""
+    """The reference at w_count random values of w, on up to pairs_each direction pairs at each value, in wavelength
+    steps of step_m metres."""
     rng = np.random.default_rng(seed)
     grid = reference_grid(relief, sigma_b)
     found = []

@@ -2,16 +2,18 @@
 """Coherence length and kernel width of the ensemble model (docs/theory.md, Coherence).
 
 A Gaussian amplitude window of standard deviation sigma_s, averaged over its positions, blurs the power spectrum by a
-Gaussian of standard deviation 1 / (2 pi sqrt(2) sigma_s) in q. The coherence length is 4 sigma_s, as in the thesis.
-The kernel is a Gaussian of fixed standard deviation sigma_b in (u, v), so the coherence length is proportional to the
-wavelength. Lengths in this project are those at REFERENCE_WAVELENGTH_M.
+Gaussian of standard deviation 1 / (2 pi sqrt(2) sigma_s) in the spatial frequency q = (u, v) / lambda. The coherence
+length is 4 sigma_s, as in the thesis. The kernel is a Gaussian of fixed standard deviation sigma_b in (u, v), so the
+coherence length is proportional to the wavelength. Every coherence length in this project is the one at
+REFERENCE_WAVELENGTH_M.
 """
 
 import math
 
 REFERENCE_WAVELENGTH_M = 550e-9
-# The default kernel averages this many coherence areas: fewer leave mostly speckle.
+# The default kernel averages this many coherence areas. An average over fewer areas is mostly speckle.
 MINIMUM_AREAS = 30
+# The coherence length of the thesis, and the default of the patch model.
 THESIS_COHERENCE_M = 65e-6
 
 
@@ -21,7 +23,8 @@ def kernel_sigma(coherence_length_m: float) -> float:
 
 
 def coherence_length(sigma_b: float) -> float:
-    """The coherence length in metres of a kernel sigma_b: the inverse of kernel_sigma."""
+    """The coherence length in metres of a kernel of standard deviation sigma_b in (u, v): the inverse of
+    kernel_sigma."""
     return kernel_sigma(1.0) / sigma_b
 
 
@@ -29,8 +32,8 @@ def coherence_areas(size_m: tuple[float, float], coherence_length_m: float, prof
     """The number of coherence areas over which scans average.
 
     size_m is (Ly, Lx) in metres of a scan; profiles_m is the total length in metres of scans of a single row or column,
-    whose heights are known along one direction only. Two windows count as separate areas from a shift of
-    sqrt(2) sigma_s on, where the square of their overlap has fallen to 1 / e."""
+    whose heights are known along one direction only. Two windows count as separate areas if they are at least
+    sqrt(2) sigma_s apart: at that shift the square of their overlap has fallen to 1 / e."""
     shift = math.sqrt(2) * coherence_length_m / 4
     return size_m[0] * size_m[1] / shift**2 + profiles_m / shift
 

@@ -10,7 +10,9 @@ FARTHEST = 2.0
 
 
 class Region(NamedTuple):
-    """A rectangle of (u, v): the least and the greatest u, then of v. The default holds every pair of directions."""
+    """A rectangle of (u, v): the least and the greatest u, then the least and the greatest v.
+
+    The default holds every pair of directions."""
 
     u: tuple[float, float] = (-FARTHEST, FARTHEST)
     v: tuple[float, float] = (-FARTHEST, FARTHEST)

@@ -12,8 +12,8 @@ from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, spectral_weigh
 from ..spectra.spectrum import FrequencyGrid, frequency_grid, scattered_spectrum
 from ..surface.relief import Relief
 
-# In standard deviations. The kernel has fallen to exp(-7^2 / 2) = 2e-11 of its peak there, so that the tail that is cut
-# off stays below 1e-9, the accuracy of the reference.
+# The kernel ends at this many standard deviations, where it has fallen to exp(-7^2 / 2) = 2e-11 of its peak. The tail
+# beyond is less than 1e-9, the accuracy of the reference.
 KERNEL_REACH = 7.0
 
 
@@ -29,8 +29,9 @@ def reference_xyz(
     """Scattered XYZ (n, 3) at the places uv, two arrays (n,), and the zero order's XYZ (3,), all at one w.
 
     XYZ is the integral over the wavelengths of PSD((u, v) / lambda; w / lambda) / lambda^2 times the observer. It is
-    the density over (u, v) of the reflected light at R = O = 1, scaled so that a perfect mirror's white has Y = 1. The
-    zero order's XYZ is a weight on the kernel (docs/theory.md). `progress` is told after each wavelength."""
+    the density over (u, v) of the light that a surface of reflectance R = 1 and obliquity O = 1 reflects, scaled so
+    that a perfect mirror's white has Y = 1. The zero order's XYZ is a weight that the kernel at (u, v) is multiplied by
+    (docs/theory.md, "The bake"). `progress` is called after each wavelength."""
     grid = reference_grid(relief, sigma_b)
     lambdas = wavelengths(step_m)
     weights = spectral_weights(lambdas, illuminant)
@@ -48,9 +49,9 @@ def blurred(
     power: np.ndarray, grid: FrequencyGrid, uv: tuple[np.ndarray, np.ndarray], *, lam: float, sigma_b: float,
     cut: float = KERNEL_REACH,
 ) -> np.ndarray:  # fmt: skip
-    """Density (n,) over (u, v), at the places uv, two arrays (n,), of the binned power (ny, nx).
+    """Density over (u, v) of the binned power (ny, nx), at the places uv, two arrays (n,); returns (n,).
 
-    Each bin is a Gaussian of sigma_b about lambda * q, cut off at `cut` times sigma_b."""
+    The light of each bin is spread as a Gaussian of sigma_b about lambda * q, cut off at `cut` times sigma_b."""
     u, v = uv
     index_y, kernel_y = _kernel_bins(grid.q_y, v, lam, sigma_b, cut)
     index_x, kernel_x = _kernel_bins(grid.q_x, u, lam, sigma_b, cut)
@@ -64,8 +65,8 @@ def blurred(
 
 
 def _kernel_bins(q: np.ndarray, position, lam: float, sigma_b: float, cut: float) -> tuple[np.ndarray, np.ndarray]:
-    """For each position (n,) in u or v, the bins within the kernel's reach, and the kernel there: two arrays (n,
-    reach)."""
+    """For each position (n,) in u or v: the indices of the bins within the kernel's reach, and the kernel's values at
+    these bins. Both are arrays (n, m), where m bins are enough for every position."""
     if len(q) == 1:
         centre = np.zeros((len(position), 1), int)
     else:

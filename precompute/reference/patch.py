@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The truth of the patch model of coherence: the sum of precompute/spectra/patch_window.py, as matrix products."""
+"""The truth of the patch model of coherence: the sum P(q; s) of precompute/spectra/patch_window.py, computed for each
+direction as a product of matrices."""
 
 from dataclasses import dataclass
 
@@ -9,7 +10,7 @@ from ..spectra.patch_window import PatchWindow
 from ..spectra.spectrum import phasor
 from ..surface.relief import Relief
 
-# Complex numbers in one block of waves.
+# Complex numbers in one block of waves, to limit memory.
 _CHUNK = 2_000_000
 
 
@@ -20,7 +21,9 @@ class PatchReference:
     window: PatchWindow
 
     def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
-        """Density (n,) over (u, v) at u, v (n,); w and wavelength_m are (n,) or one number."""
+        """Density (n,) over (u, v) of the reflected light at u, v (n,), for R = O = 1.
+
+        w and wavelength_m, in metres, are (n,) or one number."""
         u, v, w, lam = np.broadcast_arrays(u, v, w, wavelength_m)
         amplitude = np.empty(len(u), complex)
         step = max(1, _CHUNK // sum(self.window.relief.height_m.shape))
@@ -41,7 +44,8 @@ class PatchReference:
         return out
 
     def _line_sums(self, q_y, q_x, s) -> np.ndarray:
-        """As _sums, for a relief whose rows are all alike: the sum is then a product of one sum for each axis."""
+        """As _sums, for a relief whose rows are all alike: the sum is then a sum over the rows times a sum over
+        the columns."""
         relief = self.window.relief
         apodisation_y, apodisation_x = relief.apodisation_axes
         line = np.exp((-2j * np.pi) * s[:, None] * relief.height_m[0])

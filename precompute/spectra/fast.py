@@ -18,22 +18,26 @@ from .resample import KERNEL_REACH, Resampler
 from .series import COUNT_MIN, SpectrumSeries, bound
 from .spectrum import FrequencyGrid, fft_order, frequency_grid, scattered_spectrum
 
-# Side in pixels of the cuts on which the number of nodes is measured. A relief under twice this size takes the bound.
+# Side in pixels of the cuts on which the number of nodes is measured. A relief whose longer side is under twice this
+# size takes the number that `bound` gives.
 _CUT = 192
 _ROWS_AT_ONCE, _COLUMNS_AT_ONCE = 128, 64
-# A scattered share of the light below this is rounding: a hundred times what single precision scatters by itself.
+# A surface that scatters less than this share of the light scatters nothing but rounding. The share is a hundred times
+# what a transform in single precision scatters falsely.
 ROUNDING = 1e-10
-# In units of the finest kernel at the longest wavelength: the standard deviation of the blur by which bins may be
-# thinned out, and their spacing afterwards. The rest of the kernel is 0.8 wide; a sum over bins with both Gaussians is
-# flat to 2 exp(-2 pi^2 * 0.6^2 * 0.8^2 / 0.75^2) = 6e-4.
+# Bins that are much finer than the finest kernel are blurred by a Gaussian and then thinned out. These are the standard
+# deviation of the blur, and the spacing of the bins afterwards, both in units of the finest kernel at the longest
+# wavelength. The rest of the kernel then has a standard deviation of 0.8. A sum over bins under both Gaussians is flat
+# to 2 exp(-2 pi^2 * 0.6^2 * 0.8^2 / 0.75^2) = 6e-4.
 _BLUR, _SPACING = 0.6, 0.75
 
 
 def exact_error(relief: Relief, series: SpectrumSeries, s_values: np.ndarray) -> float:
-    """The error of a series: the largest over s_values (n,) of sum |found - exact| / sum exact over the bins.
+    """The error of a series: sum |found - exact| / sum exact over the bins, the largest for any of s_values (n,).
 
-    The exact spectrum is in float64; where the bins were thinned out, it is in float32 and thinned out too. Values of s
-    at which the relief scatters no more than ROUNDING are left out."""
+    `found` is the series' spectrum and `exact` that of a transform, in float64. Where the bins were thinned out, the
+    exact spectrum is in float32 and thinned out too. Values of s at which the relief scatters no more than ROUNDING are
+    left out."""
     worst = 0.0
     for s in s_values:
         if series.blur_q:
@@ -54,8 +58,9 @@ def fast_series(
     """The series of a relief in float32, with bins up to q_max and s up to s_max, both in cycles per metre.
 
     finest_kernel is the standard deviation, in cycles per metre, of the narrowest kernel that will be used. Where bins
-    are much finer than that kernel, they are blurred by a part of it and thinned out. The series leaves out about
-    `tolerance` of the light, estimated from its last coefficients. `progress` is called after each transform."""
+    are much finer than that kernel, they are blurred by a part of it and thinned out. The series leaves out about the
+    share `tolerance` of the light, as estimated from its last coefficients. `progress` is called after each
+    transform."""
     grid = frequency_grid(relief, q_max, finest_kernel)
     most = bound(relief, s_max, tolerance)
     count = min(most, measured_count(relief, q_max, s_max, tolerance=tolerance))
@@ -68,7 +73,7 @@ def fast_series(
 
 
 def measured_count(relief: Relief, q_max: float, s_max: float, *, tolerance: float) -> int:
-    """The number of nodes in s that three cuts of the relief need, whichever needs most.
+    """The number of nodes in s that is enough for each of three cuts of the relief.
 
     The cuts lie in the middle, around the highest point and around the deepest point. A small relief takes the number
     that `bound` gives. Arguments as in `fast_series`."""
@@ -92,13 +97,14 @@ def measured_count(relief: Relief, q_max: float, s_max: float, *, tolerance: flo
 
 
 def _slice_around(at: int, count: int) -> slice:
-    """A slice of _CUT of `count` pixels with pixel `at` in its middle, moved inwards at the edges."""
+    """A slice of _CUT out of `count` pixels, with pixel `at` in its middle; at the edges the slice is moved inwards."""
     start = int(np.clip(at - _CUT // 2, 0, max(count - _CUT, 0)))
     return slice(start, start + min(_CUT, count))
 
 
 def _coefficient_sizes(values: np.ndarray) -> np.ndarray:
-    """The size (count,) of each Chebyshev coefficient of values (count, ...) at the nodes: the sum of its moduli."""
+    """The size (count,) of each Chebyshev coefficient of values (count, ...) at the nodes: its modulus, summed over
+    all other axes."""
     flat = values.reshape(len(values), -1)
     matrix = chebyshev.coefficients_from_nodes(len(values)).astype(values.dtype)
     blocks = range(0, flat.shape[1], 1 << 18)
@@ -109,7 +115,8 @@ def _left_out(sizes: np.ndarray) -> tuple[float, float]:
     """An estimate of the share of light that the coefficients after the last would hold, from sizes (count,).
 
     Even and odd coefficients each fall at least geometrically (Jacobi-Anger). The estimate sums that geometric series,
-    whose ratio is the size of the last two coefficients over the size of the two before. Returns share and ratio."""
+    whose ratio is the size of the last two coefficients over the size of the two before. Returns the share and the
+    ratio."""
     before, last = sizes[-4:-2].sum(), sizes[-2:].sum()
     ratio = min(last / max(before, 1e-300), 0.5)
     return last * ratio / (1 - ratio) / max(sizes.sum(), 1e-300), max(ratio, 1e-6)

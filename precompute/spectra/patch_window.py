@@ -3,10 +3,12 @@
 
     P(q; s) = sum over pixels of g t p exp(-i 2 pi q.x),   g = exp(-|x|^2 / (2 sigma^2)),   PSD = dA |P|^2 / sum (g t)^2
 
-t is the apodisation of the relief, 1 where its edges wrap. The integral of PSD over the Nyquist cell is 1. The thesis
-convolves the patch's DFT with a Gaussian, which is the same as repeating the patch under a window. There the window is
-centred on the patch's corner, so the seams of a raw scan run through the middle of the window and show as a cross. Here
-it is centred on the patch's middle.
+p is the phasor at s = w / lambda, x a position, q a spatial frequency, dA the area of a pixel. t is the apodisation of
+the relief, which is 1 where its edges wrap. The integral of PSD over the Nyquist cell is 1.
+
+The thesis convolves the patch's DFT with a Gaussian, which is the same as repeating the patch under a window. The
+thesis's window is centred on the patch's corner, so the seams of a raw scan run through the middle of the window and
+show as a cross. The window here is centred on the patch's middle.
 """
 
 from dataclasses import dataclass
@@ -51,7 +53,7 @@ class PatchWindow:
         return float(along[0] @ self.relief.apodisation**2 @ along[1])
 
     def density_scale(self) -> float:
-        """dA / sum (g t)^2 in square metres, which |P|^2 is multiplied by to give PSD."""
+        """The factor dA / sum (g t)^2, in square metres, that turns |P|^2 into PSD."""
         return float(np.prod(self.relief.pixel_size_m)) / self.squared_sum()
 
     def kernel_at_zero(self) -> float:

@@ -9,9 +9,10 @@ from .spectrum import FrequencyGrid
 
 # The kernel ends at this many standard deviations.
 KERNEL_REACH = 5.5
-# A block of rows is multiplied with all bins within reach of any of its rows. In smaller blocks fewer of these bins are
-# out of reach of most rows, and OpenBLAS has faster kernels for products of under a million multiplications. In larger
-# blocks there are fewer products to start.
+# Rows of the result that one matrix product computes. The product takes in every bin that any row of its block reaches,
+# so a tall block multiplies many zeros, for bins that only its other rows reach. A product of a low block stays under a
+# million multiplications, for which OpenBLAS has faster kernels. But low blocks need more products, and each product
+# takes time to start.
 _ROWS_PER_BLOCK = 16
 
 
@@ -19,8 +20,9 @@ class Resampler:
     """Blurs and resamples the bins of one wavelength onto the grid of u (nu,) and v (nv,), both ascending.
 
     The density is G_v power G_u^T with G[i, j] = N(u_i - lambda q_j; sigma), a normal density of standard deviation
-    sigma. `lam` is the wavelength in metres. `kept` are the slices (rows, columns) of the grid's bins that are within
-    reach of any point; only these are to be passed. Points further than `radius` from (0, 0) may stay 0."""
+    sigma. `lam` is the wavelength in metres. `kept` are the slices (rows, columns) of the grid's bins that the kernel
+    reaches from any point; a caller passes the power of these bins alone. The density at points further than `radius`
+    from (0, 0) may stay 0."""
 
     def __init__(self, grid: FrequencyGrid, u: np.ndarray, v: np.ndarray, lam: float, sigma: float, radius=math.inf):
         sides = ((grid.q_y, v), (grid.q_x, u))
@@ -52,7 +54,9 @@ class Resampler:
 
 
 def _half_chord(axis: np.ndarray, radius: float) -> float:
-    """Half the longest chord that lines at the positions `axis` cut from a disc around 0; 0 where no line meets it."""
+    """Half the longest chord that a disc of `radius` around 0 cuts from the lines at the positions `axis` (n,).
+
+    It is 0 where no line meets the disc."""
     nearest = 0.0 if axis[0] <= 0 <= axis[-1] else float(np.abs(axis).min())
     return math.sqrt(max(radius**2 - nearest**2, 0.0))
 
@@ -63,13 +67,15 @@ def _within(centres: np.ndarray, low: float, high: float, reach: float) -> slice
 
 
 def _gaussian_blocks(centres: np.ndarray, axis: np.ndarray, sigma: float):
-    """The matrix G in blocks: the slice of points on the axis, the slice of bins within their reach, and G of these."""
+    """The matrix G in blocks: for each block the slice of its points on the axis, the slice of the bins that the kernel
+    reaches from these points, and the part of G for these points and bins."""
     blocks = []
     for start in range(0, len(axis), _ROWS_PER_BLOCK):
         out = slice(start, min(start + _ROWS_PER_BLOCK, len(axis)))
         bins = _within(centres, axis[out][0], axis[out][-1], KERNEL_REACH * sigma)
         distance = (axis[out, None] - centres[None, bins]) / sigma
-        # Factors beyond the reach would be subnormal in single precision, on which some processors spend 100 cycles.
+        # Factors far beyond the reach would be subnormal numbers in single precision. Some processors spend 100 cycles
+        # on an operation with such a number, so factors beyond the reach are set to 0.
         near = np.abs(distance) <= KERNEL_REACH
         factor = near * np.exp(-0.5 * distance**2) / (np.sqrt(2 * np.pi) * sigma)
         blocks.append((out, bins, factor))

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scattered spectrum at every s, interpolated from a few values of s (docs/theory.md, Expansions).
 
-|P|^2 is a sum of terms exp(-i 2 pi s (h - h')), so the range of the relief limits its band in s, and a few Chebyshev
-nodes are enough to interpolate it. The scattered part vanishes as s^2. The series holds the spectrum divided by s^2,
-which stays well conditioned in grazing directions, where s goes to 0.
+Let P be the transform of the phasor at s, and h and h' the heights of two pixels. |P|^2 is a sum of terms
+exp(-i 2 pi s (h - h')). So the range of the relief limits its band in s, and a few Chebyshev nodes are enough to
+interpolate it. The scattered part vanishes as s^2. The series holds the spectrum divided by s^2: this quotient stays
+well conditioned in grazing directions, where s goes to 0.
 """
 
 import math
@@ -29,7 +30,7 @@ class SpectrumSeries:
     scattered_over_s2  (count, ny, nx) in square metres
     amplitude          (count,) complex
     blur_q             standard deviation of the Gaussian by which the bins are blurred already, cycles per metre
-    periodic           whether the bins are orders of a surface that wraps; otherwise they sample a continuum
+    periodic           True if the bins are the orders of a surface that wraps, False if they sample a continuum
     """
 
     grid: FrequencyGrid
@@ -48,13 +49,16 @@ class SpectrumSeries:
         return np.abs(self.weights(s) @ self.amplitude) ** 2
 
     def mixed(self, weights: np.ndarray, kept: tuple[slice, slice]) -> np.ndarray:
-        """Sums (ny, k, nx) of scattered_over_s2 over the nodes with weights (k, count), for kept rows and columns."""
+        """Sums of scattered_over_s2 over the nodes, one for each row of weights (k, count); returns (ny, k, nx).
+
+        Only the bins in `kept`, slices of rows and of columns, are summed."""
         rows, columns = kept
         weights = weights.astype(self.scattered_over_s2.dtype)
         return weights @ self.scattered_over_s2.transpose(1, 0, 2)[rows, :, columns]
 
     def kernel_left(self, sigma: float, wavelength_m: float) -> float:
-        """The kernel, as standard deviation in (u, v), that completes the bins' own blur to a kernel sigma."""
+        """The standard deviation in (u, v) of the kernel that is still to be applied at a wavelength: together with the
+        bins' own blur it makes a kernel of standard deviation sigma."""
         return math.sqrt(sigma**2 - (wavelength_m * self.blur_q) ** 2)
 
 
@@ -79,5 +83,6 @@ def spectrum_series(
 
 def bound(relief: Relief, s_max: float, tolerance: float) -> int:
     """The number of nodes in s that is enough for every relief of the same height range."""
-    # With s = s_max (1 + t) / 2, t in [-1, 1] and a height difference d, exp(-i 2 pi s d) is a phase of z = pi s_max d.
+    # Let s = s_max (1 + t) / 2 with t in [-1, 1], and let d be the difference of two heights. Then exp(-i 2 pi s d) is
+    # exp(-i z t) with z = pi s_max d, times a constant of modulus 1.
     return max(COUNT_MIN, chebyshev.jacobi_anger_terms(np.pi * s_max * relief.height_range_m, tolerance))

@@ -2,8 +2,9 @@
 """The phasor of a relief and its power spectrum (docs/theory.md, Spectrum).
 
 The phasor is p(x, y; s) = exp(-i 2 pi s h) with s = w / lambda. Its mean, weighted by the square of the apodisation, is
-the amplitude of the zero order. The squared modulus of the transform of the rest is the scattered spectrum. The
-weights make the mean orthogonal to the rest, so by Parseval's theorem the two powers sum to exactly 1.
+the amplitude of the zero order. What is left of the phasor without its mean is the rest. The squared modulus of the
+transform of the rest is the scattered spectrum. The weights make the mean orthogonal to the rest, so by Parseval's
+theorem the efficiency of the zero order and the scattered power sum to exactly 1.
 """
 
 import math
@@ -22,8 +23,8 @@ class FrequencyGrid:
     """The bins of a transform that are kept.
 
     q_y, q_x         their frequencies (ny,) and (nx,) in cycles per metre, ascending
-    transform_shape  (rows, cols) of the transform: the shape of a relief that wraps, and a larger one, for zero
-                     padding, of any other
+    transform_shape  (rows, cols) of the transform: the relief's shape if the relief wraps, or else a larger shape,
+                     filled up with zeros
     """
 
     q_y: np.ndarray
@@ -47,14 +48,14 @@ def zero_order_amplitude(relief: Relief, s: float) -> complex:
 
 
 def frequency_grid(relief: Relief, q_max: float, finest_kernel: float) -> FrequencyGrid:
-    """The bins with |q_x| and |q_y| up to q_max, fit for kernels of a standard deviation of finest_kernel and wider.
+    """The bins with |q_x| and |q_y| up to q_max, for kernels whose standard deviation is finest_kernel or more.
 
     q_max and finest_kernel are in cycles per metre. To blur the spectrum by a Gaussian of standard deviation sigma is
     to multiply the scan's autocorrelation by a Gaussian of standard deviation 1 / (2 pi sigma). The transform repeats
-    the scan, so at long shifts the autocorrelation contains products of the scan's one end with the other. Where the
-    scan does not wrap, zero padding by 0.4 / finest_kernel moves these products out to shifts that the Gaussian
-    multiplies by exp(-2 pi^2 0.4^2) = 4e-2 or less. Under the apodisation they are small besides: the error was
-    measured as 3e-4 of the peak.
+    the scan, so at long shifts the autocorrelation contains products of one end of the scan with its other end. Where
+    the scan does not wrap, zero padding by 0.4 / finest_kernel moves these products out to shifts that the Gaussian
+    multiplies by exp(-2 pi^2 0.4^2) = 4e-2 or less. The apodisation, too, makes the products small. The error that is
+    left was measured as 3e-4 of the peak.
 
     Two kinds of surface are not padded: one that wraps, because its bins are orders and not samples of a continuum; and
     a single row or column along its short axis, because it is a profile that does not change there."""

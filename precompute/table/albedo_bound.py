@@ -2,8 +2,8 @@
 """The albedo bound, as a table holds it and as a renderer reads it.
 
 The energy-conserving form of the BRDF divides by this bound, so that no surface reflects more than it receives. Its
-derivation is in docs/theory.md, section "Energy". bake/excess_albedo.py computes the table of excess albedo E that the
-bound max(1, a) = 1 + E / cos(t) is made from; a is the directional albedo and t the angle from the normal.
+derivation is in docs/theory.md, section "BRDF", "Albedo bound". The bound is max(1, a) = 1 + E / cos(t), where a is the
+directional albedo, t the angle from the normal, and E the excess albedo. bake/excess_albedo.py computes the table of E.
 """
 
 import numpy as np
@@ -43,6 +43,6 @@ def with_rim(table: np.ndarray) -> np.ndarray:
     """A table (rows, columns) with one more texel on every side, which cubic reading at the rim needs; (rows + 2,
     columns + 2).
 
-    Rows are mirrored at both ends. Columns wrap around; the first and the last column are the same azimuth, so each is
-    continued by the neighbour of the other."""
+    Rows are mirrored at both ends. Columns wrap around: the first and the last column are the same azimuth, so the
+    column before the first is a copy of the last but one, and the column after the last a copy of the second."""
     return np.pad(np.concatenate([table[:, -2:-1], table, table[:, 1:2]], axis=1), ((1, 1), (0, 0)), mode="reflect")

@@ -36,19 +36,20 @@ STRIP_ROWS = 4
 # Half floats end at 65504 and lose digits below 6e-5. The scale puts a table's largest value under this number, which
 # leaves room above.
 LARGEST_STORED = 8192.0
-# More levels than any table has: each doubles the kernel, and fifteen doublings lead from one of 8e-6 to 0.25.
+# More levels than any table has: each level doubles the kernel, and fifteen doublings lead from a kernel of 8e-6 to one
+# of 0.25.
 _LEVELS_MAX = 16
 
 
 @dataclass(frozen=True)
 class Layout:
-    """How a reader finds u, v and w in the image: what a material's nodes need, and nothing else.
+    """How a reader finds u, v and w in the image. The layout is all that a material's nodes need to know.
 
     A tile of level 0 takes tile_rows x tile_columns texels of the picture. Of these, inner_rows x inner_columns hold
     the table; TILE_PADDING more texels on each side are there only for reading. The middle of the tile's inner texel
     (0, 0) is at (v_first, u_first). tiling.py has the rule for the other levels. `texel` is the step of u and v from
-    one texel to the next. Tiles are stored divided by `scale`. Row and column counts are those of a block of tiles:
-    `rows` x `columns` tiles hold the `terms` terms of one level."""
+    one texel to the next. Tiles are stored divided by `scale`. `rows` and `columns` count the tiles in a block, which
+    holds the `terms` terms of one level."""
 
     terms: int
     levels: int
@@ -106,7 +107,7 @@ class Layout:
 
     @property
     def is_valid(self) -> bool:
-        """Whether the numbers can be those of an image. What a header says is believed only if they can."""
+        """Whether an image can have a layout of these numbers. A header is believed only if it can."""
         tiles = self.levels, self.terms, self.tile_rows, self.tile_columns, self.columns, self.rows
         table = self.inner_rows, self.inner_columns
         strip = self.strip_rows, self.zero_order_samples, self.bound_rows, self.bound_columns

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a baked surface answers to one lamp. The Direct formula: addon/materials/direct/group.py builds it from nodes,
-addon/materials/osl/direct.osl writes it as a shader, and here it stands in NumPy."""
+"""The radiance that a baked surface sends to a viewer under one lamp, by the Direct material's formula, in NumPy.
+
+addon/materials/direct/group.py builds the same formula from nodes, and addon/materials/osl/direct.osl is the formula as
+a shader.
+"""
 
 from dataclasses import dataclass
 
@@ -14,7 +17,7 @@ from .table import Table
 
 @dataclass(frozen=True)
 class Skin:
-    """The inputs of the material that change what the relief reflects, each at the value that leaves it as baked.
+    """The inputs of the material that change what the relief reflects. The defaults leave the relief as it was baked.
 
     roughness          of the skin over the relief; its slopes have the variance roughness^4 / 2, as a Beckmann lobe's
     period_scale       stretches the relief along the surface
@@ -45,9 +48,14 @@ def lamp_radiance(
     """Radiance in linear Rec.709 (n, 3), W/m2/sr, for unit vectors wi, wr (n, 3) to the lamp and to the viewer in the
     surface's frame (T, B, N).
 
-    irradiance (n, 3) in W/m2 is that of a surface which faces the lamp; variance (n,) in rad2 is that of the lamp's
-    disc in the sky, along one axis. The surface answers nothing to a lamp or a viewer below it. The formula is Stam's
-    (Stam 1999, eq. 5) over the albedo bound (docs/theory.md)."""
+    `irradiance` (n, 3) in W/m2 is what a surface that faces the lamp would receive. `variance` (n,) in rad2 is the
+    variance of the lamp's disc in the sky, along one axis. The radiance is 0 where the lamp or the viewer is below the
+    surface. The formula is Stam's (Stam 1999, equation 5) divided by the albedo bound M (docs/theory.md, "BRDF"):
+
+        Lo = E R / M [(1 + wi.wr)^2 / cos(tr) p^2 c^2 S(p u, p v, c w) + cos(ti) Z(c w) kernel(u, v)]
+
+    E is the irradiance and R the Fresnel reflectance at the half angle. S is the table's scattered XYZ over w^2, and Z
+    the colour of its zero order. p is the period scale and c the height scale."""
     u, v, w = (wi + wr).T
     cos_i = wi[:, 2]
     blur = np.maximum(variance * (1 + cos_i**2) / 2 - table.sigma_b**2, 0) + (w * skin.roughness**2) ** 2 / 2

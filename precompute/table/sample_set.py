@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The sample set of a surface: frequencies q drawn in proportion to its spectrum, and what each one weighs.
 
-A material that lights of every kind can reach (the Lobes material, which is still to come) draws from it at random.
+A material that answers to lights of every kind (the Lobes material, which is still to come) draws from it at random.
 Here q is spatial frequency in cycles per metre, s = w / lambda, and PSD the scattered part of the power spectrum
 (docs/theory.md). For every function F,
 
@@ -15,8 +15,9 @@ Stam's obliquity O. As in the table, the s^2 cancels the 1 / w^2 of the obliquit
 total. The values of s are the bake's own Chebyshev nodes. Two things follow: the series' values there are powers, so
 that no bin can get a negative probability; and at a node no weight exceeds the mean weight times the number of nodes.
 If one s alone gave the pdf, bins that are dark at this s and bright at another would be drawn too rarely: on the Elaphe
-scan, weights then reach 250 times the mean, against 4 times now. Without the division by the total, the bright spectra
-of large s would crowd out those of small s (21 times).
+scan, weights would then reach 250 times the mean weight, and now they reach 4 times the mean. Without the division by
+the total, the bright spectra of large s would crowd out the spectra of small s, and weights would reach 21 times the
+mean.
 
 **q** is the frequency of a bin of the spectrum (spectra/series.py). The bins lie close enough together for the bake's
 kernel, and the lobe that a closure draws is that kernel. So a jitter of q within its bin would gain nothing, and a
@@ -56,10 +57,10 @@ import numpy as np
 from ..optics.coherence import REFERENCE_WAVELENGTH_M
 from . import atlas_file
 
-# Texels a side. On the Elaphe scan at w = 1.6, a set of this size misplaces 2.4 % of the light, and one of 512 texels a
-# side 0.9 % (docs/data_flow.md).
+# Texels along each side of a set. On the Elaphe scan at w = 1.6, a set of this size misplaces 2.4 % of the light, and a
+# set of 512 texels a side misplaces 0.9 % (docs/data_flow.md).
 SIZE = 256
-# Of a cubic: as many as a picture has channels.
+# Coefficients of a cubic. A picture has the same number of channels.
 COEFFICIENTS = 4
 # Rows of a picture that any graphics card takes.
 _ROWS_MAX = 8192
@@ -91,7 +92,7 @@ class SampleSet:
 
 @dataclass(frozen=True)
 class SampleSetLayout:
-    """How a reader finds q and W in the image: what a material's nodes need, and nothing else.
+    """How a reader finds q and W in the image. The layout is all that a material's nodes need to know.
 
     `blur` and `s_last` are blur_q and s_max of the sample set, both multiplied by `wavelength`, in metres. The picture
     has `rows` x `columns` tiles of `size` x `size` texels."""
@@ -118,7 +119,7 @@ class SampleSetLayout:
 
     @property
     def is_valid(self) -> bool:
-        """Whether the numbers can be those of an image. What a header says is believed only if they can."""
+        """Whether an image can have a layout of these numbers. A header is believed only if it can."""
         return (
             all(isinstance(n, int) and n > 0 for n in (self.size, self.pieces, self.columns, self.rows))
             and all(math.isfinite(x) and x > 0 for x in (self.wavelength, self.s_last, self.scale, self.sigma_b))

@@ -4,8 +4,9 @@
     XYZ(u, v, w) = Z(w) * kernel(u, v) + w^2 * sum_k T_k(t) B_k(u, v)
 
 (u, v, w) = wi + wr is the sum of the unit vectors to the light and to the viewer. Z is the colour of the zero order,
-the mirror image, and the kernel is its Gaussian of coherence. T_k is the Chebyshev polynomial of degree k, and t runs
-from -1 to 1 over the table's range of w. The B_k are the tiles. docs/theory.md, section "In w", derives the series.
+the mirror image, and the kernel is the Gaussian by which coherence blurs it. T_k is the Chebyshev polynomial of degree
+k, and t runs from -1 to 1 over the table's range of w. The B_k are the tiles. docs/theory.md, sections "Expansions" and
+"The bake", gives the reasons for the series.
 """
 
 from dataclasses import dataclass, field
@@ -17,9 +18,10 @@ from ..optics.region import Region
 from .albedo_bound import NO_EXCESS, albedo_bound
 from .tiling import TILE_PADDING
 
-# Samples of Z(w). For a relief of 2 um, reading by B-splines is then off by half a step of a half float.
+# Number of samples of Z(w). With this number, reading by B-splines is off by half a step of a half float for a relief
+# of 2 um, and by less for a shallower one.
 ZERO_ORDER_SAMPLES = 512
-# Places that are read at once: a core's cache holds the indices and weights of that many.
+# Number of places that are read at once: a core's cache holds the indices and weights of this many places.
 _READ_AT_ONCE = 4096
 
 
@@ -35,8 +37,8 @@ class Table:
     illuminant     what counts as white
     excess_albedo  (rows, columns) float32, from which the albedo bound is made (albedo_bound.py); without it, the bound
                    is 1 and the form is Stam's
-    first          (v, u) at the middle of texel (0, 0); by default the tile's middle is at (0, 0)
-    w_range        the range of w over which the T_k are taken
+    first          (v, u) at the middle of texel (0, 0); the default puts the tile's middle at (v, u) = (0, 0)
+    w_range        the range of w that t runs over
     precision      the kind of float that holds the terms well enough in a file
     wider          the same terms under kernels of 2, 4, ... times sigma_b, with texels 2, 4, ... times as large
                    (tiling.py)
@@ -81,8 +83,9 @@ class Table:
         """Scattered XYZ over w^2 (n, 3) at u and v (n,), read as a renderer reads it.
 
         Texels are read by cubic B-splines, from half floats where half floats are stored. `w` is a number or (n,).
-        `variance`, a number or (n,) in (u, v), is added to the kernel's variance: the two levels whose kernels are next
-        to the sum are mixed, as far as the table has such levels."""
+        `variance`, a number or (n,) in (u, v), is added to the kernel's variance. The result is then a mixture of two
+        levels: the last whose kernel's variance is at most the sum, and the level after it. Beyond the last level of
+        the table, the last level is read alone."""
         w, variance = (np.broadcast_to(np.asarray(each, float), np.shape(u)) for each in (w, variance))
         level, share = level_mix(variance / self.sigma_b**2, len(self.levels))
         out = np.zeros((3, len(u)))
@@ -95,7 +98,8 @@ class Table:
         return out.T
 
     def _read(self, level: int, u: np.ndarray, v: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """XYZ (3, n) of one level. Each channel of a term is one sum over taps, in the table's own precision."""
+        """XYZ over w^2 (3, n) of one level. Each channel of a term is one sum over the B-spline's texels, in the
+        terms' own precision."""
         terms = self.levels[level]
         _, rows, columns, _ = terms.shape
         (u_low, u_high), (v_low, v_high) = self.region
@@ -116,8 +120,8 @@ class Table:
     def zero_order_xyz(self, w) -> np.ndarray:
         """Z (..., 3) at w (...,), read as a renderer reads it: by a cubic B-spline."""
         z = self.zero_order
-        # Left of the picture, a renderer repeats the first texel. With samples at steps h, the B-spline is off by
-        # Z'' h^2 / 6.
+        # Left of the picture, a renderer repeats the first texel. For samples at steps h, the B-spline is off by
+        # Z'' h^2 / 6, where Z'' is the second derivative of Z.
         around = np.concatenate([z[:1], z, past_end(z)[None]])
         return bspline.read_curve(around, np.asarray(w, float) / 2 * (len(z) - 1) + 1)
 
@@ -145,10 +149,10 @@ def held_region(axes: tuple[np.ndarray, np.ndarray]) -> Region:
 
 
 def level_mix(added, levels: int) -> tuple[np.ndarray, np.ndarray]:
-    """The level (n,) to read, and the share (n,) of the level after it, for a kernel whose variance is larger.
+    """The level (n,) to read, and the share (n,) of the level after it, for a kernel that is wider than sigma_b.
 
-    `added` (n,) is what is added to the variance, in units of sigma_b^2. The mixture of the two levels has the variance
-    asked for. Beyond the last level, the last level is read alone."""
+    `added` (n,) is what is added to the kernel's variance, in units of sigma_b^2. The mixture of the two levels has the
+    variance asked for. Beyond the last level, the last level is read alone."""
     grown = np.clip(1 + np.asarray(added, float), 1, 4.0 ** (levels - 1))
     level = np.minimum(np.log2(grown) / 2, max(levels - 2, 0)).astype(int)
     return level, (grown / 4.0**level - 1) / 3

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where the tiles of a table and of its wider levels stand in one picture.
 
-Level l has the kernel sigma_b 2^l, and texels that are 2^l times as large as those of level 0. A material computes
-where a tile stands from a level that only the shading knows. Therefore every place has a closed form in 2^-l.
+Level l has the kernel sigma_b 2^l, and texels that are 2^l times as large as those of level 0. Which level is read
+depends on the point that is shaded, so a material computes a tile's place while it shades. Therefore every place has a
+closed form in 2^-l. The inner texels of a tile hold the table; the texels around them are there only for reading.
 
 Let A be the number of inner texels of level 0 along an axis, rounded up to a multiple of 2^(levels - 1). Along this
 axis a tile of level l takes A / 2^l + LEVEL_PADDING texels of the picture:
@@ -29,7 +30,8 @@ PICTURE_SIDE_MAX = 16384
 ASPECT_MAX = 3.0
 # Blender holds a picture as RGBA of 32 bits a channel.
 BYTES_PER_TEXEL = 16
-# The widest kernel that lights and roughness ask for, and the fewest inner texels that still show a kernel.
+# The standard deviation in (u, v) of the widest kernel that lights and roughness ask for, and the fewest inner texels
+# along an axis that still show a kernel.
 _WIDEST_KERNEL, _INNER_MIN = 0.25, 8
 
 # Rows and columns, or x and y.
@@ -39,8 +41,8 @@ Pair = tuple[int, int]
 def level_count(sigma_b: float, inner: Pair) -> int:
     """Levels of a table with the given inner rows and columns.
 
-    The last level is the first whose kernel is as wide as lights and roughness ever ask for, or the last that still has
-    _INNER_MIN inner texels, whichever comes first."""
+    The last level is the first level whose kernel is as wide as lights and roughness ever ask for, or the last level
+    that still has _INNER_MIN inner texels along each axis, whichever comes first."""
     wanted = math.ceil(math.log2(_WIDEST_KERNEL / sigma_b) - 1e-9)
     held = math.floor(math.log2(max(min(inner) - 1, 1) / (_INNER_MIN - 1)))
     return 1 + max(0, min(wanted, held))
@@ -65,7 +67,8 @@ def level_stride(stride: Pair, level: int) -> Pair:
 def block_origin(block: Pair, stride: Pair, level: int) -> Pair:
     """Lower left texel (x, y) of a level's block of tiles, y counted upward from the bottom of the first block.
 
-    `block` is the rows and columns of tiles in a block, `stride` what a tile of level 0 takes."""
+    `block` is the number of rows and columns of tiles in a block. `stride` is the number of rows and columns of the
+    picture that a tile of level 0 takes."""
     if level == 0:
         return 0, 0
     (rows, columns), inner_rows = block, stride[0] - LEVEL_PADDING
@@ -85,8 +88,9 @@ def blocks_size(block: Pair, stride: Pair, levels: int) -> Pair:
 def tile_block(terms: int, stride: Pair, levels: int, *, width_min: int = 1) -> Pair:
     """Rows and columns of tiles in a block, for the best picture that holds `terms` terms.
 
-    A picture must be at least `width_min` wide, and no side may exceed PICTURE_SIDE_MAX. Pictures that are no longer
-    than ASPECT_MAX times their width come first; among those the smallest, then the squarest.
+    A picture must be at least `width_min` wide, and no side may exceed PICTURE_SIDE_MAX. A picture whose longer side is
+    at most ASPECT_MAX times its shorter side is better than any other. Among such pictures the smallest is the best,
+    and among pictures of equal size the squarest.
 
     Raises GratingError if every picture is too large for a graphics card."""
     found = []
