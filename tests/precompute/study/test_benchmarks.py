@@ -46,13 +46,14 @@ def test_a_table_is_markdown():
     assert evaluation_page.table([["a", "b"], ["1", "2"]]) == "| a | b |\n| --- | --- |\n| 1 | 2 |"
 
 
-@pytest.mark.parametrize("page", ["evaluation.md", "hard_cases.md", "osl.md", "theory.md", "speed_against_error.md"])
+@pytest.mark.parametrize("page", sorted(path.name for path in DOCS.glob("*.md")))
 def test_what_the_pages_name_is_there(page):
     text = (DOCS / page).read_text()
     for picture in re.findall(r"\]\((images/[^)]+)\)", text):
         assert (DOCS / picture).is_file(), picture
     for module in re.findall(r"(?:precompute|benchmarks|tests)/[\w/]+\.py", text):
-        assert (DOCS.parent / module).is_file(), module
+        # developing.md spells a file that its reader will write NAME.py.
+        assert "NAME" in module or (DOCS.parent / module).is_file(), module
 
 
 def test_the_committed_pictures_are_small():
