@@ -26,8 +26,6 @@ EXPOSURE_PERCENTILES = (50, 90, 99, 99.9)
 COUNTED_Y = (0.002, 1.0)
 # Radiance under unit irradiance below this is rounding alone: phasors are exact to 1e-16, and power is their square.
 _DARK_Y = 1e-15
-
-
 # candidate(u, v, w), with u and v (n,): its scattered XYZ over w^2 (n, 3), and its zero order's XYZ (3,).
 Candidate = Callable[[np.ndarray, np.ndarray, float], tuple[np.ndarray, np.ndarray]]
 

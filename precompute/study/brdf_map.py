@@ -20,6 +20,7 @@ from ..spectra.resample import Resampler
 from ..spectra.series import spectrum_series
 from ..surface.relief import Relief
 from ..table.albedo_bound import albedo_bound
+from ..table.radiance import Skin, reflected_xyz
 from ..table.table import Table
 
 # Tolerance of the interpolation in s, finer than a picture can show. A test compares the result with the reference.
@@ -27,8 +28,6 @@ _EXACT = 1e-9
 # Directions that are evaluated at once. For a bake they fit the cache of a core. For a method, the texels that it
 # gathers stay within some tens of megabytes.
 _PIXELS, _METHOD_PIXELS = 16384, 8192
-# In standard deviations of the kernel. exp(-8.5^2 / 2) = 2e-16: farther out nothing of the zero order is left.
-_KERNEL_SEEN = 8.5
 
 
 def view_hemisphere(size: int, theta_i: float, rows: slice = slice(None)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -49,21 +48,11 @@ def from_bake(bake: Table, size: int, theta_i: float, *, conserving: bool = True
     """Radiance XYZ (size, size, 3) under unit irradiance, row along +y, from a bake; NaN outside the hemisphere.
 
     `conserving` chooses the energy-conserving form of the materials; otherwise the form is Stam's (docs/theory.md,
-    BRDF).
-
-    The result agrees to rounding with table.radiance.lamp_radiance in XYZ, for one light of unit irradiance and the
-    skin as baked; a test compares the two. The sum is written anew here because a map reads the zero order near the
-    mirror direction alone, and then takes six tenths of the time."""
-    excess = bake.excess_albedo if conserving else None
+    BRDF)."""
+    skin = Skin(energy_conserving=float(conserving))
 
     def xyz(wi: np.ndarray, view: np.ndarray) -> np.ndarray:
-        u, v, w = wi[:, None] + view.T
-        of_scattered, of_zero_order = _gains(wi, view, excess)
-        out = of_scattered[:, None] * bake.scattered_over_w2(u, v, w)
-        near = np.flatnonzero(u**2 + v**2 < (_KERNEL_SEEN * bake.sigma_b) ** 2)
-        kernel = bake.kernel(u[near], v[near])
-        out[near] += (of_zero_order[near] * kernel)[:, None] * bake.zero_order_xyz(w[near])
-        return out
+        return reflected_xyz(bake, wi, view, skin=skin)
 
     return _hemisphere_of(xyz, size, theta_i, at_once=_PIXELS, told=lambda fraction: None)
 

@@ -34,6 +34,39 @@ class Skin:
 
 
 AS_BAKED = Skin()
+# Of the kernel's peak, exp(-8.5^2 / 2) = 2e-16 is left at this many standard deviations: no zero order is seen beyond.
+_KERNEL_SEEN = 8.5
+
+
+def reflected_xyz(
+    table: Table, wi: np.ndarray, wr: np.ndarray, *, variance: np.ndarray | float = 0.0, skin: Skin = AS_BAKED
+) -> np.ndarray:
+    """Radiance in XYZ (n, 3) under unit irradiance, for unit vectors wi (3,) or (n, 3) to the lamp and wr (n, 3) to the
+    viewer in the surface's frame (T, B, N), both above the surface.
+
+    `variance`, a number or (n,) in rad2, is the variance of the lamp's disc in the sky, along one axis. Unit irradiance
+    is that of a surface that faces the lamp. The formula is Stam's (Stam 1999, equation 5) divided by the albedo bound
+    M (docs/theory.md, "BRDF"):
+
+        R / M [(1 + wi.wr)^2 / cos(tr) p^2 c^2 S(p u, p v, c w) + cos(ti) Z(c w) kernel(u, v)]
+
+    R is the Fresnel reflectance at the half angle. S is the table's scattered XYZ over w^2, and Z the colour of its
+    zero order. p is the period scale and c the height scale."""
+    u, v, w = (wi + wr).T
+    cos_i = wi[..., 2]
+    blur = np.maximum(variance * (1 + cos_i**2) / 2 - table.sigma_b**2, 0) + (w * skin.roughness**2) ** 2 / 2
+    p, c = skin.period_scale, skin.height_scale
+    inside = (p * u) ** 2 + (p * v) ** 2 < 4
+    xyz = inside[:, None] * table.scattered_over_w2(p * u, p * v, c * w, variance=blur * p**2)
+    xyz *= (obliquity_times_cosine_and_w2(wi, wr) * (p * c) ** 2)[:, None]
+    near = np.flatnonzero(u**2 + v**2 < _KERNEL_SEEN**2 * (table.sigma_b**2 + blur))
+    mirrored = np.broadcast_to(cos_i, u.shape)[near] * table.kernel(u[near], v[near], blur[near])
+    xyz[near] += mirrored[:, None] * table.zero_order_xyz(c * w[near])
+    reflectance = fresnel_reflectance(half_angle_cosine(wi, wr), skin.ior)
+    if skin.energy_conserving:
+        bound = np.maximum(table.albedo_bound_at(wi), table.albedo_bound_at(wr))
+        reflectance /= 1 + skin.energy_conserving * (bound - 1)
+    return xyz * reflectance[:, None]
 
 
 def lamp_radiance(
@@ -45,28 +78,10 @@ def lamp_radiance(
     variance: np.ndarray | float = 0.0,
     skin: Skin = AS_BAKED,
 ) -> np.ndarray:
-    """Radiance in linear Rec.709 (n, 3), W/m2/sr, for unit vectors wi, wr (n, 3) to the lamp and to the viewer in the
-    surface's frame (T, B, N).
+    """Radiance in linear Rec.709 (n, 3), W/m2/sr, as reflected_xyz has it, for wi, wr (n, 3).
 
-    `irradiance` (n, 3) in W/m2 is what a surface that faces the lamp would receive. `variance` (n,) in rad2 is the
-    variance of the lamp's disc in the sky, along one axis. The radiance is 0 where the lamp or the viewer is below the
-    surface. The formula is Stam's (Stam 1999, equation 5) divided by the albedo bound M (docs/theory.md, "BRDF"):
-
-        Lo = E R / M [(1 + wi.wr)^2 / cos(tr) p^2 c^2 S(p u, p v, c w) + cos(ti) Z(c w) kernel(u, v)]
-
-    E is the irradiance and R the Fresnel reflectance at the half angle. S is the table's scattered XYZ over w^2, and Z
-    the colour of its zero order. p is the period scale and c the height scale."""
-    u, v, w = (wi + wr).T
-    cos_i = wi[:, 2]
-    blur = np.maximum(variance * (1 + cos_i**2) / 2 - table.sigma_b**2, 0) + (w * skin.roughness**2) ** 2 / 2
-    p, c = skin.period_scale, skin.height_scale
-    inside = (p * u) ** 2 + (p * v) ** 2 < 4
-    xyz = inside[:, None] * table.scattered_over_w2(p * u, p * v, c * w, variance=blur * p**2)
-    xyz *= (obliquity_times_cosine_and_w2(wi, wr) * (p * c) ** 2)[:, None]
-    xyz += (cos_i * table.kernel(u, v, blur))[:, None] * table.zero_order_xyz(c * w)
-    bound = np.maximum(table.albedo_bound_at(wi), table.albedo_bound_at(wr))
-    bound = 1 + skin.energy_conserving * (bound - 1)
-    xyz *= (fresnel_reflectance(half_angle_cosine(wi, wr), skin.ior) / bound)[:, None]
-    lit = (cos_i > 0) & (wr[:, 2] > 0)
-    # A renderer's colours have no negative component.
-    return np.maximum(xyz @ rgb_from_xyz("Rec.709").T, 0) * irradiance * lit[:, None]
+    `irradiance` (n, 3) in W/m2 is what a surface that faces the lamp would receive. The radiance is 0 where the lamp or
+    the viewer is below the surface, and no component is negative, as in a renderer."""
+    lit = (wi[:, 2] > 0) & (wr[:, 2] > 0)
+    rgb = reflected_xyz(table, wi, wr, variance=variance, skin=skin) @ rgb_from_xyz("Rec.709").T
+    return np.maximum(rgb, 0) * irradiance * lit[:, None]

@@ -17,13 +17,12 @@ from precompute.bake.needs import EVERYTHING, Needs
 from precompute.bake.request import BakeRequest
 from precompute.colour.observer import spectral_weights, wavelengths
 from precompute.colour.working_space import rgb_from_xyz
-from precompute.optics.brdf import half_angle_cosine, obliquity_times_cosine_and_w2
-from precompute.optics.fresnel import fresnel_reflectance
 from precompute.optics.region import Region
 from precompute.study import brdf_map
 from precompute.surface.readers.registry import read_height_map
 from precompute.surface.relief import Relief, prepare
 from precompute.table import atlas, atlas_file
+from precompute.table.radiance import lamp_radiance
 from precompute.table.table import Table
 
 PIXELS = 360
@@ -70,13 +69,8 @@ class View:
 
     def software_rgb(self, baked: Table) -> np.ndarray:
         """Radiance under unit irradiance (n, n, 3) that the node group should give: its formula in NumPy."""
-        u, v, w = (axis.ravel() for axis in np.moveaxis(self.half, -1, 0))
-        factor = obliquity_times_cosine_and_w2(self.wi, self.wr).ravel()[:, None]
-        xyz = factor * baked.scattered_over_w2(u, v, w)
-        xyz += self.wi[..., 2].reshape(-1, 1) * baked.zero_order_xyz(w) * baked.kernel(u, v)[:, None]
-        limit = np.maximum(baked.albedo_bound_at(self.wi), baked.albedo_bound_at(self.wr))
-        xyz *= (fresnel_reflectance(half_angle_cosine(self.wi, self.wr)) / limit).ravel()[:, None]
-        return np.maximum(xyz @ rgb_from_xyz("Rec.709").T, 0).reshape(*self.wi.shape)
+        wi, wr = (np.reshape(each, (-1, 3)) for each in (self.wi, self.wr))
+        return lamp_radiance(baked, wi, wr, irradiance=np.ones(3)).reshape(*self.wi.shape)
 
 
 def view_of(to_sun) -> View:

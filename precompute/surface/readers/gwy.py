@@ -30,7 +30,6 @@ _MASKED_ABOVE = 0.5
 # The exceptions that the code below and gwyfile raise where a container is not as Gwyddion writes it.
 _DAMAGE = (struct.error, ValueError, KeyError, TypeError, AttributeError, NotImplementedError, RecursionError)
 
-
 T = TypeVar("T")
 
 

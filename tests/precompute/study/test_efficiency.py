@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Order efficiencies against the closed forms (issue 3, must show 1), and against rigorous coupled waves."""
+"""Order efficiencies against the closed forms and against rigorous coupled waves."""
 
 import json
 from itertools import product
