@@ -34,8 +34,9 @@ class Skin:
 
 
 AS_BAKED = Skin()
-# Of the kernel's peak, exp(-8.5^2 / 2) = 2e-16 is left at this many standard deviations: no zero order is seen beyond.
-_KERNEL_SEEN = 8.5
+# A Gaussian is 0 in double precision from this many standard deviations on: exp(-38.7^2 / 2) = 6e-326 is under the
+# smallest number. Beyond it the zero order need not be read.
+_KERNEL_ENDS = 38.7
 
 
 def reflected_xyz(
@@ -59,7 +60,7 @@ def reflected_xyz(
     inside = (p * u) ** 2 + (p * v) ** 2 < 4
     xyz = inside[:, None] * table.scattered_over_w2(p * u, p * v, c * w, variance=blur * p**2)
     xyz *= (obliquity_times_cosine_and_w2(wi, wr) * (p * c) ** 2)[:, None]
-    near = np.flatnonzero(u**2 + v**2 < _KERNEL_SEEN**2 * (table.sigma_b**2 + blur))
+    near = np.flatnonzero(u**2 + v**2 < _KERNEL_ENDS**2 * (table.sigma_b**2 + blur))
     mirrored = np.broadcast_to(cos_i, u.shape)[near] * table.kernel(u[near], v[near], blur[near])
     xyz[near] += mirrored[:, None] * table.zero_order_xyz(c * w[near])
     reflectance = fresnel_reflectance(half_angle_cosine(wi, wr), skin.ior)
