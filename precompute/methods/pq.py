@@ -20,7 +20,7 @@ from ..surface.unit_cell import unit_cell
 from . import flss
 from .entry import Extent, MethodEntry, PlotStyle, Trial
 from .method import Method, Settings
-from .term_images import Expansion, ShaderImages, TermImages, make_images
+from .term_images import Expansion, ShaderImages, TermImages, make_images, read_spectrum
 
 # Where 1 - cos(phase) is below this, the thesis takes p = N, q = 0.
 _PRINTED_LIMIT = 1e-5
@@ -66,12 +66,11 @@ class Pq(Method):
 
     def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
         """See Method; wavelength_m may be (n,)."""
-        u, v, w, lam = np.broadcast_arrays(u, v, w, wavelength_m)
-        s, which = np.unique(w / lam, return_inverse=True)
-        coefficients = self.expansion.coefficients(s)[which.ravel()]
-        patch = self.images.read(
-            v / lam, u / lam, coefficients, weight=lambda _, d: np.sinc(d), texels=self.settings.texels
+        directions = np.broadcast_arrays(u, v, w, wavelength_m)
+        patch = read_spectrum(
+            self.images, self.expansion, directions, weight=lambda _, d: np.sinc(d), texels=self.settings.texels
         )
+        u, v, _, lam = directions
         phases = [2 * np.pi * length * c / lam for length, c in zip(self.images.size_m, (v, u), strict=True)]
         if self.printed:
             factor = printed_product(*(printed_factor(p, n) for p, n in zip(phases, self.copies, strict=True)))

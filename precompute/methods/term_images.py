@@ -74,6 +74,16 @@ class TermImages:
         return inside * weight(axis, index - place), np.clip(index, 0, count - 1)
 
 
+def read_spectrum(images: TermImages, expansion: Expansion, directions, *, weight: Callable, texels: int) -> np.ndarray:
+    """The expanded phasor's spectrum (m,) at directions u, v, w and wavelengths in metres, each (m,).
+
+    weight and texels are those of `TermImages.read`. Coefficients are computed once for each s = w / wavelength."""
+    u, v, w, lam = directions
+    s, which = np.unique(w / lam, return_inverse=True)
+    coefficients = expansion.coefficients(s)[which.ravel()]
+    return images.read(v / lam, u / lam, coefficients, weight=weight, texels=texels)
+
+
 @dataclass(frozen=True)
 class ShaderImages:
     """What an OSL shader needs in order to evaluate a method.

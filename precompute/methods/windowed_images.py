@@ -8,7 +8,7 @@ import numpy as np
 from ..spectra.patch_window import PatchWindow
 from ..surface.relief import Relief
 from .method import Method, Settings
-from .term_images import Expansion, ShaderImages, TermImages, make_images
+from .term_images import Expansion, ShaderImages, TermImages, make_images, read_spectrum
 
 
 @dataclass(frozen=True)
@@ -27,11 +27,11 @@ class WindowedImages(Method):
 
     def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
         """See Method; wavelength_m may be (n,)."""
-        u, v, w, lam = np.broadcast_arrays(u, v, w, wavelength_m)
-        s, which = np.unique(w / lam, return_inverse=True)
-        coefficients = self.expansion.coefficients(s)[which.ravel()]
-        amplitude = self.images.read(v / lam, u / lam, coefficients, weight=self._weight, texels=self.settings.texels)
-        return self.scale * np.abs(amplitude).astype(float) ** 2 / lam**2
+        directions = np.broadcast_arrays(u, v, w, wavelength_m)
+        amplitude = read_spectrum(
+            self.images, self.expansion, directions, weight=self._weight, texels=self.settings.texels
+        )
+        return self.scale * np.abs(amplitude).astype(float) ** 2 / directions[-1] ** 2
 
     @property
     def table_bytes(self) -> int:

@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every test has a cache of its own: none finds the bake of another."""
+"""What all of these tests share: a cache of their own, and functions that run a command line.
+
+No test finds the bake of another in its cache.
+"""
 
 import pytest
+
+from precompute.cli import parser
 
 
 @pytest.fixture(autouse=True)
@@ -11,3 +16,45 @@ def cache_folder(tmp_path_factory, monkeypatch):
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE", str(folder))
     monkeypatch.delenv("NATURAL_GRATINGS_CACHE_MB", raising=False)
     return folder
+
+
+@pytest.fixture
+def run(capsys):
+    """A function that runs a command line and returns its status, its standard output and its standard error."""
+
+    def run_line(*argv):
+        capsys.readouterr()
+        try:
+            status = parser.main([str(each) for each in argv])
+        except SystemExit as end:
+            status = end.code
+        return status, *capsys.readouterr()
+
+    return run_line
+
+
+@pytest.fixture
+def refused(run, tmp_path):
+    """A function that runs a command line that must fail, and returns its line of error.
+
+    It checks the status, that nothing is on standard output, that the error is one line, and that nothing was written.
+    """
+
+    def run_line(*argv, status=1):
+        before = contents(tmp_path)
+        got, out, err = run(*argv)
+        assert got == status
+        assert out == ""
+        assert err.startswith("error: ") and err.endswith("\n")
+        assert len(err.splitlines()) == 1, err
+        assert contents(tmp_path) == before
+        # The line says what is wrong, and after the semicolon what to do about it.
+        assert "; " in err
+        return err
+
+    return run_line
+
+
+def contents(folder):
+    """The bytes of a folder's files by their paths. Empty folders are left out, since one more does no harm."""
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}

@@ -41,34 +41,6 @@ def baked(folder, scan):
     return folder / "bakes" / "skin.exr"
 
 
-@pytest.fixture
-def run(capsys):
-    """Run a command line: (status, standard output, standard error)."""
-
-    def run_line(*argv):
-        capsys.readouterr()
-        try:
-            status = parser.main([str(each) for each in argv])
-        except SystemExit as end:
-            status = end.code
-        return status, *capsys.readouterr()
-
-    return run_line
-
-
-@pytest.fixture
-def refused(run):
-    """Run a command line that must fail in one line of what is wrong and what to do."""
-
-    def run_line(*argv):
-        status, out, err = run(*argv)
-        assert (status, out) == (1, "")
-        assert err.startswith("error: ") and len(err.splitlines()) == 1 and "; " in err
-        return err
-
-    return run_line
-
-
 def spoilt(baked, path, fault, **header):
     """The bake's file again, with its table changed and its header kept, but for what is given."""
     table, record = atlas_file.read(baked)

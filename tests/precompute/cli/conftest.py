@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the tests of the command line share: a picture, a bake, and functions that run a command line."""
+"""What the tests of the command line share: a picture and a bake."""
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from precompute.cli import parser
 from precompute.table import atlas, atlas_file
 from precompute.table.table import Table
 
@@ -23,48 +22,6 @@ def scan(tmp_path):
     grey = 127 + 90 * np.sin(2 * np.pi * 5 * x + np.sin(2 * np.pi * y)) + 30 * np.cos(2 * np.pi * 3 * y)
     Image.fromarray(grey.astype(np.uint8)).save(folder / "skin.png")
     return folder / "skin.png"
-
-
-@pytest.fixture
-def run(capsys):
-    """A function that runs a command line and returns its status, its standard output and its standard error."""
-
-    def run_line(*argv):
-        capsys.readouterr()
-        try:
-            status = parser.main([str(each) for each in argv])
-        except SystemExit as end:
-            status = end.code
-        return status, *capsys.readouterr()
-
-    return run_line
-
-
-@pytest.fixture
-def refused(run, tmp_path):
-    """A function that runs a command line that must fail, and returns its line of error.
-
-    It checks the status, that nothing is on standard output, that the error is one line, and that nothing was written.
-    """
-
-    def run_line(*argv, status=1):
-        before = contents(tmp_path)
-        got, out, err = run(*argv)
-        assert got == status
-        assert out == ""
-        assert err.startswith("error: ") and err.endswith("\n")
-        assert len(err.splitlines()) == 1, err
-        assert contents(tmp_path) == before
-        # The line says what is wrong, and after the semicolon what to do about it.
-        assert "; " in err
-        return err
-
-    return run_line
-
-
-def contents(folder):
-    """The bytes of a folder's files by their paths. Empty folders are left out, since one more does no harm."""
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 @pytest.fixture

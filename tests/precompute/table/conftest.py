@@ -4,9 +4,11 @@
 import math
 
 import numpy as np
+import OpenEXR
 import pytest
 
 from precompute.bake.draws import make_sample_set
+from precompute.base.failure import GratingError
 from precompute.spectra.fast import fast_series
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
@@ -62,3 +64,22 @@ def random_bake(terms=5, resolution=12, samples=20, peak=1.0, seed=0, levels=1):
     tiles, *wider = ((peak * rng.uniform(-1, 1, (terms, *size, 3))).astype(np.float32) for size in sizes)
     texel = 4 / (tile.max() - 5)
     return Table(tiles, rng.uniform(0, 1.1, (samples, 3)), 0.04, texel, "D65", wider=tuple(wider))
+
+
+def refusal(path, *readers):
+    """The one line of error of each reader. It names the file, the fault and the remedy."""
+    lines = set()
+    for read in readers:
+        with pytest.raises(GratingError) as caught:
+            read(path)
+        lines.add(str(caught.value))
+    (line,) = lines
+    assert line.startswith(f"{path}: ") and "; " in line and "\n" not in line
+    return line
+
+
+def plain_exr(path, image, header=None):
+    """Write a picture of channels R, G, B, and A where it has a fourth, as any program might."""
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **(header or {})}
+    with OpenEXR.File(header, {"RGBA"[: image.shape[-1]]: np.ascontiguousarray(image)}) as file:
+        file.write(str(path))

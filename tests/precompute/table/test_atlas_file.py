@@ -14,7 +14,7 @@ from precompute.base.failure import GratingError
 from precompute.table import atlas, atlas_file
 from precompute.table.atlas_file import HEADER_KEY, read_header
 
-from .conftest import PROVENANCE, random_bake
+from .conftest import PROVENANCE, plain_exr, random_bake, refusal
 
 
 @pytest.fixture
@@ -95,22 +95,7 @@ def test_a_place_that_cannot_be_written_is_told(tmp_path):
 
 
 def refused(path):
-    """The one line of error of each reader. It names the file, the fault and the remedy."""
-    lines = set()
-    for read in (atlas_file.read, read_header):
-        with pytest.raises(GratingError) as caught:
-            read(path)
-        lines.add(str(caught.value))
-    (line,) = lines
-    assert line.startswith(f"{path}: ") and "; " in line and "\n" not in line
-    return line
-
-
-def plain_exr(path, image, header=None):
-    """Write a picture of channels R, G, B as any program might."""
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **(header or {})}
-    with OpenEXR.File(header, {"RGB": np.ascontiguousarray(image)}) as file:
-        file.write(str(path))
+    return refusal(path, atlas_file.read, read_header)
 
 
 def test_what_is_no_exr_is_refused(tmp_path):

@@ -19,7 +19,7 @@ from precompute.table.atlas_file import HEADER_KEY, write_together
 from precompute.table.sample_set import SampleSet, SampleSetLayout, path_beside, read_header
 from precompute.table.table import Table
 
-from .conftest import PROVENANCE, S_MAX, S_SEEN, SIGMA_B
+from .conftest import PROVENANCE, S_MAX, S_SEEN, SIGMA_B, plain_exr, refusal
 
 
 @pytest.fixture
@@ -111,22 +111,7 @@ def test_temporary_names_are_found_by_who_cancels(written, monkeypatch):
 
 
 def refused(path):
-    """The one line of error of both readers."""
-    lines = set()
-    for read in (sample_set.read, read_header):
-        with pytest.raises(GratingError) as caught:
-            read(path)
-        lines.add(str(caught.value))
-    (line,) = lines
-    assert line.startswith(f"{path}: ") and "; " in line and "\n" not in line
-    return line
-
-
-def plain_exr(path, image, record):
-    """Write a picture of channels R, G, B, A with a record in its header."""
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, HEADER_KEY: record}
-    with OpenEXR.File(header, {"RGBA": np.ascontiguousarray(image)}) as file:
-        file.write(str(path))
+    return refusal(path, sample_set.read, read_header)
 
 
 def test_what_is_no_sample_set_is_refused(written, tmp_path):
@@ -135,9 +120,9 @@ def test_what_is_no_sample_set_is_refused(written, tmp_path):
     path.write_bytes(b"")
     assert "not a readable OpenEXR" in refused(path)
     for record in ("no JSON", "[]", "{}", '{"format": 6}', '{"format": 6, "layout": {"size": 16}}'):
-        plain_exr(path, np.zeros((4, 4, 4), np.float16), record)
+        plain_exr(path, np.zeros((4, 4, 4), np.float16), {HEADER_KEY: record})
         assert "not a Natural Gratings sample set" in refused(path)
-    plain_exr(path, np.zeros((4, 4, 4), np.float16), '{"format": 99}')
+    plain_exr(path, np.zeros((4, 4, 4), np.float16), {HEADER_KEY: '{"format": 99}'})
     assert "format 99" in refused(path)
 
 
@@ -158,7 +143,8 @@ def test_a_table_is_no_sample_set_nor_the_other_way(written, tmp_path):
 def test_a_header_that_lies_is_refused(written, tmp_path, lie):
     image, layout = sample_set.pack(written[0])
     path = tmp_path / "lie.lobes.exr"
-    plain_exr(path, image[::-1], json.dumps({"format": atlas_file.FORMAT, "layout": {**asdict(layout), **lie}}))
+    record = json.dumps({"format": atlas_file.FORMAT, "layout": {**asdict(layout), **lie}})
+    plain_exr(path, image[::-1], {HEADER_KEY: record})
     with pytest.raises(GratingError) as caught:
         sample_set.read(path)
     assert str(caught.value).startswith(f"{path}: ") and "; " in str(caught.value)
