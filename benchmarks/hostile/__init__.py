@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Hostile input: thousands of bad inputs, each of which must be taken or refused in one line.
+
+    python -m benchmarks.hostile [SUITE ...] [--count N] [--seed S] [--only NAME] [--json FILE|-]
+
+A suite is a module with `cases(count, seed, folder)`, which yields the cases of about `count` inputs a group, always
+the same ones for the same seed. runner.py runs each case in a child process of its own, under limits of time and
+memory, and judges it; the program ends with status 1 if any case failed. tests/hostile runs a few cases of every suite.
+"""
+
+import argparse
+import tempfile
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from benchmarks.report import add_json, say, write
+
+from . import readers, runner
+
+# The suites by their names. Each makes its cases from the count, the seed and a folder for the files of all cases.
+SUITES: dict[str, Callable[[int, int, Path], Iterable[runner.Case]]] = {"readers": readers.cases}
+
+
+def main(argv: list[str]) -> int:
+    """Run suites; the exit status: 1 if any case failed."""
+    parser = argparse.ArgumentParser(prog="hostile", description=__doc__.splitlines()[0])
+    parser.add_argument("suites", nargs="*", metavar="SUITE", help=f"of {', '.join(SUITES)}; default all")
+    parser.add_argument("--count", type=int, default=300, metavar="N", help="inputs of each group; default 300")
+    parser.add_argument("--seed", type=int, default=1, metavar="S", help="other seeds make other inputs; default 1")
+    parser.add_argument("--only", default="", metavar="NAME", help="run only the cases whose names begin so")
+    add_json(parser)
+    arguments = parser.parse_args(argv)
+    for name in arguments.suites:
+        if name not in SUITES:
+            parser.error(f"{name}: no such suite; choose from {', '.join(SUITES)}")
+    facts: dict[str, object] = {"count": arguments.count, "seed": arguments.seed, "suites": {}}
+    failed = False
+    for name in arguments.suites or SUITES:
+        with tempfile.TemporaryDirectory(prefix="hostile-") as folder:
+            found = SUITES[name](arguments.count, arguments.seed, Path(folder))
+            outcomes = [runner.run(case) for case in found if case.name.startswith(arguments.only)]
+        say(f"{name}, {arguments.count} a group, seed {arguments.seed}", arguments.json)
+        say(runner.table(outcomes), arguments.json)
+        facts["suites"][name] = runner.facts(outcomes)
+        failed = failed or any(outcome.verdict == runner.FAILED for outcome in outcomes)
+    write(facts, arguments.json)
+    return 1 if failed else 0

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Ways to spoil the bytes of a file: each takes a random generator and the bytes, and returns other bytes."""
+
+import random
+import re
+import struct
+from collections.abc import Callable
+
+Mutation = Callable[[random.Random, bytes], bytes]
+
+# What a reader may take for a number.
+WORDS = (b"0", b"-1", b"1e9", b"1000000000", b"nan", b"inf", b"-inf", b"1e308", b"1e-308", b"9" * 400, b"", b"x")
+_INTEGERS = (0, 1, 2, 255, 256, 65535, 10**9, 2**31 - 1, 2**31, 2**32 - 1)
+_FLOATS = (0.0, -1.0, 1e9, 1e308, 1e-308, 5e-324, float("nan"), float("inf"), -float("inf"))
+_NUMBER = re.compile(rb"(?<![\w.])-?\d[\d.]*(?:e[-+]?\d+)?")
+
+
+def truncated(draw: random.Random, data: bytes) -> bytes:
+    """Without its end."""
+    return data[: draw.randrange(len(data))]
+
+
+def flipped(draw: random.Random, data: bytes) -> bytes:
+    """With one to eight bits flipped."""
+    spoiled = bytearray(data)
+    for _ in range(draw.randint(1, 8)):
+        spoiled[draw.randrange(len(spoiled))] ^= 1 << draw.randrange(8)
+    return bytes(spoiled)
+
+
+def overwritten(draw: random.Random, data: bytes) -> bytes:
+    """With a run of bytes that are all 0, all 255 or random."""
+    start, stop = _span(draw, data)
+    length = stop - start
+    run = draw.choice((bytes(length), b"\xff" * length, draw.randbytes(length)))
+    return data[:start] + run + data[stop:]
+
+
+def without_block(draw: random.Random, data: bytes) -> bytes:
+    """Without a block of its middle."""
+    start, stop = _span(draw, data)
+    return data[:start] + data[stop:]
+
+
+def with_block_twice(draw: random.Random, data: bytes) -> bytes:
+    """With a block of its middle twice."""
+    start, stop = _span(draw, data)
+    return data[:stop] + data[start:]
+
+
+def with_tail(draw: random.Random, data: bytes) -> bytes:
+    """With bytes after its end: zeros, random ones, or itself."""
+    length = draw.randint(1, 1 << 16)
+    return data + draw.choice((bytes(length), draw.randbytes(length), data))
+
+
+def with_integer(draw: random.Random, data: bytes) -> bytes:
+    """With an integer of two or four bytes somewhere in its first or last kilobyte, where headers are."""
+    form = draw.choice(("<I", ">I", "<H", ">H"))
+    value = draw.choice(_INTEGERS) % (1 << 8 * struct.calcsize(form))
+    return _with(draw, data, struct.pack(form, value))
+
+
+def with_float(draw: random.Random, data: bytes) -> bytes:
+    """With a float of eight bytes somewhere in its first or last kilobyte."""
+    return _with(draw, data, struct.pack("<d", draw.choice(_FLOATS)))
+
+
+def with_number(draw: random.Random, data: bytes) -> bytes:
+    """With another number, or no number, in place of one that is written in digits; without such a number, flipped."""
+    found = list(_NUMBER.finditer(data[: 1 << 14]))
+    if not found:
+        return flipped(draw, data)
+    one = draw.choice(found)
+    return data[: one.start()] + draw.choice(WORDS) + data[one.end() :]
+
+
+ANY: tuple[Mutation, ...] = (
+    truncated, flipped, overwritten, without_block, with_block_twice, with_tail, with_integer, with_float, with_number,
+)  # fmt: skip
+
+
+def mutated(draw: random.Random, data: bytes, ways: tuple[Mutation, ...] = ANY) -> tuple[str, bytes]:
+    """Bytes spoiled in one to three ways, and the names of these ways."""
+    chosen = draw.choices(ways, k=draw.choice((1, 1, 1, 2, 3)))
+    for way in chosen:
+        data = way(draw, data) if data else b""
+    return ", ".join(way.__name__.replace("_", " ") for way in chosen), data
+
+
+def _span(draw: random.Random, data: bytes) -> tuple[int, int]:
+    start = draw.randrange(len(data))
+    return start, min(len(data), start + draw.choice((1, 4, 16, 64, 256, 1024)))
+
+
+def _with(draw: random.Random, data: bytes, value: bytes) -> bytes:
+    """The bytes with `value` over those at a place of the first or the last kilobyte."""
+    reach = max(1, min(1024, len(data) - len(value)))
+    at = draw.randrange(reach)
+    if draw.random() < 0.25:
+        at = max(0, len(data) - len(value) - at)
+    return data[:at] + value + data[at + len(value) :]

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Small whole files of every format that is read: what the mutations begin with."""
+
+import io
+import struct
+
+import numpy as np
+from gwyfile.objects import GwyContainer, GwyDataField
+from PIL import Image
+
+# Heights from 0 to 1 of a tilted grating: no flip or turn of it looks the same.
+_ROWS, _COLS = 24, 40
+_TILTED = (np.arange(_ROWS)[:, None] * 0.07 + np.arange(_COLS) * 0.13) % 1
+_PIXEL_M, _HEIGHT_M = 25e-9, 200e-9
+
+
+def nid() -> bytes:
+    """A Nanosurf file of two channels, forward and backward."""
+    header = ["[DataSet]", "Version=2", "GroupCount=2", "Gr0-Count=1", "Gr1-Count=1"]
+    header += ["Gr0-Ch0=DataSet-0", "Gr1-Ch0=DataSet-1"]
+    for number, frame in enumerate(("forward", "backward")):
+        header += ["", f"[DataSet-{number}]", f"Points={_COLS}", f"Lines={_ROWS}", f"Frame=Scan {frame}"]
+        header += ["Dim0Unit=m", f"Dim0Range={_COLS * _PIXEL_M!r}", "Dim1Unit=m", f"Dim1Range={_ROWS * _PIXEL_M!r}"]
+        header += ["Dim2Name=Z-Axis", "Dim2Unit=m", f"Dim2Range={2 * _HEIGHT_M!r}", f"Dim2Min={-_HEIGHT_M!r}"]
+        header += ["SaveMode=Binary", "SaveBits=16", "SaveSign=Signed", "SaveOrder=Intel"]
+    data = np.round(_TILTED * 2**15).astype("<i2").tobytes()
+    return "\r\n".join([*header, "", "#!"]).encode() + 2 * data
+
+
+def gwy() -> bytes:
+    """A Gwyddion file of one channel with a title and a mask."""
+    sides = {"xreal": _COLS * _PIXEL_M, "yreal": _ROWS * _PIXEL_M, "si_unit_xy": "m"}
+    container = GwyContainer()
+    container["/0/data"] = GwyDataField(_TILTED * _HEIGHT_M, **sides, si_unit_z="m")
+    container["/0/data/title"] = "Topography"
+    container["/0/mask"] = GwyDataField((_TILTED > 0.9).astype(float), **sides, si_unit_z="")
+    return b"GWYP" + container.serialize()
+
+
+def png() -> bytes:
+    """A grey picture of 8 bits."""
+    return _saved(_grey(np.uint8), "PNG")
+
+
+def png_16() -> bytes:
+    """A grey picture of 16 bits."""
+    return _saved(_grey(np.uint16), "PNG")
+
+
+def png_alpha() -> bytes:
+    """A grey picture with transparent pixels."""
+    grey = _grey(np.uint8)
+    return _saved(np.stack([grey, grey, grey, np.where(grey > 240, 0, 255).astype(np.uint8)], axis=-1), "PNG")
+
+
+def tiff() -> bytes:
+    """A grey picture of 16 bits that is not compressed."""
+    return _saved(_grey(np.uint16), "TIFF")
+
+
+def tiff_lzw() -> bytes:
+    """A grey picture of 8 bits, compressed by libtiff."""
+    return _saved(_grey(np.uint8), "TIFF", compression="tiff_lzw")
+
+
+def bmp() -> bytes:
+    """A grey picture of 8 bits."""
+    return _saved(_grey(np.uint8), "BMP")
+
+
+def chunk(kind: bytes, data: bytes) -> bytes:
+    """A chunk of a PNG, with the checksum that belongs to it."""
+    import zlib
+
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+def _grey(kind: type) -> np.ndarray:
+    return np.round(_TILTED * np.iinfo(kind).max).astype(kind)
+
+
+def _saved(array: np.ndarray, form: str, **options: object) -> bytes:
+    buffer = io.BytesIO()
+    Image.fromarray(array).save(buffer, form, **options)
+    return buffer.getvalue()
