@@ -125,12 +125,13 @@ def bake_table(bakes: dict) -> str:
         ]
     ]
     for name, one in bakes.items():
+        off = one.dominant_wavelength_rms_nm
         lines.append(
             [
                 name,
                 f"{one.peak_angle_deg:.3f}",
                 f"{one.reference_peak_angle_deg:.3f}",
-                f"{one.dominant_wavelength_rms_nm:.2f}",
+                "none" if off is None else f"{off:.2f}",
                 f"{one.relative_dy:.2%}",
             ]
         )

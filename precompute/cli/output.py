@@ -62,10 +62,18 @@ def _check_file(path: Path) -> None:
 def emit(facts: dict, target: str | None, summary) -> None:
     """Write facts as JSON to the file `target`, or to standard output if `target` is "-".
 
-    Unless JSON goes to standard output, print `summary()`, the facts as text."""
+    Unless JSON goes to standard output, print `summary()`, the facts as text. Raises GratingError if JSON is asked for
+    and a figure is not finite: JSON has no word for it."""
     if target == "-":
-        print(json.dumps(facts, indent=1))
+        print(_json(facts))
     else:
         if target:
-            Path(target).write_text(json.dumps(facts, indent=1) + "\n")
+            Path(target).write_text(_json(facts) + "\n")
         print(summary())
+
+
+def _json(facts: dict) -> str:
+    try:
+        return json.dumps(facts, indent=1, allow_nan=False)
+    except ValueError as error:
+        raise GratingError("--json: a figure of the result is not finite; leave --json out to see it") from error

@@ -12,6 +12,7 @@ The obliquity is Stam's. The energy-conserving form divides reference and candid
 relative error; it would need an albedo, which most methods do not have.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 
@@ -50,9 +51,9 @@ class Errors:
     zero_order_dy: float
     pairs: int
 
-    def as_dict(self) -> dict[str, float]:
-        """Ready for JSON."""
-        return asdict(self)
+    def as_dict(self) -> dict[str, float | None]:
+        """Ready for JSON: null stands for an error that is infinite, see `measure`."""
+        return {name: value if math.isfinite(value) else None for name, value in asdict(self).items()}
 
     def worse_by(self, delta_e: float, relative: float) -> "Errors":
         """These errors plus two that were measured apart: delta_e is added to each error of colour, `relative` to each

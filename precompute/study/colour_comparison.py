@@ -10,6 +10,7 @@ from functools import cache
 
 import numpy as np
 
+from ..base.failure import GratingError
 from ..colour.observer import observer, spectral_weights, wavelengths, white_xyz
 from ..methods import baked
 from ..methods.exact import Ensemble
@@ -26,16 +27,18 @@ _BRIGHT = 0.1
 class ColourComparison:
     """The bake's colours over the first order, compared with the ensemble's reference at the bake's own kernel.
 
-    peak_angle_deg, reference_peak_angle_deg  viewing angle in degrees at which Y is greatest
+    peak_angle_deg, reference_peak_angle_deg  viewing angle in degrees at which Y is greatest; None where the
+                                              bake is dark
     dominant_wavelength_rms_nm                rms difference of the dominant wavelength, over the views whose Y is at
-                                              least a tenth of the greatest and which have a dominant wavelength
+                                              least a tenth of the greatest and which have a dominant wavelength;
+                                              None where no view has one
     relative_dy                               sum of |dY| over the sum of Y
     seconds                                   seconds that the bake took
     """
 
-    peak_angle_deg: float
+    peak_angle_deg: float | None
     reference_peak_angle_deg: float
-    dominant_wavelength_rms_nm: float
+    dominant_wavelength_rms_nm: float | None
     relative_dy: float
     seconds: float
 
@@ -46,17 +49,19 @@ class ColourComparison:
 
     def summary(self) -> str:
         """A line of the table for people, without the method's name."""
+        off = self.dominant_wavelength_rms_nm
+        peak_at = "dark" if self.peak_angle_deg is None else f"brightest at {self.peak_angle_deg:.3f} degrees"
+        hue = "no dominant wavelength" if off is None else f"dominant wavelength rms {off:.2f} nm"
         return (
-            f"brightest at {self.peak_angle_deg:.3f} degrees, the reference at {self.reference_peak_angle_deg:.3f}; "
-            f"dominant wavelength rms {self.dominant_wavelength_rms_nm:.2f} nm; |dY| {self.relative_dy:.2%}; "
-            f"{self.seconds:.1f} s"
+            f"{peak_at}, the reference at {self.reference_peak_angle_deg:.3f}; "
+            f"{hue}; |dY| {self.relative_dy:.2%}; {self.seconds:.1f} s"
         )
 
 
 def compare_bake(relief: Relief, settings: Settings, first_order: FirstOrder) -> ColourComparison:
     """Bake a relief and compare the colours of its first order with the reference's, summed in steps of 1 nm.
 
-    Raises GratingError where the period has no first order above the horizon."""
+    Raises GratingError where the period has no first order above the horizon, or the reference has no light in it."""
     started = time.perf_counter()
     made = baked.build(relief, settings)
     seconds = time.perf_counter() - started
@@ -65,15 +70,20 @@ def compare_bake(relief: Relief, settings: Settings, first_order: FirstOrder) ->
     density = response(Ensemble(relief, made.table.sigma_b, settings), plane, lambdas)
     truth = density.T @ spectral_weights(lambdas, settings.illuminant)
     got = made.xyz(plane.u, np.zeros(len(plane.u)), plane.w)
+    angles = np.degrees(plane.theta_v)
+    brightest, reference_brightest = peak(angles, got[:, 1]), peak(angles, truth[:, 1])
+    if np.isnan(reference_brightest):
+        raise GratingError(
+            f"{baked.ENTRY.name}: dark around the first order of {first_order.period_m * 1e9:.0f} nm; give --period-nm"
+        )
     bright = truth[:, 1] >= _BRIGHT * truth[:, 1].max()
     off = dominant_wavelength(got[bright], settings.illuminant) - dominant_wavelength(
         truth[bright], settings.illuminant
     )
-    angles = np.degrees(plane.theta_v)
     return ColourComparison(
-        peak_angle_deg=peak(angles, got[:, 1]),
-        reference_peak_angle_deg=peak(angles, truth[:, 1]),
-        dominant_wavelength_rms_nm=float(np.sqrt(np.nanmean(off**2)) * 1e9) if np.isfinite(off).any() else float("nan"),
+        peak_angle_deg=None if np.isnan(brightest) else brightest,
+        reference_peak_angle_deg=reference_brightest,
+        dominant_wavelength_rms_nm=float(np.sqrt(np.nanmean(off**2)) * 1e9) if np.isfinite(off).any() else None,
         relative_dy=float(np.abs(got[:, 1] - truth[:, 1]).sum() / truth[:, 1].sum()),
         seconds=seconds,
     )
