@@ -7,7 +7,7 @@ from pathlib import Path
 import bpy
 
 from ...precompute.colour.working_space import rgb_from_xyz
-from ...precompute.methods.dft_layout import read_layout
+from ...precompute.methods.dft_layout import read_sound_layout
 from ...precompute.table.atlas_file import read_header
 from ..jobs.child import Job
 from ..lamps.find import find_lamps
@@ -39,7 +39,7 @@ def reference_from_images(scene: bpy.types.Scene, path: Path) -> bpy.types.Mater
     Raises GratingError, with nothing changed, if the file holds no such images, the shader does not compile or there is
     no lamp."""
     find_lamps(scene)
-    matrix = rgb_from_xyz(compat.working_space(), read_layout(path).illuminant)
+    matrix = rgb_from_xyz(compat.working_space(), read_sound_layout(path).illuminant)
     return _material_of(scene, path.stem, build_osl_response(path.stem, path, matrix))
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..base.exr import TEXELS_MAX
 from ..base.failure import GratingError
 from ..base.progress import Progress, silent
 from ..measure.errors import Errors
@@ -24,8 +25,8 @@ from .coherence_models import COHERENCE_MODELS
 from .request import BakeRequest
 from .resolution import blender_bytes
 
-# A larger table leaves too little of a graphics card's memory to the scene of an artist.
-ATLAS_BYTES_MAX = 1 << 30
+# No larger picture is read.
+ATLAS_BYTES_MAX = BYTES_PER_TEXEL * TEXELS_MAX
 # The error of luminance relative to luminance, |dY| / Y, that is asked for together with a dE00 of 1 or less.
 _RELATIVE_DY = 0.01
 

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A bake's file, read without the code that packs or reads a table elsewhere."""
 
-import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import OpenEXR
 
+from ..base.exr import Picture, open_picture
 from ..base.failure import GratingError
+from ..base.strict_json import parse_json
 from ..colour.observer import ILLUMINANTS
 from ..optics.region import Region
 
@@ -18,6 +18,23 @@ FORMAT = 6
 # reads. _TAKEN is the number of texels that a tile takes in the picture beside its inner texels, along each axis.
 # _STRIP is the number of rows of the strip beside the rows of the excess albedo.
 _RIM, _TAKEN, _STRIP = 2, 6, 4 + 2
+_COUNTS = (
+    "terms", "levels", "tile_rows", "tile_columns", "inner_rows", "inner_columns", "columns", "rows", "strip_rows",
+    "zero_order_samples", "bound_rows", "bound_columns",
+)  # fmt: skip
+# The least and the greatest of each real number of a layout: the sky, kernels up to one that fills it, and tiles whose
+# largest value, 8192 times the scale, single precision holds.
+_REALS = {
+    "texel": (1e-6, 4.0),
+    "sigma_b": (1e-6, 1.0),
+    "scale": (1e-35, 1e30),
+    "u_first": (-16.0, 16.0),
+    "v_first": (-16.0, 16.0),
+    "w_min": (0.0, 2.0),
+    "w_max": (0.0, 2.0),
+}
+# What a material can show (as the bake's own limits have it): terms, and levels that each double the kernel.
+_TERMS_MAX, _LEVELS_MAX = 512, 16
 
 
 @dataclass(frozen=True)
@@ -90,50 +107,73 @@ def cubic_bspline(x: np.ndarray) -> np.ndarray:
 
 def read_table(path: Path) -> Table:
     """The table in a bake's file. Raises GratingError if the file is no bake of the ensemble model."""
-    if not path.is_file():
-        raise GratingError(f"{path}: there is no such file; give the .exr that `bake` wrote")
-    try:
-        file = OpenEXR.File(str(path))
-        header, channels = file.header(), file.channels()
-    except Exception as error:  # OpenEXR's own type differs by version
-        raise GratingError(f"{path}: not a readable OpenEXR file; bake it again") from error
-    try:
-        record = json.loads(header["natural_gratings"])
-        found, model = record["format"], record["model"]
-    except (KeyError, TypeError, ValueError) as error:
-        raise GratingError(f"{path}: not a Natural Gratings bake; give the .exr that `bake` wrote") from error
-    if found != FORMAT:
-        raise GratingError(f"{path}: made by another version (format {found}); bake it again")
-    if model != "ensemble":
-        raise GratingError(f"{path}: holds the {model} model, of which there is no check; bake the ensemble model")
-    try:
-        return _table(channels["RGB"].pixels[::-1], record)
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
+    picture = open_picture(path)
+    record = parse_json(picture.texts.get("natural_gratings", b"null"), f"{path}: its header", "bake it again")
+    if not isinstance(record, dict) or not {"format", "layout", "model"} <= set(record):
+        raise GratingError(f"{path}: not a Natural Gratings bake; give the .exr that `bake` wrote")
+    if record["format"] != FORMAT:
+        raise GratingError(f"{path}: made by another version (format {record['format']!s:.20}); bake it again")
+    if record["model"] != "ensemble":
         raise GratingError(
-            f"{path}: its header and its picture do not agree, or hold what is no number; bake it again"
-        ) from error
+            f"{path}: holds the {record['model']!s:.20} model, of which there is no check; bake the ensemble model"
+        )
+    fault = _fault_of_layout(record["layout"], picture) or _fault_of_provenance(record)
+    if fault:
+        raise GratingError(f"{path}: its header's {fault} cannot be, or does not fit its picture; bake it again")
+    return _table(picture.pixels(), record)
+
+
+def _fault_of_layout(layout: object, picture: Picture) -> str:
+    """The name of what no picture of this size can have; "" if there is none."""
+    if not isinstance(layout, dict):
+        return "layout"
+    for name in _COUNTS:
+        if type(layout.get(name)) is not int or not 1 <= layout[name] <= max(picture.shape):
+            return name
+    for name, (low, high) in _REALS.items():
+        if type(layout.get(name)) not in (int, float) or not low <= layout[name] <= high:
+            return name
+    tile, inner = (tuple(layout[f"{name}_{side}"] for side in ("rows", "columns")) for name in ("tile", "inner"))
+    reach = [
+        abs(layout[first] + (_RIM + end) * layout["texel"])
+        for first, count in zip(("v_first", "u_first"), inner, strict=True)
+        for end in (0, count - 1)
+    ]
+    for name, fits in (
+        ("terms", layout["terms"] <= min(_TERMS_MAX, layout["rows"] * layout["columns"])),
+        ("levels", layout["levels"] <= _LEVELS_MAX),
+        ("strip_rows", layout["strip_rows"] == layout["bound_rows"] + _STRIP),
+        ("zero_order_samples", layout["zero_order_samples"] >= 2),
+        ("bound_columns", min(layout["bound_rows"], layout["bound_columns"]) >= 2),
+        ("inner_rows", all(2 <= n <= taken - _TAKEN for n, taken in zip(inner, tile, strict=True))),
+        ("u_first", max(reach) <= 2 + layout["texel"]),
+        ("w_min", layout["w_min"] < layout["w_max"]),
+        ("illuminant", layout.get("illuminant") in ILLUMINANTS),
+    ):
+        if not fits:
+            return name
+    return "" if picture.shape == (*_picture_size(layout), 3) else "layout"
+
+
+def _fault_of_provenance(record: dict) -> str:
+    """The name of what verdict.py reads of the provenance and cannot be; "" if there is none."""
+    asked, pixel = record.get("asked_delta_e", 1.0), record.get("pixel_size_m", [1.0, 1.0])
+    heights = record.get("heights_sha256", [])
+    if type(asked) not in (int, float) or not 0 < asked < 100:
+        return "asked_delta_e"
+    if not (isinstance(pixel, list) and [type(side) for side in pixel] == [float, float] and min(pixel) > 0):
+        return "pixel_size_m"
+    if not (isinstance(heights, list) and all(isinstance(digest, str) for digest in heights)):
+        return "heights_sha256"
+    return ""
 
 
 def _table(image: np.ndarray, record: dict) -> Table:
-    """The table in a picture (height, width, 3), row 0 at the bottom. Raises ValueError if the header does not fit."""
+    """The table in a picture (height, width, 3), row 0 at the bottom, that its header fits."""
     layout = record["layout"]
     rows, columns, across = layout["tile_rows"], layout["tile_columns"], layout["columns"]
     inner = layout["inner_rows"], layout["inner_columns"]
     count, samples = layout["terms"], layout["zero_order_samples"]
-    numbers = [layout[name] for name in ("texel", "sigma_b", "scale", "u_first", "v_first", "w_min", "w_max")]
-    if not (
-        image.shape == (*_picture_size(layout), 3)
-        and layout["strip_rows"] == layout["bound_rows"] + _STRIP
-        and 1 <= count <= layout["rows"] * across
-        and samples >= 2
-        and all(1 <= n <= taken - _TAKEN for n, taken in zip(inner, (rows, columns), strict=True))
-        and all(math.isfinite(number) for number in numbers)
-        and min(numbers[:3]) > 0
-        and 0 <= layout["w_min"] < layout["w_max"] <= 2
-        and layout["illuminant"] in ILLUMINANTS
-        and np.isfinite(image).all()
-    ):
-        raise ValueError(layout)
     tiles = []
     for k in range(count):
         top, left = layout["strip_rows"] + k // across * rows, k % across * columns

@@ -160,7 +160,6 @@ def check(
 
 def _refuse_another_surface(bake: Path, record: dict, height_maps: Sequence[HeightMap]) -> None:
     told = record.get("heights_sha256", [])
-    told = [told] if isinstance(told, str) else told
     if len(told) != len(height_maps):
         raise GratingError(
             f"{bake}: a bake of {len(told)} height maps, not {len(height_maps)}; name them all, in order"

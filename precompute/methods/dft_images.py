@@ -21,18 +21,18 @@ from pathlib import Path
 
 import numpy as np
 
+from ..base import exr
 from ..base.failure import GratingError
 from ..base.progress import Progress, silent
 from ..spectra.patch_window import PatchWindow
 from ..surface.height_map import HeightMap
 from ..surface.relief import Relief, prepare
 from ..table.atlas_file import write_together
-from .dft_layout import Layout
+from .dft_layout import TEXELS_MAX, Layout
 from .method import Method, Settings
 from .registry import METHODS
 from .windowed_images import left_out
 
-TEXELS_MAX = 31
 # The largest share of the window's weights that texels_for leaves out. With 5 texels, and a relief as long as the
 # coherence length, the share is 7e-4.
 _LEFT_OUT = 1e-3
@@ -60,7 +60,7 @@ class DftImages:
 
 def pack(method: Method) -> tuple[np.ndarray, Layout]:
     """Image (height, width, 3) float32, row 0 at the bottom, and its layout. Raises GratingError for a method that no
-    shader evaluates."""
+    shader evaluates, and for more texels than are read."""
     needed = method.shader_images()
     images, expansion = needed.images, needed.expansion
     rows, columns, terms = images.terms.shape
@@ -84,6 +84,11 @@ def pack(method: Method) -> tuple[np.ndarray, Layout]:
         step_m=method.settings.step_m,
         illuminant=method.settings.illuminant,
     )
+    if layout.height * layout.width > exr.TEXELS_MAX:
+        raise GratingError(
+            f"{terms} terms of {columns} x {rows} texels are more than {exr.TEXELS_MAX >> 20} Mi; give fewer --terms, "
+            "or crop the scan"
+        )
     image = np.zeros((layout.height, layout.width, 3), np.float32)
     image[0, :, 2] = 1
     for n in range(terms):

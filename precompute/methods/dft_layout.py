@@ -8,7 +8,27 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..base.exr import Picture, open_picture
+from ..colour.observer import ILLUMINANTS
 from ..table import atlas_file
+
+# The most terms that the verb `dft` takes, and the most texels that a shader reads along an axis.
+TERMS_MAX, TEXELS_MAX = 1000, 31
+# Ranges of what a shader needs, in SI units. They are as wide as the verb's own options and as heights and sides of any
+# scan: a relief is between 1 pm and 1 mm deep, a scan at most a metre long, a period 10 nm to 1 mm, a wavelength step
+# 0.1 to 100 nm. A window of at least a pixel of 1 pm has a transform narrower than 1e12 cycles per metre. The power is
+# an area at most, and at least that of such a pixel.
+_RANGES = {
+    "length_v_m": (1e-12, 1.0),
+    "length_u_m": (1e-12, 1.0),
+    "scale_m": (1e-12, 1e-3),
+    "sigma_f": (0.0, 1e12),
+    "power": (1e-24, 1.0),
+    "period_m": (0.0, 1e-3),
+    "step_m": (1e-10, 1e-7),
+}
+# More copies of a cell of 1 nm would be longer than a coherence length of 10 mm, the longest that is taken.
+_COPIES_MAX = 10**7
 
 
 @dataclass(frozen=True)
@@ -62,16 +82,32 @@ class Layout:
         """Whether a shader can evaluate the images."""
         from .registry import SHADER_METHODS  # only here: the registry loads every method
 
-        counts = self.terms, self.tile_rows, self.tile_columns, self.columns, self.texels, self.copies_v, self.copies_u
         return (
             self.method in SHADER_METHODS
             and self.expansion in ("taylor", "chebyshev")
-            and all(isinstance(n, int) and n > 0 for n in counts)
-            and all(x > 0 for x in (self.length_v_m, self.length_u_m, self.scale_m, self.power, self.step_m))
+            and self.illuminant in ILLUMINANTS
+            and min(self.tile_rows, self.tile_columns, self.columns) >= 1
+            and 1 <= self.terms <= TERMS_MAX
+            and 1 <= self.texels <= TEXELS_MAX
+            and all(1 <= copies <= _COPIES_MAX for copies in (self.copies_v, self.copies_u))
+            and all(low <= getattr(self, name) <= high for name, (low, high) in _RANGES.items())
         )
 
 
 def read_layout(path: Path) -> Layout:
     """The layout in a file's header. Raises GratingError if it is not a file of images."""
-    header, _ = atlas_file.open_file(path, header_only=True)
-    return atlas_file.parse(path, header, Layout, expected="file of DFT images; give the .exr that `dft` wrote")[0]
+    return _layout_of(open_picture(path))
+
+
+def read_sound_layout(path: Path) -> Layout:
+    """read_layout, after a look at every texel of the images, for a file that Blender is going to read.
+
+    Raises GratingError if it is not a file of images, if it is damaged or if a texel is no number."""
+    picture = open_picture(path)
+    layout = _layout_of(picture)
+    picture.check_pixels()
+    return layout
+
+
+def _layout_of(picture: Picture) -> Layout:
+    return atlas_file.parse(picture, Layout, expected="file of DFT images; give the .exr that `dft` wrote")[0]

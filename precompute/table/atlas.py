@@ -25,7 +25,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..optics.region import Region
+from ..colour.observer import ILLUMINANTS
+from ..optics.region import FARTHEST, Region
 from . import tiling
 from .albedo_bound import with_rim
 from .table import Table, past_end
@@ -39,6 +40,14 @@ LARGEST_STORED = 8192.0
 # More levels than any table has: each level doubles the kernel, and fifteen doublings lead from a kernel of 8e-6 to one
 # of 0.25.
 _LEVELS_MAX = 16
+# The kernels of all bakes: from that of a coherence of 31 mm, three times the longest that can be asked for, to that of
+# a light that fills the sky (pi / 4).
+_KERNELS = 8e-6, 1.0
+# The scales of all bakes: the largest value of a table, over LARGEST_STORED. It is taken as at least 1e-30. At most it
+# is (2 pi d / lambda)^2 / (2 pi sigma_b^2) for heights d apart and a kernel sigma_b: 7e17 for a relief of 1 mm.
+_SCALES = 1e-35, 1e15
+# Ranges of w are at least this wide.
+_W_WIDTH_MIN = 1e-3
 
 
 @dataclass(frozen=True)
@@ -107,20 +116,26 @@ class Layout:
 
     @property
     def is_valid(self) -> bool:
-        """Whether an image can have a layout of these numbers. A header is believed only if it can."""
+        """Whether a bake can have a layout of these numbers. A header is believed only if it can.
+
+        Each line is safe to evaluate for whatever passed the lines before it."""
         tiles = self.levels, self.terms, self.tile_rows, self.tile_columns, self.columns, self.rows
         table = self.inner_rows, self.inner_columns
-        strip = self.strip_rows, self.zero_order_samples, self.bound_rows, self.bound_columns
+        strip = self.zero_order_samples, self.bound_rows, self.bound_columns
         return (
-            all(isinstance(n, int) and n > 0 for n in tiles + table + strip)
+            min(tiles) >= 1
+            and min(table + strip) >= 2
             and self.levels <= _LEVELS_MAX
+            and self.terms <= min(tiling.TERMS_MAX, self.columns * self.rows)
             and (self.tile_rows, self.tile_columns) == tiling.first_stride(table, self.levels)
-            and all(math.isfinite(x) and x > 0 for x in (self.texel, self.sigma_b, self.scale))
-            and all(math.isfinite(x) and abs(x) <= 4 for x in (self.u_first, self.v_first))
-            and 0 <= self.w_min < self.w_max <= 2
-            and self.terms <= self.columns * self.rows
-            and min(self.zero_order_samples, self.bound_rows, self.bound_columns) >= 2
             and STRIP_ROWS + self.bound_rows + 2 == self.strip_rows
+            and _KERNELS[0] <= self.sigma_b <= _KERNELS[1]
+            and _SCALES[0] <= self.scale <= _SCALES[1]
+            and 0 <= self.w_min <= self.w_max - _W_WIDTH_MIN
+            and self.w_max <= 2
+            and 0 < self.texel <= 2 * FARTHEST
+            and all(-FARTHEST - self.texel <= end <= FARTHEST + self.texel for side in self.region for end in side)
+            and self.illuminant in ILLUMINANTS
         )
 
     def tile_stride(self, level: int) -> tuple[int, int]:

@@ -1,19 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The OpenEXR files that hold a table or a sample set.
 
-They are written whole or not at all. Their headers are believed only if they fit the picture.
+They are written whole or not at all. A header is believed only if it fits the picture and says what a bake can have.
 """
 
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 
 import numpy as np
 import OpenEXR
 
+from ..base.exr import Picture, open_picture
 from ..base.failure import GratingError
+from ..base.strict_json import parse_json
 from .atlas import Layout, unpack
 from .table import Table
 
@@ -56,49 +58,56 @@ def _write(path: Path, image: np.ndarray, record: dict) -> None:
 
 def read_header(path: Path) -> tuple[Layout, dict]:
     """Layout and whole header record of an atlas. Raises GratingError if the file is not an atlas."""
-    return parse(path, open_file(path, header_only=True)[0])
+    return parse(open_picture(path))
+
+
+def read_sound_header(path: Path) -> tuple[Layout, dict]:
+    """read_header, after a look at every pixel, for a file that Blender is going to read.
+
+    Raises GratingError if the file is not an atlas, if its picture is damaged or if a pixel is no number."""
+    picture = open_picture(path)
+    found = parse(picture)
+    picture.check_pixels()
+    return found
 
 
 def read(path: Path) -> tuple[Table, dict]:
-    """The bake in an atlas file, and its header record. Raises GratingError if the file is not an atlas."""
-    header, channels = open_file(path, header_only=False)
-    layout, record = parse(path, header)
-    return unpack(image_of(path, channels, (layout.height, layout.width, 3)), layout), record
+    """The bake in an atlas file, and its header record. Raises GratingError as read_sound_header does."""
+    picture = open_picture(path)
+    layout, record = parse(picture)
+    return unpack(picture.pixels(), layout), record
 
 
-def open_file(path: Path, header_only: bool) -> tuple[dict, dict]:
-    """Header and channels of an OpenEXR file; no channels if header_only. Raises GratingError if it is not one."""
-    if not Path(path).is_file():
-        raise GratingError(f"{path}: there is no such file; give the .exr that `bake` wrote")
-    try:
-        file = OpenEXR.File(str(path), header_only=header_only)
-        return file.header(), {} if header_only else file.channels()
-    except Exception as error:  # OpenEXR's own type differs by version
-        raise GratingError(f"{path}: not a readable OpenEXR file; bake it again") from error
+def parse(
+    picture: Picture, layout_type: type = Layout, *, channels: str = "RGB",
+    expected: str = "bake; give the .exr that `bake` wrote",
+) -> tuple:  # fmt: skip
+    """Layout and record of a picture's header.
 
-
-def image_of(path: Path, channels: dict, shape: tuple[int, int, int]) -> np.ndarray:
-    """The image of the given shape, row 0 at the bottom, among a file's channels.
-
-    Raises GratingError if the file's image has another shape."""
-    name = "RGBA"[: shape[2]]
-    image = channels[name].pixels[::-1] if name in channels else np.empty(0)
-    if image.shape != shape:
+    Raises GratingError, which says what was `expected`, if the header holds no such layout, or one that does not fit
+    the picture."""
+    path, none = picture.path, f"{picture.path}: not a Natural Gratings {expected}"
+    if HEADER_KEY not in picture.texts:
+        raise GratingError(none)
+    record = parse_json(picture.texts[HEADER_KEY], f"{path}: its header", "bake it again")
+    if not isinstance(record, dict) or "format" not in record:
+        raise GratingError(none)
+    if record["format"] != FORMAT:
+        raise GratingError(f"{path}: made by another version (format {record['format']!s:.20}); bake it again")
+    kinds, values = {field.name: field.type for field in fields(layout_type)}, record.get("layout")
+    if not isinstance(values, dict) or set(values) != set(kinds):
+        raise GratingError(none)
+    for name, kind in kinds.items():
+        # JSON may hold the whole number 2.0 as 2, and holds true for no number.
+        if type(values[name]) is not kind and (kind, type(values[name])) != (float, int):
+            raise GratingError(f"{path}: its header's {name} is {values[name]!r:.40}; bake it again")
+    layout = layout_type(**values)
+    if not layout.is_valid:
+        raise GratingError(f"{path}: its header says what no picture of this kind can have; bake it again")
+    if picture.shape != (layout.height, layout.width, len(channels)):
         raise GratingError(f"{path}: the picture is not the size that its header says; bake it again")
-    return image
-
-
-def parse(path: Path, header: dict, layout_type: type = Layout, *, expected="bake; give the .exr that `bake` wrote"):
-    """Layout and record of a header.
-
-    Raises GratingError, which says what was `expected`, if the header holds no such layout."""
-    try:
-        record = json.loads(header[HEADER_KEY])
-        if record["format"] != FORMAT:
-            raise GratingError(f"{path}: made by another version (format {record['format']}); bake it again")
-        layout = layout_type(**record["layout"])
-        if not layout.is_valid:
-            raise ValueError(record["layout"])
-        return layout, record
-    except (KeyError, TypeError, ValueError) as error:
-        raise GratingError(f"{path}: not a Natural Gratings {expected}") from error
+    precision = np.dtype(picture.precision).name
+    told = record.get("precision", precision)
+    if told != precision:
+        raise GratingError(f"{path}: holds {precision}, where its header says {told!r:.20}; bake it again")
+    return layout, record

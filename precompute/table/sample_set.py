@@ -54,6 +54,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..base.exr import Picture, open_picture
+from ..colour.observer import S_MAX
 from ..optics.coherence import REFERENCE_WAVELENGTH_M
 from . import atlas_file
 
@@ -66,6 +68,8 @@ COEFFICIENTS = 4
 _ROWS_MAX = 8192
 # The scale puts the largest value under this number, for the reason given at LARGEST_STORED of atlas.py.
 _LARGEST_STORED = 8192.0
+# A scale that leaves every half float, times the scale, a number in single precision.
+_SCALE_MAX = 1e30
 
 
 @dataclass(frozen=True)
@@ -121,10 +125,12 @@ class SampleSetLayout:
     def is_valid(self) -> bool:
         """Whether an image can have a layout of these numbers. A header is believed only if it can."""
         return (
-            all(isinstance(n, int) and n > 0 for n in (self.size, self.pieces, self.columns, self.rows))
-            and all(math.isfinite(x) and x > 0 for x in (self.wavelength, self.s_last, self.scale, self.sigma_b))
-            and math.isfinite(self.blur)
-            and self.blur >= 0
+            min(self.size, self.pieces, self.columns, self.rows) >= 1
+            and 0 < self.s_last <= REFERENCE_WAVELENGTH_M * S_MAX
+            and 0 < self.scale <= _SCALE_MAX
+            and 0 < self.sigma_b <= 1
+            and self.wavelength == REFERENCE_WAVELENGTH_M
+            and 0 <= self.blur <= self.sigma_b
             and 1 + self.pieces <= self.columns * self.rows
         )
 
@@ -193,15 +199,16 @@ def unpack(image: np.ndarray, layout: SampleSetLayout) -> SampleSet:
 
 def read_header(path: Path) -> tuple[SampleSetLayout, dict]:
     """Layout and whole header record of a sample set. Raises GratingError if the file is not a sample set."""
-    return _parse(path, atlas_file.open_file(path, header_only=True)[0])
+    return _parse(open_picture(path))
 
 
 def read(path: Path) -> tuple[SampleSet, dict]:
     """The sample set in a file, and its header record. Raises GratingError if the file is not a sample set."""
-    header, channels = atlas_file.open_file(path, header_only=False)
-    layout, record = _parse(path, header)
-    return unpack(atlas_file.image_of(path, channels, (layout.height, layout.width, COEFFICIENTS)), layout), record
+    picture = open_picture(path)
+    layout, record = _parse(picture)
+    return unpack(picture.pixels(), layout), record
 
 
-def _parse(path: Path, header: dict) -> tuple[SampleSetLayout, dict]:
-    return atlas_file.parse(path, header, SampleSetLayout, expected="sample set; give the .lobes.exr that `bake` wrote")
+def _parse(picture: Picture) -> tuple[SampleSetLayout, dict]:
+    expected = "sample set; give the .lobes.exr that `bake` wrote"
+    return atlas_file.parse(picture, SampleSetLayout, channels="RGBA", expected=expected)

@@ -6,15 +6,15 @@ from pathlib import Path
 import bpy
 
 from ....precompute.colour.working_space import rgb_from_xyz
-from ....precompute.table.atlas_file import read_header
+from ....precompute.table.atlas_file import read_sound_header
 from ...scene import compat
 from ..response import Response
 from .group import build_direct_group
 
 
 def direct_response(path: Path) -> Response:
-    """The response of a bake's file. Raises GratingError if the file is not a bake."""
-    layout, record = read_header(path)
+    """The response of a bake's file. Raises GratingError, with nothing left behind, if the file is not a sound bake."""
+    layout, record = read_sound_header(path)
     image = load_atlas(path, half=record.get("precision") != "float32")
     matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
     return build_direct_group(path.stem, image, layout, rgb_from_xyz=matrix)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ....precompute.table import atlas_file
+from ....precompute.base.exr import open_picture
 from ....precompute.table.atlas import STRIP_ROWS, Layout
 from ....precompute.table.tiling import TILE_PADDING
 from ..response import QUESTION, Response
@@ -63,15 +63,14 @@ def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dic
         "BOUND_COLUMNS": layout.bound_columns,
         "BOUND_ROWS": layout.bound_rows,
         "RGB_COLUMNS": colours(np.transpose(rgb_from_xyz)),
-        **_mark(bake_path, layout),
+        **_mark(bake_path),
     }
 
 
-def _mark(bake_path: Path, layout: Layout) -> dict[str, float]:
+def _mark(bake_path: Path) -> dict[str, float]:
     """A texel by which the shader finds which way up it reads the picture: the one whose green exceeds, by the most,
     the green at its place in the picture turned upside down. MARK is the green half-way between both."""
-    _, channels = atlas_file.open_file(bake_path, header_only=False)
-    green = atlas_file.image_of(bake_path, channels, (layout.height, layout.width, 3))[..., 1].astype(np.float32)
+    green = open_picture(bake_path).pixels()[..., 1].astype(np.float32)
     turned = green[::-1]
     y, x = np.unravel_index(np.argmax(green - turned), green.shape)
     return {"MARK_X": float(x), "MARK_Y": float(y), "MARK": float(green[y, x] + turned[y, x]) / 2}

@@ -4,13 +4,16 @@
 import json
 
 import numpy as np
+import OpenEXR
 import pytest
 
+from precompute.base import exr
+from precompute.base.exr import open_picture
 from precompute.base.failure import GratingError
 from precompute.cli import parser
 from precompute.methods import dft_images
 from precompute.methods.dft_images import pack, settings_for
-from precompute.methods.dft_layout import Layout, read_layout
+from precompute.methods.dft_layout import Layout, read_layout, read_sound_layout
 from precompute.methods.registry import METHODS, SHADER_METHODS
 from precompute.surface.relief import prepare
 from precompute.surface.samples.gratings import blazed, sinusoidal
@@ -84,11 +87,11 @@ def test_the_verb_writes_one_file_that_comes_back(tmp_path, name, capsys):
     assert (layout.method, layout.terms) == (name, 2)
     assert (layout.period_m > 0) == name.startswith("nmm")
     assert (layout.copies_u > 1) == (name == "pq")
-    header, channels = atlas_file.open_file(path, header_only=False)
-    image = channels["RGB"].pixels
+    picture = open_picture(path)
+    image = picture.pixels()
     assert image.dtype == np.float32
-    term = image[-layout.tile_rows :, -layout.tile_columns :]
-    extrema = json.loads(header[HEADER_KEY])["extrema"]
+    term = image[: layout.tile_rows, -layout.tile_columns :]
+    extrema = json.loads(picture.texts[HEADER_KEY])["extrema"]
     assert extrema[1] == [float(f) for c in (0, 1) for f in (term[..., c].min(), term[..., c].max())]
 
 
@@ -108,6 +111,37 @@ def test_other_files_are_no_images(tmp_path):
     assert read_layout(path) == layout
     with pytest.raises(GratingError, match="bake"):
         read_header(path)
+
+
+@pytest.mark.parametrize("lie", [
+    {"terms": 20_000}, {"terms": 0}, {"terms": True}, {"method": "gem"}, {"method": 'flss"\n'}, {"expansion": "sine"},
+    {"illuminant": "moon"}, {"tile_rows": 7}, {"columns": 10**9}, {"texels": 10**6}, {"texels": 3.0}, {"copies_u": 0},
+    {"copies_v": 10**12}, {"step_m": 1e-12}, {"step_m": 1.0}, {"length_u_m": 0}, {"length_v_m": 1e300},
+    {"scale_m": float("nan")}, {"power": -1.0}, {"sigma_f": float("inf")}, {"period_m": "1"}, {"period_m": -1e-6},
+])  # fmt: skip
+def test_a_layout_that_lies_is_refused(tmp_path, lie):
+    image, layout = pack(METHODS["flss"](RELIEF, SETTINGS))
+    path = tmp_path / "lie.exr"
+    record = {"format": atlas_file.FORMAT, "layout": {**vars(layout), **lie}}
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, HEADER_KEY: json.dumps(record)}
+    with OpenEXR.File(header, {"RGB": np.ascontiguousarray(image[::-1])}) as file:
+        file.write(str(path))
+    with pytest.raises(GratingError, match=f"^{path}: .*; "):
+        read_layout(path)
+
+
+def test_an_image_that_is_no_number_is_refused(tmp_path):
+    image, layout = pack(METHODS["flss"](RELIEF, SETTINGS))
+    image[3, 3, 0] = np.nan
+    write_together({tmp_path / "nan.exr": (image, layout)}, {})
+    with pytest.raises(GratingError, match="no number"):
+        read_sound_layout(tmp_path / "nan.exr")
+
+
+def test_no_more_texels_are_written_than_are_read(monkeypatch):
+    monkeypatch.setattr(exr, "TEXELS_MAX", 1000)
+    with pytest.raises(GratingError, match="give fewer --terms"):
+        pack(METHODS["flss"](RELIEF, SETTINGS))
 
 
 def test_texels_follow_the_window():

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from precompute.base.failure import GratingError
 from precompute.table import atlas, atlas_file
 from precompute.table.atlas_file import HEADER_KEY, read_header
+from precompute.table.tiling import TERMS_MAX
 
 from .conftest import PROVENANCE, plain_exr, random_bake, refusal
 
@@ -117,13 +118,23 @@ def test_another_exr_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("record", [
-    "no JSON", "[]", "null", "3", "{}", '{"format": 6}', '{"format": 6, "layout": {}}', '{"format": 6, "layout": 6}',
+    "[]", "null", "3", "{}", '{"format": 6}', '{"format": 6, "layout": {}}', '{"format": 6, "layout": 6}',
     '{"format": 6, "layout": {"terms": 3, "surplus": 4}}',
 ])  # fmt: skip
 def test_a_header_that_says_nothing_is_refused(tmp_path, record):
     path = tmp_path / "table.exr"
     plain_exr(path, np.zeros((4, 4, 3), np.float16), {HEADER_KEY: record})
     assert "not a Natural Gratings bake" in refused(path)
+
+
+@pytest.mark.parametrize("record", [
+    "no JSON", "", "[" * 10**5 + "]" * 10**5, '{"format": 6, "layout": ' + "9" * 5000 + "}", '{"format": NaN}',
+    '{"format": 6, "format": 6}', '{"format": 6, "layout": 1e400}', '\xef\xbb\xbf\xef\xbb\xbf{}',
+])  # fmt: skip
+def test_a_header_that_is_no_json_is_refused(tmp_path, record):
+    path = tmp_path / "table.exr"
+    plain_exr(path, np.zeros((4, 4, 3), np.float16), {HEADER_KEY: record})
+    assert "its header: not JSON" in refused(path)
 
 
 def test_another_version_is_refused(tmp_path):
@@ -137,19 +148,56 @@ def test_another_version_is_refused(tmp_path):
     {"w_max": 0.0}, {"u_first": 9.0}, {"strip_rows": 0}, {"zero_order_samples": 10**4}, {"tile_columns": "12"},
     {"tile_columns": 12.5}, {"scale": "big"}, {"texel": None}, {"levels": 2}, {"levels": 10**9},
     {"inner_rows": 10**6}, {"inner_columns": 3}, {"bound_rows": 1}, {"bound_columns": 10**6}, {"columns": 5, "rows": 1},
+    {"terms": True}, {"terms": 20_000, "rows": 10_000}, {"levels": 0}, {"levels": True}, {"illuminant": "moon"},
+    {"illuminant": ["D65"]}, {"sigma_b": 0}, {"sigma_b": 1e-300}, {"sigma_b": 50}, {"sigma_b": float("nan")},
+    {"scale": 1e300}, {"scale": 5e-324}, {"scale": True}, {"texel": 1e300}, {"texel": 1e-300}, {"texel": 10**400},
+    {"u_first": -1.0}, {"v_first": 1.0}, {"u_first": {}}, {"w_min": 2, "w_max": 1}, {"w_min": 1.0, "w_max": 1.0},
+    {"w_max": 2.5}, {"bound_rows": 10**9, "strip_rows": 10**9 + 6}, {"rows": 10**15, "columns": 10**15},
+    {"inner_rows": 2**53 - 1}, {"surplus": 1},
 ])  # fmt: skip
 def test_a_header_that_lies_about_its_picture_is_refused(tmp_path, lie):
-    """Sizes are compared with the picture's before they are used.
+    """Everything is compared with the picture before it is used, also by who reads the header alone.
 
-    The reader of the header alone has no picture, and may believe them. A block of 3 x 2 tiles with 5 of them taken has
-    no seventh."""
+    A block of 3 x 2 tiles with 5 of them taken has no seventh."""
     image, layout = atlas.pack(random_bake())
     path = tmp_path / "table.exr"
     lying = {"format": atlas_file.FORMAT, "layout": {**vars(layout), **lie}}
     plain_exr(path, image[::-1], {HEADER_KEY: json.dumps(lying)})
-    with pytest.raises(GratingError) as caught:
-        atlas_file.read(path)
-    assert str(caught.value).startswith(f"{path}: ") and "; " in str(caught.value)
+    refused(path)
+
+
+def test_a_layout_of_another_picture_is_refused(written, tmp_path):
+    """Also a layout that some bake has: three terms that a block of six tiles could hold as well."""
+    image, layout = atlas.pack(written[0])
+    path = tmp_path / "other.exr"
+    for other in (atlas.layout_of(random_bake(terms=7)), atlas.layout_of(random_bake(levels=2))):
+        record = {"format": atlas_file.FORMAT, "layout": vars(other)}
+        plain_exr(path, image[::-1], {HEADER_KEY: json.dumps(record)})
+        assert "not the size" in refused(path)
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64", 16, True, ["float16"], {}, "float16" * 10**4])
+def test_a_precision_that_the_picture_has_not_is_refused(tmp_path, precision):
+    path = tmp_path / "table.exr"
+    atlas_file.write_together({path: atlas.pack(random_bake())}, {"precision": precision})
+    assert len(refused(path)) < 400
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_a_picture_that_is_no_number_is_refused(written, value):
+    """By whoever uses its pixels; the header alone is sound."""
+    table, path = written
+    image, layout = atlas.pack(table)
+    image[-1, -1, 2] = value
+    atlas_file.write_together({path: (image, layout)}, PROVENANCE)
+    assert read_header(path)[0] == layout
+    assert "no number" in refusal(path, atlas_file.read, atlas_file.read_sound_header)
+
+
+def test_no_bake_has_more_terms_than_are_read():
+    assert atlas.layout_of(random_bake(terms=TERMS_MAX)).is_valid
+    with pytest.raises(GratingError, match="513 terms.*; ask for a larger --delta-e"):
+        atlas.layout_of(random_bake(terms=TERMS_MAX + 1))
 
 
 @settings(deadline=None, max_examples=60)

@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The OpenEXR files of this project, read from their bytes.
+
+Such a file may come from anybody. The program's own files are all of one kind (table/atlas_file.py writes them): scan
+lines from the top, in blocks of 16 compressed by ZIP, channels of one kind of float. Only this kind is read. The head
+is judged before a pixel is read, and no picture takes more memory and time than one of TEXELS_MAX. The library OpenEXR
+promises neither, and prints what it finds wrong. (Format: "OpenEXR File Layout", openexr.com.)
+"""
+
+import contextlib
+import math
+import os
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .failure import GratingError
+from .strict_json import LARGEST_BYTES
+
+# Blender holds a texel in 16 bytes. A picture of more than 1 GiB leaves too little of a graphics card's memory to the
+# scene of an artist.
+TEXELS_MAX = 1 << 26
+# What is written is scaled to stay within half floats, in pictures of whole floats too.
+_LARGEST = 65504.0
+# The head of a bake has some 2 KB and ten attributes. One of these is JSON of at most LARGEST_BYTES.
+_HEAD_BYTES_MAX, _ATTRIBUTES_MAX = LARGEST_BYTES + (1 << 12), 64
+_MAGIC, _SCAN_LINES_OF_VERSION_2 = b"v/1\x01", b"\2\0\0\0"
+_ZIP, _FROM_THE_TOP, _ROWS_IN_BLOCK = b"\3", b"\0", 16
+_KINDS = {1: np.float16, 2: np.float32}
+_OF_ANOTHER_KIND = "an OpenEXR file of another kind; give the .exr that `bake` or `dft` wrote"
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What the head of a file tells of its picture.
+
+    channels    "RGB" or "RGBA"
+    precision   np.float16 or np.float32
+    texts       the attributes that are texts
+    table_at    where in the file the places of the blocks are listed"""
+
+    path: Path
+    width: int
+    height: int
+    channels: str
+    precision: type
+    texts: dict[str, bytes]
+    table_at: int
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Rows, columns and channels."""
+        return self.height, self.width, len(self.channels)
+
+    def check_pixels(self) -> None:
+        """Raise GratingError if a block is damaged or a pixel is no number. The memory of one block is taken."""
+        with _faults_told(self.path):
+            for _ in self._blocks():
+                pass
+
+    def pixels(self) -> np.ndarray:
+        """The picture (height, width, channels), row 0 at the bottom. Raises GratingError as check_pixels does."""
+        image = np.empty(self.shape, self.precision)
+        with _faults_told(self.path):
+            for top, rows in self._blocks():
+                image[self.height - top - len(rows) : self.height - top] = rows[::-1]
+        return image
+
+    def _blocks(self) -> Iterator[tuple[int, np.ndarray]]:
+        """The first row, counted from the top, and the pixels (rows, width, channels) of each block."""
+        with self.path.open("rb") as file:
+            file.seek(self.table_at)
+            places = struct.unpack(f"<{self._block_count}q", file.read(8 * self._block_count))
+            for block, place in enumerate(places):
+                top = block * _ROWS_IN_BLOCK
+                rows = min(_ROWS_IN_BLOCK, self.height - top)
+                size = rows * self.width * len(self.channels) * np.dtype(self.precision).itemsize
+                file.seek(place)
+                row, packed = struct.unpack("<2i", file.read(8))
+                if row != top or not 0 < packed <= size:
+                    raise ValueError(f"block {block} is not where it should be")
+                values = _unpacked(file.read(packed), size).view(self.precision)
+                if not _all_in_range(values):
+                    raise GratingError(f"{self.path}: its picture holds what is no number; bake it again")
+                # A file has its channels by their names' alphabet: B, G, R or A, B, G, R.
+                yield top, values.reshape(rows, len(self.channels), self.width).transpose(0, 2, 1)[..., ::-1]
+
+    @property
+    def _block_count(self) -> int:
+        return math.ceil(self.height / _ROWS_IN_BLOCK)
+
+
+def open_picture(path: Path) -> Picture:
+    """What a file's head tells. Raises GratingError if it is not a file as this program writes them."""
+    path = Path(path)
+    if not path.is_file():
+        raise GratingError(f"{path}: there is no such file; give the .exr that `bake` wrote")
+    with _faults_told(path), path.open("rb") as file:
+        head, length = file.read(_HEAD_BYTES_MAX), os.fstat(file.fileno()).st_size
+        picture = _picture(path, head)
+        if picture.table_at + 8 * picture._block_count > length:
+            raise ValueError("the file ends before its blocks")
+        return picture
+
+
+def _picture(path: Path, head: bytes) -> Picture:
+    if head[:4] != _MAGIC:
+        raise ValueError("no OpenEXR")
+    attributes, end = _attributes(head)
+    window = attributes["dataWindow"]
+    if (head[4:8], attributes["compression"], attributes["lineOrder"], window) != (
+        _SCAN_LINES_OF_VERSION_2, ("compression", _ZIP), ("lineOrder", _FROM_THE_TOP), attributes["displayWindow"]
+    ):  # fmt: skip
+        raise GratingError(f"{path}: {_OF_ANOTHER_KIND}")
+    left, top, right, bottom = struct.unpack("<4i", window[1])
+    names, kinds = _channels(attributes["channels"][1])
+    if (left, top) != (0, 0) or names not in ("BGR", "ABGR") or len(kinds) != 1 or not kinds <= set(_KINDS):
+        raise GratingError(f"{path}: {_OF_ANOTHER_KIND}")
+    width, height = right + 1, bottom + 1
+    if min(width, height) < 1 or width * height > TEXELS_MAX:
+        raise GratingError(f"{path}: no picture of {width} x {height} texels can be; bake it again")
+    texts = {name: value for name, (kind, value) in attributes.items() if kind == "string"}
+    return Picture(path, width, height, "RGBA"[: len(names)], _KINDS[kinds.pop()], texts, end)
+
+
+def _attributes(head: bytes) -> tuple[dict[str, tuple[str, bytes]], int]:
+    """Kind and bytes of each attribute by its name, and where they end. Raises ValueError if they do not."""
+    found: dict[str, tuple[str, bytes]] = {}
+    at = 8
+    while head[at : at + 1] != b"\0":
+        name, at = _word(head, at)
+        kind, at = _word(head, at)
+        (size,) = struct.unpack_from("<i", head, at)
+        at += 4 + size
+        if size < 0 or at > len(head) or name in found or len(found) == _ATTRIBUTES_MAX:
+            raise ValueError(f"attribute {len(found)} of the head")
+        found[name] = kind, head[at - size : at]
+    return found, at + 1
+
+
+def _channels(value: bytes) -> tuple[str, set[int]]:
+    """The names of the channels in their order, and their kinds of number. Raises ValueError if one has fewer texels
+    than the picture."""
+    names, kinds, at = "", set(), 0
+    while value[at : at + 1] != b"\0":
+        name, at = _word(value, at)
+        kind, _, x_step, y_step = struct.unpack_from("<4i", value, at)
+        if (x_step, y_step) != (1, 1):
+            raise ValueError("a channel of fewer texels")
+        at += 16
+        names += name
+        kinds.add(kind)
+    return names, kinds
+
+
+def _word(text: bytes, at: int) -> tuple[str, int]:
+    end = text.index(b"\0", at, at + 256)
+    return text[at:end].decode("ascii"), end + 1
+
+
+def _all_in_range(values: np.ndarray) -> bool:
+    """Whether every value is a number that half floats reach."""
+    if values.dtype == np.float16:
+        return bool(np.isfinite(values).all())
+    return bool(np.abs(values).max() <= _LARGEST)
+
+
+def _unpacked(packed: bytes, size: int) -> np.ndarray:
+    """The bytes of a block (size,), which are stored as they are where ZIP would not make them fewer.
+
+    ZIP's bytes are differences from byte to byte, plus 128; the even bytes of the block come first, then the odd."""
+    if len(packed) == size:
+        return np.frombuffer(packed, np.uint8)
+    plain = zlib.decompressobj().decompress(packed, size + 1)  # one byte more, to see that there is none
+    if len(plain) != size:
+        raise ValueError("a block of another size")
+    differences = np.frombuffer(plain, np.uint8)
+    halves = np.cumsum(differences, dtype=np.uint8)
+    halves[1::2] -= 128
+    block = np.empty(size, np.uint8)
+    block[::2], block[1::2] = halves[: (size + 1) // 2], halves[(size + 1) // 2 :]
+    return block
+
+
+@contextlib.contextmanager
+def _faults_told(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except (ValueError, KeyError, struct.error, zlib.error) as error:
+        raise GratingError(f"{path}: not a readable OpenEXR file; bake it again") from error
+    except OSError as error:
+        raise GratingError(f"{path}: {error.strerror}; check the path and its permissions") from error
