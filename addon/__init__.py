@@ -20,7 +20,7 @@ from .operators import (
     remove_grating,
     update_lights,
 )
-from .scene import gratings
+from .scene import bakes, gratings
 from .ui import panel
 
 # In the order of registration: a property group comes before the property groups that hold it.
@@ -53,6 +53,8 @@ def register() -> None:
     bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=gratings.SceneGratings)
     bpy.types.TOPBAR_MT_file_import.append(import_height_map.menu_entry)
     bpy.app.handlers.blend_import_post.append(follow_after_import)
+    for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
+        after.append(bakes.recall_bakes)
     _command = bpy.utils.register_cli_command("grating", _run_command)
 
 
@@ -60,6 +62,8 @@ def unregister() -> None:
     """Undo register(), last first. The gratings and materials of open files stay in them."""
     bpy.utils.unregister_cli_command(_command)
     bake_grating.stop_running_bake()
+    for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
+        after.remove(bakes.recall_bakes)
     bpy.app.handlers.blend_import_post.remove(follow_after_import)
     bpy.types.TOPBAR_MT_file_import.remove(import_height_map.menu_entry)
     del bpy.types.Scene.natural_gratings

@@ -13,12 +13,14 @@ LINKED = ("__init__.py", "addon", "precompute")
 MODULES = {
     "assign": "actions.assign",
     "bake": "actions.bake",
+    "remove": "actions.remove",
     "grating_material": "actions.material",
     "import_height_map": "actions.import_height_map",
     "osl_reference": "actions.osl_reference",
     "commands": "batch.commands",
     "child": "jobs.child",
     "find": "lamps.find",
+    "seams": "frames.seams",
     "follow": "lamps.follow",
     "pack": "lamps.pack",
     "group": "lamps.group",
@@ -31,6 +33,8 @@ MODULES = {
     "skin": "materials.skin",
     "builder": "nodes.builder",
     "interface": "nodes.interface",
+    "report": "operators.report",
+    "bakes": "scene.bakes",
     "compat": "scene.compat",
     "gratings": "scene.gratings",
 }

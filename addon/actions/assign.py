@@ -1,81 +1,75 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Putting a grating on meshes, as their material or over the materials that they have, and taking it off."""
+"""Putting a grating on meshes: as their material, or over the materials that they have.
+
+Each action returns lines to report. The first says what was done, the others warn."""
 
 import bpy
 
 from ...precompute.base.failure import GratingError
-from ..materials.material import add_diffraction, diffraction_nodes, remove_diffraction
+from ..frames.seams import seam_warning
+from ..materials.material import add_diffraction, check_can_add
 from ..scene.gratings import active_grating
-from .material import group_of, make_material
+from .material import group_of, working_material
+from .meshes import meshes_among, no_meshes, slots_with_faces
+from .slots import Selection, note_replaced
 
 
-def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> str:
-    """Lay diffraction over the active materials of the meshes among the objects; one line on what was done.
+def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
+    """Put the active grating's material into the active slot of the meshes among the objects.
 
-    Raises GratingError, with nothing changed, if a mesh has no material or no UV map, or if there is no bake or no
-    lamp."""
+    Raises GratingError, with nothing assigned, if a mesh has no UV map or is another file's, or if there is no bake or
+    no lamp."""
     meshes = meshes_among(scene, objects)
+    material = working_material(scene, active_grating(scene))
+    selection = Selection(objects)
+    kept = [line for mesh in meshes if (line := _put_in_active_slot(selection, mesh, material))]
+    return [f"{material.name}: on {_names(meshes)}", *kept, *_warnings(objects, meshes)]
+
+
+def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
+    """Lay diffraction over all materials that the faces of the meshes among the objects show.
+
+    Raises GratingError, with nothing changed, if a material cannot be changed, if a mesh has no material or no UV map
+    or is another file's, or if there is no bake or no lamp."""
+    meshes = meshes_among(scene, objects)
+    materials: dict[bpy.types.Material, None] = {}
+    bare = []
     for mesh in meshes:
-        if mesh.active_material is None:
+        shown = [slot.material for slot in slots_with_faces(mesh)]
+        if not any(shown):
             raise GratingError(f"{mesh.name}: no material to add diffraction to; use Assign to Selected")
-    materials = list(dict.fromkeys(mesh.active_material for mesh in meshes))
+        if None in shown:
+            bare.append(f"{mesh.name}: faces of an empty material slot have no diffraction; give the slot a material")
+        materials.update(dict.fromkeys(filter(None, shown)))
+    for material in materials:
+        check_can_add(material)
     grating = active_grating(scene)
     group = group_of(scene, grating)
     for material in materials:
         add_diffraction(material, group)
-    return f"{grating.name}: over {', '.join(material.name for material in materials)}"
+    return [f"{grating.name}: over {_names(materials)}", *bare, *_warnings(objects, meshes)]
 
 
-def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> str:
-    """Put the active grating's material on the meshes among the objects; one line on what was done.
-
-    Raises GratingError, with nothing assigned, if a mesh has no UV map, or if there is no bake or no lamp."""
-    meshes = meshes_among(scene, objects)
-    grating = active_grating(scene)
-    group_of(scene, grating)
-    material = grating.material or make_material(scene, grating)
-    for mesh in meshes:
-        put_material(mesh, material)
-    return f"{material.name}: on {', '.join(o.name for o in meshes)}"
-
-
-def remove_from(objects: list[bpy.types.Object]) -> str:
-    """Remove diffraction from the objects' active materials; returns one line on what was done.
-
-    Materials that are linked from another file stay as they are."""
-    changed = [m for m in materials_with_diffraction(objects) if m.library is None]
-    for material in changed:
-        remove_diffraction(material)
-    return f"removed from {', '.join(material.name for material in changed) or 'none: linked'}"
+def _put_in_active_slot(selection: Selection, mesh: bpy.types.Object, material: bpy.types.Material) -> str:
+    """Put the material into the mesh's active slot, which is made if there is none. Returns a line if the mesh has
+    other slots, which stay as they are."""
+    if not mesh.material_slots:
+        mesh.data.materials.append(None)
+    index, count = mesh.active_material_index, len(mesh.material_slots)
+    before = mesh.material_slots[index].material
+    if before == material:
+        return ""
+    note_replaced(mesh, index)
+    selection.put(mesh, index, material)
+    if count == 1:
+        return ""
+    name = "empty" if before is None else before.name
+    return f"{mesh.name}: only slot {index + 1} of {count} ({name}) was replaced; Add to Materials serves all slots"
 
 
-def materials_with_diffraction(objects: list[bpy.types.Object]) -> list[bpy.types.Material]:
-    """The objects' active materials that have diffraction, each once."""
-    materials = dict.fromkeys(o.active_material for o in objects if o.active_material is not None)
-    return [material for material in materials if diffraction_nodes(material)]
+def _warnings(objects: list[bpy.types.Object], meshes: list[bpy.types.Object]) -> list[str]:
+    return no_meshes(objects) + [line for mesh in meshes if (line := seam_warning(mesh))]
 
 
-def meshes_among(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[bpy.types.Object]:
-    """The meshes among the objects. Raises GratingError if there is none, or if one cannot carry a grating."""
-    meshes = [o for o in objects if o.type == "MESH"]
-    if not meshes:
-        raise GratingError(f"scene {scene.name}: no mesh is selected; select one or name it")
-    for mesh in meshes:
-        check_frame(mesh)
-    return meshes
-
-
-def check_frame(mesh: bpy.types.Object) -> None:
-    """Raise GratingError unless the mesh has faces and a UV map, whose U is the direction of the scan's columns."""
-    if not mesh.data.uv_layers:
-        raise GratingError(f"{mesh.name}: no UV map, so no direction for the grating; unwrap it, U along the body")
-    if not mesh.data.polygons:
-        raise GratingError(f"{mesh.name}: no faces to put a material on; choose a mesh with faces")
-
-
-def put_material(mesh: bpy.types.Object, material: bpy.types.Material) -> None:
-    """Put a material into the object's active slot; the slot is made if there is none."""
-    if mesh.material_slots:
-        mesh.material_slots[mesh.active_material_index].material = material
-    else:
-        mesh.data.materials.append(material)
+def _names(things) -> str:
+    return ", ".join(thing.name for thing in things)

@@ -1,20 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Baking a grating in a process beside Blender, and noting the bake."""
 
+import hashlib
 from pathlib import Path
 from typing import Any
 
 import bpy
 
 from ..jobs.child import Job
+from ..scene.bakes import asked_of, note_bake
 from ..scene.gratings import Grating, cache_folder, request_record
+from .material import refresh_group
 
 
 def start_bake(grating: Grating, directory: str = "", *, use_cache: bool = True) -> Job:
-    """Start a grating's bake, into a folder or, without one, beside the cache's entries.
+    """Start a grating's bake, into a folder or, without one, beside the cache's entries. There each request has a folder
+    of its own, so that no other grating's bake and no earlier one, to which undo leads back, is written over.
 
     Raises GratingError if what is asked of the bake is not possible."""
-    folder = Path(bpy.path.abspath(directory)) if directory else cache_folder() / "bakes"
+    key = hashlib.sha256(asked_of(grating).encode()).hexdigest()[:16]
+    folder = Path(bpy.path.abspath(directory)) if directory else cache_folder() / "bakes" / key
     options = () if use_cache else ("--no-cache",)
     return Job("bake", options, folder, request=request_record(grating.bake_request()))
 
@@ -29,11 +34,10 @@ def bake_and_wait(grating: Grating, directory: str = "", *, use_cache: bool = Tr
 
 
 def record_bake(grating: Grating, facts: dict[str, Any]) -> None:
-    """Record a finished bake in its grating. The grating's next material is made from this bake; the material of an
-    earlier bake no longer belongs to the grating."""
-    grating.bake_path = facts["files"][0]
-    grating.material = grating.group = None
-    grating.bake_summary = (
+    """Record a finished bake in its grating. All materials that show the grating show this bake from now on."""
+    summary = (
         f"dE00 {facts['delta_e']['p99']:.2f} (99 %), coherence {facts['coherence_um']:.0f} um, "
         f"{facts['tiles']} look-ups, {facts['blender_bytes'] / 2**20:.0f} MiB"
     )
+    note_bake(grating, facts["files"][0], summary)
+    refresh_group(grating)

@@ -4,7 +4,9 @@
 import bpy
 
 from ...precompute.surface.description import Description, describe
+from ...precompute.surface.height_map import SAMPLE_PREFIX, HeightMap
 from ...precompute.surface.readers.registry import read_height_map
+from ...precompute.surface.samples.catalogue import title_of
 from ..scene.gratings import Grating
 
 
@@ -19,13 +21,18 @@ def add_grating(
     height_map = read_height_map(source, size_um or None, height_nm or None, channel=channel or None)
     facts = describe(height_map)
     gratings = scene.natural_gratings
-    name = unused_name(height_map.stem, {g.name for g in gratings.items})
+    name = unused_name(name_of(height_map), {g.name for g in gratings.items})
     grating = gratings.items.add()
     grating.name = name
     grating.source, grating.summary = source, summary_of(facts)
     grating.size_um, grating.height_nm, grating.channel = size_um, height_nm, channel
     gratings.active_index = len(gratings.items) - 1
     return grating
+
+
+def name_of(height_map: HeightMap) -> str:
+    """A new grating's name: the sample's as people write it, or the file's."""
+    return title_of(height_map.stem) if height_map.source.startswith(SAMPLE_PREFIX) else height_map.stem
 
 
 def unused_name(name: str, taken: set[str]) -> str:

@@ -5,17 +5,31 @@ from pathlib import Path
 
 import bpy
 
+from ...precompute.base.failure import GratingError
 from ..lamps.find import find_lamps
 from ..lamps.follow import follow_lamps
 from ..materials.direct.response import direct_response
-from ..materials.material import new_diffraction_material
-from ..materials.skin import group_around, show_lamps
+from ..materials.material import add_diffraction, new_diffraction_material
+from ..materials.skin import group_around, replace_response, set_shadows, show_lamps
 from ..scene.gratings import Grating
 
 
 def make_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Material:
     """Make a new material from a grating's bake. Raises GratingError if there is no bake or no lamp."""
     grating.material = new_diffraction_material(grating.name, group_of(scene, grating))
+    return grating.material
+
+
+def working_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Material:
+    """The grating's own material, which shows its diffraction: made if need be, mended where an artist deleted or
+    unlinked its Diffraction node. Raises GratingError if there is no bake or no lamp."""
+    group = group_of(scene, grating)
+    if grating.material is None:
+        return make_material(scene, grating)
+    try:
+        add_diffraction(grating.material, group)
+    except GratingError:  # another file's, or without a Material Output
+        return make_material(scene, grating)
     return grating.material
 
 
@@ -26,13 +40,24 @@ def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
     find_lamps(scene)
     bake = grating.baked_file()
     follow_lamps(scene)
-    if grating.group is None:
-        grating.group = new_diffraction_group(bake, grating.shadows)
+    if grating.group is None or grating.group.library is not None:
+        grating.group = group_around(grating.name, direct_response(bake), grating.shadows)
     show_lamps()
+    set_shadows(grating.group, grating.shadows)
     # By default EEVEE holds a normal in ten bits. On a sphere this changes colours by 1.5 % (median) to 10 % (95th
     # percentile).
     scene.render.use_high_quality_normals = True
     return grating.group
+
+
+def refresh_group(grating: Grating) -> None:
+    """Have the grating's Diffraction group, if there is one, show the bake that the grating has now. The materials that
+    use it keep their links and what artists set on them.
+
+    Raises GratingError, with nothing changed, if the file is not a bake."""
+    if grating.group is not None and grating.group.library is None:
+        replace_response(grating.group, direct_response(grating.baked_file()))
+        set_shadows(grating.group, grating.shadows)
 
 
 def new_diffraction_group(path: Path, shadows: bool = True) -> bpy.types.NodeTree:

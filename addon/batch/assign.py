@@ -9,6 +9,7 @@ import bpy
 from ...precompute.base.failure import GratingError
 from ...precompute.cli.arguments import existing_bake
 from ..actions.assign import assign_to_meshes
+from ..actions.material import refresh_group
 from .save import add_save, save
 
 
@@ -34,10 +35,11 @@ def run(arguments: argparse.Namespace) -> None:
         grating.name, grating.bake_path = file.stem, path
         index = len(gratings.items) - 1
     gratings.active_index = index
+    refresh_group(gratings.items[index])
     selected = [o for o in bpy.context.view_layer.objects if o.select_get()]
     report = assign_to_meshes(bpy.context.scene, selected)
     save(arguments.save)
-    print(report)
+    print("\n".join(report))
 
 
 def select_objects(names: list[str]) -> None:

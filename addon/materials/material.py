@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Diffraction in materials: made new, laid over an existing material, removed from it."""
 
+from collections.abc import Iterator
+
 import bpy
 
 from ...precompute.base.failure import GratingError
@@ -12,6 +14,8 @@ from .skin import is_diffraction
 _SKIN = (0.012, 0.010, 0.009, 1.0)
 # On a material: how Cycles sampled its emission before diffraction was added.
 _EMISSION = "ng_emission_sampling"
+# By how much a Material Output makes room for a Diffraction node, in the node editor's units.
+_STEP = 220
 
 
 def new_diffraction_material(name: str, group: bpy.types.NodeTree) -> bpy.types.Material:
@@ -32,27 +36,36 @@ def new_diffraction_material(name: str, group: bpy.types.NodeTree) -> bpy.types.
     return material
 
 
+def check_can_add(material: bpy.types.Material) -> None:
+    """Raise GratingError where diffraction cannot be laid over a material."""
+    foreign = material.library or (material.override_library and material.override_library.reference.library)
+    if foreign:
+        raise GratingError(
+            f"{material.name}: linked from {foreign.filepath}; use Make Local in the material's menu, or assign another"
+        )
+    if material.node_tree is not None and not _outputs(material):
+        raise GratingError(f"{material.name}: it has no Material Output node; add one, and link a shader to it")
+
+
 def add_diffraction(material: bpy.types.Material, group: bpy.types.NodeTree) -> None:
     """Lay a Diffraction group over a material, or put it in place of the one that is there; nothing else changes.
 
-    Raises GratingError where a material cannot be changed."""
-    if material.library is not None:
-        raise GratingError(f"{material.name}: linked from {material.library.filepath}; make it local first")
-    present = diffraction_nodes(material)
-    if present:
-        for node in present:
-            node.node_tree = group
-        return
+    Every Material Output shows it then. Raises GratingError where a material cannot be changed."""
+    check_can_add(material)
     compat.enable_nodes(material)
+    present = diffraction_nodes(material)
+    for node in present:
+        node.node_tree, node.mute = group, False
+    # What an artist set on a node whose link was cut is not lost.
+    loose = [node for node in present if node.id_data == material.node_tree and not node.outputs["Shader"].is_linked]
     tree = Tree(material.node_tree)
-    outputs = [n for n in material.node_tree.nodes if n.type == "OUTPUT_MATERIAL"]
-    if not outputs:
-        raise GratingError(f"{material.name}: it has no Material Output node; add one, and link a shader to it")
-    for output in outputs:
+    for output in _outputs(material):
+        if _shows_diffraction(output):
+            continue
         surface = output.inputs["Surface"]
-        node = tree.node("ShaderNodeGroup", node_tree=group, label="Diffraction")
+        node = loose.pop() if loose else tree.node("ShaderNodeGroup", node_tree=group, label="Diffraction")
         node.location = output.location
-        output.location.x += 220
+        output.location.x += _STEP
         if surface.is_linked:
             base = surface.links[0].from_socket
             tree.feed(node.inputs["Base"], tree.value(base))
@@ -65,15 +78,15 @@ def add_diffraction(material: bpy.types.Material, group: bpy.types.NodeTree) -> 
 
 def remove_diffraction(material: bpy.types.Material) -> None:
     """Remove diffraction from a material and leave the material as it was before."""
-    links = material.node_tree.links
     for node in diffraction_nodes(material):
+        tree = node.id_data
         base = node.inputs["Base"].links[0].from_socket if node.inputs["Base"].is_linked else None
         for link in list(node.outputs["Shader"].links):
             output = link.to_node
             if base is not None:
-                links.new(base, link.to_socket)
-            output.location.x -= 220
-        material.node_tree.nodes.remove(node)
+                tree.links.new(base, link.to_socket)
+            output.location.x -= _STEP
+        tree.nodes.remove(node)
     if _EMISSION in material:
         material.cycles.emission_sampling = material[_EMISSION]
         del material[_EMISSION]
@@ -88,8 +101,35 @@ def sample_no_emission(material: bpy.types.Material) -> None:
     material.cycles.emission_sampling = "NONE"
 
 
-def diffraction_nodes(material: bpy.types.Material) -> list[bpy.types.Node]:
-    """The material's nodes of Diffraction groups."""
+def diffraction_nodes(material: bpy.types.Material | None) -> list[bpy.types.Node]:
+    """The material's nodes of Diffraction groups, also those that an artist put into a group."""
     if material is None or material.node_tree is None:
         return []
-    return [n for n in material.node_tree.nodes if n.type == "GROUP" and is_diffraction(n.node_tree)]
+    return list(_diffraction_nodes(material.node_tree))
+
+
+def _diffraction_nodes(tree: bpy.types.NodeTree) -> Iterator[bpy.types.Node]:
+    for node in tree.nodes:
+        if node.type == "GROUP" and is_diffraction(node.node_tree):
+            yield node
+        elif node.type == "GROUP" and node.node_tree is not None:
+            yield from _diffraction_nodes(node.node_tree)
+
+
+def _outputs(material: bpy.types.Material) -> list[bpy.types.Node]:
+    return [n for n in material.node_tree.nodes if n.type == "OUTPUT_MATERIAL"]
+
+
+def _shows_diffraction(output: bpy.types.Node) -> bool:
+    """Whether a Diffraction node is among the nodes that feed a Material Output's surface."""
+    pending, seen = [link.from_node for link in output.inputs["Surface"].links], set()
+    while pending:
+        node = pending.pop()
+        if node in seen:
+            continue
+        seen.add(node)
+        if node.type == "GROUP" and node.node_tree is not None:
+            if is_diffraction(node.node_tree) or any(_diffraction_nodes(node.node_tree)):
+                return True
+        pending += [link.from_node for socket in node.inputs for link in socket.links]
+    return False

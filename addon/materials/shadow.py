@@ -34,9 +34,11 @@ def hit(tree: Tree, start: Value, direction: Value, *, distance: Value) -> Value
     node = tree.node("ShaderNodeScript", label="Shadow")
     render = bpy.context.scene.render
     chosen = render.engine
-    render.engine = "CYCLES"  # Blender compiles a script under no other
-    node.mode, node.script = "INTERNAL", _text()
-    render.engine = chosen
+    try:
+        render.engine = "CYCLES"  # Blender compiles a script under no other
+        node.mode, node.script = "INTERNAL", _text()
+    finally:
+        render.engine = chosen
     if not node.bytecode or len(node.inputs) != 3:
         tree.tree.nodes.remove(node)
         return 0.0

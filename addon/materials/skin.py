@@ -75,6 +75,27 @@ def group_around(name: str, response: Response, shadows: bool = True) -> bpy.typ
     return group
 
 
+def replace_response(group: bpy.types.NodeTree, response: Response) -> None:
+    """Build a Diffraction group anew around another response, under the old one's names. The old response and its
+    images go, unless something else uses them."""
+    old = response_in(group).group
+    names = [(kept, former.name) for kept, former in zip(_parts(response.group), _parts(old), strict=False)]
+    left = _parts(old)
+    fill_group(group, response)
+    for each in left:
+        if each.users == 0:
+            bpy.data.batch_remove([each])
+    for kept, name in names:
+        kept.name = name
+
+
+def set_shadows(group: bpy.types.NodeTree, shadows: bool) -> None:
+    """Have a Diffraction group trace shadow rays, or trace none."""
+    if bool(group[_SHADOWS]) != shadows:
+        group[_SHADOWS] = shadows
+        fill_group(group, response_in(group))
+
+
 def fill_group(group: bpy.types.NodeTree, response: Response) -> None:
     """Make a Diffraction group's nodes anew. Its sockets and the links to them stay."""
     group.nodes.clear()
@@ -115,6 +136,11 @@ def _is_lit(tree: Tree, light: Light, *, n: Value, cos_r: Value, bounced: Value)
     All three numbers must be positive. `bounced` is 1 for a diffuse bounce, and no cosine exceeds 1."""
     least = tree.minimum(tree.minimum(cos_r, tree.dot(light.direction, n)), tree.dot(light.irradiance, (1.0, 1.0, 1.0)))
     return tree.math("GREATER_THAN", least, bounced)
+
+
+def _parts(tree: bpy.types.NodeTree) -> list[bpy.types.ID]:
+    """A response's node group and the images that it reads, each once: what uses the other comes first."""
+    return [tree, *dict.fromkeys(node.image for node in tree.nodes if node.type == "TEX_IMAGE")]
 
 
 def is_diffraction(group: bpy.types.NodeTree | None) -> bool:

@@ -7,13 +7,14 @@ from .on_selected_meshes import OnSelectedMeshes
 
 
 class AddDiffraction(OnSelectedMeshes, bpy.types.Operator):
-    """Lay the active grating's diffraction over the selected meshes' own materials, in place of any that they have"""
+    """Lay the active grating's diffraction over all materials of the selected meshes, in place of any that they
+    have"""
 
     bl_idname = "grating.add_diffraction"
     bl_label = "Add to Materials"
     bl_options = {"REGISTER", "UNDO"}
 
-    def put(self, scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> str:
+    def put(self, scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
         from ..actions.assign import add_to_meshes
 
         return add_to_meshes(scene, objects)

@@ -7,14 +7,14 @@ from .on_selected_meshes import OnSelectedMeshes
 
 
 class AssignToSelected(OnSelectedMeshes, bpy.types.Operator):
-    """Put the active grating's material on the selected meshes; it is made if need be. The scan's columns run along the
-    UV map's U"""
+    """Put the active grating's material into the active slot of the selected meshes. The scan's columns run along the UV
+    map's U"""
 
     bl_idname = "grating.assign"
     bl_label = "Assign to Selected"
     bl_options = {"REGISTER", "UNDO"}
 
-    def put(self, scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> str:
+    def put(self, scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
         from ..actions.assign import assign_to_meshes
 
         return assign_to_meshes(scene, objects)

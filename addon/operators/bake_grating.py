@@ -8,6 +8,7 @@ from bpy.props import StringProperty
 
 from ...precompute.base.failure import GratingError
 from ..scene.gratings import active_grating
+from .report import report_failure, report_lines
 
 if TYPE_CHECKING:
     from ..jobs.child import Job
@@ -20,7 +21,8 @@ class BakeGrating(bpy.types.Operator):
 
     bl_idname = "grating.bake"
     bl_label = "Bake Grating"
-    bl_options = {"REGISTER"}
+    # Not REGISTER, whose panel Adjust Last Operation would bake again at each change, with Blender waiting.
+    bl_options = {"UNDO"}
 
     directory: StringProperty(
         name="Folder", description="Where the bake is written; empty for the extension's own cache", subtype="DIR_PATH"
@@ -47,9 +49,8 @@ class BakeGrating(bpy.types.Operator):
             grating = active_grating(context.scene)
             bake_and_wait(grating, self.directory)
         except GratingError as error:
-            return self._fail(error)
-        self.report({"INFO"}, f"{grating.name}: {grating.bake_summary}")
-        return {"FINISHED"}
+            return report_failure(self, error)
+        return report_lines(self, [f"{grating.name}: {grating.bake_summary}"])
 
     def invoke(self, context, event):
         """Start the bake; modal() then follows it."""
@@ -59,25 +60,22 @@ class BakeGrating(bpy.types.Operator):
             grating = active_grating(context.scene)
             BakeGrating.job = start_bake(grating, self.directory)
         except GratingError as error:
-            return self._fail(error)
+            return report_failure(self, error)
         # Keep names, not the grating itself, which an undo during the bake may free.
         self._name, self._scene = grating.name, context.scene.name
         self._timer = context.window_manager.event_timer_add(_POLL_SECONDS, window=context.window)
         context.window_manager.modal_handler_add(self)
-        context.window_manager.progress_begin(0, 100)
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
         if event.type == "ESC" or BakeGrating.job is None:
-            self._end_modal(context)
-            stop_running_bake()
+            self.cancel(context)
             self.report({"INFO"}, "Bake cancelled; nothing was changed")
             return {"CANCELLED"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         if BakeGrating.job.running:
             stage, fraction = BakeGrating.job.progress()
-            context.window_manager.progress_update(fraction * 100)
             context.workspace.status_text_set(f"Baking {self._name}: {stage} {fraction:.0%}   [Esc] cancels")
             _redraw(context)
             return {"PASS_THROUGH"}
@@ -85,28 +83,27 @@ class BakeGrating(bpy.types.Operator):
         self._end_modal(context)
         return self._finish(job)
 
+    def cancel(self, context):
+        """Stop the bake. Blender calls this too when it opens another file or quits."""
+        self._end_modal(context)
+        stop_running_bake()
+
     def _finish(self, job: "Job"):
         from ..actions.bake import record_bake
 
         try:
             facts = job.result()
+            scene = bpy.data.scenes.get(self._scene)
+            grating = scene and scene.natural_gratings.items.get(self._name)
+            if not grating:
+                raise GratingError(f"{self._name}: no longer in the scene; its bake is {facts['files'][0]}")
+            record_bake(grating, facts)
         except GratingError as error:
-            return self._fail(error)
-        scene = bpy.data.scenes.get(self._scene)
-        grating = scene and scene.natural_gratings.items.get(self._name)
-        if not grating:
-            return self._fail(f"{self._name}: no longer in the scene; its bake is {facts['files'][0]}")
-        record_bake(grating, facts)
-        self.report({"INFO"}, f"{grating.name}: {grating.bake_summary}")
-        return {"FINISHED"}
-
-    def _fail(self, error: GratingError | str):
-        self.report({"ERROR"}, str(error))
-        return {"CANCELLED"}
+            return report_failure(self, error)
+        return report_lines(self, [f"{grating.name}: {grating.bake_summary}"])
 
     def _end_modal(self, context) -> None:
         context.window_manager.event_timer_remove(self._timer)
-        context.window_manager.progress_end()
         context.workspace.status_text_set(None)
         _redraw(context)
 

@@ -6,6 +6,7 @@ from bpy.props import FloatProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
 from ...precompute.base.failure import GratingError
+from .report import report_failure
 
 
 class ImportHeightMap(bpy.types.Operator, ImportHelper):
@@ -16,19 +17,25 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):
     bl_options = {"REGISTER", "UNDO"}
 
     filter_glob: StringProperty(options={"HIDDEN"})
+    # SKIP_SAVE: what was given for one file, or for a sample, says nothing about the next file.
+    filepath: StringProperty(name="File", subtype="FILE_PATH", options={"SKIP_SAVE"})
     size_um: FloatProperty(
         name="Width (um)",
         description="Width of the scan in micrometres. Needed for a picture, which does not hold its size",
         min=0,
         soft_max=1000,
+        options={"SKIP_SAVE"},
     )
     height_nm: FloatProperty(
         name="Height (nm)",
         description="Height from black to white in nanometres. Needed for a picture",
         min=0,
         soft_max=10000,
+        options={"SKIP_SAVE"},
     )
-    channel: StringProperty(name="Channel", description="The file's channel; empty for its topography")
+    channel: StringProperty(
+        name="Channel", description="The file's channel; empty for its topography", options={"SKIP_SAVE"}
+    )
 
     @classmethod
     def description(cls, context, properties):
@@ -51,8 +58,7 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):
                 context.scene, self.filepath, size_um=self.size_um, height_nm=self.height_nm, channel=self.channel
             )
         except GratingError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return report_failure(self, error)
         self.report({"INFO"}, f"{grating.name}: {grating.summary}")
         return {"FINISHED"}
 

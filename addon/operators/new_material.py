@@ -5,6 +5,7 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ..scene.gratings import active_grating
+from .report import report_failure
 
 
 class NewDiffractionMaterial(bpy.types.Operator):
@@ -28,7 +29,6 @@ class NewDiffractionMaterial(bpy.types.Operator):
         try:
             material = make_material(context.scene, active_grating(context.scene))
         except GratingError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return report_failure(self, error)
         self.report({"INFO"}, f"{material.name}: assign it to a mesh that has a UV map")
         return {"FINISHED"}

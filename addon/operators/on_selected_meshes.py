@@ -4,13 +4,14 @@
 import bpy
 
 from ...precompute.base.failure import GratingError
+from .report import report_failure, report_lines
 
 
 class OnSelectedMeshes:
     """An operator that puts a grating on the selected meshes.
 
-    A subclass adds `put`, which puts the grating on the meshes and returns one line on what was done, or raises
-    GratingError."""
+    A subclass adds `put`, which puts the grating on the meshes among the objects and returns one line on what was done
+    and further lines of warning, or raises GratingError."""
 
     @classmethod
     def poll(cls, context):
@@ -18,12 +19,9 @@ class OnSelectedMeshes:
 
     def execute(self, context):
         try:
-            report = self.put(context.scene, context.selected_objects)
+            return report_lines(self, self.put(context.scene, context.selected_objects))
         except GratingError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        self.report({"INFO"}, report)
-        return {"FINISHED"}
+            return report_failure(self, error)
 
 
 def poll_meshes(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
@@ -33,6 +31,8 @@ def poll_meshes(operator: type[bpy.types.Operator], context: bpy.types.Context) 
         operator.poll_message_set("Bake a grating first")
         return False
     if not any(o.type == "MESH" for o in context.selected_objects):
-        operator.poll_message_set("Select a mesh first")
+        from ..actions.meshes import no_meshes
+
+        operator.poll_message_set("; ".join(no_meshes(context.selected_objects)) or "Select a mesh first")
         return False
     return True

@@ -9,6 +9,7 @@ from bpy.props import EnumProperty, StringProperty
 from ...precompute.base.failure import GratingError
 from ..materials.osl.script import missing_for_osl
 from ..scene.gratings import active_grating
+from .report import report_failure
 
 _DIRECT = "DIRECT"
 _METHODS = (
@@ -49,8 +50,7 @@ class NewOslReference(bpy.types.Operator):
         try:
             material = self._make(context.scene)
         except GratingError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return report_failure(self, error)
         self.report({"INFO"}, f"{material.name}: assign it to a mesh that has a UV map")
         return {"FINISHED"}
 

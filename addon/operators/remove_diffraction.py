@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Remove diffraction from the materials of the selected meshes."""
+"""Take diffraction off the selected objects."""
 
 import bpy
 
+from ...precompute.base.failure import GratingError
+from .report import report_failure, report_lines
+
 
 class RemoveDiffraction(bpy.types.Operator):
-    """Remove diffraction from the selected meshes' materials and leave the materials as they were before"""
+    """Take diffraction off the selected objects and leave their materials as they were before. Other objects keep it"""
 
     bl_idname = "grating.remove_diffraction"
     bl_label = "Remove from Materials"
@@ -13,15 +16,17 @@ class RemoveDiffraction(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        from ..actions.assign import materials_with_diffraction
+        from ..actions.remove import slots_with_diffraction
 
-        if not materials_with_diffraction(context.selected_objects):
+        if not any(slots_with_diffraction(thing) for thing in context.selected_objects):
             cls.poll_message_set("Select a mesh whose material has diffraction")
             return False
         return True
 
     def execute(self, context):
-        from ..actions.assign import remove_from
+        from ..actions.remove import remove_from
 
-        self.report({"INFO"}, remove_from(context.selected_objects))
-        return {"FINISHED"}
+        try:
+            return report_lines(self, [remove_from(context.selected_objects)])
+        except GratingError as error:
+            return report_failure(self, error)

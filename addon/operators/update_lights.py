@@ -5,6 +5,7 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ..actions.lamps import update_lamps, warnings_about
+from .report import report_failure
 
 
 class UpdateLights(bpy.types.Operator):
@@ -20,8 +21,7 @@ class UpdateLights(bpy.types.Operator):
         try:
             lamps = update_lamps(context.scene)
         except GratingError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return report_failure(self, error)
         self.report({"INFO"}, f"lit by {', '.join(lamp.name for lamp in lamps)}")
         for line in warnings_about(context.scene, context.evaluated_depsgraph_get()):
             self.report({"WARNING"}, line)

@@ -57,7 +57,7 @@ class Grating(bpy.types.PropertyGroup):
     shadows: BoolProperty(
         name="Shadows",
         description="Objects shade the diffraction: all objects in Cycles, objects on screen in EEVEE. Before Blender "
-        "5.1 this works only in Cycles with Open Shading Language",
+        "5.1 this works only in Cycles with Open Shading Language. Assign or bake again after a change",
         default=True,
     )
     group: PointerProperty(type=bpy.types.ShaderNodeTree, name="Node Group", description="Made from the bake")

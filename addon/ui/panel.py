@@ -32,11 +32,11 @@ class SampleMenu(bpy.types.Menu):
     bl_label = "Add Sample"
 
     def draw(self, context):
-        from ...precompute.surface.samples.catalogue import SAMPLES
+        from ...precompute.surface.samples.catalogue import SAMPLES, title_of
 
         self.layout.operator_context = "EXEC_DEFAULT"
         for name in SAMPLES:
-            entry = self.layout.operator(ImportHeightMap.bl_idname, text=name.capitalize())
+            entry = self.layout.operator(ImportHeightMap.bl_idname, text=title_of(name))
             entry.filepath = f"sample:{name}"
 
 
@@ -121,9 +121,7 @@ def _draw_material(layout, grating) -> None:
     row = column.row(align=True)
     row.operator(AddDiffraction.bl_idname, icon="ADD")
     row.operator(RemoveDiffraction.bl_idname, icon="REMOVE", text="Remove")
-    shadows = layout.row()
-    shadows.active = grating.group is None
-    shadows.prop(grating, "shadows")
+    layout.prop(grating, "shadows")
 
 
 def _draw_lamps(layout, context) -> None:

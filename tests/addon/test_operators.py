@@ -56,19 +56,20 @@ def all_nodes(tree):
 def test_import_adds_a_grating_with_its_facts(scene):
     assert bpy.ops.grating.import_height_map(filepath="sample:cd") == {"FINISHED"}
     grating = scene.natural_gratings.active()
-    assert grating.name == "cd"
+    assert grating.name == "CD"
     assert "period 1600 nm at 0 deg" in grating.summary
 
 
 def test_a_second_import_has_a_name_of_its_own(scene):
     for _ in range(2):
         bpy.ops.grating.import_height_map(filepath="sample:flat")
-    assert [g.name for g in scene.natural_gratings.items] == ["flat", "flat.001"]
+    assert [g.name for g in scene.natural_gratings.items] == ["Flat", "Flat.001"]
 
 
 def test_a_picture_without_a_size_is_refused(scene, scan):
-    with pytest.raises(RuntimeError, match="--size-um"):
+    with pytest.raises(RuntimeError, match=r"Width \(um\) in the import dialog") as told:
         bpy.ops.grating.import_height_map(filepath=str(scan))
+    assert "--" not in str(told.value)
     assert len(scene.natural_gratings.items) == 0
 
 

@@ -20,6 +20,14 @@ SAMPLES: dict[str, Callable[[], HeightMap]] = {
     make.__name__: make for make in (flat, sinusoidal, binary, blazed, elaphe, xenopeltis, cd, dvd, bluray)
 }
 
+# Names that are written otherwise than with a capital.
+_TITLES = {"cd": "CD", "dvd": "DVD", "bluray": "Blu-ray"}
+
+
+def title_of(name: str) -> str:
+    """A sample's name as people write it."""
+    return _TITLES.get(name, name.capitalize())
+
 
 def make_sample(name: str) -> HeightMap:
     """The surface of a name in SAMPLES. Raises GratingError where there is none of that name."""

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reporting to an artist, in the words of Blender's interface."""
+
+import re
+
+import bpy
+
+from ...precompute.base.failure import GratingError
+
+# Precompute names its settings as its command line does. Here each is named as the panel and the dialogs name it.
+WORDS = {
+    "--size-um": "Width (um) in the import dialog",
+    "--height-nm": "Height (nm) in the import dialog",
+    "--channel": "Channel in the import dialog",
+    "--delta-e": "Colour Error",
+    "--coherence-um": "Coherence",
+    "--method": "Method",
+    "--needs": "a needs file, which the command line takes",
+    "--model": "the model of coherence, which the command line takes:",
+    "--period-nm": "a period, which the command line takes",
+}
+# An option, and after it the capital letter that stands for its value.
+_OPTION = re.compile(r"(--[a-z][a-z-]*)(?: [A-Z]\b)?")
+
+
+def report_failure(operator: bpy.types.Operator, error: GratingError) -> set[str]:
+    """Report an error to the artist. Returns what the operator's execute() returns then."""
+    operator.report({"ERROR"}, in_words(str(error)))
+    return {"CANCELLED"}
+
+
+def report_lines(operator: bpy.types.Operator, lines: list[str]) -> set[str]:
+    """Report what was done, the first line, and warnings, the others. Returns what execute() returns then."""
+    for line in lines[:1]:
+        operator.report({"INFO"}, line)
+    for line in lines[1:]:
+        operator.report({"WARNING"}, line)
+    return {"FINISHED"}
+
+
+def in_words(message: str) -> str:
+    """A message of precompute with the options of its command line named as an artist knows them."""
+    return _OPTION.sub(lambda found: WORDS.get(found[1], found[0]), message)
