@@ -14,8 +14,8 @@ from .material import refresh_group
 
 
 def start_bake(grating: Grating, directory: str = "", *, use_cache: bool = True) -> Job:
-    """Start a grating's bake, into a folder or, without one, beside the cache's entries. There each request has a folder
-    of its own, so that no other grating's bake and no earlier one, to which undo leads back, is written over.
+    """Start a grating's bake, into a folder or, without one, beside the cache's entries. There each request has a
+    folder of its own: a bake writes over no other grating's, and over no earlier one, to which undo may lead back.
 
     Raises GratingError if what is asked of the bake is not possible."""
     key = hashlib.sha256(asked_of(grating).encode()).hexdigest()[:16]

@@ -43,7 +43,8 @@ def check_can_change(thing: bpy.types.Object) -> None:
     if thing.library is not None or (override is not None and override.is_system_override):
         file = (thing.library or override.reference.library).filepath
         raise GratingError(
-            f"{thing.name}: linked from {file}; use Object > Library Override > Make, or Object > Relations > Make Local"
+            f"{thing.name}: linked from {file}; use Object > Library Override > Make, "
+            "or Object > Relations > Make Local"
         )
     if data_is_fixed(thing) and not thing.material_slots:
         raise GratingError(

@@ -103,16 +103,14 @@ def sample_no_emission(material: bpy.types.Material) -> None:
 
 def diffraction_nodes(material: bpy.types.Material | None) -> list[bpy.types.Node]:
     """The material's nodes of Diffraction groups, also those that an artist put into a group."""
-    if material is None or material.node_tree is None:
-        return []
-    return list(_diffraction_nodes(material.node_tree))
+    return [] if material is None else list(_diffraction_nodes(material.node_tree))
 
 
-def _diffraction_nodes(tree: bpy.types.NodeTree) -> Iterator[bpy.types.Node]:
-    for node in tree.nodes:
+def _diffraction_nodes(tree: bpy.types.NodeTree | None) -> Iterator[bpy.types.Node]:
+    for node in tree.nodes if tree is not None else ():
         if node.type == "GROUP" and is_diffraction(node.node_tree):
             yield node
-        elif node.type == "GROUP" and node.node_tree is not None:
+        elif node.type == "GROUP":
             yield from _diffraction_nodes(node.node_tree)
 
 
@@ -128,8 +126,7 @@ def _shows_diffraction(output: bpy.types.Node) -> bool:
         if node in seen:
             continue
         seen.add(node)
-        if node.type == "GROUP" and node.node_tree is not None:
-            if is_diffraction(node.node_tree) or any(_diffraction_nodes(node.node_tree)):
-                return True
+        if node.type == "GROUP" and (is_diffraction(node.node_tree) or any(_diffraction_nodes(node.node_tree))):
+            return True
         pending += [link.from_node for socket in node.inputs for link in socket.links]
     return False

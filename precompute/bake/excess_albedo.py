@@ -29,6 +29,7 @@ import math
 
 import numpy as np
 
+from ..base.progress import Progress, silent
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
 from ..maths import chebyshev
 from ..spectra.resample import Resampler
@@ -58,7 +59,7 @@ _BLOCK = 8
 _MARGIN = 1.01
 
 
-def excess_table(series: SpectrumSeries, sigma_b: float) -> np.ndarray:
+def excess_table(series: SpectrumSeries, sigma_b: float, progress: Progress = silent) -> np.ndarray:
     """The excess albedo E (rows, columns) float32 of a relief's spectrum under a kernel sigma_b."""
     directions = texel_directions()[:, :-1]
     cosine = directions[..., 2]
@@ -67,7 +68,9 @@ def excess_table(series: SpectrumSeries, sigma_b: float) -> np.ndarray:
     smooth = cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas=lambdas[::_STRIDE])
     # Four quarter turns make the whole circle of azimuths.
     quarter = directions[:, : directions.shape[1] // 4]
-    smooth += continuum_albedo(series, orders, sigma_b, directions=quarter, lambdas=lambdas[::_STRIDE], turns=4)
+    smooth += continuum_albedo(
+        series, orders, sigma_b, directions=quarter, lambdas=lambdas[::_STRIDE], turns=4, progress=progress
+    )
     # A single bin matters at the horizon only if it is an order: a bin of a continuum crosses it together with others.
     stride = 1 if series.periodic else _STRIDE
     sharp = between(orders_albedo(series, orders, sigma_b, directions=directions, lambdas=lambdas[::stride]), stride)
@@ -152,7 +155,14 @@ def orders_albedo(series, orders: np.ndarray, sigma_b: float, *, directions: np.
 
 
 def continuum_albedo(
-    series: SpectrumSeries, orders: np.ndarray, sigma_b: float, *, directions: np.ndarray, lambdas, turns: int = 1
+    series: SpectrumSeries,
+    orders: np.ndarray,
+    sigma_b: float,
+    *,
+    directions: np.ndarray,
+    lambdas,
+    turns: int = 1,
+    progress: Progress = silent,
 ) -> np.ndarray:
     """A (rows, turns * cols, n) of a spectrum without its orders, at n wavelengths.
 
@@ -186,6 +196,7 @@ def continuum_albedo(
                 albedo = factors.reshape(len(wi), -1) @ picture[:, v, u].reshape(-1, len(lambdas))
                 part = out[block[0], turn, block[1]]
                 part[...] = albedo.reshape(part.shape)
+        progress("albedo bound", min(y + _BLOCK, rows) / rows)
     return out.reshape(rows, turns * cols, len(lambdas))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..base.exr import TEXELS_MAX
 from ..base.failure import GratingError
-from ..base.progress import Progress, silent
+from ..base.progress import Progress, forwards, silent, span_of
 from ..measure.errors import Errors
 from ..surface.relief import Relief
 from ..table import atlas
@@ -29,6 +29,11 @@ from .resolution import blender_bytes
 ATLAS_BYTES_MAX = BYTES_PER_TEXEL * TEXELS_MAX
 # The error of luminance relative to luminance, |dY| / Y, that is asked for together with a dE00 of 1 or less.
 _RELATIVE_DY = 0.01
+# The share of its time after which an attempt's plan, and its table, are done: measured on the samples Elaphe and
+# Xenopeltis, 0.07 and 0.11, 0.66 and 0.70.
+_PLANNED, _CARRIED_OUT = 0.1, 0.7
+# The share of the whole that progress gives to the first attempt. A second one is the exception, so it gets the rest.
+_FIRST = 0.9
 
 
 @dataclass(frozen=True)
@@ -63,16 +68,17 @@ class Made:
 def make(
     reliefs: Sequence[Relief], request: BakeRequest, *, progress: Progress = silent, source: str = "the scan"
 ) -> Made:
-    """Bake reliefs as a request asks.
+    """Bake reliefs as a request asks. `progress` is told how much of the whole bake is done.
 
     Raises GratingError, naming `source`, if the colour error asked for cannot be kept. The message tells which colour
     error can be kept."""
-    made = _attempt(reliefs, request, progress, 1.0, source)
+    progress = forwards(progress)
+    made = _attempt(reliefs, request, span_of(progress, 0, _FIRST), 1.0, source)
     excess = _excess(made.errors, request.delta_e)
     if excess > 1:
         # The error of reading falls as the fourth power of the number of texels to a kernel. If another error is the
         # larger one, more texels do not help, and the measured error of the second attempt shows this.
-        again = _attempt(reliefs, request, progress, (1.5 * excess) ** 0.25, source)
+        again = _attempt(reliefs, request, span_of(progress, _FIRST, 1), (1.5 * excess) ** 0.25, source)
         again = _with_time_of(again, made)
         made = again if _excess(again.errors, request.delta_e) < excess else made
     if _excess(made.errors, request.delta_e) > 1:
@@ -96,7 +102,7 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
     started = time.perf_counter()
     model = COHERENCE_MODELS[request.model]
     try:
-        chosen = model.plan(reliefs, request, progress=progress, finer=finer)
+        chosen = model.plan(reliefs, request, progress=span_of(progress, 0, _PLANNED), finer=finer)
     except GratingError as error:
         raise GratingError(f"{source}: {error}") from error
     in_blender = blender_bytes(chosen.terms, tuple(len(axis) for axis in chosen.axes), chosen.sigma_b)
@@ -105,11 +111,11 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
             f"{source}: the table would take {in_blender / 2**20:.0f} MiB in Blender; ask for a shorter "
             "--coherence-um, or for a part of it by --needs"
         )
-    image, layout = atlas.pack(model.carry_out(chosen, request.illuminant, progress))
+    image, layout = atlas.pack(model.carry_out(chosen, request.illuminant, span_of(progress, _PLANNED, _CARRIED_OUT)))
     stored = atlas.unpack(image, layout)
     sample_set = model.sample_set(chosen)
     baked = time.perf_counter()
-    errors = model.self_check(reliefs, chosen, stored, progress=progress)
+    errors = model.self_check(reliefs, chosen, stored, progress=span_of(progress, _CARRIED_OUT, 1))
     transforms = sum(len(series.amplitude) for series in chosen.ensemble)
     return Made(
         stored, sample_set, image, layout, errors, len(chosen.wavelengths), transforms, baked - started,

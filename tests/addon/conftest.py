@@ -47,3 +47,29 @@ def baked(scan, tmp_path_factory):
     command = [sys.executable, "-m", "precompute", "bake", scan, "--size-um", "4", "--height-nm", "100", "-o", folder]
     subprocess.run([str(part) for part in command], cwd=ROOT, check=True, capture_output=True)
     return folder / "waves.exr"
+
+
+@pytest.fixture
+def grating(scene, baked):
+    """A baked grating, the scene's active one."""
+    made = scene.natural_gratings.items.add()
+    made.name, made.bake_path = "waves", str(baked)
+    scene.natural_gratings.active_index = 0
+    return made
+
+
+def select(*things):
+    """Select these objects and no others; the first is active."""
+    import bpy
+
+    bpy.ops.object.select_all(action="DESELECT")
+    for thing in things:
+        thing.select_set(True)
+    bpy.context.view_layer.objects.active = things[0]
+
+
+def reports(operator, capfd) -> str:
+    """What an operator reports, warnings too: in background Blender prints its reports."""
+    capfd.readouterr()
+    assert operator() == {"FINISHED"}
+    return capfd.readouterr().out
