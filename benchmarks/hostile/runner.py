@@ -39,7 +39,7 @@ class Case:
     name   "GROUP NUMBER: what was done to it"; the same for the same seed
     group  the row of the table that counts it: a reader's, a verb's
     run    takes the input: returns where it is accepted, raises GratingError where it is refused. Whatever else it
-           raises fails the case, and so does anything that it prints
+           raises fails the case
     names  what the line of a refusal must hold, such as the file's name; None for nothing
     """
 
@@ -85,18 +85,16 @@ def run_verb(argv: Sequence[object]) -> None:
 
 def run(case: Case) -> Outcome:
     """Run a case in a child process and judge it."""
-    with tempfile.TemporaryFile() as said, tempfile.TemporaryFile() as printed:
+    with tempfile.TemporaryFile() as said:
         sys.stdout.flush()
         sys.stderr.flush()
         child = os.fork()
         if child == 0:
-            _in_child(case, said.fileno(), printed.fileno())
+            _in_child(case, said.fileno())
         killed, usage, status = _wait(child)
         said.seek(0)
         # A child that was killed wrote its first line only.
         at_start, verdict, line = f"{said.read().decode('utf-8', 'replace')}\n\n".split("\n", 2)
-        printed.seek(0)
-        chatter = printed.read().decode("utf-8", "replace").strip()
     line = line.strip()
     seconds = usage.ru_utime + usage.ru_stime
     peak = max(0, usage.ru_maxrss * 1024 - int(at_start))
@@ -107,8 +105,6 @@ def run(case: Case) -> Outcome:
         verdict, line = FAILED, f"over {SECONDS_MAX} s of the processor" if name == "SIGXCPU" else f"died of {name}"
     elif not verdict:
         verdict, line = FAILED, f"left with status {os.waitstatus_to_exitcode(status)}"
-    elif verdict != FAILED and chatter:
-        verdict, line = FAILED, f"printed: {chatter}"
     elif verdict == REFUSED and (fault := _fault_of(line, case.names)):
         verdict, line = FAILED, f"{fault}: {line!r}"
     return Outcome(case.name, case.group, verdict, line, seconds, peak)
@@ -135,13 +131,14 @@ def facts(outcomes: Iterable[Outcome]) -> list[dict[str, object]]:
     return [asdict(outcome) for outcome in outcomes]
 
 
-def _in_child(case: Case, said: int, printed: int) -> None:
+def _in_child(case: Case, said: int) -> None:
     """Run the case and end this process. Writes three lines to the file descriptor `said`: the bytes that this process
     holds at its start, the verdict, and the line of the refusal or the fault.
 
-    The standard streams go to `printed`, at the level of the system: decoders written in C print there."""
+    The standard streams go nowhere, at the level of the system: decoders written in C print there."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
-        os.dup2(printed, stream)
+        os.dup2(nowhere, stream)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_CPU, (SECONDS_MAX, SECONDS_MAX + 1))
     limit = _own_bytes(_ADDRESS_SPACE) + BYTES_MAX

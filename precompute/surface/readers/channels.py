@@ -10,45 +10,72 @@ from ...base.failure import GratingError
 
 # Names that instruments give to the topography. The first name that a file has wins.
 _TOPOGRAPHY = ("z-axis", "topography", "height", "z height", "zsensor", "z-axissensor")
+# The most characters of a file's own text that a message quotes, and the most channels that it lists.
+_QUOTED, _LISTED = 80, 20
+
+
+def shortened(text: object) -> str:
+    """Text that comes out of a file, as messages and labels show it: what does not print is left out, and so is what
+    is beyond its first characters."""
+    printed = "".join(character if character.isprintable() else " " for character in str(text)[: _QUOTED + 1])
+    return printed if len(printed) <= _QUOTED else f"{printed[: _QUOTED - 3]}..."
 
 
 @dataclass(frozen=True)
 class Channel:
     """One map of values in a file.
 
-    name    the quantity: "Z-Axis"
-    frame   the scan of the quantity, where there are several: "forward"; "" where there is one scan
-    unit    of the values; "m" for heights over a plane
+    name      the quantity: "Z-Axis"
+    frame     the scan of the quantity, where there are several: "forward"; "" where there is one scan
+    unit      of the values; "m" for heights
+    is_image  whether the values are over a plane in metres; those of force curves are not
     """
 
     name: str
     frame: str
     unit: str
+    is_image: bool = True
 
     @property
     def label(self) -> str:
         """Name and frame, as users see and give them: "Z-Axis forward"."""
-        return f"{self.name} {self.frame}".strip()
+        return shortened(f"{self.name} {self.frame}").strip()
+
+    @property
+    def is_surface(self) -> bool:
+        """Whether the values are heights over a plane."""
+        return self.is_image and self.unit == "m"
 
 
 def choose_channel(source: str, channels: Sequence[Channel], wanted: str | None) -> int:
     """Index of the channel whose label is, or begins with, `wanted`; of the topography where `wanted` is None.
 
     Upper and lower case are the same. `source` is the file's name for messages. Raises GratingError where there is no
-    such channel or its values are not in metres.
+    such channel, where its values are not heights over a plane, and where the file holds curves and no image.
     """
-    listed = ", ".join(f"'{channel.label}'" for channel in channels) or "none"
+    if channels and not any(channel.is_image for channel in channels):
+        raise GratingError(
+            f"{source}: holds curves, as of force spectroscopy, and no image; export the topography scan of that place"
+        )
     found = _topography(channels) if wanted is None else _labelled(channels, wanted)
     if found is None and wanted is None:
-        raise GratingError(f"{source}: no channel is plainly the topography; name one by --channel: {listed}")
+        raise GratingError(f"{source}: no channel is plainly the topography; name one by --channel: {_list(channels)}")
     if found is None:
-        raise GratingError(f"{source}: has no channel '{wanted}'; name one of: {listed}")
-    if channels[found].unit != "m":
+        raise GratingError(f"{source}: has no channel '{shortened(wanted)}'; name one of: {_list(channels)}")
+    chosen = channels[found]
+    if not chosen.is_surface:
+        what = f"is in '{shortened(chosen.unit)}', not in metres" if chosen.is_image else "holds curves and no image"
         raise GratingError(
-            f"{source}: channel '{channels[found].label}' is in '{channels[found].unit}', "
-            f"not in metres; name a height channel with --channel, of: {listed}"
+            f"{source}: channel '{chosen.label}' {what}; name a height channel with --channel, of: {_list(channels)}"
         )
     return found
+
+
+def _list(channels: Sequence[Channel]) -> str:
+    """The labels of the channels, as a message lists them."""
+    named = ", ".join(f"'{channel.label}'" for channel in channels[:_LISTED])
+    more = f" and {len(channels) - _LISTED} more" if len(channels) > _LISTED else ""
+    return f"{named}{more}" or "none"
 
 
 def _labelled(channels: Sequence[Channel], wanted: str) -> int | None:
@@ -60,8 +87,8 @@ def _labelled(channels: Sequence[Channel], wanted: str) -> int | None:
 
 
 def _topography(channels: Sequence[Channel]) -> int | None:
-    metres = [(i, channel.name.casefold()) for i, channel in enumerate(channels) if channel.unit == "m"]
-    exact = (i for known in _TOPOGRAPHY for i, name in metres if name == known)
-    begun = (i for known in _TOPOGRAPHY for i, name in metres if name.startswith(known))
-    only = metres[0][0] if len(metres) == 1 else None
+    surfaces = [(i, channel.name.casefold()) for i, channel in enumerate(channels) if channel.is_surface]
+    exact = (i for known in _TOPOGRAPHY for i, name in surfaces if name == known)
+    begun = (i for known in _TOPOGRAPHY for i, name in surfaces if name.startswith(known))
+    only = surfaces[0][0] if len(surfaces) == 1 else None
     return next(exact, next(begun, only))

@@ -1,36 +1,38 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Gwyddion .gwy, decoded by gwyfile: SI units, row 0 at the top of the scan, masked pixels missing.
+"""Gwyddion .gwy: SI units, row 0 at the top of the scan, masked pixels missing.
 
-A file is a tree of serialised objects. An object is the name of its type, its size in bytes, and its components; a
-component is a name, a letter for the type of its value, and the value.
+A file is a tree of serialised objects (Gwyddion's user guide, "Gwyddion native data files"). An object is the name of
+its type, its size in bytes, and its components; a component is a name, a letter for the type of its value, and the
+value. The outermost object is a container, whose components "/N/data", "/N/data/title" and "/N/mask" are the image,
+the title and the mask of channel N. Only these are read: all other components are passed over by their sizes, so what
+they hold can neither hurt nor cost much. Sizes are checked before anything is read.
 """
 
 from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Callable
+from collections import Counter
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import BinaryIO
 
 import numpy as np
 
 from ...base.failure import GratingError
 from ..height_map import HeightMap
-from .channels import Channel, choose_channel
-
-if TYPE_CHECKING:
-    from gwyfile.objects import GwyContainer, GwyDataField, GwyObject
+from .channels import Channel, choose_channel, shortened
 
 _BEGINNING = b"GWYP"
-# Sizes of values by the letter of their type: of a single value, and of one item of an array.
-_SCALAR_BYTES = {b"b": 1, b"c": 1, b"i": 4, b"q": 8, b"d": 8}
+# Formats and sizes of values by the letter of their type: of a single value, and of one item of an array.
+_SCALARS = {b"b": "<?", b"c": "<c", b"i": "<i", b"q": "<q", b"d": "<d"}
 _ITEM_BYTES = {b"C": 1, b"I": 4, b"Q": 8, b"D": 8}
 _MASKED_ABOVE = 0.5
-# The exceptions that the code below and gwyfile raise where a container is not as Gwyddion writes it.
-_DAMAGE = (struct.error, ValueError, KeyError, TypeError, AttributeError, NotImplementedError, RecursionError)
-
-T = TypeVar("T")
+# The most components of an object and items of a list of objects or strings together: a file of a hundred channels
+# with their settings has thousands.
+_PARTS_MAX = 100_000
+# Names and strings are read in pieces of this many bytes.
+_PIECE = 256
 
 
 class GwyddionReader:
@@ -45,8 +47,9 @@ class GwyddionReader:
         return beginning.startswith(_BEGINNING)
 
     def channels(self, source: str) -> tuple[Channel, ...]:
-        """As in `Reader`; the format has no table of contents, so that the whole file is read."""
-        return _decode(source, lambda container: _channels(container, _fields(container)))
+        """As in `Reader`; reads no heights."""
+        with open(source, "rb") as file:
+            return tuple(image.channel for image in _images(source, file))
 
     def read(
         self,
@@ -57,125 +60,211 @@ class GwyddionReader:
         channel: str | None = None,
     ) -> HeightMap:
         """As in `Reader`."""
-        return _decode(source, lambda container: _height_map(source, container, channel))
+        with open(source, "rb") as file:
+            images = _images(source, file)
+            channels = tuple(image.channel for image in images)
+            image = images[choose_channel(source, channels, channel)]
+            height = image.heights(file)
+        (rows, cols), (height_m, width_m) = image.field.shape, image.field.size_m
+        return HeightMap(
+            height_m=height,
+            pixel_size_m=(height_m / rows, width_m / cols),
+            source=source,
+            channel=image.channel.label,
+            channels=tuple(each.label for each in channels),
+        )
 
 
 GWYDDION = GwyddionReader()
 
 
-def _decode(source: str, use: Callable[[GwyObject], T]) -> T:
-    """Call `use` with the file's outermost object and return its result. Raises GratingError where the file is
-    damaged."""
-    from gwyfile.objects import GwyObject
+@dataclass(frozen=True)
+class _Value:
+    """Where the value of a component lies in the file: its letter, its first byte and the byte after its last."""
 
-    data = Path(source).read_bytes()
+    kind: bytes
+    start: int
+    stop: int
+
+
+@dataclass(frozen=True)
+class _Field:
+    """A map of values: its shape (rows, cols), its sides (Ly, Lx), where its values lie in the file, and their unit,
+    "m over X" where the sides are in X and not in metres."""
+
+    shape: tuple[int, int]
+    size_m: tuple[float, float]
+    values: _Value
+    unit: str
+
+    def read(self, file: BinaryIO) -> np.ndarray:
+        """The values (rows, cols), float64."""
+        file.seek(self.values.start + 4)
+        return np.fromfile(file, "<f8", self.shape[0] * self.shape[1]).reshape(self.shape)
+
+
+@dataclass(frozen=True)
+class _Image:
+    """A channel of the file, its field, and the field of its mask if it has one."""
+
+    channel: Channel
+    field: _Field
+    mask: _Field | None
+
+    def heights(self, file: BinaryIO) -> np.ndarray:
+        """The values (rows, cols), NaN where they are masked."""
+        heights = self.field.read(file)
+        if self.mask is not None:
+            heights[self.mask.read(file) > _MASKED_ABOVE] = np.nan
+        return heights
+
+
+def _images(source: str, file: BinaryIO) -> list[_Image]:
+    """The images of a file by channel number. Raises GratingError where the file is damaged."""
     try:
-        # gwyfile trusts the sizes it reads, and never returns from a string without an end: check them before.
-        _object_end(data, len(_BEGINNING), len(data))
-        return use(GwyObject.frombuffer(data[len(_BEGINNING) :]))
-    except _DAMAGE as error:
+        kind, parts = _object(file, len(_BEGINNING), Path(source).stat().st_size)
+        if kind != "GwyContainer":
+            raise ValueError("not a Gwyddion container")
+        numbers = sorted((key.split("/")[1] for key in parts if re.fullmatch(r"/\d{1,9}/data", key)), key=int)
+        fields = {number: field for number in numbers if (field := _field(file, parts[f"/{number}/data"])) is not None}
+        titles = {number: _title(file, parts, number) for number in fields}
+        shared = Counter(titles.values())
+        return [
+            _Image(
+                # Where two channels have the same title, their numbers tell them apart.
+                Channel(titles[number], f"({number})" if shared[titles[number]] > 1 else "", field.unit),
+                field,
+                _mask(file, parts, number, field.shape),
+            )
+            for number, field in fields.items()
+        ]
+    except (KeyError, ValueError, struct.error) as error:
         raise GratingError(
-            f"{source}: the Gwyddion data is truncated or damaged ({error}); "
+            f"{source}: the Gwyddion data is truncated or damaged ({shortened(error)}); "
             "copy it again, or save it again in Gwyddion"
         ) from error
 
 
-def _height_map(source: str, container: GwyObject, channel: str | None) -> HeightMap:
-    fields = _fields(container)
-    channels = _channels(container, fields)
-    chosen = choose_channel(source, channels, channel)
-    number, field = list(fields.items())[chosen]
-    height = field.data
-    if f"/{number}/mask" in container:
-        height = np.where(container[f"/{number}/mask"].data > _MASKED_ABOVE, np.nan, height)
-    rows, cols = height.shape
-    return HeightMap(
-        height_m=height,
-        pixel_size_m=(field.yreal / rows, field.xreal / cols),
-        source=source,
-        channel=channels[chosen].label,
-        channels=tuple(each.label for each in channels),
-    )
+def _title(file: BinaryIO, parts: dict[str, _Value], number: str) -> str:
+    title = parts.get(f"/{number}/data/title")
+    return f"channel {number}" if title is None else _text(file, title)
 
 
-def _fields(container: GwyObject) -> dict[int, GwyDataField]:
-    """The container's images by channel number. Raises ValueError or KeyError where an image is not whole."""
-    from gwyfile.objects import GwyContainer, GwyDataField
-
-    if not isinstance(container, GwyContainer):
-        raise ValueError("not a Gwyddion container")
-    numbered = {
-        int(key.split("/")[1]): value
-        for key, value in container.items()
-        if re.fullmatch(r"/\d+/data", key) and isinstance(value, GwyDataField)
-    }
-    for number, field in numbered.items():
-        rows, cols = field["yres"], field["xres"]
-        if rows < 1 or cols < 1 or rows * cols != np.size(field["data"]):
-            raise ValueError(f"channel {number} is {rows} x {cols} with {np.size(field['data'])} values")
-        field["xreal"], field["yreal"] = float(field["xreal"]), float(field["yreal"])
-    return dict(sorted(numbered.items()))
+def _mask(file: BinaryIO, parts: dict[str, _Value], number: str, shape: tuple[int, int]) -> _Field | None:
+    """The mask of a channel, None where it has none. Raises ValueError where its shape is not the channel's."""
+    if f"/{number}/mask" not in parts:
+        return None
+    mask = _field(file, parts[f"/{number}/mask"])
+    if mask is None or mask.shape != shape:
+        raise ValueError(f"the mask of channel {number} is not of the channel's shape")
+    return mask
 
 
-def _channels(container: GwyContainer, fields: dict[int, GwyDataField]) -> tuple[Channel, ...]:
-    titles = [container.get(f"/{number}/data/title", f"channel {number}") for number in fields]
-    return tuple(
-        # Where two channels have the same title, their numbers tell them apart.
-        Channel(title, f"({number})" if titles.count(title) > 1 else "", _unit(field))
-        for title, (number, field) in zip(titles, fields.items(), strict=True)
-    )
+def _field(file: BinaryIO, value: _Value) -> _Field | None:
+    """The field that a value holds, None where it holds something else. Raises KeyError or ValueError where the field
+    is not whole."""
+    if value.kind != b"o":
+        return None
+    kind, parts = _object(file, value.start, value.stop)
+    if kind != "GwyDataField":
+        return None
+    rows, cols, values = _number(file, parts["yres"]), _number(file, parts["xres"]), parts["data"]
+    held = (values.stop - values.start - 4) // _ITEM_BYTES[b"D"]
+    if values.kind != b"D" or rows < 1 or cols < 1 or rows * cols != held:
+        raise ValueError(f"a channel is {rows} x {cols} with {held} values")
+    size_m = float(_number(file, parts["yreal"])), float(_number(file, parts["xreal"]))
+    across, up = (_unit(file, parts.get(f"si_unit_{each}")) for each in ("xy", "z"))
+    return _Field((rows, cols), size_m, values, up if across == "m" else f"{up} over {across}")
 
 
-def _unit(field: GwyDataField) -> str:
-    """The unit of the values; "m over X" where the sides of the field are not in metres."""
-    across, up = (unit.get("unitstr", "") if unit else "" for unit in (field.si_unit_xy, field.si_unit_z))
-    return up if across == "m" else f"{up} over {across}"
+def _unit(file: BinaryIO, value: _Value | None) -> str:
+    """The text of a unit; "" for none."""
+    if value is None or value.kind != b"o":
+        return ""
+    _, parts = _object(file, value.start, value.stop)
+    return _text(file, parts["unitstr"]) if "unitstr" in parts else ""
 
 
-def _object_end(data: bytes, at: int, end: int) -> int:
-    """Offset of the first byte after the object at `at`.
+def _object(file: BinaryIO, start: int, end: int) -> tuple[str, dict[str, _Value]]:
+    """The type of the object at `start`, and where the values of its components lie.
 
-    Raises ValueError or struct.error where the object does not end before `end`."""
-    at = _string_end(data, at, end)
-    stop = at + 4 + _count(data, at)
+    Raises ValueError or struct.error where the object is damaged or does not end before `end`."""
+    at = _string_end(file, start, end)
+    kind = _text(file, _Value(b"s", start, at))
+    stop = at + 4 + _count(file, at)
     if stop > end:
         raise ValueError(f"{stop - end} bytes are missing")
+    parts: dict[str, _Value] = {}
+    passed = 0
     at += 4
     while at < stop:
-        at = _component_end(data, at, stop)
-    return stop
+        name_end = _string_end(file, at, stop)
+        name = _text(file, _Value(b"s", at, name_end))
+        file.seek(name_end)
+        letter = file.read(1)
+        value_end, items = _value_end(file, letter, name_end + 1, stop)
+        passed += items
+        if passed > _PARTS_MAX:
+            raise ValueError(f"more than {_PARTS_MAX} components")
+        parts[name] = _Value(letter, name_end + 1, value_end)
+        at = value_end
+    return kind, parts
 
 
-def _component_end(data: bytes, at: int, end: int) -> int:
-    """Offset of the first byte after the component at `at`. Raises as _object_end does."""
-    at = _string_end(data, at, end)
-    kind, at = data[at : at + 1], at + 1
-    if kind in _SCALAR_BYTES:
-        at += _SCALAR_BYTES[kind]
-    elif kind in _ITEM_BYTES:
-        at += 4 + _ITEM_BYTES[kind] * _count(data, at)
-    elif kind == b"o":
-        at = _object_end(data, at, end)
-    elif kind == b"s":
-        at = _string_end(data, at, end)
-    elif kind in (b"O", b"S"):
-        skip = _object_end if kind == b"O" else _string_end
-        count, at = _count(data, at), at + 4
-        for _ in range(count):
-            at = skip(data, at, end)
+def _value_end(file: BinaryIO, letter: bytes, at: int, end: int) -> tuple[int, int]:
+    """The offset of the first byte after the value at `at`, and how many items were passed on the way.
+
+    Raises as _object does; nothing that is nested is opened."""
+    items = 1
+    if letter in _SCALARS:
+        at += struct.calcsize(_SCALARS[letter])
+    elif letter in _ITEM_BYTES:
+        at += 4 + _ITEM_BYTES[letter] * _count(file, at)
+    elif letter in (b"s", b"o"):
+        at = _item_end(file, letter, at, end)
+    elif letter in (b"S", b"O"):
+        items, at = _count(file, at), at + 4
+        for _ in range(min(items, _PARTS_MAX)):
+            at = _item_end(file, letter.lower(), at, end)
     else:
-        raise ValueError(f"unknown component type {kind!r}")
+        raise ValueError(f"unknown component type {letter!r}")
     if at > end:
         raise ValueError(f"{at - end} bytes are missing")
-    return at
+    return at, items
 
 
-def _string_end(data: bytes, at: int, end: int) -> int:
-    zero = data.find(b"\0", at, end)
-    if zero < 0:
-        raise ValueError("a name has no end")
-    return zero + 1
+def _item_end(file: BinaryIO, letter: bytes, at: int, end: int) -> int:
+    """The offset of the first byte after a string or an object."""
+    at = _string_end(file, at, end)
+    return at if letter == b"s" else at + 4 + _count(file, at)
 
 
-def _count(data: bytes, at: int) -> int:
-    return struct.unpack_from("<I", data, at)[0]
+def _string_end(file: BinaryIO, at: int, end: int) -> int:
+    """The offset of the first byte after the string at `at` and its zero."""
+    file.seek(at)
+    while at < end and (piece := file.read(min(_PIECE, end - at))):
+        zero = piece.find(b"\0")
+        if zero >= 0:
+            return at + zero + 1
+        at += len(piece)
+    raise ValueError("a name has no end")
+
+
+def _text(file: BinaryIO, value: _Value) -> str:
+    """The beginning of a string: no name, title or unit that counts is longer than a piece."""
+    if value.kind != b"s":
+        raise ValueError("a title or unit is no text")
+    file.seek(value.start)
+    return file.read(min(_PIECE, value.stop - 1 - value.start)).decode("utf-8", "replace")
+
+
+def _number(file: BinaryIO, value: _Value) -> float:
+    if value.kind not in (b"i", b"q", b"d"):
+        raise ValueError("a size is no number")
+    file.seek(value.start)
+    return struct.unpack(_SCALARS[value.kind], file.read(value.stop - value.start))[0]
+
+
+def _count(file: BinaryIO, at: int) -> int:
+    file.seek(at)
+    return struct.unpack("<I", file.read(4))[0]

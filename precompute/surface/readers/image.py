@@ -4,16 +4,20 @@
 from __future__ import annotations
 
 import math
+import struct
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
 from ...base.failure import GratingError
+from ...base.memory import refuse_beyond_memory
 from ..height_map import HeightMap
-from .channels import Channel
+from .channels import Channel, shortened
+from .picture_file import BESIDE_MAX, Beside, beside_bmp, beside_png, beside_tiff
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -21,6 +25,14 @@ if TYPE_CHECKING:
 # Widths and heights outside these ranges are mistakes: no picture of a relief is a metre wide, or one atom high.
 _SIZE_UM = (1e-3, 1e6)
 _HEIGHT_NM = (1e-3, 1e6)
+# The longest side in pixels. The memory that Pillow takes for a compressed BMP grows with it, not only with the area.
+_SIDE_MAX = 1 << 16
+# The largest compressed BMP. Pillow decodes it in Python, at about a microsecond a byte.
+_PACKED_BMP_MAX = 4 << 20
+# Reading takes 8 bytes a pixel for the heights, and at most as much for the picture and its decoding.
+_BYTES_PER_PIXEL = 16
+# Pixels that are turned into heights at a time.
+_PIXELS_AT_ONCE = 1 << 20
 # The most pixels that a byte of a compressed file can hold. A pixel takes at least one bit; deflate packs at most
 # 1032 bytes into one, LZW about 1400. A header that declares more pixels is wrong.
 _MOST_PACKED_PIXELS = 8 * 1400
@@ -33,11 +45,15 @@ _TIFF_BITS, _TIFF_PHOTOMETRIC, _TIFF_SAMPLE_FORMAT = 258, 262, 339
 
 @dataclass(frozen=True)
 class PictureReader:
-    """Reader of one format of pictures, see `Reader`; `beginnings` are the bytes that files may begin with."""
+    """Reader of one format of pictures, see `Reader`.
+
+    beginnings  the bytes that files may begin with
+    beside      finds what a file holds beside its pixels"""
 
     name: str
     extensions: tuple[str, ...]
     beginnings: tuple[bytes, ...]
+    beside: Callable[[BinaryIO], Beside]
     needs_size: bool = True
 
     def can_read(self, beginning: bytes) -> bool:
@@ -74,14 +90,31 @@ class PictureReader:
             limits=_HEIGHT_NM,
             remedy="--height-nm H, the height of white over black in nanometres",
         )
-        grey = _grey(source)
-        pixel_m = size_um * 1e-6 / grey.shape[1]
-        return HeightMap(grey * (height_nm * 1e-9), (pixel_m, pixel_m), source)
+        self._refuse_what_is_beside(source)
+        heights = _grey(source)
+        heights *= height_nm * 1e-9
+        pixel_m = size_um * 1e-6 / heights.shape[1]
+        return HeightMap(heights, (pixel_m, pixel_m), source)
+
+    def _refuse_what_is_beside(self, source: str) -> None:
+        """Raise GratingError where the file holds several pictures, or too much beside its picture."""
+        try:
+            with open(source, "rb") as file:
+                beside = self.beside(file)
+        except struct.error as error:
+            raise GratingError(f"{source}: the picture's header is truncated; copy it again") from error
+        if beside.several:
+            raise GratingError(f"{source}: holds several pictures; save the one of heights by itself")
+        if beside.held_bytes > BESIDE_MAX:
+            raise GratingError(
+                f"{source}: holds more than {BESIDE_MAX >> 20} MiB beside its picture; save it again without texts, "
+                "profiles and tags"
+            )
 
 
-PNG = PictureReader("PNG", (".png",), (b"\x89PNG\r\n\x1a\n",))
-TIFF = PictureReader("TIFF", (".tif", ".tiff"), (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"))
-BMP = PictureReader("BMP", (".bmp",), (b"BM",))
+PNG = PictureReader("PNG", (".png",), (b"\x89PNG\r\n\x1a\n",), beside_png)
+TIFF = PictureReader("TIFF", (".tif", ".tiff"), (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"), beside_tiff)
+BMP = PictureReader("BMP", (".bmp",), (b"BM",), beside_bmp)
 
 
 def _quantity(source: str, what: str, value: float | None, *, limits: tuple[float, float], remedy: str) -> float:
@@ -108,7 +141,7 @@ def _grey(source: str) -> np.ndarray:
             with Image.open(source, formats=("PNG", "TIFF", "BMP")) as picture:
                 _refuse_what_is_no_grey_scale(source, picture)
                 return _levels(source, picture)
-    except GratingError:
+    except (GratingError, MemoryError):
         raise
     except (Image.DecompressionBombWarning, Image.DecompressionBombError) as error:
         raise GratingError(
@@ -116,22 +149,27 @@ def _grey(source: str) -> np.ndarray:
         ) from error
     except Exception as error:  # Pillow's decoders raise nearly anything on a damaged file.
         raise GratingError(
-            f"{source}: the picture is truncated, damaged or of an unknown kind ({error}); "
+            f"{source}: the picture is truncated, damaged or of an unknown kind ({shortened(error)}); "
             "save it again as 8 or 16-bit grey PNG"
         ) from error
 
 
 def _refuse_what_is_no_grey_scale(source: str, picture: Image.Image) -> None:
     """Raise GratingError where the header tells that the picture holds no grey; nothing is decoded yet."""
-    cols, rows = picture.size
-    packed = 8 if picture.info.get("compression") == "raw" else _MOST_PACKED_PIXELS
-    if rows * cols > packed * Path(source).stat().st_size:
+    (cols, rows), file_bytes = picture.size, Path(source).stat().st_size
+    is_packed = picture.info.get("compression") not in ("raw", 0)
+    if rows * cols > (_MOST_PACKED_PIXELS if is_packed else 8) * file_bytes:
         raise GratingError(
             f"{source}: the header declares {rows} x {cols} pixels, more than the file can "
             "hold; it is truncated, copy it again"
         )
-    if getattr(picture, "n_frames", 1) > 1:
-        raise GratingError(f"{source}: holds {picture.n_frames} pictures; save the one of heights by itself")
+    if max(rows, cols) > _SIDE_MAX:
+        raise GratingError(f"{source}: {rows} x {cols} pixels are over {_SIDE_MAX} along a side; crop the scan")
+    if picture.format == "BMP" and is_packed and file_bytes > _PACKED_BMP_MAX:
+        raise GratingError(f"{source}: a compressed BMP of {file_bytes >> 20} MiB; save it as PNG")
+    refuse_beyond_memory(
+        _BYTES_PER_PIXEL * rows * cols, f"{source}: reading {rows} x {cols} pixels", "crop or reduce the scan"
+    )
     bits = _bits(picture)
     if picture.mode not in _WHITE and bits > 8:
         raise GratingError(
@@ -169,12 +207,22 @@ def _bits(picture: Image.Image) -> int:
 
 
 def _levels(source: str, picture: Image.Image) -> np.ndarray:
-    """The decoded picture, as _grey returns it. Raises GratingError where it is coloured."""
-    if picture.mode == "1":
-        picture = picture.convert("L")
-    if picture.mode in _WHITE:
-        return np.asarray(picture) / float(_WHITE[picture.mode])
-    red, green, blue, alpha = np.moveaxis(np.asarray(picture.convert("RGBA")), -1, 0)
+    """The decoded picture, as _grey returns it, a few rows at a time. Raises GratingError where it is coloured."""
+    cols, rows = picture.size
+    levels = np.empty((rows, cols))
+    step = max(1, _PIXELS_AT_ONCE // cols)
+    for start in range(0, rows, step):
+        band = picture.crop((0, start, cols, min(start + step, rows)))
+        levels[start : start + step] = _levels_of_band(source, band)
+    return levels
+
+
+def _levels_of_band(source: str, band: Image.Image) -> np.ndarray:
+    if band.mode == "1":
+        band = band.convert("L")
+    if band.mode in _WHITE:
+        return np.asarray(band) / float(_WHITE[band.mode])
+    red, green, blue, alpha = np.moveaxis(np.asarray(band.convert("RGBA")), -1, 0)
     seen = alpha > 0
     if ((red != green) | (green != blue))[seen].any():
         raise GratingError(f"{source}: the picture is coloured, and a colour is no height; export the heights in grey")

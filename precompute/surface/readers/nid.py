@@ -8,6 +8,7 @@ bottom of the scan to its top. An integer stands for a fraction of the range tha
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,12 +16,16 @@ import numpy as np
 
 from ...base.failure import GratingError
 from ..height_map import HeightMap
-from .channels import Channel, choose_channel
+from .channels import Channel, choose_channel, shortened
 
 _BEGINNING = b"[DataSet]"
 _HEADER_END = b"\n#!"
-# Bytes of the header that are read at a time: most headers are shorter.
-_HEADER_STEP = 1 << 16
+# Bytes of the header that are read at a time: most headers are shorter. The longest header that is read.
+_HEADER_STEP, _HEADER_MAX = 1 << 16, 1 << 22
+# The name of a channel in the index: its group and its number there.
+_INDEX = re.compile(r"Gr(\d{1,4})-Ch(\d{1,4})")
+# No scan has more lines, and no line more points.
+_SIDE_MAX = 10**9
 
 
 @dataclass(frozen=True)
@@ -47,8 +52,12 @@ class _Block:
         """The block's bytes as values (lines, points), float64 in the channel's unit, the scan's top line first."""
         kind = f"<{'i' if self.signed else 'u'}{self.bits // 8}"
         raw = np.frombuffer(data, kind, self.lines * self.points).reshape(self.lines, self.points)
-        fraction = raw[::-1] / 2.0**self.bits + (0.5 if self.signed else 0.0)
-        return self.value_min + self.value_range * fraction
+        values = raw[::-1] / 2.0**self.bits
+        with np.errstate(over="ignore", invalid="ignore"):  # HeightMap refuses what is not finite
+            values += 0.5 if self.signed else 0.0
+            values *= self.value_range
+            values += self.value_min
+        return values
 
 
 class NanosurfReader:
@@ -104,16 +113,17 @@ def _header(source: str) -> tuple[list[_Block], int]:
     """The data blocks that the header declares, and the offset in bytes of the first. Raises GratingError."""
     header, end = bytearray(), -1
     with open(source, "rb") as file:
-        while end < 0 and (step := file.read(_HEADER_STEP)):
+        while end < 0 and len(header) < _HEADER_MAX and (step := file.read(_HEADER_STEP)):
             header += step
             end = header.find(_HEADER_END, max(0, len(header) - len(step) - len(_HEADER_END)))
     if end < 0:
-        raise GratingError(f"{source}: the header has no end, the file is truncated; copy it again")
+        raise GratingError(f"{source}: the header has no end, the file is truncated or damaged; copy it again")
     try:
         blocks = _blocks(_sections(header[:end].decode("utf-8", "replace")))
     except (KeyError, ValueError) as error:
         raise GratingError(
-            f"{source}: the Nanosurf header is damaged or of an unknown kind ({error}); export the scan as .gwy"
+            f"{source}: the Nanosurf header is damaged or of an unknown kind ({shortened(error)}); "
+            "export the scan as .gwy"
         ) from error
     return blocks, end + len(_HEADER_END)
 
@@ -134,27 +144,23 @@ def _sections(header: str) -> dict[str, dict[str, str]]:
 def _blocks(sections: dict[str, dict[str, str]]) -> list[_Block]:
     """The data blocks in the order of the file. Raises KeyError or ValueError where an entry is missing or wrong."""
     index = sections["DataSet"]
-    names = [
-        index[f"Gr{group}-Ch{channel}"]
-        for group in range(int(index["GroupCount"]))
-        for channel in range(int(index[f"Gr{group}-Count"]))
-        if f"Gr{group}-Ch{channel}" in index
-    ]
-    return [_block(sections[name]) for name in names]
+    places = {tuple(map(int, found.groups())): key for key in index if (found := _INDEX.fullmatch(key))}
+    return [_block(sections[index[key]]) for _, key in sorted(places.items())]
 
 
 def _block(entries: dict[str, str]) -> _Block:
     lines, points, bits = (int(entries[key]) for key in ("Lines", "Points", "SaveBits"))
-    if lines < 1 or points < 1 or bits not in (8, 16, 32):
-        raise ValueError(f"{lines} lines of {points} points of {bits} bits")
+    if not (1 <= lines <= _SIDE_MAX and 1 <= points <= _SIDE_MAX and bits in (8, 16, 32)):
+        raise ValueError(f"{entries['Lines']} lines of {entries['Points']} points of {entries['SaveBits']} bits")
     if entries["SaveMode"] != "Binary" or entries["SaveOrder"] != "Intel":
         raise ValueError(f"data saved as {entries['SaveMode']}, {entries['SaveOrder']}")
-    units = entries["Dim0Unit"], entries["Dim1Unit"]
+    units = entries["Dim0Unit"], entries.get("Dim1Unit", "")
     channel = Channel(
         name=entries.get("Dim2Name", "unnamed"),
         frame=entries.get("Frame", "").removeprefix("Scan "),
-        # The values of a spectroscopy curve are in metres too, but over time or voltage: they are no surface.
-        unit=entries["Dim2Unit"] + ("" if units == ("m", "m") else f" over {' and '.join(units)}"),
+        unit=entries["Dim2Unit"],
+        # The values of a force curve are in metres too, but over one length, time or voltage: they are no surface.
+        is_image=units == ("m", "m"),
     )
     return _Block(
         channel=channel,
@@ -162,7 +168,7 @@ def _block(entries: dict[str, str]) -> _Block:
         points=points,
         bits=bits,
         signed=entries["SaveSign"] == "Signed",
-        size_m=(float(entries["Dim1Range"]), float(entries["Dim0Range"])),
+        size_m=(float(entries.get("Dim1Range", "nan")), float(entries["Dim0Range"])),
         value_min=float(entries["Dim2Min"]),
         value_range=float(entries["Dim2Range"]),
     )

@@ -6,7 +6,10 @@ Detection, error messages, the filter of the import dialog and the formats that 
 
 from __future__ import annotations
 
+import stat
 from pathlib import Path
+
+import numpy as np
 
 from ...base.failure import GratingError
 from ..height_map import SAMPLE_PREFIX, HeightMap
@@ -17,6 +20,14 @@ from .nid import NANOSURF
 from .reader import BEGINNING_BYTES, Reader
 
 READERS: tuple[Reader, ...] = (PNG, TIFF, BMP, NANOSURF, GWYDDION)
+
+# Sides of a pixel in metres: a picometre is a hundredth of an atom, and a pixel of a millimetre is no scan.
+_PIXEL_M = (1e-12, 1e-3)
+# The highest relief in metres: a thousand wavelengths, far beyond scalar diffraction.
+_RELIEF_MAX_M = 1e-3
+# The farthest that heights may lie from 0, in metres. Double precision resolves a femtometre there, and no microscope
+# reaches farther.
+_FARTHEST_M = 1.0
 
 
 def read_height_map(
@@ -30,7 +41,7 @@ def read_height_map(
                topography, for a picture and for a sample
 
     Raises GratingError with one line that names the source, the fault and the remedy, also where a value is given
-    that the source does not need.
+    that the source does not need, and where pixels or relief are beyond reason.
     """
     if source.startswith(SAMPLE_PREFIX):
         _refuse(source, "a sample", size_um=size_um, height_nm=height_nm, channel=channel)
@@ -41,23 +52,30 @@ def read_height_map(
     else:
         _refuse(source, f"a {reader.name} file", size_um=size_um, height_nm=height_nm)
     try:
-        return reader.read(source, size_um=size_um, height_nm=height_nm, channel=channel)
+        height_map = reader.read(source, size_um=size_um, height_nm=height_nm, channel=channel)
     except OSError as error:
         raise _unreadable(source, error) from error
+    except MemoryError as error:
+        raise GratingError(f"{source}: larger than the memory that is free; crop or reduce the scan") from error
+    _refuse_beyond_reason(height_map)
+    return height_map
 
 
 def reader_of(source: str) -> Reader:
     """The reader of a file, chosen by the file's first bytes.
 
     Raises GratingError where no reader knows these bytes, where the extension is that of another format, and where the
-    file is empty, a directory or cannot be opened."""
+    file is empty, a directory, no file at all (a fifo would be waited for) or cannot be opened."""
     path = Path(source)
-    if path.is_dir():
-        raise GratingError(f"{source}: is a directory; name one file in it")
     try:
+        kind = path.stat().st_mode
+        if stat.S_ISDIR(kind):
+            raise GratingError(f"{source}: is a directory; name one file in it")
+        if not stat.S_ISREG(kind):
+            raise GratingError(f"{source}: is no file; name a file of heights")
         with path.open("rb") as file:
             beginning = file.read(BEGINNING_BYTES)
-    except OSError as error:
+    except (OSError, ValueError) as error:  # ValueError: a name with a zero byte
         raise _unreadable(source, error) from error
     if not beginning:
         raise GratingError(f"{source}: the file is empty; copy it again")
@@ -101,5 +119,28 @@ def _refuse(source: str, what: str, **options: object) -> None:
         raise GratingError(f"{source}: {what} tells this by itself; leave out {' and '.join(given)}")
 
 
-def _unreadable(source: str, error: OSError) -> GratingError:
-    return GratingError(f"{source}: cannot be read ({error.strerror or error}); check path and permissions")
+def _refuse_beyond_reason(height_map: HeightMap) -> None:
+    """Raise GratingError where pixels or relief are of a size that no scan of a diffracting surface has.
+
+    Such sizes are the wrong unit or damage, and would cost gigabytes or overflow later on."""
+    source = height_map.source
+    for side in height_map.pixel_size_m:
+        if not _PIXEL_M[0] <= side <= _PIXEL_M[1]:
+            raise GratingError(
+                f"{source}: a pixel of {side:.3g} m is not between 1 pm and 1 mm; give the real size of the scan"
+            )
+    low, high = float(np.nanmin(height_map.height_m)), float(np.nanmax(height_map.height_m))
+    if not high - low <= _RELIEF_MAX_M:
+        raise GratingError(
+            f"{source}: a relief of {high - low:.3g} m is higher than 1 mm; give the real heights, or export them again"
+        )
+    if max(-low, high) > _FARTHEST_M:
+        raise GratingError(
+            f"{source}: heights of {high:.3g} m lie more than 1 m above or below 0; export them as heights over the "
+            "surface's mean"
+        )
+
+
+def _unreadable(source: str, error: OSError | ValueError) -> GratingError:
+    what = getattr(error, "strerror", None) or error
+    return GratingError(f"{source}: cannot be read ({what}); check path and permissions")

@@ -3,6 +3,7 @@
 
 import json
 import os
+import signal
 import sys
 import time
 
@@ -42,8 +43,7 @@ def test_a_line_with_fault_and_remedy_is_a_refusal():
         (lambda: {}["key"], "KeyError"),
         (lambda: sys.exit(3), "SystemExit"),
         (lambda: os._exit(3), "status 3"),
-        (os.abort, "SIGABRT"),
-        (lambda: os.write(2, b"LZWDecode: Not enough data"), "printed: LZWDecode"),
+        (lambda: os.kill(os.getpid(), signal.SIGKILL), "SIGKILL"),
         (lambda: np.ones(3 << 27), "MemoryError"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",

@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every suite of hostile input in small: `python -m benchmarks.hostile` runs them in full."""
+
+import pytest
+
+from benchmarks.hostile import SUITES, runner
+
+COUNT, SEED = 20, 1
+
+
+@pytest.mark.parametrize("suite", SUITES)
+def test_hostile_input_is_taken_or_refused_in_one_line(suite, tmp_path):
+    outcomes = [runner.run(case) for case in SUITES[suite](COUNT, SEED, tmp_path)]
+    assert len(outcomes) >= COUNT
+    assert not [f"{each.name}: {each.line}" for each in outcomes if each.verdict == runner.FAILED]
