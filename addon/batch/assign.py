@@ -2,12 +2,12 @@
 """`assign`: put a bake's material on meshes of the open file."""
 
 import argparse
-from pathlib import Path
 
 import bpy
 
 from ...precompute.base.failure import GratingError
 from ...precompute.cli.arguments import existing_bake
+from ...precompute.cli.option_types import name_argument
 from ..actions.assign import assign_to_meshes
 from ..actions.material import refresh_group
 from .save import add_save, save
@@ -15,14 +15,20 @@ from .save import add_save, save
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `assign`."""
-    parser.add_argument("bake", type=Path, metavar="BAKE", help="the .exr that `bake` wrote, or its folder")
-    parser.add_argument("--object", action="append", metavar="NAME", help="a mesh (repeatable); default: the selected")
+    parser.add_argument("bake", type=name_argument, metavar="BAKE", help="the .exr that `bake` wrote, or its folder")
+    parser.add_argument(
+        "--object",
+        action="append",
+        type=name_argument,
+        metavar="NAME",
+        help="a mesh (repeatable); default: the selected",
+    )
     add_save(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """The `assign` verb."""
-    file = existing_bake(str(arguments.bake))
+    file = existing_bake(arguments.bake)
     if file is None:
         raise GratingError(f"{arguments.bake}: no bake there; give the .exr that `bake` wrote, or its folder")
     if arguments.object:

@@ -8,6 +8,7 @@ import bpy
 
 from ...precompute.cli.arguments import add_bake_options, add_input
 from ...precompute.cli.bake import bake_summary, request_of
+from ...precompute.cli.option_types import path_argument
 from ...precompute.cli.output import emit
 from ..actions.bake import bake_and_wait
 from ..actions.import_height_map import add_grating
@@ -18,10 +19,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `bake`: those of `python -m precompute bake`, with a folder for the bake that may be left
     out."""
     add_input(parser, several="*")
-    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for the bake; default: the cache")
+    parser.add_argument(
+        "-o", "--output", type=path_argument, metavar="DIR", help="folder for the bake; default: the cache"
+    )
     add_bake_options(parser)
     parser.add_argument(
-        "--request", type=Path, metavar="BAKE.exr|JSON", help="repeat a bake: all that was asked of it, scans included"
+        "--request",
+        type=path_argument,
+        metavar="BAKE.exr|JSON",
+        help="repeat a bake: all that was asked of it, scans included",
     )
     add_save(parser)
 

@@ -2,18 +2,18 @@
 """`render`: render the open file's scene to a picture."""
 
 import argparse
-from pathlib import Path
 
+from ...precompute.cli.option_types import count, path_argument
 from ..actions.render import render_picture
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `render`."""
-    parser.add_argument("-o", "--output", required=True, type=Path, metavar="PNG|EXR")
+    parser.add_argument("-o", "--output", required=True, type=path_argument, metavar="PNG|EXR")
     parser.add_argument("--engine", choices=("cycles", "eevee"), help="default: the file's own")
-    parser.add_argument("--samples", type=int, metavar="N")
-    parser.add_argument("--width", type=int, metavar="PIXELS")
-    parser.add_argument("--height", type=int, metavar="PIXELS")
+    parser.add_argument("--samples", type=count(1, 1 << 24), metavar="N")
+    parser.add_argument("--width", type=count(4, 65536), metavar="PIXELS")
+    parser.add_argument("--height", type=count(4, 65536), metavar="PIXELS")
 
 
 def run(arguments: argparse.Namespace) -> None:

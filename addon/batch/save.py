@@ -7,11 +7,12 @@ from pathlib import Path
 import bpy
 
 from ...precompute.base.failure import GratingError
+from ...precompute.cli.option_types import path_argument
 
 
 def add_save(parser: argparse.ArgumentParser) -> None:
     """The option that says where a changed file is saved."""
-    parser.add_argument("--save", type=Path, metavar="BLEND", help="save the file here; default: in place")
+    parser.add_argument("--save", type=path_argument, metavar="BLEND", help="save the file here; default: in place")
 
 
 def save(path: Path | None) -> None:

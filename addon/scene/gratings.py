@@ -36,7 +36,9 @@ class Grating(bpy.types.PropertyGroup):
         description="Largest colour difference (CIEDE2000, in 99 of 100 directions) between the bake and the exact "
         "surface",
         default=1.0,
-        min=0.05,
+        min=1e-3,
+        max=100.0,
+        soft_min=0.05,
         soft_max=10.0,
     )
     coherence_um: FloatProperty(
@@ -85,8 +87,11 @@ class Grating(bpy.types.PropertyGroup):
 
         Raises GratingError, naming the grating, for a value that no bake can have."""
         from ...precompute.bake.request import request_from
+        from ...precompute.base.strict_json import parse_json
 
-        kept = json.loads(self.request) if self.request else {}
+        kept = parse_json(self.request or "{}", f"{self.name}: its request", "import the height map again")
+        if not isinstance(kept, dict) or not isinstance(kept.get("scans", []), list):
+            raise GratingError(f"{self.name}: its request is none; import the height map again")
         scan = {"source": self.source_file(), "channel": self.channel or None}
         scan |= {"size_um": _decimal(self.size_um, 7), "height_nm": _decimal(self.height_nm, 7)}
         shown = {

@@ -11,12 +11,12 @@ A needs file is JSON. Every key but the format is optional:
 docs/needs.md describes them for users.
 """
 
-import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
 
 from ..base.failure import GratingError
+from ..base.strict_json import read_json
 from ..optics.region import Region
 
 # The version of needs files. A reader refuses every other.
@@ -24,7 +24,7 @@ FORMAT = 1
 # (u, v, w) is the sum of two unit vectors, both above the surface.
 _LIMITS = {"u": (-2.0, 2.0), "v": (-2.0, 2.0), "w": (0.0, 2.0)}
 # The least width of a range: about three standard deviations of the kernel of a coherence of 34 um.
-_WIDTH_MIN = 0.02
+WIDTH_MIN = 0.02
 
 
 @dataclass(frozen=True)
@@ -68,22 +68,20 @@ EVERYTHING = Needs()
 
 def read_needs(path: Path) -> Needs:
     """The needs in a file. Raises GratingError that names the file, the key, and the values that are allowed."""
-    try:
-        record = json.loads(path.read_text())
-    except (OSError, ValueError) as error:
-        raise GratingError(f"{path}: not a readable needs file ({error}); see docs/needs.md") from error
-    return needs_of(record, str(path))
+    return needs_of(read_json(path, "see docs/needs.md"), str(path))
 
 
 def needs_of(record: object, source: str) -> Needs:
     """The needs that a record of JSON holds.
 
     Raises GratingError that names `source`, the key, and the values that are allowed."""
-    if not isinstance(record, dict) or record.get("format") != FORMAT:
+    if not isinstance(record, dict) or not _is_number(record.get("format")) or record["format"] != FORMAT:
         raise GratingError(f'{source}: not a needs file of format {FORMAT}; it begins {{"format": {FORMAT}, ...')
     unknown = sorted(set(record) - {"format", *_LIMITS, "light_radius_deg", "footprint"})
     if unknown:
-        raise GratingError(f"{source}: {unknown[0]}: no such key; there are u, v, w, light_radius_deg and footprint")
+        raise GratingError(
+            f"{source}: {unknown[0]:.40}: no such key; there are u, v, w, light_radius_deg and footprint"
+        )
     u, v, w = (_range(source, name, record.get(name, limits)) for name, limits in _LIMITS.items())
     radius = math.radians(_size(source, "light_radius_deg", record, 90))
     return Needs(Region(u, v), w, radius, _size(source, "footprint", record, 4))
@@ -91,14 +89,19 @@ def needs_of(record: object, source: str) -> Needs:
 
 def _range(source: str, name: str, value) -> tuple[float, float]:
     low, high = _LIMITS[name]
-    numbers = isinstance(value, (list, tuple)) and len(value) == 2 and all(isinstance(x, (int, float)) for x in value)
-    if not (numbers and low <= value[0] and value[1] <= high and value[1] - value[0] >= _WIDTH_MIN):
-        raise GratingError(f"{source}: {name}: give two numbers from {low:g} to {high:g}, at least {_WIDTH_MIN} apart")
+    numbers = isinstance(value, (list, tuple)) and len(value) == 2 and all(_is_number(x) for x in value)
+    if not (numbers and low <= value[0] and value[1] <= high and value[1] - value[0] >= WIDTH_MIN):
+        raise GratingError(f"{source}: {name}: give two numbers from {low:g} to {high:g}, at least {WIDTH_MIN} apart")
     return float(value[0]), float(value[1])
 
 
 def _size(source: str, name: str, record: dict, most: float) -> float:
     value = record.get(name, 0.0)
-    if not (isinstance(value, (int, float)) and 0 <= value <= most):
+    if not (_is_number(value) and 0 <= value <= most):
         raise GratingError(f"{source}: {name}: give a number from 0 to {most}")
     return float(value)
+
+
+def _is_number(value: object) -> bool:
+    """Whether a value of JSON is a number; True is an int to Python."""
+    return type(value) in (int, float)

@@ -32,6 +32,7 @@ from ..reference.patch import PatchReference
 from ..spectra.patch_window import PatchWindow
 from ..surface.relief import Relief
 from ..table.table import ZERO_ORDER_SAMPLES, Table
+from .needs import WIDTH_MIN
 from .patch_series import patch_series
 from .plan import Plan
 from .probe import TEXELS_MAX, probe
@@ -59,11 +60,15 @@ def plan(
     """As ensemble.plan, under one window of the request's coherence length (THESIS_COHERENCE_M by default).
 
     The kernel is never widened to make the table fit. Raises GratingError for several reliefs, since the model is of
-    one patch."""
+    one patch, and for needs that end below W_MIN."""
     if len(reliefs) != 1:
         raise GratingError(f"{len(reliefs)} scans: the patch model is of one; give one, or take --model ensemble")
     needs, delta_e = request.needs, request.delta_e
     needs = replace(needs, w=(max(needs.w[0], W_MIN), needs.w[1]))
+    if needs.w[1] - needs.w[0] < WIDTH_MIN:
+        raise GratingError(
+            f"w up to {needs.w[1]:g}: the patch model holds none below {W_MIN:g}; give a larger w in the needs"
+        )
     window = PatchWindow(reliefs[0], (request.coherence_length_m or THESIS_COHERENCE_M) / 4)
     series = patch_series(window, needs.region.reach, progress)
     sigma_b = series.sigma_b

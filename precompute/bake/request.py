@@ -5,13 +5,13 @@ A request is made from the command line or from Blender's panel. It is written i
 where `bake --request` reads it to repeat the bake, and it is part of the cache's key.
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from ..base.failure import GratingError
+from ..base.files import can_be_a_path
 from ..colour.observer import ILLUMINANTS
 from ..surface.height_map import HeightMap
 from ..surface.readers.registry import read_height_map
@@ -21,8 +21,15 @@ from .needs import EVERYTHING, Needs, needs_of
 MODELS = ("ensemble", "patch")
 # The steps by which scans are levelled, in the order in which they are done. There is only one today.
 LEVELLING = ("plane",)
-# CIEDE2000 of black and white: a larger difference of colour has no meaning.
-DELTA_E_MAX = 100.0
+# What a request's numbers can be. CIEDE2000 of black and white is 100. An error of 1e-3 asks for spectra to 2e-7 of
+# their light, at the end of single precision. No coherence length is shorter than the light's wavelength by far, and no
+# scan is as long as 10 mm. Sizes are those of the readers of pictures.
+DELTA_E = (1e-3, 100.0)
+COHERENCE_UM = (0.1, 1e4)
+SIZE_UM = (1e-3, 1e6)
+HEIGHT_NM = (1e-3, 1e6)
+# More scans than anyone has made of one skin.
+_SCANS_MAX = 1000
 
 
 @dataclass(frozen=True)
@@ -95,22 +102,28 @@ def request_from(record: Mapping[str, Any], source: str) -> BakeRequest:
         )
     for key in record:
         if key not in known:
-            raise GratingError(f"{source}: {key}: no such key of a request; there are {', '.join(sorted(known))}")
+            raise GratingError(f"{source}: {key:.40}: no such key of a request; there are {', '.join(sorted(known))}")
     found = BakeRequest(
-        delta_e=_number(source, "delta_e", record.get("delta_e", 1.0), DELTA_E_MAX),
+        delta_e=_number(source, "delta_e", record.get("delta_e", 1.0), DELTA_E),
         coherence_length_m=None,
         illuminant=_one_of(source, "illuminant", record.get("illuminant", "D65"), ILLUMINANTS),
         needs=needs_of(record["needs"], source) if "needs" in record else EVERYTHING,
         model=_one_of(source, "model", record.get("model", "ensemble"), MODELS),
         levelling=LEVELLING,
-        scans=tuple(_scan(source, each) for each in _list(source, "scans", record.get("scans", []))),
+        scans=_scans(source, _list(source, "scans", record.get("scans", []))),
     )
     for step in _list(source, "levelling", record.get("levelling", list(LEVELLING))):
         _one_of(source, "levelling", step, LEVELLING)
     if record.get("coherence_um") is not None:
-        length_um = _number(source, "coherence_um", record["coherence_um"], 1e4)
+        length_um = _number(source, "coherence_um", record["coherence_um"], COHERENCE_UM)
         found = replace(found, coherence_length_m=length_um * 1e-6)
     return found
+
+
+def _scans(source: str, records: list) -> tuple[Scan, ...]:
+    if len(records) > _SCANS_MAX:
+        raise GratingError(f"{source}: scans: {len(records)} of them; give at most {_SCANS_MAX}")
+    return tuple(_scan(source, each) for each in records)
 
 
 def _scan(source: str, record: Any) -> Scan:
@@ -119,10 +132,13 @@ def _scan(source: str, record: Any) -> Scan:
     channel = record.get("channel")
     if channel is not None and not isinstance(channel, str):
         raise GratingError(f"{source}: scans: channel: give a name")
-    sizes = (record.get(key) for key in ("size_um", "height_nm"))
-    return Scan(
-        record["source"], *(None if size is None else _number(source, "scans", size, 1e6) for size in sizes), channel
-    )
+    if not can_be_a_path(record["source"]):
+        raise GratingError(f"{source}: scans: source: no name of a file; give the scan's")
+    sizes = [
+        None if record.get(key) is None else _number(source, f"scans: {key}", record[key], limits)
+        for key, limits in (("size_um", SIZE_UM), ("height_nm", HEIGHT_NM))
+    ]
+    return Scan(record["source"], *sizes, channel)
 
 
 def _list(source: str, key: str, value: Any) -> list:
@@ -131,10 +147,10 @@ def _list(source: str, key: str, value: Any) -> list:
     return value
 
 
-def _number(source: str, key: str, value: Any, most: float) -> float:
-    is_number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    if not (is_number and 0 < value < most):
-        raise GratingError(f"{source}: {key}: give a number above 0 and below {most:g}")
+def _number(source: str, key: str, value: Any, limits: tuple[float, float]) -> float:
+    low, high = limits
+    if type(value) not in (int, float) or not low <= value <= high:
+        raise GratingError(f"{source}: {key}: give a number from {low:g} to {high:g}")
     return float(value)
 
 

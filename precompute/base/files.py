@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Writing a file whole or not at all."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,3 +16,13 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def can_be_a_path(text: str) -> bool:
+    """Whether a text, such as one out of a file of JSON, can name a file: the system refuses a zero byte and halves of
+    characters."""
+    try:
+        os.fsencode(text)
+    except UnicodeEncodeError:
+        return False
+    return bool(text) and "\0" not in text

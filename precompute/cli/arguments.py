@@ -4,12 +4,13 @@
 import argparse
 from pathlib import Path
 
-from ..bake.request import MODELS
+from ..bake.request import COHERENCE_UM, DELTA_E, HEIGHT_NM, MODELS, SIZE_UM
 from ..base.failure import GratingError
 from ..colour.observer import ILLUMINANTS
 from ..surface.height_map import HeightMap
 from ..surface.readers.registry import read_height_map
 from ..table.sample_set import path_beside
+from .option_types import count, name_argument, number, path_argument
 
 
 def add_input(parser: argparse.ArgumentParser, several: str | None = None) -> None:
@@ -19,24 +20,35 @@ def add_input(parser: argparse.ArgumentParser, several: str | None = None) -> No
     text = "height map, or sample:NAME (" + ", ".join(sample_names()) + ")"
     if several:
         parser.add_argument(
-            "files", nargs=several, metavar="FILE", help=text + "; several scans of the same skin are averaged"
+            "files",
+            nargs=several,
+            type=name_argument,
+            metavar="FILE",
+            help=text + "; several scans of the same skin are averaged",
         )
     else:
-        parser.add_argument("file", metavar="FILE", help=text)
-    parser.add_argument("--size-um", type=float, metavar="W", help="width of the scan in micrometres (pictures)")
+        parser.add_argument("file", type=name_argument, metavar="FILE", help=text)
     parser.add_argument(
-        "--height-nm", type=float, metavar="H", help="height from black to white in nanometres (pictures)"
+        "--size-um", type=number(*SIZE_UM), metavar="W", help="width of the scan in micrometres (pictures)"
     )
-    parser.add_argument("--channel", help="which of the file's channels, by name")
-    parser.add_argument("--json", metavar="FILE|-", help="write the result as JSON")
+    parser.add_argument(
+        "--height-nm", type=number(*HEIGHT_NM), metavar="H", help="height from black to white in nanometres (pictures)"
+    )
+    parser.add_argument("--channel", type=name_argument, help="which of the file's channels, by name")
+    add_json(parser)
     parser.add_argument("--progress", choices=("text", "json", "none"), default="text", help=argparse.SUPPRESS)
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """Add --json."""
+    parser.add_argument("--json", type=name_argument, metavar="FILE|-", help="write the result as JSON")
 
 
 def add_bake_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that steer a bake."""
     parser.add_argument(
         "--delta-e",
-        type=float,
+        type=number(*DELTA_E),
         default=1.0,
         metavar="DE",
         help="99th percentile of CIEDE2000 that the bake must keep; default 1",
@@ -51,7 +63,7 @@ def add_bake_options(parser: argparse.ArgumentParser) -> None:
         "whose coherence length is 65 um unless given; default ensemble",
     )  # fmt: skip
     parser.add_argument(
-        "--needs", type=Path, metavar="NEEDS.json", help="bake only what a scene reaches (docs/needs.md)"
+        "--needs", type=path_argument, metavar="NEEDS.json", help="bake only what a scene reaches (docs/needs.md)"
     )
     parser.add_argument("--illuminant", choices=ILLUMINANTS, default="D65", help="what counts as white; default D65")
     parser.add_argument("--no-cache", action="store_true", help="bake even if the cache has this bake")
@@ -65,30 +77,18 @@ def sample_names() -> tuple[str, ...]:
 
 
 def coherence_argument(text: str) -> float | None:
-    """A coherence length in micrometres; None for "auto". For argparse, whose error it raises for any other text."""
-    if text == "auto":
-        return None
-    value = float(text)
-    if not 0 < value < 1e4:
-        raise argparse.ArgumentTypeError(f"{text} um is not a coherence length")
-    return value
+    """The type of an option for a coherence length in micrometres; None for "auto"."""
+    return None if text == "auto" else number(*COHERENCE_UM)(text)
 
 
-def check_sampling(arguments) -> None:
-    """Raise GratingError if the wavelength step or the number of terms makes no sense."""
-    if not 0.1 <= arguments.step_nm <= 100:
-        raise GratingError(f"--step-nm {arguments.step_nm:g}: not a wavelength step; give 0.1 to 100")
-    if arguments.terms is not None and not 1 <= arguments.terms <= 1000:
-        raise GratingError(f"--terms {arguments.terms}: not a number of terms; give 1 to 1000")
+# The types of options that several verbs have: a wavelength step in nanometres, a number of terms, a grating's period
+# in nanometres.
+STEP_NM, TERMS, PERIOD_NM = number(0.1, 100), count(1, 1000), number(10, 1e6)
 
 
 def period_of(arguments) -> float | None:
-    """--period-nm in metres, or None. Raises GratingError for a period that no grating has."""
-    if arguments.period_nm is None:
-        return None
-    if not 10 <= arguments.period_nm <= 1e6:
-        raise GratingError(f"--period-nm {arguments.period_nm:g}: not a grating's period; give 10 to 1e6")
-    return arguments.period_nm * 1e-9
+    """--period-nm in metres, or None."""
+    return None if arguments.period_nm is None else arguments.period_nm * 1e-9
 
 
 def existing_bake(file: str) -> Path | None:

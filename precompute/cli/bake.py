@@ -2,28 +2,29 @@
 """`bake`: height maps into the table that the material reads."""
 
 import argparse
-import json
 from dataclasses import replace
 from pathlib import Path
 
 from ..bake import cache
 from ..bake.needs import EVERYTHING, read_needs
 from ..bake.output import bake_to_folder
-from ..bake.request import DELTA_E_MAX, BakeRequest, Scan, request_from
+from ..bake.request import BakeRequest, Scan, request_from
 from ..base.failure import GratingError
+from ..base.strict_json import read_json
 from ..table import atlas_file
 from .arguments import add_bake_options, add_input
+from .option_types import path_argument
 from .output import Progress, emit
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `bake`."""
     add_input(parser, several="*")
-    parser.add_argument("-o", "--output", required=True, type=Path, metavar="DIR", help="folder for the bake")
+    parser.add_argument("-o", "--output", required=True, type=path_argument, metavar="DIR", help="folder for the bake")
     add_bake_options(parser)
     parser.add_argument(
         "--request",
-        type=Path,
+        type=path_argument,
         metavar="BAKE.exr|JSON",
         help="repeat the bake of this request; if its scans are not beside it, FILE says where they are",
     )
@@ -53,10 +54,6 @@ def request_of(arguments: argparse.Namespace) -> BakeRequest:
         return _found_at(arguments.files, read_request(arguments.request), arguments.request)
     if not arguments.files:
         raise GratingError("no height map to bake; name a FILE, or name a bake to repeat by --request")
-    if not 0 < arguments.delta_e < DELTA_E_MAX:
-        raise GratingError(
-            f"--delta-e {arguments.delta_e:g}: not a colour difference; give a number from 0 to 100, such as 1"
-        )
     return BakeRequest(
         delta_e=arguments.delta_e,
         coherence_length_m=None if arguments.coherence_um is None else arguments.coherence_um * 1e-6,
@@ -89,10 +86,7 @@ def read_request(path: Path) -> BakeRequest:
         _, header = atlas_file.read_header(path)
         record = header.get("request")
     else:
-        try:
-            record = json.loads(path.read_text(encoding="utf-8"))
-        except (ValueError, RecursionError) as error:
-            raise GratingError(f"{path}: not JSON ({error}); give the .exr that `bake` wrote") from error
+        record = read_json(path, "give the .exr that `bake` wrote, or the JSON of a request")
     request = request_from(record, str(path)).at(path.resolve().parent)
     if not request.scans:
         raise GratingError(f"{path}: the request names no scan; add one under `scans`")

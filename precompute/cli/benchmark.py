@@ -12,6 +12,8 @@ from ..study.benchmark import run as benchmark
 from ..study.benchmark.pictures import PAGE, write_pictures
 from ..study.benchmark.surfaces import FULL, QUICK, SHARED
 from ..study.benchmark.tables import summary
+from .arguments import add_json
+from .option_types import path_argument
 from .output import Progress, emit
 
 
@@ -21,13 +23,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--quick", action="store_true", help="a trial of a minute with small pieces, whose numbers are no result"
     )
     parser.add_argument(
-        "-o", "--output", type=Path, default=Path("benchmark"), metavar="DIR",
+        "-o", "--output", type=path_argument, default=Path("benchmark"), metavar="DIR",
         help=f"folder for {PAGE} and its pictures; default benchmark",
     )  # fmt: skip
     parser.add_argument(
-        "--shared", type=Path, metavar="DIR", help="folder of real scans; default ../shared/data, if it exists"
+        "--shared", type=path_argument, metavar="DIR", help="folder of real scans; default ../shared/data, if it exists"
     )
-    parser.add_argument("--json", metavar="FILE|-", help="write the result as JSON")
+    add_json(parser)
     parser.add_argument("--progress", choices=("text", "json", "none"), default="text", help=argparse.SUPPRESS)
 
 

@@ -4,38 +4,37 @@
 import argparse
 from pathlib import Path
 
+from ..bake.request import DELTA_E
 from ..base.failure import GratingError
 from ..check.verdict import Verdict, check
-from .arguments import add_input, existing_bake, height_map_of
+from .arguments import STEP_NM, add_input, existing_bake, height_map_of
+from .option_types import count, name_argument, number
 from .output import Progress, emit
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `check`."""
-    parser.add_argument("bake", metavar="BAKE", help=".exr, or a folder that holds one")
+    parser.add_argument("bake", type=name_argument, metavar="BAKE", help=".exr, or a folder that holds one")
     add_input(parser, several="+")
     parser.add_argument(
         "--delta-e",
-        type=float,
+        type=number(*DELTA_E),
         metavar="DE",
         help="colour difference that the bake must keep; default: the one that was asked of it",
     )
-    parser.add_argument("--groups", type=int, default=2, metavar="N", help="number of values of w; default 2")
-    parser.add_argument("--pairs", type=int, default=4000, metavar="N", help="direction pairs at each w; default 4000")
     parser.add_argument(
-        "--step-nm", type=float, metavar="NM", help="wavelength step; default 1 to 3, by the width of the kernel"
+        "--groups", type=count(1, 1000), default=2, metavar="N", help="number of values of w; default 2"
+    )
+    parser.add_argument(
+        "--pairs", type=count(1, 10**6), default=4000, metavar="N", help="direction pairs at each w; default 4000"
+    )
+    parser.add_argument(
+        "--step-nm", type=STEP_NM, metavar="NM", help="wavelength step; default 1 to 3, by the width of the kernel"
     )
 
 
 def run(arguments: argparse.Namespace) -> None:
     """The `check` verb: print the error metrics. Raises GratingError if the bake does not keep what was asked of it."""
-    if arguments.delta_e is not None and not 0 < arguments.delta_e < 100:
-        raise GratingError(f"--delta-e {arguments.delta_e:g}: not a colour difference; give a number from 0 to 100")
-    for option, most in (("groups", 1000), ("pairs", 10**6)):
-        if not 1 <= getattr(arguments, option) <= most:
-            raise GratingError(f"--{option} {getattr(arguments, option)}: not a count; give 1 to {most}")
-    if arguments.step_nm is not None and not 0.1 <= arguments.step_nm <= 100:
-        raise GratingError(f"--step-nm {arguments.step_nm:g}: not a wavelength step; give 0.1 to 100")
     file = existing_bake(arguments.bake)
     if file is None:
         raise GratingError(f"{arguments.bake}: there is no bake; give the .exr that `bake` wrote, or its folder")

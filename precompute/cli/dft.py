@@ -2,38 +2,40 @@
 """`dft`: the images that the OSL shaders of the thesis's algorithms read."""
 
 import argparse
-from pathlib import Path
 
 from ..methods import dft_images
+from ..methods.dft_layout import TEXELS_MAX
 from ..methods.registry import SHADER_METHODS
-from .arguments import add_input, check_sampling, coherence_argument, height_map_of, period_of
+from .arguments import PERIOD_NM, STEP_NM, TERMS, add_input, coherence_argument, height_map_of, period_of
+from .option_types import count, path_argument
 from .output import Progress, emit
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `dft`."""
     add_input(parser)
-    parser.add_argument("-o", "--output", required=True, type=Path, metavar="DIR", help="folder for the images")
+    parser.add_argument(
+        "-o", "--output", required=True, type=path_argument, metavar="DIR", help="folder for the images"
+    )
     parser.add_argument(
         "--method", choices=SHADER_METHODS, default="flss",
         help="the method that will read the images; chebyshev is FLSS for reliefs too deep for Taylor's series; "
         "default flss",
     )  # fmt: skip
-    parser.add_argument("--terms", type=int, metavar="N", help="terms of the expansion; default: by error bound")
-    parser.add_argument("--step-nm", type=float, default=5.0, metavar="NM", help="wavelength step; default 5")
+    parser.add_argument("--terms", type=TERMS, metavar="N", help="terms of the expansion; default: by error bound")
+    parser.add_argument("--step-nm", type=STEP_NM, default=5.0, metavar="NM", help="wavelength step; default 5")
     parser.add_argument(
-        "--texels", type=int, choices=(0, *range(1, 32, 2)), default=3, metavar="N",
+        "--texels", type=count(0, TEXELS_MAX), choices=(0, *range(1, TEXELS_MAX + 1, 2)), default=3, metavar="N",
         help="texels that the shader reads along each axis, odd; 0: all that the window reaches; default 3",
     )  # fmt: skip
     parser.add_argument("--coherence-um", type=coherence_argument, default=65.0, metavar="UM", help="default 65")
     parser.add_argument(
-        "--period-nm", type=float, metavar="NM", help="period of the grating (nmm); default: it is found"
+        "--period-nm", type=PERIOD_NM, metavar="NM", help="period of the grating (nmm); default: it is found"
     )
 
 
 def run(arguments: argparse.Namespace) -> None:
     """The `dft` verb: transform the terms and write their images."""
-    check_sampling(arguments)
     settings = dft_images.settings_for(
         coherence_length_m=None if arguments.coherence_um is None else arguments.coherence_um * 1e-6,
         terms=arguments.terms,

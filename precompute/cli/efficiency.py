@@ -6,19 +6,28 @@ import argparse
 import numpy as np
 
 from ..study import efficiency
+from .arguments import add_json
+from .option_types import count, number
 from .output import emit
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `efficiency`."""
     parser.add_argument("profile", choices=efficiency.PROFILES)
-    parser.add_argument("--period-um", type=float, required=True, metavar="UM")
-    parser.add_argument("--depth-nm", type=float, required=True, metavar="NM", help="from trough to crest")
-    parser.add_argument("--wavelength-nm", type=float, required=True, metavar="NM")
-    parser.add_argument("--theta-i", type=float, default=0.0, metavar="DEG", help="angle of the light; default 0")
-    parser.add_argument("--orders", type=int, default=3, metavar="M", help="orders -M to M; default 3")
-    parser.add_argument("--samples", type=int, default=2048, metavar="N", help="samples of a period; default 2048")
-    parser.add_argument("--json", metavar="FILE|-", help="write the result as JSON")
+    parser.add_argument("--period-um", type=number(1e-3, 1e6), required=True, metavar="UM")
+    parser.add_argument("--depth-nm", type=number(0, 1e6), required=True, metavar="NM", help="from trough to crest")
+    parser.add_argument("--wavelength-nm", type=number(1, 1e6), required=True, metavar="NM")
+    parser.add_argument(
+        "--theta-i", type=number(-89.99, 89.99), default=0.0, metavar="DEG", help="angle of the light; default 0"
+    )
+    parser.add_argument(
+        "--orders", type=count(0, efficiency.ORDERS_MAX), default=3, metavar="M", help="orders -M to M; default 3"
+    )
+    parser.add_argument(
+        "--samples", type=count(efficiency.SAMPLES_MIN, efficiency.SAMPLES_MAX), default=2048, metavar="N",
+        help="samples of a period, an even number; default 2048",
+    )  # fmt: skip
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:

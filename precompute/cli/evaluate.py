@@ -3,7 +3,6 @@
 
 import argparse
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
@@ -17,16 +16,19 @@ from ..study.colour_comparison import ColourComparison, compare_bake
 from ..study.response import FirstOrder
 from ..surface.relief import prepare
 from ..surface.unit_cell import grating_period
-from .arguments import add_input, coherence_argument, height_map_of, period_of
+from .arguments import PERIOD_NM, add_input, coherence_argument, height_map_of, period_of
+from .option_types import count, number, path_argument
 from .output import Progress, emit
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `evaluate`."""
     add_input(parser)
-    parser.add_argument("--theta-i", type=float, default=75.0, metavar="DEG", help="angle of the light; default 75")
     parser.add_argument(
-        "--azimuth", type=int, choices=(0, 90, 180, 270), default=180,
+        "--theta-i", type=number(0, 89.99), default=75.0, metavar="DEG", help="angle of the light; default 75"
+    )
+    parser.add_argument(
+        "--azimuth", type=count(0, 270), choices=(0, 90, 180, 270), default=180,
         help="azimuth of the light, from T (to the right of the scan) towards B (up); default 180, as in maps",
     )  # fmt: skip
     parser.add_argument(
@@ -34,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="default: " + ",".join(DEFAULT_METHODS) + "; and " + ", ".join(on_request()),
     )  # fmt: skip
     parser.add_argument(
-        "--period-nm", type=float, metavar="NM",
+        "--period-nm", type=PERIOD_NM, metavar="NM",
         help="period of the grating: peaks are looked for around it, and angles are compared with it; default: it is "
         "found in the relief, and angles are compared with the mean of each method's own peaks",
     )  # fmt: skip
@@ -46,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--precision", choices=("float32", "float64"), default="float32", help="of the terms of Taylor and Chebyshev"
     )
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="PNG", help="plot of the response over wavelength and angle"
+        "-o", "--output", type=path_argument, metavar="PNG", help="plot of the response over wavelength and angle"
     )
     parser.set_defaults(output_is_file=True)
 
@@ -102,8 +104,6 @@ def methods_argument(text: str) -> tuple[str, ...]:
 
 def run(arguments: argparse.Namespace) -> None:
     """The `evaluate` verb: print the table, write the plot."""
-    if not 0 <= arguments.theta_i < 90:
-        raise GratingError(f"--theta-i {arguments.theta_i:g}: not an angle of light; give 0 to below 90")
     if arguments.output is not None and arguments.output.suffix.lower() != ".png":
         raise GratingError(f"{arguments.output}: not a PNG; name the file .png")
     asked_m = period_of(arguments)

@@ -16,20 +16,36 @@ from ..methods.registry import MAP_METHODS, METHODS
 from ..study import brdf_map
 from ..surface.relief import Relief, prepare
 from ..table import atlas, atlas_file
-from .arguments import add_input, check_sampling, coherence_argument, existing_bake, height_map_of, period_of
+from .arguments import (
+    PERIOD_NM,
+    STEP_NM,
+    TERMS,
+    add_input,
+    coherence_argument,
+    existing_bake,
+    height_map_of,
+    period_of,
+)
+from .option_types import count, number, path_argument
 from .output import Progress, emit
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `map`."""
     add_input(parser)
-    parser.add_argument("-o", "--output", required=True, type=Path, metavar="PNG|EXR")
+    parser.add_argument("-o", "--output", required=True, type=path_argument, metavar="PNG|EXR")
     parser.add_argument("--method", choices=MAP_METHODS, default=baked.ENTRY.name)
     parser.add_argument(
-        "--theta-i", type=float, default=0.0, metavar="DEG", help="angle of the light, from -x; default 0"
+        "--theta-i",
+        type=number(-89.99, 89.99),
+        default=0.0,
+        metavar="DEG",
+        help="angle of the light, from -x; default 0",
     )
-    parser.add_argument("--step-nm", type=float, default=5.0, metavar="NM", help="wavelength step; default 5")
-    parser.add_argument("--terms", type=int, metavar="N", help="terms of Taylor or Chebyshev; default: by error bound")
+    parser.add_argument("--step-nm", type=STEP_NM, default=5.0, metavar="NM", help="wavelength step; default 5")
+    parser.add_argument(
+        "--terms", type=TERMS, metavar="N", help="terms of Taylor or Chebyshev; default: by error bound"
+    )
     parser.add_argument(
         "--precision", choices=("float32", "float64"), default="float32", help="of the terms of Taylor and Chebyshev"
     )
@@ -37,9 +53,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--centred", action="store_true", help="Taylor about the middle of the relief, not its lowest point"
     )
     parser.add_argument(
-        "--period-nm", type=float, metavar="NM", help="period of the grating (nmm, stam, gem); default: it is found"
+        "--period-nm", type=PERIOD_NM, metavar="NM", help="period of the grating (nmm, stam, gem); default: it is found"
     )
-    parser.add_argument("--size", type=int, default=512, metavar="PIXELS")
+    parser.add_argument("--size", type=count(8, 8192), default=512, metavar="PIXELS")
     parser.add_argument("--coherence-um", type=coherence_argument, default=None, metavar="auto|UM")
     parser.add_argument(
         "--form",
@@ -54,12 +70,6 @@ def run(arguments: argparse.Namespace) -> None:
     """The `map` verb: a PNG to look at or an EXR of linear Rec.709 radiance under unit irradiance."""
     if arguments.output.suffix.lower() not in (".png", ".exr"):
         raise GratingError(f"{arguments.output}: neither PNG nor EXR; name the file .png or .exr")
-    if not -90 < arguments.theta_i < 90:
-        raise GratingError(f"--theta-i {arguments.theta_i:g}: below the surface; give an angle between -90 and 90")
-    if not 8 <= arguments.size <= 8192:
-        raise GratingError(f"--size {arguments.size}: not a picture size; give 8 to 8192")
-    check_sampling(arguments)
-    period_of(arguments)
     progress = Progress(arguments.progress)
     xyz, illuminant = brdf_map_of(arguments, progress)
     arguments.output.parent.mkdir(parents=True, exist_ok=True)

@@ -7,6 +7,7 @@ not zero.
 
 import argparse
 import importlib
+import re
 import sys
 from collections.abc import Sequence
 
@@ -26,12 +27,27 @@ VERBS = {
 }
 
 
+# The dashes that end the options, given as the value of one: Python's versions differ in what they make of it.
+_DASHES_AS_VALUE = re.compile(r"--[^=]+=--|-[^-]--")
+# Characters of an error message of argparse that are shown: it repeats what was given, however long that was.
+_SHOWN = 400
+
+
 class OneLineParser(argparse.ArgumentParser):
     """A parser whose error message is one line."""
 
+    def parse_known_args(self, args=None, namespace=None):
+        """As argparse's. An option whose value is `--` is an error."""
+        for each in args or ():
+            if _DASHES_AS_VALUE.fullmatch(each):
+                self.error(f"{each}: `--` is no value")
+        return super().parse_known_args(args, namespace)
+
     def error(self, message: str):
         """Print the message as one line, and exit with status 2."""
-        print(f"error: {message}; see `{self.prog} --help`", file=sys.stderr)
+        if len(message) > _SHOWN:
+            message = f"{message[: _SHOWN // 2]} ... {message[-_SHOWN // 2 :]}"
+        print(f"error: {GratingError(message)}; see `{self.prog} --help`", file=sys.stderr)
         sys.exit(2)
 
 

@@ -24,7 +24,7 @@ from ..spectra.spectrum import FrequencyGrid, scattered_spectrum
 from ..surface.relief import Relief
 
 PROFILES = ("sinusoidal", "binary", "blazed")
-SAMPLES_MIN = 16
+SAMPLES_MIN, SAMPLES_MAX = 16, 1 << 22
 ORDERS_MAX = 1000
 
 
@@ -117,5 +117,5 @@ def _check_counts(orders: int, samples: int) -> None:
     if not 0 <= orders <= ORDERS_MAX:
         raise GratingError(f"--orders {orders}: not a number of orders; give 0 to {ORDERS_MAX}")
     least = max(SAMPLES_MIN, 2 * orders + 2)
-    if not least <= samples <= 1 << 22 or samples % 2:
-        raise GratingError(f"--samples {samples}: give an even number from {least} to {1 << 22}")
+    if not least <= samples <= SAMPLES_MAX or samples % 2:
+        raise GratingError(f"--samples {samples}: give an even number from {least} to {SAMPLES_MAX}")

@@ -39,7 +39,18 @@ def test_a_disc_blurs_by_half_its_radius():
 @pytest.mark.parametrize(
     ("record", "fault"),
     [
-        ("{", "not a readable needs file"),
+        ("{", "not JSON that can be used"),
+        ("[" * 10**5 + "]" * 10**5, "nested too deeply"),
+        ('{"format": 1, "footprint": ' + "1" * 5000 + "}", "integer of 5000 digits"),
+        ('{"format": 1, "footprint": 1e999}', "no finite number"),
+        ('{"format": 1, "footprint": NaN}', "no finite number"),
+        ('{"format": 1, "u": [0, 1], "u": [0, 2]}', "a key stands twice"),
+        ({"format": True}, "not a needs file of format 1"),
+        ({"format": 1, "k" * 10**5: 0}, "kkk: no such key"),
+        ({"format": 1, "u": [False, True]}, "u: give two numbers"),
+        ({"format": 1, "w": {"0": 0, "1": 1}}, "w: give two numbers"),
+        ({"format": 1, "footprint": True}, "footprint: give a number"),
+        ({"format": 1, "light_radius_deg": [[[1]]]}, "light_radius_deg: give a number"),
         ([], "not a needs file of format 1"),
         ({"u": [0, 1]}, "not a needs file of format 1"),
         ({"format": 2}, "not a needs file of format 1"),
@@ -56,7 +67,15 @@ def test_a_disc_blurs_by_half_its_radius():
 def test_what_cannot_be_is_refused_in_one_line(tmp_path, record, fault):
     with pytest.raises(GratingError, match=fault) as caught:
         read_needs(written(tmp_path, record))
-    assert "\n" not in str(caught.value) and "needs.json" in str(caught.value)
+    assert "\n" not in str(caught.value) and "needs.json" in str(caught.value) and len(str(caught.value)) < 500
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe{\0}\0", b"\xef\xbb\xbf{]", b"\x80", b"", b" " * (1 << 21)])
+def test_bytes_that_are_no_text_are_refused(tmp_path, content):
+    path = tmp_path / "needs.json"
+    path.write_bytes(content)
+    with pytest.raises(GratingError, match=r"needs.json: .*; see docs/needs.md"):
+        read_needs(path)
 
 
 def test_a_file_that_is_not_there(tmp_path):

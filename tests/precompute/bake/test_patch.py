@@ -81,6 +81,11 @@ def test_several_scans_are_refused():
         patch.plan([RELIEF, RELIEF], BakeRequest(coherence_length_m=LENGTH_M))
 
 
+def test_needs_that_end_where_the_table_begins_are_refused():
+    with pytest.raises(GratingError, match="w up to 0.26: .*; give a larger w"):
+        patch.plan([RELIEF], BakeRequest(coherence_length_m=LENGTH_M, needs=Needs(w=(0.0, W_MIN + 0.01))))
+
+
 def test_the_verb_takes_the_model(tmp_path, capsys):
     needs = tmp_path / "needs.json"
     needs.write_text(json.dumps({"format": 1, "u": [-0.3, 0.1], "v": [-0.05, 0.05], "w": [1.5, 2.0]}))

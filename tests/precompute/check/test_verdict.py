@@ -248,4 +248,4 @@ def test_a_table_that_is_no_number(refused, baked, scan, tmp_path):
     ("--delta-e", "0"), ("--groups", "0"), ("--pairs", "-1"), ("--step-nm", "0"), ("--step-nm", "nan"),
 ])  # fmt: skip
 def test_numbers_that_are_none(refused, baked, scan, option):
-    assert option[0] in refused("check", baked, scan, *PICTURE, *QUICK, *option)
+    assert option[0] in refused("check", baked, scan, *PICTURE, *QUICK, *option, status=2)

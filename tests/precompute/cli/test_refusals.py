@@ -54,8 +54,8 @@ def test_pictures_without_their_sizes(refused, scan, tmp_path, verb):
 @pytest.mark.parametrize("verb", VERBS)
 @pytest.mark.parametrize("size", ["0", "-4", "nan", "inf", "1e99"])
 def test_sizes_that_are_none(refused, scan, tmp_path, verb, size):
-    refused(*lines_of(verb, scan, tmp_path, "--size-um", size, "--height-nm", "250"))
-    refused(*lines_of(verb, scan, tmp_path, "--size-um", "4", "--height-nm", size))
+    refused(*lines_of(verb, scan, tmp_path, "--size-um", size, "--height-nm", "250"), status=2)
+    refused(*lines_of(verb, scan, tmp_path, "--size-um", "4", "--height-nm", size), status=2)
 
 
 @pytest.mark.parametrize("verb", VERBS)
@@ -85,10 +85,10 @@ def test_command_lines_that_are_none(refused, tmp_path, monkeypatch, argv):
     refused(*argv, status=2)
 
 
-@pytest.mark.parametrize("delta_e", ["0", "-1", "nan", "inf"])
+@pytest.mark.parametrize("delta_e", ["0", "-1", "nan", "inf", "1e-308"])
 def test_budgets_that_are_none(refused, scan, tmp_path, delta_e):
-    told = refused("bake", scan, *PICTURE, *SHORT, "-o", tmp_path / "out", "--delta-e", delta_e)
-    assert "--delta-e" in told
+    told = refused("bake", scan, *PICTURE, *SHORT, "-o", tmp_path / "out", "--delta-e", delta_e, status=2)
+    assert "--delta-e" in told and "give a number from 0.001 to 100" in told
 
 
 @pytest.mark.parametrize("options", [
@@ -96,7 +96,7 @@ def test_budgets_that_are_none(refused, scan, tmp_path, delta_e):
     ["--size", "-64"], ["--step-nm", "0"], ["--step-nm", "-5"], ["--step-nm", "nan"], ["--step-nm", "1000"],
 ])  # fmt: skip
 def test_map_options_that_are_none(refused, scan, tmp_path, options):
-    assert options[0] in refused("map", scan, *PICTURE, "-o", tmp_path / "out.png", *options)
+    assert options[0] in refused("map", scan, *PICTURE, "-o", tmp_path / "out.png", *options, status=2)
 
 
 @pytest.mark.parametrize("name", ["out.jpg", "out", "out.png.txt"])

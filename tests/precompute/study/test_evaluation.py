@@ -196,7 +196,6 @@ def test_the_command(tmp_path, capsys, matplotlib):
 @pytest.mark.parametrize(
     ("arguments", "fault"),
     [
-        (["sample:blazed", "--theta-i", "95"], "--theta-i"),
         (["sample:flat", "--methods", "flss"], "no period"),
         (["sample:blazed", "--methods", "gem"], "no spectrum"),
         (["sample:blazed", "-o", "x.pdf"], "not a PNG"),
@@ -207,6 +206,12 @@ def test_refusals_are_one_line(arguments, fault, capsys):
     assert main(["evaluate", *arguments]) == 1
     line = capsys.readouterr().err.splitlines()[-1]
     assert line.startswith("error: ") and fault in line
+
+
+def test_light_below_the_surface_is_refused(capsys):
+    with pytest.raises(SystemExit, match="2"):
+        main(["evaluate", "sample:blazed", "--theta-i", "95"])
+    assert "--theta-i: '95': give a number from 0 to 89.99" in capsys.readouterr().err
 
 
 def test_without_matplotlib_the_remedy_is_named(monkeypatch, capsys, tmp_path):

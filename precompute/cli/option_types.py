@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What options take: numbers in a range, and texts that are not empty, as types for argparse.
+
+Python itself takes `nan`, `1e-308`, `1_000` and the digits of every script for numbers. Here a number is what a table
+of figures would hold, within the range that makes sense for its option.
+"""
+
+import argparse
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
+_COUNT = re.compile(r"[+-]?\d+", re.ASCII)
+# No number that is meant is written longer than this.
+_LONGEST = 40
+
+
+def number(low: float, high: float) -> Callable[[str], float]:
+    """The type of an option that takes a number from low to high."""
+
+    def read(text: str) -> float:
+        if len(text) <= _LONGEST and _NUMBER.fullmatch(text) and low <= float(text) <= high:
+            return float(text)
+        raise argparse.ArgumentTypeError(f"{_shown(text)}: give a number from {low:g} to {high:g}")
+
+    return read
+
+
+def count(low: int, high: int) -> Callable[[str], int]:
+    """The type of an option that takes a whole number from low to high."""
+
+    def read(text: str) -> int:
+        if len(text) <= _LONGEST and _COUNT.fullmatch(text) and low <= int(text) <= high:
+            return int(text)
+        raise argparse.ArgumentTypeError(f"{_shown(text)}: give a whole number from {low} to {high}")
+
+    return read
+
+
+def name_argument(text: str) -> str:
+    """The type of an option that takes the name of a file or of a channel."""
+    if not text:
+        raise argparse.ArgumentTypeError("is empty; give a name")
+    return text
+
+
+def path_argument(text: str) -> Path:
+    """The type of an option that takes a path."""
+    return Path(name_argument(text))
+
+
+def _shown(text: str) -> str:
+    return repr(text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}...")

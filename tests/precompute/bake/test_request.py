@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A request as JSON: it comes back, and what no bake can have is refused by its key."""
+
+import pytest
+
+from precompute.bake.request import COHERENCE_UM, DELTA_E, BakeRequest, Scan, request_from
+from precompute.base.failure import GratingError
+from precompute.cli.bake import read_request
+
+SCAN = {"source": "skin.png", "size_um": 4, "height_nm": 250}
+
+
+def test_a_request_comes_back():
+    request = BakeRequest(2.5, 7e-6, "E", model="patch", scans=(Scan("skin.png", 4.0, 250.0), Scan("sample:cd")))
+    assert request_from(request.as_dict(), "test") == request
+    for delta_e in DELTA_E:
+        for length_um in COHERENCE_UM:
+            assert request_from({"delta_e": delta_e, "coherence_um": length_um}, "test").delta_e == delta_e
+
+
+@pytest.mark.parametrize(("record", "fault"), [
+    (None, "holds no request"), ([], "holds no request"), ("{}", "holds no request"), (True, "holds no request"),
+    ({"delta_e": True}, "delta_e: give a number from 0.001 to 100"), ({"delta_e": "1"}, "delta_e: give"),
+    ({"delta_e": 0}, "delta_e: give"), ({"delta_e": 1e-308}, "delta_e: give"), ({"delta_e": 101}, "delta_e: give"),
+    ({"delta_e": None}, "delta_e: give"), ({"delta_e": [1]}, "delta_e: give"), ({"coherence_um": 1e5}, "coherence"),
+    ({"coherence_um": 1e-9}, "coherence_um: give a number from 0.1"), ({"coherence_um": False}, "coherence"),
+    ({"illuminant": ["D65"]}, "illuminant: give one of"), ({"illuminant": {}}, "illuminant: give one of"),
+    ({"model": None}, "model: give one of"), ({"levelling": "plane"}, "levelling: give a list"),
+    ({"levelling": [[]]}, "levelling: give one of"), ({"needs": 1}, "not a needs file"), ({"needs": {}}, "not a needs"),
+    ({"k" * 10**5: 0}, "kkk: no such key"), ({"scans": {}}, "scans: give a list"), ({"scans": [1]}, "scans: give each"),
+    ({"scans": [SCAN] * 1001}, "scans: 1001 of them"), ({"scans": [{"source": 1}]}, "scans: give each"),
+    ({"scans": [{"source": ""}]}, "source: no name"), ({"scans": [{"source": "a\0b"}]}, "source: no name"),
+    ({"scans": [{"source": "\ud800"}]}, "scans: source: no name"), ({"scans": [{**SCAN, "channel": 1}]}, "scans"),
+    ({"scans": [{**SCAN, "size_um": True}]}, "scans: size_um: give a number"),
+    ({"scans": [{**SCAN, "size_um": 1e-9}]}, "scans: size_um: give a number from 0.001"),
+    ({"scans": [{**SCAN, "height_nm": 1e9}]}, "scans: height_nm: give a number from 0.001 to 1e.06"),
+])  # fmt: skip
+def test_what_no_bake_can_have_is_refused(record, fault):
+    with pytest.raises(GratingError, match=f"^asked: .*{fault}") as caught:
+        request_from(record, "asked")
+    assert len(str(caught.value)) < 400
+
+
+@pytest.mark.parametrize("content", [
+    b"{", b"[" * 10**5 + b"]" * 10**5, b'{"delta_e": ' + b"1" * 5000 + b"}", b'{"delta_e": NaN}', b"\xff\xfe{\0}\0",
+    b'{"delta_e": 1, "delta_e": 2}', b"", b" " * (1 << 21), b'{"scans": [{"source": "\\ud800"}]}',
+])  # fmt: skip
+def test_files_of_requests_that_are_none(tmp_path, content):
+    path = tmp_path / "request.json"
+    path.write_bytes(content)
+    with pytest.raises(GratingError, match=f"^{path}: .*; |^{path}: .*give"):
+        read_request(path)

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What options take for a number, a count, a name or a path, and how they refuse everything else."""
+
+import argparse
+
+import pytest
+
+from precompute.cli.option_types import count, name_argument, number, path_argument
+from precompute.cli.parser import VERBS, build_parser
+
+NO_NUMBERS = (
+    "", " ", "-", "--", "nan", "NaN", "inf", "-inf", "Infinity", "1e400", "-1e400", "1e-308", "5e-324", "0", "-1",
+    "1_0", " 2", "2 ", "2\n", "\t2", "0x2", "2,5", "2e", "e2", ".", "1" + "0" * 400, "0." + "0" * 400 + "1", "9" * 5000,
+    "١", "２", "2²", "\udcff", "\ud800", "2\0", "two", "True", "None", "[2]", "x" * 10**6, "−2",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("read", [number(0.5, 9), count(1, 9)])
+@pytest.mark.parametrize("text", NO_NUMBERS, ids=lambda text: ascii(text[:12]))
+def test_what_is_no_number_is_refused_with_the_range(read, text):
+    with pytest.raises(argparse.ArgumentTypeError) as caught:
+        read(text)
+    line = str(caught.value)
+    assert " number from " in line and line.endswith("to 9") and len(line) < 100
+
+
+@pytest.mark.parametrize(("text", "value"), [
+    ("2", 2), ("+2.", 2), (".5", 0.5), ("5E-1", 0.5), ("0.9e1", 9), ("1e0", 1), ("0000000000002.50", 2.5),
+])  # fmt: skip
+def test_numbers_are_taken(text, value):
+    assert number(0.5, 9)(text) == value
+
+
+def test_counts_are_taken():
+    assert [count(-3, 12)(text) for text in ("-3", "+7", "0", "012")] == [-3, 7, 0, 12]
+    for text in ("1.0", "1e1", "13", "-4"):
+        with pytest.raises(argparse.ArgumentTypeError, match="give a whole number from -3 to 12"):
+            count(-3, 12)(text)
+
+
+def test_names_are_not_empty():
+    assert (name_argument("a b"), path_argument("a/b").name) == ("a b", "b")
+    for read in (name_argument, path_argument):
+        with pytest.raises(argparse.ArgumentTypeError, match="empty; give"):
+            read("")
+
+
+def options():
+    """Every option of every verb that takes a value: the verb, the option, and its action."""
+    verbs = build_parser()._subparsers._group_actions[0].choices
+    assert set(verbs) == set(VERBS)
+    for verb, parser in verbs.items():
+        for action in parser._actions:
+            if action.option_strings and action.nargs != 0:
+                yield pytest.param(verb, action, id=f"{verb} {action.option_strings[-1]}")
+
+
+@pytest.mark.parametrize(("verb", "action"), list(options()))
+def test_no_option_takes_a_number_of_another_kind(verb, action):
+    """Python's own int and float take too much, and Path takes what is empty."""
+    assert action.choices or action.type not in (int, float, None)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize("each", ["--size-um=--", "--json=--", "-o--", "--output=--"])
+def test_dashes_are_no_value(refused, verb, each):
+    assert "`--` is no value" in refused(verb, "sample:flat", each, status=2)
+
+
+@pytest.mark.parametrize("argv", [
+    ["info", "sample:flat", "--size-um", "3\n4"], ["info", "sample:flat", "--surplus\n\nmore"], ["in\r\nfo", "x"],
+    ["map", "sample:flat", "-o", "a.png", "--method", "a\n\tb"], ["evaluate", "sample:flat", "--methods", "a\nb,"],
+    ["info", "sample:flat", "--si"], ["info", ""], ["info", "sample:flat", "--json", ""], ["bake", "", "-o", "out"],
+    ["bake", "sample:flat", "-o", ""], ["map", "sample:flat", "-o", ""], ["check", "", "sample:flat"],
+    ["info", "sample:flat", "--progress", "x" * 10**5], ["info", "sample:flat", "--surplus", "x" * 10**5],
+])  # fmt: skip
+def test_a_refusal_is_one_line_whatever_is_given(refused, tmp_path, monkeypatch, argv):
+    monkeypatch.chdir(tmp_path)
+    assert len(refused(*argv, status=2)) < 600
