@@ -46,9 +46,8 @@ def summary_of(facts: Description) -> str:
     """One line of what `info` found."""
     dy, dx = facts.pixel_size_m
     size = f"{facts.cols * dx * 1e6:.3g} x {facts.rows * dy * 1e6:.3g} um"
-    relief = f"relief {facts.height_range_m * 1e9:.0f} nm"
     periods = facts.periods_m
     # round() and + 0 keep a minus off zero.
     angle = round(facts.period_angles_deg[0]) + 0 if periods else 0
     period = f", period {periods[0] * 1e9:.0f} nm at {angle} deg" if periods else ""
-    return f"{size}, {relief}{period}"
+    return f"{size}, relief {facts.relief_in_words()}{period}"

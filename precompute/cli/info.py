@@ -7,6 +7,9 @@ from ..surface import description
 from .arguments import add_input, height_map_of
 from .output import emit
 
+# The facts that people read as sentences.
+_IN_WORDS = ("gratings", "waviness", "fine")
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `info`."""
@@ -15,5 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """The `info` verb."""
-    facts = description.describe(height_map_of(arguments)).as_dict()
-    emit(facts, arguments.json, lambda: "\n".join(f"{key}: {value}" for key, value in facts.items()))
+    described = description.describe(height_map_of(arguments))
+    facts = described.as_dict()
+    lines = [*described.in_words(), *(f"{key}: {value}" for key, value in facts.items() if key not in _IN_WORDS)]
+    emit(facts, arguments.json, lambda: "\n".join(lines))

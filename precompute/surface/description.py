@@ -7,9 +7,10 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from .first_order import COARSEST_PERIOD_M, FINEST_PERIOD_M
 from .height_map import HeightMap
 from .levelling import level_plane
-from .periods import strongest_periods
+from .periods import Wave, Waves, waves_of
 
 
 @dataclass(frozen=True)
@@ -20,9 +21,12 @@ class Description:
     pixel_size_m       (dy, dx) in metres
     height_range_m     highest minus lowest height in metres, of the measured pixels after plane levelling
     height_rms_m       standard deviation of the same heights in metres
-    periods_m          at most five periods in metres, the strongest first; empty where nothing repeats
+    source_range_m     highest minus lowest height in metres as measured, the tilt of the scan included
+    periods_m          at most five periods in metres that diffract visibly, the one that sends out the most light
+                       first; empty where nothing repeats
     period_angles_deg  for each period the direction of its grating vector in degrees: from T, counterclockwise towards
                        B, in (-90, 90]
+    waves              these periods, the waviness, and what is too fine for light, with all that is known of them
     channels           labels of all channels of the source
     """
 
@@ -31,27 +35,85 @@ class Description:
     pixel_size_m: tuple[float, float]
     height_range_m: float
     height_rms_m: float
-    periods_m: tuple[float, ...]
-    period_angles_deg: tuple[float, ...]
+    source_range_m: float
+    waves: Waves
     channels: tuple[str, ...]
 
+    @property
+    def periods_m(self) -> tuple[float, ...]:
+        return tuple(wave.period_m for wave in self.waves.gratings)
+
+    @property
+    def period_angles_deg(self) -> tuple[float, ...]:
+        return tuple(wave.angle_deg for wave in self.waves.gratings)
+
     def as_dict(self) -> dict[str, object]:
-        """The facts by their names, for JSON: lists in place of tuples."""
-        facts = asdict(self)
-        return {name: list(value) if isinstance(value, tuple) else value for name, value in facts.items()}
+        """The facts by their names, for JSON: lists in place of tuples, null for a wave that is not there."""
+        waves = asdict(self.waves)
+        return {
+            "rows": self.rows,
+            "cols": self.cols,
+            "pixel_size_m": list(self.pixel_size_m),
+            "height_range_m": self.height_range_m,
+            "height_rms_m": self.height_rms_m,
+            "source_range_m": self.source_range_m,
+            "periods_m": list(self.periods_m),
+            "period_angles_deg": list(self.period_angles_deg),
+            "gratings": list(waves["gratings"]),
+            "waviness": waves["waviness"],
+            "fine": waves["fine"],
+            "channels": list(self.channels),
+        }
+
+    def in_words(self) -> list[str]:
+        """What the relief and its waves are, a line each, with the reason why a wave is or is not the grating."""
+        gratings, waviness, fine = self.waves.gratings, self.waves.waviness, self.waves.fine
+        band = f"from {_length(FINEST_PERIOD_M)} to {_length(COARSEST_PERIOD_M)}"
+        lines = [f"relief: {self.relief_in_words()}"]
+        if gratings:
+            lines.append(
+                f"grating: {_told(gratings[0])}; it sends out the most light of all waves {band}, which show colours"
+            )
+        else:
+            lines.append(f"grating: none; no wave {band}, which would show colours, stands out")
+        if waviness is not None and not (gratings and waviness.amplitude_m <= gratings[0].amplitude_m):
+            lines.append(
+                f"waviness: {_told(waviness)}; not the grating though it is higher, for its colours leave closer "
+                "together than the sun is wide"
+            )
+        if fine is not None and not gratings:
+            lines.append(f"finer than light: {_told(fine)}; no visible light leaves by its first order")
+        return lines
+
+    def relief_in_words(self) -> str:
+        """The height of the relief: "375 nm", or where levelling changed it, "408 nm levelled (375 nm as scanned)"."""
+        level, source = (f"{height_m * 1e9:.0f} nm" for height_m in (self.height_range_m, self.source_range_m))
+        return level if level == source else f"{level} levelled ({source} as scanned)"
 
 
 def describe(height_map: HeightMap) -> Description:
-    """Measure a height map: its relief after plane levelling, and its strongest periods."""
+    """Measure a height map: its relief before and after plane levelling, and its waves."""
     level = level_plane(height_map)
-    periods, angles = strongest_periods(level)
     return Description(
         rows=height_map.rows,
         cols=height_map.cols,
         pixel_size_m=height_map.pixel_size_m,
-        height_range_m=float(np.nanmax(level.height_m) - np.nanmin(level.height_m)),
+        height_range_m=_range(level),
         height_rms_m=float(np.nanstd(level.height_m)),
-        periods_m=tuple(periods),
-        period_angles_deg=tuple(angles),
+        source_range_m=_range(height_map),
+        waves=waves_of(level),
         channels=height_map.channels,
     )
+
+
+def _range(height_map: HeightMap) -> float:
+    return float(np.nanmax(height_map.height_m) - np.nanmin(height_map.height_m))
+
+
+def _told(wave: Wave) -> str:
+    # round() and + 0 keep a minus off zero.
+    return f"{_length(wave.period_m)} at {round(wave.angle_deg) + 0} deg, {wave.repeats:.3g} repeats in the scan"
+
+
+def _length(length_m: float) -> str:
+    return f"{length_m * 1e6:.3g} um" if length_m >= 10e-6 else f"{length_m * 1e9:.4g} nm"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The periods of a relief, found as peaks of its power spectrum."""
+"""The periods of a relief, found as peaks of its power spectrum: those that diffract visibly, and those that do not."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .first_order import COARSEST_PERIOD_M, FINEST_PERIOD_M, visible_share
 from .height_map import HeightMap
 from .holes import fill_missing
 
 _MOST_PERIODS = 5
-# A period fits at least three times into the scan; longer waves are waviness.
+# A period fits at least three times into the scan.
 _LEAST_REPEATS = 3.0
 # Two peaks are one if they are nearer to each other than the main lobe of the window (4 bins wide), or than the spread
 # of a natural surface's peak (15 % to either side on a real Elaphe scan).
@@ -20,12 +21,48 @@ _DISTINCT_BINS = 4.0
 _DISTINCT_SHARE = 0.2
 # Peaks below this share of the strongest are left out.
 _FAINTEST_SHARE = 0.05
-# Peaks below this multiple of the median strength are noise. The power of white noise is exponentially distributed: the
-# strongest of 10^7 bins has ln(10^7) = 16 times the mean power, or 23 times the median power. At the corner of the band
-# the weight q is greatest and doubles this ratio (56 was seen). The peaks of gratings reach 10^5.
-_ABOVE_MEDIAN = 100.0
+# A peak must have this multiple of the median power of all waves of about its own length. The power of noise is
+# exponentially distributed: the strongest of 10^7 bins has ln(10^7) = 16 times the mean power, or 23 times the median.
+# The roughness of natural surfaces is such noise at each length, and grows with the length.
+_ABOVE_MEDIAN = 50.0
+# The longest waves are compared with this many of each other, several times as many as the window's lobe covers.
+_FEWEST_COMPARED = 96
 # A wave of less than 1 pm is rounding error, not relief.
 _FAINTEST_AMPLITUDE_M = 1e-12
+# The least share of light that shows. Under the sun, which fills 6.8e-5 sr, an order of this efficiency is a hundredth
+# as bright as white paper: 0.01 * 6.8e-5 / pi.
+_FAINTEST_LIGHT = 2.2e-7
+
+
+@dataclass(frozen=True)
+class Wave:
+    """A wave of the relief.
+
+    period_m         its length in metres
+    angle_deg        direction of its grating vector in degrees: from T, counterclockwise towards B, in (-90, 90]
+    repeats          how many times it fits into the scan along that direction
+    amplitude_m      the amplitude of a sine with as high a peak in the spectrum, in metres
+    light            the share of visible light that the first order of this sine sends out (first_order.py); 0
+                     for a wave that does not diffract visibly"""
+
+    period_m: float
+    angle_deg: float
+    repeats: float
+    amplitude_m: float
+    light: float
+
+
+@dataclass(frozen=True)
+class Waves:
+    """The waves of a relief.
+
+    gratings  at most five that diffract visibly, the one that sends out the most light first
+    waviness  the highest wave that is too coarse to show colours, None where there is none
+    fine      the highest wave that is too fine for visible light, None where there is none"""
+
+    gratings: tuple[Wave, ...]
+    waviness: Wave | None
+    fine: Wave | None
 
 
 @dataclass(frozen=True)
@@ -50,6 +87,11 @@ class _Spectrum:
         """Horizontal frequency of each column (nx,), whole cycles per scan."""
         return np.arange(self.power.shape[1])
 
+    @property
+    def q(self) -> np.ndarray:
+        """Frequency of each bin (ny, nx), cycles per metre."""
+        return np.hypot(self.ky / self.size_m[0], self.kx / self.size_m[1])
+
     def at(self, ky: int, kx: int, cols: int) -> float:
         """The power at any pair of whole frequencies, in cycles per scan; `cols` is the number of columns of the
         heights.
@@ -61,16 +103,34 @@ class _Spectrum:
         return float(self.power[ky % len(self.power), kx])
 
 
-def strongest_periods(level: HeightMap) -> tuple[list[float], list[float]]:
-    """The strongest periods of levelled heights: at most five, the strongest first.
+def waves_of(level: HeightMap) -> Waves:
+    """The waves of levelled heights; holes are filled first.
 
-    Returns the periods in metres, and the direction of each period's grating vector in degrees: from T,
-    counterclockwise towards B, in (-90, 90]. Both are empty where nothing repeats. Holes are filled first."""
+    A wave that diffracts visibly is one that visible light leaves at an angle of its own (FINEST_PERIOD_M), with its
+    colours so far apart that they can be told apart under the sun (COARSEST_PERIOD_M). Such waves are ordered by the
+    light that they send out. Power alone would put the slow waves of natural surfaces first, and power times frequency
+    would put fine waves first whose order leaves at grazing angles only, if at all."""
     spectrum = _spectrum(level)
-    peaks = [_refine(spectrum, level.cols, peak) for peak in _peaks(spectrum)]
+    q, power = spectrum.q, spectrum.power
+    stands_out = _stands_out(power, q)
+    light = np.where(stands_out, visible_share(q) * power, 0.0)
+    waviness = np.where(q < 1 / COARSEST_PERIOD_M, power, 0.0)
+    fine = np.where(stands_out & (q > 1 / FINEST_PERIOD_M), power, 0.0)
+    gratings = _peaks(spectrum, light, _MOST_PERIODS, least=_FAINTEST_LIGHT)
+    others = [_peaks(spectrum, each, 1, least=_FAINTEST_AMPLITUDE_M**2) for each in (waviness, fine)]
+    return Waves(
+        tuple(_wave(spectrum, level, peak) for peak in gratings),
+        *(_wave(spectrum, level, peaks[0]) if peaks else None for peaks in others),
+    )
+
+
+def _wave(spectrum: _Spectrum, level: HeightMap, peak: tuple[int, int]) -> Wave:
+    ky, kx = _refine(spectrum, level.cols, peak)
     # The row index runs along -B.
-    waves = [(-ky / level.size_m[0], kx / level.size_m[1]) for ky, kx in peaks]
-    return [1 / math.hypot(*wave) for wave in waves], [_angle_deg(*wave) for wave in waves]
+    q_b, q_t = -ky / level.size_m[0], kx / level.size_m[1]
+    q, power = math.hypot(q_b, q_t), spectrum.at(*peak, level.cols)
+    light = float(visible_share(np.array(q))) * power
+    return Wave(1 / q, _angle_deg(q_b, q_t), math.hypot(ky, kx), math.sqrt(power), light)
 
 
 def _angle_deg(q_b: float, q_t: float) -> float:
@@ -89,22 +149,18 @@ def _spectrum(level: HeightMap) -> _Spectrum:
     return _Spectrum(amplitude**2, level.size_m)
 
 
-def _peaks(spectrum: _Spectrum) -> list[tuple[int, int]]:
-    """The bins (ky, kx) of distinct peaks, ordered by frequency times power, the strongest first.
+def _peaks(spectrum: _Spectrum, strength: np.ndarray, most: int, *, least: float) -> list[tuple[int, int]]:
+    """The bins (ky, kx) of at most `most` distinct peaks of the power, those of the greatest strength first.
 
-    Power alone would put the slow waves of natural surfaces first; their power falls at least as 1 / q^2. The weight q
-    puts the grating before them. It still keeps a fundamental before its harmonics, whose power falls as 1 / m^2 in
-    the worst case, a blazed or a binary profile. A weight q^2, the power of slopes, would make these all equal.
-    """
-    ky, kx, power = spectrum.ky, spectrum.kx, spectrum.power
-    strength = np.hypot(ky / spectrum.size_m[0], kx / spectrum.size_m[1]) * power
-    faintest = _ABOVE_MEDIAN * float(np.median(strength))
-    strength[~_is_summit(power) | (np.hypot(ky, kx) < _LEAST_REPEATS)] = 0.0
-    faintest = max(faintest, _FAINTEST_SHARE * float(strength.max()))
+    strength (ny, nx) is changed. Peaks of a strength below `least` are left out, and those below _FAINTEST_SHARE of the
+    greatest."""
+    ky, kx = spectrum.ky, spectrum.kx
+    strength[~_is_summit(spectrum.power) | (np.hypot(ky, kx) < _LEAST_REPEATS)] = 0.0
+    faintest = max(least, _FAINTEST_SHARE * float(strength.max()))
     found: list[tuple[int, int]] = []
-    while len(found) < _MOST_PERIODS:
+    while len(found) < most:
         row, col = np.unravel_index(np.argmax(strength), strength.shape)
-        if strength[row, col] <= faintest or power[row, col] < _FAINTEST_AMPLITUDE_M**2:
+        if strength[row, col] <= faintest:
             break
         peak = int(ky[row, 0]), int(kx[col])
         found.append(peak)
@@ -112,6 +168,22 @@ def _peaks(spectrum: _Spectrum) -> list[tuple[int, int]]:
         for sign in (1, -1):
             strength[np.hypot(ky - sign * peak[0], kx - sign * peak[1]) <= reach] = 0.0
     return found
+
+
+def _stands_out(power: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Whether each bin (ny, nx) has _ABOVE_MEDIAN times the median power of all waves of about its own length.
+
+    q (ny, nx) is the frequency of each bin."""
+    above = np.zeros(power.size, bool)
+    by_length = np.argsort(q, axis=None)
+    start, stop = 0, _FEWEST_COMPARED
+    while start < power.size:
+        # Each group has as many waves as all coarser ones together: in two dimensions it is half an octave wide.
+        group = by_length[start:stop]
+        of_group = power.ravel()[group]
+        above[group] = of_group > _ABOVE_MEDIAN * np.median(of_group)
+        start, stop = stop, 2 * stop
+    return above.reshape(power.shape)
 
 
 def _is_summit(power: np.ndarray) -> np.ndarray:

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which waves of a relief diffract visibly, and how much light their first order sends out.
+
+A wave of length d sends its first order to sin(tr) = lambda / d - sin(ti), light and view measured from the normal, in
+the plane of its grating vector. A sine of amplitude a that is low against the wavelength has an order of efficiency
+J1(2 pi a w / lambda)^2 = (pi a w / lambda)^2, with w = cos(ti) + cos(tr) (Goodman, Introduction to Fourier Optics,
+4.4; docs/theory.md).
+"""
+
+import numpy as np
+
+from ..colour.observer import WAVELENGTH_MIN_M, spectral_weights, wavelengths
+
+# At a finer period not even light and view that both graze the surface have a first order: lambda / d is at most 2.
+FINEST_PERIOD_M = WAVELENGTH_MIN_M / 2
+# The sun is 0.533 degrees wide. Red and green (the primaries of sRGB, of dominant wavelengths 611 and 549 nm) leave a
+# coarser period closer together than that, so the images of the sun in all colours overlap to white.
+COARSEST_PERIOD_M = (611e-9 - 549e-9) / np.radians(0.533)
+_ANGLES = np.radians(np.arange(-89.0, 90.0, 2.0))
+_FREQUENCIES = 200
+
+
+def visible_share(q: np.ndarray) -> np.ndarray:
+    """The share of visible light (D65, by luminance) that the first order of a low sine of frequency q (...,), in
+    cycles per metre, sends out, divided by the square of its amplitude in metres.
+
+    It is the mean over light from all angles in the plane of the grating vector, weighted by their cosines. 0 for
+    periods that do not diffract visibly."""
+    finest, coarsest = 1 / FINEST_PERIOD_M, 1 / COARSEST_PERIOD_M
+    known = np.linspace(coarsest, finest, _FREQUENCIES)
+    return np.where((q >= coarsest) & (q <= finest), np.interp(q, known, _shares(known)), 0.0)
+
+
+def _shares(q: np.ndarray) -> np.ndarray:
+    """As visible_share, at frequencies q (n,)."""
+    lambdas = wavelengths(5e-9)
+    luminance = spectral_weights(lambdas, "D65")[:, 1]
+    total = np.zeros(len(q))
+    for lam, weight in zip(lambdas, luminance / luminance.sum(), strict=True):
+        sine = lam * q[:, None] - np.sin(_ANGLES)
+        w = np.where(np.abs(sine) < 1, np.cos(_ANGLES) + np.sqrt(np.maximum(1 - sine**2, 0)), 0.0)
+        total += weight * np.average((np.pi * w / lam) ** 2, axis=1, weights=np.cos(_ANGLES))
+    return total
