@@ -10,13 +10,14 @@ import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NoReturn
 
 from . import ENVIRONMENTS, EXTENSION, ROOT, DevError, environments
 from .environments import Environment
 from .extension import link_extension
 from .machine import ensure_blender_libraries
 from .packages import fetch_wheels
-from .steps import clean_environment, say
+from .steps import become, clean_environment, say
 
 OLDEST = (4, 5)
 CHROOT_BLENDER = ENVIRONMENTS / "sid-blender"
@@ -32,9 +33,9 @@ class Launch:
     command: list[str]
     variables: dict[str, str] = field(default_factory=dict)
 
-    def run(self) -> int:
-        """Run the command; its exit status."""
-        return subprocess.run(self.command, env=clean_environment(**self.variables)).returncode
+    def run(self) -> NoReturn:
+        """Run the command in the place of this process."""
+        become(self.command, clean_environment(**self.variables))
 
 
 def binary_version(binary: str | Path) -> tuple[int, int]:

@@ -8,10 +8,11 @@ import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import NoReturn
 
 from . import ROOT, DevError, blender, chroot, environments, machine, packages, suites
 from .environments import ALL, PY311, Environment
-from .steps import clean_environment
+from .steps import become, clean_environment, project_environment
 
 VERBS_HELP = """\
 verbs:
@@ -29,10 +30,6 @@ verbs:
 """
 
 
-def run_python(environment: Environment, arguments: Sequence[str | Path], **settings: object) -> int:
-    return subprocess.run([environment.python, *arguments], **settings).returncode
-
-
 def chosen(options: argparse.Namespace) -> Environment:
     """The environment that --bpy names; that of Blender 4.5 by default."""
     return next((one for one in ALL if one.blender_version == options.bpy), PY311)
@@ -42,7 +39,7 @@ def verb_parser(verb: str, description: str) -> argparse.ArgumentParser:
     return argparse.ArgumentParser(prog=f"./dev {verb}", description=description)
 
 
-def demo(options: argparse.Namespace, arguments: list[str]) -> int:
+def demo(options: argparse.Namespace, arguments: list[str]) -> NoReturn:
     parser = verb_parser("demo", "Bakes the sample grating, renders it on a snake and writes a report.")
     parser.add_argument("--output", type=Path, default=ROOT / "dist" / "demo", help="default: dist/demo")
     own, rest = parser.parse_known_args(arguments)
@@ -53,7 +50,8 @@ def demo(options: argparse.Namespace, arguments: list[str]) -> int:
         command += ["--blender", blender.require_binary(options.blender)]
     elif options.bpy:
         command += ["--bpy", options.bpy]
-    return run_python(environment, command, cwd=ROOT, env=clean_environment())
+    os.chdir(ROOT)
+    become([environment.python, *command], project_environment())
 
 
 def test(options: argparse.Namespace, arguments: list[str]) -> int:
@@ -77,15 +75,18 @@ def lint(_: argparse.Namespace, arguments: list[str]) -> int:
         if fix
         else [["check", "--output-format=concise"], ["format", "--check", "--output-format=concise"]]
     )
-    return max(run_python(environment, ["-m", "ruff", *command, "."], cwd=ROOT) for command in commands)
+    ruff = [environment.python, "-m", "ruff"]
+    settings = {"cwd": ROOT, "env": clean_environment()}
+    return max(subprocess.run([*ruff, *command, "."], **settings).returncode for command in commands)
 
 
-def bench(options: argparse.Namespace, arguments: list[str]) -> int:
+def bench(options: argparse.Namespace, arguments: list[str]) -> NoReturn:
     if not (ROOT / "benchmarks" / "__main__.py").exists():
         raise DevError("there are no benchmarks yet; remedy: add benchmarks/__main__.py")
     machine.ensure_blender_libraries()
     environment = environments.require(chosen(options))
-    return run_python(environment, ["-m", "benchmarks", *arguments], cwd=ROOT, env=clean_environment())
+    os.chdir(ROOT)
+    become([environment.python, "-m", "benchmarks", *arguments], project_environment())
 
 
 def build(_: argparse.Namespace, arguments: list[str]) -> int:
@@ -98,21 +99,20 @@ def build(_: argparse.Namespace, arguments: list[str]) -> int:
     return 0
 
 
-def grating(_: argparse.Namespace, arguments: list[str]) -> int:
+def grating(_: argparse.Namespace, arguments: list[str]) -> NoReturn:
     environment = environments.require(PY311)
     # The working folder stays the caller's, so that the files it names are found.
-    command = ["-m", "precompute", *arguments]
-    return run_python(environment, command, env=clean_environment(PYTHONPATH=str(ROOT)))
+    become([environment.python, "-m", "precompute", *arguments], project_environment())
 
 
-def run_blender(options: argparse.Namespace, arguments: list[str]) -> int:
+def run_blender(options: argparse.Namespace, arguments: list[str]) -> NoReturn:
     if options.blender:
         binary = blender.require_binary(options.blender)
     else:
         binary = None if options.bpy else blender.find_binary()
     if binary:
-        return blender.launch_binary(binary, arguments).run()
-    return blender.launch_shim(chosen(options), arguments).run()
+        blender.launch_binary(binary, arguments).run()
+    blender.launch_shim(chosen(options), arguments).run()
 
 
 def blender_setup(_: argparse.Namespace, arguments: list[str]) -> int:

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from . import ENVIRONMENTS, DevError
-from .steps import run_step
+from .steps import clean_environment, run_step
 
 # Debian packages, each with the library that is looked for on other systems. For the DRI drivers there is no library.
 BLENDER_LIBRARIES = {
@@ -95,7 +95,8 @@ def python_candidates(version: str) -> Iterator[Path]:
 
 def answers(python: Path, code: str) -> bool:
     try:
-        return subprocess.run([python, "-c", code], capture_output=True, timeout=30).returncode == 0
+        answer = subprocess.run([python, "-c", code], capture_output=True, env=clean_environment(), timeout=30)
+        return answer.returncode == 0
     except (OSError, subprocess.TimeoutExpired):
         return False
 

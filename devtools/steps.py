@@ -2,14 +2,16 @@
 """Running slow commands, with signs of life on standard error; standard output is for a verb's own output."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
+from typing import NoReturn
 
-from . import DevError
+from . import ROOT, DevError
 
 HEARTBEAT_SECONDS = 15
 running: set[subprocess.Popen] = set()
@@ -21,9 +23,25 @@ def say(text: str) -> None:
 
 
 def clean_environment(**changes: str) -> dict[str, str]:
-    """This process's environment with `changes`, and without the variables that would mislead another Python."""
+    """This process's environment with `changes`, and without the variables that would mislead another Python.
+
+    A Python in it never imports from the working folder, where a json.py of anyone's may lie."""
     astray = {"PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV", "__PYVENV_LAUNCHER__"}
-    return {name: value for name, value in os.environ.items() if name not in astray} | changes
+    kept = {name: value for name, value in os.environ.items() if name not in astray}
+    return kept | {"PYTHONSAFEPATH": "1"} | changes
+
+
+def project_environment(**changes: str) -> dict[str, str]:
+    """clean_environment for a Python that imports this project's packages."""
+    return clean_environment(PYTHONPATH=str(ROOT), **changes)
+
+
+def become(command: Sequence[str | Path], environment: Mapping[str, str]) -> NoReturn:
+    """Run a command in the place of this process: signals reach it, and its exit status is this process's."""
+    sys.stdout.flush()
+    for each in (signal.SIGPIPE, signal.SIGXFSZ):  # Python ignores them, and the command would inherit that
+        signal.signal(each, signal.SIG_DFL)
+    os.execve(command[0], [str(part) for part in command], environment)
 
 
 def last_lines(log: Path, count: int) -> list[str]:

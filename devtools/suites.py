@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 
 from . import ENVIRONMENTS, ROOT
 from .environments import PY311, PY313, Environment
-from .steps import clean_environment, say
+from .steps import project_environment, say
 
 NO_TESTS_COLLECTED = 5
 # Folder of tests/ and environment of each suite, the slowest first, so that two workers end at about the same time.
@@ -95,7 +95,7 @@ def run_suite(
     command = [environment.python, "-m", "pytest", *targets, f"--junitxml={report}", "--durations=12", *options]
     start = time.monotonic()
     done = subprocess.run(
-        command, cwd=ROOT, env=clean_environment(**variables), stdout=subprocess.PIPE,
+        command, cwd=ROOT, env=project_environment(**variables), stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT, text=True, errors="replace",
     )  # fmt: skip
     print(f"\n{title}\n{done.stdout}", flush=True)

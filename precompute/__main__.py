@@ -1,14 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`python -m precompute VERB ...`: see cli/parser.py."""
+"""`python -m precompute VERB`: see cli/parser.py."""
 
 import os
+import signal
 import sys
 
 # NumPy reads it once, as it is imported. The matrix products here are too small to gain from threads, which wait for
 # each other wherever other work holds the cores.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# An interrupt while the program is still loading ends it without a traceback.
+if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
-from .cli.parser import main  # noqa: E402
+from .cli.program import run  # noqa: E402
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run())

@@ -12,6 +12,9 @@ The key of a bake is a hash of everything that its result depends on. The cache 
 
 Only the process that holds a key's lock touches the key's entry, its partial folder, and the partial folders that the
 key has in an output folder.
+
+An entry is believed only if its record is such as a bake leaves and each file is what the record says. Else the entry
+is damaged, and the bake is made again.
 """
 
 import contextlib
@@ -22,25 +25,21 @@ import os
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 
-from ..base.failure import GratingError
+from ..base.failure import GratingError, printable
+from ..base.files import partial_folder, told_of
+from ..base.locks import try_lock
 from ..base.progress import Progress, silent
+from ..base.strict_json import read_json
 from ..surface.height_map import HeightMap
 from ..table.atlas_file import FORMAT
 from .request import BakeRequest
-
-try:
-    import fcntl
-except ImportError:  # Windows
-    fcntl = None
-    import msvcrt
-
 
 # Part of every key. Raise it with every change of the bake's results that leaves atlas_file.FORMAT as it is. The keys
 # of older entries are then never asked for again, and the eviction removes these entries in time.
@@ -81,19 +80,22 @@ def bake_once(
     output: Path,
     make: Callable[[Path], dict],
     *,
+    believed: Callable[[Mapping[str, Any]], bool],
     progress: Progress = silent,
 ) -> dict:
-    """Bring the bake of a key into the folder `output`, from the cache or else by `make`.
+    """Bring the bake of a key into the folder `output`, which is made if need be, from the cache or else by `make`.
 
     make      writes the bake's files into the folder that it is given; returns the bake's facts, with the paths of its
               files under `files`
+    believed  whether facts, with the names of the files under `files`, are such as `make` returns for this key
     progress  called with the stage WAITING while another process bakes the same surface: this process waits, and then
               takes the other process's result
 
     Returns the facts, and under `cached` whether they came from the cache. A cache that cannot be used costs one line
     of warning and nothing else.
 
-    Raises GratingError if the environment sets a size limit that is not a size, and whatever `make` raises."""
+    Raises GratingError if the environment sets a size limit that is not a size, or if the files cannot be written, and
+    whatever `make` raises."""
     limit_bytes = size_limit()
     try:
         cache = Cache(default_folder(), limit_bytes)
@@ -102,11 +104,11 @@ def bake_once(
         _warn(error)
         return {**make(output), "cached": False}
     with lock, _staging(output, key) as staging:
-        facts = cache.take(key, staging)
+        facts = cache.take(key, staging, believed)
         cached = facts is not None
         if not cached:
-            # A damaged entry may have left some of its files here.
-            _remove(staging)
+            for left in staging.iterdir():  # of a damaged entry
+                left.unlink()
             facts = make(staging)
         try:
             if not cached:
@@ -171,29 +173,30 @@ class Cache:
         `waiting` is called again and again while another process has the lock. Raises OSError if the folder cannot be
         used."""
         self._lock_path(key).parent.mkdir(parents=True, exist_ok=True)
-        while (lock := self._try_lock(key)) is None:
+        while (lock := try_lock(self._lock_path(key))) is None:
             waiting()
             time.sleep(_POLL_SECONDS)
         return lock
 
-    def take(self, key: str, folder: Path) -> dict | None:
+    def take(self, key: str, folder: Path, believed: Callable[[Mapping[str, Any]], bool]) -> dict | None:
         """Copy an entry's files into a folder; the facts of the entry, or None if there is none or it is damaged.
 
-        Only the holder of the key's lock may call this."""
+        Only the holder of the key's lock may call this. Raises GratingError if the folder cannot be written into."""
         entry = self._entry(key)
         record = entry / "record.json"
         try:
-            kept = json.loads(record.read_text(encoding="utf-8"))
-            folder.mkdir(parents=True, exist_ok=True)
-            for name, expected in kept["files"].items():
-                shutil.copyfile(entry / "files" / name, folder / name)
-                if _fingerprint(folder / name) != expected:
-                    return None
-            with contextlib.suppress(OSError):
-                os.utime(record)
-            return {**kept["facts"], "files": list(kept["files"])}
-        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            kept = read_json(record, "bake it again")
+            facts, fingerprints = {**kept["facts"], "files": list(kept["files"])}, dict(kept["files"])
+        except (GratingError, KeyError, TypeError, ValueError):
             return None
+        if not (all(map(_is_plain, fingerprints)) and believed(facts)):
+            return None
+        for name, expected in fingerprints.items():
+            if not _is_copied(entry / "files" / name, folder / name, expected):
+                return None
+        with contextlib.suppress(OSError):
+            os.utime(record)
+        return facts
 
     def put(self, key: str, folder: Path, facts: dict) -> None:
         """Keep what a bake wrote into a folder, in place of an older entry.
@@ -201,9 +204,11 @@ class Cache:
         Only the holder of the key's lock may call this. Raises OSError if the bake cannot be kept."""
         partial, entry = self._partial(key), self._entry(key)
         names = [Path(file).name for file in facts["files"]]
+        partial.parent.mkdir(exist_ok=True)
         _remove(partial)
+        partial.mkdir()
         try:
-            (partial / "files").mkdir(parents=True)
+            (partial / "files").mkdir()
             for name in names:
                 shutil.copyfile(folder / name, partial / "files" / name)
             kept = {
@@ -236,7 +241,7 @@ class Cache:
 
     def _discard(self, key: str, entry: bool) -> bool:
         """Remove a key's leftovers, and its entry if asked, unless its lock is held. Returns whether it was free."""
-        lock = self._try_lock(key)
+        lock = try_lock(self._lock_path(key))
         if lock is None:
             return False
         with lock:
@@ -258,18 +263,6 @@ class Cache:
                 used_ns = (record if record.exists() else folder).stat().st_mtime_ns
                 yield Entry(folder.name, size_bytes, used_ns)
 
-    def _try_lock(self, key: str) -> BinaryIO | None:
-        path = self._lock_path(key)
-        lock = path.open("a+b")
-        try:
-            if _locked(lock, path):
-                return lock
-        except BaseException:
-            lock.close()
-            raise
-        lock.close()
-        return None
-
     def _entry(self, key: str) -> Path:
         return self.folder / "entries" / key
 
@@ -282,36 +275,42 @@ class Cache:
 
 @contextlib.contextmanager
 def _staging(output: Path, key: str) -> Iterator[Path]:
-    """A folder in `output` for the files of a bake in the making. It is not made here, and is removed afterwards.
+    """A partial folder in `output` for the files of a bake in the making.
 
-    What killed processes left in `output` for the same key is removed as well. The name ends in the process's number
-    and ".partial", as every temporary name does, so that the files of a cancelled bake can be found."""
-    prefix = f".bake.{key[:16]}"
-    for left in output.glob(f"{prefix}.*.partial"):
-        _remove(left)
-    folder = output / f"{prefix}.{os.getpid()}.partial"
+    What killed processes left in `output` for the same key is removed as well, and so is `output` itself if it was not
+    there before and nothing comes into it. Raises GratingError if the folder cannot be made."""
+    is_new = not output.exists()
+    label = f"bake.{key[:16]}"
     try:
-        yield folder
+        with told_of(output):
+            output.mkdir(parents=True, exist_ok=True)
+            for left in output.glob(f".{label}.*.partial"):
+                _remove(left)
+            with partial_folder(output, label) as folder:
+                yield folder
     finally:
-        _remove(folder)
+        if is_new:
+            with contextlib.suppress(OSError):
+                output.rmdir()
 
 
-def _locked(lock: BinaryIO, path: Path) -> bool:
-    """Try to lock an open file, without waiting. Returns whether it is locked now."""
-    if fcntl is None:
-        try:
-            lock.seek(0)
-            msvcrt.locking(lock.fileno(), msvcrt.LK_NBLCK, 1)
-        except PermissionError:
-            return False
-        return True
+def _is_plain(name: str) -> bool:
+    """Whether a name is that of a picture in the folder where it is looked for, and nowhere else."""
+    return Path(name).name == name and name.endswith(".exr")
+
+
+def _is_copied(source: Path, target: Path, expected: Any) -> bool:
+    """Copy a file that should have the expected fingerprint; whether it has.
+
+    Raises GratingError if the target cannot be written: a full disk is no damage of the source."""
     try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        # The last holder may have removed the file after we opened it. The next process would then lock a new file,
-        # and both would think that they hold the lock.
-        return os.path.samestat(os.fstat(lock.fileno()), path.stat())
-    except (BlockingIOError, FileNotFoundError):
+        if source.is_symlink() or not source.is_file() or _fingerprint(source) != expected:
+            return False
+    except (OSError, ValueError):
         return False
+    with told_of(target):
+        shutil.copyfile(source, target)
+    return True
 
 
 def _fingerprint(path: Path) -> dict:
@@ -324,9 +323,12 @@ def _listed(folder: Path) -> list[Path]:
 
 
 def _remove(folder: Path) -> None:
+    """Remove a folder, or the link in its place; not what the link leads to."""
+    if folder.is_symlink():
+        folder.unlink()
     shutil.rmtree(folder, ignore_errors=True)
 
 
 def _warn(error: OSError) -> None:
     what = f"{error.filename}: {error.strerror}" if error.filename else error
-    print(f"warning: the cache of bakes cannot be used ({what}); set {FOLDER_VARIABLE}", file=sys.stderr)
+    print(printable(f"warning: the cache of bakes cannot be used ({what}); set {FOLDER_VARIABLE}"), file=sys.stderr)

@@ -3,8 +3,9 @@
 
 import hashlib
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +19,10 @@ from ..table.sample_set import path_beside
 from .kernel import extent
 from .make import Made, make
 from .request import BakeRequest
+
+# Of what bake_to_folder tells: the figures that are shown, and those of `delta_e`.
+_FIGURES = ("seconds", "check_seconds", "blender_bytes", "tiles", "resolution", "coherence_um")
+_ERRORS = ("mean", "p95", "p99", "max", "pairs")
 
 
 def bake_to_folder(height_maps: Sequence[HeightMap], request: BakeRequest, folder: Path, *, progress: Progress) -> dict:
@@ -75,6 +80,26 @@ def provenance_of(
         "request": request.as_dict(),
         "delta_e": made.errors.as_dict(),
     }
+
+
+def are_facts(facts: Mapping[str, Any], height_maps: Sequence[HeightMap]) -> bool:
+    """Whether a record holds what bake_to_folder tells of the bake of these height maps, with the names of the files
+    under `files`."""
+    name = bake_name(height_maps)
+    tile, errors = facts.get("tile"), facts.get("delta_e")
+    return (
+        facts["files"] in ([f"{name}.exr"], [f"{name}.exr", path_beside(Path(f"{name}.exr")).name])
+        and all(_is_figure(facts.get(key)) for key in _FIGURES)
+        and isinstance(tile, list)
+        and len(tile) == 2
+        and all(map(_is_figure, tile))
+        and isinstance(errors, dict)
+        and all(_is_figure(errors.get(key)) for key in _ERRORS)
+    )
+
+
+def _is_figure(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def bake_name(height_maps: Sequence[HeightMap]) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..bake import cache
 from ..bake.needs import EVERYTHING, read_needs
-from ..bake.output import bake_to_folder
+from ..bake.output import are_facts, bake_to_folder
 from ..bake.request import BakeRequest, Scan, request_from
 from ..base.failure import GratingError
 from ..base.strict_json import read_json
@@ -42,7 +42,10 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.no_cache:
         facts = {**make(arguments.output), "cached": False}
     else:
-        facts = cache.bake_once(cache.key_of(height_maps, request), arguments.output, make, progress=progress)
+        facts = cache.bake_once(
+            cache.key_of(height_maps, request), arguments.output, make,
+            believed=lambda facts: are_facts(facts, height_maps), progress=progress,
+        )  # fmt: skip
     emit(facts, arguments.json, lambda: bake_summary(facts))
 
 

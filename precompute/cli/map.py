@@ -124,9 +124,5 @@ def write_picture(path: Path, xyz: np.ndarray, illuminant: str) -> None:
 
         write_whole(path, Image.fromarray(brdf_map.picture(xyz, illuminant)).save)
         return
-    import OpenEXR
-
-    rgb = np.nan_to_num(brdf_map.linear_rgb(xyz, illuminant))[::-1].astype(np.float32)
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    with OpenEXR.File(header, {"RGB": np.ascontiguousarray(rgb)}) as file:
-        write_whole(path, lambda temporary: file.write(str(temporary)))
+    rgb = np.nan_to_num(brdf_map.linear_rgb(xyz, illuminant)).astype(np.float32)
+    write_whole(path, lambda partial: atlas_file.write_exr(partial, rgb, {}))

@@ -3,23 +3,30 @@
 
 import argparse
 import json
+import os
 import sys
 from pathlib import Path
+from typing import TextIO
 
-from ..base.failure import GratingError
+from ..base.failure import GratingError, printable
+from ..base.files import told_of, write_whole
+from ..base.job import is_forsaken
 
 
 class Progress:
     """Reports progress on standard error: as lines of text for people, as lines of JSON for the program that started
     this one, or not at all.
 
-    A line is printed when a stage begins, when it ends, and after every step of 1 % (JSON) or 25 % (text)."""
+    A line is printed when a stage begins, when it ends, and after every step of 1 % (JSON) or 25 % (text). Here a run
+    also ends, as if interrupted, if the program that it works for is no longer there."""
 
     def __init__(self, style: str):
         self.style = style
         self._last = (None, -1.0)
 
     def __call__(self, stage: str, fraction: float) -> None:
+        if is_forsaken():
+            raise KeyboardInterrupt
         last_stage, last_fraction = self._last
         step = 0.01 if self.style == "json" else 0.25
         if self.style == "none" or (stage == last_stage and fraction < min(1.0, last_fraction + step)):
@@ -62,14 +69,40 @@ def _check_file(path: Path) -> None:
 def emit(facts: dict, target: str | None, summary) -> None:
     """Write facts as JSON to the file `target`, or to standard output if `target` is "-".
 
-    Unless JSON goes to standard output, print `summary()`, the facts as text. Raises GratingError if JSON is asked for
-    and a figure is not finite: JSON has no word for it."""
+    Unless JSON goes to standard output, print `summary()`, the facts as text. Raises GratingError if the facts cannot
+    be written, or if JSON is asked for and a figure is not finite: JSON has no word for it."""
     if target == "-":
-        print(_json(facts))
+        _print(_json(facts))
+        return
+    if target:
+        _write_json(Path(target), _json(facts) + "\n")
+    _print("\n".join(map(printable, summary().split("\n"))))
+
+
+def _write_json(path: Path, text: str) -> None:
+    """A pipe or a device is written to as it is; a file is written whole."""
+    if path.exists() and not path.is_file():
+        with told_of(path):
+            path.write_text(text)
     else:
-        if target:
-            Path(target).write_text(_json(facts) + "\n")
-        print(summary())
+        write_whole(path, lambda partial: partial.write_text(text))
+
+
+def _print(text: str) -> None:
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        leave_to_nobody(sys.stdout)
+        raise GratingError(f"standard output: cannot be written ({error.strerror}); send it elsewhere") from error
+
+
+def leave_to_nobody(stream: TextIO) -> None:
+    """Let what a stream still holds go nowhere, so that Python does not try to write it once more as it ends."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, stream.fileno())
+    os.close(nowhere)
 
 
 def _json(facts: dict) -> str:

@@ -8,11 +8,12 @@ not zero.
 import argparse
 import importlib
 import re
+import signal
 import sys
 from collections.abc import Sequence
 
-from ..base.failure import GratingError
-from .output import check_targets
+from ..base.failure import GratingError, printable
+from .output import check_targets, leave_to_nobody
 
 # The help text of each verb. A verb is a module of this folder with add_arguments(parser) and run(arguments).
 VERBS = {
@@ -54,8 +55,8 @@ class OneLineParser(argparse.ArgumentParser):
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one verb of the command line `argv`, by default the program's own; the exit status."""
     argv = sys.argv[1:] if argv is None else argv
-    arguments = build_parser(argv).parse_args(argv)
     try:
+        arguments = build_parser(argv).parse_args(argv)
         check_targets(arguments)
         arguments.run(arguments)
     except GratingError as error:
@@ -65,15 +66,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         print("error: not enough memory; crop the scan or ask for a shorter coherence length", file=sys.stderr)
         return 1
     except BrokenPipeError:  # the reader of our output stopped reading, as `head` does
-        sys.stderr.close()
+        leave_to_nobody(sys.stdout)
         return 1
     except OSError as error:
         what = f"{error.filename}: {error.strerror}" if error.filename else error
-        print(f"error: {what}; check the path and its permissions", file=sys.stderr)
+        print(printable(f"error: {what}; check the path, its permissions, and the space left there"), file=sys.stderr)
         return 1
-    except KeyboardInterrupt:
-        print("error: interrupted; nothing was written", file=sys.stderr)
-        return 130
+    except KeyboardInterrupt as stop:
+        number = signal.Signals(stop.args[0] if stop.args else signal.SIGINT)
+        print(f"error: stopped by {number.name}; nothing was written", file=sys.stderr)
+        return 128 + number
     return 0
 
 

@@ -5,14 +5,15 @@ They are written whole or not at all. A header is believed only if it fits the p
 """
 
 import json
-import os
 from collections.abc import Mapping
 from dataclasses import asdict, fields
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import OpenEXR
 
+from ..base import files
 from ..base.exr import Picture, open_picture
 from ..base.failure import GratingError
 from ..base.strict_json import parse_json
@@ -28,32 +29,25 @@ HEADER_KEY = "natural_gratings"
 def write_together(pictures: Mapping[Path, tuple[np.ndarray, object]], provenance: dict) -> None:
     """Write images (height, width, 3 or 4), row 0 at the bottom, each with its layout, by path.
 
-    They are written under temporary names and renamed once all of them are whole, so that a broken run leaves no half
-    file behind. The header's attribute `natural_gratings` is JSON: format, layout, and the keys of `provenance`.
-
-    Raises GratingError if OpenEXR cannot write one of them, OSError if one cannot be renamed."""
-    # Blender and OpenEXR tell the kind of a file by its ending, so the temporary name keeps it.
-    temporary = {path: path.with_name(f".{path.stem}.{os.getpid()}.partial.exr") for path in pictures}
-    try:
-        for path, (image, layout) in pictures.items():
-            _write(temporary[path], image, {"format": FORMAT, "layout": asdict(layout), **provenance})
-        for path in pictures:
-            os.replace(temporary[path], path)
-    except RuntimeError as error:  # OpenEXR raises this for every error of the system
-        raise GratingError(f"{path}: cannot be written ({error}); check the folder and its space") from error
-    finally:
-        for left in temporary.values():
-            left.unlink(missing_ok=True)
+    All of them are written or none. The header's attribute `natural_gratings` is JSON: format, layout, and the keys of
+    `provenance`. Raises GratingError, naming the path, if one cannot be written."""
+    writers = {}
+    for path, (image, layout) in pictures.items():
+        record = {"format": FORMAT, "layout": asdict(layout), **provenance}
+        writers[path] = partial(write_exr, image=image, attributes={HEADER_KEY: json.dumps(record, sort_keys=True)})
+    files.write_together(writers)
 
 
-def _write(path: Path, image: np.ndarray, record: dict) -> None:
-    header = {
-        "compression": OpenEXR.ZIP_COMPRESSION,
-        "type": OpenEXR.scanlineimage,
-        HEADER_KEY: json.dumps(record, sort_keys=True),
-    }
+def write_exr(path: Path, image: np.ndarray, attributes: Mapping[str, str]) -> None:
+    """Write an image (height, width, 3 or 4), row 0 at the bottom, as OpenEXR with attributes in its header.
+
+    Raises OSError if it cannot be written."""
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **attributes}
     with OpenEXR.File(header, {"RGBA"[: image.shape[2]]: np.ascontiguousarray(image[::-1])}) as file:
-        file.write(str(path))
+        try:
+            file.write(str(path))
+        except RuntimeError as error:  # 'Failed to write ... file "PATH". REASON.', whatever the system's error was
+            raise OSError(str(error).rpartition('". ')[2].removesuffix(".")) from error
 
 
 def read_header(path: Path) -> tuple[Layout, dict]:

@@ -23,16 +23,17 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 @dataclass(frozen=True)
 class Blender:
-    """A Blender with a user folder of its own."""
+    """A Blender with a user folder of its own, started in the folder `started_in` or else wherever the tests are."""
 
     command: tuple[str, ...]
     user_folder: Path
+    started_in: Path | None = None
 
     def start(self, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
         line = [*self.command, *map(str, arguments)]
         variables = clean_environment(BLENDER_USER_RESOURCES=str(self.user_folder))
         variables["NATURAL_GRATINGS_CACHE"] = str(self.user_folder / "cache")
-        return subprocess.run(line, capture_output=True, text=True, env=variables, timeout=600)
+        return subprocess.run(line, capture_output=True, text=True, env=variables, timeout=600, cwd=self.started_in)
 
     def run(self, *arguments: str | Path) -> str:
         """Its output; fails with it where the exit status is not 0."""

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.hostile_folder import set_traps
+
 HERE = Path(__file__).parent
 SMALL_CYCLES = """
 import bpy
@@ -42,6 +44,16 @@ def test_add_on_and_packages_are_those_of_the_zip(blender):
 
 def test_commands_of_the_installed_extension_answer(blender):
     assert "grating" in blender.run("--background", "--command", "help")
+
+
+def test_installed_extension_runs_nothing_of_the_working_folder(blender, tmp_path):
+    """Neither in Blender nor in the process that bakes."""
+    (tmp_path / "folder").mkdir()
+    mark = set_traps(tmp_path / "folder")
+    there = replace(blender, started_in=tmp_path / "folder")
+    there.run_grating("bake", "sample:blazed", "--delta-e", "6", "-o", tmp_path / "bake", "--no-cache")
+    assert (tmp_path / "bake" / "blazed.exr").is_file()
+    assert not mark.exists()
 
 
 def test_installed_extension_bakes_assigns_and_renders(blender, tmp_path):

@@ -5,6 +5,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from ...base.files import write_whole
 from ...methods.registry import ENTRIES
 from .. import plots
 from .result import BenchmarkResult, SizeResult
@@ -51,7 +52,7 @@ def _plot_errors(result: BenchmarkResult, path: Path) -> None:
     panels[0, 0].set_ylabel("dE00, 99th percentile, worst exposure")
     # The first surface refuses no method.
     panels[0, -1].legend(*panels[0, 0].get_legend_handles_labels(), fontsize=8, loc="upper right")
-    figure.savefig(path, dpi=80)
+    write_whole(path, lambda partial: figure.savefig(partial, dpi=80))
     pyplot.close(figure)
 
 
@@ -72,5 +73,5 @@ def _plot_sizes(sizes: Sequence[SizeResult], path: Path) -> None:
         panel.minorticks_off()
         panel.legend(fontsize=8)
         panel.grid(alpha=0.25)
-    figure.savefig(path, dpi=80)
+    write_whole(path, lambda partial: figure.savefig(partial, dpi=80))
     pyplot.close(figure)

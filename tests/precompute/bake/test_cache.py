@@ -13,7 +13,7 @@ from precompute.base.failure import GratingError
 from precompute.cli import bake as bake_verb
 from precompute.table.atlas_file import read_header
 
-from .conftest import SKIN, assert_nothing_is_left, fake, key, names, never
+from .conftest import SKIN, assert_nothing_is_left, bake_once, fake, key, names, never
 
 
 def test_the_second_bake_of_a_surface_is_taken(run_bake, picture, tmp_path, cache_folder, monkeypatch):
@@ -52,7 +52,7 @@ def test_no_cache_leaves_the_folder_alone(run_bake, tmp_path, cache_folder, monk
 
 @pytest.mark.parametrize("damage", ["cut", "flipped", "gone", "record cut", "record of another", "record gone"])
 def test_a_damaged_entry_is_made_anew(tmp_path, cache_folder, damage):
-    cache.bake_once(key(1), tmp_path / "first", fake(b"table" * 100))
+    bake_once(key(1), tmp_path / "first", fake(b"table" * 100))
     entry = cache_folder / "entries" / key(1)
     file, record = entry / "files" / "a.exr", entry / "record.json"
     if damage == "cut":
@@ -67,9 +67,9 @@ def test_a_damaged_entry_is_made_anew(tmp_path, cache_folder, damage):
         (file if damage == "gone" else record).unlink()
     calls = []
     for _ in range(2):
-        facts = cache.bake_once(key(1), tmp_path / "out", fake(b"table" * 100, calls))
+        facts = bake_once(key(1), tmp_path / "out", fake(b"table" * 100, calls))
         assert (tmp_path / "out" / "a.exr").read_bytes() == b"table" * 100
-    assert calls == [None] and facts["cached"] is True
+    assert calls == [[]] and facts["cached"] is True
     assert_nothing_is_left(cache_folder, tmp_path / "out")
 
 
@@ -90,7 +90,7 @@ def test_no_home_costs_one_line(tmp_path, monkeypatch, capsys):
 
     monkeypatch.delenv("NATURAL_GRATINGS_CACHE")
     monkeypatch.setattr(Path, "home", homeless)
-    assert cache.bake_once(key(1), tmp_path, fake())["cached"] is False
+    assert bake_once(key(1), tmp_path, fake())["cached"] is False
     assert len(capsys.readouterr().err.splitlines()) == 1
 
 
@@ -99,7 +99,7 @@ def test_a_full_disk_costs_one_line(tmp_path, cache_folder, monkeypatch, capsys)
         raise OSError(errno.ENOSPC, "No space left on device", str(target))
 
     monkeypatch.setattr(cache.shutil, "copyfile", full)
-    facts = cache.bake_once(key(1), tmp_path / "out", fake())
+    facts = bake_once(key(1), tmp_path / "out", fake())
     assert facts == {"seconds": 2.5, "files": [str(tmp_path / "out" / "a.exr")], "cached": False}
     err = capsys.readouterr().err
     assert "No space left" in err and len(err.splitlines()) == 1
@@ -113,19 +113,19 @@ def test_a_bake_that_fails_leaves_nothing(tmp_path, cache_folder):
         raise GratingError("skin: misses its budget; ask for more")
 
     with pytest.raises(GratingError):
-        cache.bake_once(key(1), tmp_path, fail)
+        bake_once(key(1), tmp_path, fail)
     assert names(tmp_path) == names(cache_folder / "entries") == []
-    assert cache.bake_once(key(1), tmp_path, fake())["cached"] is False
+    assert bake_once(key(1), tmp_path, fake())["cached"] is False
 
 
 def test_the_longest_unused_goes_first(tmp_path, cache_folder, monkeypatch):
     """There is room for three entries of 300,000 bytes. The first is used again before the fourth comes."""
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE_MB", "0.95")
     for number in range(3):
-        cache.bake_once(key(number), tmp_path, fake(bytes(300_000)))
+        bake_once(key(number), tmp_path, fake(bytes(300_000)))
         os.utime(cache_folder / "entries" / key(number) / "record.json", (1e9 + number, 1e9 + number))
-    cache.bake_once(key(0), tmp_path, never)
-    cache.bake_once(key(3), tmp_path, fake(bytes(300_000)))
+    bake_once(key(0), tmp_path, never)
+    bake_once(key(3), tmp_path, fake(bytes(300_000)))
     assert names(cache_folder / "entries") == [key(0), key(2), key(3)]
     assert_nothing_is_left(cache_folder, tmp_path, entries=3)
 
@@ -133,16 +133,16 @@ def test_the_longest_unused_goes_first(tmp_path, cache_folder, monkeypatch):
 def test_the_last_one_stays_whatever_its_size(tmp_path, cache_folder, monkeypatch):
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE_MB", "0")
     for number in range(2):
-        cache.bake_once(key(number), tmp_path, fake(bytes(5000)))
+        bake_once(key(number), tmp_path, fake(bytes(5000)))
     assert names(cache_folder / "entries") == [key(1)]
-    assert cache.bake_once(key(1), tmp_path, never)["cached"] is True
+    assert bake_once(key(1), tmp_path, never)["cached"] is True
 
 
 def test_an_entry_in_use_is_not_evicted(tmp_path, cache_folder, monkeypatch):
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE_MB", "0")
-    cache.bake_once(key(1), tmp_path, fake())
+    bake_once(key(1), tmp_path, fake())
     with cache.Cache(cache_folder, 0).lock(key(1), never):
-        cache.bake_once(key(2), tmp_path, fake())
+        bake_once(key(2), tmp_path, fake())
         assert names(cache_folder / "entries") == [key(1), key(2)]
 
 
@@ -150,7 +150,7 @@ def test_an_entry_in_use_is_not_evicted(tmp_path, cache_folder, monkeypatch):
 def test_limits_that_are_none(tmp_path, monkeypatch, text):
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE_MB", text)
     with pytest.raises(GratingError, match="NATURAL_GRATINGS_CACHE_MB .*; "):
-        cache.bake_once(key(1), tmp_path, never)
+        bake_once(key(1), tmp_path, never)
 
 
 def test_folder_and_limit_when_nothing_is_set(monkeypatch):

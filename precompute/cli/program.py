@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line as a program of its own: its terminal and its signals.
+
+Blender, which runs verbs in its own process, and the tests call parser.main instead.
+"""
+
+import os
+import signal
+import sys
+import warnings
+from types import FrameType
+
+from ..base.job import remove_if_forsaken
+from .parser import main
+
+# The names of the signals that ask a program to end. Windows has no SIGHUP.
+_SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
+
+
+def run() -> int:
+    """Run the verb that the program's arguments name; the exit status."""
+    _keep_the_terminal_to_ourselves()
+    for name in _SIGNALS:
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) != signal.SIG_IGN:  # which nohup asks for
+            signal.signal(number, _stop)
+    status = main()
+    remove_if_forsaken()
+    return status
+
+
+def _stop(number: int, _: FrameType | None) -> None:
+    """End the run: what is half-written is removed on the way out, which no further signal interrupts."""
+    for name in _SIGNALS:
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
+    raise KeyboardInterrupt(number)
+
+
+def _keep_the_terminal_to_ourselves() -> None:
+    """Let only what this program prints reach standard output and standard error.
+
+    libtiff, OpenEXR and others write warnings there too, past Python: their lines go nowhere. A character that the
+    terminal's encoding does not have is written as an escape."""
+    warnings.simplefilter("ignore")
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:  # closed by who started the program
+            continue
+        ours = os.dup(stream.fileno())
+        os.dup2(nowhere, stream.fileno())
+        setattr(sys, name, os.fdopen(ours, "w", encoding=stream.encoding, errors="backslashreplace", buffering=1))
+    os.close(nowhere)

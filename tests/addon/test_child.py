@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The process beside Blender: what it imports, and its end by Esc, by a kill, and with Blender."""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import bpy
+import pytest
+
+from devtools import EXTENSION, ROOT
+from tests.hostile_folder import set_traps
+
+# Starts a bake as Blender does, tells the process's number and the private folder, and ends as its last line says.
+STARTER = """
+import importlib, os, sys, time
+from pathlib import Path
+from devtools import EXTENSION
+import bpy
+import addon_utils
+assert addon_utils.enable(EXTENSION) is not None
+child = importlib.import_module(f"{{EXTENSION}}.addon.jobs.child")
+job = child.Job("bake", ["sample:elaphe", "--no-cache"], Path(sys.argv[1]))
+while job.progress()[0] == "starting":
+    time.sleep(0.05)
+print(job._process.pid, job._private.name, flush=True)
+{end}
+"""
+ENDS = {"killed": "os.kill(os.getpid(), 9)", "crashed": "os._exit(3)", "closed": "sys.exit(0)"}
+
+
+@pytest.fixture
+def job(addon, scene, tmp_path):
+    """A bake that takes a while, and has begun."""
+    bpy.ops.grating.import_height_map(filepath="sample:elaphe")
+    started = addon.bake.start_bake(scene.natural_gratings.active(), str(tmp_path / "out"), use_cache=False)
+    deadline = time.monotonic() + 60
+    while started.progress()[0] == "starting":
+        assert started.running and time.monotonic() < deadline
+        time.sleep(0.05)
+    yield started
+    if started.running:
+        started.cancel()
+
+
+def is_alive(process: int) -> bool:
+    """Whether a process runs. One that has ended and that nobody has waited for does not."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+@pytest.mark.parametrize("python_path", [None, "", os.pathsep])
+def test_nothing_of_the_working_folder_is_run(addon, scene, scan, tmp_path, monkeypatch, python_path):
+    """The folder of the .blend, or wherever Blender was started."""
+    (tmp_path / "folder").mkdir()
+    mark = set_traps(tmp_path / "folder")
+    monkeypatch.chdir(tmp_path / "folder")
+    monkeypatch.delenv("PYTHONPATH", raising=False)
+    if python_path is not None:
+        monkeypatch.setenv("PYTHONPATH", python_path)
+    bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
+    facts = addon.bake.bake_and_wait(scene.natural_gratings.active(), str(tmp_path / "out"))
+    assert Path(facts["files"][0]).is_file()
+    assert not mark.exists()
+
+
+def test_settings_of_other_pythons_are_left_out(addon, monkeypatch):
+    for name in ("PYTHONHOME", "PYTHONSTARTUP", "PYTHONUSERBASE", "PYTHONINSPECT", "PYTHONWARNINGS"):
+        monkeypatch.setenv(name, "/nowhere")
+    found = addon.child.child_environment()
+    assert {name for name in found if name.startswith("PYTHON")} == {"PYTHONPATH", "PYTHONIOENCODING"}
+    assert all(found["PYTHONPATH"].split(os.pathsep))
+
+
+def test_cancelling_leaves_nothing(job, tmp_path):
+    private = Path(job._private.name)
+    job.cancel()
+    assert not job.running and not private.exists()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_cancelling_removes_what_a_killed_process_left(job, tmp_path):
+    """And nothing of another's, such as a second bake into the same folder."""
+    other = tmp_path / "out" / ".bake.0123.abcdefgh..partial"
+    other.mkdir(parents=True)
+    name = Path(job._private.name).name
+    left = tmp_path / "out" / f".grating.abcdefgh.{name}.partial"
+    left.mkdir()
+    (left / "half.exr").write_bytes(b"half")
+    job._process.kill()
+    job._process.wait()
+    job.cancel()
+    assert list((tmp_path / "out").iterdir()) == [other]
+
+
+def test_a_killed_process_is_told_in_words(addon, job):
+    job._process.kill()
+    job.wait()
+    with pytest.raises(addon.child.GratingError, match=r"out: .* ended without a word \(status -9\); "):
+        job.result()
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="asks Linux for the process")
+@pytest.mark.parametrize("end", ENDS)
+def test_the_process_ends_with_blender(extension, tmp_path, end):
+    code = STARTER.format(end=ENDS[end])
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path / "out")], cwd=ROOT, stdout=subprocess.PIPE, text=True, timeout=120
+    )
+    process, private = done.stdout.splitlines()[-1].split()
+    deadline = time.monotonic() + 60
+    while is_alive(int(process)):
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
+    assert not Path(private).exists()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_disabling_the_extension_stops_its_bake(addon, job):
+    operator = sys.modules[f"{EXTENSION}.addon.operators.bake_grating"].BakeGrating
+    operator.job = job
+    sys.modules[f"{EXTENSION}.addon.operators.bake_grating"].stop_running_bake()
+    assert operator.job is None and not job.running

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Entries of the cache that a bake has not left there: none leads out of its folder, and each is made again."""
+
+import errno
+import hashlib
+import json
+import os
+
+import pytest
+
+from precompute.bake import cache, ensemble
+from precompute.bake.output import are_facts
+from precompute.base.failure import GratingError
+from precompute.surface.readers.registry import read_height_map
+
+from .conftest import SKIN, assert_nothing_is_left, bake_once, fake, key, names, never
+
+
+def entry_of(cache_folder, record, files=(("a.exr", b"evil"),)):
+    """Make an entry of key 1 by hand. A record that is no text is written as JSON."""
+    entry = cache_folder / "entries" / key(1)
+    (entry / "files").mkdir(parents=True)
+    for name, content in files:
+        (entry / "files" / name).write_bytes(content)
+    (entry / "record.json").write_text(record if isinstance(record, str) else json.dumps(record))
+    return entry
+
+
+def told(content):
+    """What a record says of a file."""
+    return {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
+
+
+@pytest.mark.parametrize("name", [
+    "../../EVIL.exr", "../EVIL.exr", "{outside}/EVIL.exr", "files/EVIL.exr", "./a.exr", "..", ".", "", "a.py", "a.exr/",
+    "a\0.exr", "b.exr",
+])  # fmt: skip
+def test_a_record_names_no_file_but_the_bake_s_own(tmp_path, cache_folder, name):
+    """The file is there, as the record says: only its name is wrong. The last one is a plain name, of another bake."""
+    name = name.format(outside=tmp_path / "outside")
+    entry = entry_of(cache_folder, {"facts": {"seconds": 1.0}, "files": {name: told(b"evil")}})
+    (tmp_path / "outside").mkdir()
+    (tmp_path / "outside" / "EVIL.exr").write_bytes(b"evil")
+    for folder in (entry / "files", entry, entry.parent, cache_folder):
+        (folder / "EVIL.exr").write_bytes(b"evil")
+    (entry / "files" / "b.exr").write_bytes(b"evil")
+    before = set(tmp_path.rglob("*"))
+    output = tmp_path / "one" / "two" / "three"
+    assert bake_once(key(1), output, fake())["cached"] is False
+    made = set(tmp_path.rglob("*")) - before
+    assert made == {output.parent.parent, output.parent, output, output / "a.exr"}
+    assert (output / "a.exr").read_bytes() == b"table"
+
+
+@pytest.mark.parametrize("record", [
+    "[]", "null", "true", "1", "{}", '{"facts": {}}', '{"files": {}}', '{"facts": [], "files": []}', "[" * 100_000,
+    '{"facts": ' * 100_000, '{"facts": {"seconds": ' + "9" * 5000 + '}, "files": {}}', '{"facts": {}, "files": true}',
+    '{"facts": {"seconds": NaN}, "files": {"a.exr": {}}}', '{"facts": {}, "files": {"a.exr": true}}',
+    '{"facts": {}, "files": {"a.exr": {"bytes": true, "sha256": 0}}}', '{"facts": "files", "files": "facts"}',
+    '{"facts": {}, "files": ["a.exr"]}', '{"facts": {}, "files": [["a.exr", {}]]}', "\0",
+])  # fmt: skip
+def test_a_record_of_another_kind_is_damage(tmp_path, cache_folder, record):
+    entry_of(cache_folder, record)
+    calls = []
+    assert bake_once(key(1), tmp_path / "out", fake(calls=calls))["cached"] is False
+    assert calls == [[]]
+    assert bake_once(key(1), tmp_path / "out", never)["cached"] is True
+    assert_nothing_is_left(cache_folder, tmp_path / "out")
+
+
+def test_facts_of_wrong_types_are_damage(run_bake, picture, tmp_path, cache_folder):
+    """All that is shown of what a bake tells of itself."""
+    run_bake(tmp_path / "first")
+    (record,) = cache_folder.glob("entries/*/record.json")
+    whole = json.loads(record.read_text())
+    scan = [read_height_map(str(picture), 2, 60)]
+    facts = whole["facts"] | {"files": SKIN}
+    assert are_facts(facts, scan) and are_facts(facts | {"files": SKIN[:1]}, scan)
+    for value in (True, "1", None, [], {}, {"p99": True}, ["x", 2], [1, 2, 3]):
+        for fact in ("seconds", "delta_e", "tile", "tiles", "coherence_um", "blender_bytes", "check_seconds", "files"):
+            assert not are_facts(facts | {fact: value}, scan), (fact, value)
+    assert not are_facts(facts | {"files": ["other.exr"]}, scan)
+    record.write_text(json.dumps(whole | {"facts": whole["facts"] | {"delta_e": {"p99": "<b>"}}}))
+    assert run_bake(tmp_path / "second")[0]["cached"] is False
+    assert names(tmp_path / "second") == SKIN
+
+
+def test_links_in_the_cache_are_not_followed(tmp_path, cache_folder):
+    """Neither a link in the place of an entry's file, nor those in the places of the entry, of the entry in the making
+    and of the lock."""
+    victim = tmp_path / "victim"
+    (victim / "files").mkdir(parents=True)
+    (victim / "files" / "a.exr").write_bytes(b"mine")
+    record = {"facts": {"seconds": 1.0}, "files": {"a.exr": told(b"mine")}}
+    entry = entry_of(cache_folder, record, files=())
+    (entry / "files" / "a.exr").symlink_to(victim / "files" / "a.exr")
+    (cache_folder / "partial").mkdir()
+    (cache_folder / "partial" / key(1)).symlink_to(victim)
+    assert bake_once(key(1), tmp_path / "out", fake())["cached"] is False
+    assert (victim / "files" / "a.exr").read_bytes() == b"mine"
+    assert [path.name for path in victim.rglob("*")] == ["files", "a.exr"]
+    assert_nothing_is_left(cache_folder, tmp_path / "out")
+
+
+def test_a_link_in_the_place_of_a_lock_costs_one_line(tmp_path, cache_folder, capsys):
+    (cache_folder / "locks").mkdir(parents=True)
+    (cache_folder / "locks" / f"{key(1)}.lock").symlink_to(tmp_path / "victim")
+    assert bake_once(key(1), tmp_path, fake())["cached"] is False
+    assert names(tmp_path) == ["a.exr"]
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no fifos")
+@pytest.mark.parametrize("where", ["record.json", "files/a.exr"])
+def test_a_fifo_in_an_entry_is_not_waited_for(tmp_path, cache_folder, where):
+    entry = entry_of(cache_folder, {"facts": {"seconds": 1.0}, "files": {"a.exr": told(b"evil")}})
+    (entry / where).unlink()
+    os.mkfifo(entry / where)
+    assert bake_once(key(1), tmp_path / "out", fake())["cached"] is False
+
+
+def test_a_full_disk_is_no_damaged_entry(tmp_path, cache_folder, monkeypatch):
+    """The entry stays, nothing is baked again, and the line names the folder that is full, which is not the cache's."""
+    bake_once(key(1), tmp_path / "first", fake())
+
+    def full(source, target):
+        raise OSError(errno.ENOSPC, "No space left on device", str(source))
+
+    with monkeypatch.context() as patched:
+        patched.setattr(cache.shutil, "copyfile", full)
+        with pytest.raises(GratingError) as caught:
+            bake_once(key(1), tmp_path / "out", never)
+    place = tmp_path / "out" / "a.exr"
+    assert str(caught.value).startswith(f"{place}: cannot be written (No space left on device); ")
+    assert not (tmp_path / "out").exists()
+    assert bake_once(key(1), tmp_path / "out", never)["cached"] is True
+
+
+def test_a_folder_that_cannot_be_written_into_is_told_before_the_work(refused, picture, tmp_path, monkeypatch):
+    """And by its name."""
+    (tmp_path / "taken").write_text("mine")
+    monkeypatch.setattr(ensemble, "plan", never)
+    monkeypatch.setattr("precompute.cli.parser.check_targets", lambda arguments: None)
+    line = refused("bake", picture, "--size-um", "2", "--height-nm", "60", "-o", tmp_path / "taken" / "out")
+    assert str(tmp_path / "taken" / "out") in line and "cannot be written" in line

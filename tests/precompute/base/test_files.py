@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files written whole or not at all: links in their way, permissions, full disks, and what a job leaves."""
+
+import errno
+import os
+import stat
+from pathlib import Path
+
+import pytest
+
+from precompute.base.failure import GratingError
+from precompute.base.files import partial_folder, write_together, write_whole
+from precompute.base.job import JOB_VARIABLE
+
+
+def test_a_link_in_the_way_is_not_followed(tmp_path):
+    """Neither at the path itself nor at the names that were once given to files in the making."""
+    victim, path = tmp_path / "victim", tmp_path / "map.png"
+    victim.write_text("mine")
+    for name in ("map.png", ".map.partial.png", f".map.{os.getpid()}.partial.exr", ".map.partial", ".grating.partial"):
+        (tmp_path / name).symlink_to(victim)
+    write_whole(path, lambda partial: partial.write_text("new"))
+    assert victim.read_text() == "mine"
+    assert path.read_text() == "new" and not path.is_symlink()
+
+
+def test_names_of_files_in_the_making_cannot_be_guessed(tmp_path):
+    """And nobody else may enter the folder that they are in."""
+    seen = []
+    for _ in range(2):
+        with partial_folder(tmp_path) as folder:
+            seen.append(folder)
+            assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+            with pytest.raises(FileExistsError):
+                folder.mkdir()
+    assert seen[0] != seen[1] and os.listdir(tmp_path) == []
+
+
+@pytest.mark.skipif(os.name != "posix", reason="permissions of this kind are POSIX's")
+@pytest.mark.parametrize("umask", [0o022, 0o077, 0o002])
+def test_a_file_has_the_permissions_of_any_new_file(tmp_path, umask):
+    before = os.umask(umask)
+    try:
+        write_whole(tmp_path / "facts.json", lambda partial: partial.write_text("{}"))
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE((tmp_path / "facts.json").stat().st_mode) == 0o666 & ~umask
+
+
+def test_a_writer_sees_the_file_s_own_name(tmp_path):
+    """By whose ending libraries choose the format."""
+    write_whole(tmp_path / "map.png", lambda partial: partial.write_text(partial.name))
+    assert (tmp_path / "map.png").read_text() == "map.png"
+
+
+@pytest.mark.parametrize("fault", [OSError(errno.ENOSPC, "No space left on device"), ValueError(), KeyboardInterrupt()])
+def test_a_writer_that_fails_leaves_all_as_it_was(tmp_path, fault):
+    old, new = tmp_path / "old", tmp_path / "new"
+    old.write_text("old")
+
+    def fail(partial):
+        partial.write_text("half")
+        raise fault
+
+    expected = GratingError if isinstance(fault, OSError) else type(fault)
+    with pytest.raises(expected) as caught:
+        write_together({old: lambda partial: partial.write_text("other"), new: fail})
+    assert os.listdir(tmp_path) == ["old"] and old.read_text() == "old"
+    if expected is GratingError:
+        assert str(caught.value).startswith(f"{new}: cannot be written (No space left on device); check its folder")
+
+
+def test_a_folder_that_is_not_there_is_told_by_the_file(tmp_path):
+    with pytest.raises(GratingError, match=r"gone/a\.png: cannot be written \(No such file or directory\); "):
+        write_whole(tmp_path / "gone" / "a.png", Path.touch)
+
+
+def test_partial_folders_are_not_told(tmp_path):
+    with (
+        partial_folder(tmp_path, "bake.0123") as outer,
+        pytest.raises(GratingError) as caught,
+    ):
+        write_whole(outer / "gone.exr" / "a.exr", Path.touch)
+    assert str(caught.value).startswith(f"{tmp_path / 'gone.exr' / 'a.exr'}: ")
+
+
+def test_what_a_job_leaves_is_found_by_its_name(tmp_path, monkeypatch):
+    monkeypatch.setenv(JOB_VARIABLE, str(tmp_path / "natural-gratings-x_1"))
+    with partial_folder(tmp_path, "bake.0123"):
+        assert len(list(tmp_path.glob(".*.natural-gratings-x_1.partial"))) == 1

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A run that is stopped by a signal, at the terminal or by the program that started it: one line, and nothing left."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from devtools import ROOT
+from devtools.steps import project_environment
+from precompute.base.job import JOB_VARIABLE, LOCK
+from precompute.base.locks import try_lock
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a process without asking it")
+
+PROGRAM = (sys.executable, "-m", "precompute")
+# ./dev becomes the program, so that a signal reaches it.
+DEV = (sys.executable, str(ROOT / "dev"), "grating")
+
+
+@pytest.fixture
+def start(tmp_path, cache_folder):
+    """A function that starts a bake which takes a while, and returns once it is at work."""
+    started = []
+
+    def bake(command=PROGRAM, *options, **variables):
+        line = [*command, "bake", "sample:elaphe", "-o", tmp_path / "out", "--json", tmp_path / "facts.json", *options]
+        told = (tmp_path / "told").open("w+")
+        process = subprocess.Popen(
+            [str(each) for each in line], env=project_environment(**variables), stdout=told, stderr=told
+        )
+        started.append((process, told))
+        deadline = time.monotonic() + 60
+        while "transforms" not in (tmp_path / "told").read_text():
+            assert process.poll() is None and time.monotonic() < deadline
+            time.sleep(0.02)
+        return process
+
+    yield bake
+    for process, told in started:
+        process.kill()
+        process.wait()
+        told.close()
+
+
+def left_in(folder):
+    """All files and folders but those that the test and the cache's locks need."""
+    return [path for path in folder.rglob("*") if path.name != "told"]
+
+
+@pytest.mark.parametrize("command", [PROGRAM, DEV], ids=["program", "dev"])
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_signal_ends_a_run(start, tmp_path, cache_folder, command, name):
+    number = getattr(signal, name)
+    process = start(command)
+    process.send_signal(number)
+    assert process.wait(60) == 128 + number
+    errors = [line for line in (tmp_path / "told").read_text().splitlines() if "%" not in line]
+    assert errors == [f"error: stopped by {name}; nothing was written"]
+    assert left_in(tmp_path) == [] and left_in(cache_folder / "entries") == left_in(cache_folder / "partial") == []
+
+
+def test_a_second_signal_does_not_stop_the_cleaning(start, tmp_path):
+    process = start(PROGRAM, "--no-cache")
+    for _ in range(50):
+        process.send_signal(signal.SIGTERM)
+        process.send_signal(signal.SIGINT)
+    assert process.wait(60) in (128 + signal.SIGTERM, 128 + signal.SIGINT)
+    assert (tmp_path / "told").read_text().count("error: ") == 1
+    assert left_in(tmp_path) == []
+
+
+def test_a_run_under_nohup_goes_on(start):
+    process = start(("nohup", *PROGRAM), "--no-cache")
+    process.send_signal(signal.SIGHUP)
+    with pytest.raises(subprocess.TimeoutExpired):
+        process.wait(2)
+
+
+def test_a_run_ends_with_the_program_that_it_works_for(start, tmp_path):
+    """However that one ended: the lock that it held is free."""
+    folder = tmp_path / "natural-gratings-1"
+    folder.mkdir()
+    lock = try_lock(folder / LOCK)
+    process = start(PROGRAM, **{JOB_VARIABLE: str(folder)})
+    assert process.poll() is None
+    lock.close()
+    assert process.wait(60) != 0
+    assert left_in(tmp_path) == []
+
+
+def test_a_run_that_waits_for_another_ends_too(start, tmp_path, cache_folder):
+    """It has no work of its own whose progress it could tell."""
+    start()
+    folder = tmp_path / "natural-gratings-1"
+    folder.mkdir()
+    lock = try_lock(folder / LOCK)
+    line = [*PROGRAM, "bake", "sample:elaphe", "-o", str(tmp_path / "two")]
+    environment = project_environment(**{JOB_VARIABLE: str(folder)})
+    with subprocess.Popen(line, env=environment, stderr=subprocess.PIPE) as second:
+        assert b"waiting for another" in second.stderr.readline()
+        lock.close()
+        assert second.wait(60) != 0
+    assert not (tmp_path / "two").exists() and not folder.exists()
