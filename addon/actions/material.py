@@ -36,12 +36,14 @@ def working_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Mate
 def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
     """The Diffraction group of a baked grating, made if need be. The scene's lamps are followed from now on.
 
-    Raises GratingError, with nothing changed, if there is no bake or no lamp."""
+    Raises GratingError, with nothing changed, if there is no sound bake or no lamp."""
     find_lamps(scene)
     bake = grating.baked_file()
+    is_new = grating.group is None or grating.group.library is not None
+    response = direct_response(bake) if is_new else None  # first, since it is what may be refused
     follow_lamps(scene)
-    if grating.group is None or grating.group.library is not None:
-        grating.group = group_around(grating.name, direct_response(bake), grating.shadows)
+    if response is not None:
+        grating.group = group_around(grating.name, response, grating.shadows)
     show_lamps()
     set_shadows(grating.group, grating.shadows)
     # By default EEVEE holds a normal in ten bits. On a sphere this changes colours by 1.5 % (median) to 10 % (95th

@@ -15,10 +15,14 @@ from pathlib import Path
 
 from benchmarks.report import add_json, say, write
 
-from . import readers, runner
+from . import arguments, headers, readers, runner
 
 # The suites by their names. Each makes its cases from the count, the seed and a folder for the files of all cases.
-SUITES: dict[str, Callable[[int, int, Path], Iterable[runner.Case]]] = {"readers": readers.cases}
+SUITES: dict[str, Callable[[int, int, Path], Iterable[runner.Case]]] = {
+    "readers": readers.cases,
+    "headers": headers.cases,
+    "arguments": arguments.cases,
+}
 
 
 def main(argv: list[str]) -> int:
@@ -29,19 +33,19 @@ def main(argv: list[str]) -> int:
     parser.add_argument("--seed", type=int, default=1, metavar="S", help="other seeds make other inputs; default 1")
     parser.add_argument("--only", default="", metavar="NAME", help="run only the cases whose names begin so")
     add_json(parser)
-    arguments = parser.parse_args(argv)
-    for name in arguments.suites:
+    asked = parser.parse_args(argv)
+    for name in asked.suites:
         if name not in SUITES:
             parser.error(f"{name}: no such suite; choose from {', '.join(SUITES)}")
-    facts: dict[str, object] = {"count": arguments.count, "seed": arguments.seed, "suites": {}}
+    facts: dict[str, object] = {"count": asked.count, "seed": asked.seed, "suites": {}}
     failed = False
-    for name in arguments.suites or SUITES:
+    for name in asked.suites or SUITES:
         with tempfile.TemporaryDirectory(prefix="hostile-") as folder:
-            found = SUITES[name](arguments.count, arguments.seed, Path(folder))
-            outcomes = [runner.run(case) for case in found if case.name.startswith(arguments.only)]
-        say(f"{name}, {arguments.count} a group, seed {arguments.seed}", arguments.json)
-        say(runner.table(outcomes), arguments.json)
+            found = SUITES[name](asked.count, asked.seed, Path(folder))
+            outcomes = [runner.run(case) for case in found if case.name.startswith(asked.only)]
+        say(f"{name}, {asked.count} a group, seed {asked.seed}", asked.json)
+        say(runner.table(outcomes), asked.json)
         facts["suites"][name] = runner.facts(outcomes)
         failed = failed or any(outcome.verdict == runner.FAILED for outcome in outcomes)
-    write(facts, arguments.json)
+    write(facts, asked.json)
     return 1 if failed else 0

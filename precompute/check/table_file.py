@@ -112,10 +112,10 @@ def read_table(path: Path) -> Table:
     if not isinstance(record, dict) or not {"format", "layout", "model"} <= set(record):
         raise GratingError(f"{path}: not a Natural Gratings bake; give the .exr that `bake` wrote")
     if record["format"] != FORMAT:
-        raise GratingError(f"{path}: made by another version (format {record['format']!s:.20}); bake it again")
+        raise GratingError(f"{path}: made by another version (format {record['format']!r:.20}); bake it again")
     if record["model"] != "ensemble":
         raise GratingError(
-            f"{path}: holds the {record['model']!s:.20} model, of which there is no check; bake the ensemble model"
+            f"{path}: holds the {record['model']!r:.20} model, of which there is no check; bake the ensemble model"
         )
     fault = _fault_of_layout(record["layout"], picture) or _fault_of_provenance(record)
     if fault:

@@ -24,6 +24,12 @@ from .table import Table
 FORMAT = 6
 # The header's attribute that holds the record.
 HEADER_KEY = "natural_gratings"
+# The kinds of the values that a record has beside `format` and `layout`, where it has them (bake/output.py).
+_PROVENANCE = {
+    "source": str, "channel": str, "model": str, "precision": str, "height_range_m": float, "coherence_um": float,
+    "coherence_areas": float, "asked_delta_e": float, "heights_sha256": list, "pixel_size_m": list, "shape": list,
+    "request": dict, "delta_e": dict, "extrema": list,
+}  # fmt: skip
 
 
 def write_together(pictures: Mapping[Path, tuple[np.ndarray, object]], provenance: dict) -> None:
@@ -87,21 +93,22 @@ def parse(
     if not isinstance(record, dict) or "format" not in record:
         raise GratingError(none)
     if record["format"] != FORMAT:
-        raise GratingError(f"{path}: made by another version (format {record['format']!s:.20}); bake it again")
+        raise GratingError(f"{path}: made by another version (format {record['format']!r:.20}); bake it again")
     kinds, values = {field.name: field.type for field in fields(layout_type)}, record.get("layout")
     if not isinstance(values, dict) or set(values) != set(kinds):
         raise GratingError(none)
-    for name, kind in kinds.items():
+    told = {name: kind for name, kind in _PROVENANCE.items() if name in record}
+    for name, kind in (kinds | told).items():
+        value = values[name] if name in kinds else record[name]
         # JSON may hold the whole number 2.0 as 2, and holds true for no number.
-        if type(values[name]) is not kind and (kind, type(values[name])) != (float, int):
-            raise GratingError(f"{path}: its header's {name} is {values[name]!r:.40}; bake it again")
+        if type(value) is not kind and (kind, type(value)) != (float, int):
+            raise GratingError(f"{path}: its header's {name} is {value!r:.40}; bake it again")
     layout = layout_type(**values)
     if not layout.is_valid:
         raise GratingError(f"{path}: its header says what no picture of this kind can have; bake it again")
     if picture.shape != (layout.height, layout.width, len(channels)):
         raise GratingError(f"{path}: the picture is not the size that its header says; bake it again")
     precision = np.dtype(picture.precision).name
-    told = record.get("precision", precision)
-    if told != precision:
-        raise GratingError(f"{path}: holds {precision}, where its header says {told!r:.20}; bake it again")
+    if record.get("precision", precision) != precision:
+        raise GratingError(f"{path}: holds {precision}, not its header's {record['precision']!r:.20}; bake it again")
     return layout, record

@@ -185,6 +185,17 @@ def test_a_precision_that_the_picture_has_not_is_refused(tmp_path, precision):
     assert len(refused(path)) < 400
 
 
+@pytest.mark.parametrize("provenance", [
+    {"source": 1}, {"coherence_um": "12.5"}, {"asked_delta_e": True}, {"delta_e": []}, {"shape": 3}, {"request": None},
+    {"channel": None}, {"model": ["ensemble"]}, {"pixel_size_m": "1"}, {"heights_sha256": {}}, {"height_range_m": [1]},
+])  # fmt: skip
+def test_provenance_of_other_kinds_is_refused(tmp_path, provenance):
+    path = tmp_path / "table.exr"
+    atlas_file.write_together({path: atlas.pack(random_bake())}, {**PROVENANCE, **provenance})
+    (key,) = provenance
+    assert f"its header's {key} is " in refused(path)
+
+
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 def test_a_picture_that_is_no_number_is_refused(written, value):
     """By whoever uses its pixels; the header alone is sound."""
