@@ -16,7 +16,7 @@ import OpenEXR
 from ..base import files
 from ..base.exr import Picture, open_picture
 from ..base.failure import GratingError
-from ..base.strict_json import parse_json
+from ..base.strict_json import LARGEST_BYTES, parse_json
 from .atlas import Layout, unpack
 from .table import Table
 
@@ -36,11 +36,13 @@ def write_together(pictures: Mapping[Path, tuple[np.ndarray, object]], provenanc
     """Write images (height, width, 3 or 4), row 0 at the bottom, each with its layout, by path.
 
     All of them are written or none. The header's attribute `natural_gratings` is JSON: format, layout, and the keys of
-    `provenance`. Raises GratingError, naming the path, if one cannot be written."""
+    `provenance`. Raises GratingError, naming the path, if one cannot be written or would not be read again."""
     writers = {}
     for path, (image, layout) in pictures.items():
-        record = {"format": FORMAT, "layout": asdict(layout), **provenance}
-        writers[path] = partial(write_exr, image=image, attributes={HEADER_KEY: json.dumps(record, sort_keys=True)})
+        record = json.dumps({"format": FORMAT, "layout": asdict(layout), **provenance}, sort_keys=True)
+        if len(record) > LARGEST_BYTES:
+            raise GratingError(f"{path}: its header would be longer than is read; bake fewer scans together")
+        writers[path] = partial(write_exr, image=image, attributes={HEADER_KEY: record})
     files.write_together(writers)
 
 

@@ -16,7 +16,10 @@ from precompute.base.failure import GratingError
 
 
 def refuse(line):
-    raise GratingError(line)
+    """Refuse with a line as it is, although GratingError itself would make it print."""
+    error = GratingError("")
+    error.args = (line,)
+    raise error
 
 
 def outcome_of(run, names=None):

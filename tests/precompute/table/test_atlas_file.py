@@ -91,6 +91,12 @@ def test_an_interrupted_write_keeps_the_older_bake(written, monkeypatch):
     assert os.listdir(path.parent) == ["table.exr"]
 
 
+def test_a_header_that_would_not_be_read_is_not_written(tmp_path):
+    with pytest.raises(GratingError, match="bake fewer scans"):
+        atlas_file.write_together({tmp_path / "table.exr": atlas.pack(random_bake())}, {"source": "s" * (1 << 20)})
+    assert os.listdir(tmp_path) == []
+
+
 def test_a_place_that_cannot_be_written_is_told(tmp_path):
     """As for a read-only folder or a full disc: OpenEXR raises a RuntimeError, which no caller expects."""
     with pytest.raises(GratingError, match=r"table\.exr: cannot be written \(No such file or directory\); "):
