@@ -15,6 +15,7 @@ WORDS = {
     "--delta-e": "Colour Error",
     "--coherence-um": "Coherence",
     "--method": "Method",
+    "--terms": "terms, as the command line may be asked for",
     "--needs": "a needs file, which the command line takes",
     "--model": "the model of coherence, which the command line takes:",
     "--period-nm": "a period, which the command line takes",

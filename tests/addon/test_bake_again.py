@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from devtools import ROOT
-from precompute.table.atlas_file import image_of, open_file, read_header
+from precompute.base.exr import open_picture
+from precompute.table.atlas_file import read_header
 
 # The rooms of precompute whose messages reach an artist.
 ROOMS = ("base", "maths", "optics", "colour", "surface", "spectra", "table", "reference", "measure", "bake", "methods")
@@ -38,9 +39,7 @@ def shown_image(group):
 
 
 def image_in(path):
-    layout, _ = read_header(path)
-    _, channels = open_file(path, header_only=False)
-    return image_of(path, channels, (layout.height, layout.width, 3)).astype(np.float32)
+    return open_picture(path).pixels().astype(np.float32)
 
 
 def test_materials_show_the_new_bake_in_place(scene, grating, addon):
