@@ -10,7 +10,6 @@ table gives the greatest albedo over wavelengths and azimuths, once without a bo
 bake's file holds.
 """
 
-import argparse
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -18,6 +17,7 @@ import numpy as np
 
 from benchmarks import report
 from precompute.bake.ensemble import bake
+from precompute.cli.parser import OneLineParser
 from precompute.colour.observer import WAVELENGTH_MIN_M
 from precompute.reference.ensemble import reference_grid
 from precompute.spectra.series import SpectrumSeries, spectrum_series
@@ -109,7 +109,7 @@ def greatest(surface: Surface, bounds: list[Bound], theta_deg: float, wavelength
 
 def main(argv: list[str] | None = None) -> None:
     """Print the table of the samples named."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = OneLineParser(description=__doc__.splitlines()[0])
     parser.add_argument("samples", nargs="*", default=list(SAMPLES), help="names of samples; default all")
     report.add_json(parser)
     arguments, facts = parser.parse_args(argv), {}

@@ -8,7 +8,6 @@ of its own, `bake --no-cache`, which reports its own time; the self-check is cou
 complex and in double precision. Transforms are timed before, between and after the bakes, and the fastest counts.
 """
 
-import argparse
 import statistics
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
@@ -16,7 +15,9 @@ from dataclasses import asdict
 from pathlib import Path
 
 from benchmarks import report
-from precompute.bake.request import Scan
+from precompute.bake.request import HEIGHT_NM, SIZE_UM, Scan
+from precompute.cli.option_types import count, number
+from precompute.cli.parser import OneLineParser
 from precompute.study.benchmark.run import machine
 from precompute.study.benchmark.scan import bake_in_child, transform_seconds
 from precompute.study.benchmark.surfaces import SHARED
@@ -104,11 +105,15 @@ def as_text(facts: dict) -> str:
 
 def main(argv: list[str] | None = None) -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks bake", description=__doc__.splitlines()[0])
+    parser = OneLineParser(prog="python -m benchmarks bake", description=__doc__.splitlines()[0])
     parser.add_argument("file", nargs="?", metavar="FILE", help="height map or sample:NAME; default: the Elaphe scan")
-    parser.add_argument("--size-um", type=float, metavar="UM", help="width of the scan (pictures)")
-    parser.add_argument("--height-nm", type=float, metavar="NM", help="height from black to white (pictures)")
-    parser.add_argument("--runs", type=int, default=RUNS, metavar="N", help=f"bakes alone, and pairs; default {RUNS}")
+    parser.add_argument("--size-um", type=number(*SIZE_UM), metavar="UM", help="width of the scan (pictures)")
+    parser.add_argument(
+        "--height-nm", type=number(*HEIGHT_NM), metavar="NM", help="height from black to white (pictures)"
+    )
+    parser.add_argument(
+        "--runs", type=count(1, 1000), default=RUNS, metavar="N", help=f"bakes alone, and pairs; default {RUNS}"
+    )
     report.add_json(parser)
     arguments = parser.parse_args(argv)
     if arguments.runs < 1:

@@ -8,7 +8,6 @@ used, and sheets that show the thesis's pictures beside ours are written to OUTP
 committed. Where it does not exist, sample surfaces take the place of the scan.
 """
 
-import argparse
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,6 +18,7 @@ from PIL import Image, ImageDraw
 from benchmarks import evaluation_page, report, terms
 from benchmarks.evaluation_maps import COHERENCES_UM, Map, groups
 from precompute.bake.ensemble import plan
+from precompute.cli.parser import OneLineParser
 from precompute.colour.observer import wavelengths
 from precompute.methods.method import Settings
 from precompute.methods.registry import DEFAULT_METHODS, METHODS
@@ -245,7 +245,7 @@ def response_sheets(plots: dict[str, Path], shared: Path, folder: Path) -> None:
 
 def main(argv: list[str] | None = None) -> None:
     """Compute everything and write the page."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks evaluation", description="Makes docs/evaluation.md.")
+    parser = OneLineParser(prog="python -m benchmarks evaluation", description="Makes docs/evaluation.md.")
     parser.add_argument("--output", type=Path, default=ROOT / "docs", metavar="DIR")
     parser.add_argument("--shared", type=Path, default=ROOT.parent / "shared" / "data", metavar="DIR")
     report.add_json(parser)

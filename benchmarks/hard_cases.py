@@ -8,7 +8,6 @@ reference (exact transforms in float64, precompute/reference) on a few hundred d
 self-check does not use.
 """
 
-import argparse
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,6 +22,7 @@ from precompute.bake.make import make
 from precompute.bake.request import BakeRequest
 from precompute.bake.tiles import carry_out
 from precompute.base.failure import GratingError
+from precompute.cli.parser import OneLineParser
 from precompute.colour.observer import WAVELENGTH_MIN_M, spectral_weights, wavelengths
 from precompute.maths import chebyshev
 from precompute.measure import truths
@@ -304,7 +304,7 @@ def page(outcomes: list[Outcome]) -> str:
 
 def main(argv: list[str] | None = None) -> None:
     """Print the table and write the page."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks hard_cases", description="Surfaces that are hard.")
+    parser = OneLineParser(prog="python -m benchmarks hard_cases", description="Surfaces that are hard.")
     parser.add_argument("--output", type=Path, default=Path("docs", "hard_cases.md"), metavar="FILE.md")
     report.add_json(parser)
     arguments = parser.parse_args(argv)

@@ -10,7 +10,6 @@ taken over the lit pixels, at the exposure that puts the 99th percentile of the 
 each render are printed too; those of the first render include the start-up.
 """
 
-import argparse
 import math
 import os
 import tempfile
@@ -28,6 +27,8 @@ from devtools.extension import addon_modules, link_extension
 from precompute.bake.make import Made, make
 from precompute.bake.needs import Needs
 from precompute.bake.request import BakeRequest
+from precompute.cli.option_types import count
+from precompute.cli.parser import OneLineParser
 from precompute.colour.difference import delta_e_2000, lab
 from precompute.colour.observer import white_xyz
 from precompute.colour.working_space import rgb_from_xyz
@@ -233,8 +234,8 @@ def view_of(pixels: int, field_deg: float, light_uv: tuple[float, float]) -> Pla
 
 def main(argv: list[str] | None = None) -> None:
     """Print a table for the blaze, and for the Elaphe scan where it is there."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks osl", description="OSL against the patch's bake.")
-    parser.add_argument("--pixels", type=int, default=48, metavar="N", help="a side; default 48")
+    parser = OneLineParser(prog="python -m benchmarks osl", description="OSL against the patch's bake.")
+    parser.add_argument("--pixels", type=count(4, 8192), default=48, metavar="N", help="a side; default 48")
     parser.add_argument("--shared", type=Path, default=ROOT.parent / "shared" / "data", metavar="DIR")
     parser.add_argument("--only", metavar="NAME", help="one of the surfaces")
     report.add_json(parser)

@@ -8,7 +8,6 @@ as a per-vertex shader does, and compared with the Diffraction group: relative e
 1 % of the brightest.
 """
 
-import argparse
 import tempfile
 from pathlib import Path
 
@@ -16,6 +15,8 @@ import numpy as np
 
 from benchmarks import report
 from benchmarks.render_time import Studio
+from precompute.cli.option_types import count
+from precompute.cli.parser import OneLineParser
 from precompute.table import atlas_file
 from precompute.table.radiance import lamp_radiance
 
@@ -26,9 +27,9 @@ _CAMERA, _TARGET, _FIELD_DEG = (-0.036, -0.80, 0.69), (-0.036, -0.025, 0.02), 12
 
 def main(argv: list[str] | None = None) -> int:
     """Print the table and write the pictures; the exit status."""
-    parser = argparse.ArgumentParser(prog="benchmarks per_vertex", description=__doc__.splitlines()[0])
+    parser = OneLineParser(prog="benchmarks per_vertex", description=__doc__.splitlines()[0])
     parser.add_argument("--output", type=Path, metavar="DIR", help="where the pictures go")
-    parser.add_argument("--pixels", type=int, default=320)
+    parser.add_argument("--pixels", type=count(4, 8192), default=320)
     report.add_json(parser)
     arguments = parser.parse_args(argv)
     rows = []

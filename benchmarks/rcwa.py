@@ -14,7 +14,6 @@ precompute/study/efficiency.py, with O = 1. For RCWA a ramp and a sinusoid are s
 period, sampled at the same places as in efficiency.py.
 """
 
-import argparse
 import importlib.util
 import sys
 from collections.abc import Iterable
@@ -24,6 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks import report
+from precompute.cli.parser import OneLineParser
 from precompute.study.efficiency import PROFILES, efficiencies, profile
 
 PERIODS = (1.1, 1.5, 2.5, 3.5, 5.5, 10.5, 20.5)
@@ -210,7 +210,7 @@ def boundary(rows: list[Row]) -> str:
 
 def main(argv: list[str] | None = None) -> None:
     """Print the tables and the boundary; write rcwa.txt."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks rcwa", description=__doc__.splitlines()[0])
+    parser = OneLineParser(prog="python -m benchmarks rcwa", description=__doc__.splitlines()[0])
     parser.add_argument("--output", type=Path, default=Path("dist", "benchmarks"), metavar="DIR")
     report.add_json(parser)
     arguments = parser.parse_args(argv)

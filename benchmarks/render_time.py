@@ -26,6 +26,8 @@ import numpy as np
 from benchmarks import report
 from precompute.bake.output import bake_to_folder
 from precompute.bake.request import BakeRequest
+from precompute.cli.option_types import count
+from precompute.cli.parser import OneLineParser
 from precompute.colour.working_space import rgb_from_xyz
 from precompute.methods import dft_images
 from precompute.methods.registry import METHODS
@@ -57,13 +59,13 @@ class Subject:
 
 def main(argv: list[str] | None = None) -> int:
     """Print the tables; the exit status."""
-    parser = argparse.ArgumentParser(prog="benchmarks render_time", description=__doc__.splitlines()[0])
+    parser = OneLineParser(prog="benchmarks render_time", description=__doc__.splitlines()[0])
     parser.add_argument("--engine", action="append", choices=("cycles", "eevee"))
     parser.add_argument("--scene", action="append", choices=("snake", "sphere"))
-    parser.add_argument("--pixels", type=int, default=192)
-    parser.add_argument("--samples", type=int, default=32)
-    parser.add_argument("--repeat", type=int, default=5)
-    parser.add_argument("--lamps", type=int, default=3, help="suns in the rows with several; 1: no such row")
+    parser.add_argument("--pixels", type=count(4, 8192), default=192)
+    parser.add_argument("--samples", type=count(4, 1 << 20), default=32)
+    parser.add_argument("--repeat", type=count(1, 1000), default=5)
+    parser.add_argument("--lamps", type=count(1, 32), default=3, help="suns in the rows with several; 1: no such row")
     report.add_json(parser)
     arguments = parser.parse_args(argv)
     tables = []

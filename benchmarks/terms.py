@@ -7,7 +7,6 @@ The error is the rms over the relief of the difference between the sum and exp(-
 light and view along the normal (s = 2 / lambda, the largest s there is), in float32 like a shader's sums.
 """
 
-import argparse
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks import report
+from precompute.cli.parser import OneLineParser
 from precompute.colour.observer import S_MAX
 from precompute.methods import chebyshev_series, flss
 from precompute.methods.term_images import Expansion
@@ -144,7 +144,7 @@ def plot(path: Path, dtype: type = np.float32) -> None:
 
 def main(argv: list[str] | None = None) -> None:
     """Print the table; write terms.png and terms.txt."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks terms", description="Terms against phasor error.")
+    parser = OneLineParser(prog="python -m benchmarks terms", description="Terms against phasor error.")
     parser.add_argument("--output", type=Path, default=Path("dist", "benchmarks"), metavar="DIR")
     report.add_json(parser)
     arguments = parser.parse_args(argv)

@@ -5,7 +5,6 @@ Every step is a command that a user can type: `python -m precompute` for the bak
 with `--command grating` to assign and render. This file only joins them.
 """
 
-import argparse
 import json
 import platform
 import subprocess
@@ -17,6 +16,8 @@ from pathlib import Path
 from devtools import ROOT, blender
 from devtools.environments import ALL, PY311
 from devtools.steps import clean_environment
+from precompute.cli.option_types import count
+from precompute.cli.parser import OneLineParser
 from sample_scenes.report import write_report
 
 # From the second sun the colours run the other way along the body (sample_scenes/stage.py).
@@ -55,12 +56,12 @@ class Stopwatch:
 
 def main(argv: list[str] | None = None) -> int:
     """Run the demo; the exit status."""
-    parser = argparse.ArgumentParser(prog="./dev demo", description=__doc__)
+    parser = OneLineParser(prog="./dev demo", description=__doc__)
     parser.add_argument("--output", type=Path, required=True, metavar="DIR")
     parser.add_argument("--bpy", choices=[e.blender_version for e in ALL], help="the bpy wheel to render with")
     parser.add_argument("--blender", type=Path, help="the Blender binary to render with")
-    parser.add_argument("--samples", type=int, default=32, help="Cycles samples a pixel; default 32")
-    parser.add_argument("--width", type=int, default=960)
+    parser.add_argument("--samples", type=count(1, 1 << 20), default=32, help="Cycles samples a pixel; default 32")
+    parser.add_argument("--width", type=count(4, 8192), default=960)
     arguments = parser.parse_args(argv)
     output = arguments.output.resolve()
     output.mkdir(parents=True, exist_ok=True)

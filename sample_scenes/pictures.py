@@ -6,7 +6,6 @@ python -m sample_scenes.pictures --output DIR [--bpy 5.2] [--samples 16 --width 
 The sheet of Elaphe is made from the real scan where its file is present, else from the shipped sample that imitates it.
 """
 
-import argparse
 import json
 import sys
 from pathlib import Path
@@ -16,6 +15,8 @@ from PIL import Image
 from devtools import ROOT
 from devtools.environments import ALL
 from devtools.steps import clean_environment
+from precompute.cli.option_types import count
+from precompute.cli.parser import OneLineParser
 from sample_scenes.demo import ELAPHE_SCAN, Stopwatch, start_blender
 
 ZOOMS, AZIMUTHS = ("whole", "bends", "scales"), (128, 90, 52)
@@ -23,11 +24,11 @@ ZOOMS, AZIMUTHS = ("whole", "bends", "scales"), (128, 90, 52)
 
 def main(argv: list[str] | None = None) -> int:
     """Bake, assign and render both species and lay their sheets out; the exit status."""
-    parser = argparse.ArgumentParser(prog="sample_scenes.pictures", description=__doc__.splitlines()[0])
+    parser = OneLineParser(prog="sample_scenes.pictures", description=__doc__.splitlines()[0])
     parser.add_argument("--output", type=Path, required=True, metavar="DIR")
     parser.add_argument("--bpy", choices=[e.blender_version for e in ALL], help="the bpy wheel to render with")
-    parser.add_argument("--samples", type=int, default=16)
-    parser.add_argument("--width", type=int, default=480)
+    parser.add_argument("--samples", type=count(1, 1 << 20), default=16)
+    parser.add_argument("--width", type=count(4, 8192), default=480)
     arguments = parser.parse_args(argv)
     arguments.blender = None
     scan = [ELAPHE_SCAN, "--size-um", "65", "--height-nm", "375"] if ELAPHE_SCAN.is_file() else ["sample:elaphe"]

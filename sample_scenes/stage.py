@@ -7,13 +7,15 @@ blender --background --python sample_scenes/stage.py -- --output snake.blend
 
 from __future__ import annotations
 
-import argparse
 import sys
 from math import cos, radians, sin
 from pathlib import Path
 
 import bpy
 from mathutils import Vector
+
+from precompute.cli.option_types import number
+from precompute.cli.parser import OneLineParser
 
 if not __package__:  # `blender --python` runs this file as a script
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -114,10 +116,10 @@ def build_stage(
 
 
 def main(argv: list[str]) -> None:
-    parser = argparse.ArgumentParser(prog="sample_scenes.stage", description="Write the sample snake scene.")
+    parser = OneLineParser(prog="sample_scenes.stage", description="Write the sample snake scene.")
     parser.add_argument("--output", type=Path, required=True, metavar="FILE.blend")
-    parser.add_argument("--sun-azimuth-deg", type=float, default=SUN_AZIMUTH_DEG)
-    parser.add_argument("--sun-elevation-deg", type=float, default=SUN_ELEVATION_DEG)
+    parser.add_argument("--sun-azimuth-deg", type=number(-360, 360), default=SUN_AZIMUTH_DEG)
+    parser.add_argument("--sun-elevation-deg", type=number(-90, 90), default=SUN_ELEVATION_DEG)
     args = parser.parse_args(argv)
     clean_scene()
     build_snake()

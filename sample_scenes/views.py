@@ -6,13 +6,15 @@ blender FILE --background --python sample_scenes/views.py -- --output DIR [--sam
 
 from __future__ import annotations
 
-import argparse
 import sys
 from math import cos, radians, sin
 from pathlib import Path
 
 import bpy
 from mathutils import Vector
+
+from precompute.cli.option_types import count
+from precompute.cli.parser import OneLineParser
 
 # Name, focal length in mm, and the camera's target: the whole animal, two of its bends, single scales.
 ZOOMS = (
@@ -38,10 +40,10 @@ def aim(camera: bpy.types.Object, lens_mm: float, target: tuple[float, float, fl
 
 
 def main(argv: list[str]) -> None:
-    parser = argparse.ArgumentParser(prog="sample_scenes.views", description=__doc__.splitlines()[0])
+    parser = OneLineParser(prog="sample_scenes.views", description=__doc__.splitlines()[0])
     parser.add_argument("--output", type=Path, required=True, metavar="DIR")
-    parser.add_argument("--samples", type=int, default=16)
-    parser.add_argument("--width", type=int, default=480)
+    parser.add_argument("--samples", type=count(1, 1 << 20), default=16)
+    parser.add_argument("--width", type=count(4, 8192), default=480)
     arguments = parser.parse_args(argv)
     scene = bpy.context.scene
     scene.cycles.samples = arguments.samples

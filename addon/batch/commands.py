@@ -4,12 +4,13 @@
 Each verb works on the file that Blender has open. A verb that changes the file saves it: to --save, else in place.
 """
 
+import argparse
 import importlib
-import sys
 from collections.abc import Sequence
 
 from ...precompute.base.failure import GratingError
-from ...precompute.cli.parser import OneLineParser
+from ...precompute.cli.output import check_targets
+from ...precompute.cli.parser import OneLineParser, exit_status
 
 # Each is a module of this folder, with add_arguments(parser) and run(arguments).
 VERBS = {
@@ -26,15 +27,16 @@ def execute(argv: Sequence[str]) -> int:
         arguments = build_parser(argv).parse_args(argv)
     except SystemExit as stop:
         return stop.code or 0
+    return exit_status(lambda: _run(arguments))
+
+
+def _run(arguments: argparse.Namespace) -> None:
+    check_targets(arguments)
     try:
         arguments.run(arguments)
-    except GratingError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
     except RuntimeError as error:  # from Blender's own operators, such as save and render
-        print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
-        return 1
-    return 0
+        told = " ".join(str(error).split()).removeprefix("Error: ")
+        raise GratingError(f"Blender: {told}; check the path, its permissions, and the space left there") from error
 
 
 def build_parser(argv: Sequence[str] = tuple(VERBS)) -> OneLineParser:

@@ -14,6 +14,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--samples", type=count(1, 1 << 24), metavar="N")
     parser.add_argument("--width", type=count(4, 65536), metavar="PIXELS")
     parser.add_argument("--height", type=count(4, 65536), metavar="PIXELS")
+    parser.set_defaults(output_is_file=True)
 
 
 def run(arguments: argparse.Namespace) -> None:

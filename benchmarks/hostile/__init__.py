@@ -8,12 +8,13 @@ the same ones for the same seed. runner.py runs each case in a child process of 
 memory, and judges it; the program ends with status 1 if any case failed. tests/hostile runs a few cases of every suite.
 """
 
-import argparse
 import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from benchmarks.report import add_json, say, write
+from precompute.cli.option_types import count
+from precompute.cli.parser import OneLineParser
 
 from . import arguments, headers, readers, runner
 
@@ -27,10 +28,14 @@ SUITES: dict[str, Callable[[int, int, Path], Iterable[runner.Case]]] = {
 
 def main(argv: list[str]) -> int:
     """Run suites; the exit status: 1 if any case failed."""
-    parser = argparse.ArgumentParser(prog="hostile", description=__doc__.splitlines()[0])
+    parser = OneLineParser(prog="hostile", description=__doc__.splitlines()[0])
     parser.add_argument("suites", nargs="*", metavar="SUITE", help=f"of {', '.join(SUITES)}; default all")
-    parser.add_argument("--count", type=int, default=300, metavar="N", help="inputs of each group; default 300")
-    parser.add_argument("--seed", type=int, default=1, metavar="S", help="other seeds make other inputs; default 1")
+    parser.add_argument(
+        "--count", type=count(1, 10**6), default=300, metavar="N", help="inputs of each group; default 300"
+    )
+    parser.add_argument(
+        "--seed", type=count(0, 10**9), default=1, metavar="S", help="other seeds make other inputs; default 1"
+    )
     parser.add_argument("--only", default="", metavar="NAME", help="run only the cases whose names begin so")
     add_json(parser)
     asked = parser.parse_args(argv)

@@ -44,10 +44,11 @@ def check_targets(arguments: argparse.Namespace) -> None:
 
     Raises GratingError if --json or --output names a folder where a file is needed, or a file where a folder is needed.
     A verb whose output is a file says so by its default `output_is_file`."""
-    if arguments.json and arguments.json != "-":
-        _check_file(Path(arguments.json))
-        if not Path(arguments.json).parent.is_dir():
-            raise GratingError(f"{arguments.json}: its folder is not there; make it first")
+    facts = getattr(arguments, "json", None)
+    if facts and facts != "-":
+        _check_file(Path(facts))
+        if not Path(facts).parent.is_dir():
+            raise GratingError(f"{facts}: its folder is not there; make it first")
     output = getattr(arguments, "output", None)
     if output is None:
         return

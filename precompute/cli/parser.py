@@ -10,7 +10,7 @@ import importlib
 import re
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from ..base.failure import GratingError, printable
 from .output import check_targets, leave_to_nobody
@@ -29,7 +29,7 @@ VERBS = {
 
 
 # The dashes that end the options, given as the value of one: Python's versions differ in what they make of it.
-_DASHES_AS_VALUE = re.compile(r"--[^=]+=--|-[^-]--")
+_DASHES_AS_VALUE = re.compile(r"--[^=]+=--|-[^-]=?--")
 # Characters of an error message of argparse that are shown: it repeats what was given, however long that was.
 _SHOWN = 400
 
@@ -55,10 +55,19 @@ class OneLineParser(argparse.ArgumentParser):
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one verb of the command line `argv`, by default the program's own; the exit status."""
     argv = sys.argv[1:] if argv is None else argv
-    try:
+
+    def run() -> None:
         arguments = build_parser(argv).parse_args(argv)
         check_targets(arguments)
         arguments.run(arguments)
+
+    return exit_status(run)
+
+
+def exit_status(run: Callable[[], object]) -> int:
+    """Run a command; its exit status. Whatever keeps it from ending well is told in one line."""
+    try:
+        run()
     except GratingError as error:
         print(f"error: {error}", file=sys.stderr)
         return 1

@@ -47,3 +47,54 @@ def test_a_picture_of_another_kind_is_refused(addon, scene, tmp_path, capfd, nam
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     bpy.context.scene.camera = camera
     assert "neither PNG nor EXR" in fault(capfd, addon, "render", "-o", tmp_path / name)
+
+
+# Words that no option takes for a number, and paths that nothing can be written to.
+NO_NUMBERS = (
+    "nan",
+    "inf",
+    "1e-308",
+    "1e400",
+    "-1e3",
+    "",
+    "--",
+    "1_000",
+    "٣",
+    "\udcff",
+    "9" * 5000,
+    "3\n4",
+    "x" * 10**5,
+)
+
+
+@pytest.mark.parametrize(("verb", "option"), [
+    ("import", "--size-um"), ("import", "--height-nm"), ("bake", "--size-um"), ("bake", "--delta-e"),
+    ("bake", "--coherence-um"), ("render", "--samples"), ("render", "--width"), ("render", "--height"),
+])  # fmt: skip
+def test_no_verb_takes_another_number(addon, scene, tmp_path, capfd, verb, option):
+    line = {"import": ["sample:flat"], "bake": ["sample:flat", "-o", tmp_path], "render": ["-o", tmp_path / "a.png"]}
+    for value in NO_NUMBERS:
+        for given in ([option, value], [f"{option}={value}"]):
+            told = fault(capfd, addon, verb, *line[verb], *given)
+            assert option in told and len(told) < 600
+    assert list(tmp_path.iterdir()) == [] and not scene.natural_gratings.items
+
+
+@pytest.mark.parametrize("argv", [
+    ["assign", ""], ["assign", "a.exr", "--object", ""], ["assign", "a.exr", "--save="], ["bake", "", "-o", "out"],
+    ["bake", "sample:flat", "--request", ""], ["bake", "sample:flat", "-o="], ["import", "sample:flat", "--channel="],
+    ["import"], ["import", "a", "b"], ["render"], ["render", "-o", "--"], ["render", "-o=--"], ["assign", "--save=--"],
+    ["paint\n"], [], ["import", "sample:flat", "--json", ""], ["render", "-o", "a.png", "--engine", "x" * 10**5],
+])  # fmt: skip
+def test_lines_that_nobody_means(addon, scene, capfd, argv):
+    assert len(fault(capfd, addon, *argv)) < 600
+
+
+@pytest.mark.parametrize("place", ["/dev/null/a", "/proc/none/a", "a" * 300])
+def test_places_that_cannot_be_written(addon, scene, scan, baked, capfd, place):
+    """The remedy is told, also where the line is Blender's own."""
+    scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    assert "; " in fault(capfd, addon, "import", "sample:flat", "--save", f"{place}.blend")
+    assert "; " in fault(capfd, addon, "import", "sample:flat", "--json", f"{place}.json", "--save", "/dev/null/a")
+    assert "; " in fault(capfd, addon, "assign", baked, "--object", "Plane", "--save", f"{place}.blend")
+    assert "; " in fault(capfd, addon, "bake", "sample:flat", "-o", place, "--delta-e", "5", "--coherence-um", "2")

@@ -2,9 +2,12 @@
 """What options take for a number, a count, a name or a path, and how they refuse everything else."""
 
 import argparse
+import ast
+from pathlib import Path
 
 import pytest
 
+from devtools import ROOT
 from precompute.cli.option_types import count, name_argument, number, path_argument
 from precompute.cli.parser import VERBS, build_parser
 
@@ -56,13 +59,28 @@ def options():
 
 
 @pytest.mark.parametrize(("verb", "action"), list(options()))
-def test_no_option_takes_a_number_of_another_kind(verb, action):
+def test_every_option_has_a_type(verb, action):
     """Python's own int and float take too much, and Path takes what is empty."""
-    assert action.choices or action.type not in (int, float, None)
+    assert action.choices or action.type not in (int, float, Path, None)
+
+
+FOLDERS = "precompute", "addon", "benchmarks", "sample_scenes"
+SOURCES = {path.relative_to(ROOT).as_posix(): path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py")}
+
+
+@pytest.mark.parametrize("name", SOURCES)
+def test_no_command_line_takes_numbers_in_another_way(name):
+    """Every option of every program, by the sources: no int or float, and no parser whose errors are several lines."""
+    for node in ast.walk(ast.parse(SOURCES[name].read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+            assert node.func.attr != "ArgumentParser"
+            if node.func.attr == "add_argument":
+                types = [word.value for word in node.keywords if word.arg == "type"]
+                assert not [each for each in types if isinstance(each, ast.Name) and each.id in ("int", "float")]
 
 
 @pytest.mark.parametrize("verb", VERBS)
-@pytest.mark.parametrize("each", ["--size-um=--", "--json=--", "-o--", "--output=--"])
+@pytest.mark.parametrize("each", ["--size-um=--", "--json=--", "-o--", "-o=--", "--output=--"])
 def test_dashes_are_no_value(refused, verb, each):
     assert "`--` is no value" in refused(verb, "sample:flat", each, status=2)
 
