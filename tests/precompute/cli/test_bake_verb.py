@@ -102,7 +102,7 @@ def test_progress_as_json_lines(run, scan, tmp_path):
     json.loads(out)
     steps = [json.loads(line) for line in err.splitlines()]
     stages = list(dict.fromkeys(step["stage"] for step in steps))
-    assert stages == ["transforms", "wavelengths", "self-check"]
+    assert stages == ["transforms", "wavelengths", "albedo bound", "self-check"]
     for stage in stages:
         fractions = [step["fraction"] for step in steps if step["stage"] == stage]
         assert fractions == sorted(fractions) and fractions[-1] == 1
