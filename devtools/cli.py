@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from . import ROOT, DevError, blender, chroot, environments, machine, packages, suites
+from . import ROOT, DevError, blender, chroot, environments, machine, packages, suites, walk
 from .environments import ALL, PY311, Environment
 from .steps import become, clean_environment, project_environment
 
@@ -23,6 +23,7 @@ verbs:
   build [--output DIR]    the extension's zip for each platform, validated
   grating ARGS            python -m precompute ARGS: info, bake, map, ... without Blender
   blender ARGS            Blender with this working tree as its extension
+  walk [--output DIR]     an artist's walk in a Blender with a window, with a picture of each station
   blender-setup           a real Blender on Debian, in .env
   env                     what there is: interpreters, environments, libraries, Blenders
 
@@ -115,6 +116,18 @@ def run_blender(options: argparse.Namespace, arguments: list[str]) -> NoReturn:
     blender.launch_shim(chosen(options), arguments).run()
 
 
+def take_walk(options: argparse.Namespace, arguments: list[str]) -> int:
+    parser = verb_parser("walk", "Presses the panel's buttons in a Blender with a window and takes pictures of it.")
+    parser.add_argument("--output", type=Path, default=ROOT / "dist" / "walk", help="default: dist/walk")
+    own = parser.parse_args(arguments)
+    binary = blender.require_binary(options.blender) if options.blender else blender.find_binary()
+    if binary is None:
+        raise DevError("no Blender with a window; remedy: ./dev blender-setup on Debian, or --blender PATH")
+    for picture in walk.walk(binary, own.output.absolute()):
+        print(picture)
+    return 0
+
+
 def blender_setup(_: argparse.Namespace, arguments: list[str]) -> int:
     parser = verb_parser("blender-setup", "Puts Debian sid with its Blender into .env/sid, by debootstrap.")
     parser.parse_args(arguments)
@@ -143,6 +156,7 @@ VERBS: dict[str, Callable[[argparse.Namespace, list[str]], int]] = {
     "build": build,
     "grating": grating,
     "blender": run_blender,
+    "walk": take_walk,
     "blender-setup": blender_setup,
     "env": describe_environments,
 }

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Putting a grating on meshes: as their material, or over the materials that they have.
 
-Each action returns lines to report. The first says what was done, the others warn."""
+Each action returns lines to report. The first says what was done, the others warn; the last is the one that Blender's
+status bar keeps."""
 
 import bpy
 
@@ -23,7 +24,7 @@ def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) ->
     material = working_material(scene, active_grating(scene))
     selection = Selection(objects)
     kept = [line for mesh in meshes if (line := _put_in_active_slot(selection, mesh, material))]
-    return [f"{material.name}: on {_names(meshes)}", *kept, *_warnings(objects, meshes)]
+    return [f"{material.name}: on {_names(meshes)}", *_warnings(objects, meshes), *kept]
 
 
 def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
@@ -47,7 +48,7 @@ def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> li
     group = group_of(scene, grating)
     for material in materials:
         add_diffraction(material, group)
-    return [f"{grating.name}: over {_names(materials)}", *bare, *_warnings(objects, meshes)]
+    return [f"{grating.name}: over {_names(materials)}", *_warnings(objects, meshes), *bare]
 
 
 def _put_in_active_slot(selection: Selection, mesh: bpy.types.Object, material: bpy.types.Material) -> str:
@@ -68,7 +69,7 @@ def _put_in_active_slot(selection: Selection, mesh: bpy.types.Object, material: 
 
 
 def _warnings(objects: list[bpy.types.Object], meshes: list[bpy.types.Object]) -> list[str]:
-    return no_meshes(objects) + [line for mesh in meshes if (line := seam_warning(mesh))]
+    return [line for mesh in meshes if (line := seam_warning(mesh))] + no_meshes(objects)
 
 
 def _names(things) -> str:

@@ -18,7 +18,7 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):
 
     filter_glob: StringProperty(options={"HIDDEN"})
     # SKIP_SAVE: what was given for one file, or for a sample, says nothing about the next file.
-    filepath: StringProperty(name="File", subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filepath: StringProperty(name="File", subtype="FILE_PATH", options={"HIDDEN", "SKIP_SAVE"})
     size_um: FloatProperty(
         name="Width (um)",
         description="Width of the scan in micrometres. Needed for a picture, which does not hold its size",
@@ -48,6 +48,8 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):
         from ...precompute.surface.readers.registry import file_filter
 
         self.filter_glob = file_filter()
+        # The open file's folder. Without it the dialog would offer the .blend itself as the height map.
+        self.filepath = self.filepath or bpy.path.abspath("//")
         return super().invoke(context, event)
 
     def execute(self, context):

@@ -3,70 +3,21 @@
 
 An artist at work on the open file: clicks the floor, presses Assign to Selected, clicks the ball, presses Add to
 Materials and the panel's other buttons, each undone with Ctrl-Z and done again, and saves with Ctrl-S; all by mouse and
-keyboard events. Where a button lies is found as a person finds it, by
-looking under the pointer: Ctrl-C over a button copies what it does. The script only sets the stage: the view, the open
+keyboard events. The script only sets the stage: the view, the open
 tab, the bake. It quits at the end; what went wrong is in the exit status and the output.
 """
 
 import importlib
-import os
 import sys
-import traceback
+from pathlib import Path
 
 import bpy
-from bpy_extras.view3d_utils import location_3d_to_region_2d
+
+sys.path.append(str(Path(__file__).resolve().parents[2]))
+
+from devtools.hands import LONG, click_object, play, press_button, press_in_view, show_sidebar
 
 BAKE = sys.argv[sys.argv.index("--") + 1]
-# Seconds that Blender has for an event, and for one that builds a node group.
-MOMENT, LONG = 0.05, 2.0
-ROW = 8  # pixels; a button is 20 high
-
-
-def window():
-    return bpy.context.window_manager.windows[0]
-
-
-def view():
-    """The 3D view, its window region and its sidebar."""
-    area = next(a for a in window().screen.areas if a.type == "VIEW_3D")
-    regions = {region.type: region for region in area.regions}
-    return area, regions["WINDOW"], regions["UI"]
-
-
-def move(x, y):
-    window().event_simulate("MOUSEMOVE", "NOTHING", x=int(x), y=int(y))
-
-
-def click(x, y):
-    """Steps: the pointer goes there, then the button goes down and up."""
-    move(x, y)
-    yield MOMENT
-    for value in ("PRESS", "RELEASE"):
-        window().event_simulate("LEFTMOUSE", value, x=int(x), y=int(y))
-        yield MOMENT
-
-
-def press_key(key, x, y, **modifiers):
-    for value in ("PRESS", "RELEASE"):
-        window().event_simulate(key, value, x=int(x), y=int(y), **modifiers)
-        yield MOMENT
-
-
-def press_button(command, across=0.3):
-    """Steps: finds the button that runs the command so far across the sidebar, and clicks it."""
-    sidebar = view()[2]
-    x = sidebar.x + sidebar.width * across
-    for y in range(sidebar.y + sidebar.height - ROW, sidebar.y, -ROW):
-        bpy.context.window_manager.clipboard = ""
-        move(x, y)
-        yield MOMENT
-        yield from press_key("C", x, y, ctrl=True)
-        if bpy.context.window_manager.clipboard.startswith(command):
-            print(f"{command} at {x:.0f}, {y}", flush=True)
-            yield from click(x, y)
-            yield LONG
-            return
-    raise AssertionError(f"no button in the sidebar runs {command}")
 
 
 def press_undo_redo(command, across=0.3):
@@ -79,16 +30,6 @@ def press_undo_redo(command, across=0.3):
     assert contents() == before, f"Ctrl-Z after {command}: {differences(before, contents())}"
     yield from press_in_view("Z", ctrl=True, shift=True)
     assert contents() == after, f"Shift-Ctrl-Z after {command}: {differences(after, contents())}"
-
-
-def press_in_view(key, **modifiers):
-    """Steps: presses a key over the 3D view."""
-    region = view()[1]
-    x, y = region.x + region.width / 4, region.y + region.height / 2
-    move(x, y)
-    yield MOMENT
-    yield from press_key(key, x, y, **modifiers)
-    yield LONG
 
 
 def contents():
@@ -110,26 +51,11 @@ def differences(wanted, found):
     return sorted(f"missing {line}" for line in wanted - found) + sorted(f"extra {line}" for line in found - wanted)
 
 
-def click_object(name, at):
-    """Steps: clicks the object in the 3D view, at a place of the world on it."""
-    area, region, _ = view()
-    place = location_3d_to_region_2d(region, area.spaces.active.region_3d, at)
-    yield from click(region.x + place.x, region.y + place.y)
-    selected = [o.name for o in bpy.context.view_layer.objects if o.select_get()]
-    assert selected == [name], f"clicked {name}, selected {selected}"
-
-
 def set_the_stage():
     """Steps: the camera's view, the sidebar's tab, the bake as the active grating."""
-    area, _, sidebar = view()
     grating = bpy.context.scene.natural_gratings.items.add()
     grating.name, grating.bake_path = "blazed", BAKE
-    area.spaces.active.show_region_ui = True
-    area.spaces.active.region_3d.view_perspective = "CAMERA"
-    yield LONG
-    sidebar.active_panel_category = "Grating"
-    area.tag_redraw()
-    yield LONG
+    yield from show_sidebar()
 
 
 def add_lamp():
@@ -160,17 +86,4 @@ def story():
     assert not bpy.data.is_dirty, "Ctrl-S did not save"
 
 
-def play(steps):
-    """The next step, by Blender's timer."""
-    try:
-        return next(steps)
-    except StopIteration:
-        os._exit(0)
-    except BaseException:
-        traceback.print_exc()
-        sys.stderr.flush()
-        os._exit(1)
-
-
-steps = story()
-bpy.app.timers.register(lambda: play(steps), first_interval=1.0)
+play(story())

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Buttons pressed with the mouse in a Blender with a window; the saved file renders the same without the extension."""
 
-import os
 import shutil
-import subprocess
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +10,9 @@ import numpy as np
 import OpenEXR
 import pytest
 from PIL import Image
+
+from devtools import display as screen
+from devtools import walk
 
 from .conftest import Blender, binary_command
 
@@ -24,16 +25,8 @@ def display() -> Iterator[str]:
     """A screen of its own."""
     if shutil.which("Xvfb") is None:
         pytest.skip("no Xvfb: on Debian the package xvfb brings it")
-    reader, writer = os.pipe()
-    screen = ["Xvfb", "-displayfd", str(writer), "-screen", "0", "1280x900x24", "-nolisten", "tcp"]
-    server = subprocess.Popen(screen, pass_fds=[writer], stderr=subprocess.DEVNULL)
-    os.close(writer)
-    with os.fdopen(reader) as answer:
-        number = answer.readline().strip()
-    assert number, "Xvfb did not start"
-    yield f":{number}"
-    server.terminate()
-    server.wait()
+    with screen.display() as name:
+        yield name
 
 
 @pytest.fixture(scope="module")
@@ -70,6 +63,19 @@ def test_pressed_saved_and_reopened_without_the_extension(display, blender, tmp_
         np.testing.assert_allclose(there, here, rtol=1e-6, atol=1e-6)
         if frame == FRAME:
             assert np.abs(here - dull).max() > 0.1, "no diffraction in the picture"
+
+
+def test_the_artists_walk(blender, tmp_path):
+    """The stations assert what they show; each leaves a picture that is not empty."""
+    if shutil.which("Xvfb") is None:
+        pytest.skip("no Xvfb: on Debian the package xvfb brings it")
+    blender.run(*walk.stage_arguments(tmp_path))
+    with screen.display(*walk.SIZE, folder=tmp_path) as name:
+        window = replace(blender, command=("env", f"DISPLAY={name}", *blender.command))
+        window.run(*walk.walk_arguments(tmp_path, tmp_path))
+    pictures = sorted(tmp_path.glob("[0-9][0-9]_*.png"))
+    assert len(pictures) == len((tmp_path / "walk.md").read_text().splitlines()) > 20
+    assert all(shown(picture).std() > 0.05 for picture in pictures)
 
 
 def shown(path: Path) -> np.ndarray:

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""An artist's walk through the extension in a real Blender with a window, with a picture of each station."""
+
+import subprocess
+import tempfile
+from pathlib import Path
+
+from . import EXTENSION, ROOT, DevError, environments
+from .display import display
+from .extension import link_extension
+from .packages import fetch_wheels
+from .steps import clean_environment, say
+
+HERE = Path(__file__).parent
+SIZE = 1280, 900
+# A walk takes two to four minutes; a Blender that waits for ever is ended.
+_LIMIT_SECONDS = 1200
+
+
+def walk(binary: Path, folder: Path) -> list[Path]:
+    """Walk with a Blender binary and this working tree as its extension; the pictures in `folder`, instead of a
+    former walk's.
+
+    Raises DevError where a station does not show what it should."""
+    fetch_wheels(environments.require(environments.PY311))
+    folder.mkdir(parents=True, exist_ok=True)
+    for former in folder.glob("[0-9][0-9]_*.png"):
+        former.unlink()
+    with tempfile.TemporaryDirectory(prefix="natural-gratings-walk-") as private:
+        user = Path(private)
+        link_extension(user, wheels=True)
+        variables = {"BLENDER_USER_RESOURCES": private, "NATURAL_GRATINGS_CACHE": str(user / "cache")}
+        start = [binary, "--addons", EXTENSION]
+        say("walk: the stage ...")
+        run([*start, *stage_arguments(folder)], variables)
+        say("walk: pictures of each station ...")
+        with display(*SIZE, folder=user) as screen:
+            run([*start, *walk_arguments(folder, user)], {**variables, "DISPLAY": screen})
+    return sorted(folder.glob("[0-9][0-9]_*.png"))
+
+
+def stage_arguments(folder: Path) -> list[str | Path]:
+    """The arguments of a Blender that makes the stage in a folder."""
+    return ["--background", "--python-exit-code", "1", "--python", HERE / "walk_stage.py", "--", folder]
+
+
+def walk_arguments(folder: Path, screen_folder: Path) -> list[str | Path]:
+    """The arguments of a Blender that walks on the stage of a folder, on the screen whose picture is in the other."""
+    size = [str(number) for number in SIZE]
+    options = ["--enable-event-simulate", "--window-geometry", "0", "0", *size]
+    script = ["--python", HERE / "walk_in_blender.py", "--", folder, screen_folder / "Xvfb_screen0"]
+    return [*options, folder / "stage.blend", *script]
+
+
+def run(command: list[str | Path], variables: dict[str, str]) -> None:
+    """Run Blender. Raises DevError with the last line of its output where it fails."""
+    done = subprocess.run(
+        command, env=clean_environment(**variables), cwd=ROOT, capture_output=True, text=True, timeout=_LIMIT_SECONDS
+    )
+    print(done.stdout, end="")
+    if done.returncode:
+        lines = [line for line in done.stderr.splitlines() if line.strip()]
+        print(done.stderr, end="")
+        raise DevError(f"the walk stopped: {lines[-1] if lines else done.returncode}; see its pictures up to there")

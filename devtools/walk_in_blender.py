@@ -1,0 +1,320 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run by a Blender with a window and event simulation: `--python walk_in_blender.py -- FOLDER SCREEN`.
+
+An artist's walk through all that once went wrong in Blender, on walk_stage.py's file. The panel's buttons are pressed
+with the mouse, undo and redo with the keyboard. Each station asserts what it shows and leaves a picture of the window
+and a line in FOLDER/walk.md. SCREEN is the file that holds the screen's picture (display.py). What goes wrong is in the
+exit status and the output.
+"""
+
+import importlib
+import struct
+import sys
+from pathlib import Path
+
+import bpy
+
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+
+from devtools.hands import (
+    LONG,
+    Steps,
+    find_button,
+    move,
+    play,
+    press_button,
+    press_in_view,
+    press_key,
+    show_sidebar,
+    view,
+)
+from devtools.hands import window as first_window
+
+FOLDER, SCREEN = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :])
+EXTENSION = "bl_ext.user_default.natural_gratings.addon"
+SECOND = 1.0
+# Samples of the viewport's renderer take their time where two processors are shared.
+RENDERED = 3.0
+_stations: list[str] = []
+
+
+def part(name: str):
+    """A module of the extension."""
+    return importlib.import_module(f"{EXTENSION}.{name}")
+
+
+def grating():
+    """The active grating, found anew: undo frees what Python held."""
+    return bpy.context.scene.natural_gratings.active()
+
+
+def thing(name: str) -> bpy.types.Object:
+    """An object by its name."""
+    return bpy.data.objects[name]
+
+
+def select(*names: str) -> None:
+    """Select the named objects, as a step that undo knows."""
+    for each in bpy.context.view_layer.objects:
+        each.select_set(each.name in names)
+    bpy.context.view_layer.objects.active = thing(names[0])
+    bpy.ops.ed.undo_push(message=f"select {names[0]}")
+
+
+def diffracts(name: str) -> bool:
+    """Whether some material that the object shows has diffraction."""
+    nodes = part("materials.material").diffraction_nodes
+    return any(nodes(slot.material) for slot in thing(name).material_slots)
+
+
+def picture(name: str, text: str) -> None:
+    """A picture of the screen, and the line on what it shows."""
+    number = len(_stations) + 1
+    file = f"{number:02}_{name}.png"
+    screen_picture().save(FOLDER / file)
+    _stations.append(f"- `{file}`: {text}")
+    (FOLDER / "walk.md").write_text("\n".join(_stations) + "\n")
+    print(f"[walk] {file}", flush=True)
+
+
+def screen_picture():
+    """The screen. Blender's own screenshot is black without a graphics card's front buffer."""
+    from PIL import Image
+
+    held = SCREEN.read_bytes()
+    # The fields of an xwd header, 32 bits each, that say where the pixels begin, and how they are laid out.
+    header_size, _, _, _, width, height, *rest = struct.unpack(">25I", held[:100])
+    row_bytes, colours = rest[6], rest[13]
+    return Image.frombytes("RGB", (width, height), held[header_size + 12 * colours :], "raw", "BGRX", row_bytes)
+
+
+def dismiss() -> Steps:
+    """Close the message that has popped up."""
+    x, y = view()[1].x + 20, view()[1].y + 20
+    yield from press_key("ESC", x, y)
+    move(x, y)
+    yield SECOND
+
+
+def set_up() -> Steps:
+    """The rendered view from the camera, the sidebar, and beside them the list of all reports."""
+    area, _, _ = view()
+    area.spaces.active.shading.type = "RENDERED"
+    area.spaces.active.overlay.show_floor = area.spaces.active.overlay.show_axis_x = False
+    bpy.context.preferences.view.filebrowser_display_type = "SCREEN"
+    next(a for a in first_window().screen.areas if a.type == "PROPERTIES").type = "INFO"
+    yield from show_sidebar()
+    bpy.context.preferences.view.smooth_view = 0
+    with bpy.context.temp_override(window=first_window(), area=area, region=view()[1]):
+        bpy.ops.view3d.view_center_camera()
+    yield SECOND
+
+
+def import_a_sample() -> Steps:
+    """The menu names discs as people do; the dialog afterwards does not offer the sample as a file."""
+    region = view()[1]
+    first_window().cursor_warp(region.x + region.width // 2, region.y + region.height // 2)
+    yield SECOND
+    with bpy.context.temp_override(window=first_window(), area=view()[0], region=region):
+        bpy.ops.wm.call_menu("INVOKE_DEFAULT", name="GRATING_MT_samples")
+    yield SECOND
+    picture("samples", "the menu of samples writes CD, DVD, Blu-ray")
+    yield from press_key("ESC", region.x + 5, region.y + 5)
+    bpy.ops.grating.import_height_map("EXEC_DEFAULT", True, filepath="sample:cd")
+    assert grating().name == "CD"
+    yield SECOND
+    picture("before_anything_is_assigned", "a grating is imported, nothing is assigned: no warning in the panel")
+
+
+def import_dialog() -> Steps:
+    """A file without a size is refused in the words of the dialog, whose fields begin empty."""
+    with bpy.context.temp_override(window=first_window(), area=view()[0], region=view()[1]):
+        bpy.ops.grating.import_height_map("INVOKE_DEFAULT")
+    yield LONG
+    browser = next(a for a in first_window().screen.areas if a.type == "FILE_BROWSER")
+    parameters = browser.spaces.active.params
+    assert parameters.filename == "", parameters.filename
+    picture("import_dialog", "the import dialog begins without a file name")
+    parameters.directory, parameters.filename = str(FOLDER).encode(), "waves.png"
+    yield SECOND
+    region = next(r for r in browser.regions if r.type == "WINDOW")
+    with bpy.context.temp_override(window=first_window(), area=browser, region=region):
+        bpy.ops.file.execute("INVOKE_DEFAULT")
+    yield LONG
+    picture("no_size", "a picture without its size is refused: the message names the dialog's field, no flag")
+    assert len(bpy.context.scene.natural_gratings.items) == 1
+    yield from dismiss()
+
+
+def bake(delta_e: float, name: str, text: str) -> Steps:
+    """Set the colour error, press Bake, watch the bar, and wait for the end."""
+    operator = part("operators.bake_grating").BakeGrating
+    grating().delta_e = delta_e
+    bpy.ops.ed.undo_push(message="colour error")
+    yield from press_button("bpy.ops.grating.bake")
+    told, shot = [], not name
+    while operator.job is not None:
+        told.append(operator.job.progress()[1])
+        if not shot and told[-1] > 0.3:
+            shot = True
+            picture(name, text)
+        yield 0.2
+    yield SECOND
+    assert told == sorted(told), f"the bar went back: {told}"
+    assert grating().bake_path, "nothing was baked"
+
+
+def undo_past_the_bake() -> Steps:
+    """Undo leads back past the bake; the grating knows its bake, and redo leads on."""
+    yield from bake(6.0, "baking", "the bake: one bar over all its stages, here and in the status bar")
+    path = grating().bake_path
+    picture("baked", "the bake's facts in the panel")
+    select("Left")
+    yield from press_button("bpy.ops.grating.assign")
+    yield RENDERED
+    picture("assigned", "Assign to Selected on one ball")
+    for _ in range(3):  # Assign, the selection, the bake
+        yield from press_in_view("Z", ctrl=True)
+    assert not diffracts("Left") and grating().material is None
+    assert grating().bake_path == path, "undo took the bake"
+    picture("undone_past_the_bake", "undone past the bake: the grating still knows its bake, and can be assigned")
+    for _ in range(3):
+        yield from press_in_view("Z", ctrl=True, shift=True)
+    assert diffracts("Left") and grating().bake_path == path
+    yield from press_button("bpy.ops.grating.remove_diffraction", across=0.7)
+    assert thing("Left").active_material.name == "Shared Paint", thing("Left").active_material
+    yield RENDERED
+    picture("removed_again", "Remove gives back the paint that Assign had replaced")
+
+
+def slots() -> Steps:
+    """Assign takes one slot and says so; Add takes all."""
+    select("Three")
+    yield from press_button("bpy.ops.grating.assign")
+    assert [slot.material.name for slot in thing("Three").material_slots][1:] == ["Belly", "Eye"]
+    yield RENDERED
+    picture("one_of_three_slots", "Assign on three slots: the report says which slot was replaced")
+    yield from press_in_view("Z", ctrl=True)
+    yield from press_button("bpy.ops.grating.add_diffraction")
+    nodes = part("materials.material").diffraction_nodes
+    assert all(nodes(slot.material) for slot in thing("Three").material_slots)
+    yield RENDERED
+    picture("all_three_slots", "Add to Materials serves all three slots")
+
+
+def shared_material() -> Steps:
+    """Remove on one of two objects that share a material; Assign afterwards; a node deleted by hand."""
+    select("Left", "Right")
+    yield from press_button("bpy.ops.grating.add_diffraction")
+    assert diffracts("Left") and diffracts("Right")
+    select("Left")
+    yield from press_button("bpy.ops.grating.remove_diffraction", across=0.7)
+    assert diffracts("Right") and not diffracts("Left")
+    yield RENDERED
+    picture("removed_from_one_of_two", "Remove on the left ball: the right one of the same material keeps it")
+    yield from press_button("bpy.ops.grating.assign")
+    assert diffracts("Left")
+    tree = grating().material.node_tree
+    for node in part("materials.material").diffraction_nodes(grating().material):
+        tree.nodes.remove(node)
+    bpy.ops.ed.undo_push(message="delete node")
+    assert not diffracts("Left")
+    yield from press_button("bpy.ops.grating.assign")
+    assert diffracts("Left")
+    yield RENDERED
+    picture("assigned_after_the_node_was_deleted", "Assign made the Diffraction node again that had been deleted")
+
+
+def baked_again() -> Steps:
+    """Another bake shows in all materials, under the same names."""
+
+    def names():
+        return sorted(one.name for each in ("images", "node_groups", "materials") for one in getattr(bpy.data, each))
+
+    before, path = names(), grating().bake_path
+    yield from bake(1.0, "", "")
+    assert names() == before, set(names()) ^ set(before)
+    assert grating().bake_path != path
+    yield RENDERED
+    picture("baked_again", "baked again, finer: all three objects show the new bake; no .001 in the file")
+    yield from press_in_view("Z", ctrl=True)
+    assert grating().bake_path == path and Path(path).is_file()
+    yield from press_in_view("Z", ctrl=True, shift=True)
+    assert grating().bake_path != path and names() == before
+
+
+def refusals() -> Steps:
+    """What cannot be done is one line, and nothing is changed."""
+    select("Suzanne", "Broken")
+    thing("Suzanne").data.materials.append(bpy.data.materials.new("Plain"))
+    yield from press_button("bpy.ops.grating.add_diffraction")
+    assert not diffracts("Suzanne")
+    picture("add_failed", "Add with a material that has no output: the error; the other material is as it was")
+    yield from dismiss()
+    select("Guest")
+    yield from press_button("bpy.ops.grating.assign")
+    picture("linked", "Assign on a linked object: one line with the remedy")
+    yield from dismiss()
+    with bpy.context.temp_override(window=first_window(), area=view()[0], region=view()[1]):
+        thing("Guest").override_create(remap_local_usages=True)
+    select("Guest")
+    yield from press_button("bpy.ops.grating.assign")
+    assert diffracts("Guest")
+    yield RENDERED
+    picture("overridden", "Assign on its library override")
+
+
+def passed_over() -> Steps:
+    """A curve is named; islands are told."""
+    select("Right", "Curve")
+    yield from press_button("bpy.ops.grating.assign")
+    assert diffracts("Right") and not diffracts("Curve")
+    picture("curve", "a curve among the selected: named, with the remedy")
+    select("Curve")
+    yield SECOND
+    x, y = yield from find_button("bpy.ops.grating.assign")
+    move(x, y - 300)  # a tooltip shows where the pointer comes to rest anew
+    yield SECOND
+    move(x, y)
+    yield SECOND
+    move(x + 2, y)
+    yield LONG
+    picture("curve_alone", "a curve alone: the grey button says why")
+    select("Suzanne")
+    yield from press_button("bpy.ops.grating.assign")
+    assert diffracts("Suzanne")
+    yield RENDERED
+    picture("islands", "a mesh of many UV islands: the report says that the colours jump")
+
+
+def lamps() -> Steps:
+    """A lamp hidden, made another kind, deleted: the viewport and the panel."""
+    sun = thing("Sun")
+    sun.hide_render = True
+    yield RENDERED
+    picture("lamp_not_rendered", "the sun is left out of renders")
+    sun.hide_render = False
+    sun.hide_set(True)
+    yield RENDERED
+    picture("lamp_hidden", "the sun is hidden by its eye")
+    sun.hide_set(False)
+    sun.data.type = "SPOT"
+    sun = thing("Sun")
+    sun.location, sun.data.energy = (0, 0, 8), 600
+    yield RENDERED
+    picture("lamp_of_another_kind", "the sun is made a spot")
+    bpy.data.objects.remove(thing("Sun"))
+    yield RENDERED
+    picture("last_lamp_deleted", "the last lamp is deleted")
+
+
+def story() -> Steps:
+    """All stations."""
+    yield LONG
+    yield from set_up()
+    for station in (import_a_sample, import_dialog, undo_past_the_bake, slots, shared_material, baked_again, refusals,
+                    passed_over, lamps):  # fmt: skip
+        yield from station()
+
+
+play(story())

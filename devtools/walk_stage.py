@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run by Blender in background: `--python walk_stage.py -- FOLDER` writes the file that the walk begins with.
+
+stage.blend has a row of objects, each with what an artist's object may have, and a sun; guest.blend holds an object
+that stage.blend links. waves.png is a scan that does not hold its size.
+"""
+
+import sys
+from math import radians, sin
+from pathlib import Path
+
+import bpy
+
+FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
+
+
+def material(name: str, colour: tuple[float, float, float]) -> bpy.types.Material:
+    """A material of a colour."""
+    made = bpy.data.materials.new(name)
+    if bpy.app.version < (5, 0, 0):
+        made.use_nodes = True
+    base = next(node for node in made.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    base.inputs["Base Color"].default_value = (*colour, 1)
+    return made
+
+
+def placed(name: str, x: float, y: float, *materials: bpy.types.Material) -> bpy.types.Object:
+    """The object that an operator has just added, at its place in the row."""
+    thing = bpy.context.object
+    thing.name, thing.location = name, (x, y, 0)
+    for each in materials:
+        thing.data.materials.append(each)
+    return thing
+
+
+def ball(name: str, x: float, y: float, *materials: bpy.types.Material) -> bpy.types.Object:
+    """A smooth ball."""
+    bpy.ops.mesh.primitive_uv_sphere_add(radius=0.8)
+    bpy.ops.object.shade_smooth()
+    return placed(name, x, y, *materials)
+
+
+def save(name: str) -> None:
+    """Save the open file into the folder."""
+    bpy.ops.object.select_all(action="DESELECT")
+    bpy.ops.wm.save_as_mainfile(filepath=str(FOLDER / name))
+
+
+bpy.ops.wm.read_homefile(use_empty=True)
+waves = bpy.data.images.new("waves", 64, 64)
+waves.pixels = [value for _ in range(64) for x in range(64) for value in (*[0.5 + 0.5 * sin(0.8 * x)] * 3, 1)]
+waves.filepath_raw, waves.file_format = str(FOLDER / "waves.png"), "PNG"
+waves.save()
+ball("Guest", 1, -1.2, material("Guest Paint", (0.1, 0.3, 0.1)))
+save("guest.blend")
+
+bpy.ops.wm.read_homefile(use_empty=True)
+shared = material("Shared Paint", (0.02, 0.08, 0.3))
+ball("Left", -4, 1, shared)
+ball("Right", -2, 1, shared)
+bpy.ops.mesh.primitive_cube_add(size=1.4)
+three = placed("Three", 0, 1, *(material(*each) for each in (
+    ("Skin", (0.3, 0.05, 0.03)), ("Belly", (0.3, 0.25, 0.1)), ("Eye", (0.02, 0.02, 0.02)))))  # fmt: skip
+three.rotation_euler = (radians(-20), radians(15), 0)
+for polygon, slot in zip(three.data.polygons, (0, 1, 2, 0, 1, 2), strict=True):
+    polygon.material_index = slot
+bpy.ops.mesh.primitive_monkey_add(size=1.6, rotation=(radians(-60), 0, 0))
+placed("Suzanne", 2, 1)
+bpy.ops.curve.primitive_bezier_circle_add(radius=0.7)
+placed("Curve", 4, 1).data.bevel_depth = 0.15
+broken = material("Broken Paint", (0.3, 0.3, 0.3))
+broken.node_tree.nodes.remove(next(node for node in broken.node_tree.nodes if node.type == "OUTPUT_MATERIAL"))
+ball("Broken", -2, -1.2, broken)
+with bpy.data.libraries.load(str(FOLDER / "guest.blend"), link=True) as (_, into):
+    into.objects = ["Guest"]
+bpy.context.scene.collection.objects.link(into.objects[0])
+
+bpy.ops.object.light_add(type="SUN", rotation=(radians(25), radians(20), 0))
+bpy.context.object.name = "Sun"
+bpy.context.object.data.energy = 6
+bpy.context.object.data.angle = radians(4)
+bpy.ops.object.camera_add(location=(0.9, 0, 16))
+scene = bpy.context.scene
+scene.camera = bpy.context.object
+scene.camera.data.angle = radians(42)
+scene.world = bpy.data.worlds.new("World")
+scene.render.engine = "CYCLES"
+scene.cycles.preview_samples = 4
+scene.cycles.use_preview_denoising = False
+save("stage.blend")
+# Without preferences of its own, a Blender greets with its Quick Setup.
+bpy.context.preferences.view.show_splash = False
+bpy.ops.wm.save_userpref()
