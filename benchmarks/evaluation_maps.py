@@ -3,8 +3,11 @@
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
+PIXELS = 256
 COHERENCES_UM = (3.25, 6.5, 15, 30, 45, 65)
-TAYLOR_TERMS = (0, 1, 4, 9, 10, 39)
+TAYLOR_TERMS = {"elaphe": (0, 1, 4, 9, 10, 39), "xenopeltis": (0, 1, 3, 23, 25, 39)}
 STEPS_NM = (5, 10, 50)
 INCIDENCES_DEG = (0, 10, 20)
 
@@ -35,12 +38,15 @@ def groups() -> dict[str, list[Map]]:
     approaches = "brdfmap__approaches_blazed__"
     of_blaze = {name: approaches + name for name in ("flss", "nmm", "gem")}
     of_blaze |= {"pq": approaches + "pqsinc", "pq-printed": approaches + "pq"}
-    of_elaphe = {"flss": "brdfmap__flss_gratings__elaphe", "pq": "brdfmap__flss_pq_elaphe__pq"}
+    of_elaphe = {"pq": "brdfmap__flss_pq_elaphe__pq"}
     every = ("reference", "bake", "flss", "chebyshev", "nmm", "nmm-jacobian", "pq", "pq-printed", "stam", "gem")
     return {
         "blaze": method_maps("blaze", every, of_blaze),
-        "elaphe": method_maps("elaphe", every, of_elaphe),
-        "xenopeltis": method_maps("xenopeltis", ("reference", "bake", "chebyshev"), {}),
+        "elaphe": [*method_maps("elaphe", every, of_elaphe), cut_map("elaphe", "flss_gratings__elaphe")],
+        "xenopeltis": [
+            *method_maps("xenopeltis", ("reference", "bake", "chebyshev"), {}),
+            cut_map("xenopeltis", "flss_gratings__xeno"),
+        ],
         "coherence": [
             Map(
                 f"coherence-{um:g}".replace(".", "_"), f"{um:g} um", f"blaze of {max(1, round(um / 2.5))}", "flss",
@@ -57,20 +63,37 @@ def groups() -> dict[str, list[Map]]:
             )
             for nm in STEPS_NM
         ],
-        "taylor": [
-            Map(
-                f"taylor-{n}", f"n = 0 to {n}" if n else "n = 0", "elaphe", "flss", {"terms": n + 1},
-                thesis=f"brdfmap__flss_elaphe_taylor__{n}",
-            )
-            for n in TAYLOR_TERMS
-        ],
-        "half": [
-            Map(f"taylor-half-{n}", f"half the height, n = 0 to {n}", "elaphe, half", "flss", {"terms": n + 1})
-            for n in (4, 9)
-        ],
+        **{f"taylor-{surface}": taylor_maps(surface) for surface in TAYLOR_TERMS},
         "incidence": [
             Map(f"incidence-{surface}-{deg}", f"{surface}, {deg} degrees", surface, "chebyshev", {}, deg)
             for surface in ("blaze", "elaphe")
             for deg in INCIDENCES_DEG
         ],
+        "incidence-xenopeltis": [
+            Map(
+                f"incidence-xenopeltis-{method}-{deg}", f"{shown}, {deg} degrees", "xenopeltis, cut", method, changes,
+                deg,
+                thesis=f"brdfmap__{shown}_xeno_thetai__{deg}",
+            )
+            for method, shown, changes in (("chebyshev", "flss", {}), ("pq", "pq", {"centred": True}))
+            for deg in INCIDENCES_DEG
+        ],
     }  # fmt: skip
+
+
+def cut_map(surface: str, thesis: str) -> Map:
+    """A skin that is cut as the thesis cuts it, by FLSS over Chebyshev images."""
+    thesis = f"brdfmap__{thesis}"
+    return Map(f"{surface}-cut", "flss, cut as the thesis", f"{surface}, cut", "chebyshev", thesis=thesis)
+
+
+def taylor_maps(surface: str) -> list[Map]:
+    """FLSS over a few of Taylor's terms about the mean height, on a skin that is cut as the thesis cuts it."""
+    thesis = "brdfmap__flss_" + {"elaphe": "elaphe", "xenopeltis": "xeno"}[surface] + "_taylor__"
+    return [
+        Map(
+            f"taylor-{surface}-{n}", f"n = 0 to {n}" if n else "n = 0", f"{surface}, cut", "flss-about-mean",
+            {"terms": n + 1, "dtype": np.float64}, thesis=f"{thesis}{n}",
+        )
+        for n in TAYLOR_TERMS[surface]
+    ]  # fmt: skip

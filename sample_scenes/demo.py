@@ -20,19 +20,30 @@ from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 from sample_scenes.report import write_report
 
-# From the second sun the colours run the other way along the body (sample_scenes/stage.py).
-SUN_AZIMUTHS_DEG = (128, 52)
-ELAPHE_SCAN = ROOT.parent / "shared" / "data" / "snake" / "elaphe_65um.png"
+# Azimuth and elevation of the two suns in degrees. On Elaphe, from the second sun the colours run the other way along
+# the body (sample_scenes/stage.py). Xenopeltis spreads its orders across the body, so its suns stand across the body.
+SUNS_ALONG_DEG = ((128, 30), (52, 30))
+SUNS_ACROSS_DEG = ((90, 30), (90, 65))
+SCANS = ROOT.parent / "shared" / "data" / "snake"
 
 
 @dataclass(frozen=True)
 class Subject:
-    """A height map of the demo: its title, FILE and options for the command line, and the folder of its results."""
+    """A height map of the demo: its title, FILE and options for the command line, the folder of its results, and the
+    suns in which its snake is rendered."""
 
     title: str
     file: str
     options: tuple[str, ...]
     folder: Path
+    suns_deg: tuple[tuple[int, int], tuple[int, int]] = SUNS_ALONG_DEG
+
+
+# The thesis's scans: title, file, height in nanometres from black to white, suns. Both are 65 um wide.
+REAL_SCANS = (
+    ("Elaphe guttata, AFM scan", "elaphe_65um.png", "375", SUNS_ALONG_DEG),
+    ("Xenopeltis unicolor, AFM scan", "xenopeltis_65um.png", "818.69", SUNS_ACROSS_DEG),
+)
 
 
 class Stopwatch:
@@ -75,14 +86,16 @@ def main(argv: list[str] | None = None) -> int:
     return 0
 
 
-def subjects(output: Path) -> list[Subject]:
-    """The shipped sample, and the real scan where its file is present."""
+def subjects(output: Path, scans: Path = SCANS) -> list[Subject]:
+    """The shipped sample, and those of the real scans whose files are in the folder `scans`."""
     found = [Subject("Elaphe-like sample", "sample:elaphe", (), output)]
-    if ELAPHE_SCAN.is_file():
-        options = ("--size-um", "65", "--height-nm", "375")
-        found.append(Subject("Elaphe guttata, AFM scan", str(ELAPHE_SCAN), options, output / "elaphe_65um"))
-    else:
-        print(f"no {ELAPHE_SCAN.name} in ../shared/data/snake: the sample alone", flush=True)
+    for title, name, height_nm, suns_deg in REAL_SCANS:
+        file = scans / name
+        if file.is_file():
+            options = ("--size-um", "65", "--height-nm", height_nm)
+            found.append(Subject(title, str(file), options, output / file.stem, suns_deg))
+        else:
+            print(f"no {name} in ../shared/data/snake: without {title}", flush=True)
     return found
 
 
@@ -96,18 +109,21 @@ def run_subject(subject: Subject, arguments, watch: Stopwatch) -> dict:
     baked = Path(bake["files"][0])
     watch.run(f"{name}: map", [*precompute, "map", baked, "-o", folder / "brdf_map.png"])
     pictures = []
-    for number, azimuth in enumerate(SUN_AZIMUTHS_DEG):
-        picture = folder / ("snake_cycles.png" if number == 0 else f"snake_cycles_sun_{azimuth}.png")
-        render_snake(f"{name}: sun at {azimuth} degrees", baked, azimuth, picture, arguments, watch)
+    for number, sun_deg in enumerate(subject.suns_deg):
+        picture = folder / ("snake_cycles.png" if number == 0 else "snake_cycles_sun_2.png")
+        render_snake(f"{name}: sun {number + 1}", baked, sun_deg, picture, arguments=arguments, watch=watch)
         pictures.append(picture)
     return {"title": name, "info": json.loads(info), "bake": bake, "folder": folder, "pictures": pictures}
 
 
-def render_snake(step: str, baked: Path, azimuth: int, picture: Path, arguments, watch: Stopwatch) -> None:
-    """Build the stage, assign the bake to the snake, render: three runs of Blender in background."""
+def render_snake(
+    step: str, baked: Path, sun_deg: tuple[int, int], picture: Path, *, arguments, watch: Stopwatch
+) -> None:  # fmt: skip
+    """Build the stage with a sun at an azimuth and an elevation, assign the bake to the snake, render: three runs of
+    Blender in background."""
     scene = picture.with_suffix(".blend")
     stage = ["--background", "--python-exit-code", "1", "--python", ROOT / "sample_scenes" / "stage.py"]
-    stage += ["--", "--output", scene, "--sun-azimuth-deg", azimuth]
+    stage += ["--", "--output", scene, "--sun-azimuth-deg", sun_deg[0], "--sun-elevation-deg", sun_deg[1]]
     assign = ["--background", scene, "--command", "grating", "assign", baked, "--object", "Snake"]
     render = ["--background", scene, "--command", "grating", "render", "-o", picture, "--engine", "cycles"]
     render += ["--samples", arguments.samples, "--width", arguments.width, "--height", arguments.width * 9 // 16]

@@ -17,7 +17,7 @@ from devtools.environments import ALL
 from devtools.steps import clean_environment
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
-from sample_scenes.demo import ELAPHE_SCAN, Stopwatch, start_blender
+from sample_scenes.demo import Stopwatch, start_blender, subjects
 
 ZOOMS, AZIMUTHS = ("whole", "bends", "scales"), (128, 90, 52)
 
@@ -31,7 +31,8 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--width", type=count(4, 8192), default=480)
     arguments = parser.parse_args(argv)
     arguments.blender = None
-    scan = [ELAPHE_SCAN, "--size-um", "65", "--height-nm", "375"] if ELAPHE_SCAN.is_file() else ["sample:elaphe"]
+    found = {subject.folder.name: [subject.file, *subject.options] for subject in subjects(arguments.output)}
+    scan = found.get("elaphe_65um", ["sample:elaphe"])
     for name, height_map in (("elaphe", scan), ("xenopeltis", ["sample:xenopeltis"])):
         sheet(name, height_map, arguments)
     return 0

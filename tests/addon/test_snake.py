@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
+from sample_scenes import demo  # noqa: E402
 from sample_scenes.snake import (  # noqa: E402
     POSE_M,
     RADIUS_M,
@@ -160,3 +161,13 @@ def test_command_line_writes_a_blend(tmp_path):
     )
     bpy.ops.wm.open_mainfile(filepath=str(output))
     assert {"Snake", "Ground", "Sun", "Camera"} <= set(bpy.data.objects.keys())
+
+
+def test_the_demo_takes_the_scans_that_are_there(tmp_path, capsys):
+    (tmp_path / "xenopeltis_65um.png").touch()
+    sample, scan = demo.subjects(tmp_path / "out", scans=tmp_path)
+    assert sample.file == "sample:elaphe"
+    assert (scan.file, scan.folder) == (str(tmp_path / "xenopeltis_65um.png"), tmp_path / "out" / "xenopeltis_65um")
+    assert scan.options == ("--size-um", "65", "--height-nm", "818.69")
+    assert scan.suns_deg == demo.SUNS_ACROSS_DEG
+    assert "no elaphe_65um.png" in capsys.readouterr().out
