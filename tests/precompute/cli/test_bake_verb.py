@@ -103,9 +103,8 @@ def test_progress_as_json_lines(run, scan, tmp_path):
     steps = [json.loads(line) for line in err.splitlines()]
     stages = list(dict.fromkeys(step["stage"] for step in steps))
     assert stages == ["transforms", "wavelengths", "albedo bound", "self-check"]
-    for stage in stages:
-        fractions = [step["fraction"] for step in steps if step["stage"] == stage]
-        assert fractions == sorted(fractions) and fractions[-1] == 1
+    fractions = [step["fraction"] for step in steps]  # of the whole bake, which ends a tenth early without a second try
+    assert fractions == sorted(fractions) and 0.88 < fractions[-1] <= 1
 
 
 def test_a_bake_that_misses_its_budget_is_not_written(refused, scan, tmp_path, monkeypatch):
