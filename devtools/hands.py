@@ -16,7 +16,7 @@ from bpy_extras.view3d_utils import location_3d_to_region_2d
 
 # Seconds that Blender has for an event, and for one that builds a node group.
 MOMENT, LONG = 0.05, 1.0
-_ROW = 8  # pixels; a button is 20 high
+_ROW = 14  # pixels; a button is 20 high
 
 # By the button's command: the row where it was found last.
 _rows: dict[str, int] = {}
@@ -114,7 +114,7 @@ def show_sidebar() -> Steps:
 
 def play(story: Steps) -> None:
     """Plays a story by Blender's timer and quits; what went wrong is in the exit status and the output."""
-    bpy.app.timers.register(lambda: _next(story), first_interval=1.0)
+    bpy.app.timers.register(lambda: _next(story), first_interval=1.0, persistent=True)
 
 
 def _next(story: Steps) -> float:

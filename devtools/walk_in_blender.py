@@ -308,12 +308,24 @@ def lamps() -> Steps:
     picture("last_lamp_deleted", "the last lamp is deleted")
 
 
+def another_file() -> Steps:
+    """Another file opened during a bake ends the bake."""
+    operator = part("operators.bake_grating").BakeGrating
+    grating().delta_e = 0.4
+    yield from press_button("bpy.ops.grating.bake")
+    job = operator.job
+    assert job is not None and job.running, "the bake ended too early"
+    bpy.ops.wm.open_mainfile(filepath=str(FOLDER / "guest.blend"))
+    yield SECOND
+    assert operator.job is None and not job.running, "the bake went on"
+
+
 def story() -> Steps:
     """All stations."""
     yield LONG
     yield from set_up()
     for station in (import_a_sample, import_dialog, undo_past_the_bake, slots, shared_material, baked_again, refusals,
-                    passed_over, lamps):  # fmt: skip
+                    passed_over, lamps, another_file):  # fmt: skip
         yield from station()
 
 
