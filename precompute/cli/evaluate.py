@@ -11,6 +11,7 @@ from ..base.files import write_whole
 from ..methods import baked
 from ..methods.method import Settings
 from ..methods.registry import DEFAULT_METHODS, ENTRIES
+from ..optics.coherence import THESIS_COHERENCE_M
 from ..study import evaluation, evaluation_plot, plots
 from ..study.colour_comparison import ColourComparison, compare_bake
 from ..study.response import FirstOrder
@@ -41,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "found in the relief, and angles are compared with the mean of each method's own peaks",
     )  # fmt: skip
     parser.add_argument(
-        "--coherence-um", type=coherence_argument, default=65.0, metavar="auto|UM",
+        "--coherence-um", type=coherence_argument, default=argparse.SUPPRESS, metavar="auto|UM",
         help="coherence length; default 65, as in the thesis; the bake takes auto unless a length is given",
     )  # fmt: skip
     parser.add_argument(
@@ -116,7 +117,7 @@ def run(arguments: argparse.Namespace) -> None:
         source=arguments.file,
         theta_i_deg=arguments.theta_i,
         azimuth_deg=arguments.azimuth,
-        coherence_um=arguments.coherence_um,
+        coherence_um=getattr(arguments, "coherence_um", THESIS_COHERENCE_M * 1e6),
         looked_around_nm=first_order.period_m * 1e9,
         angles_against="mean of own peaks" if asked_m is None else "--period-nm",
     )
@@ -139,11 +140,10 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def evaluation_settings(arguments, name: str, period_m: float) -> Settings:
-    """Settings for one method. At the default coherence length of 65 um a bake would need a table that is finer than
-    any, so a bake chooses the length itself."""
-    length_um = arguments.coherence_um
-    if name == baked.ENTRY.name and length_um == 65.0:
-        length_um = None
+    """Settings for one method. Where no coherence length is given it is the thesis's, but at that length a bake would
+    need a table that is finer than any, so a bake chooses the length itself."""
+    unless_given = None if name == baked.ENTRY.name else THESIS_COHERENCE_M * 1e6
+    length_um = getattr(arguments, "coherence_um", unless_given)
     return Settings(
         coherence_length_m=None if length_um is None else length_um * 1e-6,
         dtype=np.dtype(arguments.precision).type,

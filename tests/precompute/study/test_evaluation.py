@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from precompute.base.failure import GratingError
-from precompute.cli.parser import main
+from precompute.cli.evaluate import evaluation_settings
+from precompute.cli.parser import build_parser, main
 from precompute.colour.observer import observer, wavelengths, white_xyz
 from precompute.methods import baked
 from precompute.methods.baked import Baked
@@ -220,3 +221,15 @@ def test_without_matplotlib_the_remedy_is_named(monkeypatch, capsys, tmp_path):
     monkeypatch.setitem(sys.modules, "matplotlib", MagicMock())
     assert main(["evaluate", "sample:blazed", "--methods", "stam", "-o", str(tmp_path / "x.png")]) == 1
     assert "pip install matplotlib" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("given", "of_bake", "of_others"), [
+    ((), None, 65e-6), (("--coherence-um", "65"), 65e-6, 65e-6), (("--coherence-um", "40"), 40e-6, 40e-6),
+    (("--coherence-um", "auto"), None, None),
+])  # fmt: skip
+def test_a_length_that_is_given_is_not_the_default(given, of_bake, of_others):
+    """Unless a length is given a bake chooses its own. A length of 65 um that is given is no other than 64 or 66."""
+    arguments = build_parser().parse_args(["evaluate", "sample:blazed", *given])
+    for name, length_m in (("bake", of_bake), ("flss", of_others), ("stam", of_others)):
+        found = evaluation_settings(arguments, name, 2.5e-6).coherence_length_m
+        assert found == length_m if length_m is None else found == pytest.approx(length_m, rel=1e-12)
