@@ -32,6 +32,7 @@ from precompute.cli.parser import OneLineParser
 from precompute.methods.method import Settings
 from precompute.methods.registry import METHODS
 from precompute.study import brdf_map, evaluation, evaluation_plot, slits
+from precompute.study.benchmark.surfaces import SKINS
 from precompute.study.colour_comparison import compare_bake
 from precompute.study.response import FirstOrder
 from precompute.surface.relief import Relief, prepare
@@ -101,7 +102,7 @@ def main(argv: list[str] | None = None) -> None:
     wanted = groups()
     draw_maps(wanted, reliefs(surfaces), images, arguments.json)
     facts = evaluation_page.Facts(
-        scan=not surfaces["elaphe"].source.startswith("sample:"),
+        scan=not any(surfaces[name].source.startswith("sample:") for name in SKINS),
         tables=tables,
         bakes=bakes,
         grid_variance=grid_variance(surfaces["blaze"], 0.017),

@@ -10,26 +10,19 @@ from benchmarks.evaluation_maps import COHERENCES_UM
 from precompute.methods.flss import Taylor
 from precompute.methods.method import Settings
 from precompute.methods.windowed_images import WindowedImages, windowed
+from precompute.study.benchmark.surfaces import SKINS, skin
 from precompute.surface.height_map import HeightMap
 from precompute.surface.readers.registry import read_height_map
 from precompute.surface.relief import Relief, prepare
 from precompute.surface.samples.gratings import blazed
 
-# Height in nanometres from black to white; the scans are 65 um wide.
-SCANS = {"elaphe": 375, "xenopeltis": 818.69}
-
 
 def height_maps(shared: Path) -> dict[str, HeightMap]:
-    """The surfaces by name; "elaphe" and "xenopeltis" are the scans if the folder has both.
+    """The surfaces by name; "elaphe" and "xenopeltis" are the scans where the folder has them.
 
     The blazes of few periods are the same endless surface cut into a smaller patch. They are for short coherence
     lengths, because FLSS reads only a few texels around a frequency."""
-    paths = {name: shared / "snake" / f"{name}_65um.png" for name in SCANS}
-    there = all(path.is_file() for path in paths.values())
-    surfaces = {"blaze": read_height_map("sample:blazed")}
-    for name, height_nm in SCANS.items():
-        scan = (str(paths[name]), 65, height_nm)
-        surfaces[name] = read_height_map(*scan) if there else read_height_map(f"sample:{name}")
+    surfaces = {"blaze": read_height_map("sample:blazed"), **{name: skin(shared, name) for name in SKINS}}
     for um in COHERENCES_UM:
         periods = max(1, round(um / 2.5))
         surfaces[f"blaze of {periods}"] = blazed(periods=periods, rows=32 * periods)
@@ -39,7 +32,7 @@ def height_maps(shared: Path) -> dict[str, HeightMap]:
 def reliefs(surfaces: dict[str, HeightMap]) -> dict[str, Relief]:
     """A relief for each surface, and another one for each skin, cut as the thesis cuts it ("elaphe, cut")."""
     prepared = {name: prepare(surface) for name, surface in surfaces.items()}
-    return prepared | {f"{name}, cut": as_the_thesis_cuts(surfaces[name]) for name in SCANS}
+    return prepared | {f"{name}, cut": as_the_thesis_cuts(surfaces[name]) for name in SKINS}
 
 
 def as_the_thesis_cuts(height_map: HeightMap) -> Relief:

@@ -58,8 +58,8 @@ def _setting(result: BenchmarkResult) -> str:
 {machine.numpy}; no GPU. Everything is NumPy, so that a ratio compares algorithms and not compilers. Load average
 when the run began: {machine.load}; times are the fastest of some repeats wherever a repeat is affordable.
 
-**Surfaces.** The blaze of the thesis (`sample:blazed`, 2.5 um, 246 nm); Elaphe ({result.surface}); and
-`sample:xenopeltis`, 819 nm from its deepest to its highest point, turned so that its strong period lies along T.
+**Surfaces.** The blaze of the thesis (`sample:blazed`, 2.5 um, 246 nm); Elaphe ({result.surface});
+and Xenopeltis ({result.xenopeltis}), turned so that the period along its fingers lies along T.
 
 **Coherence.** {result.coherence_um:g} um at 550 nm, for all: the length that a bake holds at every error from 3 to
 0.1. Methods of the ensemble model see a piece of {result.piece_um:g} um a side, those of the patch model one as long

@@ -139,6 +139,7 @@ class BenchmarkResult:
 
     quick         whether it was a trial of small pieces
     surface       name of the scan that was baked
+    xenopeltis    name of the scan of Xenopeltis, or of the sample in its place
     front         by surface, the titles of the rows on the Pareto front of seconds and p99, cheapest first
     pairs         by model of coherence, the direction pairs that a surface is judged on
     piece_um      side of the piece that methods of the ensemble model see
@@ -147,6 +148,7 @@ class BenchmarkResult:
     machine: Machine
     quick: bool
     surface: str
+    xenopeltis: str
     scan: ScanResult
     map: MapResult
     rows: Sequence[Row]

@@ -23,7 +23,7 @@ from .candidates import candidates, judge
 from .references import judges
 from .result import BenchmarkResult, Machine, Refusal, Row
 from .scan import map_result, scan_in_child, scan_result
-from .surfaces import FULL, Effort, elaphe_scan, middle, surfaces
+from .surfaces import FULL, Effort, middle, skin, surfaces
 
 
 def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
@@ -56,13 +56,13 @@ def machine() -> Machine:
 def run(effort: Effort, shared: Path, progress: Progress = silent) -> BenchmarkResult:
     """The whole benchmark. `shared` is the folder in which the real scans are looked for."""
     started = time.perf_counter()
-    scan = elaphe_scan(shared)
+    scan, xenopeltis = skin(shared, "elaphe"), skin(shared, "xenopeltis")
     judged = middle(scan, effort.scan_m) if effort.scan_m else replace(scan, periodic=False)
     on = machine()
     of_scan, baked = scan_result(judged, effort, progress)
     of_map = map_result(prepare(judged), baked, effort, progress=progress)
     rows, refused, pairs = [], [], {}
-    for surface in surfaces(effort, scan):
+    for surface in surfaces(effort, scan, xenopeltis):
         of_model = judges(surface, effort)
         pairs = {model: sum(len(truth.pairs.u) for truth in one.truths) for model, one in of_model.items()}
         wanted = candidates(effort)
@@ -80,6 +80,7 @@ def run(effort: Effort, shared: Path, progress: Progress = silent) -> BenchmarkR
         machine=on,
         quick=effort is not FULL,
         surface=scan.source_name,
+        xenopeltis=xenopeltis.source_name,
         scan=of_scan,
         map=of_map,
         rows=rows,

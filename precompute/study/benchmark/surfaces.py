@@ -15,6 +15,8 @@ from .. import evaluation
 
 # Beside the folder of the project.
 SHARED = Path(__file__).resolve().parents[4] / "shared" / "data"
+# Height in nanometres from black to white of the scans, which are 65 um wide.
+SKINS = {"elaphe": 375, "xenopeltis": 818.69}
 
 
 @dataclass(frozen=True)
@@ -80,15 +82,15 @@ class Surface:
     period_m: float
 
 
-def surfaces(effort: Effort, scan: HeightMap) -> list[Surface]:
-    """The blaze, the scan, and the Xenopeltis-like sample turned so that its strong period lies along T."""
-    fingers = evaluation.turned(read_height_map("sample:xenopeltis"), 90)
+def surfaces(effort: Effort, elaphe: HeightMap, xenopeltis: HeightMap) -> list[Surface]:
+    """The blaze, Elaphe, and Xenopeltis turned so that the period along its fingers lies along T."""
+    fingers = evaluation.turned(xenopeltis, 90)
     found = [
         Surface(
             "blaze", prepare(_blaze(effort.piece_m)), prepare(_blaze(effort.coherence_m)), 2.5e-6
         )
     ]  # fmt: skip
-    for name, heights, period_m in (("elaphe", scan, 1144e-9), ("xenopeltis", fingers, 1552e-9)):
+    for name, heights, period_m in (("elaphe", elaphe, 1144e-9), ("xenopeltis", fingers, 1552e-9)):
         whole, patch = (prepare(middle(heights, length)) for length in (effort.piece_m, effort.coherence_m))
         found.append(Surface(name, whole, patch, period_m))
     return found
@@ -108,10 +110,10 @@ def middle(height_map: HeightMap, length_m: float) -> HeightMap:
     return replace(height_map, height_m=height_map.height_m[tuple(part)], periodic=False)
 
 
-def elaphe_scan(shared: Path) -> HeightMap:
-    """The scan of Elaphe if the folder has it, else the sample that resembles it."""
-    path = shared / "snake" / "elaphe_65um.png"
-    return read_height_map(str(path), 65, 375) if path.is_file() else read_height_map("sample:elaphe")
+def skin(shared: Path, name: str) -> HeightMap:
+    """The scan of a skin, one of SKINS, if the folder has it; else the sample that resembles it."""
+    path = shared / "snake" / f"{name}_65um.png"
+    return read_height_map(str(path), 65, SKINS[name]) if path.is_file() else read_height_map(f"sample:{name}")
 
 
 def as_file(height_map: HeightMap, folder: Path) -> list[str]:

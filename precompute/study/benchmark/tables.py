@@ -8,7 +8,7 @@ from .result import BenchmarkResult, Row
 
 # dE00 that no eye sees side by side, the budget of a bake by default.
 JUST_VISIBLE = 1.0
-NAMES = {"blaze": "Blaze", "elaphe": "Elaphe", "xenopeltis": "Xenopeltis-like"}
+NAMES = {"blaze": "Blaze", "elaphe": "Elaphe", "xenopeltis": "Xenopeltis"}
 _COLUMNS = (
     "method", "s / million", "prepared in, s", "peak, MiB", "table, MiB", "dE00 mean", "p95", "p99", "max",
     "relative RMS", "angle, degrees",

@@ -20,7 +20,7 @@ from precompute.study.benchmark.candidates import _directions
 from precompute.study.benchmark.references import away_from_zero_order, ensemble_truths, exact_series
 from precompute.study.benchmark.run import pareto
 from precompute.study.benchmark.scan import _child
-from precompute.study.benchmark.surfaces import QUICK, as_file, middle, surfaces
+from precompute.study.benchmark.surfaces import QUICK, SKINS, as_file, middle, skin, surfaces
 from precompute.study.benchmark.synthetic_scan import synthetic_scan
 from precompute.study.benchmark.tables import number, summary
 from precompute.surface.relief import prepare
@@ -87,6 +87,12 @@ def test_a_refused_method_is_named(facts):
     refused = {(one["surface"], one["method"]) for one in facts["refused"]}
     assert ("xenopeltis", "flss") in refused
     assert "Refused:" in page.text(facts["result"])
+
+
+def test_the_real_skins_are_taken_where_they_are(shared_data, tmp_path):
+    for name in SKINS:
+        assert skin(shared_data, name).source_name == f"{name}_65um.png"
+        assert skin(tmp_path, name).source_name == f"sample:{name}"
 
 
 def test_the_front_holds_what_nothing_beats():

@@ -28,6 +28,7 @@ from precompute.colour.observer import wavelengths
 from precompute.methods.method import Settings
 from precompute.methods.registry import METHODS
 from precompute.study import brdf_map
+from precompute.study.benchmark.surfaces import SKINS
 from precompute.study.evaluation import evaluate_method, thesis_settings, turned
 from precompute.study.response import FirstOrder
 from precompute.surface.height_map import HeightMap
@@ -48,7 +49,7 @@ def test_maps_have_their_own_names():
     maps = [one for group in evaluation_maps.groups().values() for one in group]
     assert len({one.name for one in maps}) == len(maps)
     surfaces = evaluation_surfaces.height_maps(Path("nowhere"))
-    cuts = {f"{name}, cut" for name in evaluation_surfaces.SCANS}
+    cuts = {f"{name}, cut" for name in SKINS}
     assert {one.surface for one in maps} <= set(surfaces) | cuts
     assert {one.method for one in maps} <= set(evaluation.MAP_METHODS)
     assert surfaces["elaphe"].source == "sample:elaphe"
