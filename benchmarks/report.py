@@ -20,4 +20,4 @@ def say(line: str, target: str | None) -> None:
 def write(facts: dict, target: str | None) -> None:
     """The facts as JSON, if that was asked for."""
     if target:
-        emit(facts, target, lambda: target)
+        emit(facts, target, lambda: [target])

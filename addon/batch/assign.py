@@ -5,7 +5,7 @@ import argparse
 
 import bpy
 
-from ...precompute.base.failure import GratingError
+from ...precompute.base.failure import GratingError, printable
 from ...precompute.cli.arguments import existing_bake
 from ...precompute.cli.option_types import name_argument
 from ..actions.assign import assign_to_meshes
@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> None:
     selected = [o for o in bpy.context.view_layer.objects if o.select_get()]
     report = assign_to_meshes(bpy.context.scene, selected)
     save(arguments.save)
-    print("\n".join(report))
+    print("\n".join(map(printable, report)))
 
 
 def select_objects(names: list[str]) -> None:

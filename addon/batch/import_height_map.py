@@ -24,4 +24,4 @@ def run(arguments: argparse.Namespace) -> None:
     sizes = {"size_um": arguments.size_um or 0.0, "height_nm": arguments.height_nm or 0.0}
     grating = add_grating(bpy.context.scene, source, **sizes, channel=arguments.channel or "")
     save(arguments.save)
-    emit({"name": grating.name, "summary": grating.summary}, arguments.json, lambda: grating.summary)
+    emit({"name": grating.name, "summary": grating.summary}, arguments.json, lambda: [grating.summary])

@@ -56,5 +56,5 @@ def _text() -> bpy.types.Text:
     found = bpy.data.texts.get(_TEXT)
     if found is None or found.library is not None:
         found = bpy.data.texts.new(_TEXT)
-        found.from_string(_SOURCE.read_text())
+        found.from_string(_SOURCE.read_text(encoding="utf-8"))
     return found

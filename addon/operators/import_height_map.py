@@ -6,7 +6,7 @@ from bpy.props import FloatProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
 from ...precompute.base.failure import GratingError
-from .report import report_failure
+from .report import report_failure, report_lines
 
 
 class ImportHeightMap(bpy.types.Operator, ImportHelper):
@@ -61,8 +61,7 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):
             )
         except GratingError as error:
             return report_failure(self, error)
-        self.report({"INFO"}, f"{grating.name}: {grating.summary}")
-        return {"FINISHED"}
+        return report_lines(self, [f"{grating.name}: {grating.summary}"])
 
 
 def menu_entry(menu, context):

@@ -5,7 +5,7 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ..scene.gratings import active_grating
-from .report import report_failure
+from .report import report_failure, report_lines
 
 
 class NewDiffractionMaterial(bpy.types.Operator):
@@ -30,5 +30,4 @@ class NewDiffractionMaterial(bpy.types.Operator):
             material = make_material(context.scene, active_grating(context.scene))
         except GratingError as error:
             return report_failure(self, error)
-        self.report({"INFO"}, f"{material.name}: assign it to a mesh that has a UV map")
-        return {"FINISHED"}
+        return report_lines(self, [f"{material.name}: assign it to a mesh that has a UV map"])

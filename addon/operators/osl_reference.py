@@ -9,7 +9,7 @@ from bpy.props import EnumProperty, StringProperty
 from ...precompute.base.failure import GratingError
 from ..materials.osl.script import missing_for_osl
 from ..scene.gratings import active_grating
-from .report import report_failure
+from .report import report_failure, report_lines
 
 _DIRECT = "DIRECT"
 _METHODS = (
@@ -51,8 +51,7 @@ class NewOslReference(bpy.types.Operator):
             material = self._make(context.scene)
         except GratingError as error:
             return report_failure(self, error)
-        self.report({"INFO"}, f"{material.name}: assign it to a mesh that has a UV map")
-        return {"FINISHED"}
+        return report_lines(self, [f"{material.name}: assign it to a mesh that has a UV map"])
 
     def _make(self, scene: bpy.types.Scene) -> bpy.types.Material:
         from ..actions.osl_reference import reference_from_bake, reference_from_images, write_images

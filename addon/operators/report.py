@@ -5,7 +5,7 @@ import re
 
 import bpy
 
-from ...precompute.base.failure import GratingError
+from ...precompute.base.failure import GratingError, printable
 
 # Precompute names its settings as its command line does. Here each is named as the panel and the dialogs name it.
 WORDS = {
@@ -33,9 +33,9 @@ def report_failure(operator: bpy.types.Operator, error: GratingError) -> set[str
 def report_lines(operator: bpy.types.Operator, lines: list[str]) -> set[str]:
     """Report what was done, the first line, and warnings, the others. Returns what execute() returns then."""
     for line in lines[:1]:
-        operator.report({"INFO"}, line)
+        operator.report({"INFO"}, printable(line))
     for line in lines[1:]:
-        operator.report({"WARNING"}, line)
+        operator.report({"WARNING"}, printable(line))
     return {"FINISHED"}
 
 

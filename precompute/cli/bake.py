@@ -96,14 +96,14 @@ def read_request(path: Path) -> BakeRequest:
     return request
 
 
-def bake_summary(facts: dict) -> str:
+def bake_summary(facts: dict) -> tuple[str, str]:
     """The two lines that a person reads after a bake."""
     de = facts["delta_e"]
     origin = "from the cache, baked in " if facts["cached"] else ""
     return (
         f"{facts['files'][0]}: {facts['tiles']} tiles of {facts['tile'][1]} x {facts['tile'][0]}, "
         f"coherence {facts['coherence_um']:.1f} um, {facts['blender_bytes'] / 2**20:.0f} MiB in Blender, "
-        f"{origin}{facts['seconds']:.1f} s\n"
+        f"{origin}{facts['seconds']:.1f} s",
         f"dE00 mean {de['mean']:.2f}, p95 {de['p95']:.2f}, p99 {de['p99']:.2f}, max {de['max']:.2f} "
-        f"({de['pairs']} direction pairs, {facts['check_seconds']:.1f} s)"
+        f"({de['pairs']} direction pairs, {facts['check_seconds']:.1f} s)",
     )

@@ -44,4 +44,4 @@ def run(arguments: argparse.Namespace) -> None:
     file = arguments.output / PAGE
     write_whole(file, lambda path: path.write_text(page.text(result), encoding="utf-8"))
     files = [str(file), *map(str, pictures)]
-    emit({**result.as_dict(), "files": files}, arguments.json, lambda: "\n".join([summary(result), *files]))
+    emit({**result.as_dict(), "files": files}, arguments.json, lambda: [*summary(result).splitlines(), *files])

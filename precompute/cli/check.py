@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> None:
         raise GratingError(f"{file}: {', '.join(verdict.faults)}; bake it again")
 
 
-def check_summary(file: Path, verdict: Verdict) -> str:
+def check_summary(file: Path, verdict: Verdict) -> tuple[str, str]:
     """The two lines that a person reads after a check."""
     de = verdict.errors
     rings = ", ".join(
@@ -62,6 +62,6 @@ def check_summary(file: Path, verdict: Verdict) -> str:
     )
     return (
         f"{file}: dE00 mean {de.mean:.2f}, p95 {de.p95:.2f}, p99 {de.p99:.2f}, max {de.max:.2f} "
-        f"(asked {verdict.asked:g}; {de.pairs} direction pairs, {verdict.seconds:.1f} s)\n"
-        f"|dY| {de.relative_dy:.2%} of the light (by |u|: {rings}), zero order {verdict.zero_order_dy:.1e}"
+        f"(asked {verdict.asked:g}; {de.pairs} direction pairs, {verdict.seconds:.1f} s)",
+        f"|dY| {de.relative_dy:.2%} of the light (by |u|: {rings}), zero order {verdict.zero_order_dy:.1e}",
     )

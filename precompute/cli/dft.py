@@ -49,4 +49,4 @@ def run(arguments: argparse.Namespace) -> None:
     )  # fmt: skip
     size = written.image_bytes / 2**20
     summary = f"{written.files[0]}: {written.layout.terms} terms, {size:.0f} MiB"
-    emit(written.as_dict(), arguments.json, lambda: summary)
+    emit(written.as_dict(), arguments.json, lambda: [summary])

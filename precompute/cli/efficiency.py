@@ -38,4 +38,4 @@ def run(arguments: argparse.Namespace) -> None:
         samples=arguments.samples,
     )  # fmt: skip
     lines = [f"{o.order:+3d}  computed {o.computed:.9f}  analytic {o.analytic:.9f}  error {o.error:.1e}" for o in found]
-    emit({"orders": [o.as_dict() for o in found]}, arguments.json, lambda: "\n".join(lines))
+    emit({"orders": [o.as_dict() for o in found]}, arguments.json, lambda: lines)

@@ -86,12 +86,12 @@ class Report:
             "files": self.files,
         }
 
-    def table(self) -> str:
-        """The table for people."""
+    def table(self) -> list[str]:
+        """The lines of the table for people."""
         lines = [f"first order around {self.looked_around_nm:.2f} nm; angles against: {self.angles_against}"]
         lines.append(f"{'method':<16} {'period nm':>10} {'variance':>9} {'angle rms':>10} {'seconds':>8}")
         lines += [f"{name:<16} {one.summary()}" for name, one in self.methods.items()]
-        return "\n".join([*lines, *self.files])
+        return [*lines, *self.files]
 
 
 def methods_argument(text: str) -> tuple[str, ...]:

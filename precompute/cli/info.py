@@ -21,4 +21,4 @@ def run(arguments: argparse.Namespace) -> None:
     described = description.describe(height_map_of(arguments))
     facts = described.as_dict()
     lines = [*described.in_words(), *(f"{key}: {value}" for key, value in facts.items() if key not in _IN_WORDS)]
-    emit(facts, arguments.json, lambda: "\n".join(lines))
+    emit(facts, arguments.json, lambda: lines)

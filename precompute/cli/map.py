@@ -74,7 +74,7 @@ def run(arguments: argparse.Namespace) -> None:
     xyz, illuminant = brdf_map_of(arguments, progress)
     arguments.output.parent.mkdir(parents=True, exist_ok=True)
     write_picture(arguments.output, xyz, illuminant)
-    emit({"files": [str(arguments.output)]}, arguments.json, lambda: str(arguments.output))
+    emit({"files": [str(arguments.output)]}, arguments.json, lambda: [str(arguments.output)])
 
 
 def brdf_map_of(arguments, progress: Progress) -> tuple[np.ndarray, str]:

@@ -5,6 +5,7 @@ import argparse
 import json
 import os
 import sys
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TextIO
 
@@ -67,17 +68,17 @@ def _check_file(path: Path) -> None:
         raise GratingError(f"{path.parent}: is a file; name a folder")
 
 
-def emit(facts: dict, target: str | None, summary) -> None:
+def emit(facts: dict, target: str | None, summary: Callable[[], Iterable[str]]) -> None:
     """Write facts as JSON to the file `target`, or to standard output if `target` is "-".
 
-    Unless JSON goes to standard output, print `summary()`, the facts as text. Raises GratingError if the facts cannot
-    be written, or if JSON is asked for and a figure is not finite: JSON has no word for it."""
+    Unless JSON goes to standard output, print the lines of `summary()`, the facts as text. Raises GratingError if the
+    facts cannot be written, or if JSON is asked for and a figure is not finite: JSON has no word for it."""
     if target == "-":
         _print(_json(facts))
         return
     if target:
         _write_json(Path(target), _json(facts) + "\n")
-    _print("\n".join(map(printable, summary().split("\n"))))
+    _print("\n".join(map(printable, summary())))
 
 
 def _write_json(path: Path, text: str) -> None:

@@ -44,11 +44,9 @@ def _keep_the_terminal_to_ourselves() -> None:
     terminal's encoding does not have is written as an escape."""
     warnings.simplefilter("ignore")
     nowhere = os.open(os.devnull, os.O_WRONLY)
-    for name in ("stdout", "stderr"):
+    for number, name in ((1, "stdout"), (2, "stderr")):
         stream = getattr(sys, name)
-        if stream is None:  # closed by who started the program
-            continue
-        ours = os.dup(stream.fileno())
-        os.dup2(nowhere, stream.fileno())
-        setattr(sys, name, os.fdopen(ours, "w", encoding=stream.encoding, errors="backslashreplace", buffering=1))
-    os.close(nowhere)
+        if stream is not None:  # it is None where who started the program has closed it
+            ours = os.fdopen(os.dup(number), "w", encoding=stream.encoding, errors="backslashreplace", buffering=1)
+            setattr(sys, name, ours)
+        os.dup2(nowhere, number)

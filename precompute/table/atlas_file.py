@@ -51,11 +51,10 @@ def write_exr(path: Path, image: np.ndarray, attributes: Mapping[str, str]) -> N
 
     Raises OSError if it cannot be written."""
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **attributes}
-    with OpenEXR.File(header, {"RGBA"[: image.shape[2]]: np.ascontiguousarray(image[::-1])}) as file:
-        try:
-            file.write(str(path))
-        except RuntimeError as error:  # 'Failed to write ... file "PATH". REASON.', whatever the system's error was
-            raise OSError(str(error).rpartition('". ')[2].removesuffix(".")) from error
+    channels = {"RGBA"[: image.shape[2]]: np.ascontiguousarray(image[::-1])}
+    # Given a path, OpenEXR takes none outside UTF-8, and has its own words for the system's errors.
+    with OpenEXR.File(header, channels) as picture, path.open("wb") as file:
+        picture.write(file)
 
 
 def read_header(path: Path) -> tuple[Layout, dict]:

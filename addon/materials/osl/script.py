@@ -58,7 +58,7 @@ def missing_for_osl(scene: bpy.types.Scene) -> str | None:
 def joined(constants: dict[str, object], parts: Sequence[str]) -> str:
     """The source of some .osl files of this folder, after lines that define the constants which they leave open."""
     lines = [f"#define {name} {value}" for name, value in constants.items()]
-    return "\n".join([*lines, "", *((_PARTS / f"{part}.osl").read_text() for part in parts)])
+    return "\n".join([*lines, "", *((_PARTS / f"{part}.osl").read_text(encoding="utf-8") for part in parts)])
 
 
 def file_name(path: Path) -> str:

@@ -18,7 +18,7 @@ def test_json_holds_no_figure_that_is_not_finite(tmp_path, capsys, figure, to_fi
     """JSON has no word for them: Python's NaN and Infinity are errors to other programs."""
     target = tmp_path / "facts.json"
     with pytest.raises(GratingError, match="not finite.*; "):
-        emit({"errors": [{"p99": figure}]}, str(target) if to_file else "-", lambda: "")
+        emit({"errors": [{"p99": figure}]}, str(target) if to_file else "-", lambda: [])
     assert not target.exists()
     assert capsys.readouterr().out == ""
 
