@@ -3,11 +3,12 @@
 
 import bpy
 
+from ...precompute.base.failure import printable
 from ...precompute.surface.description import Description, describe
 from ...precompute.surface.height_map import SAMPLE_PREFIX, HeightMap
 from ...precompute.surface.readers.registry import read_height_map
 from ...precompute.surface.samples.catalogue import title_of
-from ..scene.gratings import Grating
+from ..scene.gratings import Grating, kept_path
 
 
 def add_grating(
@@ -17,8 +18,8 @@ def add_grating(
 
     Where size_um, height_nm or channel is 0 or empty, the value that the file holds is used.
 
-    Raises GratingError if it cannot be read."""
-    height_map = read_height_map(source, size_um or None, height_nm or None, channel=channel or None)
+    Raises GratingError if it cannot be read, or if Blender cannot keep its name."""
+    height_map = read_height_map(kept_path(source), size_um or None, height_nm or None, channel=channel or None)
     facts = describe(height_map)
     gratings = scene.natural_gratings
     name = unused_name(name_of(height_map), {g.name for g in gratings.items})
@@ -32,7 +33,7 @@ def add_grating(
 
 def name_of(height_map: HeightMap) -> str:
     """A new grating's name: the sample's as people write it, or the file's."""
-    return title_of(height_map.stem) if height_map.source.startswith(SAMPLE_PREFIX) else height_map.stem
+    return title_of(height_map.stem) if height_map.source.startswith(SAMPLE_PREFIX) else printable(height_map.stem)
 
 
 def unused_name(name: str, taken: set[str]) -> str:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import bpy
 
-from ...precompute.base.failure import GratingError
+from ...precompute.base.failure import GratingError, printable
 from ..lamps.find import find_lamps
 from ..lamps.follow import follow_lamps
 from ..materials.direct.response import direct_response
@@ -64,4 +64,4 @@ def refresh_group(grating: Grating) -> None:
 
 def new_diffraction_group(path: Path, shadows: bool = True) -> bpy.types.NodeTree:
     """A new Diffraction group of a bake's file. Raises GratingError if the file is not a bake."""
-    return group_around(path.stem, direct_response(path), shadows)
+    return group_around(printable(path.stem), direct_response(path), shadows)

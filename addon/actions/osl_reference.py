@@ -6,6 +6,7 @@ from pathlib import Path
 
 import bpy
 
+from ...precompute.base.failure import printable
 from ...precompute.colour.working_space import rgb_from_xyz
 from ...precompute.methods.dft_layout import read_sound_layout
 from ...precompute.table.atlas_file import read_header
@@ -40,7 +41,8 @@ def reference_from_images(scene: bpy.types.Scene, path: Path) -> bpy.types.Mater
     no lamp."""
     find_lamps(scene)
     matrix = rgb_from_xyz(compat.working_space(), read_sound_layout(path).illuminant)
-    return _material_of(scene, path.stem, build_osl_response(path.stem, path, matrix))
+    name = printable(path.stem)
+    return _material_of(scene, name, build_osl_response(name, path, matrix))
 
 
 def reference_from_bake(scene: bpy.types.Scene, path: Path) -> bpy.types.Material:
@@ -51,7 +53,8 @@ def reference_from_bake(scene: bpy.types.Scene, path: Path) -> bpy.types.Materia
     find_lamps(scene)
     layout, _ = read_header(path)
     matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
-    return _material_of(scene, path.stem, build_osl_direct(path.stem, path, layout, rgb_from_xyz=matrix))
+    name = printable(path.stem)
+    return _material_of(scene, name, build_osl_direct(name, path, layout, rgb_from_xyz=matrix))
 
 
 def _material_of(scene: bpy.types.Scene, name: str, response: Response) -> bpy.types.Material:

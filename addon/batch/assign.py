@@ -10,6 +10,7 @@ from ...precompute.cli.arguments import existing_bake
 from ...precompute.cli.option_types import name_argument
 from ..actions.assign import assign_to_meshes
 from ..actions.material import refresh_group
+from ..scene.gratings import kept_path
 from .save import add_save, save
 
 
@@ -34,11 +35,11 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.object:
         select_objects(arguments.object)
     gratings = bpy.context.scene.natural_gratings
-    path = str(file.resolve())
+    path = kept_path(str(file.resolve()))
     index = next((i for i, g in enumerate(gratings.items) if g.bake_path == path), None)
     if index is None:
         grating = gratings.items.add()
-        grating.name, grating.bake_path = file.stem, path
+        grating.name, grating.bake_path = printable(file.stem), path
         index = len(gratings.items) - 1
     gratings.active_index = index
     refresh_group(gratings.items[index])

@@ -153,6 +153,15 @@ def cache_folder() -> Path:
     return cache.default_folder()
 
 
+def kept_path(path: str) -> str:
+    """A path that a .blend is to keep. Raises GratingError if it cannot: Blender keeps text."""
+    try:
+        path.encode()
+    except UnicodeEncodeError as error:
+        raise GratingError(f"{path}: its name is no text in UTF-8, which Blender needs; rename it") from error
+    return path
+
+
 def _decimal(value: float, digits: int) -> float | None:
     """A number rounded to `digits` significant digits, which removes the error of single precision. None for 0,
     which leaves the choice to the bake."""

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import bpy
 
+from ....precompute.base.failure import GratingError, printable
 from ....precompute.colour.working_space import rgb_from_xyz
 from ....precompute.table.atlas_file import read_sound_header
 from ...scene import compat
@@ -17,14 +18,17 @@ def direct_response(path: Path) -> Response:
     layout, record = read_sound_header(path)
     image = load_atlas(path, half=record.get("precision") != "float32")
     matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
-    return build_direct_group(path.stem, image, layout, rgb_from_xyz=matrix)
+    return build_direct_group(printable(path.stem), image, layout, rgb_from_xyz=matrix)
 
 
 def load_atlas(path: Path, half: bool) -> bpy.types.Image:
     """The bake's image, packed into the .blend so that it renders wherever that file goes. `half`: a graphics card may
-    hold it in half floats, as the file itself does."""
-    image = bpy.data.images.load(str(path), check_existing=False)
-    image.name = path.stem
+    hold it in half floats, as the file itself does. Raises GratingError if Blender cannot open the file."""
+    try:
+        image = bpy.data.images.load(str(path), check_existing=False)
+    except RuntimeError as error:  # Blender takes a backslash for a slash
+        raise GratingError(f"{path}: Blender cannot open it; give it a name of plain letters") from error
+    image.name = printable(path.stem)
     image.colorspace_settings.name = "Non-Color"
     image.alpha_mode = "NONE"
     image.use_half_precision = half

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A node group around a shader in Open Shading Language (Cycles on the CPU)."""
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,6 +15,8 @@ from ...nodes.interface import Socket, add_interface
 from ..response import ONE_RADIANCE, Response
 
 GROUP_PREFIX = "Diffraction OSL"
+# The bytes that stand for themselves in a path within a shader.
+_PLAIN = frozenset(b"abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789/._- ")
 _PARTS = Path(__file__).resolve().parent
 
 
@@ -62,8 +65,10 @@ def joined(constants: dict[str, object], parts: Sequence[str]) -> str:
 
 
 def file_name(path: Path) -> str:
-    """A path as a string literal of a shader."""
-    return f'"{path.absolute().as_posix()}"'
+    """A path as a string literal of a shader. All but plain characters are written as the octal numbers of their
+    bytes, so that no name ends the literal."""
+    name = os.fsencode(path.absolute().as_posix())
+    return '"' + "".join(chr(byte) if byte in _PLAIN else f"\\{byte:03o}" for byte in name) + '"'
 
 
 def colours(values: np.ndarray) -> str:
