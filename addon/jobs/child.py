@@ -64,8 +64,12 @@ class Job:
         return self._process.poll() is None
 
     def wait(self) -> None:
-        """Return when the process has ended."""
-        self._process.wait()
+        """Return when the process has ended. Where the wait is interrupted, the process is stopped."""
+        try:
+            self._process.wait()
+        except BaseException:
+            self.cancel()
+            raise
 
     def progress(self) -> tuple[str, float]:
         """The stage and the fraction of it that is done, as last reported."""

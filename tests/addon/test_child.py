@@ -97,6 +97,21 @@ def test_cancelling_removes_what_a_killed_process_left(job, tmp_path):
     assert list((tmp_path / "out").iterdir()) == [other]
 
 
+def test_an_interrupted_wait_stops_the_process(job, tmp_path, monkeypatch):
+    """As Ctrl-C does where Blender runs a command."""
+    wait = job._process.wait
+
+    def interrupted(*_):
+        monkeypatch.setattr(job._process, "wait", wait)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(job._process, "wait", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        job.wait()
+    assert not job.running
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_killed_process_is_told_in_words(addon, job):
     job._process.kill()
     job.wait()
