@@ -19,6 +19,7 @@ from ..table.sample_set import SampleSet
 from ..table.table import Table
 from ..table.tiling import BYTES_PER_TEXEL
 from .draws import make_sample_set
+from .expected import tell
 from .kernel import kernel_for, too_fine
 from .plan import Plan
 from .probe import TEXELS_MAX, TEXELS_MIN, probe
@@ -92,6 +93,7 @@ def _spectra(
     """The series of each relief, for the region that the request asks for and for kernels of sigma_b and wider."""
     needs = request.needs
     reach = max(KERNEL_REACH * sigma_b, _REACH_MIN)
+    wavelengths = len(bake_wavelengths(sigma_b, request.delta_e, needs.region.reach))
     found = []
     for k, relief in enumerate(reliefs):
         found.append(
@@ -99,6 +101,9 @@ def _spectra(
                 relief, (needs.region.reach + reach) / WAVELENGTH_MIN_M, needs.w[1] / WAVELENGTH_MIN_M,
                 finest_kernel=sigma_b / WAVELENGTH_MAX_M, tolerance=_SERIES_TOLERANCE * request.delta_e,
                 progress=part_of(progress, "transforms", done=k, total=len(reliefs)),
+                before=lambda work, k=k: tell(
+                    work, wavelengths, scans=len(reliefs) - k, progress=silent if k else progress
+                ),
             )
         )  # fmt: skip
     return tuple(found)

@@ -2,6 +2,8 @@
 """The arguments that several verbs share."""
 
 import argparse
+import contextlib
+from collections.abc import Iterator
 from pathlib import Path
 
 from ..bake.request import COHERENCE_UM, DELTA_E, HEIGHT_NM, MODELS, SIZE_UM
@@ -113,3 +115,14 @@ def height_map_of(arguments, file: str | None = None) -> HeightMap:
     """The height map of `file`, or without one of the command line's only FILE. Raises GratingError as read_height_map
     does."""
     return read_height_map(file or arguments.file, arguments.size_um, arguments.height_nm, channel=arguments.channel)
+
+
+@contextlib.contextmanager
+def naming(file: str) -> Iterator[None]:
+    """Let what goes wrong inside name `file`, where it does not do so itself."""
+    try:
+        yield
+    except GratingError as error:
+        if str(error).startswith(file):
+            raise
+        raise GratingError(f"{file}: {error}") from error

@@ -17,7 +17,7 @@ from ..study.colour_comparison import ColourComparison, compare_bake
 from ..study.response import FirstOrder
 from ..surface.relief import prepare
 from ..surface.unit_cell import grating_period
-from .arguments import PERIOD_NM, add_input, coherence_argument, height_map_of, period_of
+from .arguments import PERIOD_NM, add_input, coherence_argument, height_map_of, naming, period_of
 from .option_types import count, number, path_argument
 from .output import Progress, emit
 
@@ -124,12 +124,13 @@ def run(arguments: argparse.Namespace) -> None:
     plotted = []
     for k, name in enumerate(arguments.methods):
         settings = evaluation_settings(arguments, name, first_order.period_m)
-        if name == baked.ENTRY.name:
-            report.methods[name] = compare_bake(relief, settings, first_order)
-        else:
-            one = evaluation.evaluate_method(name, relief, settings, first_order=first_order, expected_m=asked_m)
-            plotted.append(one)
-            report.methods[name] = one
+        with naming(arguments.file):
+            if name == baked.ENTRY.name:
+                report.methods[name] = compare_bake(relief, settings, first_order)
+            else:
+                one = evaluation.evaluate_method(name, relief, settings, first_order=first_order, expected_m=asked_m)
+                plotted.append(one)
+                report.methods[name] = one
         progress(name, (k + 1) / len(arguments.methods))
     if arguments.output is not None and plotted:
         arguments.output.parent.mkdir(parents=True, exist_ok=True)

@@ -24,6 +24,7 @@ from .arguments import (
     coherence_argument,
     existing_bake,
     height_map_of,
+    naming,
     period_of,
 )
 from .option_types import count, number, path_argument
@@ -71,7 +72,8 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.output.suffix.lower() not in (".png", ".exr"):
         raise GratingError(f"{arguments.output}: neither PNG nor EXR; name the file .png or .exr")
     progress = Progress(arguments.progress)
-    xyz, illuminant = brdf_map_of(arguments, progress)
+    with naming(arguments.file):
+        xyz, illuminant = brdf_map_of(arguments, progress)
     arguments.output.parent.mkdir(parents=True, exist_ok=True)
     write_picture(arguments.output, xyz, illuminant)
     emit({"files": [str(arguments.output)]}, arguments.json, lambda: [str(arguments.output)])

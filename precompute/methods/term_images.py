@@ -5,14 +5,19 @@ The phasor is expanded as p = sum_n c_n(s) f_n(h). Its spectrum at any s is then
 transform of f_n(h). The images F_n do not depend on s and are made once.
 """
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
 
+from ..base.memory import refuse_beyond_memory
 from ..colour.observer import S_MAX
-from ..surface.relief import Relief
+from ..surface.relief import SMALLER, Relief
+
+# What is held for each pixel of the relief while one term is transformed, in bytes (benchmarks/memory.py).
+_BYTES_PER_PIXEL = 64
 
 
 class Expansion(Protocol):
@@ -103,9 +108,15 @@ class ShaderImages:
 
 
 def make_images(relief: Relief, expansion: Expansion, dtype: type) -> TermImages:
-    """The images of an expansion, in float32 or float64, at the frequencies that |u|, |v| <= 2 reach."""
+    """The images of an expansion, in float32 or float64, at the frequencies that |u|, |v| <= 2 reach.
+
+    Raises GratingError where they would take more than half of the memory that is free."""
     kept = [_kept(n, length) for n, length in zip(relief.height_m.shape, relief.size_m, strict=True)]
     narrow = np.complex64 if dtype == np.float32 else np.complex128
+    terms = expansion.coefficients(np.zeros(1)).shape[1]
+    # The images are held twice while they are stacked.
+    needed = 2 * terms * np.dtype(narrow).itemsize * math.prod(map(len, kept)) + _BYTES_PER_PIXEL * relief.height_m.size
+    refuse_beyond_memory(needed, f"the relief's {terms} terms", f"{SMALLER}, or take fewer --terms")
     images = []
     for field in expansion.fields(relief.height_m):
         transform = np.fft.fft2(np.fft.ifftshift(relief.apodisation * field)) / relief.height_m.size

@@ -7,10 +7,12 @@ confirms it on the whole relief.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
+from ..base.failure import GratingError
 from ..base.progress import Progress, silent
 from ..maths import chebyshev
 from ..surface.relief import Relief
@@ -22,6 +24,8 @@ from .spectrum import FrequencyGrid, fft_order, frequency_grid, scattered_spectr
 # size takes the number that `bound` gives.
 _CUT = 192
 _ROWS_AT_ONCE, _COLUMNS_AT_ONCE = 128, 64
+# No relief takes more nodes. Scalar diffraction ends far above this depth, of 60 um for all of (u, v).
+_COUNT_MAX = 1000
 # A surface that scatters less than this share of the light scatters nothing but rounding. The share is a hundred times
 # what a transform in single precision scatters falsely.
 ROUNDING = 1e-10
@@ -30,6 +34,23 @@ ROUNDING = 1e-10
 # wavelength. The rest of the kernel then has a standard deviation of 0.8. A sum over bins under both Gaussians is flat
 # to 2 exp(-2 pi^2 * 0.6^2 * 0.8^2 / 0.75^2) = 6e-4.
 _BLUR, _SPACING = 0.6, 0.75
+
+
+@dataclass(frozen=True)
+class Work:
+    """What a series in single precision costs.
+
+    transforms  the number of transforms
+    fine_bins   the bins of each transform that are kept
+    bins        the bins of each that the series holds, thinned out or not"""
+
+    transforms: int
+    fine_bins: int
+    bins: int
+
+
+def unasked(work: Work) -> None:
+    """For a series that nobody asks about beforehand."""
 
 
 def exact_error(relief: Relief, series: SpectrumSeries, s_values: np.ndarray) -> float:
@@ -53,17 +74,26 @@ def exact_error(relief: Relief, series: SpectrumSeries, s_values: np.ndarray) ->
 
 
 def fast_series(
-    relief: Relief, q_max: float, s_max: float, *, finest_kernel: float, tolerance: float, progress: Progress = silent
-) -> SpectrumSeries:
+    relief: Relief, q_max: float, s_max: float, *, finest_kernel: float, tolerance: float, progress: Progress = silent,
+    before: Callable[[Work], None] = unasked,
+) -> SpectrumSeries:  # fmt: skip
     """The series of a relief in float32, with bins up to q_max and s up to s_max, both in cycles per metre.
 
     finest_kernel is the standard deviation, in cycles per metre, of the narrowest kernel that will be used. Where bins
     are much finer than that kernel, they are blurred by a part of it and thinned out. The series leaves out about the
     share `tolerance` of the light, as estimated from its last coefficients. `progress` is called after each
-    transform."""
+    transform, and `before` once before the first, with what they will cost: it may raise GratingError. Raises
+    GratingError for a relief that would take more than _COUNT_MAX transforms."""
     grid = frequency_grid(relief, q_max, finest_kernel)
     most = bound(relief, s_max, tolerance)
+    if most > _COUNT_MAX:
+        raise GratingError(
+            f"a relief of {relief.height_range_m * 1e6:.3g} um is too deep for its spectrum; give its true height, or "
+            "crop what stands out, such as dust"
+        )
     count = min(most, measured_count(relief, q_max, s_max, tolerance=tolerance))
+    coarse = _thinned_grid(grid, finest_kernel)
+    before(Work(count, *(len(each.q_y) * len(each.q_x) for each in (grid, coarse))))
     while True:
         series = _transforms(relief, grid, s_max, finest_kernel=finest_kernel, count=count, progress=progress)
         left_out, ratio = _left_out(_coefficient_sizes(series.scattered_over_s2))

@@ -12,10 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..surface.relief import Relief
+from ..base.memory import refuse_beyond_memory
+from ..surface.relief import SMALLER, Relief
 
 # Zero padding of a scan that does not wrap, in units of 1 / finest_kernel (see frequency_grid).
 _GUARD = 0.4
+# What scattered_spectrum holds for each bin of its transform, in bytes (benchmarks/memory.py).
+_BYTES_PER_BIN = 64
 
 
 @dataclass(frozen=True)
@@ -89,7 +92,9 @@ def _kept_frequencies(count: int, pixel_m: float, q_max: float) -> np.ndarray:
 def scattered_spectrum(relief: Relief, s: float, grid: FrequencyGrid) -> tuple[np.ndarray, float]:
     """The scattered power per bin (ny, nx) of the grid, and the efficiency of the zero order, in float64.
 
-    Summed over all bins of the transform, kept or not, the scattered power and the efficiency make 1."""
+    Summed over all bins of the transform, kept or not, the scattered power and the efficiency make 1. Raises
+    GratingError where the transform would take more than half of the memory that is free."""
+    refuse_beyond_memory(_BYTES_PER_BIN * math.prod(grid.transform_shape), "the relief's transform", SMALLER)
     amplitude = zero_order_amplitude(relief, s)
     scattered = relief.apodisation * (phasor(relief.height_m, s) - amplitude)
     rows, cols = grid.transform_shape

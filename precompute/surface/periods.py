@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from .height_map import HeightMap
 from .holes import fill_missing
 
 _MOST_PERIODS = 5
+# Of a larger scan the middle is looked at, of this many pixels a side: 2 s of work instead of minutes.
+_SIDE_MAX = 2048
 # A period fits at least three times into the scan.
 _LEAST_REPEATS = 3.0
 # Two peaks are one if they are nearer to each other than the main lobe of the window (4 bins wide), or than the spread
@@ -104,13 +106,14 @@ class _Spectrum:
 
 
 def waves_of(level: HeightMap) -> Waves:
-    """The waves of levelled heights; holes are filled first.
+    """The waves of levelled heights, of their middle where the scan is large; holes are filled first.
 
     A wave that diffracts visibly is one that visible light leaves at an angle of its own (FINEST_PERIOD_M), with its
     colours so far apart that they can be told apart under the sun (COARSEST_PERIOD_M). Such waves are ordered by the
     light that they send out. Power alone would put the slow waves of natural surfaces first, and power times frequency
     would put fine waves first whose order leaves at grazing angles only, if at all."""
-    spectrum = _spectrum(level)
+    middle = _middle(level)
+    spectrum = _spectrum(middle)
     q, power = spectrum.q, spectrum.power
     stands_out = _stands_out(power, q)
     light = np.where(stands_out, visible_share(q) * power, 0.0)
@@ -119,18 +122,34 @@ def waves_of(level: HeightMap) -> Waves:
     gratings = _peaks(spectrum, light, _MOST_PERIODS, least=_FAINTEST_LIGHT)
     others = [_peaks(spectrum, each, 1, least=_FAINTEST_AMPLITUDE_M**2) for each in (waviness, fine)]
     return Waves(
-        tuple(_wave(spectrum, level, peak) for peak in gratings),
-        *(_wave(spectrum, level, peaks[0]) if peaks else None for peaks in others),
+        tuple(_wave(spectrum, middle.cols, peak, level.size_m) for peak in gratings),
+        *(_wave(spectrum, middle.cols, peaks[0], level.size_m) if peaks else None for peaks in others),
     )
 
 
-def _wave(spectrum: _Spectrum, level: HeightMap, peak: tuple[int, int]) -> Wave:
-    ky, kx = _refine(spectrum, level.cols, peak)
+def _wave(spectrum: _Spectrum, cols: int, peak: tuple[int, int], scan_m: tuple[float, float]) -> Wave:
+    """The wave of a peak (ky, kx) of the spectrum of heights of `cols` columns, which are the middle of a scan of sides
+    scan_m (Ly, Lx)."""
+    ky, kx = _refine(spectrum, cols, peak)
     # The row index runs along -B.
-    q_b, q_t = -ky / level.size_m[0], kx / level.size_m[1]
-    q, power = math.hypot(q_b, q_t), spectrum.at(*peak, level.cols)
-    light = float(visible_share(np.array(q))) * power
-    return Wave(1 / q, _angle_deg(q_b, q_t), math.hypot(ky, kx), math.sqrt(power), light)
+    q_b, q_t = -ky / spectrum.size_m[0], kx / spectrum.size_m[1]
+    q, power = math.hypot(q_b, q_t), spectrum.at(*peak, cols)
+    return Wave(
+        period_m=1 / q,
+        angle_deg=_angle_deg(q_b, q_t),
+        repeats=math.hypot(q_b * scan_m[0], q_t * scan_m[1]),
+        amplitude_m=math.sqrt(power),
+        light=float(visible_share(np.array(q))) * power,
+    )
+
+
+def _middle(level: HeightMap) -> HeightMap:
+    """The middle of at most _SIDE_MAX pixels a side; all of a scan whose middle was not measured."""
+    sides = (
+        slice(max(0, (n - _SIDE_MAX) // 2), max(0, (n - _SIDE_MAX) // 2) + _SIDE_MAX) for n in level.height_m.shape
+    )
+    middle = level.height_m[tuple(sides)]
+    return level if middle.shape == level.height_m.shape or np.isnan(middle).all() else replace(level, height_m=middle)
 
 
 def _angle_deg(q_b: float, q_t: float) -> float:

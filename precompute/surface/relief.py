@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..base.memory import refuse_beyond_memory
 from ..colour.observer import WAVELENGTH_MIN_M
 from .height_map import HeightMap
 from .holes import fill_missing
@@ -12,6 +13,10 @@ from .levelling import level_plane
 
 # |u| reaches 2 where light and view both graze, so |q| reaches 2 / lambda_min. Larger pixels than this would alias.
 PIXEL_MAX_M = WAVELENGTH_MIN_M / 4
+# What a user can do about a relief of too many pixels.
+SMALLER = "crop the scan, or give its true size if that is smaller"
+# The most that `prepare` holds: 28 bytes for each pixel of the refined relief (benchmarks/memory.py).
+_BYTES_PER_PIXEL = 28
 # Share of the scan's side over which the apodisation window rises at each end.
 _APODISED_FRACTION = 0.125
 
@@ -53,13 +58,21 @@ def prepare(height_map: HeightMap) -> Relief:
     """Make a relief of a height map.
 
     The plane is subtracted, holes are filled, and pixels are refined until they are no larger than PIXEL_MAX_M. Edges
-    are apodised. A periodic surface keeps its slopes and edges: it has no tilt, and its edges wrap."""
+    are apodised. A periodic surface keeps its slopes and edges: it has no tilt, and its edges wrap.
+
+    Raises GratingError where the refined relief would take more than half of the memory that is free."""
+    factors = [_refinement(*side) for side in zip(height_map.height_m.shape, height_map.pixel_size_m, strict=True)]
+    rows, cols = (n * factor for n, factor in zip(height_map.height_m.shape, factors, strict=True))
+    refuse_beyond_memory(
+        _BYTES_PER_PIXEL * rows * cols,
+        f"{height_map.source}: its relief, refined to {rows} x {cols} pixels of at most {PIXEL_MAX_M * 1e9:.0f} nm,",
+        SMALLER,
+    )
     levelled = height_map if height_map.periodic else level_plane(height_map)
     height = fill_missing(levelled).height_m[::-1]
     pixel_size = height_map.pixel_size_m
-    for axis in (0, 1):
-        factor = int(np.ceil(pixel_size[axis] / PIXEL_MAX_M - 1e-9))
-        if factor > 1 and height.shape[axis] > 1:
+    for axis, factor in enumerate(factors):
+        if factor > 1:
             height = _upsample(height, factor, axis, periodic=height_map.periodic)
     size_m = tuple(n * d for n, d in zip(height_map.height_m.shape, pixel_size, strict=True))
     pixel_size = tuple(length / n for length, n in zip(size_m, height.shape, strict=True))
@@ -67,6 +80,11 @@ def prepare(height_map: HeightMap) -> Relief:
     weights = [apodisation**2 / np.sum(apodisation**2) for apodisation in apodisation_axes]
     height = height - weights[0] @ height @ weights[1]
     return Relief(height, apodisation_axes, pixel_size, height_map.periodic)
+
+
+def _refinement(count: int, pixel_m: float) -> int:
+    """How many pixels are made of one along an axis; a single row or column is not refined."""
+    return max(1, int(np.ceil(pixel_m / PIXEL_MAX_M - 1e-9))) if count > 1 else 1
 
 
 def _tukey_window(count: int) -> np.ndarray:

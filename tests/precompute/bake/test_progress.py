@@ -34,7 +34,7 @@ def told_by(reliefs, request):
 @pytest.mark.parametrize("scans", [1, 2])
 def test_one_bar_over_the_whole_bake(scans):
     stages, fractions = told_by([relief(100e-9)] * scans, BakeRequest(delta_e=3.0))
-    assert stages == STAGES
+    assert stages[0].startswith("expects ") and stages[1:] == STAGES
     assert (np.diff(fractions) >= 0).all()
     # The rest of the bar is for a second attempt, which is rare.
     assert fractions[-1] == pytest.approx(0.9)
@@ -45,6 +45,6 @@ def test_one_bar_over_the_whole_bake(scans):
 def test_a_second_attempt_goes_on_where_the_first_ended(monkeypatch):
     monkeypatch.setattr(make_module, "_excess", lambda *_: 2.0)
     stages, fractions = told_by([relief(100e-9)], BakeRequest(delta_e=3.0))
-    assert stages == STAGES
+    assert stages[0].startswith("expects ") and stages[1:] == STAGES
     assert (np.diff(fractions) >= 0).all()
     assert fractions[-1] == pytest.approx(1)

@@ -223,3 +223,16 @@ def test_the_relief_is_told_before_and_after_levelling():
     y, x = np.indices((64, 64))
     tilted = described(wave((64, 64), pixel, 400e-9, 0, 10e-9) + 5e-9 * x, pixel)
     assert tilted.relief_in_words().endswith(f" nm levelled ({tilted.source_range_m * 1e9:.0f} nm as scanned)")
+
+
+def test_of_a_large_scan_the_middle_tells_the_periods():
+    """The middle has its own mean and plane; it is not the periods' business."""
+    pixel = (100e-9, 100e-9)
+    figures = described(wave((300, 3000), pixel, 1500e-9, 20) + 1e-9 * np.arange(3000), pixel)
+    grating = figures.waves.gratings[0]
+    assert grating.period_m == pytest.approx(1500e-9, rel=0.01)
+    assert grating.angle_deg == pytest.approx(20, abs=0.5)
+    assert grating.repeats == pytest.approx(
+        np.hypot(300e-6 * np.cos(np.radians(20)), 30e-6 * np.sin(np.radians(20))) / 1.5e-6, rel=0.01
+    )
+    assert (figures.rows, figures.cols) == (300, 3000)
