@@ -20,7 +20,8 @@ from .conftest import COHERENCE_M
 
 def test_progress_runs_through_its_stages(made):
     """Each stage is told once. The fractions of the plan rise to 1, and those of the table."""
-    _, told = made
+    _, (expects, *told) = made
+    assert expects[0].startswith("expects ")
     stages = [stage for k, (stage, _) in enumerate(told) if k == 0 or told[k - 1][0] != stage]
     assert stages == ["transforms", "wavelengths", "albedo bound"]
     for part in (stages[:1], stages[1:]):
