@@ -8,9 +8,10 @@ when they are called.
 
 import bpy
 
-from .actions.lamps import follow_after_import
+from .actions import keep_lamps
 from .operators import (
     add_diffraction,
+    add_sun,
     assign,
     bake_grating,
     import_height_map,
@@ -18,7 +19,6 @@ from .operators import (
     osl_reference,
     remove_diffraction,
     remove_grating,
-    update_lights,
 )
 from .scene import bakes, gratings
 from .ui import panel
@@ -34,7 +34,7 @@ CLASSES = (
     assign.AssignToSelected,
     add_diffraction.AddDiffraction,
     remove_diffraction.RemoveDiffraction,
-    update_lights.UpdateLights,
+    add_sun.AddSun,
     osl_reference.NewOslReference,
     panel.SampleMenu,
     panel.GratingList,
@@ -52,9 +52,9 @@ def register() -> None:
         bpy.utils.register_class(cls)
     bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=gratings.SceneGratings)
     bpy.types.TOPBAR_MT_file_import.append(import_height_map.menu_entry)
-    bpy.app.handlers.blend_import_post.append(follow_after_import)
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.append(bakes.recall_bakes)
+    keep_lamps.register()
     _command = bpy.utils.register_cli_command("grating", _run_command)
 
 
@@ -62,9 +62,9 @@ def unregister() -> None:
     """Undo register(), last first. The gratings and materials of open files stay in them."""
     bpy.utils.unregister_cli_command(_command)
     bake_grating.stop_running_bake()
+    keep_lamps.unregister()
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.remove(bakes.recall_bakes)
-    bpy.app.handlers.blend_import_post.remove(follow_after_import)
     bpy.types.TOPBAR_MT_file_import.remove(import_height_map.menu_entry)
     del bpy.types.Scene.natural_gratings
     for cls in reversed(CLASSES):

@@ -22,6 +22,8 @@ MODULES = {
     "find": "lamps.find",
     "seams": "frames.seams",
     "follow": "lamps.follow",
+    "lamps": "actions.lamps",
+    "keep_lamps": "actions.keep_lamps",
     "pack": "lamps.pack",
     "group": "lamps.group",
     "direct": "materials.direct.response",

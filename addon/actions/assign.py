@@ -18,8 +18,7 @@ from .slots import Selection, note_replaced
 def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
     """Put the active grating's material into the active slot of the meshes among the objects.
 
-    Raises GratingError, with nothing assigned, if a mesh has no UV map or is another file's, or if there is no bake or
-    no lamp."""
+    Raises GratingError, with nothing assigned, if a mesh has no UV map or is another file's, or if there is no bake."""
     meshes = meshes_among(scene, objects)
     material = working_material(scene, active_grating(scene))
     selection = Selection(objects)
@@ -31,7 +30,7 @@ def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> li
     """Lay diffraction over all materials that the faces of the meshes among the objects show.
 
     Raises GratingError, with nothing changed, if a material cannot be changed, if a mesh has no material or no UV map
-    or is another file's, or if there is no bake or no lamp."""
+    or is another file's, or if there is no bake."""
     meshes = meshes_among(scene, objects)
     materials: dict[bpy.types.Material, None] = {}
     bare = []

@@ -1,53 +1,43 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Making diffraction follow the scene's lamps, when a user asks for it and after an import."""
+"""Making diffraction follow a scene's lamps."""
 
-import contextlib
+from math import radians
 
 import bpy
-from bpy.app.handlers import persistent
 
-from ...precompute.base.failure import GratingError
-from ..lamps.find import instanced_lamps, instances_are_not_followed, unfollowed_features
-from ..lamps.follow import follow_lamps, followed_lamps
-from ..lamps.link import mark_unlinked
-from ..materials.skin import is_diffraction, linked_with_fewer_lamps, show_lamps
+from ..lamps.find import instanced_lamps, instances_are_not_followed, lamps_of, unfollowed_features
+from ..lamps.follow import follow_lamps
+from ..lamps.link import is_linked, mark_unlinked
+from ..materials.skin import follows_light_linking, linked_with_fewer_lamps, show_lamps
+
+# Of the sun that the panel offers: W/m2, and the turn of its axis from the vertical.
+_SUN_STRENGTH, _SUN_TURN = 3.0, (radians(40), 0.0, radians(30))
 
 
-def update_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """Follow the lamps that the scene has now, and give the file's Diffraction groups the same number of lamps.
+def update_lamps(scene: bpy.types.Scene, *, exactly: bool = True, in_viewport: bool = False) -> None:
+    """Follow the lamps that the scene has now, and give the file's Diffraction groups enough lamps.
 
-    Returns the lamps that are followed.
+    `exactly`: not more lamps than needed either (skin.show_lamps). `in_viewport`: a lamp that only the viewport hides
+    is dark."""
+    lamps = follow_lamps(scene, in_viewport=in_viewport)
+    show_lamps(exactly=exactly)
+    if any(is_linked(lamp) for lamp in lamps) or follows_light_linking():
+        mark_unlinked(scene, lamps)
 
-    Raises GratingError, with nothing changed, if there is no lamp."""
-    lamps = follow_lamps(scene)
-    show_lamps()
-    return lamps
+
+def add_sun(scene: bpy.types.Scene) -> bpy.types.Object:
+    """Add a sun to the scene, slanting from above; the new lamp."""
+    data = bpy.data.lights.new("Sun", "SUN")
+    data.energy = _SUN_STRENGTH
+    sun = bpy.data.objects.new("Sun", data)
+    sun.rotation_euler = _SUN_TURN
+    scene.collection.objects.link(sun)
+    return sun
 
 
 def warnings_about(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[str]:
     """One line for each thing about the scene's lamps that diffraction does not follow."""
-    lines = unfollowed_features(scene) + linked_with_fewer_lamps(scene)
+    lines = [] if lamps_of(scene) else [f"scene {scene.name}: no lamp lights it, so diffraction is dark; add a sun"]
+    lines += unfollowed_features(scene) + linked_with_fewer_lamps(scene)
     instanced = instanced_lamps(depsgraph)
     return [*lines, instances_are_not_followed(instanced)] if instanced else lines
-
-
-@persistent
-def follow_after_import(*_: object) -> None:
-    """Called after Blender has appended or linked data: a scene that has diffraction and follows no lamps follows
-    them from now on. Objects lose the marks of light linking that came with them from the other file."""
-    if not any(is_diffraction(group) for group in bpy.data.node_groups):
-        return
-    for scene in bpy.data.scenes:
-        if scene.library is None:
-            _follow_or_mark(scene)
-    show_lamps()
-
-
-def _follow_or_mark(scene: bpy.types.Scene) -> None:
-    followed = followed_lamps(scene)
-    for index, lamp in enumerate(followed):
-        if lamp is not None and lamp.type == "LIGHT":
-            mark_unlinked(scene, index, lamp)
-    if not followed:
-        with contextlib.suppress(GratingError):  # no lamp yet: the panel says so
-            follow_lamps(scene)

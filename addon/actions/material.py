@@ -6,23 +6,22 @@ from pathlib import Path
 import bpy
 
 from ...precompute.base.failure import GratingError, printable
-from ..lamps.find import find_lamps
-from ..lamps.follow import follow_lamps
 from ..materials.direct.response import direct_response
 from ..materials.material import add_diffraction, new_diffraction_material
-from ..materials.skin import group_around, replace_response, set_shadows, show_lamps
+from ..materials.skin import group_around, replace_response, set_shadows
 from ..scene.gratings import Grating
+from .lamps import update_lamps
 
 
 def make_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Material:
-    """Make a new material from a grating's bake. Raises GratingError if there is no bake or no lamp."""
+    """Make a new material from a grating's bake. Raises GratingError if there is no bake."""
     grating.material = new_diffraction_material(grating.name, group_of(scene, grating))
     return grating.material
 
 
 def working_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Material:
     """The grating's own material, which shows its diffraction: made if need be, mended where an artist deleted or
-    unlinked its Diffraction node. Raises GratingError if there is no bake or no lamp."""
+    unlinked its Diffraction node. Raises GratingError if there is no bake."""
     group = group_of(scene, grating)
     if grating.material is None:
         return make_material(scene, grating)
@@ -36,15 +35,13 @@ def working_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Mate
 def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
     """The Diffraction group of a baked grating, made if need be. The scene's lamps are followed from now on.
 
-    Raises GratingError, with nothing changed, if there is no sound bake or no lamp."""
-    find_lamps(scene)
+    Raises GratingError, with nothing changed, if there is no sound bake."""
     bake = grating.baked_file()
     is_new = grating.group is None or grating.group.library is not None
     response = direct_response(bake) if is_new else None  # first, since it is what may be refused
-    follow_lamps(scene)
+    update_lamps(scene)
     if response is not None:
         grating.group = group_around(grating.name, response, grating.shadows)
-    show_lamps()
     set_shadows(grating.group, grating.shadows)
     # By default EEVEE holds a normal in ten bits. On a sphere this changes colours by 1.5 % (median) to 10 % (95th
     # percentile).

@@ -11,7 +11,6 @@ from ...precompute.colour.working_space import rgb_from_xyz
 from ...precompute.methods.dft_layout import read_sound_layout
 from ...precompute.table.atlas_file import read_header
 from ..jobs.child import Job
-from ..lamps.find import find_lamps
 from ..materials.material import new_diffraction_material
 from ..materials.osl.baked import build_osl_direct
 from ..materials.osl.thesis import build_osl_response
@@ -37,9 +36,7 @@ def write_images(grating: Grating, method: str) -> Path:
 def reference_from_images(scene: bpy.types.Scene, path: Path) -> bpy.types.Material:
     """Make a new material that evaluates the method of a file of DFT images, lit by the scene's lamps.
 
-    Raises GratingError, with nothing changed, if the file holds no such images, the shader does not compile or there is
-    no lamp."""
-    find_lamps(scene)
+    Raises GratingError, with nothing changed, if the file holds no such images or the shader does not compile."""
     matrix = rgb_from_xyz(compat.working_space(), read_sound_layout(path).illuminant)
     name = printable(path.stem)
     return _material_of(scene, name, build_osl_response(name, path, matrix))
@@ -48,9 +45,7 @@ def reference_from_images(scene: bpy.types.Scene, path: Path) -> bpy.types.Mater
 def reference_from_bake(scene: bpy.types.Scene, path: Path) -> bpy.types.Material:
     """Make a new material whose shader reads a bake's file, lit by the scene's lamps.
 
-    Raises GratingError, with nothing changed, if the file is not a bake, the shader does not compile or there is no
-    lamp."""
-    find_lamps(scene)
+    Raises GratingError, with nothing changed, if the file is not a bake or the shader does not compile."""
     layout, _ = read_header(path)
     matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
     name = printable(path.stem)

@@ -5,7 +5,6 @@ import math
 
 import bpy
 
-from ...precompute.base.failure import GratingError
 from ..scene import compat
 
 # Every lamp costs time in every pixel, so only the brightest are followed.
@@ -13,22 +12,13 @@ LAMPS_MAX = 8
 
 
 def lamps_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """All lamps of the scene."""
-    return [o for o in scene.objects if o.type == "LIGHT"]
+    """All lamps of the scene, also those that are hidden now: they may be shown later."""
+    return [o for o in scene.collection.all_objects if o.type == "LIGHT"]
 
 
-def find_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """All lamps of the scene: suns first, then by strength, then by name. Hidden lamps are included, as they may be
-    shown later.
-
-    Raises GratingError if there is none."""
-    lamps = lamps_of(scene)
-    if not lamps:
-        instanced = instanced_lamps(bpy.context.evaluated_depsgraph_get()) if bpy.context.scene == scene else []
-        if instanced:
-            raise GratingError(f"scene {scene.name}: {instances_are_not_followed(instanced)}")
-        raise GratingError(f"scene {scene.name}: no lamp lights it; add a Sun lamp, then assign again")
-    return sorted(lamps, key=lambda o: (o.data.type != "SUN", -o.data.energy, o.name))
+def brightest(lamps: list[bpy.types.Object]) -> list[bpy.types.Object]:
+    """The lamps that count, at most LAMPS_MAX of them: suns first, then by strength, then by name."""
+    return sorted(lamps, key=lambda o: (o.data.type != "SUN", -o.data.energy, o.name))[:LAMPS_MAX]
 
 
 def instanced_lamps(depsgraph: bpy.types.Depsgraph) -> list[str]:
@@ -48,8 +38,10 @@ def unfollowed_features(scene: bpy.types.Scene) -> list[str]:
     """One line for each feature of the lamps that diffraction does not follow."""
     lamps = lamps_of(scene)
     lines = []
-    if len(lamps) > LAMPS_MAX:
-        lines.append(f"{len(lamps) - LAMPS_MAX} lamps too many: the first {LAMPS_MAX} are used")
+    counted = brightest(lamps)
+    left_out = sorted(lamp.name for lamp in lamps if lamp not in counted)
+    if left_out:
+        lines.append(f"only {LAMPS_MAX} lamps light diffraction; left out: {', '.join(left_out)}")
     for lamp in lamps:
         if _has_own_nodes(lamp.data):
             lines.append(f"{lamp.name}: its shader nodes are not followed")

@@ -1,54 +1,70 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finding out which lamps the scene's properties follow, and making the properties follow the scene's present lamps."""
+"""Finding out which lamps the scene's properties follow, and making the properties follow the scene's present lamps.
+
+A scene without lamps has no such properties. Nodes then read 0, and the diffraction is dark."""
 
 import bpy
 
-from .find import LAMPS_MAX, find_lamps, lamps_of
-from .link import mark_unlinked
-from .pack import PROPERTIES, drive_properties, property_name
+from .drive import Drivers
+from .find import LAMPS_MAX, brightest, lamps_of
+from .pack import ON, PROPERTIES, drive_properties, property_name
+from .shown import note_shown
+
+_FIRST = {f'["{property_name(index, "place")}"]': index for index in range(LAMPS_MAX)}
 
 
 def followed_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """The lamps that the scene's properties follow, as their drivers say."""
-    drivers = scene.animation_data.drivers if scene.animation_data else ()
+    """The lamps that the scene's properties follow, as their drivers say. A lamp that is gone is left out."""
+    if lamp_count(scene) == 0 or scene.animation_data is None:
+        return []
     found = {}
-    for curve in drivers:
-        for index in range(LAMPS_MAX):
-            # The driver of the first number reads the lamp's object. The driver of the fourth may read the lamp's data
-            # alone.
-            if curve.array_index == 0 and curve.data_path == f'["{property_name(index, "place")}"]':
-                found[index] = curve.driver.variables[0].targets[0].id
-    return [found[index] for index in sorted(found)]
+    for curve in scene.animation_data.drivers:
+        if curve.array_index == 0 and curve.data_path in _FIRST:
+            found[_FIRST[curve.data_path]] = curve.driver.variables[0].targets[0].id
+    return [found[index] for index in sorted(found) if found[index] is not None]
 
 
-def follow_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+def follow_lamps(scene: bpy.types.Scene, *, in_viewport: bool = False) -> list[bpy.types.Object]:
     """Make the scene's properties follow its lamps, at most LAMPS_MAX of them; the lamps that are followed.
 
-    Raises GratingError if there is no lamp."""
-    lamps = find_lamps(scene)[:LAMPS_MAX]
-    stop_following(scene)
+    What is as it should be is not written. Lamps that are followed already stay before new ones, so that another
+    strength does not change their order. `in_viewport`: what only the viewport hides is hidden too."""
+    chosen = brightest(lamps_of(scene))
+    before = [lamp for lamp in followed_lamps(scene) if lamp in chosen]
+    lamps = before + [lamp for lamp in chosen if lamp not in before]
+    drivers = Drivers(scene)
+    changed = False
     for index, lamp in enumerate(lamps):
-        drive_properties(scene, index, lamp)
-        mark_unlinked(scene, index, lamp)
+        changed |= drive_properties(drivers, index, lamp)
+    for index in range(len(lamps), LAMPS_MAX):
+        for what in (*PROPERTIES, ON):
+            changed |= drivers.remove(property_name(index, what))
+    update_shown(scene, lamps, in_viewport=in_viewport)
+    if changed:
+        scene.update_tag()
     return lamps
+
+
+def update_shown(scene: bpy.types.Scene, lamps: list[bpy.types.Object], *, in_viewport: bool) -> None:
+    """Note which of the followed lamps each view layer shows (shown.py)."""
+    if note_shown(scene, lamps, in_viewport=in_viewport):
+        scene.update_tag()
 
 
 def stop_following(scene: bpy.types.Scene) -> None:
     """Remove the drivers and the properties."""
-    names = [property_name(index, what) for index in range(LAMPS_MAX) for what in PROPERTIES]
-    for name in names:
-        if name in scene:
-            scene.driver_remove(f'["{name}"]')
-            del scene[name]
+    drivers = Drivers(scene)
+    for index in range(LAMPS_MAX):
+        for what in (*PROPERTIES, ON):
+            drivers.remove(property_name(index, what))
+    note_shown(scene, [], in_viewport=False)
+
+
+def is_on(scene: bpy.types.Scene, index: int) -> bool:
+    """Whether the followed lamp of this index was shown when Blender last evaluated the scene."""
+    return scene[property_name(index, ON)][0] > 0
 
 
 def lamp_count(scene: bpy.types.Scene) -> int:
     """How many lamps the scene's properties describe."""
     return sum(property_name(index, "place") in scene for index in range(LAMPS_MAX))
-
-
-def is_up_to_date(scene: bpy.types.Scene) -> bool:
-    """Whether the properties follow the lamps that the scene has now."""
-    lamps = lamps_of(scene)
-    followed = followed_lamps(scene)
-    return len(followed) == min(len(lamps), LAMPS_MAX) and all(lamp in lamps for lamp in followed)

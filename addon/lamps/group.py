@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Lamp node group: what the scene's i-th lamp sends to the shaded point.
+"""The Lamp node group: what one of the scene's lamps sends to the shaded point.
 
 | output     | symbol | unit  | meaning |
 |------------|--------|-------|---------|
@@ -12,11 +12,12 @@
     sun:      wi = place,               E = power
     others:   wi = (place - P) / d,     E = power cone(wi) / d^2
 
-P is the shaded point; the rest is read from the scene's properties (pack.py). One group serves every kind of lamp, so
-that a material need not change when the lamp becomes another kind.
+P is the shaded point; the inputs are the scene's four properties of the lamp (pack.py). One group serves every lamp, of
+whatever kind. So a material need not change when a lamp becomes another kind, and it can be given more lamps without a
+new data-block: Blender's undo would lose one that no step of it has made.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 
@@ -24,10 +25,17 @@ from ..nodes.arrange import arrange
 from ..nodes.builder import Tree, Value
 from ..nodes.interface import Socket, add_interface
 from .link import read_unlinked
-from .pack import PackedLamp, read_lamp
+from .pack import PROPERTIES, PackedLamp, property_name, unpack
 
-# The name of a custom property on a group, also in saved files. It holds the index of the group's lamp.
+# The name of a custom property that marks the group, also in saved files.
 _LAMP = "ng_key_light"
+_NAME = "Diffraction Lamp"
+# A property's vector, and its fourth number.
+_INPUTS = tuple(
+    Socket(name, kind, "A property of the scene")
+    for what in PROPERTIES
+    for name, kind in ((what, "Vector"), (f"{what} 4", "Float"))
+)
 # The distance to a sun, in metres: further than any scene reaches.
 _FAR = 1e5
 _TO_LIGHT = Socket("To Light", "Vector", "Unit vector to the lamp")
@@ -57,23 +65,25 @@ class Light:
 
 
 def light_of(tree: Tree, index: int, linked: bool) -> Light:
-    """Add the node of the scene's lamp `index` to a tree; its outputs. `linked`: with light linking's marks."""
-    outputs = tree.group(lamp_group(index, linked), label=f"Lamp {index}")
-    return Light(*(outputs[socket.name] for socket in _OUTPUTS))
+    """Add the nodes of the scene's lamp `index` to a tree; what it sends. `linked`: with light linking's marks."""
+    packed = [value for what in PROPERTIES for value in tree.attribute(property_name(index, what))]
+    given = {socket.name: value for socket, value in zip(_INPUTS, packed, strict=True)}
+    outputs = tree.group(lamp_group(), given, label=f"Lamp {index}")
+    light = Light(*(outputs[socket.name] for socket in _OUTPUTS))
+    return replace(light, irradiance=light.irradiance * (1.0 - read_unlinked(tree, index))) if linked else light
 
 
-def lamp_group(index: int, linked: bool) -> bpy.types.NodeTree:
-    """The file's group of the scene's lamp `index`, made if need be. `linked`: with light linking's marks."""
-    name = f"Diffraction Lamp {index}{' Linked' if linked else ''}"
+def lamp_group() -> bpy.types.NodeTree:
+    """The file's Lamp group, made if need be."""
     for group in bpy.data.node_groups:
-        if group.get(_LAMP) == name and group.library is None:
+        if group.get(_LAMP) == _NAME and group.library is None:
             return group
-    group = bpy.data.node_groups.new(name, "ShaderNodeTree")
-    group[_LAMP] = name
-    add_interface(group, (), _OUTPUTS)
+    group = bpy.data.node_groups.new(_NAME, "ShaderNodeTree")
+    group[_LAMP] = _NAME
+    add_interface(group, _INPUTS, _OUTPUTS)
     tree = Tree(group)
 
-    lamp = read_lamp(tree, index)
+    lamp = unpack(tree, list(tree.inputs().values()))
     position = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Position"])
     # A sun's place is a unit vector, and its distance 1.
     away = lamp.place - position * lamp.is_local
@@ -81,8 +91,6 @@ def lamp_group(index: int, linked: bool) -> bpy.types.NodeTree:
     distance = tree.sqrt(squared_distance)
     wi = tree.normalize(away)
     irradiance = lamp.power * (_cone(tree, lamp, wi) / squared_distance)
-    if linked:
-        irradiance = irradiance * (1.0 - read_unlinked(tree, index))
     far = (1.0 - lamp.is_local).times_plus(_FAR, distance)
     tree.output(wi, irradiance, lamp.variance / squared_distance, far, lamp.casts_shadow)
     arrange(group)

@@ -4,27 +4,33 @@
 import bpy
 
 from ..nodes.builder import Tree, Value
+from .find import LAMPS_MAX
 from .pack import property_name
 
 # A custom property of an object: 1 where light linking keeps the lamp from the object.
 _UNLINKED = "unlinked"
 
 
-def mark_unlinked(scene: bpy.types.Scene, index: int, lamp: bpy.types.Object) -> None:
-    """Mark the scene's objects that the lamp does not light, and clear the mark on all others."""
-    name = property_name(index, _UNLINKED)
-    receivers = lamp.light_linking.receiver_collection
-    for mesh in scene.objects:
-        if receivers is not None and mesh.type != "LIGHT" and not _receives(receivers, mesh):
-            mesh[name] = 1.0
-        elif name in mesh:
-            del mesh[name]
+def mark_unlinked(scene: bpy.types.Scene, lamps: list[bpy.types.Object]) -> None:
+    """Mark the scene's objects that the lamps do not light, each lamp by its index, and clear all other marks."""
+    receivers = [lamp.light_linking.receiver_collection for lamp in lamps]
+    names = [property_name(index, _UNLINKED) for index in range(LAMPS_MAX)]
+    for thing in scene.collection.all_objects:
+        present = [name for name in names if name in thing]
+        wanted = []
+        if thing.type != "LIGHT":
+            wanted = [names[i] for i, listed in enumerate(receivers) if listed and not _receives(listed, thing)]
+        if present != wanted:
+            for name in set(present) - set(wanted):
+                del thing[name]
+            for name in set(wanted) - set(present):
+                thing[name] = 1.0
+            thing.update_tag()
 
 
-def is_linked(index: int) -> bool:
-    """Whether some object of the file has the mark for this lamp."""
-    name = property_name(index, _UNLINKED)
-    return any(name in thing for thing in bpy.data.objects)
+def is_linked(lamp: bpy.types.Object) -> bool:
+    """Whether the lamp has a list of objects that it lights, or does not light."""
+    return lamp.light_linking.receiver_collection is not None
 
 
 def read_unlinked(tree: Tree, index: int) -> Value:

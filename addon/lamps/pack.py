@@ -22,15 +22,18 @@ software rasteriser's compiler takes minutes over twenty such loops.
 """
 
 import math
-import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import bpy
 
 from ..nodes.builder import Tree, Value
+from .drive import Drivers, Variable
+from .shown import drive_on
 
 PROPERTIES = ("place", "power", "z", "x")
+# One number that the drivers of the power read, 0 where the lamp is not shown (shown.py).
+ON = "on"
 # Values in place of a spot's outer and inner cosine for the other kinds of lamp. No cosine has these values, and the
 # smooth step from the first to the second value is 1 at every cosine.
 _AREA_RIM, _NO_RIM = ("3", "2"), ("-3", "-2")
@@ -70,11 +73,9 @@ class PackedLamp:
     is_not_area: Value
 
 
-def read_lamp(tree: Tree, index: int) -> PackedLamp:
-    """Nodes that read the properties of a lamp."""
-    (place, disc), (power, scales), (z, rim_outer), (x, rim_inner) = (
-        tree.attribute(property_name(index, what)) for what in PROPERTIES
-    )
+def unpack(tree: Tree, packed: Sequence[Value]) -> PackedLamp:
+    """Nodes that unpack a lamp: of each property its vector, then its fourth number."""
+    place, disc, power, scales, z, rim_outer, x, rim_inner = packed
     is_local = tree.math("GREATER_THAN", disc, -0.5)
     return PackedLamp(
         place=place,
@@ -92,97 +93,41 @@ def read_lamp(tree: Tree, index: int) -> PackedLamp:
     )
 
 
-def drive_properties(scene: bpy.types.Scene, index: int, lamp: bpy.types.Object) -> None:
-    """Make the properties of a lamp and drive them by what the lamp is."""
-    kind, data = lamp.data.type, lamp.data
+def drive_properties(drivers: Drivers, index: int, lamp: bpy.types.Object) -> bool:
+    """Make the properties of a lamp and drive them by what the lamp is; whether anything changed.
+
+    Every driver reads the lamp's object, and the lamp's data through it. The data may be exchanged, and where the lamp
+    is gone all are 0."""
+    data = lamp.data
     axes = {f"{name}{i}": f"matrix_world[{axis}][{i}]" for axis, name in enumerate("xyz") for i in range(3)}
-    shown, holders = _visibility(scene, lamp)
-    size = _size_variables(data)
+    position = {name: f"matrix_world[3][{i}]" for i, name in enumerate("abc")}
     light = {"energy": "energy", "exposure": "exposure", "heated": "use_temperature", "normalized": "normalize"}
     light |= {f"c{i}": f"color[{i}]" for i in range(3)} | {f"t{i}": f"temperature_color[{i}]" for i in range(3)}
-    light |= size | {"shadow": "use_shadow"}
+    light |= _size_variables(data) | {"shadow": "use_shadow", "cone": "spot_size", "blend": "spot_blend"}
+    paths = axes | position | {name: f"data.{path}" for name, path in light.items()}
+    variables = [Variable(name, lamp, path) for name, path in paths.items()]
+    variables.append(Variable("on", drivers.scene, f'["{property_name(index, ON)}"][0]'))
     variance = _variance(data)
     # A lamp shines along its own -Z: a sun lies along +Z.
-    place = [f"z{i} / max({_length('z')}, 1e-30)" for i in range(3)] if kind == "SUN" else "abc"
-    position = {name: f"matrix_world[3][{i}]" for i, name in enumerate("abc")}
-    strength = f"{shown} * energy * pow(2, exposure) * {_per_watt(data)}"
+    is_sun = data.type == "SUN"
+    place = [f"z{i} / max({_length('z')}, 1e-30)" for i in range(3)] if is_sun else "abc"
+    strength = f"on * energy * pow(2, exposure) * {_per_watt(data)}"
     power = (f"{strength} * c{i} * (t{i} if heated else 1)" for i in range(3))
-    outer, inner = _AREA_RIM if kind == "AREA" else _NO_RIM
-    if kind == "SPOT":
+    outer, inner = _AREA_RIM if data.type == "AREA" else _NO_RIM
+    if data.type == "SPOT":
         outer = "cos(cone / 2)"
         # At blend 0 the rim is sharp. It gets the least width that single precision can hold.
         inner = f"{outer} + max((1 - {outer}) * blend, 1e-5)"
-    cone = {"cone": "spot_size", "blend": "spot_blend"} if kind == "SPOT" else {}
-    drive = _Drive(scene, index, lamp)
-    drive("place", (*place, f"-1 - {variance}" if kind == "SUN" else variance), of_object=axes | position, of_data=size)
-    drive("power", (*power, f"{_length('x')} / max({_length('y')}, 1e-9) * (2 * shadow - 1)"),
-          of_object={"hidden": "hide_render"} | axes, of_data=light, others=holders)  # fmt: skip
-    drive("z", (*(f"z{i} / max(pow({_length('z')}, 2), 1e-30)" for i in range(3)), outer), of_object=axes, of_data=cone)
-    drive("x", (*(f"x{i} / max(pow({_length('x')}, 2), 1e-30)" for i in range(3)), inner), of_object=axes, of_data=cone)
-
-
-# A driver's variable: its name, the type of the data-block that it reads, the data-block, and the path in the
-# data-block.
-_Variable = tuple[str, str, bpy.types.ID, str]
-
-
-class _Drive:
-    """Makes a property of the scene and drives it by what a lamp's object and its data hold."""
-
-    def __init__(self, scene: bpy.types.Scene, index: int, lamp: bpy.types.Object):
-        self.scene, self.index, self.lamp = scene, index, lamp
-
-    def __call__(
-        self,
-        what: str,
-        expressions: Iterable[str],
-        *,
-        of_object: dict[str, str],
-        of_data: dict[str, str],
-        others: Iterable[_Variable] = (),
-    ) -> None:
-        """Drive the property `what` by four expressions.
-
-        Their variables are paths in the lamp's object, paths in its data, and others. A driver gets only the
-        variables that its expression uses."""
-        name = property_name(self.index, what)
-        self.scene[name] = [0.0] * 4
-        variables = [(key, "OBJECT", self.lamp, path) for key, path in of_object.items()]
-        variables += [(key, "LIGHT", self.lamp.data, path) for key, path in of_data.items()]
-        for i, expression in enumerate(expressions):
-            driver = self.scene.driver_add(f'["{name}"]', i).driver
-            driver.type = "SCRIPTED"
-            words = set(re.findall(r"[a-z_]+[0-9]*", expression))
-            for variable in (*variables, *others):
-                if variable[0] in words:
-                    _add_variable(driver, variable)
-            driver.expression = _compact(expression)
-
-
-def _visibility(scene: bpy.types.Scene, lamp: bpy.types.Object) -> tuple[str, list[_Variable]]:
-    """An expression that is 1 where the render shows the lamp and 0 elsewhere, and the variables of its collections.
-
-    A lamp is shown if it is not hidden itself and if no collection is hidden in some chain of collections that leads
-    to it."""
-    holders: dict[bpy.types.Collection, str] = {}
-    ways = []
-    for way in _ways(scene.collection, lamp):
-        for collection in way:
-            holders.setdefault(collection, f"h{len(holders)}")
-        ways.append(" * ".join(f"(1 - {holders[collection]})" for collection in way) or "1")
-    variables = [(name, "COLLECTION", collection, "hide_render") for collection, name in holders.items()]
-    anyone = ways[0] if len(ways) == 1 else f"max({', '.join(ways)})"
-    return f"(1 - hidden) * {anyone}", variables
-
-
-def _ways(
-    collection: bpy.types.Collection, lamp: bpy.types.Object, above: tuple[bpy.types.Collection, ...] = ()
-) -> Iterator[tuple[bpy.types.Collection, ...]]:
-    """The chains of collections under the scene's own that lead to a lamp."""
-    if lamp.name in collection.objects and collection.objects[lamp.name] == lamp:
-        yield above
-    for child in collection.children:
-        yield from _ways(child, lamp, (*above, child))
+    driven = {
+        "place": (*place, f"-1 - {variance}" if is_sun else variance),
+        "power": (*power, f"{_length('x')} / max({_length('y')}, 1e-9) * (2 * shadow - 1)"),
+        "z": (*(f"z{i} / max(pow({_length('z')}, 2), 1e-30)" for i in range(3)), outer),
+        "x": (*(f"x{i} / max(pow({_length('x')}, 2), 1e-30)" for i in range(3)), inner),
+    }
+    changed = drive_on(drivers, property_name(index, ON), index, lamp)
+    for what, expressions in driven.items():
+        changed |= drivers.drive(property_name(index, what), expressions, variables)
+    return changed
 
 
 def _per_watt(lamp: bpy.types.Light) -> str:
@@ -228,17 +173,3 @@ def _size_variables(lamp: bpy.types.Light) -> dict[str, str]:
     if lamp.type in {"POINT", "SPOT"}:
         return {"radius": "shadow_soft_size"}
     return {"width": "size", "height": "size_y"}
-
-
-def _compact(expression: str) -> str:
-    """The expression without blanks around operators. Blender cuts off a driver's expression after 255 characters."""
-    return re.sub(r" ?([-+*/,]) ?", r"\1", expression)
-
-
-def _add_variable(driver: bpy.types.Driver, read: _Variable) -> None:
-    name, kind, holder, path = read
-    variable = driver.variables.new()
-    variable.name = name
-    variable.targets[0].id_type = kind
-    variable.targets[0].id = holder
-    variable.targets[0].data_path = path

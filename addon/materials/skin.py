@@ -19,10 +19,12 @@ sees the lamp and 0 where it does not. One sub-group tells what a lamp sends (la
 answers (response.py). A skin works with any response.
 """
 
+from itertools import zip_longest
+
 import bpy
 
 from ..frames.frame import frame_nodes
-from ..lamps.follow import lamp_count
+from ..lamps.follow import followed_lamps, lamp_count
 from ..lamps.group import Light, light_of
 from ..lamps.link import is_linked
 from ..nodes.arrange import arrange
@@ -71,7 +73,7 @@ def group_around(name: str, response: Response, shadows: bool = True) -> bpy.typ
     group = bpy.data.node_groups.new(f"Diffraction {name}", "ShaderNodeTree")
     add_interface(group, _INPUTS, _OUTPUTS)
     group[_SHADOWS] = shadows
-    fill_group(group, response)
+    fill_group(group, response, _lamps_of_file())
     return group
 
 
@@ -81,7 +83,7 @@ def replace_response(group: bpy.types.NodeTree, response: Response) -> None:
     old = response_in(group).group
     names = [(kept, former.name) for kept, former in zip(_parts(response.group), _parts(old), strict=False)]
     left = _parts(old)
-    fill_group(group, response)
+    fill_group(group, response, list(group[_LAMPS]))
     for each in left:
         if each.users == 0:
             bpy.data.batch_remove([each])
@@ -93,27 +95,27 @@ def set_shadows(group: bpy.types.NodeTree, shadows: bool) -> None:
     """Have a Diffraction group trace shadow rays, or trace none."""
     if bool(group[_SHADOWS]) != shadows:
         group[_SHADOWS] = shadows
-        fill_group(group, response_in(group))
+        fill_group(group, response_in(group), list(group[_LAMPS]))
 
 
-def fill_group(group: bpy.types.NodeTree, response: Response) -> None:
-    """Make a Diffraction group's nodes anew. Its sockets and the links to them stay."""
+def fill_group(group: bpy.types.NodeTree, response: Response, lamps: list[bool]) -> None:
+    """Make a Diffraction group's nodes anew, for lamps with and without light linking. Its sockets and the links to
+    them stay."""
     group.nodes.clear()
-    lamps = group[_LAMPS] = _lamps_of_file()
+    group[_LAMPS] = lamps
     tree = Tree(group)
     inputs = tree.inputs()
     n, t = frame_nodes(tree, inputs)
     geometry = tree.node("ShaderNodeNewGeometry")
     cos_r = tree.dot(tree.value(geometry.outputs["Incoming"]), n)
-    # Diffuse bounces would find the glow at random, as fireflies on the floor: to them it is dark.
-    bounced = tree.value(tree.node("ShaderNodeLightPath").outputs["Is Diffuse Ray"])
+    unseen = _is_unseen(tree)
     strength = inputs["Strength"] * (1.0 - inputs["Base Blend"])
     settings = {socket: inputs[socket.name] for socket in SETTINGS}
     start = ray_start(tree, geometry) if group[_SHADOWS] else None
     coat = None
     for index, linked in enumerate(lamps):
         light = light_of(tree, index, linked)
-        lit = _is_lit(tree, light, n=n, cos_r=cos_r, bounced=bounced)
+        lit = _is_lit(tree, light, n=n, cos_r=cos_r, unseen=unseen)
         asked = {NORMAL: n, TANGENT: t, TO_LIGHT: light.direction, IRRADIANCE: light.irradiance}
         answer = response.to_lamp(tree, {**asked, VARIANCE: light.variance, **settings}).shown(strength)
         if start is not None:
@@ -130,12 +132,22 @@ def fill_group(group: bpy.types.NodeTree, response: Response) -> None:
     arrange(group)
 
 
-def _is_lit(tree: Tree, light: Light, *, n: Value, cos_r: Value, bounced: Value) -> Value:
-    """1 where lamp and viewer are above the surface, the lamp sends light, and the ray is no diffuse bounce; else 0.
+def _is_unseen(tree: Tree) -> Value:
+    """1 for rays that would find the glow by chance, as white dots on the floor; else 0.
 
-    All three numbers must be positive. `bounced` is 1 for a diffuse bounce, and no cosine exceeds 1."""
+    Seen is what the camera sees, also in mirrors and through clear glass. A ray that a rough surface or fog has sent
+    in a random direction sees nothing, nor does a diffuse bounce that a mirror sends on."""
+    path = tree.outputs_of(tree.node("ShaderNodeLightPath"))
+    mirrored = tree.math("GREATER_THAN", path["Is Singular Ray"], path["Diffuse Depth"])
+    return tree.math("LESS_THAN", path["Is Camera Ray"] + mirrored, 0.5)
+
+
+def _is_lit(tree: Tree, light: Light, *, n: Value, cos_r: Value, unseen: Value) -> Value:
+    """1 where lamp and viewer are above the surface, the lamp sends light, and the ray may see it; else 0.
+
+    All three numbers must be positive. `unseen` is 1 for a ray that may not, and no cosine exceeds 1."""
     least = tree.minimum(tree.minimum(cos_r, tree.dot(light.direction, n)), tree.dot(light.irradiance, (1.0, 1.0, 1.0)))
-    return tree.math("GREATER_THAN", least, bounced)
+    return tree.math("GREATER_THAN", least, unseen)
 
 
 def _parts(tree: bpy.types.NodeTree) -> list[bpy.types.ID]:
@@ -156,20 +168,30 @@ def linked_with_fewer_lamps(scene: bpy.types.Scene) -> list[str]:
     return [f"{g.name}: linked, it knows {len(g[_LAMPS])} of {count} lamps; make it local" for g in groups]
 
 
-def show_lamps() -> None:
+def show_lamps(*, exactly: bool) -> None:
     """Give each Diffraction group of the file as many lamps as any of its scenes follows, and light linking if used.
 
-    A group that has them already is left alone: Blender would compile it again."""
-    for group in bpy.data.node_groups:
-        if is_diffraction(group) and group.library is None:
-            wanted = _lamps_of_file()
-            if list(group[_LAMPS]) != wanted:
-                fill_group(group, response_in(group))
+    A group that has them is left alone, as Blender would compile it again. `exactly`: so is not a group that has more,
+    which only costs time in each pixel, as the properties of the others are absent and read as 0."""
+    groups = [group for group in bpy.data.node_groups if is_diffraction(group) and group.library is None]
+    if not groups:
+        return
+    wanted = _lamps_of_file()
+    for group in groups:
+        present = [bool(linked) for linked in group[_LAMPS]]
+        lamps = wanted if exactly else [a or b for a, b in zip_longest(wanted, present, fillvalue=False)]
+        if present != lamps:
+            fill_group(group, response_in(group), lamps)
+
+
+def follows_light_linking() -> bool:
+    """Whether some Diffraction group of the file reads the marks of light linking."""
+    return any(is_diffraction(group) and any(group[_LAMPS]) for group in bpy.data.node_groups)
 
 
 def _lamps_of_file() -> list[bool]:
     """For each lamp that some scene of the file follows, whether light linking keeps the lamp from some object.
 
     The list has at least one lamp, so that a group is never empty."""
-    count = max(1, *(lamp_count(scene) for scene in bpy.data.scenes))
-    return [is_linked(index) for index in range(count)]
+    followed = [[is_linked(lamp) for lamp in followed_lamps(scene)] for scene in bpy.data.scenes]
+    return [any(linked) for linked in zip_longest([False], *followed, fillvalue=False)]

@@ -5,11 +5,12 @@ import textwrap
 
 import bpy
 
-from ..lamps.find import instanced_lamps, unfollowed_features
-from ..lamps.follow import followed_lamps, is_up_to_date
+from ..lamps.find import brightest, instanced_lamps, lamps_of, unfollowed_features
+from ..lamps.follow import followed_lamps, is_on
 from ..materials.osl.script import missing_for_osl
 from ..materials.skin import linked_with_fewer_lamps
 from ..operators.add_diffraction import AddDiffraction
+from ..operators.add_sun import AddSun
 from ..operators.assign import AssignToSelected
 from ..operators.bake_grating import BakeGrating
 from ..operators.import_height_map import ImportHeightMap
@@ -17,7 +18,6 @@ from ..operators.new_material import NewDiffractionMaterial
 from ..operators.osl_reference import NewOslReference
 from ..operators.remove_diffraction import RemoveDiffraction
 from ..operators.remove_grating import RemoveGrating
-from ..operators.update_lights import UpdateLights
 from ..scene import compat
 
 _ICONS = {"SUN": "LIGHT_SUN", "POINT": "LIGHT_POINT", "SPOT": "LIGHT_SPOT", "AREA": "LIGHT_AREA"}
@@ -126,15 +126,18 @@ def _draw_material(layout, grating) -> None:
 
 def _draw_lamps(layout, context) -> None:
     scene = context.scene
-    header = layout.row()
-    header.label(text="Lit by")
-    header.operator(UpdateLights.bl_idname, icon="FILE_REFRESH", text="")
+    layout.label(text="Lit by")
     column = layout.column(align=True)
-    for lamp in followed_lamps(scene):
-        if lamp is not None and lamp.type == "LIGHT":
-            column.label(text=lamp.name, icon=_ICONS[lamp.data.type])
-    if not is_up_to_date(scene):
-        _draw_note(column, context, "Lamps were added or removed: press update", "ERROR")
+    followed = followed_lamps(scene)
+    lamps = followed or brightest(lamps_of(scene))
+    for index, lamp in enumerate(lamps):
+        hidden = bool(followed) and not is_on(scene, index)
+        row = column.row()
+        row.active = not hidden
+        row.label(text=f"{lamp.name} (hidden)" if hidden else lamp.name, icon=_ICONS[lamp.data.type])
+    if not lamps:
+        _draw_note(column, context, "No lamp lights the scene, so the diffraction is dark", "INFO")
+        column.operator(AddSun.bl_idname, icon="LIGHT_SUN")
     instanced = instanced_lamps(context.evaluated_depsgraph_get())
     for line in unfollowed_features(scene) + linked_with_fewer_lamps(scene):
         _draw_note(column, context, line, "INFO")
@@ -142,7 +145,7 @@ def _draw_lamps(layout, context) -> None:
         _draw_note(column, context, f"Instanced: {', '.join(instanced)}; Apply > Make Instances Real", "ERROR")
     note = layout.column(align=True)
     note.active = False
-    _draw_note(note, context, "Diffraction shows no light of the world or of Material Preview.")
+    _draw_note(note, context, "Only these lamps light the diffraction: not the world, nor the studio light of Material Preview.")
     if not compat.HAS_RAYCAST:
         shade = "Before Blender 5.1, objects shade diffraction only in Cycles with Open Shading Language on."
         _draw_note(note, context, shade)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Scenes of a plane under two lamps, as they are and as they become, and how their pictures are compared."""
 
+import math
 from dataclasses import dataclass, field
 
 import bpy
@@ -124,3 +125,15 @@ def keep_from(lamp, mesh, state="EXCLUDE"):
     receivers.objects.link(mesh)
     receivers.collection_objects[0].light_linking.link_state = state
     lamp.light_linking.receiver_collection = receivers
+
+
+def lambertian(addon):
+    """A Response: the radiance of a white diffuse surface."""
+    response = addon.response
+    group = bpy.data.node_groups.new("Lambertian", "ShaderNodeTree")
+    asked = (response.NORMAL, response.TO_LIGHT, response.IRRADIANCE)
+    addon.interface.add_interface(group, asked, response.ONE_RADIANCE)
+    tree = addon.builder.Tree(group)
+    n, wi, irradiance = tree.inputs().values()
+    tree.output(irradiance * (tree.maximum(tree.dot(n, wi), 0.0) * (1 / math.pi)))
+    return response.Response(group)

@@ -12,19 +12,9 @@ import bpy
 import numpy as np
 import pytest
 
+from .lamp_scenes import lambertian
+
 PIXELS = 24
-
-
-def lambertian(addon):
-    """A Response: the radiance of a white diffuse surface."""
-    response = addon.response
-    group = bpy.data.node_groups.new("Lambertian", "ShaderNodeTree")
-    asked = (response.NORMAL, response.TO_LIGHT, response.IRRADIANCE)
-    addon.interface.add_interface(group, asked, response.ONE_RADIANCE)
-    tree = addon.builder.Tree(group)
-    n, wi, irradiance = tree.inputs().values()
-    tree.output(irradiance * (tree.maximum(tree.dot(n, wi), 0.0) * (1 / math.pi)))
-    return response.Response(group)
 
 
 @pytest.fixture

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which lamps light the picture: what the render does not show does not diffract.
+
+Two things decide for each lamp. Drivers follow what can be animated: `hide_render` of the lamp and of its collections,
+its glossy visibility and its scale. A property of each view layer (`ng_key_shown`, one number for each lamp, absent
+where all are 1) holds what drivers cannot follow: whether the layer excludes the lamp's collections. While a window is
+open the property also holds whether the viewport hides the lamp, by an eye or a monitor. Renders and saved files know
+nothing of those, as in Blender.
+"""
+
+from collections.abc import Iterator, Sequence
+
+import bpy
+
+from .drive import VIEW_LAYER, Drivers, Variable
+
+_SHOWN = "ng_key_shown"
+_Held = bpy.types.Collection | bpy.types.LayerCollection
+
+
+def drive_on(drivers: Drivers, name: str, index: int, lamp: bpy.types.Object) -> bool:
+    """Drive a property, which is 1 where the render shows the lamp of this index and else 0; whether anything
+    changed."""
+    collections: dict[bpy.types.Collection, str] = {}
+    hidden = []
+    for way in _ways(drivers.scene.collection, set(lamp.users_collection)):
+        # The scene's own collection, the first of each way, cannot be hidden.
+        names = [collections.setdefault(collection, f"h{len(collections)}") for collection in way[1:]]
+        hidden.append(f"max({', '.join(names)})" if len(names) > 1 else names[0] if names else "0")
+    factors = ["shown", "visible", "(1 - hidden)", f"(1 - min({', '.join(hidden)}))" if hidden else "0"]
+    variables = [Variable(name, collection, "hide_render") for collection, name in collections.items()]
+    variables += [Variable("hidden", lamp, "hide_render"), Variable("visible", lamp, "visible_glossy")]
+    variables.append(Variable("shown", VIEW_LAYER, f'["{_SHOWN}"][{index}]', otherwise=1.0))
+    if lamp.data.type in {"AREA", "SPOT"}:
+        # Blender leaves out an area lamp or spot that has no extent along one of its axes.
+        for axis, letter in enumerate("xyz"):
+            cells = [f"{letter}{i}" for i in range(3)]
+            variables += [Variable(cell, lamp, f"matrix_world[{axis}][{i}]") for i, cell in enumerate(cells)]
+            factors.append(f"({' + '.join(f'{cell} * {cell}' for cell in cells)} > 0)")
+    return drivers.drive(name, [" * ".join(factors)], variables)
+
+
+def note_shown(scene: bpy.types.Scene, lamps: Sequence[bpy.types.Object], *, in_viewport: bool) -> bool:
+    """Note in each view layer of the scene which lamps it shows; whether anything changed.
+
+    `in_viewport`: a lamp that only the viewport hides is hidden too."""
+    changed = False
+    for layer in scene.view_layers:
+        wanted = _shown(layer, lamps)
+        if in_viewport:
+            wanted = [shown * lamp.visible_get(view_layer=layer) for shown, lamp in zip(wanted, lamps, strict=True)]
+        noted = layer.get(_SHOWN)
+        if all(wanted):
+            if noted is not None:
+                del layer[_SHOWN]
+                changed = True
+        elif noted is None or list(noted) != wanted:
+            layer[_SHOWN] = wanted
+            changed = True
+    return changed
+
+
+def show_as_rendered(scene: bpy.types.Scene, lamps: Sequence[bpy.types.Object]) -> None:
+    """Take from the notes what only the viewport hides.
+
+    Called beside Blender's main thread too, so numbers change in place: nothing is made or freed."""
+    for layer in scene.view_layers:
+        noted = layer.get(_SHOWN, ())
+        if len(noted) == len(lamps):
+            for index, shown in enumerate(_shown(layer, lamps)):
+                noted[index] = shown
+
+
+def _shown(layer: bpy.types.ViewLayer, lamps: Sequence[bpy.types.Object]) -> list[float]:
+    """For each lamp 1, or 0 where the view layer excludes it.
+
+    A lamp of several collections is there if one of them is. Of an excluded collection's lamp only the present
+    `hide_render` of its other collections counts."""
+    if not any(way[-1].exclude for way in _ways(layer.layer_collection)):
+        return [1.0] * len(lamps)
+    return [float(_is_in(layer, lamp)) for lamp in lamps]
+
+
+def _is_in(layer: bpy.types.ViewLayer, lamp: bpy.types.Object) -> bool:
+    ways = list(_ways(layer.layer_collection, set(lamp.users_collection)))
+    included = [way for way in ways if not way[-1].exclude]
+    return included == ways or any(not any(held.collection.hide_render for held in way) for way in included)
+
+
+def _ways(
+    held: _Held, holders: set[bpy.types.Collection] | None = None, above: tuple[_Held, ...] = ()
+) -> Iterator[tuple[_Held, ...]]:
+    """The chains of collections, or of a view layer's collections, that lead to one of the holders; without holders,
+    to any collection."""
+    way = (*above, held)
+    if holders is None or getattr(held, "collection", held) in holders:
+        yield way
+    for child in held.children:
+        yield from _ways(child, holders, way)
