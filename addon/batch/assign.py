@@ -9,6 +9,7 @@ from ...precompute.base.failure import GratingError, printable
 from ...precompute.cli.arguments import existing_bake
 from ...precompute.cli.option_types import name_argument
 from ..actions.assign import assign_to_meshes
+from ..actions.lamps import warnings_about
 from ..actions.material import refresh_group
 from ..scene.gratings import kept_path
 from .save import add_save, save
@@ -45,6 +46,7 @@ def run(arguments: argparse.Namespace) -> None:
     refresh_group(gratings.items[index])
     selected = [o for o in bpy.context.view_layer.objects if o.select_get()]
     report = assign_to_meshes(bpy.context.scene, selected)
+    report += warnings_about(bpy.context.scene, bpy.context.evaluated_depsgraph_get())
     save(arguments.save)
     print("\n".join(map(printable, report)))
 

@@ -145,7 +145,8 @@ def _draw_lamps(layout, context) -> None:
         _draw_note(column, context, f"Instanced: {', '.join(instanced)}; Apply > Make Instances Real", "ERROR")
     note = layout.column(align=True)
     note.active = False
-    _draw_note(note, context, "Only these lamps light the diffraction: not the world, nor the studio light of Material Preview.")
+    only = "Only these lamps light the diffraction: not the world, nor the studio light of Material Preview."
+    _draw_note(note, context, only)
     if not compat.HAS_RAYCAST:
         shade = "Before Blender 5.1, objects shade diffraction only in Cycles with Open Shading Language on."
         _draw_note(note, context, shade)

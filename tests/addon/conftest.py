@@ -18,6 +18,8 @@ def scene(extension):
     scene.natural_gratings.items.clear()
     if scene.animation_data:
         scene.animation_data_clear()
+    for key in [key for key, _ in scene.items() if key.startswith("ng_key")]:
+        del scene[key]
     bpy.ops.mesh.primitive_plane_add()
     lamp = data.lights.new("Sun", "SUN")
     lamp.energy = 1.0

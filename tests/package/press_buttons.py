@@ -64,6 +64,12 @@ def add_lamp():
     bpy.ops.ed.undo_push(message="a lamp")
 
 
+def followed():
+    """The names of the lamps that the scene follows."""
+    module = importlib.import_module("bl_ext.user_default.natural_gratings.addon.lamps.follow")
+    return sorted(lamp.name for lamp in module.followed_lamps(bpy.context.scene))
+
+
 def story():
     """The steps; each yields the seconds until the next."""
     yield LONG
@@ -71,8 +77,7 @@ def story():
     yield from click_object("Floor", (0.45, 0.3, 0))
     yield from press_undo_redo("bpy.ops.grating.assign")
     assert bpy.data.objects["Floor"].active_material, "Assign to Selected assigned nothing"
-    is_up_to_date = importlib.import_module("bl_ext.user_default.natural_gratings.addon.lamps.follow").is_up_to_date
-    assert is_up_to_date(bpy.context.scene)
+    assert followed() == ["Bulb", "Torch", "Window"]
     yield from click_object("Ball", (0.08, -0.05, 0.3))
     yield from press_undo_redo("bpy.ops.grating.add_diffraction")
     yield from press_undo_redo("bpy.ops.grating.remove_diffraction", across=0.7)
@@ -81,7 +86,14 @@ def story():
     assert groups, "Add to Materials added nothing"
     yield from press_undo_redo("bpy.ops.grating.new_material")
     add_lamp()
-    yield from press_undo_redo("bpy.ops.grating.update_lights", across=0.84)
+    yield LONG
+    assert followed() == ["Bulb", "Late", "Torch", "Window"]
+    after = contents()
+    yield from press_in_view("Z", ctrl=True)
+    assert followed() == ["Bulb", "Torch", "Window"]
+    yield from press_in_view("Z", ctrl=True, shift=True)
+    assert followed() == ["Bulb", "Late", "Torch", "Window"]
+    assert contents() == after, differences(after, contents())
     yield from press_in_view("S", ctrl=True)
     assert not bpy.data.is_dirty, "Ctrl-S did not save"
 

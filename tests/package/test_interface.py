@@ -84,18 +84,31 @@ def shown(path: Path) -> np.ndarray:
         return np.asarray(picture.convert("RGB"), float) / 255
 
 
-def test_the_viewport_follows_the_lamp(display, blender, tmp_path):
+def test_the_viewport_follows_the_lamps(display, blender, tmp_path):
     file, bake = tmp_path / "plane.blend", tmp_path / "bake"
     blender.run_script(HERE / "make_plane.py", file)
     blender.run_grating("bake", "sample:blazed", "--delta-e", "6", "-o", bake)
     window = replace(blender, command=("env", f"DISPLAY={display}", *blender.command))
     window.run("--window-geometry", "0", "0", "900", "700", file, "--python", HERE / "watch_viewport.py", "--",
                bake / "blazed.exr", tmp_path)  # fmt: skip
+    views, renders = ({path.stem.rpartition("_")[0]: shown(path) for path in tmp_path.glob(f"*_{what}.png")}
+                      for what in ("view", "render"))  # fmt: skip
     before = None
-    for step in ("assigned", "turned", "coloured", "animated"):
-        viewport, rendered = (shown(tmp_path / f"{step}_{what}.png") for what in ("view", "render"))
+    for step in ("assigned", "turned", "coloured", "animated", "area", "included", "two more"):
         # The same engine draws both, with the same samples: to the rounding of a picture of eight bits.
-        assert np.abs(viewport - rendered).max() < 1.5 / 255, step
+        assert np.abs(views[step] - renders[step]).max() < 1.5 / 255, step
         # Orders move, or lose their green.
-        assert before is None or np.abs(viewport - before).max() > 0.5, f"{step}: the viewport did not change"
-        before = viewport
+        assert before is None or step == "included" or np.abs(views[step] - before).max() > 0.5, step
+        before = views[step]
+    same = {
+        "eye opened": "animated", "included": "area", "deleted, undone": "included", "deleted again": "deleted",
+        "two more, undone": "deleted", "two more again": "two more",
+    }  # fmt: skip
+    for step, earlier in same.items():
+        assert np.abs(views[step] - views[earlier]).max() < 1.5 / 255, step
+        assert np.abs(renders[step] - renders[earlier]).max() < 1.5 / 255, step
+    for step in ("eye closed", "excluded", "deleted"):
+        assert views[step].max() == 0, step
+    # As in Blender, an eye hides in the viewport alone.
+    assert np.abs(renders["eye closed"] - renders["animated"]).max() < 1.5 / 255
+    assert renders["excluded"].max() == renders["deleted"].max() == 0

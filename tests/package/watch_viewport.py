@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run by a Blender with a window: `--python watch_viewport.py -- BAKE FOLDER`, on make_plane.py's file.
 
-Assigns the bake, shows the camera's view in Rendered mode, and changes the lamp as an artist does. After each change
-what the viewport shows and what a render gives are written to FOLDER: STEP_view.png, STEP_render.png. It quits at the
-end; what went wrong is in the exit status and the output.
+Assigns the bake, shows the camera's view in Rendered mode, and changes, hides, deletes and adds lamps as an artist
+does, with undo and redo. No button is pressed. After each change what the viewport shows and what a render gives are
+written to FOLDER: STEP_view.png, STEP_render.png. It quits at the end; what went wrong is in the exit status and the
+output.
 """
 
 import os
@@ -61,15 +62,84 @@ def animate(lamp):
     bpy.context.scene.frame_set(10)
 
 
+def hide(lamp):
+    lamp.hide_set(True)
+
+
+def show(lamp):
+    lamp.hide_set(False)
+
+
+def make_area(lamp):
+    lamp.location, lamp.rotation_euler = (0.2, 0, 1.0), (0, 0, 0)
+    lamp.animation_data_clear()
+    lamp.data.type, lamp.data.energy, lamp.data.size = "AREA", 30.0, 0.05
+
+
+def exclude(lamp):
+    scene = bpy.context.scene
+    held = bpy.data.collections.new("Held")
+    scene.collection.children.link(held)
+    for collection in lamp.users_collection:
+        collection.objects.unlink(lamp)
+    held.objects.link(lamp)
+    bpy.context.view_layer.layer_collection.children["Held"].exclude = True
+
+
+def include(lamp):
+    bpy.context.view_layer.layer_collection.children["Held"].exclude = False
+
+
+def delete(lamp):
+    bpy.data.objects.remove(lamp)
+
+
+def add_two(lamp):
+    for name, turn in (("One", 20), ("Two", -35)):
+        made = bpy.data.objects.new(name, bpy.data.lights.new(name, "SUN"))
+        made.rotation_euler.y = radians(turn)
+        made.data.energy = 2.0
+        bpy.context.scene.collection.objects.link(made)
+
+
+def undo(lamp):
+    bpy.ops.ed.undo()
+
+
+def redo(lamp):
+    bpy.ops.ed.redo()
+
+
+STEPS = {
+    "assigned": None,
+    "turned": turn,
+    "coloured": colour,
+    "animated": animate,
+    "eye closed": hide,
+    "eye opened": show,
+    "area": make_area,
+    "excluded": exclude,
+    "included": include,
+    "deleted": delete,
+    "deleted, undone": undo,
+    "deleted again": redo,
+    "two more": add_two,
+    "two more, undone": undo,
+    "two more again": redo,
+}
+
+
 def story():
     """The steps; each yields the seconds until the next."""
     yield PAUSE
     assign()
     area = set_view()
-    lamp = next(o for o in bpy.data.objects if o.type == "LIGHT")
-    for name, change in {"assigned": None, "turned": turn, "coloured": colour, "animated": animate}.items():
+    for name, change in STEPS.items():
         if change:
-            change(lamp)
+            with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+                change(bpy.data.objects.get("Sun"))
+                if change not in (undo, redo):
+                    bpy.ops.ed.undo_push(message=name)
         yield PAUSE
         scene = bpy.context.scene
         region = next(r for r in area.regions if r.type == "WINDOW")

@@ -37,7 +37,7 @@ def library(stage, path, lamps=2, unlinked=False):
     stage.scene.collection.objects.unlink(plane)
     if unlinked:
         keep_from(bpy.data.objects["A"], plane)
-        bpy.ops.grating.update_lights()
+        bpy.context.view_layer.update()
     return save(stage, "library")
 
 
@@ -117,11 +117,11 @@ def test_the_light_linking_of_another_file_stays_there(files, baked, link):
     agree(made.rgb("cycles", PIXELS), wanted)
 
 
-def test_a_linked_material_of_fewer_lamps_says_so(files, baked, capfd):
+def test_a_linked_material_of_fewer_lamps_says_so(files, baked):
     """A linked group cannot grow: its file had one lamp, this scene has two."""
     path = library(files, baked[0], lamps=1)
     other_file(files)
     bring_by_operator(path, "Object", "Plane", link=True)
-    assert bpy.ops.grating.update_lights() == {"FINISHED"}
-    said = capfd.readouterr()
-    assert "Diffraction blazed: linked, it knows 1 of 2 lamps" in said.out + said.err
+    scene = bpy.context.scene
+    told = files.addon.lamps.warnings_about(scene, bpy.context.evaluated_depsgraph_get())
+    assert told == ["Diffraction blazed: linked, it knows 1 of 2 lamps; make it local"]

@@ -6,8 +6,6 @@ Two pictures are compared: a white diffuse plane lit by Blender, and the same pl
 response is E cos(ti) / pi. This is done for every kind of lamp and for each setting of a lamp that changes its light.
 """
 
-import math
-
 import bpy
 import numpy as np
 import pytest

@@ -97,48 +97,30 @@ def test_light_linking(stage, baked, engine, listed, state):
     build(stage, baked[0], AFTER)
     stage.add("Other", bpy.data.meshes.new("Other"))
     keep_from(bpy.data.objects["Sun"], bpy.data.objects[listed], state)
-    assert bpy.ops.grating.update_lights() == {"FINISHED"}
     agree(stage.rgb(engine, PIXELS), wanted)
     bpy.data.objects["Sun"].light_linking.receiver_collection = None
-    assert bpy.ops.grating.update_lights() == {"FINISHED"}
     agree(stage.rgb(engine, PIXELS), wanted_without)
 
 
-def instance_a_lamp(stage):
-    """A lamp that only an instance of its collection shows."""
-    held = bpy.data.collections.new("Held")
-    stage.add("Inside", bpy.data.lights.new("Inside", "SUN"), collection=held)
-    shown = stage.add("Instance", None)
-    shown.instance_type, shown.instance_collection = "COLLECTION", held
-
-
-def test_instanced_lamps_are_named(stage, baked, capfd):
-    instance_a_lamp(stage)
-    bpy.context.view_layer.update()
-    with pytest.raises(RuntimeError, match="Inside.*Make Instances Real"):
-        bpy.ops.grating.update_lights()
-    build(stage, baked[0], AFTER)
-    capfd.readouterr()
-    assert bpy.ops.grating.update_lights() == {"FINISHED"}
-    said = capfd.readouterr()
-    assert "Inside; use Object > Apply > Make Instances Real" in said.out + said.err
-
-
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_lamp_added(stage, baked, engine):
-    wanted = truth(stage, baked[0], AFTER, engine)
+def test_a_lamp_added_and_deleted(stage, baked, engine):
+    wanted, without = truth(stage, baked[0], AFTER, engine), truth(stage, baked[0], {"Sun": AFTER["Sun"]}, engine)
     build(stage, baked[0], {"Sun": AFTER["Sun"]})
-    is_up_to_date = stage.addon.follow.is_up_to_date
-    assert is_up_to_date(stage.scene)
-    assert stage.addon.follow.followed_lamps(stage.scene) == [bpy.data.objects["Sun"]]
     differs(stage.rgb(engine, PIXELS), wanted)
     add_lamps(stage, {"Point": AFTER["Point"]})
-    assert not is_up_to_date(stage.scene)
-    assert bpy.ops.grating.update_lights() == {"FINISHED"}
-    assert is_up_to_date(stage.scene)
     agree(stage.rgb(engine, PIXELS), wanted)
     bpy.data.objects.remove(bpy.data.objects["Point"])
-    assert not is_up_to_date(stage.scene)
+    agree(stage.rgb(engine, PIXELS), without)
+    bpy.data.objects.remove(bpy.data.objects["Sun"])
+    assert stage.rgb(engine, PIXELS).max() == 0
+
+
+def test_assigned_before_there_is_a_lamp(stage, baked):
+    wanted = truth(stage, baked[0], AFTER, "cycles")
+    build(stage, baked[0], {})
+    assert stage.rgb("cycles", PIXELS).max() == 0
+    add_lamps(stage, AFTER)
+    agree(stage.rgb("cycles", PIXELS), wanted)
 
 
 @pytest.mark.parametrize("kind", ["SUN", "POINT", "SPOT", "AREA"])
