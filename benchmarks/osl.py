@@ -107,7 +107,7 @@ def render(addon, group, view: PlaneView, path: Path, irradiance=(1.0, 1.0, 1.0)
     sun.rotation_euler = Vector(view.to_light).to_track_quat("Z", "Y").to_euler()
     scene.collection.objects.link(sun)
     addon.follow.follow_lamps(scene)
-    addon.skin.show_lamps()
+    addon.skin.show_lamps(exactly=True)
     scene.cycles.samples = 1
     scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
     scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01

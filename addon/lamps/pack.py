@@ -124,7 +124,7 @@ def drive_properties(drivers: Drivers, index: int, lamp: bpy.types.Object) -> bo
         "z": (*(f"z{i} / max(pow({_length('z')}, 2), 1e-30)" for i in range(3)), outer),
         "x": (*(f"x{i} / max(pow({_length('x')}, 2), 1e-30)" for i in range(3)), inner),
     }
-    changed = drive_on(drivers, property_name(index, ON), index, lamp)
+    changed = drive_on(drivers, index, lamp, name=property_name(index, ON))
     for what, expressions in driven.items():
         changed |= drivers.drive(property_name(index, what), expressions, variables)
     return changed

@@ -18,8 +18,8 @@ _SHOWN = "ng_key_shown"
 _Held = bpy.types.Collection | bpy.types.LayerCollection
 
 
-def drive_on(drivers: Drivers, name: str, index: int, lamp: bpy.types.Object) -> bool:
-    """Drive a property, which is 1 where the render shows the lamp of this index and else 0; whether anything
+def drive_on(drivers: Drivers, index: int, lamp: bpy.types.Object, *, name: str) -> bool:
+    """Drive the property `name`, which is 1 where the render shows the lamp and else 0; whether anything
     changed."""
     collections: dict[bpy.types.Collection, str] = {}
     hidden = []
