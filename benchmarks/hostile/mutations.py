@@ -6,6 +6,8 @@ import re
 import struct
 from collections.abc import Callable
 
+from .scans import chunk
+
 Mutation = Callable[[random.Random, bytes], bytes]
 
 # What a reader may take for a number.
@@ -75,8 +77,23 @@ def with_number(draw: random.Random, data: bytes) -> bytes:
     return data[: one.start()] + draw.choice(WORDS) + data[one.end() :]
 
 
+def with_chunk(draw: random.Random, data: bytes) -> bytes:
+    """A PNG with one chunk spoiled and its checksum made anew, so that a decoder believes it; other files flipped."""
+    if not data.startswith(b"\x89PNG"):
+        return flipped(draw, data)
+    places = [8]
+    while places[-1] + 12 <= len(data):
+        places.append(places[-1] + 12 + struct.unpack_from(">I", data, places[-1])[0])
+    at = draw.choice(places[:-1] or [8])
+    (length,) = struct.unpack_from(">I", data.ljust(at + 8, b"\0"), at)
+    kind, body = data[at + 4 : at + 8], data[at + 8 : at + 8 + length]
+    way = draw.choice((truncated, flipped, overwritten, with_integer)) if body else with_tail
+    return data[:at] + chunk(kind, way(draw, body)) + data[at + 12 + length :]
+
+
 ANY: tuple[Mutation, ...] = (
     truncated, flipped, overwritten, without_block, with_block_twice, with_tail, with_integer, with_float, with_number,
+    with_chunk,
 )  # fmt: skip
 
 

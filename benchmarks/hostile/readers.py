@@ -2,6 +2,7 @@
 """Hostile files for every reader, each given to `info`."""
 
 import json
+import os
 import random
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -19,12 +20,18 @@ FORMATS: dict[str, tuple[Callable[[], bytes], ...]] = {
     ".tif": (scans.tiff, scans.tiff_lzw),
     ".bmp": (scans.bmp,),
 }
+# Files made to cost more than they weigh, by the extension of their format.
+BOMBS: tuple[tuple[str, Callable[[], bytes]], ...] = (
+    (".png", scans.png_bomb), (".png", scans.png_text_bomb), (".tif", scans.tiff_of_many_pages),
+    (".tif", scans.tiff_of_shared_tags), (".bmp", scans.bmp_of_long_skips), (".gwy", scans.gwy_of_many_components),
+)  # fmt: skip
+_TAIL_BYTES = 4 << 30
 _SIZES = ("--size-um", "1", "--height-nm", "200")
 _PICTURES = (".png", ".tif", ".bmp")
 
 
 def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
-    """`count` mutations of the files of each format."""
+    """`count` mutations of the files of each format, then bombs, and what is no file."""
     for extension, makers in FORMATS.items():
         whole = [make() for make in makers]
         for data in whole:
@@ -37,6 +44,41 @@ def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
             ways, data = mutated(draw, whole[number % len(whole)])
             file = folder / f"{number}{extension}"
             yield _case(f"{extension} {number}: {ways}", extension, file, partial(file.write_bytes, data))
+    for extension, bomb in BOMBS:
+        file = folder / f"{bomb.__name__}{extension}"
+        yield _case(f"bomb: {bomb.__name__}", "bombs", file, partial(_write, file, bomb))
+    for extension, makers in FORMATS.items():
+        for name, make in _places(makers[0]).items():
+            file = folder / f"{name}{extension}"
+            yield _case(f"place: {name}{extension}", "places", file, partial(make, file))
+
+
+def _write(file: Path, make: Callable[[], bytes]) -> None:
+    file.write_bytes(make())
+
+
+def _places(whole: Callable[[], bytes]) -> dict[str, Callable[[Path], object]]:
+    """What may stand where a file is named, and a file with a tail of zeros that takes no room."""
+
+    def tailed(file: Path) -> None:
+        _write(file, whole)
+        os.truncate(file, file.stat().st_size + _TAIL_BYTES)
+
+    def linked(file: Path) -> None:
+        true = file.with_stem("true")
+        _write(true, whole)
+        file.symlink_to(true)
+
+    return {
+        "fifo": os.mkfifo,
+        "folder": Path.mkdir,
+        "device": lambda file: file.symlink_to("/dev/zero"),
+        "circle": lambda file: file.symlink_to(file),
+        "missing": lambda file: file.symlink_to(file.with_stem("nothing")),
+        "link": linked,
+        "tail": tailed,
+        "empty": Path.touch,
+    }
 
 
 def _case(name: str, group: str, file: Path, make: Callable[[], object]) -> Case:

@@ -3,6 +3,7 @@
 
 import io
 import struct
+import zlib
 
 import numpy as np
 from gwyfile.objects import GwyContainer, GwyDataField
@@ -68,10 +69,54 @@ def bmp() -> bytes:
     return _saved(_grey(np.uint8), "BMP")
 
 
+def png_bomb() -> bytes:
+    """A black picture of 9000 x 9000 pixels in 80 KB: 1.2 GiB to read."""
+    side = 9000
+    packer = zlib.compressobj(9)
+    rows = [packer.compress(bytes(side + 1)) for _ in range(side)]
+    header = struct.pack(">IIBBBBB", side, side, 8, 0, 0, 0, 0)
+    data = b"".join([*rows, packer.flush()])
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
+
+
+def png_text_bomb() -> bytes:
+    """The picture of 8 bits with a text of 200 MB in 200 KB."""
+    text = chunk(b"zTXt", b"key\0\0" + zlib.compress(bytes(200 << 20), 9))
+    whole = png()
+    return whole[:33] + text + whole[33:]
+
+
+def tiff_of_many_pages() -> bytes:
+    """100,000 pages of one directory entry each."""
+    entry = struct.pack("<HHHII", 1, 256, 3, 1, 2)
+    size = len(entry) + 4
+    pages = (entry + struct.pack("<I", 8 + size * (page + 1)) for page in range(100_000))
+    return b"II*\0" + struct.pack("<I", 8) + b"".join(pages)
+
+
+def tiff_of_shared_tags() -> bytes:
+    """60,000 tags of a megabyte, all of them the same megabyte."""
+    tags = b"".join(struct.pack("<HHII", 40_000 + tag % 20_000, 1, 1 << 20, 8) for tag in range(60_000))
+    return b"II*\0" + struct.pack("<IH", 8, 60_000) + tags + bytes(4 + (1 << 20))
+
+
+def bmp_of_long_skips() -> bytes:
+    """A compressed picture one row high and 80 million pixels wide that is made of skipped rows."""
+    skips = b"\0\2\xff\xff" * 5000
+    head = struct.pack("<IiiHHIIiiII", 40, 80_000_000, 1, 1, 8, 1, len(skips), 1, 1, 256, 0)
+    palette = b"".join(bytes((grey, grey, grey, 0)) for grey in range(256))
+    offset = 14 + len(head) + len(palette)
+    return b"BM" + struct.pack("<IHHI", offset + len(skips), 0, 0, offset) + head + palette + skips
+
+
+def gwy_of_many_components() -> bytes:
+    """A container of three million components."""
+    data = b"\0b\0" * 3_000_000
+    return b"GWYPGwyContainer\0" + struct.pack("<I", len(data)) + data
+
+
 def chunk(kind: bytes, data: bytes) -> bytes:
     """A chunk of a PNG, with the checksum that belongs to it."""
-    import zlib
-
     return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
 
