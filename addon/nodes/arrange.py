@@ -10,10 +10,12 @@ def arrange(tree: bpy.types.NodeTree) -> None:
     """Place each node in a column right of all nodes that feed it.
 
     Nodes must have been made in the order of the formula: inputs before their users."""
+    feeding: dict[bpy.types.Node, list[bpy.types.Node]] = {}
+    for link in tree.links:  # Blender looks through all of them for each socket that is asked for its own
+        feeding.setdefault(link.to_node, []).append(link.from_node)
     depth: dict[bpy.types.Node, int] = {}
     for node in tree.nodes:
-        before = [depth.get(link.from_node, 0) for socket in node.inputs for link in socket.links]
-        depth[node] = 1 + max(before, default=-1)
+        depth[node] = 1 + max((depth.get(before, 0) for before in feeding.get(node, ())), default=-1)
     filled: dict[int, int] = {}
     for node, column in depth.items():
         row = filled.get(column, 0)

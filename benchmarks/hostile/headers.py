@@ -15,10 +15,11 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from precompute.base.exr import open_picture
+from precompute.base.exr import TEXELS_MAX, open_picture
 from precompute.methods.dft_layout import read_sound_layout
 from precompute.table import sample_set
 from precompute.table.atlas_file import HEADER_KEY, read_sound_header
+from precompute.table.tiling import TERMS_MAX
 
 from .mutations import mutated
 from .runner import Case, run_verb
@@ -134,7 +135,7 @@ def _read_for_material(file: Path) -> None:
     """What is done with a bake before a material's nodes are made, and where the nodes look."""
     layout, _ = read_sound_header(file)
     width, height = layout.width, layout.height
-    assert layout.terms <= 512 and width * height <= 1 << 26, layout
+    assert layout.terms <= TERMS_MAX and width * height <= TEXELS_MAX, layout
     for level in range(layout.levels):
         for term in range(layout.terms):
             rows, columns = layout.tile_block(term, level)

@@ -34,7 +34,7 @@ _REALS = {
     "w_max": (0.0, 2.0),
 }
 # What a material can show (as the bake's own limits have it): terms, and levels that each double the kernel.
-_TERMS_MAX, _LEVELS_MAX = 512, 16
+_TERMS_MAX, _LEVELS_MAX = 96, 16
 
 
 @dataclass(frozen=True)

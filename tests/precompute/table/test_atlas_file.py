@@ -215,7 +215,7 @@ def test_a_picture_that_is_no_number_is_refused(written, value):
 
 def test_no_bake_has_more_terms_than_are_read():
     assert atlas.layout_of(random_bake(terms=TERMS_MAX)).is_valid
-    with pytest.raises(GratingError, match="513 terms.*; ask for a larger --delta-e"):
+    with pytest.raises(GratingError, match="97 terms.*; ask for a larger --delta-e"):
         atlas.layout_of(random_bake(terms=TERMS_MAX + 1))
 
 
