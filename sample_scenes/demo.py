@@ -7,11 +7,13 @@ with `--command grating` to assign and render. This file only joins them.
 
 import json
 import platform
+import signal
 import subprocess
 import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NoReturn
 
 from devtools import ROOT, blender
 from devtools.environments import ALL, PY311
@@ -56,13 +58,20 @@ class Stopwatch:
         """Run a command; its standard output. Exits with its status and the end of its output if it fails."""
         print(f"{step} ...", flush=True)
         start = time.monotonic()
-        done = subprocess.run([str(part) for part in command], capture_output=True, text=True, cwd=ROOT, **settings)
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+        process = subprocess.Popen([str(part) for part in command], cwd=ROOT, **pipes, **settings)
+        try:
+            out, err = process.communicate()
+        except BaseException:  # a signal to the demo ends the step too
+            process.terminate()
+            process.wait()
+            raise
         self.seconds[step] = time.monotonic() - start
-        if done.returncode != 0:
-            sys.stderr.write(done.stdout[-2000:] + done.stderr[-2000:])
-            sys.exit(f"error: {step}: status {done.returncode}; the lines above tell why")
+        if process.returncode != 0:
+            sys.stderr.write(out[-2000:] + err[-2000:])
+            sys.exit(f"error: {step}: status {process.returncode}; the lines above tell why")
         print(f"{step}: {self.seconds[step]:.1f} s", flush=True)
-        return done.stdout
+        return out
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -142,5 +151,12 @@ def start_blender(arguments, command: list[str]) -> blender.Launch:
     return blender.launch_shim(environment, command)
 
 
+def stop(number: int, _: object) -> NoReturn:
+    """End the demo after a signal, and with it the step that runs."""
+    sys.exit(128 + number)
+
+
 if __name__ == "__main__":
+    for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(each, stop)
     sys.exit(main())

@@ -330,5 +330,6 @@ def _remove(folder: Path) -> None:
 
 
 def _warn(error: OSError) -> None:
-    what = f"{error.filename}: {error.strerror}" if error.filename else error
+    place = error.filename2 or error.filename  # of a copy, the target
+    what = f"{place}: {error.strerror}" if place else error
     print(printable(f"warning: the cache of bakes cannot be used ({what}); set {FOLDER_VARIABLE}"), file=sys.stderr)

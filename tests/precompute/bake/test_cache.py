@@ -96,13 +96,14 @@ def test_no_home_costs_one_line(tmp_path, monkeypatch, capsys):
 
 def test_a_full_disk_costs_one_line(tmp_path, cache_folder, monkeypatch, capsys):
     def full(source, target):
-        raise OSError(errno.ENOSPC, "No space left on device", str(target))
+        raise OSError(errno.ENOSPC, "No space left on device", str(source), None, str(target))  # as shutil does
 
     monkeypatch.setattr(cache.shutil, "copyfile", full)
     facts = bake_once(key(1), tmp_path / "out", fake())
     assert facts == {"seconds": 2.5, "files": [str(tmp_path / "out" / "a.exr")], "cached": False}
     err = capsys.readouterr().err
     assert "No space left" in err and len(err.splitlines()) == 1
+    assert str(cache_folder) in err and str(tmp_path / "out") not in err
     assert names(cache_folder / "entries") == names(cache_folder / "partial") == []
     assert names(tmp_path / "out") == ["a.exr"]
 

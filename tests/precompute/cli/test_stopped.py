@@ -104,3 +104,16 @@ def test_a_run_that_waits_for_another_ends_too(start, tmp_path, cache_folder):
         lock.close()
         assert second.wait(60) != 0
     assert not (tmp_path / "two").exists() and not folder.exists()
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_signal_to_the_demo_ends_its_step(tmp_path, name):
+    """While the bake runs, its partial folder is there."""
+    line = [sys.executable, str(ROOT / "dev"), "demo", "--output", str(tmp_path / "demo")]
+    with subprocess.Popen(line, env=project_environment(), stdout=subprocess.PIPE, text=True) as demo:
+        while ": bake ..." not in demo.stdout.readline():
+            assert demo.poll() is None
+        time.sleep(2)
+        demo.send_signal(getattr(signal, name))
+        assert demo.wait(60) == 128 + getattr(signal, name)
+    assert [path for path in tmp_path.rglob("*") if path.is_file() or path.suffix == ".partial"] == []
