@@ -288,24 +288,34 @@ def passed_over() -> Steps:
 
 
 def lamps() -> Steps:
-    """A lamp hidden, made another kind, deleted: the viewport and the panel."""
+    """A lamp hidden, made another kind, deleted, and another added: diffraction follows by itself."""
+
+    def followed():
+        return [lamp.name for lamp in part("lamps.follow").followed_lamps(bpy.context.scene)]
+
     sun = thing("Sun")
     sun.hide_render = True
-    yield RENDERED
-    picture("lamp_not_rendered", "the sun is left out of renders")
+    yield 2 * RENDERED
+    picture("lamp_not_rendered", "the sun is left out of renders: no colours, and the panel says that it is hidden")
     sun.hide_render = False
     sun.hide_set(True)
-    yield RENDERED
-    picture("lamp_hidden", "the sun is hidden by its eye")
+    yield 2 * RENDERED
+    picture("lamp_hidden", "the sun is hidden by its eye, which hides it from the viewport")
     sun.hide_set(False)
     sun.data.type = "SPOT"
     sun = thing("Sun")
     sun.location, sun.data.energy = (0, 0, 8), 600
-    yield RENDERED
-    picture("lamp_of_another_kind", "the sun is made a spot")
+    yield 2 * RENDERED
+    assert followed() == ["Sun"]
+    picture("lamp_of_another_kind", "the sun is made a spot: the colours are the spot's, without a button pressed")
     bpy.data.objects.remove(thing("Sun"))
-    yield RENDERED
-    picture("last_lamp_deleted", "the last lamp is deleted")
+    yield 2 * RENDERED
+    assert followed() == []
+    picture("last_lamp_deleted", "the last lamp is deleted: no colours are left, and the panel offers a sun")
+    yield from press_button("bpy.ops.grating.add_sun")
+    yield 2 * RENDERED
+    assert followed() == ["Sun"]
+    picture("sun_added", "Add Sun was pressed: the colours are back")
 
 
 def another_file() -> Steps:
