@@ -25,6 +25,13 @@ def update_lamps(scene: bpy.types.Scene, *, exactly: bool = True, in_viewport: b
         mark_unlinked(scene, lamps)
 
 
+def update_all_lamps(*, exactly: bool = True, in_viewport: bool = False) -> None:
+    """Do so in each scene of the file that can be changed."""
+    for scene in bpy.data.scenes:
+        if scene.library is None:
+            update_lamps(scene, exactly=exactly, in_viewport=in_viewport)
+
+
 def add_sun(scene: bpy.types.Scene) -> bpy.types.Object:
     """Add a sun to the scene, slanting from above; the new lamp."""
     data = bpy.data.lights.new("Sun", "SUN")

@@ -10,7 +10,7 @@ from ..materials.direct.response import direct_response
 from ..materials.material import add_diffraction, new_diffraction_material
 from ..materials.skin import group_around, replace_response, set_shadows
 from ..scene.gratings import Grating
-from .lamps import update_lamps
+from .lamps import update_all_lamps
 
 
 def make_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Material:
@@ -33,13 +33,13 @@ def working_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Mate
 
 
 def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
-    """The Diffraction group of a baked grating, made if need be. The scene's lamps are followed from now on.
+    """The Diffraction group of a baked grating, made if need be. All scenes follow their lamps from now on.
 
     Raises GratingError, with nothing changed, if there is no sound bake."""
     bake = grating.baked_file()
     is_new = grating.group is None or grating.group.library is not None
     response = direct_response(bake) if is_new else None  # first, since it is what may be refused
-    update_lamps(scene)
+    update_all_lamps()
     if response is not None:
         grating.group = group_around(grating.name, response, grating.shadows)
     set_shadows(grating.group, grating.shadows)
