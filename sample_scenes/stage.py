@@ -14,12 +14,12 @@ from pathlib import Path
 import bpy
 from mathutils import Vector
 
-from precompute.cli.option_types import number
-from precompute.cli.parser import OneLineParser
-
 if not __package__:  # `blender --python` runs this file as a script
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
     __package__ = "sample_scenes"
+from precompute.cli.option_types import number
+from precompute.cli.parser import OneLineParser
+
 from .snake import build_snake, plain_material
 
 # The sun and the camera almost face each other across the snake's long straight runs. On most of these runs the first

@@ -13,6 +13,8 @@ from pathlib import Path
 import bpy
 from mathutils import Vector
 
+if not __package__:  # `blender --python` runs this file as a script
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 

@@ -171,3 +171,12 @@ def test_the_demo_takes_the_scans_that_are_there(tmp_path, capsys):
     assert scan.options == ("--size-um", "65", "--height-nm", "818.69")
     assert scan.suns_deg == demo.SUNS_ACROSS_DEG
     assert "no elaphe_65um.png" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("script", ["stage.py", "views.py"])
+def test_the_scripts_of_the_demo_find_the_project_from_any_folder(script, tmp_path):
+    """`blender --python FILE` has neither the project nor the working folder on its path."""
+    command = [sys.executable, "-P", ROOT / "sample_scenes" / script, "--help"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "--output" in done.stdout
