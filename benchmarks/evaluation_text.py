@@ -13,7 +13,8 @@ The thesis's own pictures are not ours to publish. Below each of our pictures st
 thesis's public repository (simplay/Bachelor-Thesis). Where those pictures lie beside a checkout, the command also
 writes sheets that show both to `docs/thesis_comparison`, which git ignores.
 
-The blaze is `sample:blazed` (2.5 um, 246.23 nm, the thesis's numbers). {skins}
+The blaze is `sample:blazed` (2.5 um, 246.23 nm, the thesis's numbers).
+{skins}
 
 **The thesis's cut.** One set-up, which the thesis does not describe, gives its maps of both skins speckle by speckle,
 and its period of Elaphe: the heights as they were measured, without levelling; counted from their mean; raw edges; and
@@ -22,9 +23,9 @@ the coherence window centred on the patch's corner, because the transform starts
 in the middle of the scan.
 
 **These results agree**: the blaze's period and angles by FLSS, NMM and PQ; the period of Elaphe by FLSS and NMM, and
-about that of PQ as printed, in the thesis's cut; the maps of both skins at all angles of the light, by FLSS and PQ; the
-numbers of Taylor terms at which the maps of both skins fail and converge; the effect of coherence and of the wavelength
-step.
+about that of PQ as printed, in the thesis's cut; the maps of both skins by FLSS and PQ, of Xenopeltis at all three
+angles of the light; the numbers of Taylor terms at which the maps of both skins fail and converge; the effect of
+coherence and of the wavelength step.
 
 **These results do not agree**: the period of Xenopeltis, where the stripes in the thesis's plot are not those of this
 scan; the variance of PQ as printed on Elaphe; brightness, which the thesis leaves uncalibrated. In our own cut the
@@ -116,12 +117,15 @@ XENOPELTIS = """
 The thesis's table says 1552.27 / 0.45. The log in its repository says 1594.06 / 1.87, with the remark to run it twice
 so that lower values are filtered out, and its plot (`flss_xeno`) is of that run: its curve passes 1594 nm, and beyond
 580 nm its peaks jump to another stripe. Around that period the plot shows stripes near 1280, 1445, 1505, 1595, 1700,
-1790 and 1960 nm at 400 nm. Ours lie elsewhere in every cut and from both sides of the light, and none is bright beyond
-1800 nm. The best correlation of the plot with ours is 0.36 at the scan's own size, and needs another size of 5 % to
-reach 0.6. The maps below agree with the scan speckle by speckle, so the file is the one that the thesis drew; we think
-that its evaluation was run on another one, the scan before it was turned upright (the file's name there is
-`XenoRotated`). So 1552.27 nm is not reproduced, and is within the spread of what this skin gives: our cut gives 1559 nm
-with light from +B and 1547 nm from -B.
+1790 and 1960 nm at 400 nm. Of these our own cut has those at 1445 and 1505 nm, and the thesis's cut none; neither is
+bright beyond 1800 nm, from either side of the light. The plot's best correlation with ours is 0.36. It reaches 0.6 only
+if the scan's size is changed by 5 %. The maps below agree with the scan speckle by speckle, so it is the one that the
+thesis drew. Perhaps the evaluation was run on another file, the scan before it was turned upright (the name there is
+`XenoRotated`); we do not know.
+
+So **1552.27 nm is not reproduced**. It lies among what this skin gives: our cut gives 1559 nm with light from +B and
+1547 nm from -B; the thesis's cut gives 1515 nm from +B and jumps between stripes from -B. The mean over all places of
+the window (`reference`) is 1506 nm, which is also the distance of the rows of fingers that `info` tells.
 
 The relief is 805 nm deep once it is levelled. At 380 nm and counted from the lowest point, the Taylor series in
 float32, which a shader has, loses all digits: its largest term is some 10^10 times the sum. It is therefore refused.
@@ -176,7 +180,8 @@ AGREEMENT = """
 The table gives Spearman's rank correlation of the 8-bit pictures, pixel by pixel at 256 pixels, without smoothing, for
 red, green and blue, on the left half of the disc between 0.1 and 0.95 of its radius. Ranks do not depend on exposure or
 gamma. The last column is a control: the same with our map turned by half a turn, which keeps the orders' places but not
-the speckle. The maps of single numbers of Taylor terms clip over wide areas, where ranks are shared.
+the speckle. Two terms of Taylor's series draw a map that is its own half turn, so there the two columns are alike. At n
+= 23 and 25 the magenta disc is clipped, and ranks tell little.
 """
 
 COHERENCE = """
@@ -209,7 +214,7 @@ at the scan's edge. It stands 539 nm above the mean, so z is 17.8 there, and 17.
 of 0.03 % of the area still brings above the orders. The skin itself is within some 270 nm of the mean. Our disc at
 n = 25 is larger than the thesis's, by its exposure at least.
 
-Neither half of the phase nor another origin does this. At half of the phase the two fans are alike, where the thesis's
+Neither half of the phase nor another origin does this. At half of the phase the two fans are almost alike, where the thesis's
 lower fan is the brighter one. Counted from the lowest point, 39 terms do not converge. Counted from the middle of the
 range, n = 23 has converged. In our cut there is no haze, because the apodisation takes the grain away.
 """
