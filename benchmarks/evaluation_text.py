@@ -214,9 +214,9 @@ at the scan's edge. It stands 539 nm above the mean, so z is 17.8 there, and 17.
 of 0.03 % of the area still brings above the orders. The skin itself is within some 270 nm of the mean. Our disc at
 n = 25 is larger than the thesis's, by its exposure at least.
 
-Neither half of the phase nor another origin does this. At half of the phase the two fans are almost alike, where the thesis's
-lower fan is the brighter one. Counted from the lowest point, 39 terms do not converge. Counted from the middle of the
-range, n = 23 has converged. In our cut there is no haze, because the apodisation takes the grain away.
+Neither half of the phase nor another origin does this. At half of the phase the two fans are almost alike, where the
+thesis's lower fan is the brighter one. Counted from the lowest point, 39 terms do not converge. Counted from the middle
+of the range, n = 23 has converged. In our cut there is no haze, because the apodisation takes the grain away.
 """
 
 FLOAT32 = """

@@ -7,7 +7,6 @@ observer's tables, and the levelled relief that counts as the surface.
 """
 
 import hashlib
-import math
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -63,7 +62,6 @@ class Verdict:
 
     errors             error metrics over all pairs
     asked              dE00 that the bake must keep
-    allowance          what the sampling of the pairs may add to the 99th percentile
     zero_order_dy      largest |dY| of the zero order
     zero_order_budget  the largest zero_order_dy that passes
     rings              the errors by distance from the zero order
@@ -74,7 +72,6 @@ class Verdict:
 
     errors: Errors
     asked: float
-    allowance: float
     zero_order_dy: float
     zero_order_budget: float
     rings: list[Ring]
@@ -91,7 +88,7 @@ class Verdict:
     def faults(self) -> list[str]:
         """Sentences on what the bake does not keep; empty if it passes."""
         found = []
-        if not self.errors.p99 <= self.asked + self.allowance:
+        if not self.errors.p99 <= self.asked + self.errors.p99_allowance:
             found.append(f"dE00 p99 {self.errors.p99:.2f}, asked {self.asked:g}")
         if not self.errors.relative_dy <= self.relative_dy_budget:
             found.append(f"|dY| {self.errors.relative_dy:.1%}, asked {self.relative_dy_budget:.1%}")
@@ -106,7 +103,7 @@ class Verdict:
             "faults": self.faults,
             "asked_delta_e": self.asked,
             "delta_e": self.errors.as_dict(),
-            "p99_allowance": self.allowance,
+            "p99_allowance": self.errors.p99_allowance,
             "relative_dy_budget": self.relative_dy_budget,
             "zero_order": {"dy": self.zero_order_dy, "budget": self.zero_order_budget},
             "rings": [asdict(ring) for ring in self.rings],
@@ -148,7 +145,6 @@ def check(
     return Verdict(
         errors=errors,
         asked=asked,
-        allowance=sampling_allowance(errors),
         zero_order_dy=float(off),
         zero_order_budget=zero_order_budget(reliefs, len(table.zero_order), asked),
         rings=_rings(table, truth),
@@ -219,15 +215,6 @@ def _draw_w(w_range: tuple[float, float], count: int, rng: np.random.Generator) 
 
 def _measured(table: Table, truth: list[Truth]) -> Errors:
     return measure(truth, lambda u, v, w: (table.scattered_over_w2(u, v, w), table.zero_order_xyz(w)), table.illuminant)
-
-
-def sampling_allowance(errors: Errors) -> float:
-    """Two standard deviations of a 99th percentile that is estimated from n pairs.
-
-    One standard deviation is sqrt(0.99 0.01 / n) over the probability density at the percentile. The density is that of
-    an exponential tail through p95 and p99."""
-    tail = (errors.p99 - errors.p95) / math.log(5)
-    return 2 * tail * math.sqrt(0.99 * 0.01 / errors.pairs) / 0.01
 
 
 def zero_order_budget(reliefs: Sequence[Relief], samples: int, asked: float) -> float:

@@ -27,6 +27,8 @@ EXPOSURE_PERCENTILES = (50, 90, 99, 99.9)
 COUNTED_Y = (0.002, 1.0)
 # Radiance under unit irradiance below this is rounding alone: phasors are exact to 1e-16, and power is their square.
 _DARK_Y = 1e-15
+# The allowance for the sampling of a percentile, in standard deviations.
+_CONFIDENCE = 2
 # candidate(u, v, w), with u and v (n,): its scattered XYZ over w^2 (n, 3), and its zero order's XYZ (3,).
 Candidate = Callable[[np.ndarray, np.ndarray, float], tuple[np.ndarray, np.ndarray]]
 
@@ -50,6 +52,18 @@ class Errors:
     relative_rms: float
     zero_order_dy: float
     pairs: int
+
+    @property
+    def p99_allowance(self) -> float:
+        """What the sampling may add to the 99th percentile, or take from it: two standard deviations.
+
+        Of n pairs, the share below the true percentile has the standard deviation sqrt(0.99 0.01 / n). Divided by the
+        probability density at the percentile, it is the standard deviation of the estimate. The density is that of an
+        exponential tail through p95 and p99: 0.01 over (p99 - p95) / ln 5."""
+        if not math.isfinite(self.p99):
+            return 0.0
+        tail = (self.p99 - self.p95) / math.log(5)
+        return _CONFIDENCE * tail * math.sqrt(0.99 * 0.01 / self.pairs) / 0.01
 
     def as_dict(self) -> dict[str, float | None]:
         """Ready for JSON: null stands for an error that is infinite, see `measure`."""

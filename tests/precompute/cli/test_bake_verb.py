@@ -113,10 +113,22 @@ def test_progress_as_json_lines(run, scan, tmp_path):
 
 
 def test_a_bake_that_misses_its_budget_is_not_written(refused, scan, tmp_path, monkeypatch):
-    poor = Errors(1, 2, 7.31, 9, 0, 0, 0, 10)
+    poor = Errors(1, 7.31, 7.31, 9, 0, 0, 0, 10)
     monkeypatch.setattr(ensemble, "self_check", lambda *_, **__: poor)
     told = refused("bake", scan, *PICTURE, "-o", tmp_path / "bakes", "--delta-e", "5", *SHORT, "--progress", "none")
     assert "7.31" in told and "--delta-e 7.7" in told
+
+
+def test_a_bake_that_misses_its_budget_on_other_directions_is_not_written(refused, run, scan, tmp_path, monkeypatch):
+    """The allowance of a thousand pairs is 2 * (4.9 - 4) / ln 5 * sqrt(0.99 * 0.01 / 1000) / 0.01 = 0.35, of a hundred
+    times as many a tenth of it."""
+    asked = ("bake", scan, *PICTURE, "-o", tmp_path / "bakes", "--delta-e", "5", *SHORT, "--progress", "none")
+    few, many = (Errors(1, 4.0, 4.9, 9, 0, 0, 0, pairs) for pairs in (1000, 100_000))
+    monkeypatch.setattr(ensemble, "self_check", lambda *_, **__: few)
+    told = refused(*asked)
+    assert "4.90" in told and "up to 0.35 more" in told and "--delta-e 5.6" in told
+    monkeypatch.setattr(ensemble, "self_check", lambda *_, **__: many)
+    assert run(*asked)[0] == 0
 
 
 def test_several_scans_and_a_region(run, scan, tmp_path):
