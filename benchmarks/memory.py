@@ -25,6 +25,7 @@ from precompute.bake.make import make
 from precompute.bake.output import peak_bytes
 from precompute.bake.request import BakeRequest
 from precompute.base import memory
+from precompute.cli.parser import OneLineParser
 from precompute.methods import registry
 from precompute.methods.method import Settings
 from precompute.reference.ensemble import reference_grid
@@ -104,7 +105,7 @@ def measure(what: str, file: Path, width_um: float, height_nm: float) -> dict[st
 
 def main(argv: list[str]) -> None:
     """Measure every row and print the table."""
-    parser = argparse.ArgumentParser(prog="memory", description=__doc__.splitlines()[0])
+    parser = OneLineParser(prog="python -m benchmarks memory", description=__doc__.splitlines()[0])
     parser.add_argument("--one", nargs=4, metavar=("WHAT", "FILE", "UM", "NM"), help=argparse.SUPPRESS)
     report.add_json(parser)
     arguments = parser.parse_args(argv)

@@ -15,9 +15,21 @@ from precompute.base.locks import try_lock
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a process without asking it")
 
+STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP) if sys.platform != "win32" else ()
 PROGRAM = (sys.executable, "-m", "precompute")
 # ./dev becomes the program, so that a signal reaches it.
 DEV = (sys.executable, str(ROOT / "dev"), "grating")
+
+
+@pytest.fixture(autouse=True)
+def signals_of_a_terminal():
+    """A process inherits what its parent ignores. A test run in the background, or under nohup, ignores signals."""
+    ignored = [number for number in STOPPING if signal.getsignal(number) == signal.SIG_IGN]
+    for number in ignored:
+        signal.signal(number, signal.default_int_handler)
+    yield
+    for number in ignored:
+        signal.signal(number, signal.SIG_IGN)
 
 
 @pytest.fixture
