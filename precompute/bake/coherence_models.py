@@ -17,11 +17,8 @@ from .request import BakeRequest
 class CoherenceModel(Protocol):
     """What a model of coherence knows: how fine a bake of reliefs must be, how to make it, and how to judge it."""
 
-    def plan(
-        self, reliefs: Sequence[Relief], request: BakeRequest, *, progress: Progress = ..., finer: float = ...
-    ) -> Plan:
-        """How fine a table must be to keep the request's colour error. It has `finer` times as many texels as the probe
-        finds necessary.
+    def plan(self, reliefs: Sequence[Relief], request: BakeRequest, *, progress: Progress = ...) -> Plan:
+        """How fine a table must be to keep the request's colour error.
 
         Raises GratingError for a request that the model cannot keep."""
         ...

@@ -55,7 +55,6 @@ def plan(
     request: BakeRequest,
     *,
     progress: Progress = silent,
-    finer: float = 1.0,
 ) -> Plan:
     """As ensemble.plan, under one window of the request's coherence length (THESIS_COHERENCE_M by default).
 
@@ -78,7 +77,7 @@ def plan(
     lambdas = bake_wavelengths(narrowest, delta_e, needs.region.reach)
     measured = probe((series,), sigma_b, lambdas, illuminant=request.illuminant, needs=needs)
     terms = measured.terms(delta_e)
-    texels = min(finer * measured.texels_per_sigma(delta_e), TEXELS_MAX)
+    texels = min(measured.texels_per_sigma(delta_e), TEXELS_MAX)
     texel = narrowest / texels
     axes = tuple(texel_middles(*side, texel) for side in (needs.region.v, needs.region.u))
     precision = np.float16 if measured.halves_do(terms, delta_e) else np.float32

@@ -8,7 +8,7 @@ ROOT = Path(__file__).resolve().parents[3] / "precompute"
 # Rooms that check may import, and the rooms of the bake.
 ROOMS = {"base", "optics", "colour", "surface", "measure", "check"}
 OF_THE_BAKE = {"maths", "spectra", "table", "reference", "bake"}
-# All that it shares with the bake: failures, free memory and progress, the surface, directions, the observer, the error
+# All that it shares with the bake: failures, memory and progress, the surface, directions, the observer, the error
 # metrics.
 SHARED = {
     "base/exr.py", "base/failure.py", "base/memory.py", "base/progress.py", "base/strict_json.py", "colour/difference.py",
