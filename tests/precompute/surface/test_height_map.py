@@ -59,10 +59,6 @@ def test_refuses_pixel_sizes_that_are_no_lengths(pixel):
         HeightMap(np.zeros((2, 2)), pixel, "test")
 
 
-def test_an_error_is_one_line():
-    assert str(GratingError("a:\n  b;\tc")) == "a: b; c"
-
-
 @given(holed(), st.floats(-5, 5), st.floats(-5, 5), st.floats(-1e3, 1e3))
 def test_levelling_takes_any_plane_out(surface, slope_y, slope_x, offset):
     """Levelling h + plane gives the same as levelling h, and the result is orthogonal to every plane.
