@@ -17,7 +17,9 @@ def found() -> dict[str, Callable]:
 
 
 def main(argv: list[str]) -> int:
-    """Run the benchmark that argv names, `[NAME [ARGUMENTS]]`; without a name, run all with their defaults."""
+    """Run the benchmark that argv names, `[NAME [ARGUMENTS]]`; without a name, run all with their defaults.
+
+    Returns the status of the last benchmark that returned one other than 0, else 0."""
     mains = found()
     if argv and argv[0] in ("-h", "--help"):
         print(f"usage: bench [NAME [ARGUMENTS]]\n\nNAME: {', '.join(mains)}; without it, all of them")
@@ -25,11 +27,12 @@ def main(argv: list[str]) -> int:
     if argv and argv[0] not in mains:
         print(f"error: {argv[0]}: no such benchmark; choose one of {', '.join(mains)}", file=sys.stderr)
         return 2
+    status = 0
     for name in argv[:1] or mains:
         if not argv:
             print(f"{name}:", flush=True)
-        mains[name](argv[1:])
-    return 0
+        status = mains[name](argv[1:]) or status
+    return status
 
 
 if __name__ == "__main__":
