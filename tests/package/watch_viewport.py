@@ -7,13 +7,15 @@ gives, is written to FOLDER: STEP_view.png, STEP_render.png. It quits at the end
 and the output.
 """
 
-import os
 import sys
-import traceback
 from math import radians
 from pathlib import Path
 
 import bpy
+
+sys.path.append(str(Path(__file__).resolve().parents[2]))
+
+from devtools.hands import play
 
 BAKE, FOLDER = map(Path, sys.argv[sys.argv.index("--") + 1 :])
 # Seconds in which the window draws.
@@ -152,17 +154,4 @@ def story():
             bpy.ops.render.render(write_still=True)
 
 
-def play(steps):
-    """The next step, by Blender's timer."""
-    try:
-        return next(steps)
-    except StopIteration:
-        os._exit(0)
-    except BaseException:
-        traceback.print_exc()
-        sys.stderr.flush()
-        os._exit(1)
-
-
-steps = story()
-bpy.app.timers.register(lambda: play(steps), first_interval=1.0)
+play(story())
