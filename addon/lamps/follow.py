@@ -36,9 +36,7 @@ def follow_lamps(scene: bpy.types.Scene, *, in_viewport: bool = False) -> list[b
     changed = False
     for index, lamp in enumerate(lamps):
         changed |= drive_properties(drivers, index, lamp)
-    for index in range(len(lamps), LAMPS_MAX):
-        for what in (*PROPERTIES, ON):
-            changed |= drivers.remove(property_name(index, what))
+    changed |= _forget(drivers, len(lamps))
     update_shown(scene, lamps, in_viewport=in_viewport)
     if changed:
         scene.update_tag()
@@ -53,11 +51,15 @@ def update_shown(scene: bpy.types.Scene, lamps: list[bpy.types.Object], *, in_vi
 
 def stop_following(scene: bpy.types.Scene) -> None:
     """Remove the drivers and the properties."""
-    drivers = Drivers(scene)
-    for index in range(LAMPS_MAX):
-        for what in (*PROPERTIES, ON):
-            drivers.remove(property_name(index, what))
+    _forget(Drivers(scene), 0)
     note_shown(scene, [], in_viewport=False)
+
+
+def _forget(drivers: Drivers, first: int) -> bool:
+    """Remove the drivers and the properties from lamp `first` on; whether there was anything to remove."""
+    names = [property_name(index, what) for index in range(first, LAMPS_MAX) for what in (*PROPERTIES, ON)]
+    removed = [drivers.remove(name) for name in names]
+    return any(removed)
 
 
 def is_on(scene: bpy.types.Scene, index: int) -> bool:
