@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from ..base.progress import Progress
-from ..measure.errors import Errors
+from ..measure.forms import FormErrors
 from ..surface.relief import Relief
 from ..table.sample_set import SampleSet
 from ..table.table import Table
@@ -27,8 +27,9 @@ class CoherenceModel(Protocol):
         """The table that a plan describes."""
         ...
 
-    def self_check(self, reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progress: Progress) -> Errors:
-        """The error of a table, read from what its file will hold, against the exact spectra of the reliefs."""
+    def self_check(self, reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progress: Progress) -> FormErrors:
+        """The error of a table in both forms, read from what its file will hold, against the reliefs' exact
+        spectra."""
         ...
 
     def sample_set(self, chosen: Plan) -> SampleSet | None:

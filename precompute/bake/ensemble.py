@@ -11,6 +11,7 @@ import numpy as np
 
 from ..base.progress import Progress, part_of, silent
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
+from ..measure.forms import DELTA_E_OF_BOUND
 from ..spectra.fast import fast_series
 from ..spectra.resample import KERNEL_REACH
 from ..spectra.series import SpectrumSeries
@@ -41,6 +42,9 @@ from .tiles import carry_out
 ANY = BakeRequest()
 # Bins are kept at least this far past |u| = 2, so that the kernel may still be widened.
 _REACH_MIN = 0.15
+# The share of the dE00 that was asked for which the table of the albedo bound may make at 1 % of directions. Errors that
+# are independent add as squares: a quarter adds 3 %.
+_OF_BOUND = 0.25
 # Share of all light by which the series may be off, for a dE00 of 1. A dark bin may be off by a larger share of the
 # light in this bin. An eye sees an error a hundred times as large.
 _SERIES_TOLERANCE = 2e-4
@@ -84,7 +88,10 @@ def plan(
     texel = texel_size(resolution)
     axes = tuple(texel_middles(*side, texel) for side in (needs.region.v, needs.region.u))
     precision = np.float16 if measured.halves_do(terms, delta_e) else np.float32
-    return Plan(ensemble, lambdas, sigma_b, texel, axes, terms, needs.w, precision)
+    return Plan(
+        ensemble, lambdas, sigma_b, texel, axes, terms, needs.w, precision,
+        bound_tolerance=_OF_BOUND * delta_e / DELTA_E_OF_BOUND,
+    )  # fmt: skip
 
 
 def _spectra(

@@ -1,311 +1,145 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Directional albedo, and the bound that keeps a material from reflecting more than it receives.
+"""The bound that keeps a material from reflecting more than it receives, as a table.
 
-Symbols: wi and wr are the unit vectors to the light and to the viewer, at the angles ti and tr from the normal; f is
-the BRDF with Stam's obliquity and R = 1; PSD is the scattered power spectrum per (u, v); w = cos(ti) + cos(tr)
-(docs/theory.md, section "BRDF").
-
-The albedo a(wi) = integral of f cos(tr) dwr exceeds 1 towards grazing light. Dividing f by
+Symbols are those of directional_albedo.py. The albedo a(wi) exceeds 1 towards grazing light. Dividing f by
 
     M(wi, wr) = max(1, a(wi), a(wr))
 
-keeps f reciprocal, and its albedo is then at most a(wi) / max(1, a(wi)). At the horizon a diverges as 1 / cos(ti), but
+keeps f reciprocal, and its albedo is then at most a(wi) / max(1, a(wi)). The table holds the excess E = A - cos(t), the
+largest over all wavelengths, where A = a cos(t). So M = 1 + max(0, E(wi) / cos(ti), E(wr) / cos(tr)). E is smooth where
+it passes through 0, so it is clamped only when it is read. A mirror has no excess, however the table is read.
 
-    A = a cos(ti) = cos(ti) * zero order + integral of ((1 + wi.wr) / w)^2 * PSD / cos(tr) du dv
-
-does not: PSD vanishes as w^2, and 1 / cos(tr) is integrable. Therefore the table holds the excess
-E = max(0, A - cos(t)), the largest over all wavelengths, and M = 1 + max(E(wi) / cos(ti), E(wr) / cos(tr)). A mirror
-has no excess, however the table is read.
-
-Rows of the table are equal steps of sqrt(cos(t)), from the horizon to the normal. A is smooth in cos(t), and changes
-most within sqrt(2 sigma_b) of the horizon, where the horizon cuts the kernel. Columns are equal steps of azimuth from
--pi to pi, both ends included.
-
-The integral over PSD is made in two parts: the strongest bins (a grating's orders) one by one, each with its own
-kernel, and all other light (the continuum) as a sum over the cells of a coarse picture in (u, v).
+table/albedo_bound.py tells where a direction stands in the table. The texels are made so that a cubic reading at a
+texel gives the excess there. Between texels a reading is then off in the fourth order of their distance, and where the
+excess bends sharply, in the first order of the bend: where an order of a surface that wraps reaches the horizon at the
+first or the last wavelength, the excess bends within some sigma_b.
 """
 
-import math
+from collections.abc import Sequence
 
 import numpy as np
 
-from ..base.progress import Progress, silent
+from ..base.progress import Progress, part_of, silent
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
-from ..maths import chebyshev
-from ..spectra.resample import Resampler
+from ..maths import bspline
 from ..spectra.series import SpectrumSeries
-from ..table.albedo_bound import texel_directions
+from ..table.albedo_bound import BOUND_TEXELS, albedo_bound, place, texel_directions
+from .directional_albedo import Orders, continuum_albedo, find_orders, orders_albedo, zero_order_albedo
 
 # Number of wavelengths, equally spaced in their logarithm. As the wavelength grows, an order passes over the horizon,
 # and shows in the albedo only while this logarithm grows by sigma_b / 2. So the orders of a surface that wraps are
-# computed at every wavelength. All other light is computed at every _STRIDE-th wavelength and interpolated between
-# these.
-_WAVELENGTHS, _STRIDE = 125, 4
-# At most _ORDERS bins count as orders: the strongest bins, and of these only the ones that hold more than _ORDER_SHARE
-# of the light at some s.
-_ORDERS, _ORDER_SHARE = 64, 1e-6
-# Cells of the coarse picture from -2 to 2, along each axis.
-_CELLS = 128
-# Cells to a standard deviation of the coarse picture's kernel: sums over cells are then flat to
-# 2 exp(-2 pi^2 0.6^2) = 2e-3.
-_CELLS_PER_SIGMA = 0.6
-# A kernel is cut at this many standard deviations, where it has fallen to 4e-5 of its peak.
-_KERNEL_REACH = 4.5
-# Share of the light that the Chebyshev terms left out may hold.
-_TERMS_TOLERANCE = 1e-3
-# Side of a block of directions that are computed at once. Neighbouring directions reach nearly the same cells.
-_BLOCK = 8
-# The excess is known to about 1 % (benchmarks/albedo.py). The table errs to the safe side.
-_MARGIN = 1.01
+# computed at every _STEP-th wavelength, and then at all wavelengths around the one at which the albedo was largest. All
+# other light is computed at every _STRIDE-th wavelength and interpolated between these.
+_WAVELENGTHS, _STEP, _STRIDE = 513, 4, 32
+# Number of directions at which a table is compared with what it should hold.
+_PROBES = 512
 
 
-def excess_table(series: SpectrumSeries, sigma_b: float, progress: Progress = silent) -> np.ndarray:
-    """The excess albedo E (rows, columns) float32 of a relief's spectrum under a kernel sigma_b."""
-    directions = texel_directions()[:, :-1]
-    cosine = directions[..., 2]
-    lambdas = np.geomspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, _WAVELENGTHS)
-    orders = find_orders(series)
-    smooth = cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas=lambdas[::_STRIDE])
-    # Four quarter turns make the whole circle of azimuths.
-    quarter = directions[:, : directions.shape[1] // 4]
-    smooth += continuum_albedo(
-        series, orders, sigma_b, directions=quarter, lambdas=lambdas[::_STRIDE], turns=4, progress=progress
-    )
-    # A single bin matters at the horizon only if it is an order: a bin of a continuum crosses it together with others.
-    stride = 1 if series.periodic else _STRIDE
-    sharp = between(orders_albedo(series, orders, sigma_b, directions=directions, lambdas=lambdas[::stride]), stride)
-    total = (sharp + between(smooth, _STRIDE)).max(axis=-1)
-    excess = _MARGIN * raised(np.maximum(total - cosine, 0))
-    return np.concatenate([excess, excess[:, :1]], axis=1).astype(np.float32)
-
-
-def between(values: np.ndarray, stride: int) -> np.ndarray:
-    """Values (..., n), with stride - 1 values interpolated linearly between any two neighbours.
-
-    Returns (..., (n - 1) * stride + 1)."""
-    share = np.arange(stride) / stride
-    steps = values[..., :-1, None] * (1 - share) + values[..., 1:, None] * share
-    return np.concatenate([steps.reshape(*values.shape[:-1], -1), values[..., -1:]], axis=-1)
-
-
-def raised(values: np.ndarray) -> np.ndarray:
-    """Values (rows, columns), raised so that a cubic reading of them does not fall below what they sample.
-
-    The columns wrap around. A cubic B-spline smooths. Where values are concave, a reading falls below the parabola
-    through them by a sixth of their second difference along each axis, at the texels and between them alike. This
-    shortfall, the largest of a texel and its neighbours, is added to the texel."""
-    wide = np.pad(np.pad(values, ((2, 2), (0, 0)), mode="reflect"), ((0, 0), (2, 2)), mode="wrap")
-    short = sum(np.maximum(2 * wide - np.roll(wide, 1, axis) - np.roll(wide, -1, axis), 0) for axis in (0, 1)) / 6
-    around = np.lib.stride_tricks.sliding_window_view(short[1:-1, 1:-1], (3, 3)).max(axis=(-2, -1))
-    return values + around
-
-
-def albedo_times_cosine(series: SpectrumSeries, sigma_b: float, directions: np.ndarray, *, lambdas) -> np.ndarray:
-    """A = a cos(ti) at R = 1, (rows, cols, n), for light from unit vectors (rows, cols, 3) at n wavelengths."""
-    cosine = directions[..., 2]
-    orders = find_orders(series)
-    total = cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas=lambdas)
-    total += orders_albedo(series, orders, sigma_b, directions=directions, lambdas=lambdas)
-    return total + continuum_albedo(series, orders, sigma_b, directions=directions, lambdas=lambdas)
-
-
-def find_orders(series: SpectrumSeries) -> np.ndarray:
-    """Flat indices (n,) of the bins that count as orders. Where bins have been blurred, none counts as an order."""
-    if series.blur_q:
-        return np.empty(0, int)
-    share = np.zeros(series.scattered_over_s2[0].size, np.float32)
-    for power, s in zip(series.scattered_over_s2, chebyshev.nodes(len(series.amplitude), 0, series.s_max), strict=True):
-        np.maximum(share, power.ravel() * np.float32(s**2), out=share)
-    orders = np.argpartition(share, -min(_ORDERS, len(share)))[-_ORDERS:]
-    return orders[share[orders] > _ORDER_SHARE]
-
-
-def zero_order_albedo(series: SpectrumSeries, sigma_b: float, cosine: np.ndarray, *, lambdas: np.ndarray) -> np.ndarray:
-    """Share (..., n) of the light that the zero order sends above the surface, for light at cosine (...,)."""
-    at = np.linspace(0, 1, 257) ** 2
-    views = NearHorizon(sigma_b, 0)(np.sqrt(1 - at**2))
-    curves = [
-        np.interp(cosine, at, sum(share * series.zero_order((at + view) / lam) for share, view in views))
-        for lam in lambdas
-    ]
-    return np.stack(curves, axis=-1)
-
-
-def orders_albedo(series, orders: np.ndarray, sigma_b: float, *, directions: np.ndarray, lambdas) -> np.ndarray:
-    """A (rows, cols, n) of single bins, for light from directions (rows, cols, 3) at n wavelengths.
-
-    The light of each bin is spread as a Gaussian of sigma_b about (u, v) = lambda * q."""
-    wi = directions.reshape(-1, 3)
-    out = np.zeros((len(wi), len(lambdas)))
-    row, col = np.unravel_index(orders, series.scattered_over_s2.shape[1:])
-    nodes = series.scattered_over_s2[:, row, col]
-    near = NearHorizon(sigma_b, -1)
-    for index, lam in enumerate(lambdas):
-        terms = _without_tail(_terms_in_w(series, lam) @ nodes)
-        u, v = lam * series.grid.q_x[col], lam * series.grid.q_y[row]
-        light, bin_ = np.nonzero(np.hypot(u - wi[:, :1], v - wi[:, 1:2]) < near.reach)
-        for weight, t in _views(wi[light], u[bin_], v[bin_], near):
-            density = np.zeros(len(t))
-            before, now = np.ones_like(t), t
-            for term in terms:
-                density += term[bin_] * before
-                before, now = now, 2 * t * now - before
-            out[:, index] += np.bincount(light, weight * density, len(wi))
-    return out.reshape(*directions.shape[:2], -1)
-
-
-def continuum_albedo(
-    series: SpectrumSeries,
-    orders: np.ndarray,
-    sigma_b: float,
-    *,
-    directions: np.ndarray,
-    lambdas,
-    turns: int = 1,
-    progress: Progress = silent,
+def excess_table(
+    ensemble: Sequence[SpectrumSeries], sigma_b: float, *, tolerance: float, progress: Progress = silent
 ) -> np.ndarray:
-    """A (rows, turns * cols, n) of a spectrum without its orders, at n wavelengths.
+    """The table (n, n) float32 of the excess albedo E of the mean of some spectra under a kernel sigma_b.
 
-    The light comes from `directions` (rows, cols, 3). Behind these columns of the result follow the columns for the
-    same directions turned about the normal by one quarter turn, by two quarter turns, and so on up to turns - 1.
-
-    A is a sum over the cells of a coarse picture of the spectrum. Each cell's light counts with a factor that depends
-    on the light's direction and on the cell, but not on the wavelength. So one matrix product serves all wavelengths.
-    The factors stay the same if direction and picture are turned together. So the factors of one direction serve the
-    turned directions as well: only the picture is turned, the other way."""
-    cell = 4 / _CELLS
-    sigma = max(sigma_b, _CELLS_PER_SIGMA * cell)
-    half = math.ceil((2 + _KERNEL_REACH * sigma) / cell)
-    axis = np.arange(-half, half + 1) * cell
-    terms = coarse_terms(series, orders, axis, sigma=sigma, lambdas=lambdas)
-    turned = [np.rot90(terms, turn, axes=(1, 2)) for turn in range(turns)]
-    size = np.max([np.abs(each).max(axis=(0, 3)) for each in turned], axis=0)
-    lit = size > 1e-7 * size.max()
-    near = NearHorizon(sigma, -1)
-    rows, cols = directions.shape[:2]
-    out = np.zeros((rows, turns, cols, len(lambdas)))
-    for y in range(0, rows, _BLOCK):
-        for x in range(0, cols, _BLOCK):
-            block = (slice(y, y + _BLOCK), slice(x, x + _BLOCK))
-            wi = directions[block].reshape(-1, 3)
-            near_v, near_u = (_reached(axis, wi[:, k], 1 + _KERNEL_REACH * sigma) for k in (1, 0))
-            v, u = np.nonzero(lit[near_v, near_u])
-            v, u = v + near_v.start, u + near_u.start
-            factors = _factors(wi, axis[u], axis[v], near, len(terms)) * np.float32(cell**2)
-            for turn, picture in enumerate(turned):
-                albedo = factors.reshape(len(wi), -1) @ picture[:, v, u].reshape(-1, len(lambdas))
-                part = out[block[0], turn, block[1]]
-                part[...] = albedo.reshape(part.shape)
-        progress("albedo bound", min(y + _BLOCK, rows) / rows)
-    return out.reshape(rows, turns * cols, len(lambdas))
+    It is to be read as table/albedo_bound.py reads it. n is the least of BOUND_TEXELS with which 99 % of directions
+    read the bound with a relative error of at most `tolerance`, or the greatest. `progress` is told, at the stage
+    "albedo bound", how much of the table is done."""
+    # The continuum is smooth enough that the finer tables are read from the coarsest one.
+    continuum = sum(
+        _continuum_table(series, sigma_b, part_of(progress, "albedo bound", done=k, total=len(ensemble)))
+        for k, series in enumerate(ensemble)
+    )
+    probes = _probes()
+    exact = _excess(ensemble, sigma_b, probes, continuum=_read_planes(continuum, probes), step=_STEP)
+    exact = 1 + np.maximum(exact / probes[..., 2], 0)
+    for count in BOUND_TEXELS:
+        directions = texel_directions(count)
+        read = _read_planes(continuum, directions)
+        excess = _excess(ensemble, sigma_b, directions, continuum=read, step=_STEP)
+        table = bspline.interpolating(excess).astype(np.float32)
+        if np.percentile(np.abs(albedo_bound(table, probes) / exact - 1), 99) <= tolerance:
+            break
+    return table
 
 
-def coarse_terms(series: SpectrumSeries, orders, axis: np.ndarray, *, sigma: float, lambdas: np.ndarray) -> np.ndarray:
-    """Chebyshev coefficients in w of PSD / lambda^2 / w^2 over axis x axis; (K, len(axis), len(axis), n) float32."""
-    resamplers = [Resampler(series.grid, axis, axis, lam, series.kernel_left(sigma, lam)) for lam in lambdas]
-    mixes = np.stack([_terms_in_w(series, lam) for lam in lambdas]).astype(np.float32)
-    terms = np.zeros((len(series.amplitude), len(axis), len(axis), len(lambdas)), np.float32)
-    # The picture is linear in the spectrum. So the spectra at the series' nodes are blurred, not those at each w.
-    for node, power in enumerate(series.scattered_over_s2):
-        rest = power.copy()
-        rest.ravel()[orders] = 0
-        pictures = np.stack([resample(rest[resample.kept]) for resample in resamplers], axis=-1)
-        for term, mix in zip(terms, mixes[:, :, node].T, strict=True):
-            term += pictures * mix
-    return _without_tail(terms)
+def excess_at(ensemble: Sequence[SpectrumSeries], sigma_b: float, directions: np.ndarray) -> np.ndarray:
+    """The excess albedo E (rows, cols) for unit vectors (rows, cols, 3), with no table and at all wavelengths.
+
+    Neighbours in the array should be neighbours on the hemisphere, for the sake of time."""
+    lambdas = _wavelengths()[::_STRIDE]
+    continuum = sum(
+        continuum_albedo(series, find_orders(series), sigma_b, directions=directions, lambdas=lambdas)
+        for series in ensemble
+    )
+    return _excess(ensemble, sigma_b, directions, continuum=continuum, step=1)
 
 
-def _without_tail(terms: np.ndarray) -> np.ndarray:
-    """The terms (K, ...) without the last terms, which together hold at most the share _TERMS_TOLERANCE; at
-    least 2 terms."""
-    size = np.abs(terms).reshape(len(terms), -1).sum(axis=1)
-    needed = np.count_nonzero(np.cumsum(size[::-1])[::-1] > _TERMS_TOLERANCE * size.sum())
-    return terms[: max(int(needed), 2)]
+def _wavelengths() -> np.ndarray:
+    return np.geomspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, _WAVELENGTHS)
 
 
-def _terms_in_w(series: SpectrumSeries, lam: float) -> np.ndarray:
-    """The matrix (K, K) from values at the series' nodes in s to Chebyshev coefficients in w, divided by lambda^2."""
-    count = len(series.amplitude)
-    w = chebyshev.nodes(count, 0, 2)
-    return chebyshev.coefficients_from_nodes(count) @ series.weights(w / lam) / lam**2
+def _probes() -> np.ndarray:
+    """Unit vectors (1, n, 3): half of them cosine weighted, half with cosines that are equally frequent."""
+    rng = np.random.default_rng(0)
+    share, azimuth = rng.random(_PROBES), rng.uniform(-np.pi, np.pi, _PROBES)
+    cosine = np.where(np.arange(_PROBES) % 2, np.sqrt(share), share)
+    sine = np.sqrt(1 - cosine**2)
+    return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), cosine], axis=-1)[None]
 
 
-def _reached(axis: np.ndarray, centres: np.ndarray, reach: float) -> slice:
-    """The part of an axis that lies within `reach` of any of the centres."""
-    return slice(*np.searchsorted(axis, [centres.min() - reach, centres.max() + reach]))
+def _continuum_table(series: SpectrumSeries, sigma_b: float, progress: Progress) -> np.ndarray:
+    """The continuum's A (n, rows, cols) at every _STRIDE-th wavelength, at the texels of the coarsest table.
+
+    It is computed in one corner of the table, from which quarter turns lead to the other corners."""
+    count, lambdas = BOUND_TEXELS[0], _wavelengths()[::_STRIDE]
+    corner = texel_directions(count)[count // 2 :, count // 2 :]
+    orders = find_orders(series)
+    found = continuum_albedo(series, orders, sigma_b, directions=corner, lambdas=lambdas, turns=4, progress=progress)
+    # A quarter turn leads from +T to +B. Rows follow B and columns T.
+    corners = [np.rot90(part, -turn) for turn, part in enumerate(np.split(found, 4, axis=1))]
+    return np.moveaxis(np.block([[[corners[2]], [corners[3]]], [[corners[1]], [corners[0]]]]), -1, 0)
 
 
-class NearHorizon:
-    """The part of a kernel that lies above the horizon, as two cosines of view with a weight each.
-
-    Take a kernel of standard deviation sigma about a place at distance rho from (0, 0), and any function g. The
-    weighted sum of g at the two cosines is then the mean of cos(tr)^power g(cos(tr)) over the kernel, where only real
-    directions count. It is exact if g is a polynomial of up to third degree (Gaussian quadrature). Away from the
-    horizon both cosines are the cosine of the place itself.
-
-    Let c = cos(tr). For power = -1 the integrand 1 / c is integrable, but has no value at the horizon. With c as the
-    variable, drho = -c / rho dc takes the pole out: mean(g / c) = integral of N(sqrt(1 - c^2) - rho) g / sqrt(1 - c^2)
-    dc, where N is the kernel across the horizon. The kernel's extent along the horizon is left out: it only shifts rho
-    by sigma^2 / 2."""
-
-    def __init__(self, sigma: float, power: int):
-        self.reach = 1 + _KERNEL_REACH * sigma
-        rho = np.linspace(0, self.reach, 1 << 14)
-        self._per_step = (len(rho) - 1) / rho[-1]
-        cosine = np.sqrt(np.maximum(1 - rho**2, 1e-12))
-        self._pairs = [(0.5 * cosine**power, cosine.copy()), (0.5 * cosine**power, cosine.copy())]
-        rim = rho > 1 - _KERNEL_REACH * sigma
-        c = (np.arange(512) + 0.5) / 512
-        across = np.sqrt(1 - c**2)
-        density = np.exp(-0.5 * ((across - rho[rim, None]) / sigma) ** 2) / (math.sqrt(2 * math.pi) * sigma)
-        moments = (density / across / len(c)) @ c[:, None] ** (power + 1 + np.arange(4))
-        for pair, values in zip(self._pairs, _gauss_of_two(moments), strict=True):
-            for table, column in zip(pair, values, strict=True):
-                table[rim] = column
-        self._pairs = [tuple(table.astype(np.float32) for table in pair) for pair in self._pairs]
-
-    def __call__(self, rho: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Two pairs of weight and cosine, each (...,) float32, at distances rho (...,). The weight is 0 beyond the
-        kernel's reach."""
-        last = len(self._pairs[0][0]) - 1
-        at = np.minimum((rho * self._per_step + 0.5).astype(np.int32), last)
-        return [(weight[at] * (at < last), cosine[at]) for weight, cosine in self._pairs]
+def _read_planes(planes: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Planes (n, count, count) over the disc, read at unit vectors (rows, cols, 3); (rows, cols, n)."""
+    y, x = place(directions, planes.shape[1])
+    return np.stack([bspline.read_grid(bspline.interpolating(plane), y, x) for plane in planes], axis=-1)
 
 
-def _gauss_of_two(moments: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Two pairs of weight and node (n,) that have the given moments (n, 4) of degree 0 to 3."""
-    total = np.maximum(moments[:, 0], 1e-300)
-    m1, m2, m3 = (moments[:, k] / total for k in (1, 2, 3))
-    variance = np.maximum(m2 - m1**2, 1e-12)
-    skew = (m3 - 3 * m1 * m2 + 2 * m1**3) / variance**1.5
-    root = np.sqrt(1 + skew**2 / 4)
-    deviation = np.sqrt(variance)
-    return [
-        (moments[:, 0] * 0.5 * (1 - sign * skew / 2 / root), np.clip(m1 + deviation * (skew / 2 + sign * root), 0, 1))
-        for sign in (1, -1)
-    ]
+def _excess(ensemble, sigma_b: float, directions: np.ndarray, *, continuum: np.ndarray, step: int) -> np.ndarray:
+    """E (rows, cols) for light from directions (rows, cols, 3).
+
+    continuum (rows, cols, n) is the sum of the spectra's continua at every _STRIDE-th wavelength. Orders are computed
+    at every step-th wavelength, and then at all others around the one at which A was largest."""
+    cosine, lambdas = directions[..., 2], _wavelengths()
+    smooth, sharp = continuum, []
+    for series in ensemble:
+        smooth = smooth + cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas=lambdas[::_STRIDE])
+        orders = Orders(series, sigma_b)
+        # A single bin matters at the horizon only if it is an order: bins of a continuum cross it together with others.
+        if series.periodic and len(orders):
+            sharp.append(orders)
+        else:
+            smooth = smooth + orders_albedo(series, sigma_b, directions=directions, lambdas=lambdas[::_STRIDE])
+    smooth, wi = smooth.reshape(cosine.size, -1), directions.reshape(-1, 3).astype(np.float32)
+    largest = _largest_with(sharp, smooth, wi, lambdas, step) if sharp else smooth.max(axis=-1)
+    return largest.reshape(cosine.shape) / len(ensemble) - cosine
 
 
-def _views(wi: np.ndarray, u: np.ndarray, v: np.ndarray, near: NearHorizon) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Two pairs of (1 + wi.wr)^2 / cos(tr) and w - 1, float32, for light wi (..., 3) and cells at u, v (...,)."""
-    x, y = (u - wi[..., 0]).astype(np.float32), (v - wi[..., 1]).astype(np.float32)
-    rho = np.hypot(x, y)
-    wi = wi.astype(np.float32)
-    along = (x * wi[..., 0] + y * wi[..., 1]) / np.maximum(rho, np.float32(1e-6))
-    views = []
-    for weight, cosine in near(rho):
-        # Only the part of a cell above the horizon counts: wr is the unit vector whose cosine NearHorizon gives.
-        wi_wr = along * np.minimum(np.sqrt(1 - cosine**2), rho) + cosine * wi[..., 2]
-        views.append((weight * (1 + wi_wr) ** 2, cosine + wi[..., 2] - 1))
-    return views
+def _largest_with(sharp: list[Orders], smooth: np.ndarray, wi: np.ndarray, lambdas: np.ndarray, step: int):
+    """The largest A (n,) over all wavelengths: the sum of what is smooth (n, wavelengths) and of the orders."""
 
+    def reflected(k: int, light) -> np.ndarray:
+        before, share = divmod(k, _STRIDE)
+        after = min(before + 1, smooth.shape[1] - 1)
+        found = smooth[light, before] + (smooth[light, after] - smooth[light, before]) * (share / _STRIDE)
+        return found + sum(orders.albedo(lambdas[k], wi[light]) for orders in sharp)
 
-def _factors(wi: np.ndarray, u: np.ndarray, v: np.ndarray, near: NearHorizon, count: int) -> np.ndarray:
-    """(1 + wi.wr)^2 T_k(w - 1) / cos(tr), (m, count, n) float32, for light wi (m, 3) and cells at u, v (n,)."""
-    factors = np.zeros((len(wi), count, len(u)), np.float32)
-    for weight, t in _views(wi[:, None], u, v, near):
-        before, now = weight, t * weight
-        for k in range(count):
-            factors[:, k] += before
-            before, now = now, 2 * t * now - before
-    return factors
+    largest, found_at = np.full(len(wi), -np.inf), np.zeros(len(wi), int)
+    for k in range(0, len(lambdas), step):
+        values = reflected(k, slice(None))
+        found_at[values > largest] = k
+        np.maximum(largest, values, out=largest)
+    for k in (k for k in range(len(lambdas)) if k % step):
+        light = np.flatnonzero(abs(found_at - k) < step)
+        largest[light] = np.maximum(largest[light], reflected(k, light))
+    return largest

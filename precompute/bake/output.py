@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..base.progress import Progress
+from ..measure.forms import FORM_NAMES
 from ..optics import coherence
 from ..surface.height_map import HeightMap
 from ..surface.relief import Relief, prepare
@@ -20,7 +21,7 @@ from .kernel import extent
 from .make import Made, make
 from .request import BakeRequest
 
-# Of what bake_to_folder tells: the figures that are shown, and those of `delta_e`.
+# Of what bake_to_folder tells: the figures that are shown, and those of each form in `delta_e`.
 _FIGURES = ("seconds", "check_seconds", "blender_bytes", "tiles", "resolution", "coherence_um")
 _ERRORS = ("mean", "p95", "p99", "max", "pairs")
 
@@ -51,7 +52,7 @@ def bake_to_folder(height_maps: Sequence[HeightMap], request: BakeRequest, folde
         "transforms": made.transforms,
         "precision": str(made.image.dtype),
         "coherence_um": provenance["coherence_um"],
-        "delta_e": provenance["delta_e"],
+        **made.claims.as_dict(),
         "files": [str(file) for file in pictures],
     }
 
@@ -78,7 +79,7 @@ def provenance_of(
         "precision": str(made.image.dtype),
         "asked_delta_e": request.delta_e,
         "request": request.as_dict(),
-        "delta_e": made.errors.as_dict(),
+        **made.claims.as_dict(),
     }
 
 
@@ -86,15 +87,19 @@ def are_facts(facts: Mapping[str, Any], height_maps: Sequence[HeightMap]) -> boo
     """Whether a record holds what bake_to_folder tells of the bake of these height maps, with the names of the files
     under `files`."""
     name = bake_name(height_maps)
-    tile, errors = facts.get("tile"), facts.get("delta_e")
+    tile, errors, forms = facts.get("tile"), facts.get("delta_e"), facts.get("delta_e_by_form")
     return (
         facts["files"] in ([f"{name}.exr"], [f"{name}.exr", path_beside(Path(f"{name}.exr")).name])
         and all(_is_figure(facts.get(key)) for key in _FIGURES)
         and isinstance(tile, list)
         and len(tile) == 2
         and all(map(_is_figure, tile))
-        and isinstance(errors, dict)
-        and all(_is_figure(errors.get(key)) for key in _ERRORS)
+        and isinstance(forms, dict)
+        and {"stam"} <= set(forms) <= set(FORM_NAMES)
+        and all(
+            isinstance(each, dict) and all(_is_figure(each.get(key)) for key in _ERRORS)
+            for each in (errors, *forms.values())
+        )
     )
 
 

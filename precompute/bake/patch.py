@@ -25,7 +25,8 @@ from ..base.failure import GratingError
 from ..base.progress import Progress, silent
 from ..colour.observer import WAVELENGTH_MIN_M, spectral_weights, wavelengths
 from ..maths import chebyshev
-from ..measure.errors import Errors, Truth, measure
+from ..measure.errors import Truth, measure
+from ..measure.forms import FormErrors
 from ..optics import coherence
 from ..optics.coherence import THESIS_COHERENCE_M
 from ..reference.patch import PatchReference
@@ -99,10 +100,10 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
     )  # fmt: skip
 
 
-def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progress: Progress) -> Errors:
+def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progress: Progress) -> FormErrors:
     """The error of a bake, read from what its file will hold, against the patch model's reference.
 
-    It is measured on direction pairs at a few values of w."""
+    It is measured on direction pairs at a few values of w. Without an albedo bound Stam's form is the only one."""
     rng = np.random.default_rng(0)
     window = PatchWindow(reliefs[0], coherence.coherence_length(chosen.sigma_b) / 4)
     reference = PatchReference(window)
@@ -119,7 +120,7 @@ def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progre
             xyz += reference.density(pairs.u, pairs.v, w, wavelength_m=lam)[:, None] * weight
             progress("self-check", (k + (n + 1) / len(lambdas)) / _CHECK_GROUPS)
         found.append(Truth(w, pairs, xyz, np.zeros(3)))
-    return measure(found, stored.candidate, stored.illuminant)
+    return FormErrors(measure(found, stored.candidate, stored.illuminant), None)
 
 
 def sample_set(chosen: Plan) -> None:

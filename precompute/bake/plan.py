@@ -21,7 +21,8 @@ class Plan:
     axes         v and u at the texels' middles
     terms        the number of Chebyshev terms in w
     w_range      the range of w
-    precision    the kind of float that holds the terms well enough in a file"""
+    precision    the kind of float that holds the terms well enough in a file
+    bound_tolerance  the relative error that the table of the albedo bound may have at 1 % of directions"""
 
     ensemble: tuple[SpectrumSeries, ...]
     wavelengths: np.ndarray
@@ -31,6 +32,7 @@ class Plan:
     terms: int
     w_range: tuple[float, float]
     precision: type
+    bound_tolerance: float = 0.0
 
     @property
     def region(self) -> Region:

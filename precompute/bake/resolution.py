@@ -7,7 +7,7 @@ import numpy as np
 
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
 from ..table import tiling
-from ..table.albedo_bound import BOUND_ROWS
+from ..table.albedo_bound import BOUND_TEXELS
 from ..table.atlas import STRIP_ROWS
 from ..table.table import ZERO_ORDER_SAMPLES
 from ..table.tiling import BYTES_PER_TEXEL, TILE_PADDING
@@ -43,7 +43,7 @@ def blender_bytes(terms: int, tile: tuple[int, int], sigma_b: float) -> int:
     stride, width_min = tiling.first_stride(inner, levels), ZERO_ORDER_SAMPLES + 1
     block = tiling.tile_block(terms, stride, levels, width_min=width_min)
     height, width = tiling.blocks_size(block, stride, levels)
-    return BYTES_PER_TEXEL * (height + STRIP_ROWS + BOUND_ROWS + 2) * max(width, width_min)
+    return BYTES_PER_TEXEL * (height + STRIP_ROWS + BOUND_TEXELS[-1]) * max(width, width_min)
 
 
 def texel_middles(low: float, high: float, texel: float) -> np.ndarray:

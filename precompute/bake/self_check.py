@@ -7,16 +7,22 @@ The series is compared with exact transforms, at values of s that it was not mad
 wavelengths, kernel, texels, terms and half floats) are measured by the project's error metric, against sums over the
 series' bins at each asked direction.
 
-The verb `check` measures the same error in an independent way (precompute/check).
+The energy-conserving form divides by an albedo bound, which is integrated anew at the very directions of some of the
+pairs. These integrals take four times as many wavelengths as those of the bake's table, and no table is read.
+
+The verb `check` measures the same errors in an independent way (precompute/check).
 """
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ..base.progress import Progress, part_of
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, spectral_weights
-from ..measure.errors import Errors, Truth, measure
+from ..measure.errors import Truth, measure
+from ..measure.forms import FormErrors
 from ..measure.pairs import Pairs, draw_w
 from ..measure.truths import Spectrum, draw_pairs
 from ..reference.ensemble import blurred
@@ -24,6 +30,7 @@ from ..spectra.fast import exact_error
 from ..spectra.series import SpectrumSeries
 from ..surface.relief import Relief
 from ..table.table import Table
+from .excess_albedo import excess_at
 from .plan import Plan
 
 # Number of values of w at which a bake is checked.
@@ -31,6 +38,9 @@ GROUPS = 4
 # The least and the largest number of direction pairs at each w. Between these limits, the number is chosen so that
 # about _BINS_SUMMED bins are summed for all pairs of one w together.
 _PAIRS_MIN, _PAIRS_MAX, _BINS_SUMMED = 700, 1600, 800_000
+# The least number of direction pairs at each w on which the energy-conserving form is measured. At most twice as many
+# are taken.
+_BOUND_PAIRS = 160
 # A kernel is cut at this many standard deviations, where it has fallen to 1.5e-8 of its peak.
 _CUT = 6.0
 # The dE00 that a relative error of luminance makes, divided by this error, at Y = 1: the derivative of
@@ -51,8 +61,8 @@ def wavelengths_for(sigma_b: float) -> np.ndarray:
     )
 
 
-def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progress: Progress) -> Errors:
-    """The error of a bake, read from what its file will hold.
+def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progress: Progress) -> FormErrors:
+    """The error of a bake in both forms, read from what its file will hold.
 
     The error is measured at a few values of w, on direction pairs that the bake was not made from. The error of the
     series is added to every error of colour and to every relative error of luminance. `progress` is called with the
@@ -68,10 +78,35 @@ def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progre
                 part_of(progress, "self-check", done=k, total=GROUPS),
             )
         )  # fmt: skip
-    errors = measure(found, stored.candidate, stored.illuminant)
+    part = _with_bound(
+        chosen, [truth.only(slice(None, None, max(1, len(truth.pairs.wi) // _BOUND_PAIRS))) for truth in found]
+    )
+    stam = measure(found, stored.candidate, stored.illuminant)
+    conserving = measure(part, stored.candidate, stored.illuminant, held_bound=stored.bound_of_pairs)
     s = rng.uniform(0.3, 1, _SERIES_PROBES) * chosen.ensemble[0].s_max
     lacking = max(exact_error(relief, series, s) for relief, series in zip(reliefs, chosen.ensemble, strict=True))
-    return errors.worse_by(_DELTA_E_PER_UNIT * lacking, lacking)
+    return FormErrors(*(errors.worse_by(_DELTA_E_PER_UNIT * lacking, lacking) for errors in (stam, conserving)))
+
+
+def _with_bound(chosen: Plan, found: Sequence[Truth]) -> list[Truth]:
+    """The truths, each with what the energy-conserving form divides by."""
+    directions = np.concatenate([way for truth in found for way in (truth.pairs.wi, truth.pairs.wr)])
+    bound = 1 + np.maximum(_excess(chosen, directions) / np.maximum(directions[:, 2], 1e-6), 0)
+    ends = np.cumsum([len(truth.pairs.wi) for truth in found for _ in range(2)])
+    bounds = np.split(bound, ends[:-1])
+    greater = (np.maximum(*of_pair) for of_pair in zip(bounds[::2], bounds[1::2], strict=True))
+    return [replace(truth, bound=one) for truth, one in zip(found, greater, strict=True)]
+
+
+def _excess(chosen: Plan, directions: np.ndarray) -> np.ndarray:
+    """The excess albedo (n,) at unit vectors (n, 3), which are laid in rows so that neighbours stand together."""
+    side = max(1, math.isqrt(len(directions)))
+    rows = np.array_split(np.argsort(directions[:, 1]), side)
+    order = np.concatenate([row[np.argsort(directions[row, 0])] for row in rows])
+    laid = np.append(order, order[-1:].repeat(-len(order) % side)).reshape(-1, side)
+    excess = np.empty(len(directions))
+    excess[laid] = excess_at(chosen.ensemble, chosen.sigma_b, directions[laid])
+    return excess
 
 
 def _affordable_pairs(chosen: Plan) -> int:

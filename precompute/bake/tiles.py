@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..base.progress import Progress, part_of, silent, span_of
+from ..base.progress import Progress, silent, span_of
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, spectral_weights
 from ..maths import bspline, chebyshev
 from ..spectra.resample import KERNEL_REACH, Resampler
@@ -47,16 +47,11 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
     v, u = chosen.axes
     terms[:, v[:, None] ** 2 + u**2 > (2 + _RIM * chosen.texel) ** 2] = 0
     zero_order = zero_order_curve(chosen.ensemble, illuminant)
-    bounded, scans = span_of(progress, _SUMMED, 1), len(chosen.ensemble)
-    excess = np.mean(
-        [
-            excess_table(series, chosen.sigma_b, part_of(bounded, "albedo bound", done=k, total=scans))
-            for k, series in enumerate(chosen.ensemble)
-        ],
-        axis=0,
+    excess = excess_table(
+        chosen.ensemble, chosen.sigma_b, tolerance=chosen.bound_tolerance, progress=span_of(progress, _SUMMED, 1)
     )
     return Table(
-        terms, zero_order, chosen.sigma_b, chosen.texel, illuminant, excess.astype(np.float32), (v[0], u[0]),
+        terms, zero_order, chosen.sigma_b, chosen.texel, illuminant, excess, (v[0], u[0]),
         chosen.w_range, chosen.precision, wider_levels(terms, (v, u), chosen.sigma_b, texel=chosen.texel),
     )  # fmt: skip
 

@@ -150,16 +150,17 @@ def scattered_xyz(
 
 
 def zero_order_xyz(reliefs: Sequence[Relief], w: np.ndarray, illuminant: str = "D65") -> np.ndarray:
-    """The zero order's XYZ (n, 3) at w (n,), the mean over the reliefs, in wavelength steps of 1 nm.
-
-    A relief's efficiency in the zero order is the squared modulus of the characteristic function of its heights."""
+    """The zero order's XYZ (n, 3) at w (n,), the mean over the reliefs, in wavelength steps of 1 nm."""
     lambdas = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401)
-    efficiency = np.zeros((len(w), len(lambdas)))
-    for relief in reliefs:
-        height, share = _distribution(relief)
-        for k, each in enumerate(w):
-            efficiency[k] += np.abs(np.exp(-2j * np.pi * each / lambdas[:, None] * height) @ share) ** 2
+    efficiency = sum(zero_order_efficiency(relief, w, lambdas) for relief in reliefs)
     return efficiency @ spectral_weights(lambdas, illuminant) / len(reliefs)
+
+
+def zero_order_efficiency(relief: Relief, w: np.ndarray, lambdas: np.ndarray) -> np.ndarray:
+    """A relief's efficiency in the zero order (n, m) at w (n,) and wavelengths (m,) in metres: the squared modulus of
+    the characteristic function of its heights."""
+    height, share = _distribution(relief)
+    return np.stack([np.abs(np.exp(-2j * np.pi * each / lambdas[:, None] * height) @ share) ** 2 for each in w])
 
 
 def _distribution(relief: Relief) -> tuple[np.ndarray, np.ndarray]:

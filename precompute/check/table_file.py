@@ -13,14 +13,14 @@ from ..base.strict_json import parse_json
 from ..colour.observer import ILLUMINANTS
 from ..optics.region import Region
 
-FORMAT = 6
+FORMAT = 7
 # The inner texels of a tile hold the table. _RIM is the number of texels on each side of them that only interpolation
 # reads. _TAKEN is the number of texels that a tile takes in the picture beside its inner texels, along each axis.
 # _STRIP is the number of rows of the strip beside the rows of the excess albedo.
-_RIM, _TAKEN, _STRIP = 2, 6, 4 + 2
+_RIM, _TAKEN, _STRIP = 2, 6, 4
 _COUNTS = (
     "terms", "levels", "tile_rows", "tile_columns", "inner_rows", "inner_columns", "columns", "rows", "strip_rows",
-    "zero_order_samples", "bound_rows", "bound_columns",
+    "zero_order_samples", "bound_texels",
 )  # fmt: skip
 # The least and the greatest of each real number of a layout: the sky, kernels up to one that fills it, and tiles whose
 # largest value, 8192 times the scale, single precision holds.
@@ -44,6 +44,7 @@ class Table:
     terms       (K, rows, columns, 3), terms of XYZ over w^2; rows run along +v, columns along +u; the outer two texels
                 on every side are read by interpolation only
     zero_order  XYZ (n, 3) of the zero order at equal steps of w from 0 to 2
+    excess      (n, n), the directional albedo times cos(t), less cos(t), of directions on a disc (albedo_bound)
     first       (u, v) of the first texel's middle
     texel       distance of the texels in u and v
     w_range     range of w that the terms cover
@@ -53,6 +54,7 @@ class Table:
 
     terms: np.ndarray
     zero_order: np.ndarray
+    excess: np.ndarray
     first: tuple[float, float]
     texel: float
     w_range: tuple[float, float]
@@ -98,6 +100,33 @@ class Table:
             found = found + cubic_bspline(at - each)[..., None] * samples[np.clip(each, 0, last + 1).astype(int)]
         return found
 
+    def candidate(self, u: np.ndarray, v: np.ndarray, w: float) -> tuple[np.ndarray, np.ndarray]:
+        """The table as measure/errors.py wants a candidate."""
+        return self.scattered_over_w2(u, v, w), self.zero_order_xyz(w)
+
+    @property
+    def claimed_p99_most(self) -> dict[str, float]:
+        """By form, the largest 99th percentile of dE00 that the header admits. Null is infinite."""
+        claims = {name: errors["p99_most"] for name, errors in self.record["delta_e_by_form"].items()}
+        return {name: math.inf if most is None else most for name, most in claims.items()}
+
+    def albedo_bound(self, directions: np.ndarray) -> np.ndarray:
+        """max(1, albedo) (n,) for unit vectors (n, 3), by cubic B-splines over the texels of `excess`.
+
+        A vector at t from the normal stands at the distance sqrt(1 - sqrt(cos t)) from the disc's middle. The disc's
+        radius is 1, and it ends one texel before the picture's rim."""
+        cosine = np.clip(directions[:, 2], 1e-6, 1)
+        azimuth, radius = np.arctan2(directions[:, 1], directions[:, 0]), np.sqrt(1 - np.sqrt(cosine))
+        middle = (len(self.excess) - 1) / 2
+        x, y = (middle + (middle - 1) * radius * along(azimuth) for along in (np.cos, np.sin))
+        found = np.zeros(len(x))
+        last = len(self.excess) - 1
+        for row in (np.floor(y) + k for k in (-1, 0, 1, 2)):
+            for column in (np.floor(x) + k for k in (-1, 0, 1, 2)):
+                texels = self.excess[np.clip(row, 0, last).astype(int), np.clip(column, 0, last).astype(int)]
+                found += cubic_bspline(y - row) * cubic_bspline(x - column) * texels
+        return 1 + np.maximum(found, 0) / cosine
+
 
 def cubic_bspline(x: np.ndarray) -> np.ndarray:
     """The uniform cubic B-spline at x, from its truncated powers."""
@@ -142,9 +171,9 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
     for name, fits in (
         ("terms", layout["terms"] <= min(_TERMS_MAX, layout["rows"] * layout["columns"])),
         ("levels", layout["levels"] <= _LEVELS_MAX),
-        ("strip_rows", layout["strip_rows"] == layout["bound_rows"] + _STRIP),
+        ("strip_rows", layout["strip_rows"] == layout["bound_texels"] + _STRIP),
         ("zero_order_samples", layout["zero_order_samples"] >= 2),
-        ("bound_columns", min(layout["bound_rows"], layout["bound_columns"]) >= 2),
+        ("bound_texels", layout["bound_texels"] >= 4),
         ("inner_rows", all(2 <= n <= taken - _TAKEN for n, taken in zip(inner, tile, strict=True))),
         ("u_first", max(reach) <= 2 + layout["texel"]),
         ("w_min", layout["w_min"] < layout["w_max"]),
@@ -158,7 +187,12 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
 def _fault_of_provenance(record: dict) -> str:
     """The name of what verdict.py reads of the provenance and cannot be; "" if there is none."""
     asked, pixel = record.get("asked_delta_e", 1.0), record.get("pixel_size_m", [1.0, 1.0])
-    heights = record.get("heights_sha256", [])
+    heights, claims = record.get("heights_sha256", []), record.get("delta_e_by_form")
+    if not (isinstance(claims, dict) and set(claims) == {"conserving", "stam"}):
+        return "delta_e_by_form"
+    for errors in claims.values():
+        if not (isinstance(errors, dict) and type(errors.get("p99_most", "")) in (int, float, type(None))):
+            return "delta_e_by_form"
     if type(asked) not in (int, float) or not 0 < asked < 100:
         return "asked_delta_e"
     if not (isinstance(pixel, list) and [type(side) for side in pixel] == [float, float] and min(pixel) > 0):
@@ -181,6 +215,7 @@ def _table(image: np.ndarray, record: dict) -> Table:
     return Table(
         terms=np.stack(tiles) * np.float32(layout["scale"]),
         zero_order=image[0, :samples].astype(float),
+        excess=image[_STRIP : layout["strip_rows"], : layout["bound_texels"], 0].astype(float),
         first=(layout["u_first"], layout["v_first"]),
         texel=layout["texel"],
         w_range=(layout["w_min"], layout["w_max"]),
@@ -197,5 +232,5 @@ def _picture_size(layout: dict) -> tuple[int, int]:
     rows, columns = layout["tile_rows"] - _TAKEN, layout["tile_columns"] - _TAKEN
     above = max(rows + _TAKEN, sum(rows // half + _TAKEN for half in halves))
     beside = columns + _TAKEN + sum(columns // half + _TAKEN for half in halves[:1])
-    strip = layout["zero_order_samples"] + 1, layout["bound_columns"] + 2
+    strip = layout["zero_order_samples"] + 1, layout["bound_texels"]
     return layout["strip_rows"] + layout["rows"] * above, max(layout["columns"] * beside, *strip)

@@ -11,6 +11,7 @@ from ..bake.output import are_facts, bake_to_folder
 from ..bake.request import BakeRequest, Scan, request_from
 from ..base.failure import GratingError
 from ..base.strict_json import read_json
+from ..measure.forms import FORM_NAMES
 from ..table import atlas_file
 from .arguments import add_bake_options, add_input
 from .option_types import path_argument
@@ -96,14 +97,18 @@ def read_request(path: Path) -> BakeRequest:
     return request
 
 
-def bake_summary(facts: dict) -> tuple[str, str]:
-    """The two lines that a person reads after a bake."""
-    de = facts["delta_e"]
+def bake_summary(facts: dict) -> tuple[str, ...]:
+    """The lines that a person reads after a bake."""
+    forms = (
+        f"{FORM_NAMES[name]}: dE00 mean {de['mean']:.2f}, p95 {de['p95']:.2f}, p99 {de['p99']:.2f}, max {de['max']:.2f} "
+        f"({de['pairs']} direction pairs)"
+        for name, de in facts["delta_e_by_form"].items()
+    )
     origin = "from the cache, baked in " if facts["cached"] else ""
     return (
         f"{facts['files'][0]}: {facts['tiles']} tiles of {facts['tile'][1]} x {facts['tile'][0]}, "
         f"coherence {facts['coherence_um']:.1f} um, {facts['blender_bytes'] / 2**20:.0f} MiB in Blender, "
         f"{origin}{facts['seconds']:.1f} s",
-        f"dE00 mean {de['mean']:.2f}, p95 {de['p95']:.2f}, p99 {de['p99']:.2f}, max {de['max']:.2f} "
-        f"({de['pairs']} direction pairs, {facts['check_seconds']:.1f} s)",
+        *forms,
+        f"self-check {facts['check_seconds']:.1f} s",
     )

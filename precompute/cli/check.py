@@ -7,6 +7,7 @@ from pathlib import Path
 from ..bake.request import DELTA_E
 from ..base.failure import GratingError
 from ..check.verdict import Verdict, check
+from ..measure.forms import FORM_NAMES
 from .arguments import STEP_NM, add_input, existing_bake, height_map_of
 from .option_types import count, name_argument, number
 from .output import Progress, emit
@@ -54,14 +55,18 @@ def run(arguments: argparse.Namespace) -> None:
         raise GratingError(f"{file}: {', '.join(verdict.faults)}; bake it again")
 
 
-def check_summary(file: Path, verdict: Verdict) -> tuple[str, str]:
-    """The two lines that a person reads after a check."""
-    de = verdict.errors
+def check_summary(file: Path, verdict: Verdict) -> tuple[str, ...]:
+    """The lines that a person reads after a check."""
+    forms = (
+        f"{FORM_NAMES[name]}: dE00 mean {de.mean:.2f}, p95 {de.p95:.2f}, p99 {de.p99:.2f}, max {de.max:.2f}, |dY| "
+        f"{de.relative_dy:.2%} ({de.pairs} direction pairs; claimed p99 at most {verdict.claimed[name]:.2f})"
+        for name, de in verdict.errors.forms.items()
+    )
     rings = ", ".join(
         f"{ring.u_from:g} to {ring.u_to:g}: {ring.relative_dy:.2%}" for ring in verdict.rings if ring.light > 1e-3
     )
     return (
-        f"{file}: dE00 mean {de.mean:.2f}, p95 {de.p95:.2f}, p99 {de.p99:.2f}, max {de.max:.2f} "
-        f"(asked {verdict.asked:g}; {de.pairs} direction pairs, {verdict.seconds:.1f} s)",
-        f"|dY| {de.relative_dy:.2%} of the light (by |u|: {rings}), zero order {verdict.zero_order_dy:.1e}",
+        f"{file}: asked {verdict.asked:g}, {verdict.seconds:.1f} s",
+        *forms,
+        f"|dY| of Stam's form by |u|: {rings}; zero order {verdict.zero_order_dy:.1e}",
     )

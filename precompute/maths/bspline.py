@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reading samples with the uniform cubic B-spline, as Blender's Cubic interpolation reads a picture in both engines.
 
-The samples are not prefiltered, so a reading is the sampled function convolved with the B-spline. That adds VARIANCE,
-in units of the squared step between samples, to the function's variance along each axis. The remaining error is of the
-fourth order in the step.
+The samples of a bake's terms are not prefiltered, so a reading of them is the sampled function convolved with the
+B-spline. That adds VARIANCE, in units of the squared step between samples, to the function's variance along each axis.
+The remaining error is of the fourth order in the step. `interpolating` makes samples that are prefiltered.
 """
 
 import numpy as np
@@ -53,3 +53,14 @@ def read_grid(samples: np.ndarray, y: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Read samples (rows, columns) at y (...,) in [1, rows - 2] and x (...,) in [1, columns - 2]; returns (...,)."""
     places, share = patches(np.ravel(y), np.ravel(x), samples.shape, precision=samples.dtype.type)
     return np.einsum("mn,mn->n", share, samples.ravel().take(places, mode="wrap")).reshape(np.shape(y))
+
+
+def interpolating(values: np.ndarray) -> np.ndarray:
+    """Samples (rows, columns) whose reading at each sample is the value (rows, columns) there.
+
+    At the rim the sample before the first is taken to be the first, and the sample after the last the last."""
+    for axis, count in enumerate(values.shape):
+        reading = (4 * np.eye(count) + np.eye(count, k=1) + np.eye(count, k=-1)) / 6
+        reading[[0, -1], [0, -1]] = 5 / 6
+        values = np.moveaxis(np.linalg.solve(reading, np.moveaxis(values, axis, 0)), 0, axis)
+    return values

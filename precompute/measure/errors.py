@@ -8,8 +8,9 @@ sums over its own spectra (bake/self_check.py), a bake under the patch model aga
 Colours are radiance under unit irradiance, with Fresnel reflectance and obliquity. CIEDE2000 is taken at four
 exposures, and the worst exposure counts. The zero order is measured apart.
 
-The obliquity is Stam's. The energy-conserving form divides reference and candidate by the same number, which changes no
-relative error; it would need an albedo, which most methods do not have.
+A surface has two forms (docs/theory.md, "BRDF"): Stam's, and the energy-conserving one, which is Stam's divided by the
+albedo bound of both directions. An error in the bound is an error of the second form alone, so each form has errors of
+its own.
 """
 
 import math
@@ -31,6 +32,10 @@ _DARK_Y = 1e-15
 _CONFIDENCE = 2
 # candidate(u, v, w), with u and v (n,): its scattered XYZ over w^2 (n, 3), and its zero order's XYZ (3,).
 Candidate = Callable[[np.ndarray, np.ndarray, float], tuple[np.ndarray, np.ndarray]]
+# held_bound(pairs): the number (n,) by which a candidate's energy-conserving form divides at direction pairs.
+HeldBound = Callable[[Pairs], np.ndarray]
+# The fields of Errors that are differences of colour.
+_COLOUR = ("mean", "p95", "p99", "max")
 
 
 @dataclass(frozen=True)
@@ -65,44 +70,63 @@ class Errors:
         tail = (self.p99 - self.p95) / math.log(5)
         return _CONFIDENCE * tail * math.sqrt(0.99 * 0.01 / self.pairs) / 0.01
 
+    @property
+    def p99_most(self) -> float:
+        """The 99th percentile that other directions may find."""
+        return self.p99 + self.p99_allowance
+
     def as_dict(self) -> dict[str, float | None]:
-        """Ready for JSON: null stands for an error that is infinite, see `measure`."""
-        return {name: value if math.isfinite(value) else None for name, value in asdict(self).items()}
+        """Ready for JSON, with p99_most: null stands for an error that is infinite, see `measure`."""
+        told = {**asdict(self), "p99_most": self.p99_most}
+        return {name: value if math.isfinite(value) else None for name, value in told.items()}
 
     def worse_by(self, delta_e: float, relative: float) -> "Errors":
         """These errors plus two that were measured apart: delta_e is added to each error of colour, `relative` to each
         relative error of luminance."""
-        colour = {name: getattr(self, name) + delta_e for name in ("mean", "p95", "p99", "max")}
+        colour = {name: getattr(self, name) + delta_e for name in _COLOUR}
         light = {name: getattr(self, name) + relative for name in ("relative_dy", "relative_rms")}
         return replace(self, **colour, **light)
 
 
 @dataclass(frozen=True)
 class Truth:
-    """The right answer at one w: direction pairs, their scattered XYZ (n, 3), and the zero order's XYZ (3,)."""
+    """The right answer at one w: direction pairs, their scattered XYZ (n, 3), and the zero order's XYZ (3,).
+
+    `bound` (n,) is what the energy-conserving form divides by, max(1, a(wi), a(wr)); None where it is not known."""
 
     w: float
     pairs: Pairs
     scattered_xyz: np.ndarray
     zero_order_xyz: np.ndarray
+    bound: np.ndarray | None = None
+
+    def only(self, kept: np.ndarray) -> "Truth":
+        """The pairs that a mask or a list of indices keeps."""
+        bound = None if self.bound is None else self.bound[kept]
+        return Truth(self.w, self.pairs.only(kept), self.scattered_xyz[kept], self.zero_order_xyz, bound)
 
 
-def measure(truth: list[Truth], candidate: Candidate, illuminant: str = "D65") -> Errors:
-    """Errors of a candidate against the truth. A candidate that answers with NaN or infinity has infinite errors of
-    colour."""
+def measure(
+    truth: list[Truth], candidate: Candidate, illuminant: str = "D65", *, held_bound: HeldBound | None = None
+) -> Errors:
+    """Errors of a candidate against the truth, in Stam's form. With `held_bound` they are errors of the
+    energy-conserving form; every Truth then has its bound.
+
+    A candidate that answers with NaN or infinity has infinite errors of colour."""
     reference, answer, drawn, zero = [], [], [], []
     for t in truth:
         factor = t.pairs.radiance_factor()[:, None]
         scattered, zero_order = candidate(t.pairs.u, t.pairs.v, t.w)
-        reference.append(factor * t.scattered_xyz / t.w**2)
-        answer.append(factor * scattered)
+        divisors = (1.0, 1.0) if held_bound is None else (t.bound[:, None], held_bound(t.pairs)[:, None])
+        reference.append(factor * t.scattered_xyz / t.w**2 / divisors[0])
+        answer.append(factor * scattered / divisors[1])
         drawn.append(t.pairs.drawn)
         zero.append(abs(zero_order[1] - t.zero_order_xyz[1]))
     reference, answer, drawn = (np.concatenate(parts) for parts in (reference, answer, drawn))
     if np.isfinite(answer).all():
         colour = worst_exposure(reference, answer, drawn, white=white_xyz(illuminant))
     else:
-        colour = dict.fromkeys(("mean", "p95", "p99", "max"), float("inf"))
+        colour = dict.fromkeys(_COLOUR, float("inf"))
     # Where the truth is dark but for rounding, a relative error means nothing, and the absolute error is given.
     total = reference[:, 1].sum() if reference[:, 1].max(initial=0) > _DARK_Y else 0.0
     dy = answer[:, 1] - reference[:, 1]
@@ -124,7 +148,7 @@ def worst_exposure(
 
     Each exposure puts one of EXPOSURE_PERCENTILES of the reference's Y at 1. The percentiles are taken over the pairs
     that the mask `drawn` (n,) marks as drawn from the reference's spectrum. white (3,) is the XYZ of white."""
-    worst = {"mean": 0.0, "p95": 0.0, "p99": 0.0, "max": 0.0}
+    worst = dict.fromkeys(_COLOUR, 0.0)
     levels = np.percentile(reference[drawn, 1], EXPOSURE_PERCENTILES) if drawn.any() else np.zeros(1)
     # A surface that scatters nothing but rounding is judged at the exposure of its illumination.
     for level in levels[levels > _DARK_Y] if levels.max() > _DARK_Y else [1.0]:
@@ -137,6 +161,6 @@ def worst_exposure(
             continue
         de = delta_e_2000(lab(ref[counted], white), lab(ans[counted], white))
         p95, p99 = np.percentile(de, [95, 99])
-        found = {"mean": float(de.mean()), "p95": float(p95), "p99": float(p99), "max": float(de.max())}
+        found = dict(zip(_COLOUR, map(float, (de.mean(), p95, p99, de.max())), strict=True))
         worst = max(worst, found, key=lambda each: each["p99"])
     return worst

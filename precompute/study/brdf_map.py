@@ -25,6 +25,8 @@ from ..table.table import Table
 
 # Tolerance of the interpolation in s, finer than a picture can show. A test compares the result with the reference.
 _EXACT = 1e-9
+# The relative error of the albedo bound that a picture can bear at 1 % of its directions.
+_BOUND_TOLERANCE = 0.005
 # Directions that are evaluated at once. For a bake they fit the cache of a core. For a method, the texels that it
 # gathers stay within some tens of megabytes.
 _PIXELS, _METHOD_PIXELS = 16384, 8192
@@ -79,7 +81,7 @@ def from_reference(
         scattered += density[..., None] * weight
         zero_order += series.zero_order(w / lam)[..., None] * weight
         progress("reference", (k + 1) / len(lambdas))
-    excess = excess_table(series, sigma_b) if conserving else None
+    excess = excess_table([series], sigma_b, tolerance=_BOUND_TOLERANCE) if conserving else None
     kernel = np.exp(-(half[..., 0] ** 2 + half[..., 1] ** 2) / (2 * sigma_b**2)) / (2 * np.pi * sigma_b**2)
     of_scattered, of_zero_order = _gains(wi, wr[inside], excess)
     image = np.full((size, size, 3), np.nan)

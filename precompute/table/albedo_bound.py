@@ -4,45 +4,64 @@
 The energy-conserving form of the BRDF divides by this bound, so that no surface reflects more than it receives. Its
 derivation is in docs/theory.md, section "BRDF", "Albedo bound". The bound is max(1, a) = 1 + E / cos(t), where a is the
 directional albedo, t the angle from the normal, and E the excess albedo. bake/excess_albedo.py computes the table of E.
+
+The hemisphere is laid flat on a disc of radius 1, around its normal. A unit vector (x, y, c) stands at
+
+    (x, y) / sqrt((1 + sqrt(c)) (1 + c)),
+
+at the distance sqrt(1 - sqrt(c)) from the middle and at the vector's own azimuth. The place of a direction is smooth at
+the normal, which has no azimuth. c = (1 - r^2)^2 at the distance r from the middle: E, which is smooth in c, is smooth
+across the rim of the disc too, and the texels beyond the rim hold the value of this c.
 """
 
 import numpy as np
 
 from ..maths import bspline
 
-# Size of the table of excess albedo: 64 steps of azimuth, and the first azimuth once more at the end. How well a bound
-# read from it keeps the albedo under 1 is measured by `./dev bench albedo`.
-BOUND_ROWS, BOUND_COLUMNS = 32, 65
+# The numbers of texels along a side that a bake's table may have, ascending. The first is even, so that quarter turns
+# lead from one corner of the table to the others.
+BOUND_TEXELS = (48, 96, 192)
+# A reading at the rim of the disc reaches the texels within two of the rim.
+_RIM = 2
 # The smallest table that can be read: no direction has any excess.
-NO_EXCESS = np.zeros((2, 2), np.float32)
+NO_EXCESS = np.zeros((4, 4), np.float32)
 
 
-def texel_directions(rows: int = BOUND_ROWS, columns: int = BOUND_COLUMNS) -> np.ndarray:
-    """Unit vector (rows, columns, 3) in the frame (T, B, N) for each texel of a table of excess albedo.
+def bound_texel(count: int) -> float:
+    """The step of the disc's coordinates from one texel to the next, in a table of `count` texels a side.
 
-    Rows are equal steps of sqrt(cos(t)), from the horizon to the normal. Columns are equal steps of azimuth from -pi to
-    pi, both ends included."""
-    cosine = np.linspace(0, 1, rows)[:, None] ** 2
-    azimuth = np.linspace(-np.pi, np.pi, columns)
-    sine = np.sqrt(1 - cosine**2)
-    return np.stack(np.broadcast_arrays(sine * np.cos(azimuth), sine * np.sin(azimuth), cosine), axis=-1)
+    Of the texels in a row through the middle, all but one at each end stand on the disc."""
+    return 2 / (count - 1 - _RIM)
+
+
+def texel_directions(count: int) -> np.ndarray:
+    """Unit vector (count, count, 3) in the frame (T, B, N) for each texel of a table of excess albedo.
+
+    Columns run along T, rows along B. Texels from three beyond the rim on, which nothing reads, have the direction of
+    the third."""
+    at = (np.arange(count) - (count - 1) / 2) * bound_texel(count)
+    x, y = np.meshgrid(at, at)
+    radius = np.hypot(x, y)
+    # At the distance sqrt(2) the cosine is 1 again.
+    farthest = min(1 + (_RIM + 1) * bound_texel(count), np.sqrt(2))
+    cosine = (1 - np.minimum(radius, farthest) ** 2) ** 2
+    # The middle of a table with an odd count is the normal, whose sine is 0.
+    along = np.sqrt(np.maximum(1 - cosine**2, 0)) / np.maximum(radius, np.finfo(float).tiny)
+    return np.stack([x * along, y * along, cosine], axis=-1)
+
+
+def place(directions: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Row and column (...,) of unit vectors (..., 3) in a table of `count` texels a side."""
+    x, y, cosine = np.moveaxis(np.asarray(directions, float), -1, 0)
+    cosine = np.clip(cosine, 1e-6, 1)
+    along = 1 / (np.sqrt((1 + np.sqrt(cosine)) * (1 + cosine)) * bound_texel(count))
+    middle = (count - 1) / 2
+    return y * along + middle, x * along + middle
 
 
 def albedo_bound(table: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """The bound max(1, a) (...,) for unit vectors (..., 3), read from a table (rows, columns) of excess albedo.
+    """The bound max(1, a) (...,) for unit vectors (..., 3), read from a table (count, count) of excess albedo.
 
     The table is read as a renderer reads it: by cubic B-splines."""
-    rows, columns = table.shape
-    x, y, cosine = np.moveaxis(np.asarray(directions, float), -1, 0)
-    column = (np.arctan2(y, x) / (2 * np.pi) + 0.5) * (columns - 1) + 1
-    row = np.sqrt(np.clip(cosine, 0, 1)) * (rows - 1) + 1
-    return 1 + bspline.read_grid(with_rim(table), row, column) / np.maximum(cosine, 1e-6)
-
-
-def with_rim(table: np.ndarray) -> np.ndarray:
-    """A table (rows, columns) with one more texel on every side, which cubic reading at the rim needs; (rows + 2,
-    columns + 2).
-
-    Rows are mirrored at both ends. Columns wrap around: the first and the last column are the same azimuth, so the
-    column before the first is a copy of the last but one, and the column after the last a copy of the second."""
-    return np.pad(np.concatenate([table[:, -2:-1], table, table[:, 1:2]], axis=1), ((1, 1), (0, 0)), mode="reflect")
+    excess = bspline.read_grid(table, *place(directions, len(table)))
+    return 1 + np.maximum(excess, 0) / np.clip(np.asarray(directions, float)[..., 2], 1e-6, 1)

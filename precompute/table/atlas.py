@@ -11,9 +11,8 @@ floor(x) - 1 to floor(x) + 2. From the bottom of the picture upward, the rows ho
 
     STRIP_ROWS rows         the curve Z(w) in texels 0 to samples - 1, the same in each of these rows; the texel after
                             the last continues the line through the last two
-    bound_rows + 2 rows     the excess albedo E (albedo_bound.py), the same in every channel; its texel (0, 0), in the
-                            row of the horizon, is at x = 1 of the second of these rows; a rim of one texel is around
-                            it for reading
+    bound_texels rows       the excess albedo E (albedo_bound.py) in texels 0 to bound_texels - 1, the same in every
+                            channel
     above `strip_rows`      the tiles of every level (tiling.py)
 
 Tiles hold B_k / scale in XYZ. The strip is not scaled: a shallow relief scatters so little, compared with the white of
@@ -28,7 +27,7 @@ import numpy as np
 from ..colour.observer import ILLUMINANTS
 from ..optics.region import FARTHEST, Region
 from . import tiling
-from .albedo_bound import with_rim
+from .albedo_bound import NO_EXCESS
 from .table import Table, past_end
 from .tiling import TILE_PADDING
 
@@ -77,14 +76,13 @@ class Layout:
     sigma_b: float
     scale: float
     zero_order_samples: int
-    bound_rows: int
-    bound_columns: int
+    bound_texels: int
     illuminant: str
 
     @property
     def width(self) -> int:
         """Columns of the picture."""
-        return max(self._blocks_size[1], _strip_width(self.zero_order_samples, self.bound_columns))
+        return max(self._blocks_size[1], _strip_width(self.zero_order_samples, self.bound_texels))
 
     @property
     def height(self) -> int:
@@ -111,8 +109,8 @@ class Layout:
 
     @property
     def bound_block(self) -> tuple[slice, slice]:
-        """Rows and columns of the excess albedo, counted upward, together with its rim for reading."""
-        return slice(STRIP_ROWS, STRIP_ROWS + self.bound_rows + 2), slice(self.bound_columns + 2)
+        """Rows and columns of the excess albedo, counted upward."""
+        return slice(STRIP_ROWS, STRIP_ROWS + self.bound_texels), slice(self.bound_texels)
 
     @property
     def is_valid(self) -> bool:
@@ -121,14 +119,15 @@ class Layout:
         Each line is safe to evaluate for whatever passed the lines before it."""
         tiles = self.levels, self.terms, self.tile_rows, self.tile_columns, self.columns, self.rows
         table = self.inner_rows, self.inner_columns
-        strip = self.zero_order_samples, self.bound_rows, self.bound_columns
+        strip = self.zero_order_samples, self.bound_texels
         return (
             min(tiles) >= 1
             and min(table + strip) >= 2
             and self.levels <= _LEVELS_MAX
             and self.terms <= min(tiling.TERMS_MAX, self.columns * self.rows)
             and (self.tile_rows, self.tile_columns) == tiling.first_stride(table, self.levels)
-            and STRIP_ROWS + self.bound_rows + 2 == self.strip_rows
+            and self.bound_texels >= len(NO_EXCESS)
+            and STRIP_ROWS + self.bound_texels == self.strip_rows
             and _KERNELS[0] <= self.sigma_b <= _KERNELS[1]
             and _SCALES[0] <= self.scale <= _SCALES[1]
             and 0 <= self.w_min <= self.w_max - _W_WIDTH_MIN
@@ -160,8 +159,8 @@ class Layout:
         return tiling.blocks_size((self.rows, self.columns), (self.tile_rows, self.tile_columns), self.levels)
 
 
-def _strip_width(zero_order_samples: int, bound_columns: int) -> int:
-    return max(zero_order_samples + 1, bound_columns + 2)
+def _strip_width(zero_order_samples: int, bound_texels: int) -> int:
+    return max(zero_order_samples + 1, bound_texels)
 
 
 def layout_of(bake: Table) -> Layout:
@@ -170,7 +169,7 @@ def layout_of(bake: Table) -> Layout:
     inner = tuple(n - 2 * TILE_PADDING for n in bake.tile)
     stride = tiling.first_stride(inner, levels)
     rows, columns = tiling.tile_block(
-        terms, stride, levels, width_min=_strip_width(len(bake.zero_order), bake.excess_albedo.shape[1])
+        terms, stride, levels, width_min=_strip_width(len(bake.zero_order), len(bake.excess_albedo))
     )
     peak = max(*(float(np.abs(terms).max()) for terms in bake.levels), 1e-30)
     return Layout(
@@ -182,7 +181,7 @@ def layout_of(bake: Table) -> Layout:
         inner_columns=inner[1],
         columns=columns,
         rows=rows,
-        strip_rows=STRIP_ROWS + len(bake.excess_albedo) + 2,
+        strip_rows=STRIP_ROWS + len(bake.excess_albedo),
         texel=bake.texel,
         u_first=float(bake.first[1]),
         v_first=float(bake.first[0]),
@@ -191,8 +190,7 @@ def layout_of(bake: Table) -> Layout:
         sigma_b=bake.sigma_b,
         scale=2.0 ** math.ceil(math.log2(peak / LARGEST_STORED)),
         zero_order_samples=len(bake.zero_order),
-        bound_rows=bake.excess_albedo.shape[0],
-        bound_columns=bake.excess_albedo.shape[1],
+        bound_texels=len(bake.excess_albedo),
         illuminant=bake.illuminant,
     )
 
@@ -206,7 +204,7 @@ def pack(bake: Table) -> tuple[np.ndarray, Layout]:
     zero_order = bake.zero_order.astype(bake.precision)
     image[:STRIP_ROWS] = past_end(zero_order)
     image[:STRIP_ROWS, : len(zero_order)] = zero_order
-    image[layout.bound_block] = half_above(with_rim(bake.excess_albedo))[..., None]
+    image[layout.bound_block] = half_above(bake.excess_albedo)[..., None]
     for level, terms in enumerate(bake.levels):
         for k, tile in enumerate(terms):
             image[layout.tile_block(k, level)] = tile / layout.scale
@@ -221,7 +219,7 @@ def unpack(image: np.ndarray, layout: Layout) -> Table:
         for level in range(layout.levels)
     )
     zero_order = image[0, : layout.zero_order_samples].astype(np.float32)
-    excess = image[layout.bound_block][1:-1, 1:-1, 0].astype(np.float32)
+    excess = image[layout.bound_block][..., 0].astype(np.float32)
     first, w_range = (layout.v_first, layout.u_first), (layout.w_min, layout.w_max)
     return Table(
         terms, zero_order, layout.sigma_b, layout.texel, layout.illuminant, excess, first, w_range, image.dtype.type,

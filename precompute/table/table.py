@@ -137,6 +137,10 @@ class Table:
         direction."""
         return albedo_bound(self.excess_albedo, directions)
 
+    def bound_of_pairs(self, pairs) -> np.ndarray:
+        """The number (n,) by which the energy-conserving form divides at direction pairs (measure/pairs.py)."""
+        return np.maximum(self.albedo_bound_at(pairs.wi), self.albedo_bound_at(pairs.wr))
+
     def candidate(self, u, v, w) -> tuple[np.ndarray, np.ndarray]:
         """The bake as measure/errors.py wants a candidate: scattered XYZ over w^2 (n, 3), and the zero order's XYZ."""
         return self.scattered_over_w2(u, v, w), self.zero_order_xyz(w)

@@ -18,7 +18,7 @@
 
     Lo = E R / M [ (1 + wi.wr)^2 / cos(tr) * p^2 c^2 sum_k T_k(t(c w)) B_k(p u, p v) + cos(ti) Z(c w) kernel(u, v) ]
 
-    M = 1 + e max(X(wi) / cos(ti), X(wr) / cos(tr))
+    M = 1 + e max(0, X(wi) / cos(ti), X(wr) / cos(tr))
 
 which is f * E * cos(ti) with Stam's obliquity (docs/theory.md). The w^2 in the obliquity cancels the table's. M is the
 albedo bound: it keeps the surface from reflecting more than arrives. X is the excess albedo of the relief as baked
@@ -38,6 +38,7 @@ import math
 import bpy
 import numpy as np
 
+from ....precompute.table.albedo_bound import bound_texel
 from ....precompute.table.atlas import STRIP_ROWS, Layout
 from ....precompute.table.tiling import LEVEL_PADDING, TILE_PADDING
 from ...nodes.arrange import arrange
@@ -75,7 +76,7 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, *, rgb
     obliquity = half2 * half2 / tree.maximum(view.cosine, 1e-6)
     scattered = obliquity * (tree.squared(period_scale * height_scale) * (layout.scale / 4))
     mirrored = _zero_order(table, radius2=tree.dot(uv, uv), w=w * height_scale, blur=blur, cos_i=light.cosine)
-    excess = tree.maximum(*(_excess_albedo(table, way) for way in (light, view)))
+    excess = tree.maximum(tree.maximum(*(_excess_albedo(table, way) for way in (light, view))), 0.0)
     bound = excess.times_plus(conserving, 1.0)
     gain = irradiance * (tree.fresnel(ior, tree.normalize(wi + wr)) / bound)
 
@@ -200,15 +201,18 @@ def _zero_order(table: _Table, *, radius2: Value, w: Value, blur: Value, cos_i: 
 
 
 def _excess_albedo(table: _Table, way: _Direction) -> Value:
-    """X / cos(t) of a direction. The image holds X in columns by azimuth and rows by sqrt(cos(t)), with a rim of one
-    texel (precompute/table/albedo_bound.py)."""
+    """X / cos(t) of a direction. The image holds X on a disc, laid flat as precompute/table/albedo_bound.py tells."""
     tree, layout = table.tree, table.layout
-    columns, rows = layout.bound_columns - 1, layout.bound_rows - 1
-    azimuth = tree.math("ARCTAN2", way.y, way.x)
-    column = azimuth.times_plus(columns / (2 * math.pi) / layout.width, (columns / 2 + 1.5) / layout.width)
-    row = tree.sqrt(way.cosine).times_plus(rows / layout.height, (STRIP_ROWS + 1.5) / layout.height)
-    excess = tree.image(table.image, tree.vector(column, row, 0.0), label="X")
-    return tree.dot(excess, (1.0, 0.0, 0.0)) / tree.maximum(way.cosine, 1e-6)
+    size = layout.width, layout.height
+    cosine = tree.maximum(way.cosine, 1e-6)
+    stretch = tree.sqrt((tree.sqrt(cosine) + 1.0) * (cosine + 1.0))
+    middle = layout.bound_texels / 2
+    step = _over(1 / bound_texel(layout.bound_texels), size)
+    place = (way.vector * step).times_plus(
+        tree.math("DIVIDE", 1.0, stretch), _over((middle, STRIP_ROWS + middle), size)
+    )
+    excess = tree.image(table.image, place, label="X")
+    return tree.dot(excess, (1.0, 0.0, 0.0)) / cosine
 
 
 def _matrix(tree: Tree, matrix: np.ndarray, vector: Value) -> Value:

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ....precompute.base.exr import open_picture
+from ....precompute.table.albedo_bound import bound_texel
 from ....precompute.table.atlas import STRIP_ROWS, Layout
 from ....precompute.table.tiling import TILE_PADDING
 from ..response import QUESTION, Response
@@ -57,11 +58,10 @@ def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dic
         # The middle row of the strip. All rows of the strip hold the same values.
         "ZERO_ORDER_Y": (STRIP_ROWS - 1) / 2,
         "ZERO_ORDER_SAMPLES": layout.zero_order_samples,
-        # The bound has a rim of one texel.
-        "BOUND_X": 1.0,
-        "BOUND_Y": STRIP_ROWS + 1.0,
-        "BOUND_COLUMNS": layout.bound_columns,
-        "BOUND_ROWS": layout.bound_rows,
+        # The place of the normal in the table of the excess albedo, and the distance of its texels.
+        "BOUND_X": (layout.bound_texels - 1) / 2,
+        "BOUND_Y": STRIP_ROWS + (layout.bound_texels - 1) / 2,
+        "BOUND_TEXEL": bound_texel(layout.bound_texels),
         "RGB_COLUMNS": colours(np.transpose(rgb_from_xyz)),
         **_mark(bake_path),
     }

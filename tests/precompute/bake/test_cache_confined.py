@@ -77,7 +77,17 @@ def test_facts_of_wrong_types_are_damage(run_bake, picture, tmp_path, cache_fold
     facts = whole["facts"] | {"files": SKIN}
     assert are_facts(facts, scan) and are_facts(facts | {"files": SKIN[:1]}, scan)
     for value in (True, "1", None, [], {}, {"p99": True}, ["x", 2], [1, 2, 3]):
-        for fact in ("seconds", "delta_e", "tile", "tiles", "coherence_um", "blender_bytes", "check_seconds", "files"):
+        for fact in (
+            "seconds",
+            "delta_e",
+            "delta_e_by_form",
+            "tile",
+            "tiles",
+            "coherence_um",
+            "blender_bytes",
+            "check_seconds",
+            "files",
+        ):
             assert not are_facts(facts | {fact: value}, scan), (fact, value)
     assert not are_facts(facts | {"files": ["other.exr"]}, scan)
     record.write_text(json.dumps(whole | {"facts": whole["facts"] | {"delta_e": {"p99": "<b>"}}}))

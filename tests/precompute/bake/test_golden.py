@@ -35,7 +35,7 @@ def figures(name: str) -> dict[str, list[float]]:
         "terms": [float(np.abs(term.astype(float)).sum()) for term in table.terms],
         "wider": [float(np.abs(level.astype(float)).sum()) for level in table.wider],
         "zero_order": table.zero_order[::64].astype(float).sum(axis=-1).tolist(),
-        "excess_albedo": [float(table.excess_albedo.astype(float).sum())],
+        "excess_albedo": [float(np.abs(table.excess_albedo.astype(float)).sum())],
     }
 
 

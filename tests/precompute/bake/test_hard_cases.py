@@ -45,7 +45,7 @@ def stored(relief, coherence_m):
 @pytest.fixture
 def without_bound(monkeypatch):
     """No table has an excess albedo, so that none is computed."""
-    monkeypatch.setattr(tiles, "excess_table", lambda *_: NO_EXCESS)
+    monkeypatch.setattr(tiles, "excess_table", lambda *_, **__: NO_EXCESS)
 
 
 def assert_kept(found):

@@ -12,7 +12,8 @@ OF_THE_BAKE = {"maths", "spectra", "table", "reference", "bake"}
 # metrics.
 SHARED = {
     "base/exr.py", "base/failure.py", "base/memory.py", "base/progress.py", "base/strict_json.py",
-    "colour/difference.py", "colour/observer.py", "measure/errors.py", "measure/pairs.py", "optics/brdf.py",
+    "colour/difference.py", "colour/observer.py", "measure/errors.py", "measure/forms.py", "measure/pairs.py",
+    "optics/brdf.py",
     "optics/fresnel.py", "optics/region.py", "surface/height_map.py", "surface/holes.py", "surface/levelling.py",
     "surface/relief.py",
 }  # fmt: skip

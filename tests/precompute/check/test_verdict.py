@@ -68,7 +68,8 @@ def turned(table, degrees):
 def test_a_bake_passes(run, baked, scan):
     status, out, err = run("check", baked, scan, *PICTURE, *QUICK)
     assert (status, err) == (0, "")
-    assert len(out.splitlines()) == 2 and "dE00 mean" in out and "|dY|" in out
+    assert len(out.splitlines()) == 4 and "|dY|" in out
+    assert "energy-conserving form: dE00 mean" in out and "Stam's form: dE00 mean" in out and "albedo known to" in out
 
 
 def test_its_errors_are_those_of_the_bake(run, baked, scan):
@@ -78,13 +79,17 @@ def test_its_errors_are_those_of_the_bake(run, baked, scan):
     assert facts["asked_delta_e"] == 1
     assert facts["delta_e"]["p99"] <= 1 and facts["delta_e"]["relative_dy"] <= 0.01
     # Two samples of one distribution, drawn by two programs.
-    for name in ("mean", "p95", "p99"):
-        assert facts["delta_e"][name] == pytest.approx(record["delta_e"][name], rel=0.6)
-    assert facts["delta_e"]["pairs"] == sum(ring["pairs"] for ring in facts["rings"])
+    for form in ("conserving", "stam"):
+        for name in ("mean", "p95", "p99"):
+            found, claimed = (each["delta_e_by_form"][form][name] for each in (facts, record))
+            assert found == pytest.approx(claimed, rel=0.6)
+    stam = facts["delta_e_by_form"]["stam"]
+    assert facts["delta_e"] == facts["delta_e_by_form"]["conserving"]
+    assert stam["pairs"] == sum(ring["pairs"] for ring in facts["rings"])
     assert sum(ring["light"] for ring in facts["rings"]) == pytest.approx(1)
     assert [ring["u_to"] for ring in facts["rings"]] == [0.1, 0.5, 1, 2]
     weighed = sum(ring["light"] * ring["relative_dy"] for ring in facts["rings"])
-    assert weighed == pytest.approx(facts["delta_e"]["relative_dy"])
+    assert weighed == pytest.approx(stam["relative_dy"])
 
 
 def test_the_same_files_give_the_same_errors(run, baked, scan):
@@ -123,7 +128,8 @@ def test_a_failure_gives_its_errors_all_the_same(run, baked, scan, tmp_path):
     status, out, err = run("check", path, scan, *PICTURE, *QUICK, "--json", "-")
     facts = json.loads(out)
     assert status == 1 and len(err.splitlines()) == 1
-    assert not facts["passed"] and len(facts["faults"]) == 2
+    # In both forms: what was asked, what was claimed, and the light.
+    assert not facts["passed"] and len(facts["faults"]) == 6
     assert facts["delta_e"]["relative_dy"] == pytest.approx(0.3, abs=0.01)
 
 
@@ -131,7 +137,35 @@ def test_what_was_asked_may_be_told(run, refused, baked, scan, tmp_path):
     assert "asked 0.01" in refused("check", baked, scan, *PICTURE, *QUICK, "--delta-e", "0.01")
     path = spoilt(baked, tmp_path / "loose.exr", lambda table: replace(table, terms=1.02 * table.terms))
     assert "|dY|" in refused("check", path, scan, *PICTURE, *QUICK)
+    boast = {name: {"p99_high": 3.9} for name in ("conserving", "stam")}
+    path = spoilt(path, tmp_path / "boast.exr", lambda table: table, delta_e_by_form=boast)
     assert run("check", path, scan, *PICTURE, *QUICK, "--delta-e", "4")[0] == 0
+
+
+@pytest.mark.parametrize("form", ["conserving", "stam"])
+def test_a_claim_that_is_exceeded_fails(refused, run, baked, scan, tmp_path, form):
+    """Even where less was asked of the bake."""
+    claims = read_header(baked)[1]["delta_e_by_form"]
+    claims[form]["p99_high"] = 0.001
+    path = spoilt(baked, tmp_path / "boast.exr", lambda table: table, delta_e_by_form=claims)
+    told = refused("check", path, scan, *PICTURE, *QUICK, "--delta-e", "5")
+    assert "claimed at most 0.00" in told and told.count("claimed") == 1
+    assert ("Stam" in told) == (form == "stam")
+
+
+def test_a_wrong_bound_is_a_fault_of_the_conserving_form(refused, baked, scan, tmp_path):
+    """A table that is right in Stam's form, but whose bound is another surface's, or none."""
+    path = spoilt(baked, tmp_path / "bare.exr", lambda table: replace(table, excess_albedo=0 * table.excess_albedo))
+    told = refused("check", path, scan, *PICTURE, *QUICK)
+    assert "energy-conserving" in told and "Stam" not in told
+
+
+@pytest.mark.parametrize("claims", [None, 3, {}, {"stam": {"p99_high": 1}}, {"conserving": 1, "stam": 1}, {
+    "conserving": {"p99_high": "low"}, "stam": {"p99_high": 1}}, {"conserving": {}, "stam": {"p99_high": 1}},
+])  # fmt: skip
+def test_claims_that_cannot_be(refused, baked, scan, tmp_path, claims):
+    path = spoilt(baked, tmp_path / "odd.exr", lambda table: table, delta_e_by_form=claims)
+    assert "delta_e_by_form" in refused("check", path, scan, *PICTURE, *QUICK)
 
 
 def test_a_mirror_passes(run, refused, tmp_path):
@@ -207,7 +241,7 @@ def test_another_model_and_another_version(refused, baked, scan, tmp_path):
     ("terms", 99), ("terms", True), ("terms", 0), ("strip_rows", -1), ("texel", 0.0), ("texel", 1e300), ("sigma_b", 0),
     ("illuminant", "moon"), ("scale", "1"), ("scale", 1e39), ("columns", None), ("zero_order_samples", 1),
     ("rows", 2.5), ("inner_rows", 10**4), ("inner_columns", 0), ("levels", 10**9), ("levels", "2"), ("u_first", 9.0),
-    ("bound_columns", 10**6),
+    ("bound_texels", 10**6),
 ])  # fmt: skip
 def test_a_header_that_cannot_be(refused, baked, scan, tmp_path, key, value):
     layout = {**atlas_file.read(baked)[1]["layout"], key: value}

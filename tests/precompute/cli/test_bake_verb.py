@@ -11,6 +11,7 @@ from PIL import Image
 
 from precompute.bake import ensemble
 from precompute.measure.errors import Errors, measure
+from precompute.measure.forms import FormErrors
 from precompute.measure.truths import truths
 from precompute.surface.readers.registry import read_height_map
 from precompute.surface.relief import prepare
@@ -40,7 +41,11 @@ def test_bake_tells_its_facts_and_writes_its_files(baked, scan):
     layout, record = read_header(folder / "skin.exr")
     tile = [n + 2 * TILE_PADDING for n in (layout.inner_rows, layout.inner_columns)]
     assert (layout.terms, tile) == (facts["tiles"], facts["tile"])
-    assert record["delta_e"] == facts["delta_e"]
+    assert record["delta_e"] == facts["delta_e"] == facts["delta_e_by_form"]["conserving"]
+    assert record["delta_e_by_form"] == facts["delta_e_by_form"]
+    assert list(facts["delta_e_by_form"]) == ["conserving", "stam"]
+    for errors in facts["delta_e_by_form"].values():
+        assert errors["p99_low"] <= errors["p99"] <= errors["p99_high"] <= 3
     assert record["source"] == "skin.png"
     assert record["model"] == "ensemble"
     assert record["coherence_um"] == pytest.approx(facts["coherence_um"])
@@ -112,11 +117,14 @@ def test_progress_as_json_lines(run, scan, tmp_path):
     assert fractions == sorted(fractions) and 0.88 < fractions[-1] <= 1
 
 
-def test_a_bake_that_misses_its_budget_is_not_written(refused, scan, tmp_path, monkeypatch):
-    poor = Errors(1, 7.31, 7.31, 9, 0, 0, 0, 10)
-    monkeypatch.setattr(ensemble, "self_check", lambda *_, **__: poor)
+@pytest.mark.parametrize("name", ["Stam", "energy-conserving"])
+def test_a_bake_that_misses_its_budget_is_not_written(refused, scan, tmp_path, monkeypatch, name):
+    """In whichever form it misses it."""
+    good, poor = Errors(1, 2, 3, 4, 0, 0, 0, 10, 2.9, 3.1), Errors(1, 2, 7.31, 9, 0, 0, 0, 10, 7.12, 7.5)
+    monkeypatch.setattr(ensemble, "self_check", lambda *_, **__: FormErrors(*forms))
+    forms = (poor, good) if name == "Stam" else (good, poor)
     told = refused("bake", scan, *PICTURE, "-o", tmp_path / "bakes", "--delta-e", "5", *SHORT, "--progress", "none")
-    assert "7.31" in told and "--delta-e 7.7" in told
+    assert "7.31" in told and "7.50" in told and "--delta-e 7.9" in told and name in told
 
 
 def test_a_bake_that_misses_its_budget_on_other_directions_is_not_written(refused, run, scan, tmp_path, monkeypatch):

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The albedo bound of `check` is that of the bake, which shares no code with it, and it tells how exact it is."""
+
+import numpy as np
+import pytest
+
+from precompute.bake.excess_albedo import excess_at
+from precompute.check.albedo import _counted, accuracy, albedo_bound, spectrum_of
+from precompute.colour.observer import WAVELENGTH_MIN_M
+from precompute.reference.ensemble import reference_grid
+from precompute.spectra.series import spectrum_series
+from precompute.surface.height_map import HeightMap
+from precompute.surface.relief import prepare
+from precompute.surface.samples.gratings import blazed, flat
+
+SIGMA_B = 0.03
+# The relative error of the bound that a check allows itself on a scan (check/albedo.py says why).
+EXACT = 0.0025
+
+
+def skin():
+    """A bumpy skin that does not wrap."""
+    rng = np.random.default_rng(3)
+    y, x = (np.arange(n) / n for n in (64, 80))
+    phase = 0.8 * np.cos(2 * np.pi * (x + y[:, None])) + 0.5 * np.cos(2 * np.pi * (2 * x - y[:, None]) + 1)
+    heights = 110e-9 * np.sin(2 * np.pi * 4 * x + phase) + 30e-9 * rng.standard_normal((64, 80)).cumsum(axis=0) / 7
+    return prepare(HeightMap(heights, (70e-9, 70e-9), "test"))
+
+
+def directions(count=40):
+    rng = np.random.default_rng(1)
+    cosine, turn = np.sqrt(rng.random(count)), rng.uniform(0, 2 * np.pi, count)
+    return np.column_stack([*(np.sqrt(1 - cosine**2) * [np.cos(turn), np.sin(turn)]), cosine])
+
+
+@pytest.mark.parametrize("relief", [skin(), prepare(blazed(periods=4, rows=1))])
+def test_it_is_the_bound_that_the_bake_measures_itself_against(relief):
+    """Most directions agree to what a check allows itself. Under a kernel as wide as this the bake's own quadrature is
+    off by some percent where light or view is within some sigma_b of the horizon: a tenth of these directions."""
+    series = spectrum_series(relief, reference_grid(relief, SIGMA_B), 2 / WAVELENGTH_MIN_M, tolerance=1e-6)
+    wi = directions()
+    expected = 1 + np.maximum(excess_at([series], SIGMA_B, wi.reshape(5, 8, 3)).ravel() / wi[:, 2], 0)
+    spectra = [spectrum_of(relief, SIGMA_B)]
+    found = albedo_bound(spectra, wi, sigma_b=SIGMA_B)
+    assert expected.max() > 1.2
+    error = np.abs(found / expected - 1)
+    assert np.median(error) < EXACT and np.percentile(error, 90) < 4 * EXACT and error.max() < 0.05
+    assert accuracy(spectra, wi, found, sigma_b=SIGMA_B) < 4 * EXACT
+
+
+def test_a_mirror_has_no_excess():
+    """It reflects all the light that its kernel keeps above the horizon. The sum over the kernel is good to 2e-4."""
+    assert albedo_bound([spectrum_of(prepare(flat()), SIGMA_B)], directions(), sigma_b=SIGMA_B).max() < 1 + 2e-4
+
+
+def test_cells_are_counted_into_blocks():
+    values = np.arange(12.0).reshape(1, 2, 6)
+    index = np.array([-1, 0, 0, 2, 2, 3])
+    np.testing.assert_array_equal(_counted(values, index, 3, 2), [[[3, 0, 7], [15, 0, 19]]])
