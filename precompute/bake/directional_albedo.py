@@ -25,7 +25,7 @@ from ..spectra.series import SpectrumSeries
 
 # At most _ORDERS bins count as orders: the strongest bins, and of these only the ones that hold more than _ORDER_SHARE
 # of the light at some s. At the horizon an order's light counts some ten times.
-_ORDERS, _ORDER_SHARE = 64, 1e-5
+_ORDERS, _ORDER_SHARE = 64, 3e-4
 # Number of lights for which all orders are computed at once. Their numbers fit a processor's cache.
 _LIGHTS = 512
 # Number of steps of w from 0 to 2 between which an order's efficiency is linear, to some 1e-4 of the largest.

@@ -42,9 +42,10 @@ from .tiles import carry_out
 ANY = BakeRequest()
 # Bins are kept at least this far past |u| = 2, so that the kernel may still be widened.
 _REACH_MIN = 0.15
-# The share of the dE00 that was asked for which the table of the albedo bound may make at 1 % of directions. Errors that
-# are independent add as squares: a quarter adds 3 %.
-_OF_BOUND = 0.25
+# The dE00 that the table of the albedo bound may make at 1 % of directions, where a dE00 of 1 or more is asked for; for
+# less, it is smaller in proportion. Independent errors add as squares, so half of what is asked adds 12 %. The bound
+# keeps the energy too, which a larger dE00 asked for does not touch.
+_OF_BOUND = 0.5
 # Share of all light by which the series may be off, for a dE00 of 1. A dark bin may be off by a larger share of the
 # light in this bin. An eye sees an error a hundred times as large.
 _SERIES_TOLERANCE = 2e-4
@@ -90,7 +91,7 @@ def plan(
     precision = np.float16 if measured.halves_do(terms, delta_e) else np.float32
     return Plan(
         ensemble, lambdas, sigma_b, texel, axes, terms, needs.w, precision,
-        bound_tolerance=_OF_BOUND * delta_e / DELTA_E_OF_BOUND,
+        bound_tolerance=_OF_BOUND * min(delta_e, 1) / DELTA_E_OF_BOUND,
     )  # fmt: skip
 
 

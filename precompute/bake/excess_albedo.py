@@ -31,6 +31,8 @@ from .directional_albedo import Orders, continuum_albedo, find_orders, orders_al
 # computed at every _STEP-th wavelength, and then at all wavelengths around the one at which the albedo was largest. All
 # other light is computed at every _STRIDE-th wavelength and interpolated between these.
 _WAVELENGTHS, _STEP, _STRIDE = 513, 4, 32
+# A surface that has no more excess than this has none. A spline through its table would overshoot at the horizon.
+_ROUNDING = 1e-6
 # Number of directions at which a table is compared with what it should hold.
 _PROBES = 512
 
@@ -55,6 +57,8 @@ def excess_table(
         directions = texel_directions(count)
         read = _read_planes(continuum, directions)
         excess = _excess(ensemble, sigma_b, directions, continuum=read, step=_STEP)
+        if excess.max() < _ROUNDING:
+            return np.zeros_like(excess, np.float32)
         table = bspline.interpolating(excess).astype(np.float32)
         if np.percentile(np.abs(albedo_bound(table, probes) / exact - 1), 99) <= tolerance:
             break

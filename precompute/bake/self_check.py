@@ -40,7 +40,7 @@ GROUPS = 4
 _PAIRS_MIN, _PAIRS_MAX, _BINS_SUMMED = 700, 1600, 800_000
 # The least number of direction pairs at each w on which the energy-conserving form is measured. At most twice as many
 # are taken.
-_BOUND_PAIRS = 160
+_BOUND_PAIRS = 100
 # A kernel is cut at this many standard deviations, where it has fallen to 1.5e-8 of its peak.
 _CUT = 6.0
 # The dE00 that a relative error of luminance makes, divided by this error, at Y = 1: the derivative of

@@ -104,12 +104,6 @@ class Table:
         """The table as measure/errors.py wants a candidate."""
         return self.scattered_over_w2(u, v, w), self.zero_order_xyz(w)
 
-    @property
-    def claimed_p99_most(self) -> dict[str, float]:
-        """By form, the largest 99th percentile of dE00 that the header admits. Null is infinite."""
-        claims = {name: errors["p99_most"] for name, errors in self.record["delta_e_by_form"].items()}
-        return {name: math.inf if most is None else most for name, most in claims.items()}
-
     def albedo_bound(self, directions: np.ndarray) -> np.ndarray:
         """max(1, albedo) (n,) for unit vectors (n, 3), by cubic B-splines over the texels of `excess`.
 
@@ -187,12 +181,7 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
 def _fault_of_provenance(record: dict) -> str:
     """The name of what verdict.py reads of the provenance and cannot be; "" if there is none."""
     asked, pixel = record.get("asked_delta_e", 1.0), record.get("pixel_size_m", [1.0, 1.0])
-    heights, claims = record.get("heights_sha256", []), record.get("delta_e_by_form")
-    if not (isinstance(claims, dict) and set(claims) == {"conserving", "stam"}):
-        return "delta_e_by_form"
-    for errors in claims.values():
-        if not (isinstance(errors, dict) and type(errors.get("p99_most", "")) in (int, float, type(None))):
-            return "delta_e_by_form"
+    heights = record.get("heights_sha256", [])
     if type(asked) not in (int, float) or not 0 < asked < 100:
         return "asked_delta_e"
     if not (isinstance(pixel, list) and [type(side) for side in pixel] == [float, float] and min(pixel) > 0):

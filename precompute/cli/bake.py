@@ -100,8 +100,8 @@ def read_request(path: Path) -> BakeRequest:
 def bake_summary(facts: dict) -> tuple[str, ...]:
     """The lines that a person reads after a bake."""
     forms = (
-        f"{FORM_NAMES[name]}: dE00 mean {de['mean']:.2f}, p95 {de['p95']:.2f}, p99 {de['p99']:.2f}, max {de['max']:.2f} "
-        f"({de['pairs']} direction pairs)"
+        f"{FORM_NAMES[name]}: dE00 mean {de['mean']:.2f}, p95 {de['p95']:.2f}, p99 {de['p99']:.2f}, "
+        f"max {de['max']:.2f} ({de['pairs']} direction pairs)"
         for name, de in facts["delta_e_by_form"].items()
     )
     origin = "from the cache, baked in " if facts["cached"] else ""

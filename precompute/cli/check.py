@@ -59,14 +59,14 @@ def check_summary(file: Path, verdict: Verdict) -> tuple[str, ...]:
     """The lines that a person reads after a check."""
     forms = (
         f"{FORM_NAMES[name]}: dE00 mean {de.mean:.2f}, p95 {de.p95:.2f}, p99 {de.p99:.2f}, max {de.max:.2f}, |dY| "
-        f"{de.relative_dy:.2%} ({de.pairs} direction pairs; claimed p99 at most {verdict.claimed[name]:.2f})"
+        f"{de.relative_dy:.2%} ({de.pairs} direction pairs)"
         for name, de in verdict.errors.forms.items()
     )
     rings = ", ".join(
         f"{ring.u_from:g} to {ring.u_to:g}: {ring.relative_dy:.2%}" for ring in verdict.rings if ring.light > 1e-3
     )
     return (
-        f"{file}: asked {verdict.asked:g}, {verdict.seconds:.1f} s",
+        f"{file}: asked a dE00 of {verdict.asked:g}, {verdict.seconds:.1f} s",
         *forms,
         f"|dY| of Stam's form by |u|: {rings}; zero order {verdict.zero_order_dy:.1e}",
     )

@@ -13,6 +13,7 @@ from ..base.failure import GratingError, printable
 from ..base.files import told_of, write_whole
 from ..base.job import is_forsaken
 
+
 class Progress:
     """Reports progress on standard error: as lines of text for people, as lines of JSON for the program that started
     this one, or not at all.

@@ -2,7 +2,7 @@
 """Small float renders: an empty scene, lamps, and pictures with one sample at the centre of each pixel."""
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -164,5 +164,16 @@ def baked(tmp_path_factory):
     seconds."""
     image, layout = atlas.pack(bake(prepare(read_height_map("sample:blazed")), BakeRequest(coherence_length_m=8e-6)))
     path = tmp_path_factory.mktemp("radiance") / "blazed.exr"
+    atlas_file.write_together({path: (image, layout)}, {})
+    return path, atlas.unpack(image, layout)
+
+
+@pytest.fixture(scope="session")
+def steep(baked, tmp_path_factory):
+    """That bake with an albedo bound that differs from texel to texel, at the normal too: its file, and its table."""
+    table = baked[1]
+    excess = np.random.default_rng(0).random(table.excess_albedo.shape).astype(np.float32)
+    image, layout = atlas.pack(replace(table, excess_albedo=excess))
+    path = tmp_path_factory.mktemp("radiance") / "steep.exr"
     atlas_file.write_together({path: (image, layout)}, {})
     return path, atlas.unpack(image, layout)

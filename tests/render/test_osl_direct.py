@@ -10,7 +10,7 @@ import pytest
 from precompute.table import atlas, atlas_file
 from precompute.table.atlas_file import read_header
 
-from .test_radiance import PIXELS, RGB_FROM_XYZ, TURN, assign, expected, relative_error, shape
+from .test_radiance import PIXELS, RGB_FROM_XYZ, TURN, assign, expected, head_on, relative_error, shape
 from .test_shadows import shaded
 
 # Bounds of the relative error on pixels above 1 % of the peak. Shader and node group read the same texels with the same
@@ -91,6 +91,19 @@ def test_the_shader_is_the_node_group_and_the_table(osl, addon, request, bake, d
     by_shader = osl.rgb("cycles", PIXELS)
     agree("precompute", by_shader, truth)
     agree("node group", by_shader, by_nodes)
+
+
+@pytest.mark.parametrize("quarters", range(4))
+def test_a_head_on_view_has_one_albedo_bound(osl, addon, steep, quarters):
+    """As the node group, whatever the signs of the zeros."""
+    mesh = head_on(osl)
+    node = assign(osl, mesh, steep[0])
+    node.inputs["Rotation"].default_value = quarters * np.pi / 2
+    osl.scene.cycles.shading_system = False
+    by_nodes = osl.rgb("cycles", 8)
+    osl.scene.cycles.shading_system = True
+    node.node_tree = addon.skin.group_around("test", response(addon, steep[0]), shadows=False)
+    np.testing.assert_allclose(osl.rgb("cycles", 8), by_nodes, rtol=MEDIAN)
 
 
 def test_a_card_shades_what_lies_under_it(osl, addon, baked):

@@ -175,3 +175,26 @@ def test_the_inputs_are_what_they_say(stage, baked, settings):
         print(f"{settings} {engine}: median {np.median(error):.2%}, p95 {np.percentile(error, 95):.2%}")
         assert np.median(error) <= median
         assert np.percentile(error, 95) <= p95
+
+
+def head_on(stage):
+    """A plane that camera and sun look at along its normal, where a direction has no azimuth."""
+    bpy.ops.mesh.primitive_plane_add(size=2)
+    stage.camera((0, 0, 2), ortho=1.0)
+    stage.lamp("SUN", to=(0, 0, 1), energy=2.0, angle=0.0)
+    return bpy.context.object
+
+
+@pytest.mark.parametrize("quarters", range(4))
+def test_a_head_on_view_has_one_albedo_bound(stage, steep, quarters):
+    """Quarter turns give the zeros of a direction along the normal all their signs. The bound is read at one place."""
+    path, table = steep
+    mesh = head_on(stage)
+    node = assign(stage, mesh, path)
+    node.inputs["Rotation"].default_value = quarters * np.pi / 2
+    normal = np.array([[0, 0, 1.0]])
+    truth = lamp_radiance(table, normal, normal, irradiance=np.full((1, 3), 2.0), skin=Skin())
+    assert table.albedo_bound_at(normal[0]) > 1.1
+    for engine, (median, _) in BOUNDS.items():
+        picture = stage.rgb(engine, 8)
+        np.testing.assert_allclose(picture, np.broadcast_to(truth, picture.shape), rtol=median)

@@ -2,23 +2,27 @@
 """Directional albedo and the energy-conserving form (docs/theory.md, section "BRDF")."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from benchmarks.albedo import directional_albedo, no_bound, surface_of
-from precompute.bake import excess_albedo
+from precompute.bake.directional_albedo import albedo_times_cosine, continuum_albedo, find_orders
 from precompute.bake.ensemble import bake
-from precompute.bake.excess_albedo import albedo_times_cosine, continuum_albedo
+from precompute.bake.excess_albedo import _continuum_table, _excess, excess_at, excess_table
 from precompute.bake.request import BakeRequest
+from precompute.base.progress import silent
 from precompute.check import table_file
+from precompute.colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, spectral_weights
 from precompute.maths import bspline
+from precompute.measure.forms import DELTA_E_OF_BOUND
 from precompute.optics.brdf import obliquity_times_cosine_and_w2
 from precompute.study import brdf_map
 from precompute.surface.relief import prepare
 from precompute.surface.samples.gratings import binary, blazed, flat, sinusoidal
 from precompute.table import atlas
-from precompute.table.albedo_bound import BOUND_TEXELS_OF_ORDERS, albedo_bound, bound_texel, texel_directions
+from precompute.table.albedo_bound import BOUND_TEXELS, albedo_bound, bound_texel, texel_directions
 from precompute.table.table import Table
 
 COHERENCE_M = 12e-6
@@ -49,21 +53,25 @@ def bakes():
 
 @pytest.mark.parametrize("name", ["sinusoidal", "blazed"])
 def test_no_more_is_reflected_than_received(bakes, name):
-    """At most 1.001, where Stam's form reflects more than 10 times as much.
+    """Stam's form reflects more than 10 times as much as it receives.
 
-    The albedo is measured by a quadrature that shares nothing with that of the table."""
+    With the bound, no more of any of X, Y and Z is reflected than received, but for 1e-3 of the quadrature. At single
+    wavelengths the bound may be read too low by a dE00 of 0.5 (bake/ensemble.py), and by more at one direction in a
+    hundred: at one of these 24. The albedo is measured by a quadrature that shares nothing with that of the table."""
     baked, surface = bakes[name]
-    greatest = np.max(
-        [
-            directional_albedo(surface, toward(theta, azimuth), lam, [no_bound, baked.albedo_bound_at], 1 << 14)
-            for theta in (0, 30, 60, 75, 85, 89, 89.9)
-            for azimuth in (0, 37, 90, 180)
-            for lam in np.linspace(390e-9, 770e-9, 5)
-        ],
-        axis=0,
-    )
-    assert greatest[0] > 10
-    assert greatest[1] <= 1.001
+    lambdas = np.linspace(385e-9, 775e-9, 14)
+    weights = spectral_weights(lambdas, "E")
+    rng = np.random.default_rng(2)
+    ways = [(theta, azimuth) for theta in (0, 60, 85, 89.9) for azimuth in (0, 37, 180)]
+    ways += list(zip(rng.uniform(20, 90, 12), rng.uniform(0, 360, 12), strict=True))
+    found = np.array([
+        [directional_albedo(surface, toward(*way), lam, [no_bound, baked.albedo_bound_at], 1 << 14) for lam in lambdas]
+        for way in ways
+    ])  # fmt: skip
+    seen = np.einsum("dl,lc->dc", found[..., 1], weights) / weights.sum(axis=0)
+    assert found[..., 0].max() > 10
+    assert seen.max() <= 1.001
+    assert np.count_nonzero(found[..., 1].max(axis=1) > 1 + 0.5 / DELTA_E_OF_BOUND) <= 1
 
 
 def test_the_albedo_is_that_of_the_quadrature(bakes):
@@ -78,6 +86,19 @@ def test_the_albedo_is_that_of_the_quadrature(bakes):
         found = albedo_times_cosine(surface.series, surface.sigma_b, wi[None, None], lambdas=lambdas)[0, 0] / wi[2]
         exact = [directional_albedo(surface, wi, lam, [no_bound], 1 << 16)[0] for lam in lambdas]
         np.testing.assert_allclose(found, exact, rtol=tolerance)
+
+
+def test_views_beyond_the_middle_of_a_kernel_count_where_they_are(bakes):
+    """Of a kernel across the horizon, the outer part has a greater radius than the middle. Once that part was taken to
+    be at the middle's, and the albedo of a blazed grating was 2 % off at a tenth of directions. One in a hundred
+    thousand points of the exact quadrature is at the horizon, so single directions are good to some percent."""
+    _, surface = bakes["blazed"]
+    rng = np.random.default_rng(1)
+    wi = np.array([toward(*way) for way in zip(rng.uniform(40, 85, 30), rng.uniform(0, 360, 30), strict=True)])
+    lambdas = np.array([450e-9, 545e-9, 650e-9])
+    found = albedo_times_cosine(surface.series, surface.sigma_b, wi[None], lambdas=lambdas)[0] / wi[:, 2:]
+    exact = [[directional_albedo(surface, way, lam, [no_bound], 1 << 16)[0] for lam in lambdas] for way in wi]
+    assert np.percentile(np.abs(found / exact - 1), 90) < 0.01
 
 
 def test_a_mirror_has_albedo_one_and_no_excess(bakes):
@@ -165,17 +186,37 @@ def test_the_bound_is_continuous_around_and_at_the_horizon(bakes, azimuth):
 def test_the_table_holds_the_albedo(bakes, name):
     """A bound that is read from the file is the bound of the directions themselves.
 
-    Half of the directions are within 1 %. Where an order reaches the horizon at the end of the visible spectrum, the
-    albedo bends within few sigma_b, and the table, which has a texel to about two of these, is off by some percent: a
-    twentieth of the directions may be off by more than 3 %."""
+    The table is made until 99 % of its probes read the bound to a dE00 of 0.5 (bake/ensemble.py). These are other
+    directions: of 100, at most 4 may be off by more, since 5 would be by a chance below 1 %."""
     baked, surface = bakes[name]
     rng = np.random.default_rng(9)
     cosine, turn = np.sqrt(rng.random(100)), rng.uniform(0, 2 * np.pi, 100)
     directions = np.column_stack([*(np.sqrt(1 - cosine**2) * [np.cos(turn), np.sin(turn)]), cosine])
-    exact = excess_albedo.excess_at([surface.series], surface.sigma_b, directions.reshape(10, 10, 3)).ravel()
+    exact = excess_at([surface.series], surface.sigma_b, directions.reshape(10, 10, 3)).ravel()
     error = np.abs(baked.albedo_bound_at(directions) / (1 + np.maximum(exact / cosine, 0)) - 1)
-    assert np.median(error) < 0.01
-    assert np.percentile(error, 95) < 0.03
+    assert np.count_nonzero(error > 0.5 / DELTA_E_OF_BOUND) <= 4
+
+
+def test_a_surface_whose_orders_cross_the_horizon_has_more_texels(bakes):
+    """What a coarse table reads too badly gets a finer one, and no other does."""
+    assert len(bakes["flat"][0].excess_albedo) == BOUND_TEXELS[0]
+    series = bakes["blazed"][1].series
+    tables = [excess_table([series], 0.01, tolerance=tolerance) for tolerance in (1.0, 0.0)]
+    assert [len(table) for table in tables] == [BOUND_TEXELS[0], BOUND_TEXELS[-1]]
+
+
+def test_the_largest_albedo_is_found_between_the_wavelengths(bakes):
+    """A search around the best of a quarter of the wavelengths finds what a search of all finds, at nearly all
+    directions: a peak that is missed altogether is not much higher than the one that is found."""
+    series, sigma_b = bakes["blazed"][1].series, 0.0075
+    rng = np.random.default_rng(3)
+    wi = np.array([[toward(*way) for way in zip(rng.uniform(0, 90, 200), rng.uniform(0, 360, 200), strict=True)]])
+    nothing = np.zeros((1, 200, 17))
+    found, every = (_excess([series], sigma_b, wi, continuum=nothing, step=step) for step in (4, 1))
+    few = _excess([series], sigma_b, wi, continuum=nothing, step=32)
+    assert np.all(found <= every)
+    assert np.percentile(every - found, 90) == 0
+    assert np.max(every - found) < np.max(every - few) / 4
 
 
 def test_the_atlas_never_rounds_the_bound_down(bakes):
@@ -185,7 +226,6 @@ def test_the_atlas_never_rounds_the_bound_down(bakes):
     half = atlas.half_above(values).astype(np.float32)
     assert np.all(half >= values)
     assert np.all(half <= values * (1 + 2**-9) + 1e-7)
-    assert bakes["binary"][0].excess_albedo.shape == (BOUND_TEXELS_OF_ORDERS,) * 2
 
 
 @pytest.mark.parametrize("conserving", [False, True])
@@ -225,13 +265,10 @@ def test_maps_in_both_forms(bakes):
 
 def test_turned_light_is_as_good_as_its_own_factors():
     """The picture is in single precision, and a turn changes the order of its sums."""
-    relief = prepare(blazed(periods=4, rows=128))
-    series = surface_of(relief, 0.02).series
-    directions = texel_directions(6)
-    orders, lambdas = np.empty(0, int), np.array([400e-9, 700e-9])
-    truth = continuum_albedo(series, orders, 0.02, directions=directions, lambdas=lambdas)
-    found = excess_albedo._continuum(
-        series, orders, 0.02, directions=directions, lambdas=lambdas, progress=lambda *_: None
-    )
+    series = replace(surface_of(prepare(blazed(periods=4, rows=128)), 0.02).series, blur_q=1.0)
+    directions = texel_directions(BOUND_TEXELS[0])
+    lambdas = np.geomspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 17)
+    truth = continuum_albedo(series, find_orders(series), 0.02, directions=directions, lambdas=lambdas)
+    found = np.moveaxis(_continuum_table(series, 0.02, silent), 0, -1)
     assert np.ptp(truth[2, :, 1]) > 0.01 * truth.max()
     np.testing.assert_allclose(found, truth, atol=1e-5 * truth.max())

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from precompute.bake.excess_albedo import excess_at
-from precompute.check.albedo import _counted, accuracy, albedo_bound, spectrum_of
+from precompute.check.albedo import _counted, albedo_bound, spectrum_of
 from precompute.colour.observer import WAVELENGTH_MIN_M
+from precompute.measure.forms import DELTA_E_OF_BOUND
 from precompute.reference.ensemble import reference_grid
 from precompute.spectra.series import spectrum_series
 from precompute.surface.height_map import HeightMap
@@ -14,8 +15,6 @@ from precompute.surface.relief import prepare
 from precompute.surface.samples.gratings import blazed, flat
 
 SIGMA_B = 0.03
-# The relative error of the bound that a check allows itself on a scan (check/albedo.py says why).
-EXACT = 0.0025
 
 
 def skin():
@@ -28,24 +27,24 @@ def skin():
 
 
 def directions(count=40):
+    """Directions most of which are near the horizon, where there is an excess."""
     rng = np.random.default_rng(1)
-    cosine, turn = np.sqrt(rng.random(count)), rng.uniform(0, 2 * np.pi, count)
+    cosine, turn = rng.uniform(0.05, 0.7, count), rng.uniform(0, 2 * np.pi, count)
     return np.column_stack([*(np.sqrt(1 - cosine**2) * [np.cos(turn), np.sin(turn)]), cosine])
 
 
+@pytest.mark.parametrize("sigma_b", [0.0075, SIGMA_B])
 @pytest.mark.parametrize("relief", [skin(), prepare(blazed(periods=4, rows=1))])
-def test_it_is_the_bound_that_the_bake_measures_itself_against(relief):
-    """Most directions agree to what a check allows itself. Under a kernel as wide as this the bake's own quadrature is
-    off by some percent where light or view is within some sigma_b of the horizon: a tenth of these directions."""
-    series = spectrum_series(relief, reference_grid(relief, SIGMA_B), 2 / WAVELENGTH_MIN_M, tolerance=1e-6)
+def test_it_is_the_bound_that_the_bake_measures_itself_against(relief, sigma_b):
+    """The two quadratures share nothing. A dE00 of 1 is what is asked by default: they differ by less anywhere, and at
+    nine in ten of these directions by a quarter of it at most."""
+    series = spectrum_series(relief, reference_grid(relief, sigma_b), 2 / WAVELENGTH_MIN_M, tolerance=1e-6)
     wi = directions()
-    expected = 1 + np.maximum(excess_at([series], SIGMA_B, wi.reshape(5, 8, 3)).ravel() / wi[:, 2], 0)
-    spectra = [spectrum_of(relief, SIGMA_B)]
-    found = albedo_bound(spectra, wi, sigma_b=SIGMA_B)
+    expected = 1 + np.maximum(excess_at([series], sigma_b, wi.reshape(5, 8, 3)).ravel() / wi[:, 2], 0)
+    found = albedo_bound([spectrum_of(relief, sigma_b)], wi, sigma_b=sigma_b)
+    delta_e = DELTA_E_OF_BOUND * np.abs(found / expected - 1)
     assert expected.max() > 1.2
-    error = np.abs(found / expected - 1)
-    assert np.median(error) < EXACT and np.percentile(error, 90) < 4 * EXACT and error.max() < 0.05
-    assert accuracy(spectra, wi, found, sigma_b=SIGMA_B) < 4 * EXACT
+    assert np.percentile(delta_e, 90) < 0.25 and delta_e.max() < 1
 
 
 def test_a_mirror_has_no_excess():
