@@ -19,7 +19,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..base.progress import Progress, part_of, silent
+from ..base.progress import Progress, part_of, silent, span_of
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
 from ..maths import bspline
 from ..spectra.series import SpectrumSeries
@@ -33,6 +33,9 @@ from .directional_albedo import Orders, continuum_albedo, find_orders, orders_al
 _WAVELENGTHS, _STEP, _STRIDE = 513, 4, 32
 # A surface that has no more excess than this has none. A spline through its table would overshoot at the horizon.
 _ROUNDING = 1e-6
+# The shares of the progress after which the continuum and the tables of BOUND_TEXELS are done, for a surface whose
+# orders are computed one by one. Few surfaces need the larger tables.
+_DONE = (0.3, 0.8, 0.9, 1.0)
 # Number of directions at which a table is compared with what it should hold.
 _PROBES = 512
 
@@ -45,18 +48,21 @@ def excess_table(
     It is to be read as table/albedo_bound.py reads it. n is the least of BOUND_TEXELS with which 99 % of directions
     read the bound with a relative error of at most `tolerance`, or the greatest. `progress` is told, at the stage
     "albedo bound", how much of the table is done."""
+    begun = _DONE[0] if any(series.periodic for series in ensemble) else 1.0
+    told = span_of(progress, 0, begun)
     # The continuum is smooth enough that the finer tables are read from the coarsest one.
     continuum = sum(
-        _continuum_table(series, sigma_b, part_of(progress, "albedo bound", done=k, total=len(ensemble)))
+        _continuum_table(series, sigma_b, part_of(told, "albedo bound", done=k, total=len(ensemble)))
         for k, series in enumerate(ensemble)
     )
     probes = _probes()
     exact = _excess(ensemble, sigma_b, probes, continuum=_read_planes(continuum, probes), step=_STEP)
     exact = 1 + np.maximum(exact / probes[..., 2], 0)
-    for count in BOUND_TEXELS:
+    for count, begin, end in zip(BOUND_TEXELS, _DONE, _DONE[1:], strict=False):
         directions = texel_directions(count)
+        told = span_of(progress, begin, end)
         read = _read_planes(continuum, directions)
-        excess = _excess(ensemble, sigma_b, directions, continuum=read, step=_STEP)
+        excess = _excess(ensemble, sigma_b, directions, continuum=read, step=_STEP, progress=told)
         if excess.max() < _ROUNDING:
             return np.zeros_like(excess, np.float32)
         table = bspline.interpolating(excess).astype(np.float32)
@@ -109,7 +115,9 @@ def _read_planes(planes: np.ndarray, directions: np.ndarray) -> np.ndarray:
     return np.stack([bspline.read_grid(bspline.interpolating(plane), y, x) for plane in planes], axis=-1)
 
 
-def _excess(ensemble, sigma_b: float, directions: np.ndarray, *, continuum: np.ndarray, step: int) -> np.ndarray:
+def _excess(
+    ensemble, sigma_b: float, directions: np.ndarray, *, continuum: np.ndarray, step: int, progress: Progress = silent
+) -> np.ndarray:
     """E (rows, cols) for light from directions (rows, cols, 3).
 
     continuum (rows, cols, n) is the sum of the spectra's continua at every _STRIDE-th wavelength. Orders are computed
@@ -125,12 +133,13 @@ def _excess(ensemble, sigma_b: float, directions: np.ndarray, *, continuum: np.n
         else:
             smooth = smooth + orders_albedo(series, sigma_b, directions=directions, lambdas=lambdas[::_STRIDE])
     smooth, wi = smooth.reshape(cosine.size, -1), directions.reshape(-1, 3).astype(np.float32)
-    largest = _largest_with(sharp, smooth, wi, lambdas, step) if sharp else smooth.max(axis=-1)
+    largest = _largest_with(sharp, smooth, wi, step=step, progress=progress) if sharp else smooth.max(axis=-1)
     return largest.reshape(cosine.shape) / len(ensemble) - cosine
 
 
-def _largest_with(sharp: list[Orders], smooth: np.ndarray, wi: np.ndarray, lambdas: np.ndarray, step: int):
+def _largest_with(sharp: list[Orders], smooth: np.ndarray, wi: np.ndarray, *, step: int, progress: Progress):
     """The largest A (n,) over all wavelengths: the sum of what is smooth (n, wavelengths) and of the orders."""
+    lambdas = _wavelengths()
 
     def reflected(k: int, light) -> np.ndarray:
         before, share = divmod(k, _STRIDE)
@@ -143,6 +152,7 @@ def _largest_with(sharp: list[Orders], smooth: np.ndarray, wi: np.ndarray, lambd
         values = reflected(k, slice(None))
         found_at[values > largest] = k
         np.maximum(largest, values, out=largest)
+        progress("albedo bound", (k + 1) / len(lambdas))
     for k in (k for k in range(len(lambdas)) if k % step):
         light = np.flatnonzero(abs(found_at - k) < step)
         largest[light] = np.maximum(largest[light], reflected(k, light))

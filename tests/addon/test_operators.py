@@ -309,3 +309,9 @@ def test_a_lamp_costs_no_more_than_its_budget_of_nodes(scene, baked):
     bpy.context.view_layer.update()
     # Measured: 201 nodes with four terms, eight of them for each term. The test makes any growth visible.
     assert len(nodes()) - len(one) <= 170 + 8 * layout.terms
+
+
+def test_no_digits_at_the_pointer():
+    """Blender turns the pointer into digits for whoever calls progress_begin."""
+    sources = [path for path in (ROOT / "addon").rglob("*.py") if "progress_begin" in path.read_text()]
+    assert sources == []

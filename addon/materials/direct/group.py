@@ -205,14 +205,13 @@ def _excess_albedo(table: _Table, way: _Direction) -> Value:
     tree, layout = table.tree, table.layout
     size = layout.width, layout.height
     cosine = tree.maximum(way.cosine, 1e-6)
-    stretch = tree.sqrt((tree.sqrt(cosine) + 1.0) * (cosine + 1.0))
+    sum_ = tree.sqrt(cosine) + 1.0
+    along = tree.math("INVERSE_SQRT", cosine.times_plus(sum_, sum_))
     middle = layout.bound_texels / 2
     step = _over(1 / bound_texel(layout.bound_texels), size)
-    place = (way.vector * step).times_plus(
-        tree.math("DIVIDE", 1.0, stretch), _over((middle, STRIP_ROWS + middle), size)
-    )
-    excess = tree.image(table.image, place, label="X")
-    return tree.dot(excess, (1.0, 0.0, 0.0)) / cosine
+    place = (way.vector * along).times_plus(step, _over((middle, STRIP_ROWS + middle), size))
+    # All channels are alike, so that Blender's conversion of a colour to a number leaves it as it is.
+    return tree.math("DIVIDE", tree.image(table.image, place, label="X"), cosine)
 
 
 def _matrix(tree: Tree, matrix: np.ndarray, vector: Value) -> Value:
