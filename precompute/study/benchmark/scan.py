@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -113,7 +114,7 @@ def scan_result(scan: HeightMap, effort: Effort, progress: Progress) -> tuple[Sc
         tile=best["tile"],
         wavelengths=best["wavelengths"],
         coherence_um=best["coherence_um"],
-        delta_e=Errors(**best["delta_e"]),
+        delta_e=Errors(**{field.name: best["delta_e"][field.name] for field in fields(Errors)}),
     )
     return result, Baked(table, Settings())
 
