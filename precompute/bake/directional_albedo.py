@@ -32,8 +32,8 @@ _LIGHTS = 512
 _SAMPLES = 512
 # Least square of a cosine away from the horizon.
 _COSINE_MIN = np.float32(1e-6)
-# Cells of the coarse picture from -2 to 2, along each axis.
-_CELLS = 128
+# The step of the coarse picture in u and v: sigma_b, where that is not less than this.
+_CELL_MIN = 1 / 32
 # Cells to a standard deviation of the coarse picture's kernel: sums over cells are then flat to
 # 2 exp(-2 pi^2 0.6^2) = 2e-3.
 _CELLS_PER_SIGMA = 0.6
@@ -149,7 +149,7 @@ def continuum_albedo(
     on the light's direction and on the cell, but not on the wavelength. So one matrix product serves all wavelengths.
     The factors stay the same if direction and picture are turned together. So the factors of one direction serve the
     turned directions as well: only the picture is turned, the other way."""
-    cell = 4 / _CELLS
+    cell = max(_CELL_MIN, sigma_b)
     sigma = max(sigma_b, _CELLS_PER_SIGMA * cell)
     half = math.ceil((2 + _KERNEL_REACH * sigma) / cell)
     axis = np.arange(-half, half + 1) * cell
