@@ -28,6 +28,7 @@ MODULES = {
     "group": "lamps.group",
     "direct": "materials.direct.response",
     "material": "materials.material",
+    "data_pictures": "materials.data_pictures",
     "osl_baked": "materials.osl.baked",
     "osl_script": "materials.osl.script",
     "osl_thesis": "materials.osl.thesis",

@@ -12,6 +12,7 @@ So the properties are given up before an undo and made again after it, and Diffr
 that point to what they pointed to before.
 """
 
+import sys
 from collections.abc import Callable
 
 import bpy
@@ -19,6 +20,7 @@ from bpy.app.handlers import persistent
 
 from ..lamps.follow import follow_lamps, followed_lamps, stop_following, update_shown
 from ..lamps.shown import show_as_rendered
+from ..materials.data_pictures import resampled_pictures
 from ..materials.skin import is_diffraction
 from .lamps import update_lamps
 
@@ -63,6 +65,9 @@ def show_what_renders(scene: bpy.types.Scene, *_: object) -> None:
     if not _is_rendering():  # A render beside the interface runs in its own thread, where nothing may be made.
         update_lamps(scene, exactly=False)
     show_as_rendered(scene, followed_lamps(scene))
+    if bpy.app.background:  # where no panel tells it
+        for line in resampled_pictures(scene):
+            print(f"Natural Gratings: {line}", file=sys.stderr)
 
 
 @persistent

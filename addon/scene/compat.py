@@ -29,3 +29,15 @@ def lamp_nodes(lamp: bpy.types.Light) -> bpy.types.NodeTree | None:
     """The nodes that make a lamp's light, if they are on. From Blender 5.0 they always are, and asking gives a
     warning."""
     return lamp.node_tree if bpy.app.version >= (5, 0, 0) or lamp.use_nodes else None
+
+
+def texture_scale(scene: bpy.types.Scene) -> float:
+    """The scale to which Simplify brings the pictures that Cycles reads, in the viewport or a render, the smaller of
+    the two. Older versions than Blender 5.2 have no such scale."""
+    names = ("texture_resolution", "texture_resolution_render")
+    return min(getattr(scene.cycles, name, 1.0) for name in names)
+
+
+def has_texture_cache(scene: bpy.types.Scene) -> bool:
+    """Whether Cycles may read pictures of files in smaller sizes, as Blender 5.2 does."""
+    return getattr(scene.render, "use_texture_cache", False)

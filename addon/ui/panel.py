@@ -7,6 +7,7 @@ import bpy
 
 from ..lamps.find import brightest, instanced_lamps, lamps_of, unfollowed_features
 from ..lamps.follow import followed_lamps, is_on
+from ..materials.data_pictures import resampled_pictures
 from ..materials.osl.script import missing_for_osl
 from ..materials.skin import linked_with_fewer_lamps
 from ..operators.add_diffraction import AddDiffraction
@@ -143,6 +144,8 @@ def _draw_lamps(layout, context) -> None:
         _draw_note(column, context, line, "INFO")
     if instanced:
         _draw_note(column, context, f"Instanced: {', '.join(instanced)}; Apply > Make Instances Real", "ERROR")
+    for line in resampled_pictures(scene):
+        _draw_note(column, context, line, "ERROR")
     note = layout.column(align=True)
     note.active = False
     only = "Only these lamps light the diffraction: not the world, nor the studio light of Material Preview."

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Settings under which Blender resamples the pictures that Diffraction groups read.
+
+Such a picture holds data, tile beside tile. Resampled to another size, it mixes what belongs apart, and the diffraction
+shows wrong colours. No setting of a picture prevents this, so that all one can do is to say so."""
+
+import bpy
+
+from ..scene import compat
+from .response import response_in
+from .skin import is_diffraction
+
+
+def resampled_pictures(scene: bpy.types.Scene) -> list[str]:
+    """One line for each setting that makes the scene's renderer resample a table of the file, with the remedy."""
+    pictures = _pictures()
+    if not pictures:
+        return []
+    largest = max(max(picture.size) for picture in pictures)
+    lines = []
+    if scene.render.engine == "CYCLES":
+        if scene.render.use_simplify and min(_limits(scene)) < largest:
+            lines.append("Simplify > Texture Limit resamples the diffraction's table; set it to No Limit")
+        if scene.render.use_simplify and compat.texture_scale(scene) < 1:
+            lines.append("Simplify > Texture Resolution resamples the diffraction's table; set it to 1")
+        lines += [
+            f"{picture.name}: Cycles resamples a picture that is not packed; pack it (File > External Data)"
+            for picture in pictures
+            if compat.has_texture_cache(scene) and not picture.packed_files
+        ]
+    elif _size(bpy.context.preferences.system.gl_texture_limit) < largest:
+        lines.append("Preferences > Viewport > Limit Size resamples the diffraction's table; set it to No Limit")
+    return lines
+
+
+def _pictures() -> list[bpy.types.Image]:
+    """The pictures that the file's Diffraction groups read, each once."""
+    groups = (response_in(group).group for group in bpy.data.node_groups if is_diffraction(group))
+    nodes = (node for group in groups for node in group.nodes if node.type == "TEX_IMAGE" and node.image)
+    return list(dict.fromkeys(node.image for node in nodes))
+
+
+def _limits(scene: bpy.types.Scene) -> tuple[float, float]:
+    """The largest side of a picture that Cycles leaves as it is, in the viewport and in a render."""
+    return _size(scene.cycles.texture_limit), _size(scene.cycles.texture_limit_render)
+
+
+def _size(limit: str) -> float:
+    """The number of pixels in an enumeration's name, as 1024 in CLAMP_1024; infinite if there is none, as in OFF."""
+    digits = limit.rpartition("_")[2]
+    return float(digits) if digits.isdigit() else float("inf")
