@@ -44,8 +44,8 @@ def add_sun(scene: bpy.types.Scene) -> bpy.types.Object:
 
 
 def warnings_about(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[str]:
-    """One line for each thing about the scene's lamps that diffraction does not follow, and for each setting under which
-    it shows wrong colours."""
+    """One line for each thing about the scene's lamps that diffraction does not follow, and for each setting under
+    which it shows wrong colours."""
     lines = [] if lamps_of(scene) else [f"scene {scene.name}: no lamp lights it, so diffraction is dark; add a sun"]
     lines += unfollowed_features(scene) + linked_with_fewer_lamps(scene) + resampled_pictures(scene)
     instanced = instanced_lamps(depsgraph)
