@@ -64,10 +64,12 @@ def excess_table(
         read = _read_planes(continuum, directions)
         excess = _excess(ensemble, sigma_b, directions, continuum=read, step=_STEP, progress=told)
         if excess.max() < _ROUNDING:
-            return np.zeros_like(excess, np.float32)
+            table = np.zeros_like(excess, np.float32)
+            break
         table = bspline.interpolating(excess).astype(np.float32)
         if np.percentile(np.abs(albedo_bound(table, probes) / exact - 1), 99) <= tolerance:
             break
+    progress("albedo bound", 1.0)
     return table
 
 
