@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The compact bright parts of a world as a few round sources, which take all light in their cones."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .panorama import Cells, panorama_cells
+from .parts import compact_parts
+
+# A part with less of the world's light is left to the rest. There its light is spread over a surface's directions
+# instead of forming a spectrum of its own; 1 % of the light of a surface at white is 0.4 of its lightness at most
+# (116/3 * 0.01, from L* = 116 Y^(1/3) - 16).
+LEAST_SHARE = 0.01
+# What is dimmer still is no light of its own, but the picture's grain.
+_GRAIN_SHARE = 0.0005
+# The radius in radians of the widest cone.
+WIDEST = 0.35
+# A source with a wider cone is divided, where the number of sources allows it. A box of 10 degrees stays one.
+_UNDIVIDED = 0.12
+# A cone ends where 1 - cos(angle) is three variances, and its surroundings are read from there to nine. A uniform disc
+# of radius r has a variance of r^2/4 and the cone of radius 1.22 r; a square's cone ends in its corners.
+_CONE, _SURROUNDINGS = 3.0, 9.0
+# A disc's cone settles at once, the cone of a Gaussian or a glow within some 30 steps to a thousandth.
+_STEPS, _SETTLED = 100, 1e-3
+
+
+@dataclass(frozen=True)
+class Source:
+    """A compact bright part of the world, and the cone around it in which all the world's light is its own.
+
+    direction   (3,) unit vector towards the light, in Blender's world axes
+    irradiance  (3,) W/m2 on a surface that faces it, linear RGB of the scene's working space: the integral of the
+                radiance over the cone
+    variance    of the bright part itself, rad^2 along one axis. The cone is where 1 - cos(angle) < 3 x variance"""
+
+    direction: np.ndarray
+    irradiance: np.ndarray
+    variance: float
+
+    @property
+    def cone_radius(self) -> float:
+        """The angle in radians between the axis of the cone and its edge."""
+        return float(np.arccos(max(1 - _CONE * self.variance, -1)))
+
+
+def fit_sources(radiance: np.ndarray, count: int) -> list[Source]:
+    """The sources of a world, the brightest first, at most `count`.
+
+    radiance (rows, cols, 3) is a panorama (panorama.py says how it lies). Negative pixels and those that are not finite
+    count as black. A part that stands out of its surroundings becomes a source if it holds LEAST_SHARE of the world's
+    light and its cone is no wider than WIDEST. The widest sources are divided while there are fewer than `count`."""
+    cells, clean = panorama_cells(*radiance.shape[:2]), _clean(radiance)
+    luminance = clean.mean(axis=1)
+    parts = _parts(luminance, radiance.shape[:2], LEAST_SHARE)[: max(count, 0)]
+    owner = np.full(len(luminance), -1)
+    for index, part in enumerate(parts):
+        owner[part.pixels] = index
+    pieces = []
+    for index, part in enumerate(parts):
+        begin = _moments(np.maximum(luminance[part.pixels] - part.base, 0), cells[part.pixels])
+        free = np.flatnonzero((owner == index) | (owner < 0))
+        piece = _settled(begin, luminance[free], cells[free])
+        if piece.source.cone_radius <= WIDEST:
+            pieces.append(piece)
+    return lit(_divided(pieces, count), clean, cells)
+
+
+def refit(source: Source, radiance: np.ndarray, cells: Cells) -> Source:
+    """A source again, with direction and variance from finer cells around it and their radiance (..., 3). Its
+    irradiance is the light that these cells have in its cone."""
+    clean = _clean(radiance)
+    piece = _settled(source, clean.mean(axis=1), cells)
+    return lit([piece.source], clean, cells)[0]
+
+
+def lit(sources: Sequence[Source], radiance: np.ndarray, cells: Cells) -> list[Source]:
+    """The sources with all the light (n, 3) of the cells in their cones as their irradiance, the brightest first."""
+    owner = owners(sources, cells.directions)
+    light = _clean(radiance) * cells.solid_angles[:, None]
+    own = [replace(source, irradiance=light[owner == index].sum(axis=0)) for index, source in enumerate(sources)]
+    return sorted(own, key=lambda source: -source.irradiance.sum())
+
+
+def owners(sources: Sequence[Source], directions: np.ndarray) -> np.ndarray:
+    """For each direction (n, 3) the index of the source that takes its light, or -1 if no cone holds it. Where cones
+    overlap, it is the source with the nearest axis."""
+    nearest, owner = np.full(len(directions), -np.inf), np.full(len(directions), -1)
+    for index, source in enumerate(sources):
+        cosine = directions @ source.direction
+        taken = (1 - cosine < _CONE * source.variance) & (cosine > nearest)
+        nearest[taken], owner[taken] = cosine[taken], index
+    return owner
+
+
+def missed(radiance: np.ndarray, sources: Sequence[Source]) -> float:
+    """The share of the world's light that is bright and compact but in no source, from 0 to 1.
+
+    It is what parts that fit_sources would know, or would if they held LEAST_SHARE, have above their surroundings
+    outside of all cones. A pixel that a cone touches is in it: a sun may be smaller than a pixel."""
+    rows, cols = radiance.shape[:2]
+    cells, luminance = panorama_cells(rows, cols), _clean(radiance).mean(axis=1)
+    light = float(luminance @ cells.solid_angles)
+    reach = np.hypot(np.pi / rows, 2 * np.pi / cols) / 2
+    outside = np.ones(len(luminance), bool)
+    for source in sources:
+        outside &= cells.directions @ source.direction < np.cos(min(source.cone_radius + reach, np.pi))
+    lost = 0.0
+    for part in _parts(luminance, (rows, cols), _GRAIN_SHARE):
+        pixels = part.pixels[outside[part.pixels]]
+        lost += float((luminance[pixels] - part.base) @ cells.solid_angles[pixels])
+    return lost / light if light else 0.0
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """A source and the light that gave its direction and variance: above the surroundings, in each of some cells."""
+
+    source: Source
+    light: np.ndarray
+    cells: Cells
+
+
+def _parts(luminance: np.ndarray, shape: tuple[int, int], share: float) -> list:
+    cells = panorama_cells(*shape)
+    total = float(luminance @ cells.solid_angles)
+    if total == 0:
+        return []
+    widest = (1 - np.cos(WIDEST)) / _CONE
+    return compact_parts(luminance.reshape(shape), cells, least=share * total, widest=widest)
+
+
+def _settled(source: Source, luminance: np.ndarray, cells: Cells) -> _Piece:
+    """The piece whose cone holds just the light that gives it its variance.
+
+    Light in a cone, above the median of the cone's surroundings, has a variance, which gives a cone anew. From a cone
+    too wide this narrows down to what is dense: a sun in its glow becomes the sun."""
+    for _ in range(_STEPS):
+        away = 1 - cells.directions @ source.direction
+        inside = np.flatnonzero(away < _CONE * source.variance)
+        around = luminance[(away >= _CONE * source.variance) & (away < _SURROUNDINGS * source.variance)]
+        light = np.maximum(luminance[inside] - (np.median(around) if len(around) else 0), 0)
+        piece = _Piece(source, light, cells[inside])
+        if not light.any():
+            break
+        variance, source = source.variance, _moments(light, piece.cells)
+        if abs(source.variance - variance) < _SETTLED * variance:
+            break
+    return piece
+
+
+def _moments(light: np.ndarray, cells: Cells) -> Source:
+    """Light above the surroundings, in cells, as a source without its irradiance.
+
+    The mean of 1 - cos(angle) is the variance along one axis, half of the sum along both."""
+    moment, power = light @ cells.moments, light @ cells.solid_angles
+    length = np.linalg.norm(moment)
+    return Source(moment / length, np.zeros(3), float(1 - length / power))
+
+
+def _divided(pieces: list[_Piece], count: int) -> list[Source]:
+    """The pieces' sources, of which the wide ones are divided where most light lies far from its axis."""
+    pieces = list(pieces)
+    while len(pieces) < count:
+        scatter = [_scatter(piece) for piece in pieces]
+        if not any(scatter):
+            break
+        pieces += _halves(pieces.pop(int(np.argmax(scatter))))
+    return [piece.source for piece in pieces]
+
+
+def _scatter(piece: _Piece) -> float:
+    if piece.source.cone_radius <= _UNDIVIDED or np.count_nonzero(piece.light) < 2:
+        return 0.0
+    return float(piece.light @ piece.cells.solid_angles) * piece.source.variance
+
+
+def _halves(piece: _Piece) -> list[_Piece]:
+    """The two sides of the plane through a piece's middle and across the direction in which it is longest."""
+    weights = piece.light * piece.cells.solid_angles
+    off = piece.cells.directions - np.average(piece.cells.directions, axis=0, weights=weights)
+    _, axes = np.linalg.eigh((weights * off.T) @ off)
+    side = off @ axes[:, -1] > 0
+    return [_Piece(_moments(piece.light[s], piece.cells[s]), piece.light[s], piece.cells[s]) for s in (side, ~side)]
+
+
+def _clean(radiance: np.ndarray) -> np.ndarray:
+    """Radiance (n, 3) without what is not finite or negative."""
+    flat = np.asarray(radiance, float).reshape(-1, 3)
+    return np.where(np.isfinite(flat) & (flat > 0), flat, 0.0)

@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from precompute.lights.panorama import crop_cells, panorama_cells
+from precompute.lights.sources import WIDEST, Source, fit_sources, lit, missed, owners, refit
+from tests.precompute.lights.worlds import COLS, ROWS, angles_deg, box, direction, disc, picture, sky
+
+CELLS = panorama_cells(ROWS, COLS)
+PIXEL_DEG = 180 / ROWS
+
+
+def off_deg(source, towards):
+    return np.degrees(np.arccos(np.clip(source.direction @ towards, -1, 1)))
+
+
+@pytest.mark.parametrize("towards", [(40, 10), (-15, 179), (89, 0), (3, -60)])
+def test_a_sun_of_few_pixels(towards):
+    """0.53 degrees lie within one pixel of 1.4 degrees: the sun has its light, a pixel's place and a pixel's width."""
+    sun = direction(*towards)
+    light = np.where(np.arange(len(CELLS.directions)) == np.argmax(CELLS.directions @ sun), 20000.0, 0)
+    [source] = fit_sources(picture(sky() + light), 8)
+    pixel = np.argmax(light)
+    assert off_deg(source, CELLS.moments[pixel] / np.linalg.norm(CELLS.moments[pixel])) < 0.01
+    expected = picture(sky() + light).reshape(-1, 3)[pixel] * CELLS.solid_angles[pixel]
+    # The cone of 1 square degree holds some sky too: at a pole, that of 43 thin pixels and what its edge cuts.
+    np.testing.assert_allclose(source.irradiance, expected, rtol=60 / 20000)
+    assert source.variance <= np.radians(PIXEL_DEG) ** 2 / 12 * 1.01
+
+
+def test_two_soft_boxes_over_a_sky():
+    near, far = direction(50, 30), direction(35, 150)
+    world = picture(sky() + 20 * disc(near, 5) + 20 * disc(far, 9))
+    wide, small = fit_sources(world, 2)
+    for source, towards, radius in ((small, near, 5), (wide, far, 9)):
+        assert off_deg(source, towards) < 0.1 * PIXEL_DEG
+        # r^2/4, and of the soft edge a third of a pixel at most.
+        assert 2 * np.degrees(np.sqrt(source.variance)) == pytest.approx(radius, abs=PIXEL_DEG / 3)
+        inside = angles_deg(towards) < np.degrees(source.cone_radius)
+        np.testing.assert_allclose(
+            source.irradiance, (world.reshape(-1, 3) * CELLS.solid_angles[:, None])[inside].sum(axis=0), rtol=0.02
+        )
+    assert missed(world, [wide, small]) < 1e-3
+    assert missed(world, [wide]) == pytest.approx(small.irradiance.sum() / (small.irradiance.sum() / 0.076), abs=0.01)
+
+
+def test_a_window_is_divided_as_far_as_sources_go():
+    window = box(direction(20, 70), 20, 30)
+    world = picture(0.2 + 5 * window)
+    inside = window > 0
+    variance_of_one = None
+    for count, radius_deg in ((1, np.hypot(10, 15)), (2, np.hypot(10, 7.5)), (8, 7)):
+        sources = fit_sources(world, count)
+        assert len(sources) == count
+        # The cones end in the corners of the rectangles that the window is divided into, to a pixel.
+        assert max(np.degrees(s.cone_radius) for s in sources) < radius_deg + PIXEL_DEG / 2
+        # A window's edge of a pixel or two is all that may lie outside.
+        assert (owners(sources, CELLS.directions)[inside] >= 0).mean() > 0.97
+        light = sum(s.irradiance[1] * s.variance for s in sources)
+        assert variance_of_one is None or light < variance_of_one
+        variance_of_one = light
+
+
+def test_a_sun_with_a_glow_is_the_sun_and_the_glow_is_missed():
+    sun = direction(40, 10)
+    glow = 30 * np.exp(-angles_deg(sun) / 6)
+    world = picture(sky() + 20000 * disc(sun, 1.5) + glow)
+    [source] = fit_sources(world, 8)
+    assert off_deg(source, sun) < 0.1
+    # 1.22 radii of the disc and its soft edge.
+    assert np.degrees(source.cone_radius) < 1.22 * (1.5 + PIXEL_DEG / 2)
+    # The glow above its own level at 16.3 degrees: an even disc as wide has the variance of the widest source. The sky
+    # behind is not quite even.
+    inside = (angles_deg(sun) > np.degrees(source.cone_radius) + PIXEL_DEG / 2) & (angles_deg(sun) < 16.3)
+    light = ((glow - 30 * np.exp(-16.3 / 6)) * CELLS.solid_angles)[inside].sum()
+    share = light / (world.mean(axis=2).reshape(-1) @ CELLS.solid_angles)
+    assert missed(world, [source]) == pytest.approx(share, rel=0.1)
+
+
+def test_a_gaussian_lamp_has_most_of_its_light_in_its_cone():
+    """Of a Gaussian of variance s^2 the cone that agrees with its own light ends at 0.7 s^2 x 3 and holds 0.88."""
+    lamp = direction(40, 10)
+    light = np.exp(-(np.radians(angles_deg(lamp)) ** 2) / 2 / 0.04**2)
+    [source] = fit_sources(picture(0.001 + light), 1)
+    assert 0.6 * 0.04**2 < source.variance < 0.8 * 0.04**2
+    assert 0.83 < source.irradiance[1] / (light @ CELLS.solid_angles) < 0.92
+
+
+@pytest.mark.parametrize("luminance", [
+    np.ones(ROWS * COLS), np.zeros(ROWS * COLS), sky(), 0.1 + disc(direction(40, 10), 30),
+    np.where(CELLS.directions[:, 2] > 0, 1 + 2 * CELLS.directions[:, 2], 0.2),
+], ids=["uniform", "black", "gradient", "a light too wide", "overcast (CIE)"])  # fmt: skip
+def test_worlds_without_a_compact_part(luminance):
+    assert fit_sources(picture(luminance), 8) == []
+    assert missed(picture(luminance), []) == 0
+
+
+def test_many_small_lamps_are_missed_where_none_is_worth_a_source():
+    """200 lamps of 0.5 % of the light each."""
+    luminance = np.full((ROWS, COLS), 1e-6)
+    luminance[20:100:8, 0:240:12] = 1.0
+    luminance /= np.cos(np.radians((np.arange(ROWS) + 0.5) * PIXEL_DEG - 90))[:, None]
+    assert fit_sources(picture(luminance.reshape(-1)), 8) == []
+    assert missed(picture(luminance.reshape(-1)), []) > 0.99
+
+
+def test_bad_pixels_count_as_black():
+    world = picture(sky() + 20 * disc(direction(50, 30), 5))
+    clean, spoilt = world.copy(), world.copy()
+    clean[5, 7], clean[90, 100], clean[3, 200] = 0, 0, 0
+    spoilt[5, 7], spoilt[90, 100], spoilt[3, 200] = np.nan, np.inf, -5
+    for one, other in zip(fit_sources(clean, 8), fit_sources(spoilt, 8), strict=True):
+        np.testing.assert_array_equal(one.direction, other.direction)
+        np.testing.assert_array_equal(one.irradiance, other.irradiance)
+    assert missed(spoilt, []) == missed(clean, [])
+
+
+@pytest.mark.parametrize("shape", [(1, 16), (1, 1), (2, 3)])
+def test_pictures_too_coarse_to_hold_anything_compact(shape):
+    world = np.zeros((*shape, 3))
+    world[0, 0] = 1
+    assert fit_sources(world, 4) == []
+    assert 0 <= missed(world, []) <= 1
+
+
+def test_no_sources_are_asked_for():
+    assert fit_sources(picture(sky() + 20 * disc(direction(50, 30), 5)), 0) == []
+
+
+def test_refit_on_finer_cells_finds_the_sun_itself():
+    """A sun of 0.53 degrees and 0.3 degrees beside the middle of cells of 0.05 degrees."""
+    towards, radius = direction(40, 10), np.radians(0.265)
+    begin = Source(direction(40.3, 10), np.zeros(3), np.radians(0.8) ** 2 / 3)
+    cells = crop_cells(64, np.radians(1.6), begin.direction)
+    angle = np.arccos(np.clip(cells.directions @ towards, -1, 1))
+    disc_light = np.clip((radius - angle) / np.radians(0.05) + 0.5, 0, 1)
+    source = refit(begin, (3 + 1e5 * disc_light)[:, None] * (1, 2, 3), cells)
+    assert off_deg(source, towards) < 0.005
+    # pi r^2 of the disc, and next to nothing of the sky. Its edge of 0.05 degrees adds (0.05/0.265)^2/12 to its area.
+    np.testing.assert_allclose(source.irradiance, 1e5 * np.pi * radius**2 * np.array((1, 2, 3)), rtol=0.01)
+    # The edge adds 5/12 of (0.05/0.265)^2 to the variance, the cells 4/12 of it.
+    assert source.variance == pytest.approx(radius**2 / 4, rel=0.03)
+
+
+def test_cones_that_overlap_share_by_the_nearest_axis():
+    one, other = (Source(direction(0, azimuth), np.zeros(3), 0.01) for azimuth in (0, 12))
+    asked = np.array([direction(0, azimuth) for azimuth in (-12, 5, 7, 20, 30)])
+    assert owners([one, other], asked).tolist() == [-1 + 1, 0, 1, 1, -1]
+    assert owners([], asked).tolist() == [-1] * 5
+
+
+lights = st.lists(
+    st.tuples(st.floats(-80, 80), st.floats(-180, 180), st.floats(2, 12), st.floats(1, 50)), min_size=1, max_size=4
+)
+
+
+def world_of(given_lights):
+    return picture(sky() + sum(strength * disc(direction(up, around), r) for up, around, r, strength in given_lights))
+
+
+@settings(max_examples=8, deadline=None)
+@given(lights)
+def test_sources_and_rest_are_all_the_light(given_lights):
+    world = world_of(given_lights)
+    sources = fit_sources(world, 8)
+    light = world.reshape(-1, 3) * CELLS.solid_angles[:, None]
+    rest = light[owners(sources, CELLS.directions) < 0].sum(axis=0)
+    total = sum((source.irradiance for source in sources), rest)
+    np.testing.assert_allclose(total, light.sum(axis=0), rtol=1e-12)
+    assert all(source.cone_radius <= WIDEST for source in sources)
+    assert len(sources) <= 8
+    assert [s.irradiance.sum() for s in sources] == sorted((s.irradiance.sum() for s in sources), reverse=True)
+
+
+@settings(max_examples=6, deadline=None)
+@given(lights, st.integers(1, COLS - 1))
+def test_a_world_turned_about_z_has_its_sources_turned(given_lights, columns):
+    world = world_of(given_lights)
+    angle = -2 * np.pi * columns / COLS  # columns run clockwise, seen from above
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    for one, other in zip(fit_sources(world, 3), fit_sources(np.roll(world, columns, axis=1), 3), strict=True):
+        np.testing.assert_allclose(turn @ one.direction, other.direction, atol=1e-8)
+        np.testing.assert_allclose(one.irradiance, other.irradiance, rtol=1e-8)
+        assert one.variance == pytest.approx(other.variance, rel=1e-8)
+
+
+@settings(max_examples=6, deadline=None)
+@given(lights, st.integers(-20, 20))
+def test_a_brighter_world_has_brighter_sources_and_nothing_else(given_lights, stops):
+    """Powers of two, which round nothing."""
+    world = world_of(given_lights)
+    for one, other in zip(fit_sources(world, 4), fit_sources(world * 2.0**stops, 4), strict=True):
+        np.testing.assert_array_equal(one.direction, other.direction)
+        np.testing.assert_array_equal(one.irradiance * 2.0**stops, other.irradiance)
+        assert one.variance == other.variance
+
+
+def test_lit_gives_the_light_of_other_cells():
+    source = Source(direction(40, 10), np.zeros(3), 0.001)
+    [again] = lit([source], np.ones((len(CELLS.directions), 3)), CELLS)
+    # 2 pi (1 - cosine) of a cone of 3.1 degrees, to the pixels that its edge cuts: 15 pixels in all.
+    assert again.irradiance[0] == pytest.approx(2 * np.pi * 0.003, rel=0.15)
