@@ -35,8 +35,9 @@ def panorama_cells(rows: int, cols: int) -> Cells:
 
 
 def crop_cells(size: int, half_angle: float, direction: np.ndarray) -> Cells:
-    """The cells of a picture of `size` x `size` pixels that looks along `direction` (3,): from -half_angle to half_angle
-    (radians) in latitude and longitude, in the frame crop_frame(direction)."""
+    """The cells of a square picture, `size` pixels wide, that looks along `direction` (3,).
+
+    Latitude and longitude in the frame crop_frame(direction) go from -half_angle to half_angle, in radians."""
     cells = _cells((size, size), half_angle, half_angle)
     frame = crop_frame(direction)
     return Cells(cells.directions @ frame.T, cells.solid_angles, cells.moments @ frame.T)

@@ -16,9 +16,6 @@ import numpy as np
 
 from .panorama import Cells
 
-# Darker than this part of the mean, all pixels count as equally dark: over the widest cone, 0.38 sr, the difference is
-# less than 0.01 of the world's light.
-_FLOOR = 1 / 4
 # A bright part has at least this many times the radiance of what it stands out of.
 _CONTRAST = 2.0
 
@@ -121,7 +118,9 @@ def compact_parts(luminance: np.ndarray, cells: Cells, *, least: float, widest: 
     Where parts meet in a brighter surrounding, they count apart if they hold at least half of what they hold together
     with that; else they are the lights and darks of one part."""
     values = luminance.reshape(-1)
-    floor = float(values @ cells.solid_angles) / (4 * np.pi) * _FLOOR
+    # An even disc as wide as that has 4 pi x `widest` steradians: pixels so dark that they fill it with half of `least`
+    # count as black.
+    floor = least / (8 * np.pi * widest)
     order = np.argsort(-values, kind="stable")
     levels, areas, moments = values.tolist(), cells.solid_angles.tolist(), cells.moments.tolist()
     sets = _Sets(least, widest)

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The compact bright parts of a world as a few round sources, which take all light in their cones."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .panorama import Cells, panorama_cells
-from .parts import compact_parts
+from .parts import Part, compact_parts
 
 # A part with less of the world's light is left to the rest. There its light is spread over a surface's directions
 # instead of forming a spectrum of its own; 1 % of the light of a surface at white is 0.4 of its lightness at most
@@ -17,8 +17,12 @@ LEAST_SHARE = 0.01
 _GRAIN_SHARE = 0.0005
 # The radius in radians of the widest cone.
 WIDEST = 0.35
-# A source with a wider cone is divided, where the number of sources allows it. A box of 10 degrees stays one.
-_UNDIVIDED = 0.12
+# What is narrower than this is looked for first. A sun in its glow, or before a bright cloud, is then a source of its
+# own, and what lies behind it is another.
+_NARROW = 0.04
+# A source with a wider cone and this much of the light is divided, where the number of sources allows it. A box of 10
+# degrees stays one.
+_UNDIVIDED, _DIVIDED_SHARE = 0.12, 4 * LEAST_SHARE
 # A cone ends where 1 - cos(angle) is three variances, and its surroundings are read from there to nine. A uniform disc
 # of radius r has a variance of r^2/4 and the cone of radius 1.22 r; a square's cone ends in its corners.
 _CONE, _SURROUNDINGS = 3.0, 9.0
@@ -53,18 +57,18 @@ def fit_sources(radiance: np.ndarray, count: int) -> list[Source]:
     light and its cone is no wider than WIDEST. The widest sources are divided while there are fewer than `count`."""
     cells, clean = panorama_cells(*radiance.shape[:2]), _clean(radiance)
     luminance = clean.mean(axis=1)
-    parts = _parts(luminance, radiance.shape[:2], LEAST_SHARE)[: max(count, 0)]
-    owner = np.full(len(luminance), -1)
-    for index, part in enumerate(parts):
-        owner[part.pixels] = index
     pieces = []
-    for index, part in enumerate(parts):
-        begin = _moments(np.maximum(luminance[part.pixels] - part.base, 0), cells[part.pixels])
-        free = np.flatnonzero((owner == index) | (owner < 0))
-        piece = _settled(begin, luminance[free], cells[free])
-        if piece.source.cone_radius <= WIDEST:
-            pieces.append(piece)
-    return lit(_divided(pieces, count), clean, cells)
+    for parts, seen in _parts(luminance, radiance.shape[:2], LEAST_SHARE):
+        owner = np.full(len(seen), -1)
+        for index, part in enumerate(parts):
+            owner[part.pixels] = index
+        for index, part in enumerate(parts):
+            begin = _moments(np.maximum(seen[part.pixels] - part.base, 0), cells[part.pixels])
+            free = np.flatnonzero((owner == index) | (owner < 0))
+            pieces.append(_settled(begin, seen[free], cells[free]))
+    pieces = sorted((piece for piece in pieces if piece.source.cone_radius <= WIDEST), key=lambda piece: -piece.power)
+    divided = _divided(pieces[: max(count, 0)], count, float(luminance @ cells.solid_angles) * _DIVIDED_SHARE)
+    return lit(divided, clean, cells)
 
 
 def refit(source: Source, radiance: np.ndarray, cells: Cells) -> Source:
@@ -85,12 +89,13 @@ def lit(sources: Sequence[Source], radiance: np.ndarray, cells: Cells) -> list[S
 
 def owners(sources: Sequence[Source], directions: np.ndarray) -> np.ndarray:
     """For each direction (n, 3) the index of the source that takes its light, or -1 if no cone holds it. Where cones
-    overlap, it is the source with the nearest axis."""
-    nearest, owner = np.full(len(directions), -np.inf), np.full(len(directions), -1)
+    overlap, it is the source with the nearest axis, the square of the angle being weighted by the variance: of a sun
+    before a cloud's middle, the sun."""
+    nearest, owner = np.full(len(directions), np.inf), np.full(len(directions), -1)
     for index, source in enumerate(sources):
-        cosine = directions @ source.direction
-        taken = (1 - cosine < _CONE * source.variance) & (cosine > nearest)
-        nearest[taken], owner[taken] = cosine[taken], index
+        away = 1 - directions @ source.direction
+        taken = (away < _CONE * source.variance) & (away * source.variance < nearest)
+        nearest[taken], owner[taken] = (away * source.variance)[taken], index
     return owner
 
 
@@ -107,9 +112,10 @@ def missed(radiance: np.ndarray, sources: Sequence[Source]) -> float:
     for source in sources:
         outside &= cells.directions @ source.direction < np.cos(min(source.cone_radius + reach, np.pi))
     lost = 0.0
-    for part in _parts(luminance, (rows, cols), _GRAIN_SHARE):
-        pixels = part.pixels[outside[part.pixels]]
-        lost += float((luminance[pixels] - part.base) @ cells.solid_angles[pixels])
+    for parts, seen in _parts(luminance, (rows, cols), _GRAIN_SHARE):
+        for part in parts:
+            pixels = part.pixels[outside[part.pixels]]
+            lost += float((seen[pixels] - part.base) @ cells.solid_angles[pixels])
     return lost / light if light else 0.0
 
 
@@ -121,14 +127,37 @@ class _Piece:
     light: np.ndarray
     cells: Cells
 
+    @property
+    def power(self) -> float:
+        return float(self.light @ self.cells.solid_angles)
 
-def _parts(luminance: np.ndarray, shape: tuple[int, int], share: float) -> list:
+
+def _parts(luminance: np.ndarray, shape: tuple[int, int], share: float) -> Iterator[tuple[list[Part], np.ndarray]]:
+    """The narrow parts with at least this share of the light, and the luminance (n,) in which they lie; then the wide
+    ones and the luminance without the narrow ones."""
     cells = panorama_cells(*shape)
     total = float(luminance @ cells.solid_angles)
     if total == 0:
-        return []
-    widest = (1 - np.cos(WIDEST)) / _CONE
-    return compact_parts(luminance.reshape(shape), cells, least=share * total, widest=widest)
+        return
+    seen = luminance
+    for radius in (_NARROW, WIDEST):
+        widest = (1 - np.cos(radius)) / _CONE
+        parts = compact_parts(seen.reshape(shape), cells, least=share * total, widest=widest)
+        yield parts, seen
+        seen = _without(parts, seen, cells)
+
+
+def _without(parts: list[Part], luminance: np.ndarray, cells: Cells) -> np.ndarray:
+    """The luminance (n,) with each narrow part and the soft edge around it no brighter than its surroundings."""
+    seen = luminance.copy()
+    for part in parts:
+        middle = cells.moments[part.pixels].sum(axis=0)
+        cosine = cells.directions @ (middle / np.linalg.norm(middle))
+        near = cosine > np.cos(1.5 * _NARROW)
+        near[part.pixels] = True
+        around = seen[~near & (cosine > np.cos(2.25 * _NARROW))]
+        seen[near] = np.minimum(seen[near], np.median(around) if len(around) else part.base)
+    return seen
 
 
 def _settled(source: Source, luminance: np.ndarray, cells: Cells) -> _Piece:
@@ -159,21 +188,21 @@ def _moments(light: np.ndarray, cells: Cells) -> Source:
     return Source(moment / length, np.zeros(3), float(1 - length / power))
 
 
-def _divided(pieces: list[_Piece], count: int) -> list[Source]:
-    """The pieces' sources, of which the wide ones are divided where most light lies far from its axis."""
+def _divided(pieces: list[_Piece], count: int, least: float) -> list[Source]:
+    """The pieces' sources, of which the wide ones with at least this light are divided, where most lies far from its
+    axis first."""
     pieces = list(pieces)
     while len(pieces) < count:
-        scatter = [_scatter(piece) for piece in pieces]
-        if not any(scatter):
+        wide = [
+            piece
+            for piece in pieces
+            if piece.source.cone_radius > _UNDIVIDED and piece.power >= least and np.count_nonzero(piece.light) > 1
+        ]
+        if not wide:
             break
-        pieces += _halves(pieces.pop(int(np.argmax(scatter))))
+        widest = max(wide, key=lambda piece: piece.power * piece.source.variance)
+        pieces = [piece for piece in pieces if piece is not widest] + _halves(widest)
     return [piece.source for piece in pieces]
-
-
-def _scatter(piece: _Piece) -> float:
-    if piece.source.cone_radius <= _UNDIVIDED or np.count_nonzero(piece.light) < 2:
-        return 0.0
-    return float(piece.light @ piece.cells.solid_angles) * piece.source.variance
 
 
 def _halves(piece: _Piece) -> list[_Piece]:

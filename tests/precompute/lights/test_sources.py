@@ -63,12 +63,13 @@ def test_a_window_is_divided_as_far_as_sources_go():
         variance_of_one = light
 
 
-def test_a_sun_with_a_glow_is_the_sun_and_the_glow_is_missed():
+def test_a_sun_and_the_glow_around_it_are_two_sources():
     sun = direction(40, 10)
     glow = 30 * np.exp(-angles_deg(sun) / 6)
     world = picture(sky() + 20000 * disc(sun, 1.5) + glow)
-    [source] = fit_sources(world, 8)
+    source, *behind = fit_sources(world, 8)
     assert off_deg(source, sun) < 0.1
+    assert all(4 < np.degrees(piece.cone_radius) < 15 and off_deg(piece, sun) < 6 for piece in behind)
     # 1.22 radii of the disc and its soft edge.
     assert np.degrees(source.cone_radius) < 1.22 * (1.5 + PIXEL_DEG / 2)
     # The glow above its own level at 16.3 degrees: an even disc as wide has the variance of the widest source. The sky
@@ -77,6 +78,7 @@ def test_a_sun_with_a_glow_is_the_sun_and_the_glow_is_missed():
     light = ((glow - 30 * np.exp(-16.3 / 6)) * CELLS.solid_angles)[inside].sum()
     share = light / (world.mean(axis=2).reshape(-1) @ CELLS.solid_angles)
     assert missed(world, [source]) == pytest.approx(share, rel=0.1)
+    assert missed(world, [source, *behind]) < 0.4 * share
 
 
 def test_a_gaussian_lamp_has_most_of_its_light_in_its_cone():
@@ -195,6 +197,12 @@ def test_a_brighter_world_has_brighter_sources_and_nothing_else(given_lights, st
         np.testing.assert_array_equal(one.direction, other.direction)
         np.testing.assert_array_equal(one.irradiance * 2.0**stops, other.irradiance)
         assert one.variance == other.variance
+
+
+def test_of_a_sun_before_the_middle_of_a_cloud_the_sun_has_its_own_light():
+    towards = direction(40, 10)
+    sun, cloud = Source(towards, np.zeros(3), 1e-5), Source(towards, np.zeros(3), 1e-2)
+    assert owners([cloud, sun], np.array([direction(40.2, 10), direction(41, 10)])).tolist() == [1, 0]
 
 
 def test_lit_gives_the_light_of_other_cells():

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+import numpy as np
+import pytest
+
+from precompute.lights.panorama import crop_cells, panorama_cells
+from precompute.lights.refine import fit_closely
+from tests.precompute.lights.worlds import COLS, ROWS, direction, disc, picture, sky
+
+FINE = 9
+
+
+def seen(directions, suns, spread):
+    """A sky and discs, (n, 3): suns are (direction, radius, radiance), their edges as soft as the pixels are wide."""
+    total = np.where(directions[:, 2] > 0, 0.3 + 0.7 * directions[:, 2], 0.1)
+    for towards, radius, radiance in suns:
+        # The chord, which stays exact where the angle is tiny.
+        angle = 2 * np.arcsin(np.linalg.norm(directions - towards, axis=1) / 2)
+        total = total + radiance * np.clip((radius - angle) / spread + 0.5, 0, 1)
+    return total[:, None] * (0.8, 1.0, 1.2)
+
+
+def looks_at(suns):
+    """The function that looks at such a world, and the half angles that it was asked for."""
+    asked = []
+
+    def look(towards, half_angle, size):
+        asked.append(half_angle)
+        cells = crop_cells(size, half_angle, towards)
+        return seen(cells.directions, suns, 2 * half_angle / size).reshape(size, size, 3)
+
+    return look, asked
+
+
+def panorama_of(suns):
+    """A panorama with each pixel the mean of FINE x FINE, as a render with samples is."""
+    fine = panorama_cells(ROWS * FINE, COLS * FINE)
+    light = seen(fine.directions, suns, np.pi / ROWS / FINE) * fine.solid_angles[:, None]
+    sums = light.reshape(ROWS, FINE, COLS, FINE, 3).sum(axis=(1, 3))
+    return sums / panorama_cells(ROWS, COLS).solid_angles.reshape(ROWS, COLS, 1)
+
+
+@pytest.mark.parametrize("towards", [(40.2, 10.3), (89.8, 20), (0.5, 179.9), (-30, -100)])
+def test_a_sun_of_half_a_degree(towards):
+    """The panel's promise: 2 % of the light and 0.1 degrees, whatever pixels of 1.4 degrees the sun falls on."""
+    radius, radiance = np.radians(0.265), 20000.0
+    suns = [(direction(*towards), radius, radiance)]
+    look, asked = looks_at(suns)
+    [source] = fit_closely(panorama_of(suns), 8, look)
+    np.testing.assert_allclose(source.irradiance, np.pi * radius**2 * radiance * np.array((0.8, 1, 1.2)), rtol=0.02)
+    assert np.degrees(np.linalg.norm(source.direction - suns[0][0])) < 0.02
+    # The edge and the cells of 0.05 degrees add 9/12 of (0.05/0.265)^2.
+    assert source.variance == pytest.approx(radius**2 / 4, rel=0.03)
+    assert len(asked) <= 2
+
+
+def test_a_sun_that_no_sample_met():
+    """0.1 degrees wide; only its direction is known, to 0.2 degrees. It takes a second look."""
+    radius = np.radians(0.05)
+    suns = [(direction(40, 10), radius, 1e6)]
+    look, asked = looks_at(suns)
+    empty = picture(sky())
+    assert fit_closely(empty, 8, look) == [] and asked == []
+    [source] = fit_closely(empty, 8, look, suns=[direction(40.2, 10)])
+    assert source.irradiance[1] == pytest.approx(np.pi * radius**2 * 1e6, rel=0.02)
+    assert source.variance == pytest.approx(radius**2 / 4, rel=0.03)
+    assert len(asked) >= 2
+
+
+def test_a_sun_that_is_not_there_or_is_known_already():
+    look, _ = looks_at([])
+    assert fit_closely(picture(sky()), 8, look, suns=[direction(40, 10)]) == []
+    suns = [(direction(40, 10), np.radians(0.265), 20000.0)]
+    look, _ = looks_at(suns)
+    assert len(fit_closely(panorama_of(suns), 8, look, suns=[direction(40, 10)])) == 1
+
+
+def test_a_sun_in_front_of_a_bright_cloud_is_counted_once():
+    """The cloud's source has the light of its cone less the sun's, which its own pixels held only roughly."""
+    sun = (direction(40, 10), np.radians(0.265), 60000.0)
+    cloud = (direction(40, 16), np.radians(12), 30.0)
+    look, _ = looks_at([sun, cloud])
+    world = panorama_of([sun, cloud])
+    first, second = fit_closely(world, 2, look)
+    small, wide = sorted((first, second), key=lambda source: source.variance)
+    assert small.irradiance[1] == pytest.approx(np.pi * sun[1] ** 2 * sun[2], rel=0.02)
+    total = small.irradiance[1] + wide.irradiance[1]
+    # The cloud is 2 pi (1 - cosine) of light; its cone holds some sky of at most 1 too.
+    cloud_light = 2 * np.pi * (1 - np.cos(cloud[1])) * cloud[2]
+    assert total == pytest.approx(np.pi * sun[1] ** 2 * sun[2] + cloud_light, rel=0.04)
+
+
+def test_wide_sources_need_no_look():
+    look, asked = looks_at([])
+    world = picture(sky() + 20 * disc(direction(50, 30), 9))
+    assert len(fit_closely(world, 1, look)) == 1
+    assert asked == []
