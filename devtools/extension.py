@@ -40,6 +40,9 @@ MODULES = {
     "bakes": "scene.bakes",
     "compat": "scene.compat",
     "gratings": "scene.gratings",
+    "fingerprint": "worlds.fingerprint",
+    "probe": "worlds.probe",
+    "stand_alone": "worlds.stand_alone",
 }
 WHEELS_LIST = re.compile(r"^wheels = \[.*?^\]\n", re.DOTALL | re.MULTILINE)
 

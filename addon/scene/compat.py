@@ -31,6 +31,12 @@ def lamp_nodes(lamp: bpy.types.Light) -> bpy.types.NodeTree | None:
     return lamp.node_tree if bpy.app.version >= (5, 0, 0) or lamp.use_nodes else None
 
 
+def world_nodes(world: bpy.types.World) -> bpy.types.NodeTree | None:
+    """The nodes that make a world's light, if they are on. From Blender 5.0 they always are, and asking gives a
+    warning."""
+    return world.node_tree if bpy.app.version >= (5, 0, 0) or world.use_nodes else None
+
+
 def texture_scale(scene: bpy.types.Scene) -> float:
     """The scale to which Simplify brings the pictures that Cycles reads, in the viewport or a render, the smaller of
     the two. Older versions than Blender 5.2 have no such scale."""

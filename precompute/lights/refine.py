@@ -12,7 +12,7 @@ from .sources import LEAST_SHARE, Source, fit_sources, lit, owners, refit
 # crop_cells(size, angle, direction).
 Look = Callable[[np.ndarray, float, int], np.ndarray]
 # A source with a narrower cone, in radians, is looked at. No piece of a divided source is so narrow.
-_NARROW = 0.05
+_NARROW = 0.058
 # It is looked at again until its cone has so many pixels on each side, and holds its light to about 1 %.
 _RESOLVED_PIXELS = 6
 # A closer look is this many pixels wide, and so many radii of the cone on each side: the surroundings are read from

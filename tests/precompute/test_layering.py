@@ -30,7 +30,9 @@ FLOORS = {
         "base", "maths", "optics", "colour", "lights", "surface", "spectra", "table", "reference", "measure", "bake",
         "check", "methods", "study", "cli",
     ),
-    "addon": ("scene", "nodes", "lamps", "frames", "materials", "jobs", "actions", "operators", "ui", "batch"),
+    "addon": (
+        "scene", "nodes", "worlds", "lamps", "frames", "materials", "jobs", "actions", "operators", "ui", "batch",
+    ),
 }  # fmt: skip
 # A bake is judged by nothing that helped to make it.
 CHECK_MAY_IMPORT = {"base", "optics", "colour", "surface", "measure", "check"}

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A short text that changes when a world's light may have changed, read off its nodes without a render."""
+
+import hashlib
+from collections.abc import Iterator
+
+import bpy
+
+from ..scene import compat
+
+# How nodes lie in the editor and other things that all nodes have: of these, only muting changes the light.
+_OF_ALL_NODES = {own.identifier for own in bpy.types.Node.bl_rna.properties} - {"mute"}
+# The frame that an image user counts to, also where its picture stands still.
+_FRAME = "frame_current"
+_PLAIN = {"BOOLEAN", "INT", "FLOAT", "STRING", "ENUM"}
+
+
+def fingerprint(world: bpy.types.World) -> str:
+    """Of the world's nodes, their links, values, pictures (name, path, size, whether painted on), mappings, curves and
+    ramps, and the places of objects that they refer to, all at the present frame.
+
+    Strokes on a picture that was painted on before are not noticed, nor a file that another program writes, nor the
+    frames of a movie."""
+    seen: set[bpy.types.NodeTree] = set()
+    facts = [compat.working_space(), tuple(world.color), world.cycles_visibility.glossy]
+    facts += _tree_facts(compat.world_nodes(world), seen)
+    return hashlib.sha256(repr(facts).encode()).hexdigest()
+
+
+def _tree_facts(tree: bpy.types.NodeTree | None, seen: set[bpy.types.NodeTree]) -> Iterator[object]:
+    if tree is None or tree in seen:
+        return
+    seen.add(tree)
+    for node in sorted(tree.nodes, key=lambda node: node.name):
+        yield node.name, node.bl_idname
+        for own in node.bl_rna.properties:
+            if own.identifier not in _OF_ALL_NODES:
+                yield own.identifier, list(_facts(node, own, seen))
+        for socket in (*node.inputs, *node.outputs):
+            value = getattr(socket, "default_value", None)
+            yield tuple(value) if hasattr(value, "__len__") and not isinstance(value, str) else value
+    for link in tree.links:
+        yield link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier
+
+
+def _facts(owner: bpy.types.bpy_struct, own: bpy.types.Property, seen: set[bpy.types.NodeTree]) -> Iterator[object]:
+    """The values of one property, and of all that it holds."""
+    if own.identifier in ("rna_type", _FRAME):
+        return
+    value = getattr(owner, own.identifier)
+    if own.type in _PLAIN:
+        yield tuple(value) if getattr(own, "is_array", False) else value
+    elif isinstance(value, bpy.types.Image):
+        yield value.name_full, bpy.path.abspath(value.filepath, library=value.library), tuple(value.size)
+        yield value.is_dirty, value.source, value.colorspace_settings.name, value.alpha_mode
+    elif isinstance(value, bpy.types.NodeTree):
+        yield value.name_full, list(_tree_facts(value, seen))
+    elif isinstance(value, bpy.types.Object):
+        yield value.name_full, [tuple(row) for row in value.matrix_world]
+    elif isinstance(value, bpy.types.Text):
+        yield value.as_string()
+    elif isinstance(value, bpy.types.ID):
+        yield value.name_full
+    elif value is not None:
+        for part in value if own.type == "COLLECTION" else (value,):
+            for inner in part.bl_rna.properties:
+                yield inner.identifier, list(_facts(part, inner, seen))

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+import pytest
+
+from tests.addon.worlds.made import world_with
+
+
+@pytest.fixture
+def world(scene):
+    """A world with a picture, a mapping, a ramp, a group and an object that turns it."""
+    import bpy
+
+    world, background = world_with("ShaderNodeTexEnvironment")
+    tree = world.node_tree
+    environment = background.inputs["Color"].links[0].from_node
+    environment.image = bpy.data.images.new("sky", 8, 4, float_buffer=True)
+    mapping, place = tree.nodes.new("ShaderNodeMapping"), tree.nodes.new("ShaderNodeTexCoord")
+    place.object = bpy.data.objects.new("turn", None)
+    scene.collection.objects.link(place.object)
+    tree.links.new(place.outputs["Object"], mapping.inputs["Vector"])
+    tree.links.new(mapping.outputs[0], environment.inputs["Vector"])
+    group = tree.nodes.new("ShaderNodeGroup")
+    group.node_tree = bpy.data.node_groups.new("inner", "ShaderNodeTree")
+    group.node_tree.nodes.new("ShaderNodeValue").name = "inner"
+    tree.nodes.new("ShaderNodeValToRGB")
+    tree.nodes.new("ShaderNodeRGBCurve")
+    tree.nodes.new("ShaderNodeTexSky")
+    return world
+
+
+def node(world, kind):
+    return next(node for node in world.node_tree.nodes if node.bl_idname == kind)
+
+
+def repaint(world):
+    image = node(world, "ShaderNodeTexEnvironment").image
+    image.pack()
+    assert not image.is_dirty
+
+
+CHANGES = {
+    "strength": lambda world: setattr(node(world, "ShaderNodeBackground").inputs["Strength"], "default_value", 2),
+    "mapping": lambda world: setattr(node(world, "ShaderNodeMapping").inputs["Rotation"], "default_value", (0, 0, 1)),
+    "texture mapping": lambda world: setattr(
+        node(world, "ShaderNodeTexEnvironment").texture_mapping, "rotation", (0, 0, 1)
+    ),
+    "link": lambda world: world.node_tree.links.remove(node(world, "ShaderNodeBackground").inputs["Color"].links[0]),
+    "mute": lambda world: setattr(node(world, "ShaderNodeMapping"), "mute", True),
+    "a node": lambda world: world.node_tree.nodes.new("ShaderNodeValue"),
+    "in a group": lambda world: setattr(
+        node(world, "ShaderNodeGroup").node_tree.nodes["inner"].outputs[0], "default_value", 3
+    ),
+    "ramp": lambda world: setattr(node(world, "ShaderNodeValToRGB").color_ramp.elements[0], "position", 0.3),
+    "curve": lambda world: setattr(node(world, "ShaderNodeRGBCurve").mapping.curves[0].points[0], "location", (0, 0.5)),
+    "sun": lambda world: setattr(node(world, "ShaderNodeTexSky"), "sun_elevation", 0.7),
+    "object": lambda world: setattr(node(world, "ShaderNodeTexCoord").object.matrix_world, "translation", (1, 0, 0)),
+    "projection": lambda world: setattr(node(world, "ShaderNodeTexEnvironment"), "projection", "MIRROR_BALL"),
+    "path": lambda world: setattr(node(world, "ShaderNodeTexEnvironment").image, "filepath", "/nowhere.exr"),
+    "name": lambda world: setattr(node(world, "ShaderNodeTexEnvironment").image, "name", "other"),
+    "painted": repaint,
+    "size": lambda world: node(world, "ShaderNodeTexEnvironment").image.scale(16, 8),
+    "glossy": lambda world: setattr(world.cycles_visibility, "glossy", False),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+def test_what_changes_the_light_changes_the_fingerprint(addon, world, change):
+    image = node(world, "ShaderNodeTexEnvironment").image
+    image.pixels[0] = 1.0
+    before = addon.fingerprint.fingerprint(world)
+    assert addon.fingerprint.fingerprint(world) == before
+    change(world)
+    assert addon.fingerprint.fingerprint(world) != before
+
+
+def test_what_does_not_change_the_light_does_not(addon, world, scene):
+    before = addon.fingerprint.fingerprint(world)
+    background = node(world, "ShaderNodeBackground")
+    background.location, background.select, background.hide = (77, 5), True, True
+    scene.frame_set(scene.frame_current + 3)
+    assert addon.fingerprint.fingerprint(world) == before
+    scene.frame_set(1)
+
+
+def test_a_driver_changes_it_with_the_frame(addon, world, scene):
+    strength = node(world, "ShaderNodeBackground").inputs["Strength"]
+    strength.driver_add("default_value").driver.expression = "frame * 2"
+    scene.world = world
+    scene.frame_set(4)
+    before = addon.fingerprint.fingerprint(world)
+    scene.frame_set(5)
+    assert addon.fingerprint.fingerprint(world) != before
+    scene.frame_set(1)
