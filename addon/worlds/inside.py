@@ -67,7 +67,7 @@ def _complete(world: bpy.types.World, request: dict[str, Any]) -> None:
     """Give the world back what its file does not hold: painted pixels, and where objects are."""
     for painted in request["pixels"]:
         image = bpy.data.images[painted["image"]]
-        image.pixels.foreach_set(np.load(Path(request["folder"]) / painted["file"], allow_pickle=False))
+        image.pixels.foreach_set(np.load(Path(request["folder"]) / painted["file"]))
         image.update()
     for reference in request["objects"]:
         tree = bpy.data.node_groups[reference["tree"]] if reference["tree"] else world.node_tree

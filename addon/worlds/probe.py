@@ -95,7 +95,7 @@ class Probe:
                     Source(np.array(one["direction"]), np.array(one["irradiance"]), one["variance"])
                     for one in found["sources"]
                 ]
-                return Fit(np.load(self._folder / "panorama.npy", allow_pickle=False), sources, found["missed"])
+                return Fit(np.load(self._folder / "panorama.npy"), sources, found["missed"])
             told = (self._folder / "told.txt").read_text(encoding="utf-8", errors="replace").splitlines()
         finally:
             self._clean_up()
