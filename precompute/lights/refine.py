@@ -43,10 +43,17 @@ def fit_closely(radiance: np.ndarray, count: int, look: Look, *, suns: Sequence[
             source = refit(source, seen, crop)
             if source.cone_radius >= _RESOLVED_PIXELS * 2 * half_angle / LOOK_SIZE:
                 break
-        fitted.append(source)
+        if not any(_is_same(source, other) for other in fitted):
+            fitted.append(source)
     lights = lit(fitted, flat, cells)
     least = LEAST_SHARE * float(np.sum(flat * cells.solid_angles[:, None]))
     return [source for source in lights if source.irradiance.sum() >= least][:count]
+
+
+def _is_same(one: Source, other: Source) -> bool:
+    """Whether two sources became one in a closer look: each lies in the other's cone, and they are about as wide."""
+    narrow, wide = sorted((one, other), key=lambda source: source.variance)
+    return owners([narrow], wide.direction[None])[0] == 0 and wide.variance < 4 * narrow.variance
 
 
 def _together(one: Cells, other: Cells) -> Cells:

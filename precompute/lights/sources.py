@@ -17,6 +17,8 @@ LEAST_SHARE = 0.01
 _GRAIN_SHARE = 0.0005
 # The radius in radians of the widest cone.
 WIDEST = 0.35
+# A part may be wider, to be divided. Where the number of sources does not allow that, its middle is the source.
+_WIDEST_PART = 0.6
 # What is narrower than this is looked for first. A sun in its glow, or before a bright cloud, is then a source of its
 # own, and what lies behind it is another.
 _NARROW = 0.04
@@ -54,21 +56,22 @@ def fit_sources(radiance: np.ndarray, count: int) -> list[Source]:
 
     radiance (rows, cols, 3) is a panorama (panorama.py says how it lies). Negative pixels and those that are not finite
     count as black. A part that stands out of its surroundings becomes a source if it holds LEAST_SHARE of the world's
-    light and its cone is no wider than WIDEST. The widest sources are divided while there are fewer than `count`."""
+    light. The widest sources are divided while there are fewer than `count`; no cone is wider than WIDEST."""
     cells, clean = panorama_cells(*radiance.shape[:2]), _clean(radiance)
     luminance = clean.mean(axis=1)
+    total = float(luminance @ cells.solid_angles)
     pieces = []
     for parts, seen in _parts(luminance, radiance.shape[:2], LEAST_SHARE):
         owner = np.full(len(seen), -1)
         for index, part in enumerate(parts):
             owner[part.pixels] = index
         for index, part in enumerate(parts):
-            begin = _moments(np.maximum(seen[part.pixels] - part.base, 0), cells[part.pixels])
             free = np.flatnonzero((owner == index) | (owner < 0))
-            pieces.append(_settled(begin, seen[free], cells[free]))
-    pieces = sorted((piece for piece in pieces if piece.source.cone_radius <= WIDEST), key=lambda piece: -piece.power)
-    divided = _divided(pieces[: max(count, 0)], count, float(luminance @ cells.solid_angles) * _DIVIDED_SHARE)
-    return lit(divided, clean, cells)
+            pieces += _pieces(part, seen, cells, free=free, least=LEAST_SHARE * total)
+    pieces = sorted(pieces, key=lambda piece: -piece.power)[: max(count, 0)]
+    divided = _divided(pieces, count, _DIVIDED_SHARE * total)
+    widest = (1 - np.cos(WIDEST)) / _CONE
+    return lit([replace(source, variance=min(source.variance, widest)) for source in divided], clean, cells)
 
 
 def refit(source: Source, radiance: np.ndarray, cells: Cells) -> Source:
@@ -140,7 +143,7 @@ def _parts(luminance: np.ndarray, shape: tuple[int, int], share: float) -> Itera
     if total == 0:
         return
     seen = luminance
-    for radius in (_NARROW, WIDEST):
+    for radius in (_NARROW, _WIDEST_PART):
         widest = (1 - np.cos(radius)) / _CONE
         parts = compact_parts(seen.reshape(shape), cells, least=share * total, widest=widest)
         yield parts, seen
@@ -158,6 +161,30 @@ def _without(parts: list[Part], luminance: np.ndarray, cells: Cells) -> np.ndarr
         around = seen[~near & (cosine > np.cos(2.25 * _NARROW))]
         seen[near] = np.minimum(seen[near], np.median(around) if len(around) else part.base)
     return seen
+
+
+def _pieces(part: Part, luminance: np.ndarray, cells: Cells, *, free: np.ndarray, least: float) -> list[_Piece]:
+    """The pieces of a part: its densest, and what else it holds beside that with at least this light.
+
+    Two windows with a bright wall between them may be one part. A ring around a piece is none, nor is the edge of a sun
+    that lies across pixels."""
+    pieces: list[_Piece] = []
+    left = part.pixels
+    while True:
+        light = np.maximum(luminance[left] - part.base, 0)
+        if light @ cells.solid_angles[left] < least:
+            break
+        begin = _moments(light, cells[left])
+        piece = _settled(begin, luminance[free], cells[free])
+        is_ring = owners([each.source for each in pieces], piece.source.direction[None])[0] >= 0
+        if pieces and (is_ring or piece.source.cone_radius > WIDEST):
+            break
+        pieces.append(piece)
+        if begin.cone_radius < _NARROW:
+            break
+        left = left[owners([piece.source], cells.directions[left]) < 0]
+        free = free[owners([piece.source], cells.directions[free]) < 0]
+    return pieces
 
 
 def _settled(source: Source, luminance: np.ndarray, cells: Cells) -> _Piece:
@@ -189,8 +216,8 @@ def _moments(light: np.ndarray, cells: Cells) -> Source:
 
 
 def _divided(pieces: list[_Piece], count: int, least: float) -> list[Source]:
-    """The pieces' sources, of which the wide ones with at least this light are divided, where most lies far from its
-    axis first."""
+    """The pieces' sources, of which the wide ones with at least this light are divided: first those wider than a source
+    may be, then those with most light far from their axes."""
     pieces = list(pieces)
     while len(pieces) < count:
         wide = [
@@ -200,7 +227,7 @@ def _divided(pieces: list[_Piece], count: int, least: float) -> list[Source]:
         ]
         if not wide:
             break
-        widest = max(wide, key=lambda piece: piece.power * piece.source.variance)
+        widest = max(wide, key=lambda p: (p.source.cone_radius > WIDEST, p.power * p.source.variance))
         pieces = [piece for piece in pieces if piece is not widest] + _halves(widest)
     return [piece.source for piece in pieces]
 

@@ -89,6 +89,17 @@ def test_a_sun_in_front_of_a_bright_cloud_is_counted_once():
     assert total == pytest.approx(np.pi * sun[1] ** 2 * sun[2] + cloud_light, rel=0.04)
 
 
+def test_one_sun_on_two_pixels_is_one_source():
+    """Half a degree across the edge of two pixels, and a bright sky around it, as in a picture of a sunrise."""
+    edge = np.degrees(np.pi) / COLS * 2 * 3
+    suns = [(direction(8 * 180 / ROWS, edge), np.radians(0.5), 9000.0), (direction(8, edge), np.radians(8), 20.0)]
+    look, _ = looks_at(suns)
+    found = fit_closely(panorama_of(suns), 8, look)
+    axes = [tuple(np.round(source.direction, 3)) for source in found]
+    assert len(set(axes)) == len(axes)
+    assert found[0].irradiance[1] == pytest.approx(np.pi * np.radians(0.5) ** 2 * 9020, rel=0.02)
+
+
 def test_wide_sources_need_no_look():
     look, asked = looks_at([])
     world = picture(sky() + 20 * disc(direction(50, 30), 9))

@@ -63,6 +63,27 @@ def test_a_window_is_divided_as_far_as_sources_go():
         variance_of_one = light
 
 
+def test_two_windows_and_the_bright_wall_between_them():
+    """The wall makes one part of them, and of that neither window is the middle."""
+    left, right = direction(10, -14), direction(10, 14)
+    world = picture(0.1 + 8 * box(left, 16, 16) + 7 * box(right, 16, 16) + 4.5 * box(direction(10, 0), 14, 16))
+    sources = fit_sources(world, 2)
+    assert len(sources) == 2
+    for source, towards in zip(sources, (left, right), strict=True):
+        assert off_deg(source, towards) < 2 * PIXEL_DEG
+        assert np.degrees(source.cone_radius) < 16
+
+
+def test_of_a_window_wider_than_a_source_the_middle_is_one_or_all_of_it_many():
+    world = picture(0.2 + 5 * box(direction(10, 70), 36, 44))
+    [middle] = fit_sources(world, 1)
+    assert middle.cone_radius == pytest.approx(WIDEST) and off_deg(middle, direction(10, 70)) < PIXEL_DEG
+    # 0.18 of 36 x 44 lies beyond a circle of 21 degrees, the cone and a pixel; the window is 0.48 of the light.
+    assert missed(world, [middle]) == pytest.approx(0.18 * 0.48, rel=0.1)
+    sources = fit_sources(world, 8)
+    assert len(sources) == 8 and missed(world, sources) < 0.02
+
+
 def test_a_sun_and_the_glow_around_it_are_two_sources():
     sun = direction(40, 10)
     glow = 30 * np.exp(-angles_deg(sun) / 6)
@@ -72,10 +93,11 @@ def test_a_sun_and_the_glow_around_it_are_two_sources():
     assert all(4 < np.degrees(piece.cone_radius) < 15 and off_deg(piece, sun) < 6 for piece in behind)
     # 1.22 radii of the disc and its soft edge.
     assert np.degrees(source.cone_radius) < 1.22 * (1.5 + PIXEL_DEG / 2)
-    # The glow above its own level at 16.3 degrees: an even disc as wide has the variance of the widest source. The sky
-    # behind is not quite even.
-    inside = (angles_deg(sun) > np.degrees(source.cone_radius) + PIXEL_DEG / 2) & (angles_deg(sun) < 16.3)
-    light = ((glow - 30 * np.exp(-16.3 / 6)) * CELLS.solid_angles)[inside].sum()
+    # The glow above its own level at 28 degrees: an even disc as wide has the variance of the widest part, with a cone
+    # of 0.6 rad. The sky behind is not quite even.
+    edge = np.degrees(np.arccos(1 - 2 * (1 - np.cos(0.6)) / 3))
+    inside = (angles_deg(sun) > np.degrees(source.cone_radius) + PIXEL_DEG / 2) & (angles_deg(sun) < edge)
+    light = ((glow - 30 * np.exp(-edge / 6)) * CELLS.solid_angles)[inside].sum()
     share = light / (world.mean(axis=2).reshape(-1) @ CELLS.solid_angles)
     assert missed(world, [source]) == pytest.approx(share, rel=0.1)
     assert missed(world, [source, *behind]) < 0.4 * share
