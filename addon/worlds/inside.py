@@ -26,6 +26,8 @@ _SAMPLES, _LOOK_SAMPLES = 32, 16
 # a ray to the world is left as it is.
 _GLOSSY = {"Is Glossy Ray": 1.0, "Is Reflection Ray": 1.0, "Ray Depth": 1.0, "Glossy Depth": 1.0}
 _LENGTH = "Ray Length"
+# The models of the sky without the disc of a sun.
+_WITHOUT_SUN = ("PREETHAM", "HOSEK_WILKIE")
 
 
 def render_and_fit(request_path: Path) -> None:
@@ -117,9 +119,11 @@ def _set_up(scene: bpy.types.Scene, world: bpy.types.World, request: dict[str, A
 
 def _suns(world: bpy.types.World) -> list[np.ndarray]:
     """The directions (3,) of the discs of Sky Textures whose coordinates nothing turns."""
-    skies = [node for tree in _trees(world) for node in tree.nodes if node.type == "TEX_SKY" and node.sun_disc]
+    skies = [node for tree in _trees(world) for node in tree.nodes if node.type == "TEX_SKY"]
     suns = []
     for sky in skies:
+        if sky.sky_type in _WITHOUT_SUN or not sky.sun_disc:
+            continue
         turned = tuple(sky.texture_mapping.rotation) != (0, 0, 0) or tuple(sky.texture_mapping.scale) != (1, 1, 1)
         if turned or any(socket.is_linked for socket in sky.inputs):
             continue

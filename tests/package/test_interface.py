@@ -111,3 +111,8 @@ def test_the_viewport_follows_the_lamps(display, blender, tmp_path):
     # As in Blender, an eye hides in the viewport alone.
     assert np.abs(renders["eye closed"] - renders["animated"]).max() < 1.5 / 255
     assert renders["excluded"].max() < 1.5 / 255
+
+
+def test_a_world_is_fitted_beside_the_artists_work(display, blender, tmp_path):
+    window = replace(blender, command=("env", f"DISPLAY={display}", *blender.command))
+    window.run("--window-geometry", "0", "0", "900", "700", "--python", HERE / "fit_world.py", "--", tmp_path)

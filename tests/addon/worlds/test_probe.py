@@ -264,3 +264,20 @@ def test_one_that_takes_beyond_reason_is_ended(addon, scene, hdri, monkeypatch, 
     with pytest.raises(Exception, match="not rendered within 0.2 s; use smaller pictures"):
         addon.probe.fit_of(hdri[0], scene, 8)
     assert not list(temporary.iterdir())
+
+
+def test_a_file_that_cannot_be_written_is_told(addon, scene, hdri, tmp_path):
+    before = everything()
+    with pytest.raises(Exception, match=r"^.*nowhere/world.blend: cannot be written \(.*\); check the space"):
+        addon.probe._write_request(hdri[0], scene, {"folder": str(tmp_path / "nowhere"), "count": 1})
+    assert everything() == before
+
+
+def test_a_sun_too_small_for_the_samples_of_the_panorama(addon, scene):
+    """0.1 degrees wide, darker at its limb: a Sky Texture tells where it is."""
+    world, background = world_with("ShaderNodeTexSky")
+    node = background.inputs["Color"].links[0].from_node
+    node.sun_size, node.sun_elevation, node.sun_rotation = np.radians((0.1, 60, 200))
+    first = addon.probe.sources_of(world, scene, 4)[0]
+    assert off_deg(first.direction, direction(60, 90 - 200)) < 0.01
+    assert 0.04 < 2 * math.degrees(math.sqrt(first.variance)) < 0.051
