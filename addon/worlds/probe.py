@@ -155,10 +155,7 @@ def _write_request(world: bpy.types.World, scene: bpy.types.Scene, request: dict
     with stand_alone(world) as alone:
         blend = folder / "world.blend"
         # Of data that nothing uses, only that with a fake user is written.
-        try:
-            bpy.data.libraries.write(str(blend), {alone.world}, path_remap="ABSOLUTE", fake_user=True)
-        except RuntimeError as error:
-            raise GratingError(f"{blend}: cannot be written ({error}); check the space left there") from error
+        bpy.data.libraries.write(str(blend), {alone.world}, path_remap="ABSOLUTE", fake_user=True)
         pixels = []
         for number, image in enumerate(alone.painted()):
             values = np.empty(len(image.pixels), np.float32)
