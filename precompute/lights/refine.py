@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from .panorama import Cells, crop_cells, inside_crop, panorama_cells
-from .sources import LEAST_SHARE, Source, fit_sources, lit, owners, refit
+from .sources import LEAST_SHARE, Source, clean, fit_sources, lit, owners, refit
 
 # A closer look at the world: of a direction (3,), an angle and a size, the radiance (size, size, 3) of the cells
 # crop_cells(size, angle, direction).
@@ -27,34 +27,78 @@ def fit_closely(radiance: np.ndarray, count: int, look: Look, *, suns: Sequence[
 
     `suns` are directions (3,) that are looked at in any case: a sun may be so small that no sample of the panorama met
     it."""
-    cells, flat = panorama_cells(*radiance.shape[:2]), np.asarray(radiance, float).reshape(-1, 3)
-    pixel = np.pi / radiance.shape[0]
+    world = _World(radiance, look)
     found = fit_sources(radiance, count)
-    hinted = [Source(np.array(sun, float), np.zeros(3), pixel**2 / 12) for sun in suns]
-    hinted = [sun for sun in hinted if owners(found, sun.direction[None])[0] < 0]
-    fitted = []
-    for source in (*found, *hinted):
+    narrow = [source for source in found if source.cone_radius < _NARROW]
+    hinted = [Source(np.array(sun, float), np.zeros(3), (np.pi / radiance.shape[0]) ** 2 / 12) for sun in suns]
+    fitted = [world.seen_closely(sun) for sun in hinted if owners(narrow, sun.direction[None])[0] < 0]
+    fitted = [sun for sun in fitted if sun.irradiance.sum() >= world.least()]
+    if fitted:
+        found = fit_sources(radiance, count - len(fitted))
+    for source in found:
+        source = world.seen_closely(source)
+        if not any(_is_same(source, other) for other in fitted):
+            fitted.append(source)
+    lights = lit(fitted, world.radiance, world.cells)
+    # A source that is left out may lie in the cone of another, which then has its light.
+    counted = [source for source in lights if source.irradiance.sum() >= world.least()][: max(count, 0)]
+    return lit(counted, world.radiance, world.cells)
+
+
+class _World:
+    """The cells of a world and their radiance (n, 3): a panorama's, and finer ones where it was looked at closely."""
+
+    def __init__(self, radiance: np.ndarray, look: Look) -> None:
+        self.cells, self._look = panorama_cells(*radiance.shape[:2]), look
+        self.radiance = clean(radiance)
+
+    def least(self) -> float:
+        """The light of a part that is worth a source, summed over the colours."""
+        return LEAST_SHARE * float(np.sum(self.radiance * self.cells.solid_angles[:, None]))
+
+    def seen_closely(self, source: Source) -> Source:
+        """A source as closer looks show it; a wide one as it is."""
         for _ in range(_LOOKS if source.cone_radius < _NARROW else 0):
             half_angle = _LOOK_RADII * source.cone_radius
-            seen = look(source.direction, half_angle, LOOK_SIZE).reshape(-1, 3)
             crop = crop_cells(LOOK_SIZE, half_angle, source.direction)
-            outside = ~inside_crop(cells.directions, half_angle, source.direction)
-            cells, flat = _together(cells[outside], crop), np.concatenate((flat[outside], seen))
+            seen = clean(self._look(source.direction, half_angle, LOOK_SIZE))
+            self._take(crop, seen, half_angle)
             source = refit(source, seen, crop)
             if source.cone_radius >= _RESOLVED_PIXELS * 2 * half_angle / LOOK_SIZE:
                 break
-        if not any(_is_same(source, other) for other in fitted):
-            fitted.append(source)
-    lights = lit(fitted, flat, cells)
-    least = LEAST_SHARE * float(np.sum(flat * cells.solid_angles[:, None]))
-    return [source for source in lights if source.irradiance.sum() >= least][:count]
+        return source
+
+    def _take(self, crop: Cells, seen: np.ndarray, half_angle: float) -> None:
+        left = _uncovered(self.cells, crop, half_angle)
+        kept, old = left > 0, self.cells
+        rest = left[kept]
+        self.cells = Cells(
+            np.concatenate((old.directions[kept], crop.directions)),
+            np.concatenate((old.solid_angles[kept] * rest, crop.solid_angles)),
+            np.concatenate((old.moments[kept] * rest[:, None], crop.moments)),
+        )
+        self.radiance = np.concatenate((self.radiance[kept], seen))
+
+
+def _uncovered(cells: Cells, crop: Cells, half_angle: float) -> np.ndarray:
+    """The part of each cell (n,) that a crop does not cover.
+
+    Each cell of the crop is taken off the one that it is nearest to. Well inside the crop nothing is left of any: a sun
+    is not to be counted twice."""
+    towards = crop.moments.sum(axis=0)
+    near = np.flatnonzero(inside_crop(cells.directions, 1.3 * half_angle, towards))
+    left = np.ones(len(cells.directions))
+    if len(near):
+        nearest = np.argmax(crop.directions @ cells.directions[near].T, axis=1)
+        covered = np.bincount(nearest, crop.solid_angles, len(near)) / cells.solid_angles[near]
+        left[near] = np.maximum(1 - covered, 0)
+    left[inside_crop(cells.directions, 0.75 * half_angle, towards)] = 0
+    return left
 
 
 def _is_same(one: Source, other: Source) -> bool:
-    """Whether two sources became one in a closer look: each lies in the other's cone, and they are about as wide."""
+    """Whether two narrow sources became one in a closer look: each lies in the other's cone, and they are about as
+    wide. Pieces of a wide one may lie in each other's cones too."""
     narrow, wide = sorted((one, other), key=lambda source: source.variance)
-    return owners([narrow], wide.direction[None])[0] == 0 and wide.variance < 4 * narrow.variance
-
-
-def _together(one: Cells, other: Cells) -> Cells:
-    return Cells(*(np.concatenate((getattr(one, name), getattr(other, name))) for name in one.__dataclass_fields__))
+    is_near = owners([narrow], wide.direction[None])[0] == 0
+    return is_near and wide.cone_radius < _NARROW and wide.variance < 4 * narrow.variance

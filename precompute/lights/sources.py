@@ -57,8 +57,8 @@ def fit_sources(radiance: np.ndarray, count: int) -> list[Source]:
     radiance (rows, cols, 3) is a panorama (panorama.py says how it lies). Negative pixels and those that are not finite
     count as black. A part that stands out of its surroundings becomes a source if it holds LEAST_SHARE of the world's
     light. The widest sources are divided while there are fewer than `count`; no cone is wider than WIDEST."""
-    cells, clean = panorama_cells(*radiance.shape[:2]), _clean(radiance)
-    luminance = clean.mean(axis=1)
+    cells, flat = panorama_cells(*radiance.shape[:2]), clean(radiance)
+    luminance = flat.mean(axis=1)
     total = float(luminance @ cells.solid_angles)
     pieces = []
     for parts, seen in _parts(luminance, radiance.shape[:2], LEAST_SHARE):
@@ -71,21 +71,21 @@ def fit_sources(radiance: np.ndarray, count: int) -> list[Source]:
     pieces = sorted(pieces, key=lambda piece: -piece.power)[: max(count, 0)]
     divided = _divided(pieces, count, _DIVIDED_SHARE * total)
     widest = (1 - np.cos(WIDEST)) / _CONE
-    return lit([replace(source, variance=min(source.variance, widest)) for source in divided], clean, cells)
+    return lit([replace(source, variance=min(source.variance, widest)) for source in divided], flat, cells)
 
 
 def refit(source: Source, radiance: np.ndarray, cells: Cells) -> Source:
     """A source again, with direction and variance from finer cells around it and their radiance (..., 3). Its
     irradiance is the light that these cells have in its cone."""
-    clean = _clean(radiance)
-    piece = _settled(source, clean.mean(axis=1), cells)
-    return lit([piece.source], clean, cells)[0]
+    flat = clean(radiance)
+    piece = _settled(source, flat.mean(axis=1), cells)
+    return lit([piece.source], flat, cells)[0]
 
 
 def lit(sources: Sequence[Source], radiance: np.ndarray, cells: Cells) -> list[Source]:
     """The sources with all the light (n, 3) of the cells in their cones as their irradiance, the brightest first."""
     owner = owners(sources, cells.directions)
-    light = _clean(radiance) * cells.solid_angles[:, None]
+    light = clean(radiance) * cells.solid_angles[:, None]
     own = [replace(source, irradiance=light[owner == index].sum(axis=0)) for index, source in enumerate(sources)]
     return sorted(own, key=lambda source: -source.irradiance.sum())
 
@@ -108,7 +108,7 @@ def missed(radiance: np.ndarray, sources: Sequence[Source]) -> float:
     It is what parts that fit_sources would know, or would if they held LEAST_SHARE, have above their surroundings
     outside of all cones. A pixel that a cone touches is in it: a sun may be smaller than a pixel."""
     rows, cols = radiance.shape[:2]
-    cells, luminance = panorama_cells(rows, cols), _clean(radiance).mean(axis=1)
+    cells, luminance = panorama_cells(rows, cols), clean(radiance).mean(axis=1)
     light = float(luminance @ cells.solid_angles)
     reach = np.hypot(np.pi / rows, 2 * np.pi / cols) / 2
     outside = np.ones(len(luminance), bool)
@@ -241,7 +241,7 @@ def _halves(piece: _Piece) -> list[_Piece]:
     return [_Piece(_moments(piece.light[s], piece.cells[s]), piece.light[s], piece.cells[s]) for s in (side, ~side)]
 
 
-def _clean(radiance: np.ndarray) -> np.ndarray:
-    """Radiance (n, 3) without what is not finite or negative."""
+def clean(radiance: np.ndarray) -> np.ndarray:
+    """Radiance (..., 3) as (n, 3), black where it is negative or not finite."""
     flat = np.asarray(radiance, float).reshape(-1, 3)
     return np.where(np.isfinite(flat) & (flat > 0), flat, 0.0)

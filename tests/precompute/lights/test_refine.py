@@ -89,6 +89,26 @@ def test_a_sun_in_front_of_a_bright_cloud_is_counted_once():
     assert total == pytest.approx(np.pi * sun[1] ** 2 * sun[2] + cloud_light, rel=0.04)
 
 
+def test_a_small_sun_before_a_cloud_is_found_and_one_that_is_not_there_takes_no_light():
+    cloud = (direction(40, 16), np.radians(12), 3.0)
+    sun = (direction(40, 10), np.radians(0.05), 1e6)
+    look, _ = looks_at([cloud])
+    without = panorama_of([cloud])
+    [one] = fit_closely(without, 1, look)
+    [again] = fit_closely(without, 1, look, suns=[sun[0]])
+    # Finer pixels around the sun, where the cloud is even, to the edges of the others: a twentieth of these 3 degrees
+    # and of the cloud's 12 each.
+    np.testing.assert_allclose(again.irradiance, one.irradiance, rtol=3e-3)
+    look, _ = looks_at([cloud, sun])
+    halves = fit_closely(without, 2, look)
+    assert len(halves) == 2
+    small, *wide = sorted(fit_closely(without, 3, look, suns=[sun[0]])[:3], key=lambda source: source.variance)
+    assert small.irradiance[1] == pytest.approx(np.pi * sun[1] ** 2 * sun[2], rel=0.02)
+    assert len(wide) == 2
+    light = sum(half.irradiance for half in halves)
+    np.testing.assert_allclose(sum(source.irradiance for source in wide), light, rtol=1e-2)
+
+
 def test_one_sun_on_two_pixels_is_one_source():
     """Half a degree across the edge of two pixels, and a bright sky around it, as in a picture of a sunrise."""
     edge = np.degrees(np.pi) / COLS * 2 * 3
@@ -100,8 +120,19 @@ def test_one_sun_on_two_pixels_is_one_source():
     assert found[0].irradiance[1] == pytest.approx(np.pi * np.radians(0.5) ** 2 * 9020, rel=0.02)
 
 
+def test_a_pixel_that_is_no_number_spoils_nothing():
+    suns = [(direction(40, 10), np.radians(0.265), 20000.0)]
+    look, _ = looks_at(suns)
+    world = panorama_of(suns)
+    [clean] = fit_closely(world, 8, look)
+    world[3, 5] = np.nan
+    [source] = fit_closely(world, 8, lambda *asked: np.where(look(*asked) < 1, np.nan, look(*asked)))
+    np.testing.assert_allclose(source.irradiance, clean.irradiance, rtol=1e-3)
+
+
 def test_wide_sources_need_no_look():
     look, asked = looks_at([])
     world = picture(sky() + 20 * disc(direction(50, 30), 9))
-    assert len(fit_closely(world, 1, look)) == 1
+    for count in (1, 2, 4):
+        assert len(fit_closely(world, count, look)) == count
     assert asked == []
