@@ -9,7 +9,7 @@ from ..lamps.find import instanced_lamps, instances_are_not_followed, lamps_of, 
 from ..lamps.follow import follow_lamps
 from ..lamps.link import is_linked, mark_unlinked
 from ..materials.data_pictures import resampled_pictures
-from ..materials.skin import follows_light_linking, linked_with_fewer_lamps, show_lamps
+from ..materials.skin import follows_light_linking, linked_with_fewer_lamps, needs_lamps, show_lamps
 
 # Of the sun that the panel offers: W/m2, and the turn of its axis from the vertical.
 _SUN_STRENGTH, _SUN_TURN = 3.0, (radians(40), 0.0, radians(30))
@@ -46,7 +46,8 @@ def add_sun(scene: bpy.types.Scene) -> bpy.types.Object:
 def warnings_about(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[str]:
     """One line for each thing about the scene's lamps that diffraction does not follow, and for each setting under
     which it shows wrong colours."""
-    lines = [] if lamps_of(scene) else [f"scene {scene.name}: no lamp lights it, so diffraction is dark; add a sun"]
+    dark = not lamps_of(scene) and needs_lamps()
+    lines = [f"scene {scene.name}: no lamp lights it, so diffraction is dark; add a sun"] if dark else []
     lines += unfollowed_features(scene) + linked_with_fewer_lamps(scene) + resampled_pictures(scene)
     instanced = instanced_lamps(depsgraph)
     return [*lines, instances_are_not_followed(instanced)] if instanced else lines

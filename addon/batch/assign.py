@@ -12,6 +12,7 @@ from ..actions.assign import assign_to_meshes
 from ..actions.lamps import warnings_about
 from ..actions.material import refresh_group
 from ..scene.gratings import kept_path
+from ..scene.lights import LIGHTS
 from .save import add_save, save
 
 
@@ -24,6 +25,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=name_argument,
         metavar="NAME",
         help="a mesh (repeatable); default: the selected",
+    )
+    parser.add_argument(
+        "--lights",
+        choices=[name.lower() for name, _, _ in LIGHTS],
+        help="rest: lamps without noise, all else with little; lamps: lamps only; all: every light, noisy and exact. "
+        "Default: as the grating has it, at first rest",
     )
     add_save(parser)
 
@@ -43,6 +50,8 @@ def run(arguments: argparse.Namespace) -> None:
         grating.name, grating.bake_path = printable(file.stem), path
         index = len(gratings.items) - 1
     gratings.active_index = index
+    if arguments.lights:
+        gratings.items[index].lights = arguments.lights.upper()
     refresh_group(gratings.items[index])
     selected = [o for o in bpy.context.view_layer.objects if o.select_get()]
     report = assign_to_meshes(bpy.context.scene, selected)

@@ -12,8 +12,10 @@ from ..scene import compat
 from .skin import is_diffraction
 
 _SKIN = (0.012, 0.010, 0.009, 1.0)
-# On a material: how Cycles sampled its emission before diffraction was added.
-_EMISSION = "ng_emission_sampling"
+# What Cycles is told of a material with diffraction. The prefix names the material's custom properties that hold what
+# Cycles was told before.
+_TOLD = {"emission_sampling": "NONE", "use_bump_map_correction": False}
+_BEFORE = "ng_"
 # By how much a Material Output makes room for a Diffraction node, in the node editor's units.
 _STEP = 220
 
@@ -32,7 +34,7 @@ def new_diffraction_material(name: str, group: bpy.types.NodeTree) -> bpy.types.
     shader = tree.group(group, {"Base": tree.value(skin.outputs[0])}, label="Diffraction")["Shader"]
     tree.node("ShaderNodeOutputMaterial", shader)
     arrange(material.node_tree)
-    sample_no_emission(material)
+    tell_cycles(material)
     return material
 
 
@@ -73,7 +75,7 @@ def add_diffraction(material: bpy.types.Material, group: bpy.types.NodeTree) -> 
             if bump is not None and bump.is_linked:  # the relief follows the bumps that the artist gave the base
                 tree.feed(node.inputs["Normal"], tree.value(bump.links[0].from_socket))
         tree.feed(surface, tree.value(node.outputs["Shader"]))
-    sample_no_emission(material)
+    tell_cycles(material)
 
 
 def remove_diffraction(material: bpy.types.Material) -> None:
@@ -87,18 +89,23 @@ def remove_diffraction(material: bpy.types.Material) -> None:
                 tree.links.new(base, link.to_socket)
             output.location.x -= _STEP
         tree.nodes.remove(node)
-    if _EMISSION in material:
-        material.cycles.emission_sampling = material[_EMISSION]
-        del material[_EMISSION]
+    for setting in _TOLD:
+        if _BEFORE + setting in material:
+            setattr(material.cycles, setting, material[_BEFORE + setting])
+            del material[_BEFORE + setting]
 
 
-def sample_no_emission(material: bpy.types.Material) -> None:
-    """Have Cycles not sample the mesh as a lamp. Diffraction is emission to Cycles, though it is reflected lamplight,
-    and sampling it would take time without reducing noise."""
-    # The note is there already where an artist deleted the Diffraction node by hand.
-    if _EMISSION not in material:
-        material[_EMISSION] = material.cycles.emission_sampling
-    material.cycles.emission_sampling = "NONE"
+def tell_cycles(material: bpy.types.Material) -> None:
+    """Have Cycles not sample the mesh as a lamp, and not bend the normals of closures.
+
+    Diffraction is emission to Cycles, though it is reflected lamplight, and sampling it would take time without
+    reducing noise. An order's closure has the normal of the mirror that would send it, which is far from the surface's
+    own; Cycles takes that for a bump map, and would turn it towards the surface's."""
+    for setting, value in _TOLD.items():
+        # The note is there already where an artist deleted the Diffraction node by hand.
+        if _BEFORE + setting not in material:
+            material[_BEFORE + setting] = getattr(material.cycles, setting)
+        setattr(material.cycles, setting, value)
 
 
 def diffraction_nodes(material: bpy.types.Material | None) -> list[bpy.types.Node]:

@@ -3,7 +3,8 @@
 
 A skin (skin.py) asks one question for each lamp: the sockets of QUESTION. A Response answers it. It is a node group: of
 nodes that read a bake's table (direct/), or around a shader (osl/). Its answer to a lamp is an Emission: light that the
-surface sends to the viewer. A response that answers to a world as well would give closures beside it.
+surface sends to the viewer. To light from places that are not known it answers by a second group (lobes/), whose
+outputs WORLD_ANSWER are two glossy closures: the mirror image, and one order of the scattered light.
 
 Saved .blend files hold these groups, so the names of their sockets stay as they are.
 """
@@ -35,9 +36,14 @@ HEIGHT_SCALE = Socket(
 CONSERVING = Socket(
     "Energy Conserving", "Float", "1 never reflects more than arrives; 0 is Stam's formula", 1.0, 0.0, 1.0, "FACTOR"
 )
+ZERO_ORDER = Socket(
+    "Zero Order", "Float", "0 leaves the mirror image out, where a closure shows it", 1.0, 0.0, 1.0, "FACTOR"
+)
+SHARP = Socket("Sharp", "Float", "1: an order comes from one direction; 0: from a lobe", 0.0, 0.0, 1.0, "FACTOR")
 # What an artist sets on the material and every response may use.
 SETTINGS = (ROUGHNESS, IOR, PERIOD_SCALE, HEIGHT_SCALE, CONSERVING)
-QUESTION = (NORMAL, TANGENT, TO_LIGHT, IRRADIANCE, VARIANCE, *SETTINGS)
+QUESTION = (NORMAL, TANGENT, TO_LIGHT, IRRADIANCE, VARIANCE, ZERO_ORDER, *SETTINGS)
+WORLD_QUESTION = (NORMAL, TANGENT, SHARP, *SETTINGS)
 
 RADIANCE = Socket("Finer", "Color", "Radiance by the finer of the two levels")
 COARSER = Socket("Coarser", "Color", "Radiance by the coarser of the two levels")
@@ -47,7 +53,15 @@ COARSER_SHARE = Socket("Coarser Share", "Float", "Share of the coarser in their 
 ONE_RADIANCE = (RADIANCE,)
 TWO_RADIANCES = (RADIANCE, COARSER, COARSER_SHARE)
 
-_LABEL = "Response"
+MIRROR = Socket("Mirror", "Color", "The zero order's reflectance")
+MIRROR_ROUGHNESS = Socket("Mirror Roughness", "Float", "Of the zero order's closure")
+LOBE = Socket("Lobe", "Color", "Reflectance of the order that was drawn, over its probability")
+LOBE_NORMAL = Socket("Lobe Normal", "Vector", "Normal of the mirror that sends the order to the viewer")
+LOBE_ROUGHNESS = Socket("Lobe Roughness", "Float", "Of the order's closure")
+LOBE_DIRECTION = Socket("Lobe Direction", "Vector", "Unit vector to where the order comes from")
+WORLD_ANSWER = (MIRROR, MIRROR_ROUGHNESS, LOBE, LOBE_NORMAL, LOBE_ROUGHNESS, LOBE_DIRECTION)
+
+_LABEL, _WORLD_LABEL = "Response", "World Response"
 
 
 @dataclass(frozen=True)
@@ -91,11 +105,34 @@ class Emission:
 
 
 @dataclass(frozen=True)
+class WorldAnswer:
+    """The answer to light from places that are not known: two closures, by the outputs of WORLD_ANSWER.
+
+    A lobe is one order that was drawn at random. `direction` is the unit vector to where it comes from."""
+
+    mirror: Value
+    mirror_roughness: Value
+    lobe: Value
+    lobe_normal: Value
+    lobe_roughness: Value
+    direction: Value
+
+    def mirror_closure(self, normal: Value, strength: Operand) -> Value:
+        """The zero order: a mirror, blurred by the coherence kernel."""
+        return self.mirror.tree.glossy(self.mirror * strength, self.mirror_roughness, normal)
+
+    def lobe_closure(self, strength: Operand) -> Value:
+        """The order that was drawn."""
+        return self.lobe.tree.glossy(self.lobe * strength, self.lobe_roughness, self.lobe_normal)
+
+
+@dataclass(frozen=True)
 class Response:
     """A node group that answers to one lamp: its inputs are among QUESTION, its outputs ONE_RADIANCE or
-    TWO_RADIANCES."""
+    TWO_RADIANCES. `world` answers to light of every kind; None where the surface cannot."""
 
     group: bpy.types.NodeTree
+    world: bpy.types.NodeTree | None = None
 
     @property
     def inputs(self) -> tuple[Socket, ...]:
@@ -110,7 +147,17 @@ class Response:
         coarser, share = (outputs.get(socket.name) for socket in (COARSER, COARSER_SHARE))
         return Emission(outputs[RADIANCE.name], coarser, share)
 
+    def to_world(self, tree: Tree, question: Mapping[Socket, Operand]) -> WorldAnswer | None:
+        """Add the node of the answer to a world, if there is one, to a tree; the answer. The question has a value for
+        each socket of WORLD_QUESTION."""
+        if self.world is None:
+            return None
+        asked = {socket.name: question[socket] for socket in WORLD_QUESTION}
+        outputs = tree.group(self.world, asked, label=_WORLD_LABEL)
+        return WorldAnswer(*(outputs[socket.name] for socket in WORLD_ANSWER))
+
 
 def response_in(group: bpy.types.NodeTree) -> Response:
     """The response around which a Diffraction group was made; the group may have been loaded from a file."""
-    return Response(next(node.node_tree for node in group.nodes if node.label == _LABEL))
+    found = {node.label: node.node_tree for node in group.nodes if node.label in {_LABEL, _WORLD_LABEL}}
+    return Response(found[_LABEL], found.get(_WORLD_LABEL))

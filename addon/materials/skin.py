@@ -12,11 +12,22 @@
 | Shader (out)      |        |         | the material |
 | Diffraction (out) |        |         | its diffracted radiance alone, also an AOV of that name |
 
-    Shader = (1 - F + wd) Base + (1 - wd) s sum over lamps of V Lo
+    Shader = (1 - F + wd) Base + (1 - wd) s (sum over lamps of V Lo + closures)
 
 F is the Fresnel reflectance towards the viewer, and Lo is the response's answer to a lamp. V is 1 where the surface
 sees the lamp and 0 where it does not. One sub-group tells what a lamp sends (lamps/group.py), another what the surface
 answers (response.py). A skin works with any response.
+
+Which lights count is one of scene/lights.py:
+
+| LAMPS | the followed lamps, by Lo alone. There are no closures, and no noise |
+| REST  | the followed lamps by Lo, less their mirror images; a closure for the mirror images of everything; and one
+          for the scattered light of all that is no followed lamp |
+| ALL   | closures for the mirror images and for the scattered light of everything; there is no Lo |
+
+No light counts twice. In REST the closure of the scattered light is a perfect mirror around a random normal, so its one
+direction is known, and it is black where that direction leads to a followed lamp. A lamp's cone has the radius
+sqrt(6) standard deviations of its disc: the corner of a square lamp, and 1.22 radii of a round one.
 """
 
 from itertools import zip_longest
@@ -30,6 +41,7 @@ from ..lamps.link import is_linked
 from ..nodes.arrange import arrange
 from ..nodes.builder import Tree, Value
 from ..nodes.interface import Socket, add_interface
+from ..scene.lights import ALL, LAMPS_ONLY, REST
 from .response import (
     CONSERVING,
     HEIGHT_SCALE,
@@ -39,9 +51,11 @@ from .response import (
     PERIOD_SCALE,
     ROUGHNESS,
     SETTINGS,
+    SHARP,
     TANGENT,
     TO_LIGHT,
     VARIANCE,
+    ZERO_ORDER,
     Response,
     response_in,
 )
@@ -51,6 +65,10 @@ AOV_NAME = "Diffraction"
 # The names of two custom properties on a Diffraction group, also in saved files. The first holds for each lamp whether
 # light linking keeps it from some object, the second whether shadow rays are traced.
 _LAMPS, _SHADOWS = "ng_keys", "ng_shadows"
+# A third holds which lights count. A group without it, of an earlier version, knows lamps alone.
+_LIGHTS = "ng_lights"
+# 1 - cos of the angle from a lamp's middle to the rim of its cone, over the variance of its disc.
+_CONE = 3.0
 _BASE = Socket("Base", "Shader", "The material under the relief")
 _BASE_BLEND = Socket(
     "Base Blend", "Float", "0: a physical coat. 0.1: the thesis's texture blending", 0.0, 0.0, 1.0, "FACTOR"
@@ -68,11 +86,11 @@ _OUTPUTS = (
 )
 
 
-def group_around(name: str, response: Response, shadows: bool = True) -> bpy.types.NodeTree:
+def group_around(name: str, response: Response, *, shadows: bool = True, lights: str = REST) -> bpy.types.NodeTree:
     """A new Diffraction group around a response, for the lamps that the file's scenes follow."""
     group = bpy.data.node_groups.new(f"Diffraction {name}", "ShaderNodeTree")
     add_interface(group, _INPUTS, _OUTPUTS)
-    group[_SHADOWS] = shadows
+    group[_SHADOWS], group[_LIGHTS] = shadows, lights
     fill_group(group, response, _lamps_of_file())
     return group
 
@@ -80,9 +98,13 @@ def group_around(name: str, response: Response, shadows: bool = True) -> bpy.typ
 def replace_response(group: bpy.types.NodeTree, response: Response) -> None:
     """Build a Diffraction group anew around another response, under the old one's names. The old response and its
     images go, unless something else uses them."""
-    old = response_in(group).group
-    names = [(kept, former.name) for kept, former in zip(_parts(response.group), _parts(old), strict=False)]
-    left = _parts(old)
+    old = response_in(group)
+    names = [
+        (kept, former.name)
+        for new_group, old_group in ((response.group, old.group), (response.world, old.world))
+        for kept, former in zip(_parts(new_group), _parts(old_group), strict=False)
+    ]
+    left = [part for each in (old.group, old.world) for part in _parts(each)]
     fill_group(group, response, list(group[_LAMPS]))
     for each in left:
         if each.users == 0:
@@ -91,11 +113,27 @@ def replace_response(group: bpy.types.NodeTree, response: Response) -> None:
         kept.name = name
 
 
-def set_shadows(group: bpy.types.NodeTree, shadows: bool) -> None:
-    """Have a Diffraction group trace shadow rays, or trace none."""
-    if bool(group[_SHADOWS]) != shadows:
-        group[_SHADOWS] = shadows
+def set_lighting(group: bpy.types.NodeTree, *, shadows: bool, lights: str) -> None:
+    """Have a Diffraction group trace shadow rays or none, and answer to the lights of a choice (scene/lights.py)."""
+    if (bool(group[_SHADOWS]), lights_of(group)) != (shadows, lights):
+        group[_SHADOWS], group[_LIGHTS] = shadows, lights
         fill_group(group, response_in(group), list(group[_LAMPS]))
+
+
+def lights_of(group: bpy.types.NodeTree) -> str:
+    """Which lights count for a Diffraction group (scene/lights.py)."""
+    return group.get(_LIGHTS, LAMPS_ONLY)
+
+
+def needs_lamps() -> bool:
+    """Whether some Diffraction group of the file is dark where no lamp shines."""
+    groups = [group for group in bpy.data.node_groups if is_diffraction(group)]
+    return any(lights_of(group) == LAMPS_ONLY or not answers_to_world(group) for group in groups)
+
+
+def answers_to_world(group: bpy.types.NodeTree) -> bool:
+    """Whether a Diffraction group can answer to light that comes from no lamp."""
+    return response_in(group).world is not None
 
 
 def fill_group(group: bpy.types.NodeTree, response: Response, lamps: list[bool]) -> None:
@@ -112,24 +150,44 @@ def fill_group(group: bpy.types.NodeTree, response: Response, lamps: list[bool])
     strength = inputs["Strength"] * (1.0 - inputs["Base Blend"])
     settings = {socket: inputs[socket.name] for socket in SETTINGS}
     start = ray_start(tree, geometry) if group[_SHADOWS] else None
+    # A node that nothing links to costs nothing: it keeps the answer in the file while it is not asked for.
+    lights = lights_of(group) if response.world is not None else LAMPS_ONLY
+    world = response.to_world(tree, {NORMAL: n, TANGENT: t, SHARP: float(lights == REST), **settings})
+    zero_order = float(lights == LAMPS_ONLY)
+    lit_by = [light_of(tree, index, linked) for index, linked in enumerate(lamps)]
     coat = None
-    for index, linked in enumerate(lamps):
-        light = light_of(tree, index, linked)
+    for light in lit_by:
         lit = _is_lit(tree, light, n=n, cos_r=cos_r, unseen=unseen)
         asked = {NORMAL: n, TANGENT: t, TO_LIGHT: light.direction, IRRADIANCE: light.irradiance}
-        answer = response.to_lamp(tree, {**asked, VARIANCE: light.variance, **settings}).shown(strength)
+        asked |= {VARIANCE: light.variance, ZERO_ORDER: zero_order}
+        answer = response.to_lamp(tree, {**asked, **settings}).shown(strength)
         if start is not None:
             answer = answer.dimmed(
                 1.0 - light.casts_shadow * hit(tree, start, light.direction, distance=light.distance)
             )
         coat = answer.dimmed(lit).added_to(coat)
 
-    shader = tree.add_shader(coat.shader, tree.mix_shader(tree.fresnel(inputs["IOR"], n), inputs["Base"], None))
+    shader = coat.shader if lights != ALL else None
+    if lights != LAMPS_ONLY:
+        shader = tree.add_shader(shader, world.mirror_closure(n, strength))
+        rest = strength * (1.0 - unseen) * _leads_to_none(tree, lit_by, world.direction) if lights == REST else strength
+        shader = tree.add_shader(shader, world.lobe_closure(rest))
+    shader = tree.add_shader(shader, tree.mix_shader(tree.fresnel(inputs["IOR"], n), inputs["Base"], None))
     shader = tree.add_shader(shader, tree.mix_shader(inputs["Base Blend"], None, inputs["Base"]))
     radiance = coat.radiance * strength
     tree.node("ShaderNodeOutputAOV", radiance, aov_name=AOV_NAME)
     tree.output(shader, radiance)
     arrange(group)
+
+
+def _leads_to_none(tree: Tree, lights: list[Light], direction: Value) -> Value | float:
+    """1 where a direction leads to none of the lamps that shine, else 0."""
+    leads = 1.0
+    for light in lights:
+        shines = tree.math("GREATER_THAN", tree.dot(light.irradiance, (1.0, 1.0, 1.0)), 0.0)
+        beside = light.variance.times_plus(_CONE, tree.dot(light.direction, direction))  # within the cone above 1
+        leads = leads * (1.0 - shines * tree.math("GREATER_THAN", beside, 1.0))
+    return leads
 
 
 def _is_unseen(tree: Tree) -> Value:
@@ -150,8 +208,10 @@ def _is_lit(tree: Tree, light: Light, *, n: Value, cos_r: Value, unseen: Value) 
     return tree.math("GREATER_THAN", least, unseen)
 
 
-def _parts(tree: bpy.types.NodeTree) -> list[bpy.types.ID]:
+def _parts(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
     """A response's node group and the images that it reads, each once: what uses the other comes first."""
+    if tree is None:
+        return []
     return [tree, *dict.fromkeys(node.image for node in tree.nodes if node.type == "TEX_IMAGE")]
 
 

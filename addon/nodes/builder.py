@@ -211,6 +211,12 @@ class Tree:
         """A shader that emits a radiance times a strength."""
         return self.value(self.node("ShaderNodeEmission", radiance, strength).outputs[0])
 
+    def glossy(self, colour: Value, roughness: Operand, normal: Value) -> Value:
+        """A mirror of a colour around a normal, whose facets have Beckmann's distribution."""
+        node = self.node("ShaderNodeBsdfAnisotropic", colour, roughness, distribution="BECKMANN")
+        self.feed(node.inputs["Normal"], normal)
+        return self.value(node.outputs[0])
+
     def mix_shader(self, share: Operand, a: Value | None, b: Value | None) -> Value:
         """(1 - share) a + share b, where None is black. Cycles does not evaluate a side whose share is 0."""
         node = self.node("ShaderNodeMixShader", share)

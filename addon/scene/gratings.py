@@ -8,9 +8,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
-from bpy.props import BoolProperty, CollectionProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
 
 from ...precompute.base.failure import GratingError
+from .lights import LIGHTS
 
 if TYPE_CHECKING:
     from ...precompute.bake.request import BakeRequest
@@ -62,6 +71,7 @@ class Grating(bpy.types.PropertyGroup):
         "5.1 this works only in Cycles with Open Shading Language. Assign or bake again after a change",
         default=True,
     )
+    lights: EnumProperty(name="Lights", description="Which lights the diffraction answers to", items=LIGHTS)
     group: PointerProperty(type=bpy.types.ShaderNodeTree, name="Node Group", description="Made from the bake")
     material: PointerProperty(type=bpy.types.Material, name="Material", description="Made from the bake")
 

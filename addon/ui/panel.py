@@ -9,19 +9,27 @@ from ..lamps.find import brightest, instanced_lamps, lamps_of, unfollowed_featur
 from ..lamps.follow import followed_lamps, is_on
 from ..materials.data_pictures import resampled_pictures
 from ..materials.osl.script import missing_for_osl
-from ..materials.skin import linked_with_fewer_lamps
+from ..materials.skin import answers_to_world, linked_with_fewer_lamps
 from ..operators.add_diffraction import AddDiffraction
 from ..operators.add_sun import AddSun
 from ..operators.assign import AssignToSelected
 from ..operators.bake_grating import BakeGrating
+from ..operators.choose_lights import ChooseLights
 from ..operators.import_height_map import ImportHeightMap
 from ..operators.new_material import NewDiffractionMaterial
 from ..operators.osl_reference import NewOslReference
 from ..operators.remove_diffraction import RemoveDiffraction
 from ..operators.remove_grating import RemoveGrating
 from ..scene import compat
+from ..scene.lights import ALL, LAMPS_ONLY, LIGHTS, NO_SAMPLE_SET, REST
 
 _ICONS = {"SUN": "LIGHT_SUN", "POINT": "LIGHT_POINT", "SPOT": "LIGHT_SPOT", "AREA": "LIGHT_AREA"}
+# What else lights the diffraction, by the choice of lights.
+_LIT_BY = {
+    LAMPS_ONLY: "Only these lamps light the diffraction: not the world, nor the studio light of Material Preview.",
+    REST: "These lamps without noise. The world, and light from other objects, as smooth light with little noise.",
+    ALL: "Every light, by random samples. Small lamps need many.",
+}
 # The mean width of a letter, and the width of icon and margins, in pixels at an interface scale of 1.
 _LETTER, _MARGINS = 6.5, 55
 
@@ -74,7 +82,7 @@ class GratingPanel(bpy.types.Panel):
             return
         _draw_bake(layout, grating)
         _draw_material(layout, grating)
-        _draw_lamps(layout, context)
+        _draw_lamps(layout, context, grating)
 
 
 class ReferencePanel(bpy.types.Panel):
@@ -122,11 +130,19 @@ def _draw_material(layout, grating) -> None:
     row = column.row(align=True)
     row.operator(AddDiffraction.bl_idname, icon="ADD")
     row.operator(RemoveDiffraction.bl_idname, icon="REMOVE", text="Remove")
+    chosen = next(label for name, label, _ in LIGHTS if name == grating.lights)
+    row = layout.row()
+    row.label(text="Lights")
+    row.operator_menu_enum(ChooseLights.bl_idname, "lights", text=chosen)
     layout.prop(grating, "shadows")
 
 
-def _draw_lamps(layout, context) -> None:
+def _draw_lamps(layout, context, grating) -> None:
     scene = context.scene
+    lights = grating.lights
+    if lights != LAMPS_ONLY and grating.group is not None and not answers_to_world(grating.group):
+        _draw_note(layout, context, f"{grating.name}: {NO_SAMPLE_SET}", "ERROR")
+        lights = LAMPS_ONLY
     layout.label(text="Lit by")
     column = layout.column(align=True)
     followed = followed_lamps(scene)
@@ -137,7 +153,8 @@ def _draw_lamps(layout, context) -> None:
         row.active = not hidden
         row.label(text=f"{lamp.name} (hidden)" if hidden else lamp.name, icon=_ICONS[lamp.data.type])
     if not lamps:
-        _draw_note(column, context, "No lamp lights the scene, so the diffraction is dark", "INFO")
+        if lights == LAMPS_ONLY:
+            _draw_note(column, context, "No lamp lights the scene, so the diffraction is dark", "INFO")
         column.operator(AddSun.bl_idname, icon="LIGHT_SUN")
     instanced = instanced_lamps(context.evaluated_depsgraph_get())
     for line in unfollowed_features(scene) + linked_with_fewer_lamps(scene):
@@ -148,8 +165,7 @@ def _draw_lamps(layout, context) -> None:
         _draw_note(column, context, line, "ERROR")
     note = layout.column(align=True)
     note.active = False
-    only = "Only these lamps light the diffraction: not the world, nor the studio light of Material Preview."
-    _draw_note(note, context, only)
+    _draw_note(note, context, _LIT_BY[lights])
     if not compat.HAS_RAYCAST:
         shade = "Before Blender 5.1, objects shade diffraction only in Cycles with Open Shading Language on."
         _draw_note(note, context, shade)

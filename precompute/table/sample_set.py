@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The sample set of a surface: frequencies q drawn in proportion to its spectrum, and what each one weighs.
 
-A material that answers to lights of every kind (the Lobes material, which is still to come) draws from it at random.
+A material that answers to lights of every kind draws from it at random (addon/materials/lobes/).
 Here q is spatial frequency in cycles per metre, s = w / lambda, and PSD the scattered part of the power spectrum
 (docs/theory.md). For every function F,
 
@@ -207,6 +207,16 @@ def read(path: Path) -> tuple[SampleSet, dict]:
     picture = open_picture(path)
     layout, record = _parse(picture)
     return unpack(picture.pixels(), layout), record
+
+
+def read_sound_header(path: Path) -> tuple[SampleSetLayout, dict]:
+    """read_header, after a look at every pixel, for a file that Blender is going to read.
+
+    Raises GratingError if the file is not a sample set, if its picture is damaged or if a pixel is no number."""
+    picture = open_picture(path)
+    found = _parse(picture)
+    picture.check_pixels()
+    return found
 
 
 def _parse(picture: Picture) -> tuple[SampleSetLayout, dict]:

@@ -77,7 +77,7 @@ def test_materials_show_the_new_bake_in_place(scene, grating, addon):
 
 def test_an_image_that_an_artist_uses_elsewhere_stays(scene, grating, addon):
     bpy.ops.grating.assign()
-    (image,) = bpy.data.images
+    image = bpy.data.images["waves"]
     kept = bpy.data.textures.new("Kept", "IMAGE")
     kept.image = image
     grating.delta_e = 0.5

@@ -156,10 +156,19 @@ def test_instanced_lamps_are_named(addon, scene):
     scene.collection.objects.link(chain)
     bpy.context.view_layer.update()
     told = addon.lamps.warnings_about(scene, bpy.context.evaluated_depsgraph_get())
-    assert told == [
-        "scene Scene: no lamp lights it, so diffraction is dark; add a sun",
-        "instanced lamps do not light diffraction: Bulb; use Object > Apply > Make Instances Real",
-    ]
+    assert told == ["instanced lamps do not light diffraction: Bulb; use Object > Apply > Make Instances Real"]
+
+
+def test_a_scene_without_lamps_is_dark_to_lamps_only(addon, scene, grating):
+    bpy.ops.grating.assign()
+    bpy.data.objects.remove(bpy.data.objects["Sun"])
+
+    def told():
+        return addon.lamps.warnings_about(scene, bpy.context.evaluated_depsgraph_get())
+
+    assert told() == []
+    assert bpy.ops.grating.lights(lights="LAMPS") == {"FINISHED"}
+    assert told() == ["scene Scene: no lamp lights it, so diffraction is dark; add a sun"]
 
 
 def test_the_drivers_alone_darken_a_lamp_that_is_gone(addon, scene, sun):

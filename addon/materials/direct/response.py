@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The response of a bake's file: its picture, packed into the .blend, read by the Direct node group."""
+"""The response of a bake's files: their pictures, packed into the .blend, read by the Direct and World node groups."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -8,20 +9,37 @@ import bpy
 from ....precompute.base.failure import GratingError, printable
 from ....precompute.colour.working_space import rgb_from_xyz
 from ....precompute.table.atlas_file import read_sound_header
+from ....precompute.table.sample_set import path_beside
+from ....precompute.table.sample_set import read_sound_header as read_sound_set_header
 from ...scene import compat
+from ..lobes.draw import SampleSetNodes, wavelengths_image
+from ..lobes.group import build_world_group
 from ..response import Response
 from .group import build_direct_group
 
 
 def direct_response(path: Path) -> Response:
-    """The response of a bake's file. Raises GratingError, with nothing left behind, if the file is not a sound bake."""
+    """The response of a bake's file, and of the sample set beside it. Without a sample set it answers to lamps alone.
+
+    Raises GratingError, with nothing left behind, if a file is not sound."""
     layout, record = read_sound_header(path)
+    draws_path = path_beside(path)
+    draws_layout = read_sound_set_header(draws_path)[0] if draws_path.is_file() else None
     image = load_atlas(path, half=record.get("precision") != "float32")
     matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
-    return build_direct_group(printable(path.stem), image, layout, rgb_from_xyz=matrix)
+    name = printable(path.stem)
+    response = build_direct_group(name, image, layout, rgb_from_xyz=matrix)
+    if draws_layout is None:
+        return response
+    draws = SampleSetNodes(
+        load_atlas(draws_path, half=True, alpha="CHANNEL_PACKED"),
+        draws_layout,
+        wavelengths_image(layout.illuminant, draws_layout.wavelength),
+    )
+    return replace(response, world=build_world_group(name, image, layout, draws=draws, rgb_from_xyz=matrix))
 
 
-def load_atlas(path: Path, half: bool) -> bpy.types.Image:
+def load_atlas(path: Path, *, half: bool, alpha: str = "NONE") -> bpy.types.Image:
     """The bake's image, packed into the .blend so that it renders wherever that file goes. `half`: a graphics card may
     hold it in half floats, as the file itself does. Raises GratingError if Blender cannot open the file."""
     try:
@@ -30,7 +48,7 @@ def load_atlas(path: Path, half: bool) -> bpy.types.Image:
         raise GratingError(f"{path}: Blender cannot open it; give it a name of plain letters") from error
     image.name = printable(path.stem)
     image.colorspace_settings.name = "Non-Color"
-    image.alpha_mode = "NONE"
+    image.alpha_mode = alpha
     image.use_half_precision = half
     image.pack()
     return image

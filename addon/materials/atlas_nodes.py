@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A bake's atlas (precompute/table/atlas.py) as nodes read it: the table, the zero order and the albedo bound."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ...precompute.table.albedo_bound import bound_texel
+from ...precompute.table.atlas import STRIP_ROWS, Layout
+from ...precompute.table.tiling import LEVEL_PADDING, TILE_PADDING
+from ..nodes.builder import Operand, Tree, Value
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A unit vector in the surface's frame: its components along T, B and N, one by one and as a vector."""
+
+    x: Value
+    y: Value
+    cosine: Value
+    vector: Value
+
+    @classmethod
+    def seen_in(cls, tree: Tree, direction: Value, frame: tuple[Value, Value, Value]) -> Direction:
+        """A direction in space."""
+        x, y, cosine = (tree.dot(direction, axis) for axis in frame)
+        return cls(x, y, cosine, tree.vector(x, y, cosine))
+
+    @classmethod
+    def of(cls, tree: Tree, vector: Value) -> Direction:
+        """A vector that is in the frame already."""
+        node = tree.node("ShaderNodeSeparateXYZ", vector)
+        return cls(*(tree.value(node.outputs[axis]) for axis in "XYZ"), vector)
+
+
+class AtlasTable:
+    """sum_k T_k(t) B_k(u, v) / scale, XYZ over w^2, with one look-up for each term; t goes from -1 to 1 over the range
+    of w.
+
+    Outside the table's region its rim is read, because the polynomials are not bounded there and other tiles lie
+    beside it. Beyond |(u, v)| = 2, which only a stretched relief reaches, the sum is 0."""
+
+    def __init__(self, tree: Tree, image: bpy.types.Image, layout: Layout, *, uv: Value, w: Value):
+        self.tree, self.image, self.layout = tree, image, layout
+        (u_low, u_high), (v_low, v_high) = layout.region
+        inner = tree.clamp(uv, (u_low, v_low, 0.0), (u_high, v_high, 0.0))
+        x, y, _ = _over(1 / layout.texel, (layout.width, layout.height))
+        self.place = inner.times_plus((x, y, 0.0), (-u_low * x, -v_low * y, 0.0))
+        half_range = (layout.w_max - layout.w_min) / 2
+        t = w.times_plus(1 / half_range, -(layout.w_min + layout.w_max) / 2 / half_range)
+        self.t = tree.maximum(tree.minimum(t, 1.0), -1.0)
+        self.inside = tree.math("LESS_THAN", tree.dot(uv, uv), 4.0)
+
+    def around(self, blur: Value) -> tuple[Value, Value | None, Value | float]:
+        """The table at the two levels next to a variance, and the share of the coarser level in their mix.
+
+        `blur` is the variance beyond the bake's own. The share makes the mix have the right variance. It may exceed 1
+        and is clamped by the Mix Shader, so that a blur beyond the last level is the last level's. A table of one level
+        has no coarser one: None, with a share of 0."""
+        if self.layout.levels == 1:
+            return self.sharp(), None, 0.0
+        tree, last = self.tree, self.layout.levels - 1
+        ratio = blur.times_plus(1 / self.layout.sigma_b**2, 1.0)  # sigma^2 over sigma^2 of level 0
+        level = tree.minimum(tree.math("FLOOR", tree.math("LOGARITHM", ratio, 4.0)), last - 1.0)
+        shrink = tree.math("POWER", 0.5, level)
+        share = (ratio * tree.squared(shrink)).times_plus(1 / 3, -1 / 3)
+        # Level 0 begins at the left; the others are stacked to the right of it (precompute/table/tiling.py).
+        finer = self._read(self._beside(level, shrink) * tree.minimum(level, 1.0), shrink)
+        level, shrink = level + 1.0, shrink * 0.5
+        return finer, self._read(self._beside(level, shrink), shrink), share
+
+    def sharp(self) -> Value:
+        """The table under the bake's own kernel."""
+        return self._read()
+
+    def _beside(self, level: Value, shrink: Value) -> Value:
+        """The offset from the first level's block to another level's, as a fraction of the image."""
+        layout, (rows, columns) = self.layout, self.layout.tile_stride(0)
+        size = layout.width, layout.height
+        each, first, shrunk = (
+            _over((x, layout.rows * y), size)
+            for x, y in (
+                (0.0, LEVEL_PADDING),
+                (layout.columns * columns, rows - 2 * LEVEL_PADDING),
+                (0.0, -2.0 * (rows - LEVEL_PADDING)),
+            )
+        )
+        return level.times_plus(each, shrink.times_plus(shrunk, first))
+
+    def _read(self, block: Value | None = None, shrink: Value | None = None) -> Value:
+        """The sum at a level. `block` is the offset of the level's block, `shrink` the ratio of its number of texels
+        along an axis to level 0's. Without them the nodes read level 0 only."""
+        tree, layout = self.tree, self.layout
+        size = layout.width, layout.height
+        rows, columns = layout.tile_stride(0)
+        middle = _over((TILE_PADDING + 0.5, layout.strip_rows + TILE_PADDING + 0.5), size)
+        if block is None:
+            at, stride = self.place + middle, None
+        else:
+            at = self.place.times_plus(shrink, block + middle)
+            inner, padding = (_over(n, size) for n in ((columns - LEVEL_PADDING, rows - LEVEL_PADDING), LEVEL_PADDING))
+            stride = shrink.times_plus(inner, padding)
+        terms = []
+        for k in range(layout.terms):
+            row, column = divmod(k, layout.columns)
+            if stride is None:
+                place = at + _over((column * columns, row * rows), size)
+            else:
+                place = stride.times_plus((float(column), float(row), 0.0), at) if k else at
+            terms.append(tree.image(self.image, place, label=f"B{k}"))
+        return _chebyshev_sum(terms, self.t) * self.inside
+
+
+def _chebyshev_sum(terms: list[Value], t: Value) -> Value:
+    """sum_k T_k(t) B_k by Clenshaw's recurrence: b_k = B_k + 2 t b_(k+1) - b_(k+2), the sum B_0 + t b_1 - b_2."""
+    twice = t * 2.0
+    after, last = None, terms[-1]
+    for term in terms[-2:0:-1]:
+        after, last = last, last.times_plus(twice, term if after is None else term - after)
+    return last.times_plus(t, terms[0] if after is None else terms[0] - after)
+
+
+def _over(value: float | tuple[float, float], size: tuple[int, int]) -> tuple[float, float, float]:
+    """A number of texels along x and y as a fraction of the image."""
+    x, y = value if isinstance(value, tuple) else (value, value)
+    return x / size[0], y / size[1], 0.0
+
+
+def zero_order_xyz(tree: Tree, image: bpy.types.Image, layout: Layout, *, w: Value) -> Value:
+    """Z(w), the colour of the mirror image, in XYZ."""
+    step = (layout.zero_order_samples - 1) / 2
+    x = w.times_plus(step / layout.width, 0.5 / layout.width)
+    return tree.image(image, tree.vector(x, STRIP_ROWS / 2 / layout.height, 0.0), label="Z")
+
+
+def albedo_bound(
+    tree: Tree, image: bpy.types.Image, layout: Layout, *, ways: tuple[Direction, Direction], conserving: Operand
+) -> Value:
+    """M = 1 + e max(0, X(wi) / cos(ti), X(wr) / cos(tr)) of the directions to the light and to the viewer."""
+    excess = tree.maximum(*(_excess_albedo(tree, image, layout, way=way) for way in ways))
+    return tree.maximum(excess, 0.0).times_plus(conserving, 1.0)
+
+
+def _excess_albedo(tree: Tree, image: bpy.types.Image, layout: Layout, *, way: Direction) -> Value:
+    """X / cos(t) of a direction. The image holds X on a disc, laid flat as precompute/table/albedo_bound.py tells."""
+    size = layout.width, layout.height
+    cosine = tree.maximum(way.cosine, 1e-6)
+    sum_ = tree.sqrt(cosine) + 1.0
+    along = tree.math("INVERSE_SQRT", cosine.times_plus(sum_, sum_))
+    middle = layout.bound_texels / 2
+    step = _over(1 / bound_texel(layout.bound_texels), size)
+    place = (way.vector * along).times_plus(step, _over((middle, STRIP_ROWS + middle), size))
+    # All channels are alike, so that Blender's conversion of a colour to a number leaves it as it is.
+    return tree.math("DIVIDE", tree.image(image, place, label="X"), cosine)
+
+
+def matrix_times(tree: Tree, matrix: np.ndarray, vector: Value) -> Value:
+    """A matrix (3, 3) times a vector."""
+    rows = [tree.dot(vector, tuple(float(m) for m in row)) for row in matrix]
+    return tree.vector(*rows)

@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Wavelengths drawn in proportion to what the observer sees of them, for materials that sample the spectrum."""
+
+import numpy as np
+
+from .observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, white_xyz
+
+_STEPS = 4001
+
+
+def wavelength_quantiles(count: int, illuminant: str = "D65") -> np.ndarray:
+    """Wavelengths (count,) in metres, each of which stands for an equal share of the observer's X + Y + Z.
+
+    Whatever is drawn by them needs the weight `drawn_weight`."""
+    wavelengths = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, _STEPS)
+    density = observer(wavelengths, illuminant).sum(axis=1)
+    share = np.concatenate([[0], np.cumsum(density[1:] + density[:-1])])
+    return np.interp((np.arange(count) + 0.5) / count, share / share[-1], wavelengths)
+
+
+def drawn_weight(illuminant: str = "D65") -> float:
+    """The integral of the observer's X + Y + Z over all wavelengths."""
+    return float(white_xyz(illuminant).sum())
