@@ -21,6 +21,8 @@ MODULES = {
     "child": "jobs.child",
     "find": "lamps.find",
     "seams": "frames.seams",
+    "sky": "lamps.sky",
+    "fit_world": "actions.fit_world",
     "follow": "lamps.follow",
     "lamps": "actions.lamps",
     "keep_lamps": "actions.keep_lamps",

@@ -10,6 +10,7 @@ from ...precompute.base.failure import GratingError
 from ..frames.seams import seam_warning
 from ..materials.material import add_diffraction, check_can_add
 from ..scene.gratings import active_grating
+from .fit_world import want_fit
 from .material import group_of, working_material
 from .meshes import meshes_among, no_meshes, slots_with_faces
 from .slots import Selection, note_replaced
@@ -23,7 +24,7 @@ def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) ->
     material = working_material(scene, active_grating(scene))
     selection = Selection(objects)
     kept = [line for mesh in meshes if (line := _put_in_active_slot(selection, mesh, material))]
-    return [f"{material.name}: on {_names(meshes)}", *_warnings(objects, meshes), *kept]
+    return [f"{material.name}: on {_names(meshes)}", *_warnings(objects, meshes), *kept, *_fitted(scene)]
 
 
 def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
@@ -47,7 +48,16 @@ def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> li
     group = group_of(scene, grating)
     for material in materials:
         add_diffraction(material, group)
-    return [f"{grating.name}: over {_names(materials)}", *_warnings(objects, meshes), *bare]
+    return [f"{grating.name}: over {_names(materials)}", *_warnings(objects, meshes), *bare, *_fitted(scene)]
+
+
+def _fitted(scene: bpy.types.Scene) -> list[str]:
+    """Have the world's sources fitted, if the materials read any. Returns a line if that fails."""
+    try:
+        want_fit(scene)
+    except GratingError as error:
+        return [str(error)]
+    return []
 
 
 def _put_in_active_slot(selection: Selection, mesh: bpy.types.Object, material: bpy.types.Material) -> str:

@@ -22,16 +22,18 @@ from ..lamps.follow import follow_lamps, followed_lamps, stop_following, update_
 from ..lamps.shown import show_as_rendered
 from ..materials.data_pictures import resampled_pictures
 from ..materials.skin import is_diffraction
+from .fit_world import drop_stale_sources, stop_fitting, unfitted_world, want_fit
 from .lamps import update_lamps
 
 
 @persistent
 def follow_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """After Blender has evaluated a scene anew. Whatever concerns its lamps changes the scene too."""
-    if depsgraph.mode == "RENDER" or not depsgraph.id_type_updated("SCENE"):
+    if depsgraph.mode == "RENDER" or not (depsgraph.id_type_updated("SCENE") or depsgraph.id_type_updated("WORLD")):
         return
     if scene.library is not None or _is_rendering() or not _has_diffraction():
         return
+    _follow_world(scene)
     if depsgraph.id_type_updated("COLLECTION") or depsgraph.id_type_updated("LIGHT"):
         update_lamps(scene, exactly=False, in_viewport=_has_viewport())
     elif _has_viewport():
@@ -63,10 +65,11 @@ def show_what_renders(scene: bpy.types.Scene, *_: object) -> None:
     if scene.library is not None or not _has_diffraction():
         return
     if not _is_rendering():  # A render beside the interface runs in its own thread, where nothing may be made.
+        drop_stale_sources(scene)
         update_lamps(scene, exactly=False)
     show_as_rendered(scene, followed_lamps(scene))
     if bpy.app.background:  # where no panel tells it
-        for line in resampled_pictures(scene):
+        for line in resampled_pictures(scene) + unfitted_world(scene):
             print(f"Natural Gratings: {line}", file=sys.stderr)
 
 
@@ -102,13 +105,23 @@ def register() -> None:
 
 def unregister() -> None:
     """Undo register()."""
+    stop_fitting()
     for event, function in HANDLERS.items():
         getattr(bpy.app.handlers, event).remove(function)
 
 
 def _follow_all(*, exactly: bool) -> None:
     for scene in _scenes():
+        _follow_world(scene)
         update_lamps(scene, exactly=exactly, in_viewport=_has_viewport())
+
+
+def _follow_world(scene: bpy.types.Scene) -> None:
+    """Sources of a world that has changed are given up; with a window, they are fitted anew."""
+    if _has_viewport():
+        want_fit(scene)
+    else:
+        drop_stale_sources(scene)
 
 
 def _scenes() -> list[bpy.types.Scene]:

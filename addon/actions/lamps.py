@@ -10,6 +10,7 @@ from ..lamps.follow import follow_lamps
 from ..lamps.link import is_linked, mark_unlinked
 from ..materials.data_pictures import resampled_pictures
 from ..materials.skin import follows_light_linking, linked_with_fewer_lamps, needs_lamps, show_lamps
+from .fit_world import unfitted_world
 
 # Of the sun that the panel offers: W/m2, and the turn of its axis from the vertical.
 _SUN_STRENGTH, _SUN_TURN = 3.0, (radians(40), 0.0, radians(30))
@@ -48,6 +49,8 @@ def warnings_about(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> li
     which it shows wrong colours."""
     dark = not lamps_of(scene) and needs_lamps()
     lines = [f"scene {scene.name}: no lamp lights it, so diffraction is dark; add a sun"] if dark else []
-    lines += unfollowed_features(scene) + linked_with_fewer_lamps(scene) + resampled_pictures(scene)
+    lines += (
+        unfollowed_features(scene) + unfitted_world(scene) + linked_with_fewer_lamps(scene) + resampled_pictures(scene)
+    )
     instanced = instanced_lamps(depsgraph)
     return [*lines, instances_are_not_followed(instanced)] if instanced else lines

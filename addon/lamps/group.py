@@ -17,12 +17,13 @@ whatever kind. So a material need not change when a lamp becomes another kind, a
 new data-block: Blender's undo would lose one that no step of it has made.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import bpy
 
 from ..nodes.arrange import arrange
-from ..nodes.builder import Tree, Value
+from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import Socket, add_interface
 from .link import read_unlinked
 from .pack import PROPERTIES, PackedLamp, property_name, unpack
@@ -67,10 +68,16 @@ class Light:
 def light_of(tree: Tree, index: int, linked: bool) -> Light:
     """Add the nodes of the scene's lamp `index` to a tree; what it sends. `linked`: with light linking's marks."""
     packed = [value for what in PROPERTIES for value in tree.attribute(property_name(index, what))]
-    given = {socket.name: value for socket, value in zip(_INPUTS, packed, strict=True)}
-    outputs = tree.group(lamp_group(), given, label=f"Lamp {index}")
-    light = Light(*(outputs[socket.name] for socket in _OUTPUTS))
+    light = light_from(tree, packed, label=f"Lamp {index}")
     return replace(light, irradiance=light.irradiance * (1.0 - read_unlinked(tree, index))) if linked else light
+
+
+def light_from(tree: Tree, packed: Sequence[Operand], *, label: str) -> Light:
+    """Add the nodes of a packed lamp (pack.py) to a tree, of each property its vector and its fourth number; what it
+    sends."""
+    given = {socket.name: value for socket, value in zip(_INPUTS, packed, strict=True)}
+    outputs = tree.group(lamp_group(), given, label=label)
+    return Light(*(outputs[socket.name] for socket in _OUTPUTS))
 
 
 def lamp_group() -> bpy.types.NodeTree:

@@ -21,8 +21,8 @@ answers (response.py). A skin works with any response.
 Which lights count is one of scene/lights.py:
 
 | LAMPS | the followed lamps, by Lo alone. There are no closures, and no noise |
-| REST  | the followed lamps by Lo, less their mirror images; a closure for the mirror images of everything; and one
-          for the scattered light of all that is no followed lamp |
+| REST  | the followed lamps and the sources of the world (lamps/sky.py) by Lo, less their mirror images; a closure for
+          the mirror images of everything; and one for the scattered light of all that is no such lamp or source |
 | ALL   | closures for the mirror images and for the scattered light of everything; there is no Lo |
 
 No light counts twice. In REST the closure of the scattered light is a perfect mirror around a random normal, so its one
@@ -38,6 +38,7 @@ from ..frames.frame import frame_nodes
 from ..lamps.follow import followed_lamps, lamp_count
 from ..lamps.group import Light, light_of
 from ..lamps.link import is_linked
+from ..lamps.sky import source_count, source_light
 from ..nodes.arrange import arrange
 from ..nodes.builder import Tree, Value
 from ..nodes.interface import Socket, add_interface
@@ -67,6 +68,8 @@ AOV_NAME = "Diffraction"
 _LAMPS, _SHADOWS = "ng_keys", "ng_shadows"
 # A third holds which lights count. A group without it, of an earlier version, knows lamps alone.
 _LIGHTS = "ng_lights"
+# A fourth holds how many sources of the world are read.
+_SOURCES = "ng_sources"
 # 1 - cos of the angle from a lamp's middle to the rim of its cone, over the variance of its disc.
 _CONE = 3.0
 _BASE = Socket("Base", "Shader", "The material under the relief")
@@ -91,7 +94,7 @@ def group_around(name: str, response: Response, *, shadows: bool = True, lights:
     group = bpy.data.node_groups.new(f"Diffraction {name}", "ShaderNodeTree")
     add_interface(group, _INPUTS, _OUTPUTS)
     group[_SHADOWS], group[_LIGHTS] = shadows, lights
-    fill_group(group, response, _lamps_of_file())
+    fill_group(group, response, _lamps_of_file(), sources=_sources_of_file())
     return group
 
 
@@ -105,7 +108,7 @@ def replace_response(group: bpy.types.NodeTree, response: Response) -> None:
         for kept, former in zip(_parts(new_group), _parts(old_group), strict=False)
     ]
     left = [part for each in (old.group, old.world) for part in _parts(each)]
-    fill_group(group, response, list(group[_LAMPS]))
+    fill_group(group, response, list(group[_LAMPS]), sources=group.get(_SOURCES, 0))
     for each in left:
         if each.users == 0:
             bpy.data.batch_remove([each])
@@ -117,7 +120,7 @@ def set_lighting(group: bpy.types.NodeTree, *, shadows: bool, lights: str) -> No
     """Have a Diffraction group trace shadow rays or none, and answer to the lights of a choice (scene/lights.py)."""
     if (bool(group[_SHADOWS]), lights_of(group)) != (shadows, lights):
         group[_SHADOWS], group[_LIGHTS] = shadows, lights
-        fill_group(group, response_in(group), list(group[_LAMPS]))
+        fill_group(group, response_in(group), list(group[_LAMPS]), sources=_sources_of_file())
 
 
 def lights_of(group: bpy.types.NodeTree) -> str:
@@ -136,11 +139,11 @@ def answers_to_world(group: bpy.types.NodeTree) -> bool:
     return response_in(group).world is not None
 
 
-def fill_group(group: bpy.types.NodeTree, response: Response, lamps: list[bool]) -> None:
-    """Make a Diffraction group's nodes anew, for lamps with and without light linking. Its sockets and the links to
-    them stay."""
+def fill_group(group: bpy.types.NodeTree, response: Response, lamps: list[bool], *, sources: int = 0) -> None:
+    """Make a Diffraction group's nodes anew, for lamps with and without light linking and a number of sources of the
+    world. Its sockets and the links to them stay."""
     group.nodes.clear()
-    group[_LAMPS] = lamps
+    group[_LAMPS], group[_SOURCES] = lamps, sources
     tree = Tree(group)
     inputs = tree.inputs()
     n, t = frame_nodes(tree, inputs)
@@ -155,6 +158,8 @@ def fill_group(group: bpy.types.NodeTree, response: Response, lamps: list[bool])
     world = response.to_world(tree, {NORMAL: n, TANGENT: t, SHARP: float(lights == REST), **settings})
     zero_order = float(lights == LAMPS_ONLY)
     lit_by = [light_of(tree, index, linked) for index, linked in enumerate(lamps)]
+    if lights == REST:
+        lit_by += [source_light(tree, index) for index in range(sources)]
     coat = None
     for light in lit_by:
         lit = _is_lit(tree, light, n=n, cos_r=cos_r, unseen=unseen)
@@ -236,17 +241,30 @@ def show_lamps(*, exactly: bool) -> None:
     groups = [group for group in bpy.data.node_groups if is_diffraction(group) and group.library is None]
     if not groups:
         return
-    wanted = _lamps_of_file()
+    wanted, sources = _lamps_of_file(), _sources_of_file()
     for group in groups:
-        present = [bool(linked) for linked in group[_LAMPS]]
+        present, held = [bool(linked) for linked in group[_LAMPS]], group.get(_SOURCES, 0)
         lamps = wanted if exactly else [a or b for a, b in zip_longest(wanted, present, fillvalue=False)]
-        if present != lamps:
-            fill_group(group, response_in(group), lamps)
+        count = sources if exactly else max(sources, held)
+        if lights_of(group) != REST:  # it reads none
+            count = held
+        if (present, held) != (lamps, count):
+            fill_group(group, response_in(group), lamps, sources=count)
 
 
 def follows_light_linking() -> bool:
     """Whether some Diffraction group of the file reads the marks of light linking."""
     return any(is_diffraction(group) and any(group[_LAMPS]) for group in bpy.data.node_groups)
+
+
+def follows_world() -> bool:
+    """Whether some Diffraction group of the file reads the sources of worlds."""
+    return any(is_diffraction(group) and lights_of(group) == REST for group in bpy.data.node_groups)
+
+
+def _sources_of_file() -> int:
+    """The most sources of a world that some scene of the file notes."""
+    return max((source_count(scene) for scene in bpy.data.scenes), default=0)
 
 
 def _lamps_of_file() -> list[bool]:

@@ -20,7 +20,8 @@ def eevee_engine() -> str:
 
 
 def enable_nodes(material: bpy.types.Material | bpy.types.World) -> None:
-    """Switch a new material's or world's nodes on. From Blender 5.0 they are always on, and setting them gives a warning."""
+    """Switch a new material's or world's nodes on. From Blender 5.0 they always are, and setting them gives a
+    warning."""
     if bpy.app.version < (5, 0, 0):
         material.use_nodes = True
 

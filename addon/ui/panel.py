@@ -5,8 +5,10 @@ import textwrap
 
 import bpy
 
+from ..actions.fit_world import is_fitting, world_is_fitted
 from ..lamps.find import brightest, instanced_lamps, lamps_of, unfollowed_features
 from ..lamps.follow import followed_lamps, is_on
+from ..lamps.sky import missed_share, source_count
 from ..materials.data_pictures import resampled_pictures
 from ..materials.osl.script import missing_for_osl
 from ..materials.skin import answers_to_world, linked_with_fewer_lamps
@@ -15,6 +17,7 @@ from ..operators.add_sun import AddSun
 from ..operators.assign import AssignToSelected
 from ..operators.bake_grating import BakeGrating
 from ..operators.choose_lights import ChooseLights
+from ..operators.fit_world import FitWorld
 from ..operators.import_height_map import ImportHeightMap
 from ..operators.new_material import NewDiffractionMaterial
 from ..operators.osl_reference import NewOslReference
@@ -30,6 +33,8 @@ _LIT_BY = {
     REST: "These lamps without noise. The world, and light from other objects, as smooth light with little noise.",
     ALL: "Every light, by random samples. Small lamps need many.",
 }
+# The least share of bright light in no source that is worth a word.
+_MISSED_MIN = 0.01
 # The mean width of a letter, and the width of icon and margins, in pixels at an interface scale of 1.
 _LETTER, _MARGINS = 6.5, 55
 
@@ -152,6 +157,8 @@ def _draw_lamps(layout, context, grating) -> None:
         row = column.row()
         row.active = not hidden
         row.label(text=f"{lamp.name} (hidden)" if hidden else lamp.name, icon=_ICONS[lamp.data.type])
+    if lights == REST:
+        _draw_world(column, context)
     if not lamps:
         if lights == LAMPS_ONLY:
             _draw_note(column, context, "No lamp lights the scene, so the diffraction is dark", "INFO")
@@ -169,6 +176,25 @@ def _draw_lamps(layout, context, grating) -> None:
     if not compat.HAS_RAYCAST:
         shade = "Before Blender 5.1, objects shade diffraction only in Cycles with Open Shading Language on."
         _draw_note(note, context, shade)
+
+
+def _draw_world(column, context) -> None:
+    """What lights the diffraction of the scene's world."""
+    scene = context.scene
+    if scene.world is None:
+        return
+    if is_fitting():
+        text = "fitting its sources ..."
+    elif not world_is_fitted(scene):
+        text = "not fitted"
+    else:
+        count = source_count(scene)
+        text = f"{count} source{'s' * (count != 1)} and the rest"
+        if missed_share(scene) >= _MISSED_MIN:
+            text += f", {missed_share(scene):.0%} of bright light in none"
+    column.label(text=f"{scene.world.name}: {text}", icon="WORLD")
+    if text == "not fitted":
+        column.operator(FitWorld.bl_idname, icon="FILE_REFRESH")
 
 
 def _draw_note(layout, context, text: str, icon: str = "NONE") -> None:

@@ -15,6 +15,8 @@ from devtools import ROOT
 from precompute.table import atlas_file
 from precompute.table.radiance import lamp_radiance
 from precompute.table.table import Table
+from tests.addon.worlds.made import painted, world_with
+from tests.precompute.lights.worlds import direction, disc, picture, sky
 
 from .lamp_scenes import add_grating
 
@@ -122,3 +124,51 @@ def test_nothing_counts_twice(stage, skin):
     for name in ("Panel", "Sky"):
         assert light("LAMPS", name).max() == 0
         np.testing.assert_allclose(light("ALL", name), parts[name], rtol=0.015)
+
+
+def test_the_sources_of_a_world(stage, skin):
+    """Two soft boxes in a dim sky: as sources they give the light that the random closure finds, with less noise."""
+    path, _ = skin
+    world, background = world_with("ShaderNodeTexEnvironment")
+    near, far = direction(40, -60), direction(25, -150)
+    texture = background.inputs["Color"].links[0].from_node
+    texture.image = painted(picture(sky() + 20 * disc(near, 5) + 20 * disc(far, 9)))
+    stage.scene.world = world
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=128, ring_count=64)
+    bpy.ops.object.shade_smooth()
+    stage.camera((0, -3.0, 0.5), (0, 0, 0), angle=np.radians(42))
+    assign(stage, path, "REST")
+    held = stage.addon.sky
+    assert held.source_count(stage.scene) >= 2
+    fitted = stage.rgb("cycles", 128, 64)[24:-24, 24:-24]
+    assert held.forget_sources(stage.scene)
+    found = stage.rgb("cycles", 128, 64)[24:-24, 24:-24]
+    many = stage.rgb("cycles", 128, 512)[24:-24, 24:-24]
+    # By the noise of 10^6 samples, and by what a Gaussian in place of a disc sends below the horizon.
+    np.testing.assert_allclose(fitted.mean(axis=(0, 1)), many.mean(axis=(0, 1)), rtol=0.015)
+    scattered = many.max(axis=-1) < 0.25  # not the mirror images, which are the same closure's
+    assert np.abs(fitted - many)[scattered].mean() < 0.8 * np.abs(found - many)[scattered].mean()
+
+
+def test_a_world_that_changes_gives_its_sources_up(stage, skin):
+    """They would be where the light no longer is. A world of one colour has none."""
+    path, _ = skin
+    world, background = world_with("ShaderNodeTexSky")
+    stage.scene.world = world
+    bpy.ops.mesh.primitive_plane_add()
+    assign(stage, path, "REST")
+    held = stage.addon.sky
+    assert held.source_count(stage.scene) >= 1
+    assert stage.addon.fit_world.unfitted_world(stage.scene) == []
+    sky = background.inputs["Color"].links[0].from_node
+    sky.sun_elevation += 0.3
+    bpy.context.view_layer.update()
+    assert held.source_count(stage.scene) == 0
+    (line,) = stage.addon.fit_world.unfitted_world(stage.scene)
+    assert line.startswith(f"world {world.name}: its bright parts are not fitted")
+    assert bpy.ops.grating.fit_world() == {"FINISHED"}
+    assert held.source_count(stage.scene) >= 1
+    world.node_tree.nodes.remove(sky)
+    bpy.context.view_layer.update()
+    assert held.source_count(stage.scene) == 0
+    assert stage.addon.fit_world.unfitted_world(stage.scene) == []

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Worlds for the tests."""
 
+import numpy as np
+
 
 def world_with(kind: str):
     """A new world whose Background is coloured by a node of this kind; the world and the Background."""
@@ -14,3 +16,14 @@ def world_with(kind: str):
     node = tree.nodes.new(kind)
     tree.links.new(next(output for output in node.outputs if output.enabled), background.inputs["Color"])
     return world, background
+
+
+def painted(values):
+    """A picture in memory, with pixels that are in no file, from (rows, cols, 3)."""
+    import bpy
+
+    rows, cols = values.shape[:2]
+    image = bpy.data.images.new("painted", cols, rows, float_buffer=True)
+    image.colorspace_settings.name = "Non-Color"
+    image.pixels.foreach_set(np.dstack((values, np.ones((rows, cols)))).astype(np.float32).ravel())
+    return image

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from precompute.lights.panorama import panorama_cells
-from tests.addon.worlds.made import world_with
+from tests.addon.worlds.made import painted, world_with
 from tests.precompute.lights.worlds import COLS, ROWS, direction, disc, picture, sky
 
 CELLS = panorama_cells(ROWS, COLS)
@@ -27,17 +27,6 @@ def everything():
 
     kinds = [own.identifier for own in bpy.data.bl_rna.properties if own.type == "COLLECTION"]
     return {kind: sorted((each.name_full, each.users) for each in getattr(bpy.data, kind)) for kind in kinds}
-
-
-def painted(values):
-    """A picture in memory, with pixels that are in no file, from (rows, cols, 3)."""
-    import bpy
-
-    rows, cols = values.shape[:2]
-    image = bpy.data.images.new("painted", cols, rows, float_buffer=True)
-    image.colorspace_settings.name = "Non-Color"
-    image.pixels.foreach_set(np.dstack((values, np.ones((rows, cols)))).astype(np.float32).ravel())
-    return image
 
 
 def skies():

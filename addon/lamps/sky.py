@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sources of a scene's world, held by properties of the scene and read by nodes.
+
+A source is a compact bright part of the world: a sun in a sky, a window of an HDRI. To the surface it is a sun. The
+properties of source `i` are named `ng_world_<i>_<what>`, and hold numbers that nothing drives. When the world changes
+they are given up (actions/fit_world.py), and the closures take all of the world's light.
+
+    place   unit vector to the source; -1 - its variance in rad2 along one axis
+    power   its irradiance, W/m2, in the scene's linear RGB; 1, as its shadow is cast from its middle
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import bpy
+
+from ..nodes.builder import Tree
+from .group import Light, light_from
+
+if TYPE_CHECKING:
+    from ...precompute.lights.sources import Source
+
+# Every source costs time in every pixel that the material fills.
+SOURCES_MAX = 4
+# What the scene notes of the fit: the world's fingerprint, and the share of its light that is bright and compact but in
+# no source.
+_FINGERPRINT, _MISSED = "ng_world_fingerprint", "ng_world_missed"
+# The rest of what a lamp's group asks: no axes, and the numbers of a lamp that is neither spot nor area (pack.py).
+_NO_AXES = ((0.0, 0.0, 0.0), -3.0, (0.0, 0.0, 0.0), -2.0)
+
+
+def hold_sources(scene: bpy.types.Scene, sources: Sequence[Source], *, fingerprint: str, missed: float) -> None:
+    """Note a fit: at most SOURCES_MAX sources."""
+    forget_sources(scene)
+    for index, source in enumerate(sources[:SOURCES_MAX]):
+        scene[_name(index, "place")] = [*map(float, source.direction), -1.0 - float(source.variance)]
+        scene[_name(index, "power")] = [*map(float, source.irradiance), 1.0]
+    scene[_FINGERPRINT], scene[_MISSED] = fingerprint, float(missed)
+    scene.update_tag()
+
+
+def forget_sources(scene: bpy.types.Scene) -> bool:
+    """Remove what is noted; whether anything was."""
+    names = [_name(index, what) for index in range(SOURCES_MAX) for what in ("place", "power")]
+    present = [name for name in (*names, _FINGERPRINT, _MISSED) if name in scene]
+    for name in present:
+        del scene[name]
+    if present:
+        scene.update_tag()
+    return bool(present)
+
+
+def source_count(scene: bpy.types.Scene) -> int:
+    """How many sources of its world the scene notes."""
+    return sum(_name(index, "place") in scene for index in range(SOURCES_MAX))
+
+
+def fitted_world(scene: bpy.types.Scene) -> str:
+    """The fingerprint of the world whose sources the scene notes; empty if it notes none."""
+    return scene.get(_FINGERPRINT, "")
+
+
+def missed_share(scene: bpy.types.Scene) -> float:
+    """The share of the world's light that is bright and compact but in no source."""
+    return scene.get(_MISSED, 0.0)
+
+
+def source_light(tree: Tree, index: int) -> Light:
+    """Add the nodes of the world's source `index` to a tree; what it sends."""
+    packed = [value for what in ("place", "power") for value in tree.attribute(_name(index, what))]
+    return light_from(tree, [*packed, *_NO_AXES], label=f"Source {index}")
+
+
+def _name(index: int, what: str) -> str:
+    return f"ng_world_{index}_{what}"

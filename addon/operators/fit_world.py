@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fit the bright parts of the scene's world anew."""
+
+import bpy
+
+from ...precompute.base.failure import GratingError
+from .report import report_failure
+
+
+class FitWorld(bpy.types.Operator):
+    """Find the sun, windows and other bright parts of the world, which then light the diffraction without noise"""
+
+    bl_idname = "grating.fit_world"
+    bl_label = "Fit World"
+    bl_options = {"REGISTER"}
+
+    def execute(self, context):
+        """Fit and wait, for scripts."""
+        from ..actions.fit_world import fit_world
+
+        try:
+            fit_world(context.scene)
+        except GratingError as error:
+            return report_failure(self, error)
+        return {"FINISHED"}
+
+    def invoke(self, context, event):
+        """Have it fitted beside the interface."""
+        from ..actions.fit_world import want_fit
+
+        try:
+            want_fit(context.scene)
+        except GratingError as error:
+            return report_failure(self, error)
+        return {"FINISHED"}
