@@ -190,7 +190,7 @@ def compare(addon, relief: Relief, made: Made, view: PlaneView, folder: Path, ru
     software = view.radiance(made.table.scattered_over_w2)
     path = folder / "table.exr"
     write_together({path: (made.image, made.layout)}, {"precision": str(made.image.dtype)})
-    group = addon.grating_material.new_diffraction_group(path, shadows=False)
+    group = addon.grating_material.new_diffraction_group(path, shadows=False, lights="LAMPS")
     truth, seconds = _timed(addon, group, view, folder)
     yield _row("node group", made.layout.terms, seconds, colour_differences(truth, software))
     for name, step_nm, texels in runs:

@@ -224,7 +224,7 @@ class Studio:
 
     def direct(self, shadows: bool = False):
         """The add-on's own material."""
-        group = self.addon.grating_material.new_diffraction_group(self.bake, shadows)
+        group = self.addon.grating_material.new_diffraction_group(self.bake, shadows, "LAMPS")
         return self.addon.material.new_diffraction_material("timed", group)
 
     def direct_shader(self):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The main job from end to end: `./dev demo`. A scan is baked, assigned to a snake, and rendered under two suns.
+"""The main job from end to end: `./dev demo`. A scan is baked, assigned to a snake, and rendered in three lights.
 
 Every step is a command that a user can type: `python -m precompute` for the bake and the map, and Blender in background
 with `--command grating` to assign and render. This file only joins them.
@@ -117,22 +117,27 @@ def run_subject(subject: Subject, arguments, watch: Stopwatch) -> dict:
     bake = json.loads(watch.run(f"{name}: bake", [*precompute, "bake", *height_map, "-o", folder, "--json", "-"]))
     baked = Path(bake["files"][0])
     watch.run(f"{name}: map", [*precompute, "map", baked, "-o", folder / "brdf_map.png"])
+    first, second = subject.suns_deg
     pictures = []
-    for number, sun_deg in enumerate(subject.suns_deg):
-        picture = folder / ("snake_cycles.png" if number == 0 else "snake_cycles_sun_2.png")
-        render_snake(f"{name}: sun {number + 1}", baked, sun_deg, picture, arguments=arguments, watch=watch)
+    for step, file, light in (
+        ("sun 1", "snake_cycles.png", first),
+        ("sun 2", "snake_cycles_sun_2.png", second),
+        ("sky", "snake_cycles_sky.png", (*first, "--sky")),
+    ):
+        picture = folder / file
+        render_snake(f"{name}: {step}", baked, light, picture, arguments=arguments, watch=watch)
         pictures.append(picture)
     return {"title": name, "info": json.loads(info), "bake": bake, "folder": folder, "pictures": pictures}
 
 
 def render_snake(
-    step: str, baked: Path, sun_deg: tuple[int, int], picture: Path, *, arguments, watch: Stopwatch
+    step: str, baked: Path, light: tuple, picture: Path, *, arguments, watch: Stopwatch
 ) -> None:  # fmt: skip
-    """Build the stage with a sun at an azimuth and an elevation, assign the bake to the snake, render: three runs of
-    Blender in background."""
+    """Build the stage, assign the bake to the snake, render: three runs of Blender in background. `light` holds the
+    sun's azimuth and elevation, and then "--sky" where it is the sun of a sky."""
     scene = picture.with_suffix(".blend")
     stage = ["--background", "--python-exit-code", "1", "--python", ROOT / "sample_scenes" / "stage.py"]
-    stage += ["--", "--output", scene, "--sun-azimuth-deg", sun_deg[0], "--sun-elevation-deg", sun_deg[1]]
+    stage += ["--", "--output", scene, "--sun-azimuth-deg", light[0], "--sun-elevation-deg", *light[1:]]
     assign = ["--background", scene, "--command", "grating", "assign", baked, "--object", "Snake"]
     render = ["--background", scene, "--command", "grating", "render", "-o", picture, "--engine", "cycles"]
     render += ["--samples", arguments.samples, "--width", arguments.width, "--height", arguments.width * 9 // 16]

@@ -42,6 +42,7 @@ def section(output: Path, result: dict) -> list[str]:
         ("BRDF map, light at the normal", result["folder"] / "brdf_map.png"),
         ("Cycles, first sun", result["pictures"][0]),
         ("Cycles, second sun: the same snake, with other colours", result["pictures"][1]),
+        ("Cycles, a clear sky", result["pictures"][2]),
     ):
         relative = Path(os.path.relpath(picture, output)).as_posix()
         lines += ["", f"{title}:", "", f"![{title}]({relative})"]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The stage on which the sample snake is rendered: dark ground, one sun, camera.
+"""The stage on which the sample snake is rendered: dark ground, one sun or a clear sky, camera.
 
-python -m sample_scenes.stage --output snake.blend [--sun-azimuth-deg 52 --sun-elevation-deg 30]
+python -m sample_scenes.stage --output snake.blend [--sun-azimuth-deg 52 --sun-elevation-deg 30] [--sky]
 blender --background --python sample_scenes/stage.py -- --output snake.blend
 """
 
@@ -28,6 +28,8 @@ SUN_AZIMUTH_DEG = 128.0
 SUN_ELEVATION_DEG = 30.0
 SUN_STRENGTH = 12.0
 SUN_ANGLE_DEG = 0.53
+# A sky's radiance relative to the Sky Texture's own, so that the ground is as bright as under the lamp.
+SKY_STRENGTH = 0.15
 CAMERA_LOCATION_M = (-0.036, -0.80, 0.69)
 CAMERA_TARGET_M = (-0.036, -0.025, 0.02)
 CAMERA_LENS_MM = 74.0
@@ -90,6 +92,19 @@ def dim_world(scene: bpy.types.Scene) -> None:
     background.inputs["Strength"].default_value = 0.12
 
 
+def light_by_sky(scene: bpy.types.Scene, azimuth_deg: float, elevation_deg: float) -> None:
+    """A clear sky in place of sun lamp and surroundings; its sun stands where the lamp would."""
+    scene.world = bpy.data.worlds.new("Sky")
+    if bpy.app.version < (5, 0):
+        scene.world.use_nodes = True
+    nodes, links = scene.world.node_tree.nodes, scene.world.node_tree.links
+    sky = nodes.new("ShaderNodeTexSky")
+    # A Sky Texture's sun turns clockwise from +Y.
+    sky.sun_rotation, sky.sun_elevation = radians(90 - azimuth_deg), radians(elevation_deg)
+    links.new(sky.outputs[0], nodes["Background"].inputs["Color"])
+    nodes["Background"].inputs["Strength"].default_value = SKY_STRENGTH
+
+
 def render_settings(scene: bpy.types.Scene) -> None:
     scene.render.engine = "CYCLES"
     scene.render.resolution_x, scene.render.resolution_y = 960, 540
@@ -106,12 +121,17 @@ def build_stage(
     scene: bpy.types.Scene,
     sun_azimuth_deg: float = SUN_AZIMUTH_DEG,
     sun_elevation_deg: float = SUN_ELEVATION_DEG,
+    *,
+    sky: bool = False,
 ) -> None:
-    """Add ground, sun and camera to `scene` and set it up for Cycles on the CPU."""
+    """Add ground, light and camera to `scene` and set it up for Cycles on the CPU."""
     add_ground(scene)
-    add_sun(scene, sun_azimuth_deg, sun_elevation_deg)
     add_camera(scene)
-    dim_world(scene)
+    if sky:
+        light_by_sky(scene, sun_azimuth_deg, sun_elevation_deg)
+    else:
+        add_sun(scene, sun_azimuth_deg, sun_elevation_deg)
+        dim_world(scene)
     render_settings(scene)
 
 
@@ -120,10 +140,11 @@ def main(argv: list[str]) -> None:
     parser.add_argument("--output", type=Path, required=True, metavar="FILE.blend")
     parser.add_argument("--sun-azimuth-deg", type=number(-360, 360), default=SUN_AZIMUTH_DEG)
     parser.add_argument("--sun-elevation-deg", type=number(-90, 90), default=SUN_ELEVATION_DEG)
+    parser.add_argument("--sky", action="store_true", help="a clear sky in place of the sun lamp")
     args = parser.parse_args(argv)
     clean_scene()
     build_snake()
-    build_stage(bpy.context.scene, args.sun_azimuth_deg, args.sun_elevation_deg)
+    build_stage(bpy.context.scene, args.sun_azimuth_deg, args.sun_elevation_deg, sky=args.sky)
     bpy.ops.wm.save_as_mainfile(filepath=str(args.output.resolve()))
 
 

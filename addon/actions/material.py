@@ -10,7 +10,7 @@ from ..materials.direct.response import direct_response
 from ..materials.material import add_diffraction, new_diffraction_material
 from ..materials.skin import answers_to_world, group_around, replace_response, set_lighting
 from ..scene.gratings import Grating
-from ..scene.lights import LAMPS_ONLY, NO_SAMPLE_SET
+from ..scene.lights import LAMPS_ONLY, NO_SAMPLE_SET, REST
 from .lamps import update_all_lamps
 
 
@@ -65,13 +65,13 @@ def choose_lights(grating: Grating, lights: str) -> list[str]:
     grating.lights = lights
     group = grating.group
     if group is None or group.library is not None:
-        return [f"{grating.name}: holds from its next material on"]
+        return []
     set_lighting(group, shadows=grating.shadows, lights=lights)
     if lights != LAMPS_ONLY and not answers_to_world(group):
         return [f"{grating.name}: {NO_SAMPLE_SET}"]
     return []
 
 
-def new_diffraction_group(path: Path, shadows: bool = True) -> bpy.types.NodeTree:
+def new_diffraction_group(path: Path, shadows: bool = True, lights: str = REST) -> bpy.types.NodeTree:
     """A new Diffraction group of a bake's file. Raises GratingError if the file is not a bake."""
-    return group_around(printable(path.stem), direct_response(path), shadows=shadows)
+    return group_around(printable(path.stem), direct_response(path), shadows=shadows, lights=lights)

@@ -150,6 +150,16 @@ def test_clean_scene_and_stage():
     assert scene.camera and (scene.render.resolution_x, scene.render.resolution_y) == (960, 540)
 
 
+def test_the_sky_has_its_sun_where_the_lamp_would_be():
+    clean_scene()
+    scene = bpy.context.scene
+    build_stage(scene, sun_azimuth_deg=30, sun_elevation_deg=40, sky=True)
+    assert not [obj for obj in scene.objects if obj.type == "LIGHT"]
+    (sky,) = [node for node in scene.world.node_tree.nodes if node.type == "TEX_SKY"]
+    # Clockwise from +Y: azimuth 30 is 60 degrees from there.
+    assert np.degrees([sky.sun_rotation, sky.sun_elevation]) == pytest.approx([60, 40])
+
+
 def test_command_line_writes_a_blend(tmp_path):
     output = tmp_path / "snake.blend"
     subprocess.run(
