@@ -34,7 +34,7 @@ def read(collection, name: str, width: int, dtype=np.float32) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def snake():
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     start = time.perf_counter()
     obj = build_snake()
     obj["seconds"] = time.perf_counter() - start
@@ -136,7 +136,7 @@ def test_scale_rows_are_staggered_and_lean_by_some_degrees():
 
 
 def test_clean_scene_and_stage():
-    bpy.ops.wm.read_factory_settings(use_empty=False)
+    bpy.ops.wm.read_homefile(use_factory_startup=True)  # which keeps extensions
     clean_scene()
     scene = bpy.context.scene
     assert not scene.objects
