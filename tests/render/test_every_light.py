@@ -140,10 +140,10 @@ def test_the_sources_of_a_world(stage, skin):
     assign(stage, path, "REST")
     held = stage.addon.sky
     assert held.source_count(stage.scene) >= 2
-    fitted = stage.rgb("cycles", 128, 64)[24:-24, 24:-24]
+    fitted = stage.rgb("cycles", 96, 64)[18:-18, 18:-18]
     assert held.forget_sources(stage.scene)
-    found = stage.rgb("cycles", 128, 64)[24:-24, 24:-24]
-    many = stage.rgb("cycles", 128, 512)[24:-24, 24:-24]
+    found = stage.rgb("cycles", 96, 64)[18:-18, 18:-18]
+    many = stage.rgb("cycles", 96, 256)[18:-18, 18:-18]
     # By the noise of 10^6 samples, and by what a Gaussian in place of a disc sends below the horizon.
     np.testing.assert_allclose(fitted.mean(axis=(0, 1)), many.mean(axis=(0, 1)), rtol=0.015)
     scattered = many.max(axis=-1) < 0.25  # not the mirror images, which are the same closure's
