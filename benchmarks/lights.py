@@ -26,13 +26,11 @@ from precompute.bake.output import bake_to_folder
 from precompute.bake.request import BakeRequest
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
-from precompute.colour.working_space import rgb_from_xyz
 from precompute.lights.panorama import panorama_cells
 from precompute.optics.fresnel import KERATIN_IOR
 from precompute.surface.readers.registry import read_height_map
 from precompute.table import atlas_file
-from precompute.table.radiance import reflected_xyz
-from precompute.table.table import Table
+from precompute.table.radiance import directional_albedo
 
 from .render_time import Studio
 
@@ -43,8 +41,6 @@ _SCANS = (("elaphe_65um.png", 375), ("xenopeltis_65um.png", 818.69))
 _FOLDER = Path(__file__).resolve().parents[2] / "shared" / "data" / "snake"
 # Pixels and samples of a furnace. A sample deviates by 0.5 of the mean at most, and the mean of all by a thousandth.
 _FURNACE_PIXELS, _FURNACE_SAMPLES = 64, 64
-# Steps of the hemisphere in its two angles: a fourth of the narrowest kernel here.
-_THETAS, _PHIS = 900, 1800
 _SAMPLES, _TRUTH_SAMPLES = 64, 512
 WORLDS = ("clear sky", "overcast sky", "studio")
 MATERIALS = ("coat", "LAMPS", "REST", "ALL")
@@ -88,21 +84,6 @@ def furnace(studio: "Worlds", arguments: argparse.Namespace) -> list[dict]:
                 ratio = " ".join(f"{each:.4f}" for each in rows[-1]["ratio"])
                 report.say(f"{name:24}{lights:>7}{angle:7}   {ratio}", arguments.json)
     return rows
-
-
-def directional_albedo(table: Table, theta_r: float) -> np.ndarray:
-    """Radiance (3,) in linear Rec.709 under a world of radiance 1, seen along T at an angle from the normal.
-
-    The colour of each direction is clamped to the gamut, as in every renderer."""
-    theta = (np.arange(_THETAS) + 0.5) * np.pi / 2 / _THETAS
-    phi = (np.arange(_PHIS) + 0.5) * 2 * np.pi / _PHIS
-    matrix, total = rgb_from_xyz("Rec.709").T, np.zeros(3)
-    for ring in theta:
-        sine = np.sin(ring)
-        wi = np.stack([sine * np.cos(phi), sine * np.sin(phi), np.full(_PHIS, np.cos(ring))], axis=-1)
-        wr = np.broadcast_to((np.sin(theta_r), 0, np.cos(theta_r)), wi.shape)
-        total += np.maximum(reflected_xyz(table, wi, wr) @ matrix, 0).sum(axis=0) * sine
-    return total * (np.pi / 2 / _THETAS) * (2 * np.pi / _PHIS)
 
 
 def noise(studio: "Worlds", arguments: argparse.Namespace) -> list[dict]:

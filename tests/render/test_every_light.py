@@ -13,14 +13,12 @@ import pytest
 
 from devtools import ROOT
 from precompute.table import atlas_file
-from precompute.table.radiance import lamp_radiance
-from precompute.table.table import Table
+from precompute.table.radiance import directional_albedo
 from tests.addon.worlds.made import painted, world_with
 from tests.precompute.lights.worlds import direction, disc, picture, sky
 
 from .lamp_scenes import add_grating
 
-THETAS, PHIS = 600, 1200
 LIGHTS = ["REST", "ALL"]
 
 
@@ -53,22 +51,6 @@ def add_world(stage, colour=(1.0, 1.0, 1.0)):
     background = next(node for node in world.node_tree.nodes if node.type == "BACKGROUND")
     background.inputs["Color"].default_value = (*colour, 1)
     return background.inputs["Color"]
-
-
-def directional_albedo(table: Table, theta_r: float) -> np.ndarray:
-    """Radiance (3,) in linear Rec.709 under a world of radiance 1, seen along T at an angle from the normal.
-
-    Each direction's colour is clamped to the gamut, as in every renderer. The midpoint rule's steps are a sixth of the
-    kernel or less, by which it is exact for a Gaussian."""
-    theta = (np.arange(THETAS) + 0.5) * np.pi / 2 / THETAS
-    phi = (np.arange(PHIS) + 0.5) * 2 * np.pi / PHIS
-    total = np.zeros(3)
-    for ring in theta:
-        sine, cosine = np.sin(ring), np.cos(ring)
-        wi = np.stack([sine * np.cos(phi), sine * np.sin(phi), np.full(PHIS, cosine)], axis=-1)
-        wr = np.broadcast_to((np.sin(theta_r), 0, np.cos(theta_r)), wi.shape)
-        total += lamp_radiance(table, wi, wr, irradiance=np.ones((PHIS, 3))).sum(axis=0) * sine
-    return total * (np.pi / 2 / THETAS) * (2 * np.pi / PHIS)
 
 
 @pytest.mark.parametrize("lights", LIGHTS)

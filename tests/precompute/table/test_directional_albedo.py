@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a surface sends in a white world, where that is known."""
+
+import numpy as np
+import pytest
+
+from precompute.colour.observer import white_xyz
+from precompute.optics.fresnel import fresnel_reflectance
+from precompute.table.radiance import directional_albedo
+from precompute.table.table import Table
+
+SIGMA_B = 0.02
+
+
+def white_table(scattered, mirrored):
+    """A table of white light: as much over w^2 in every (u, v), and as much in the zero order."""
+    terms = np.zeros((2, 29, 29, 3), np.float32)
+    terms[0] = scattered * white_xyz()
+    return Table(terms, np.tile(mirrored * white_xyz(), (20, 1)), SIGMA_B, 4 / 24, "D65")
+
+
+@pytest.mark.parametrize("degrees", [0, 30, 60])
+def test_a_mirror_reflects_what_its_surface_does(degrees):
+    """The kernel blurs the reflectance by sigma^2 / 2 of its Laplacian in (u, v)."""
+    theta = np.radians(degrees)
+    wanted = fresnel_reflectance(np.cos(theta))
+    laplacian = {0: 0.0, 30: 0.046, 60: 2.69}[degrees]  # by finite differences
+    wanted += SIGMA_B**2 / 2 * laplacian
+    # The next term, sigma^4 / 8 of the Laplacian's own Laplacian, is 1.6e-4 at 60 degrees.
+    np.testing.assert_allclose(directional_albedo(white_table(0, 1), theta), wanted, rtol=3e-4)
+
+
+def test_even_scatter_is_an_integral_of_one_angle():
+    """Seen along the normal: R (1 + cos)^2 over the hemisphere, whose half angle is half the light's."""
+    step = np.pi / 2 / 1000
+    theta = (np.arange(1000) + 0.5) * step
+    ring = fresnel_reflectance(np.cos(theta / 2)) * (1 + np.cos(theta)) ** 2 * np.sin(theta)
+    # The midpoint rule here is off by step^2 / 24 = 1e-7, times numbers of order one.
+    wanted = 2 * np.pi * 0.3 * ring.sum() * step
+    np.testing.assert_allclose(directional_albedo(white_table(0.3, 0), 0.0), wanted, rtol=1e-6)
