@@ -2,6 +2,8 @@
 """Small float renders: an empty scene, lamps, and pictures with one sample at the centre of each pixel."""
 
 import os
+import subprocess
+import sys
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
@@ -9,6 +11,7 @@ import numpy as np
 import OpenEXR
 import pytest
 
+from devtools import ROOT
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
 from precompute.surface.readers.registry import read_height_map
@@ -177,3 +180,13 @@ def steep(baked, tmp_path_factory):
     path = tmp_path_factory.mktemp("radiance") / "steep.exr"
     atlas_file.write_together({path: (image, layout)}, {})
     return path, atlas.unpack(image, layout)
+
+
+@pytest.fixture(scope="session")
+def skin(tmp_path_factory):
+    """A shallow bake of the Elaphe sample, with its sample set: its file, and its table."""
+    folder = tmp_path_factory.mktemp("skin")
+    asked = ["sample:elaphe", "--coherence-um", "30", "--delta-e", "1", "-o", str(folder)]
+    subprocess.run([sys.executable, "-m", "precompute", "bake", *asked], cwd=ROOT, check=True, capture_output=True)
+    path = folder / "elaphe.exr"
+    return path, atlas_file.read(path)[0]

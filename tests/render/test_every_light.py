@@ -1,56 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Light from a world and from lamps, by every choice of lights: how much of it comes back, and that none counts twice.
 
-The surface is a shallow bake of the Elaphe sample, alone in its world, over a black base.
+The surface is a shallow bake of the Elaphe sample, over a black base.
 """
-
-import subprocess
-import sys
 
 import bpy
 import numpy as np
 import pytest
 
-from devtools import ROOT
-from precompute.table import atlas_file
 from precompute.table.radiance import directional_albedo
 from tests.addon.worlds.made import painted, world_with
 from tests.precompute.lights.worlds import direction, disc, picture, sky
 
-from .lamp_scenes import add_grating
+from .world_scenes import add_world, assign
 
 LIGHTS = ["REST", "ALL"]
-
-
-@pytest.fixture(scope="session")
-def skin(tmp_path_factory):
-    """A bake with its sample set, and its table."""
-    folder = tmp_path_factory.mktemp("skin")
-    asked = ["sample:elaphe", "--coherence-um", "30", "--delta-e", "1", "-o", str(folder)]
-    subprocess.run([sys.executable, "-m", "precompute", "bake", *asked], cwd=ROOT, check=True, capture_output=True)
-    path = folder / "elaphe.exr"
-    return path, atlas_file.read(path)[0]
-
-
-def assign(stage, path, lights: str):
-    """Put the grating of a file on the active object, over black."""
-    add_grating(stage, path)
-    grating = stage.scene.natural_gratings.active()
-    assert bpy.ops.grating.lights(lights=lights) == {"FINISHED"}
-    assert bpy.ops.grating.assign() == {"FINISHED"}
-    skin = next(node for node in grating.material.node_tree.nodes if node.label == "Skin")
-    skin.inputs["Base Color"].default_value = (0, 0, 0, 1)
-    return grating
-
-
-def add_world(stage, colour=(1.0, 1.0, 1.0)):
-    """A world of one colour; its Background node's input."""
-    world = bpy.data.worlds.new("World")
-    stage.addon.compat.enable_nodes(world)
-    stage.scene.world = world
-    background = next(node for node in world.node_tree.nodes if node.type == "BACKGROUND")
-    background.inputs["Color"].default_value = (*colour, 1)
-    return background.inputs["Color"]
 
 
 @pytest.mark.parametrize("lights", LIGHTS)
