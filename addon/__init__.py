@@ -11,6 +11,7 @@ import bpy
 from .actions import keep_lamps
 from .operators import (
     add_diffraction,
+    add_fan,
     add_sun,
     assign,
     bake_grating,
@@ -37,6 +38,7 @@ CLASSES = (
     add_diffraction.AddDiffraction,
     remove_diffraction.RemoveDiffraction,
     add_sun.AddSun,
+    add_fan.AddDiffractionLamp,
     choose_lights.ChooseLights,
     fit_world.FitWorld,
     osl_reference.NewOslReference,
@@ -50,12 +52,13 @@ _command = None
 
 
 def register() -> None:
-    """Register all classes, the scene's gratings, the import menu and `blender --command grating`."""
+    """Register all classes, the scene's gratings, the menu entries and `blender --command grating`."""
     global _command
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=gratings.SceneGratings)
     bpy.types.TOPBAR_MT_file_import.append(import_height_map.menu_entry)
+    bpy.types.VIEW3D_MT_light_add.append(add_fan.menu_entry)
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.append(bakes.recall_bakes)
     keep_lamps.register()
@@ -69,6 +72,7 @@ def unregister() -> None:
     keep_lamps.unregister()
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.remove(bakes.recall_bakes)
+    bpy.types.VIEW3D_MT_light_add.remove(add_fan.menu_entry)
     bpy.types.TOPBAR_MT_file_import.remove(import_height_map.menu_entry)
     del bpy.types.Scene.natural_gratings
     for cls in reversed(CLASSES):

@@ -42,6 +42,7 @@ MODULES = {
     "bakes": "scene.bakes",
     "compat": "scene.compat",
     "gratings": "scene.gratings",
+    "fan": "actions.fan",
     "fingerprint": "worlds.fingerprint",
     "probe": "worlds.probe",
     "stand_alone": "worlds.stand_alone",

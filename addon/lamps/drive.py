@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Properties of the scene that drivers write. What is driven already as wanted is not touched: each write would make
-Blender evaluate the scene again."""
+"""Properties of the scene, or of an object in it, that drivers write. What is driven already as wanted is not touched:
+each write would make Blender evaluate the scene again."""
 
 import re
 from collections.abc import Sequence
@@ -26,11 +26,11 @@ class Variable:
 
 
 class Drivers:
-    """The drivers of a scene's own properties."""
+    """The drivers of a scene's own properties, or of those of a holder in the scene."""
 
-    def __init__(self, scene: bpy.types.Scene):
-        self.scene = scene
-        curves = scene.animation_data.drivers if scene.animation_data else ()
+    def __init__(self, scene: bpy.types.Scene, holder: bpy.types.Object | None = None):
+        self.scene, self.holder = scene, holder or scene
+        curves = self.holder.animation_data.drivers if self.holder.animation_data else ()
         self._present = {(curve.data_path, curve.array_index): curve.driver for curve in curves}
 
     def drive(self, name: str, expressions: Sequence[str], variables: Sequence[Variable]) -> bool:
@@ -42,12 +42,12 @@ class Drivers:
         used = [_used(expression, variables) for expression in wanted]
         path = f'["{name}"]'
         present = [self._present.get((path, index)) for index in range(len(wanted))]
-        if name in self.scene and all(map(_is_as_wanted, present, wanted, used)):
+        if name in self.holder and all(map(_is_as_wanted, present, wanted, used)):
             return False
-        self.scene[name] = [0.0] * len(wanted)
-        self.scene.driver_remove(path)
+        self.holder[name] = [0.0] * len(wanted)
+        self.holder.driver_remove(path)
         for index, expression in enumerate(wanted):
-            driver = self.scene.driver_add(path, index).driver
+            driver = self.holder.driver_add(path, index).driver
             driver.type = "SCRIPTED"
             for variable in used[index]:
                 _add(driver, variable)
@@ -56,10 +56,10 @@ class Drivers:
 
     def remove(self, name: str) -> bool:
         """Remove a property and its drivers; whether it was there."""
-        if name not in self.scene:
+        if name not in self.holder:
             return False
-        self.scene.driver_remove(f'["{name}"]')
-        del self.scene[name]
+        self.holder.driver_remove(f'["{name}"]')
+        del self.holder[name]
         return True
 
 

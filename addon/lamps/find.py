@@ -9,11 +9,19 @@ from ..scene import compat
 
 # Every lamp costs time in every pixel, so only the brightest are followed.
 LAMPS_MAX = 8
+# A custom property of a lamp's data, also in saved files: it is a Diffraction Lamp, which sends diffracted light
+# (materials/fan.py).
+FAN = "ng_fan"
 
 
 def lamps_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """All lamps of the scene, also those that are hidden now: they may be shown later."""
-    return [o for o in scene.collection.all_objects if o.type == "LIGHT"]
+    """All lamps of the scene, also those that are hidden now: they may be shown later. Diffraction Lamps are none."""
+    return [o for o in scene.collection.all_objects if o.type == "LIGHT" and not is_fan(o)]
+
+
+def is_fan(lamp: bpy.types.Object) -> bool:
+    """Whether a lamp is a Diffraction Lamp. Its light was counted where it was diffracted."""
+    return FAN in lamp.data
 
 
 def brightest(lamps: list[bpy.types.Object]) -> list[bpy.types.Object]:
@@ -25,8 +33,8 @@ def instanced_lamps(depsgraph: bpy.types.Depsgraph) -> list[str]:
     """Names of the lamps that instances of collections or particles show.
 
     Such a lamp is one object at many places, and no driver can follow all of them."""
-    found = {i.object.original.name for i in depsgraph.object_instances if i.is_instance and i.object.type == "LIGHT"}
-    return sorted(found)
+    instances = [i.object.original for i in depsgraph.object_instances if i.is_instance and i.object.type == "LIGHT"]
+    return sorted({lamp.name for lamp in instances if not is_fan(lamp)})
 
 
 def instances_are_not_followed(names: list[str]) -> str:

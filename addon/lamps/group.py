@@ -72,6 +72,12 @@ def light_of(tree: Tree, index: int, linked: bool) -> Light:
     return replace(light, irradiance=light.irradiance * (1.0 - read_unlinked(tree, index))) if linked else light
 
 
+def light_of_object(tree: Tree) -> Light:
+    """Add the nodes of the lamp whose properties the object itself holds (pack.py), as its lamp 0; what it sends."""
+    packed = [value for what in PROPERTIES for value in tree.attribute(property_name(0, what), "OBJECT")]
+    return light_from(tree, packed, label="Lamp")
+
+
 def light_from(tree: Tree, packed: Sequence[Operand], *, label: str) -> Light:
     """Add the nodes of a packed lamp (pack.py) to a tree, of each property its vector and its fourth number; what it
     sends."""

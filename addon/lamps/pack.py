@@ -106,7 +106,7 @@ def drive_properties(drivers: Drivers, index: int, lamp: bpy.types.Object) -> bo
     light |= _size_variables(data) | {"shadow": "use_shadow", "cone": "spot_size", "blend": "spot_blend"}
     paths = axes | position | {name: f"data.{path}" for name, path in light.items()}
     variables = [Variable(name, lamp, path) for name, path in paths.items()]
-    variables.append(Variable("on", drivers.scene, f'["{property_name(index, ON)}"][0]'))
+    variables.append(Variable("on", drivers.holder, f'["{property_name(index, ON)}"][0]'))
     variance = _variance(data)
     # A lamp shines along its own -Z: a sun lies along +Z.
     is_sun = data.type == "SUN"

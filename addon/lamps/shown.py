@@ -27,10 +27,12 @@ def drive_on(drivers: Drivers, index: int, lamp: bpy.types.Object, *, name: str)
         # The scene's own collection, the first of each way, cannot be hidden.
         names = [collections.setdefault(collection, f"h{len(collections)}") for collection in way[1:]]
         hidden.append(f"max({', '.join(names)})" if len(names) > 1 else names[0] if names else "0")
-    factors = ["shown", "visible", "(1 - hidden)", f"(1 - min({', '.join(hidden)}))" if hidden else "0"]
+    factors = ["visible", "(1 - hidden)", f"(1 - min({', '.join(hidden)}))" if hidden else "0"]
     variables = [Variable(name, collection, "hide_render") for collection, name in collections.items()]
     variables += [Variable("hidden", lamp, "hide_render"), Variable("visible", lamp, "visible_glossy")]
-    variables.append(Variable("shown", VIEW_LAYER, f'["{_SHOWN}"][{index}]', otherwise=1.0))
+    if drivers.holder == drivers.scene:  # view layers note only the lamps that the scene follows
+        factors.insert(0, "shown")
+        variables.append(Variable("shown", VIEW_LAYER, f'["{_SHOWN}"][{index}]', otherwise=1.0))
     if lamp.data.type in {"AREA", "SPOT"}:
         # Blender leaves out an area lamp or spot that has no extent along one of its axes.
         for axis, letter in enumerate("xyz"):

@@ -109,6 +109,7 @@ def replace_response(group: bpy.types.NodeTree, response: Response) -> None:
     ]
     left = [part for each in (old.group, old.world) for part in _parts(each)]
     fill_group(group, response, list(group[_LAMPS]), sources=group.get(_SOURCES, 0))
+    old.group.user_remap(response.group)  # in Diffraction Lamps
     for each in left:
         if each.users == 0:
             bpy.data.batch_remove([each])

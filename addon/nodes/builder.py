@@ -172,6 +172,11 @@ class Tree:
         """A vector of three numbers."""
         return self.value(self.node("ShaderNodeCombineXYZ", x, y, z).outputs[0])
 
+    def from_object(self, direction: Operand) -> Value:
+        """A direction of the object's space in the scene's."""
+        settings = {"vector_type": "VECTOR", "convert_from": "OBJECT", "convert_to": "WORLD"}
+        return self.value(self.node("ShaderNodeVectorTransform", direction, **settings).outputs["Vector"])
+
     def clamp(self, a: Operand, low: Operand, high: Operand) -> Value:
         """Clamp a vector component by component."""
         return self.vector_math("MINIMUM", self.vector_math("MAXIMUM", a, low), high)

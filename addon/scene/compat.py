@@ -19,8 +19,8 @@ def eevee_engine() -> str:
     return "BLENDER_EEVEE" if bpy.app.version >= (5, 0, 0) else "BLENDER_EEVEE_NEXT"
 
 
-def enable_nodes(material: bpy.types.Material | bpy.types.World) -> None:
-    """Switch a new material's or world's nodes on. From Blender 5.0 they always are, and setting them gives a
+def enable_nodes(material: bpy.types.Material | bpy.types.World | bpy.types.Light) -> None:
+    """Switch the nodes of a new material, world or lamp on. From Blender 5.0 they always are, and setting them gives a
     warning."""
     if bpy.app.version < (5, 0, 0):
         material.use_nodes = True

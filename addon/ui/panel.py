@@ -13,6 +13,7 @@ from ..materials.data_pictures import resampled_pictures
 from ..materials.osl.script import missing_for_osl
 from ..materials.skin import answers_to_world, linked_with_fewer_lamps
 from ..operators.add_diffraction import AddDiffraction
+from ..operators.add_fan import AddDiffractionLamp
 from ..operators.add_sun import AddSun
 from ..operators.assign import AssignToSelected
 from ..operators.bake_grating import BakeGrating
@@ -140,6 +141,7 @@ def _draw_material(layout, grating) -> None:
     row.label(text="Lights")
     row.operator_menu_enum(ChooseLights.bl_idname, "lights", text=chosen)
     layout.prop(grating, "shadows")
+    layout.operator(AddDiffractionLamp.bl_idname, text="Add Diffraction Lamp", icon="LIGHT_AREA")
 
 
 def _draw_lamps(layout, context, grating) -> None:

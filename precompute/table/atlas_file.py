@@ -59,7 +59,7 @@ def write_exr(path: Path, image: np.ndarray, attributes: Mapping[str, str]) -> N
 
 def read_header(path: Path) -> tuple[Layout, dict]:
     """Layout and whole header record of an atlas. Raises GratingError if the file is not an atlas."""
-    return parse(open_picture(path))
+    return _parse(open_picture(path))
 
 
 def read_sound_header(path: Path) -> tuple[Layout, dict]:
@@ -67,7 +67,7 @@ def read_sound_header(path: Path) -> tuple[Layout, dict]:
 
     Raises GratingError if the file is not an atlas, if its picture is damaged or if a pixel is no number."""
     picture = open_picture(path)
-    found = parse(picture)
+    found = _parse(picture)
     picture.check_pixels()
     return found
 
@@ -75,7 +75,7 @@ def read_sound_header(path: Path) -> tuple[Layout, dict]:
 def read(path: Path) -> tuple[Table, dict]:
     """The bake in an atlas file, and its header record. Raises GratingError as read_sound_header does."""
     picture = open_picture(path)
-    layout, record = parse(picture)
+    layout, record = _parse(picture)
     return unpack(picture.pixels(), layout), record
 
 
@@ -109,7 +109,14 @@ def parse(
         raise GratingError(f"{path}: its header says what no picture of this kind can have; bake it again")
     if picture.shape != (layout.height, layout.width, len(channels)):
         raise GratingError(f"{path}: the picture is not the size that its header says; bake it again")
+    return layout, record
+
+
+def _parse(picture: Picture) -> tuple[Layout, dict]:
+    """Layout and record of an atlas. The record tells the atlas's precision, also where a sample set holds it."""
+    layout, record = parse(picture)
     precision = np.dtype(picture.precision).name
     if record.get("precision", precision) != precision:
-        raise GratingError(f"{path}: holds {precision}, not its header's {record['precision']!r:.20}; bake it again")
+        told = f"holds {precision}, not its header's {record['precision']!r:.20}"
+        raise GratingError(f"{picture.path}: {told}; bake it again")
     return layout, record

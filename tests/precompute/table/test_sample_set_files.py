@@ -65,6 +65,14 @@ def test_the_picture_is_what_the_docstring_says(written):
     np.testing.assert_allclose([r + b, g + a], found.q[y, x] * 550e-9, atol=1e-6)
 
 
+def test_it_may_lie_beside_an_atlas_of_single_floats(scan, tmp_path):
+    """Both files hold one record, which tells the atlas's precision. A sample set is always of half floats."""
+    path = tmp_path / "table.lobes.exr"
+    found = make_sample_set([scan[0]], SIGMA_B, size=16)
+    atlas_file.write_together({path: sample_set.pack(found)}, PROVENANCE | {"precision": "float32"})
+    assert sample_set.read_sound_header(path)[1]["precision"] == "float32"
+
+
 @pytest.mark.parametrize(
     ("size", "pieces", "columns"), [(256, 2, 1), (256, 31, 1), (256, 32, 2), (1, 1, 1), (64, 5, 1)]
 )
