@@ -34,7 +34,7 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        studio = Studio(Path(folder), arguments.pixels)
+        studio = Studio.started(Path(folder), arguments.pixels)
         look(studio)
         table, _ = atlas_file.read(studio.bake)
         report.say(f"{'vertices':>9}{'median':>9}{'p95':>9}", arguments.json)

@@ -20,6 +20,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Self
 
 import numpy as np
 
@@ -70,7 +72,7 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     tables = []
     with tempfile.TemporaryDirectory() as folder:
-        studio = Studio(Path(folder), arguments.pixels)
+        studio = Studio.started(Path(folder), arguments.pixels)
         for engine in arguments.engine or ("cycles", "eevee"):
             for scene in arguments.scene or ("snake", "sphere"):
                 studio.build(scene)
@@ -133,11 +135,15 @@ def equal_error(studio: "Studio", scene: str, arguments: argparse.Namespace) -> 
 class Studio:
     """A scene of one mesh under suns, its materials, and a clock."""
 
-    def __init__(self, folder: Path, pixels: int):
-        self.addon = start_blender(folder)
-        self.folder, self.pixels = folder, pixels
+    def __init__(self, addon: SimpleNamespace, folder: Path, pixels: int, bake: Path):
+        self.addon, self.folder, self.pixels, self.bake = addon, folder, pixels, bake
+
+    @classmethod
+    def started(cls, folder: Path, pixels: int) -> Self:
+        """With the add-on of this tree, and a bake of the Elaphe sample, in a folder."""
+        addon = start_blender(folder)
         facts = bake_to_folder([read_height_map(_SURFACE)], BakeRequest(), folder, progress=lambda *_: None)
-        self.bake = Path(facts["files"][0])
+        return cls(addon, folder, pixels, Path(facts["files"][0]))
 
     def build(self, scene: str) -> None:
         """Make one of the two scenes, its mesh without a material."""
@@ -256,15 +262,20 @@ class Studio:
         seconds = (self.render(engine, count, pixels)[0] for count in (fewer, more))
         return tuple(each / (pixels**2 * (more - fewer)) for each in seconds)
 
-    def render(self, engine: str, samples: int, pixels: int | None = None) -> tuple[float, np.ndarray]:
-        """Render; the processor seconds, and the linear picture (n, n, 3)."""
+    def render(
+        self, engine: str, samples: int, pixels: int | tuple[int, int] | None = None
+    ) -> tuple[float, np.ndarray]:
+        """Render; the processor seconds, and the linear picture (rows, columns, 3), row 0 at the top.
+
+        `pixels` is a side of a square picture, or rows and columns."""
         import bpy
         import OpenEXR
 
         scene = self.scene
         scene.render.engine = "CYCLES" if engine == "cycles" else self.addon.compat.eevee_engine()
         scene.cycles.samples = scene.eevee.taa_render_samples = samples
-        scene.render.resolution_x = scene.render.resolution_y = pixels or self.pixels
+        rows, columns = pixels if isinstance(pixels, tuple) else (pixels or self.pixels,) * 2
+        scene.render.resolution_y, scene.render.resolution_x = rows, columns
         path = self.folder / "timed.exr"
         scene.render.filepath = str(path)
         start = time.process_time()

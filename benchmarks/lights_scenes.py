@@ -1,0 +1,261 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scenes in which renders are held against integrals: subjects, worlds, and points of the subject.
+
+A pixel shows one point, as in all measurements of the radiance. Position and frame of a point are read off pictures of
+Cycles, and nothing off the materials that are judged. The subjects are alone, and only points are taken from which the
+subject itself hides nothing of the sky: what it would reflect there is not in the integrals.
+"""
+
+from dataclasses import dataclass, field
+from functools import cache
+
+import numpy as np
+
+from precompute.lights.panorama import crop_cells, panorama_cells
+from sample_scenes.room import room
+
+from .lights_worlds import Worlds
+
+SUBJECTS = ("snake", "sphere", "disc")
+WORLDS = ("studio", "clear sky", "overcast sky", "room", "area lamp")
+# In metres; the subject stands before a lamp 1 m wide and 1 m away. The lamp's watts make it shine with 10 W/m2/sr.
+RADIUS_M, _LAMP_M, _LAMP_W = 0.2, 1.0, 10 * np.pi
+_TO_LAMP = np.array((0.5, -0.3, 0.8)) / np.linalg.norm((0.5, -0.3, 0.8))
+# Rows of a painted world, and of a sky that is read off a render.
+_ROWS = 256
+# A look at a sun: half its angle, and its pixels a side.
+_LOOK, _LOOK_PIXELS = np.radians(0.6), 96
+# Points of a sun's disc, in rings of equal area.
+_SUN_RINGS = 4
+# Rays that ask whether a point is free, and the least cosine of those and of the view.
+_RAYS, _COSINE_MIN = 256, 0.1
+
+
+@dataclass(frozen=True)
+class Light:
+    """What lights a scene, as an integral reads it.
+
+    panorama    (rows, cols, 3) the world's radiance, as precompute/lights/panorama.py lays it
+    directions  (n, 3) unit vectors to points of a sun that is left out of the panorama, and
+    irradiance  (n, 3) of each
+    square      a lamp's middle (3,) and axes x, y, z (3, 3) in its rows, or None; its side is _LAMP_M"""
+
+    panorama: np.ndarray = field(default_factory=lambda: np.zeros((2, 4, 3)))
+    directions: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    irradiance: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    square: tuple[np.ndarray, np.ndarray] | None = None
+
+    def radiance(self, directions: np.ndarray, position: np.ndarray, blur: float) -> np.ndarray:
+        """Linear RGB (n, 3) from directions (n, 3) at a position (3,); a lamp's edge is `blur` wide, in radians."""
+        found = looked_up(self.panorama, directions)
+        if self.square is not None:
+            middle, axes = self.square
+            x, y, z = (directions @ axis for axis in axes)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                along = ((middle - position) @ axes[2]) / z
+                away = [along * each - (middle - position) @ axis for each, axis in ((x, axes[0]), (y, axes[1]))]
+                inside = [np.clip((_LAMP_M / 2 - np.abs(each)) / (along * blur) + 0.5, 0, 1) for each in away]
+            seen = np.where((z > 0) & (along > 0), inside[0] * inside[1], 0.0)
+            found = found + seen[:, None] * (_LAMP_W / np.pi / _LAMP_M**2)
+        return found
+
+
+def looked_up(panorama: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """A panorama's radiance (n, 3) in directions (n, 3), between pixels as an Environment Texture's "Linear" has it."""
+    rows, cols, _ = panorama.shape
+    x = (0.5 - np.arctan2(directions[:, 1], directions[:, 0]) / (2 * np.pi)) * cols - 0.5
+    y = (0.5 + np.arcsin(np.clip(directions[:, 2], -1, 1)) / np.pi) * rows - 0.5
+    left, below = np.floor(x).astype(int), np.floor(y).astype(int)
+    across, up = (x - left)[:, None], (y - below)[:, None]
+    low, high = (np.clip(below + step, 0, rows - 1) for step in (0, 1))
+    bottom, top = (
+        panorama[row, left % cols] * (1 - across) + panorama[row, (left + 1) % cols] * across for row in (low, high)
+    )
+    return bottom * (1 - up) + top * up
+
+
+@dataclass(frozen=True)
+class Points:
+    """Points of a subject: the pixels that show them (rows, columns), their positions (n, 3), their frames (n, 3, 3)
+    with T, B and N in rows, and the unit vectors to the camera (n, 3) in their frames."""
+
+    pixels: tuple[np.ndarray, np.ndarray]
+    positions: np.ndarray
+    frames: np.ndarray
+    views: np.ndarray
+
+
+def build(studio: Worlds, subject: str) -> None:
+    """Make one of SUBJECTS, alone, and a camera; the mesh has no material."""
+    import bpy
+    from mathutils import Vector
+
+    from sample_scenes.snake import build_snake
+
+    studio.build("sphere")
+    bpy.data.objects.remove(studio.mesh)
+    if subject == "snake":
+        studio.mesh, target, at, angle = build_snake(), (-0.03, -0.05, 0.03), (-0.036, -0.80, 0.69), 5
+    elif subject == "sphere":
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=128, ring_count=64, radius=RADIUS_M)
+        bpy.ops.object.shade_smooth()
+        studio.mesh, target, at, angle = bpy.context.object, (0, 0, 0), (0.0, -0.6, 0.1), 38
+    else:
+        bpy.ops.mesh.primitive_circle_add(vertices=128, radius=RADIUS_M, fill_type="NGON")
+        studio.mesh, target, at, angle = bpy.context.object, (0, 0, 0), (0.06, -0.36, 0.5), 34
+    studio.target = np.array(target, float)
+    camera = studio.scene.camera
+    camera.data.type, camera.data.angle = "PERSP", np.radians(angle)
+    camera.location = at
+    camera.rotation_euler = (Vector(at) - Vector(target)).to_track_quat("Z", "Y").to_euler()
+    if not studio.mesh.material_slots:
+        studio.mesh.data.materials.append(None)
+    cycles = studio.scene.cycles
+    cycles.pixel_filter_type, cycles.filter_width = "GAUSSIAN", 0.01  # Cycles' box is a whole pixel at any width
+
+
+def light_by(studio: Worlds, world: str) -> Light:
+    """Light the scene by one of WORLDS, about its target; what an integral reads of it."""
+    import bpy
+    from mathutils import Vector
+
+    bpy.data.batch_remove([lamp for lamp in bpy.data.objects if lamp.type == "LIGHT"])
+    studio.addon.lamps.update_lamps(studio.scene)
+    if world == "area lamp":
+        studio.world()[1].inputs["Color"].default_value = (0, 0, 0, 1)
+        data = bpy.data.lights.new("Area", "AREA")
+        data.size, data.energy = _LAMP_M, _LAMP_W
+        lamp = bpy.data.objects.new("Area", data)
+        lamp.location = studio.target + _TO_LAMP
+        lamp.rotation_euler = Vector(_TO_LAMP).to_track_quat("Z", "Y").to_euler()
+        studio.scene.collection.objects.link(lamp)
+        bpy.context.view_layer.update()
+        studio.addon.lamps.update_lamps(studio.scene)
+        return Light(square=(np.array(lamp.location), np.array(lamp.matrix_world.to_3x3()).T))
+    if world == "clear sky":
+        return _clear_sky(studio)
+    panorama = _PAINTED[world](_ROWS)
+    studio.paint(panorama)
+    return Light(panorama)
+
+
+def overcast(rows: int) -> np.ndarray:
+    """CIE's overcast sky over dark ground: radiance (rows, 2 rows, 3)."""
+    height = panorama_cells(rows, 2 * rows).directions[:, 2]
+    edge = np.clip(height * rows / np.pi + 0.5, 0, 1)
+    grey = 0.3 * (edge * (1 + 2 * np.maximum(height, 0)) / 3 + (1 - edge) * 0.1)
+    return np.repeat(grey.reshape(rows, 2 * rows, 1), 3, axis=2)
+
+
+def soft_boxes(rows: int) -> np.ndarray:
+    """Three soft boxes on a dim gradient, radiance (rows, 2 rows, 3): a key of 30 x 20 degrees, a fill of 16 x 16, and
+    a strip of 6 x 40."""
+    directions = panorama_cells(rows, 2 * rows).directions
+    grey = 0.06 * (1.2 + directions[:, 2])
+    colour = np.repeat(grey[:, None], 3, axis=1)
+    for towards, wide_deg, high_deg, shine in (
+        ((0.6, -0.5, 0.75), 30, 20, (10.0, 10.0, 10.0)),
+        ((-0.8, -0.3, 0.6), 16, 16, (5.0, 5.2, 5.6)),
+        ((-0.1, 0.9, 0.5), 6, 40, (12.0, 11.4, 10.4)),
+    ):
+        forward = np.array(towards) / np.linalg.norm(towards)
+        left = np.cross((0, 0, 1), forward)
+        left /= np.linalg.norm(left)
+        z = directions @ forward
+        inside = np.where(z > 0, 1.0, 0.0)
+        for axis, degrees in ((left, wide_deg), (np.cross(forward, left), high_deg)):
+            off = np.abs(np.arctan2(directions @ axis, np.maximum(z, 1e-9)))
+            inside = inside * np.clip((np.radians(degrees / 2) - off) * rows / np.pi + 0.5, 0, 1)
+        colour += inside[:, None] * np.array(shine)
+    return colour.reshape(rows, 2 * rows, 3)
+
+
+_PAINTED = {"studio": soft_boxes, "overcast sky": overcast, "room": cache(room)}
+
+
+def _clear_sky(studio: Worlds) -> Light:
+    """The stage's sky: its panorama without the sun's disc, and the disc's light from a closer look."""
+    from sample_scenes import stage
+
+    stage.light_by_sky(studio.scene, stage.SUN_AZIMUTH_DEG, stage.SUN_ELEVATION_DEG)
+    sky = next(node for node in studio.scene.world.node_tree.nodes if node.type == "TEX_SKY")
+    up, around = sky.sun_elevation, sky.sun_rotation
+    sun = np.array((np.cos(up) * np.sin(around), np.cos(up) * np.cos(around), np.sin(up)))
+    size = sky.sun_size
+    looks = []
+    for disc in (True, False):
+        sky.sun_disc = disc
+        looks.append(studio.look(sun, (_LOOK, _LOOK), (_LOOK_PIXELS, _LOOK_PIXELS)))
+    panorama = studio.look(np.array((1.0, 0, 0)), (np.pi / 2, np.pi), (_ROWS, 2 * _ROWS))
+    sky.sun_disc = True
+    cells = crop_cells(_LOOK_PIXELS, _LOOK, sun)
+    total = ((looks[0] - looks[1]).reshape(-1, 3) * cells.solid_angles[:, None]).sum(axis=0)
+    left = np.cross((0, 0, 1), sun) / np.linalg.norm(np.cross((0, 0, 1), sun))
+    points = []
+    for ring in range(_SUN_RINGS):
+        turn = (np.arange(8 * ring + 4) + 0.5) * 2 * np.pi / (8 * ring + 4)  # as many as the ring's share of the area
+        radius = np.tan(size / 2) * (ring + 0.5) / _SUN_RINGS
+        x, y = radius * np.cos(turn)[:, None], radius * np.sin(turn)[:, None]
+        points.append(sun + x * left + y * np.cross(sun, left))
+    directions = np.concatenate(points)
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    return Light(panorama, directions, np.repeat(total[None] / len(directions), len(directions), axis=0))
+
+
+def free_points(studio: Worlds, pixels: int, number: int) -> Points:
+    """Points of the mesh that pixels of a square picture show, seeded, at most `number`: first those from which the
+    mesh hides nothing of the hemisphere."""
+    passes, seen = _geometry(studio, pixels)
+    rows, columns = np.nonzero(seen)
+    position, n, wr, t = (passes[name][seen] for name in ("Position", "Normal", "Incoming", "Tangent"))
+    n, wr = (each / np.linalg.norm(each, axis=1, keepdims=True) for each in (n, wr))
+    t = t - n * (n * t).sum(axis=1, keepdims=True)
+    t /= np.linalg.norm(t, axis=1, keepdims=True)
+    frames = np.stack([t, np.cross(n, t), n], axis=1)
+    views = np.einsum("nij,nj->ni", frames, wr)
+    chosen = np.random.default_rng(0).permutation(np.flatnonzero(views[:, 2] > _COSINE_MIN))
+    hidden = _hidden(studio, position[chosen], frames[chosen])
+    chosen = chosen[np.argsort(hidden, kind="stable")[:number]]
+    return Points((rows[chosen], columns[chosen]), position[chosen], frames[chosen], views[chosen])
+
+
+def _hidden(studio: Worlds, positions: np.ndarray, frames: np.ndarray) -> np.ndarray:
+    """The share (n,) of rays from each point that meet the mesh again."""
+    import bpy
+    from mathutils import Vector
+    from mathutils.bvhtree import BVHTree
+
+    tree = BVHTree.FromObject(studio.mesh, bpy.context.evaluated_depsgraph_get())
+    z = _COSINE_MIN + (1 - _COSINE_MIN) * (np.arange(_RAYS) + 0.5) / _RAYS
+    turn = np.arange(_RAYS) * np.pi * (3 - 5**0.5)
+    rays = np.stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z], axis=-1)
+    start = positions + 1e-5 * frames[:, 2]
+    return np.array([
+        np.mean([tree.ray_cast(Vector(at), Vector(ray))[0] is not None for ray in rays @ frame])
+        for at, frame in zip(start, frames, strict=True)
+    ])  # fmt: skip
+
+
+def _geometry(studio: Worlds, pixels: int) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Position, Normal, Tangent and Incoming (n, n, 3) as pictures, and which pixels see the mesh."""
+    found = {}
+    world, studio.scene.world = studio.scene.world, None
+    for name, kind, settings in (
+        ("Position", "ShaderNodeNewGeometry", {}),
+        ("Normal", "ShaderNodeNewGeometry", {}),
+        ("Incoming", "ShaderNodeNewGeometry", {}),
+        ("Tangent", "ShaderNodeTangent", {"direction_type": "UV_MAP"}),
+    ):
+        import bpy
+
+        material = bpy.data.materials.new(name)
+        studio.addon.compat.enable_nodes(material)
+        material.node_tree.nodes.clear()
+        tree = studio.addon.builder.Tree(material.node_tree)
+        value = tree.value(tree.node(kind, **settings).outputs[name])
+        tree.node("ShaderNodeOutputMaterial", tree.emission(value.times_plus(0.25, (0.5, 0.5, 0.5)), 1.0))
+        studio.mesh.material_slots[0].material = material
+        found[name] = studio.render("cycles", 1, pixels)[1]
+    studio.scene.world = world
+    seen = found["Incoming"].max(axis=-1) > 0
+    return {name: value * 4 - 2 for name, value in found.items()}, seen
