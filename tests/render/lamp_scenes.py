@@ -71,12 +71,13 @@ def add_grating(stage, path, name="blazed"):
     return grating
 
 
-def build(stage, path, lamps):
+def build(stage, path, lamps, lights="REST"):
     """Make plane, camera and lamps, and put the grating on the plane by its button; the plane."""
     plane = add_plane()
     add_camera(stage)
     add_lamps(stage, lamps)
     add_grating(stage, path)
+    assert bpy.ops.grating.lights(lights=lights) == {"FINISHED"}
     assert bpy.ops.grating.assign() == {"FINISHED"}
     return plane
 

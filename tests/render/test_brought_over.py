@@ -4,7 +4,10 @@
 Each picture is compared with that of a scene that was made with those lamps.
 """
 
+from itertools import product
+
 import bpy
+import numpy as np
 import pytest
 
 from .conftest import clear
@@ -25,12 +28,13 @@ from .lamp_scenes import (
     save,
     truth,
 )
+from .world_scenes import add_world
 
 
-def library(stage, path, lamps=2, unlinked=False):
+def library(stage, path, lamps=2, unlinked=False, lights="REST"):
     """A file whose plane is lit by other lamps; not by the first, if `unlinked`. Its path."""
     others = {"A": Lamp("SUN", to=(0, 0.5, 1)), "B": Lamp("SUN", to=(0.5, 0, 1))}
-    plane = build(stage, path, dict(list(others.items())[:lamps]))
+    plane = build(stage, path, dict(list(others.items())[:lamps]), lights)
     collection = bpy.data.collections.new("Held")
     stage.scene.collection.children.link(collection)
     collection.objects.link(plane)
@@ -69,6 +73,7 @@ def bring_by_script(path, kind, name, link):
     return made
 
 
+LIGHTS = pytest.mark.parametrize("lights", ["REST", "ALL"])
 LINK = pytest.mark.parametrize("link", [False, True], ids=["append", "link"])
 
 
@@ -96,6 +101,24 @@ def test_a_material_brought_into_another_file(files, baked, link):
     material = bring_by_script(path, "Material", "Diffraction blazed", link)
     bpy.context.object.data.materials.append(material)
     agree(made.rgb("cycles", PIXELS), wanted)
+
+
+@LIGHTS
+def test_closures_brought_into_another_file(files, skin, lights):
+    """A scene with the other file's lamps and world shows the same, its noise too, as that depends on the place."""
+    sky = (1.0, 1.5, 2.0)
+    build(files, skin[0], AFTER, lights)
+    add_world(files, sky)
+    wanted = files.rgb("cycles", PIXELS)
+    clear(files.addon, files.scene)
+    path = library(files, skin[0], lights=lights)
+    for kind, link in product(("Object", "Collection"), (False, True)):
+        made = other_file(files)
+        add_world(made, sky)
+        bring_by_operator(path, kind, "Held" if kind == "Collection" else "Plane", link)
+        agree(made.rgb("cycles", PIXELS), wanted)
+    made.scene.world = None
+    assert np.median(made.rgb("cycles", PIXELS)) < 0.8 * np.median(wanted)
 
 
 def test_an_appended_material_learns_of_more_lamps(files, baked):

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from precompute.table.radiance import directional_albedo
-from tests.addon.worlds.made import painted, world_with
-from tests.precompute.lights.worlds import direction, disc, picture, sky
+from tests.addon.worlds.made import world_with
 
-from .world_scenes import add_world, assign
+from .world_scenes import add_ball, add_soft_boxes, add_world, assign, look_at_ball
 
 LIGHTS = ["REST", "ALL"]
 
@@ -41,8 +40,7 @@ def test_nothing_counts_twice(stage, skin):
     Both within 1.5 %: the lamps' mirror images are 15 pixels wide, which samples at the pixels' middles sum up to a per
     cent, and the noise of 10^6 samples is less. What only closures see is the same by both choices that have them."""
     path, _ = skin
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=128, ring_count=64)
-    bpy.ops.object.shade_smooth()
+    add_ball()
     assign(stage, path, "LAMPS")
     sun = stage.lamp("SUN", to=(0.35, -0.6, 1.0), energy=3.0, angle=np.radians(16), name="Sun")
     area = stage.lamp("AREA", (-3, -3, 1), to=(-1, -1, 0.3), energy=300.0, size=1.2, name="Area")
@@ -52,7 +50,7 @@ def test_nothing_counts_twice(stage, skin):
     tree.node("ShaderNodeOutputMaterial", tree.value(panel.outputs[0]))
     bpy.context.object.data.materials.append(material)
     sky = add_world(stage)
-    stage.camera((0, -3.0, 0.5), (0, 0, 0), angle=np.radians(42))
+    look_at_ball(stage)
 
     def light(lights: str, *shown: str) -> np.ndarray:
         """The mean over the sphere, with the lights of these names."""
@@ -75,14 +73,9 @@ def test_nothing_counts_twice(stage, skin):
 def test_the_sources_of_a_world(stage, skin):
     """Two soft boxes in a dim sky: as sources they give the light that the random closure finds, with less noise."""
     path, _ = skin
-    world, background = world_with("ShaderNodeTexEnvironment")
-    near, far = direction(40, -60), direction(25, -150)
-    texture = background.inputs["Color"].links[0].from_node
-    texture.image = painted(picture(sky() + 20 * disc(near, 5) + 20 * disc(far, 9)))
-    stage.scene.world = world
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=128, ring_count=64)
-    bpy.ops.object.shade_smooth()
-    stage.camera((0, -3.0, 0.5), (0, 0, 0), angle=np.radians(42))
+    add_soft_boxes(stage)
+    add_ball()
+    look_at_ball(stage)
     assign(stage, path, "REST")
     held = stage.addon.sky
     assert held.source_count(stage.scene) >= 2

@@ -2,6 +2,10 @@
 """Scenes of a surface in a world, over a black base: all that is seen is diffracted."""
 
 import bpy
+import numpy as np
+
+from tests.addon.worlds.made import painted, world_with
+from tests.precompute.lights.worlds import direction, disc, picture, sky
 
 from .lamp_scenes import add_grating
 
@@ -25,3 +29,24 @@ def add_world(stage, colour=(1.0, 1.0, 1.0)):
     background = next(node for node in world.node_tree.nodes if node.type == "BACKGROUND")
     background.inputs["Color"].default_value = (*colour, 1)
     return background.inputs["Color"]
+
+
+def add_soft_boxes(stage):
+    """A world of two soft boxes in a dim sky."""
+    world, background = world_with("ShaderNodeTexEnvironment")
+    image = painted(picture(sky() + 20 * disc(direction(40, -60), 5) + 20 * disc(direction(25, -150), 9)))
+    image.pack()
+    background.inputs["Color"].links[0].from_node.image = image
+    stage.scene.world = world
+
+
+def add_ball():
+    """A smooth ball; nothing else is selected."""
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=128, ring_count=64)
+    bpy.ops.object.shade_smooth()
+    bpy.context.object.name = "Ball"
+
+
+def look_at_ball(stage):
+    """A camera in whose picture the ball is 5/8 high."""
+    stage.camera((0, -3.0, 0.5), (0, 0, 0), angle=np.radians(42))
