@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..base.progress import Progress, part_of, silent
-from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
+from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengths
 from ..measure.forms import DELTA_E_OF_BOUND
 from ..spectra.fast import fast_series
 from ..spectra.resample import KERNEL_REACH
@@ -71,7 +71,7 @@ def plan(
     if auto:  # a kernel too narrow for a table of DEFAULT_BYTES need not be resolved
         sigma_b = max(sigma_b, TEXELS_MIN * texel_size(int(math.sqrt(DEFAULT_BYTES / BYTES_PER_TEXEL / 4))))
     ensemble = _spectra(reliefs, sigma_b, request, progress)
-    lambdas = bake_wavelengths(sigma_b, delta_e, needs.region.reach)
+    lambdas = _wavelengths(sigma_b, request)
     measured = probe(ensemble, sigma_b, lambdas[::2], illuminant=request.illuminant, needs=needs)
     terms = measured.terms(delta_e)
     texels = min(finer * measured.texels_per_sigma(delta_e), TEXELS_MAX)
@@ -85,7 +85,7 @@ def plan(
         raise too_fine(request)
     if auto and resolution > finest:
         resolution, sigma_b = finest, texels * texel_size(finest)
-        lambdas = bake_wavelengths(sigma_b, delta_e, needs.region.reach)
+        lambdas = _wavelengths(sigma_b, request)
     texel = texel_size(resolution)
     axes = tuple(texel_middles(*side, texel) for side in (needs.region.v, needs.region.u))
     precision = np.float16 if measured.halves_do(terms, delta_e) else np.float32
@@ -95,13 +95,19 @@ def plan(
     )  # fmt: skip
 
 
+def _wavelengths(sigma_b: float, request: BakeRequest) -> np.ndarray:
+    """The wavelengths (n,) in metres from which the table is summed."""
+    every = bake_wavelengths(sigma_b, request.delta_e, request.needs.region.reach)
+    return seen_wavelengths(every, request.illuminant)
+
+
 def _spectra(
     reliefs: Sequence[Relief], sigma_b: float, request: BakeRequest, progress: Progress
 ) -> tuple[SpectrumSeries, ...]:
     """The series of each relief, for the region that the request asks for and for kernels of sigma_b and wider."""
     needs = request.needs
     reach = max(KERNEL_REACH * sigma_b, _REACH_MIN)
-    wavelengths = len(bake_wavelengths(sigma_b, request.delta_e, needs.region.reach))
+    wavelengths = len(_wavelengths(sigma_b, request))
     found = []
     for k, relief in enumerate(reliefs):
         found.append(

@@ -23,7 +23,7 @@ import numpy as np
 
 from ..base.failure import GratingError
 from ..base.progress import Progress, silent
-from ..colour.observer import WAVELENGTH_MIN_M, spectral_weights, wavelengths
+from ..colour.observer import WAVELENGTH_MIN_M, seen_wavelengths, spectral_weights, wavelengths
 from ..maths import chebyshev
 from ..measure.errors import Truth, measure
 from ..measure.forms import FormErrors
@@ -75,7 +75,7 @@ def plan(
     # The kernel is narrowest at the shortest wavelength. Texels that are fine enough there are fine enough for all
     # wavelengths.
     narrowest = sigma_b * WAVELENGTH_MIN_M / coherence.REFERENCE_WAVELENGTH_M
-    lambdas = bake_wavelengths(narrowest, delta_e, needs.region.reach)
+    lambdas = seen_wavelengths(bake_wavelengths(narrowest, delta_e, needs.region.reach), request.illuminant)
     measured = probe((series,), sigma_b, lambdas, illuminant=request.illuminant, needs=needs)
     terms = measured.terms(delta_e)
     texels = min(measured.texels_per_sigma(delta_e), TEXELS_MAX)
@@ -110,11 +110,12 @@ def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progre
     reach = max(float(np.abs(axis).max()) for axis in chosen.axes)
     # From one wavelength to the next an order moves by 1.25 standard deviations of the kernel: a sum of Gaussians at
     # this spacing is flat to 7e-6.
-    lambdas = wavelengths(1.25 * chosen.sigma_b / reach * WAVELENGTH_MIN_M**2 / coherence.REFERENCE_WAVELENGTH_M)
+    step_m = 1.25 * chosen.sigma_b / reach * WAVELENGTH_MIN_M**2 / coherence.REFERENCE_WAVELENGTH_M
+    lambdas = seen_wavelengths(wavelengths(step_m), stored.illuminant)
     weights = spectral_weights(lambdas, stored.illuminant)
     found = []
     for k, w in enumerate(w_within(chosen.w_range, _CHECK_GROUPS, rng)):
-        pairs = pairs_within(chosen, w, _CHECK_PAIRS, rng=rng)
+        pairs = pairs_within(chosen, w, _CHECK_PAIRS, rng=rng, illuminant=stored.illuminant)
         xyz = np.zeros((len(pairs.wi), 3))
         for n, (lam, weight) in enumerate(zip(lambdas, weights, strict=True)):
             xyz += reference.density(pairs.u, pairs.v, w, wavelength_m=lam)[:, None] * weight

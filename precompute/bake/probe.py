@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..colour.observer import spectral_weights, white_xyz
+from ..colour.observer import line_of, spectral_weights, white_xyz
 from ..maths import bspline, chebyshev
 from ..measure.errors import worst_exposure
 from ..spectra.resample import KERNEL_REACH
@@ -103,7 +103,7 @@ def probe(
 ) -> Probe:
     """Measure the mean of the ensemble's spectra under a kernel sigma_b, in the region of (u, v, w) that is needed."""
     rng = np.random.default_rng(0)
-    centres = _patch_centres(ensemble[0], sigma_b, needs, rng)
+    centres = _patch_centres(ensemble[0], sigma_b, needs, rng=rng, line_m=line_of(illuminant))
     texel = sigma_b / _TEXELS_MEASURED
     lattice = (np.arange(_LATTICE) - (_LATTICE - 1) / 2) * texel
     places = np.sort(rng.uniform(lattice[1], lattice[-2], (2, len(centres), _PLACES)), axis=-1)
@@ -123,8 +123,10 @@ def probe(
     )
 
 
-def _patch_centres(series: SpectrumSeries, sigma_b: float, needs: Needs, rng: np.random.Generator) -> np.ndarray:
-    """Centres (n, 2) of the patches, as (v, u)."""
+def _patch_centres(
+    series: SpectrumSeries, sigma_b: float, needs: Needs, *, rng: np.random.Generator, line_m: float | None
+) -> np.ndarray:
+    """Centres (n, 2) of the patches, as (v, u). `line_m` is the one wavelength of the light, if it has but one."""
     radius = np.exp(rng.uniform(math.log(2 * sigma_b), math.log(max(0.4, 3 * sigma_b)), _PATCHES_INNER))
     turn = rng.uniform(0, 2 * np.pi, _PATCHES_INNER)
     found = [radius[:, None] * np.column_stack([np.sin(turn), np.cos(turn)])]
@@ -132,6 +134,7 @@ def _patch_centres(series: SpectrumSeries, sigma_b: float, needs: Needs, rng: np
     each = 4
     for _ in range(_PATCHES_LIT // each):
         lam, w = rng.uniform(450e-9, 650e-9), rng.uniform(*needs.w)
+        lam = line_m or lam
         power = np.maximum(series.mixed(series.weights(np.array([w / lam])), whole)[:, 0], 0)
         cumulative = np.cumsum(power, dtype=float)
         if cumulative[-1] > 0:

@@ -12,7 +12,7 @@ from typing import Any
 
 from ..base.failure import GratingError
 from ..base.files import can_be_a_path
-from ..colour.observer import ILLUMINANTS
+from ..colour.observer import ILLUMINANTS, LINES_NM, is_illuminant
 from ..surface.height_map import HeightMap
 from ..surface.readers.registry import read_height_map
 from .needs import EVERYTHING, Needs, needs_of
@@ -28,6 +28,8 @@ DELTA_E = (1e-3, 100.0)
 COHERENCE_UM = (0.1, 1e4)
 SIZE_UM = (1e-3, 1e6)
 HEIGHT_NM = (1e-3, 1e6)
+# What an illuminant can be, for messages.
+ILLUMINANTS_TOLD = f"one of {', '.join(ILLUMINANTS)}, or a laser's line from {LINES_NM[0]}nm to {LINES_NM[1]}nm"
 # More scans than anyone has made of one skin.
 _SCANS_MAX = 1000
 
@@ -57,7 +59,7 @@ class BakeRequest:
     delta_e             the 99th percentile of CIEDE2000 that the bake must keep
     coherence_length_m  4 sigma_s in metres, where sigma_s is the standard deviation of the coherence window. None asks
                         for the longest length that the scans can average; under the patch model, for the thesis's
-    illuminant          what counts as white
+    illuminant          what lights the surface: white, or a laser's line, as 532nm
     needs               what the scene reaches
     model               the model of coherence, one of MODELS
     levelling           the steps by which the scans are levelled
@@ -106,7 +108,7 @@ def request_from(record: Mapping[str, Any], source: str) -> BakeRequest:
     found = BakeRequest(
         delta_e=_number(source, "delta_e", record.get("delta_e", 1.0), DELTA_E),
         coherence_length_m=None,
-        illuminant=_one_of(source, "illuminant", record.get("illuminant", "D65"), ILLUMINANTS),
+        illuminant=_illuminant(source, record.get("illuminant", "D65")),
         needs=needs_of(record["needs"], source) if "needs" in record else EVERYTHING,
         model=_one_of(source, "model", record.get("model", "ensemble"), MODELS),
         levelling=LEVELLING,
@@ -152,6 +154,12 @@ def _number(source: str, key: str, value: Any, limits: tuple[float, float]) -> f
     if type(value) not in (int, float) or not low <= value <= high:
         raise GratingError(f"{source}: {key}: give a number from {low:g} to {high:g}")
     return float(value)
+
+
+def _illuminant(source: str, value: Any) -> str:
+    if not is_illuminant(value):
+        raise GratingError(f"{source}: illuminant: give {ILLUMINANTS_TOLD}")
+    return value
 
 
 def _one_of(source: str, key: str, value: Any, known: tuple[str, ...]) -> str:

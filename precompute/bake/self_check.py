@@ -20,7 +20,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..base.progress import Progress, part_of
-from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, spectral_weights
+from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, line_of, seen_wavelengths, spectral_weights
 from ..measure.errors import Truth, measure
 from ..measure.forms import FormErrors
 from ..measure.pairs import Pairs, draw_w
@@ -71,7 +71,7 @@ def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progre
     found = []
     pairs = _affordable_pairs(chosen)
     for k, w in enumerate(w_within(chosen.w_range, GROUPS, rng)):
-        drawn = pairs_within(chosen, w, pairs, rng=rng)
+        drawn = pairs_within(chosen, w, pairs, rng=rng, illuminant=stored.illuminant)
         found.append(
             _truth(
                 chosen.ensemble, drawn, w, chosen.sigma_b, stored.illuminant,
@@ -132,12 +132,14 @@ def w_within(w_range: tuple[float, float], count: int, rng: np.random.Generator)
     return drawn[((np.arange(count) + rng.random(count)) / count * len(drawn)).astype(int)]
 
 
-def pairs_within(chosen: Plan, w: float, count: int, *, rng: np.random.Generator) -> Pairs:
+def pairs_within(chosen: Plan, w: float, count: int, *, rng: np.random.Generator, illuminant: str = "D65") -> Pairs:
     """Up to `count` direction pairs of one w, with (u, v) inside the table's region.
 
     For a small region more pairs are drawn, up to 64 times as many, until at least half of `count` fall in it."""
     for more in (1, 4, 16, 64):
-        drawn = draw_pairs(_spectrum(chosen.ensemble, rng), chosen.sigma_b, w, count=more * count, rng=rng)
+        drawn = draw_pairs(
+            _spectrum(chosen.ensemble, rng), chosen.sigma_b, w, count=more * count, rng=rng, line_m=line_of(illuminant)
+        )
         drawn = drawn.within(chosen.region)
         if 2 * len(drawn.wi) >= count:
             break
@@ -159,7 +161,7 @@ def _spectrum(ensemble: Sequence[SpectrumSeries], rng: np.random.Generator) -> S
 
 def _truth(ensemble, pairs: Pairs, w: float, sigma_b: float, illuminant: str, progress: Progress) -> Truth:
     """The truth at the pairs: scattered XYZ and the zero order's XYZ, as sums over the bins of the scans' series."""
-    lambdas = wavelengths_for(sigma_b)
+    lambdas = seen_wavelengths(wavelengths_for(sigma_b), illuminant)
     weights = spectral_weights(lambdas, illuminant) / len(ensemble)
     scattered, zero_order = np.zeros((len(pairs.wi), 3)), np.zeros(3)
     for n, series in enumerate(ensemble):

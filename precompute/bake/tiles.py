@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..base.progress import Progress, silent, span_of
-from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, spectral_weights
+from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengths, spectral_weights
 from ..maths import bspline, chebyshev
 from ..spectra.resample import KERNEL_REACH, Resampler
 from ..spectra.series import SpectrumSeries
@@ -99,7 +99,7 @@ def _halved(terms: np.ndarray, sigma: float, mode: str) -> np.ndarray:
 
 def zero_order_curve(ensemble: Sequence[SpectrumSeries], illuminant: str) -> np.ndarray:
     """Z (n, 3) in XYZ, at equal steps of w from 0 to 2."""
-    lambdas = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401)
+    lambdas = seen_wavelengths(np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401), illuminant)
     s = np.linspace(0, 2, ZERO_ORDER_SAMPLES)[:, None] / lambdas
     return sum(series.zero_order(s) for series in ensemble) @ spectral_weights(lambdas, illuminant) / len(ensemble)
 

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.progress import Progress, silent
-from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, spectral_weights
+from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, seen_wavelengths, spectral_weights
 from ..measure.pairs import Pairs, cosine_weighted, pair_about
 from ..optics.region import Region
 from ..surface.relief import Relief
@@ -136,7 +136,7 @@ def scattered_xyz(
     It is the density over (u, v) of the light that a surface of reflectance R = 1 and obliquity O = 1 reflects, scaled
     so that a perfect mirror's white has Y = 1. `progress` is called after each wavelength of each relief."""
     count = int(np.ceil((WAVELENGTH_MAX_M - WAVELENGTH_MIN_M) / step_m - 1e-6))
-    lambdas = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, count + 1)
+    lambdas = seen_wavelengths(np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, count + 1), illuminant)
     weights = spectral_weights(lambdas, illuminant) / len(reliefs)
     u, v = uv
     reach = [np.abs(places).max(initial=0) + KERNEL_REACH * sigma_b for places in (v, u)]
@@ -151,7 +151,7 @@ def scattered_xyz(
 
 def zero_order_xyz(reliefs: Sequence[Relief], w: np.ndarray, illuminant: str = "D65") -> np.ndarray:
     """The zero order's XYZ (n, 3) at w (n,), the mean over the reliefs, in wavelength steps of 1 nm."""
-    lambdas = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401)
+    lambdas = seen_wavelengths(np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401), illuminant)
     efficiency = sum(zero_order_efficiency(relief, w, lambdas) for relief in reliefs)
     return efficiency @ spectral_weights(lambdas, illuminant) / len(reliefs)
 
@@ -176,14 +176,15 @@ def _distribution(relief: Relief) -> tuple[np.ndarray, np.ndarray]:
 
 
 def draw_pairs(
-    reliefs: Sequence[Relief], sigma_b: float, w: float, *, count: int, region: Region, rng: np.random.Generator
-) -> Pairs:
+    reliefs: Sequence[Relief], sigma_b: float, w: float, *, count: int, region: Region, rng: np.random.Generator,
+    line_m: float | None = None,
+) -> Pairs:  # fmt: skip
     """Up to `count` direction pairs with cos(ti) + cos(tr) = w and with u and v in a region.
 
     Half of the pairs are cosine weighted, and half are drawn from the spectrum. Fewer are returned where pairs of
-    either half rarely fall in the region."""
+    either half rarely fall in the region. `line_m` is the wavelength of a light that has but one."""
     cosine = _cosine_within(w, count // 2, region, rng)
-    half = _half_vectors(reliefs, sigma_b, w, count - count // 2, region, rng)
+    half = _half_vectors(reliefs, sigma_b, w, count - count // 2, region, rng, line_m)
     wi, wr = pair_about(half, rng)
     drawn = np.arange(len(cosine.wi) + len(wi)) >= len(cosine.wi)
     return Pairs(np.concatenate([cosine.wi, wi]), np.concatenate([cosine.wr, wr]), drawn)
@@ -200,7 +201,7 @@ def _cosine_within(w: float, count: int, region: Region, rng: np.random.Generato
     return Pairs(wi, wr, np.zeros(len(wi), bool))
 
 
-def _half_vectors(reliefs, sigma_b, w, count, region: Region, rng) -> np.ndarray:
+def _half_vectors(reliefs, sigma_b, w, count, region: Region, rng, line_m) -> np.ndarray:
     """Up to `count` half vectors (n, 3), drawn from the scattered power times luminance, then moved at random by the
     kernel."""
     nm = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401)
@@ -211,7 +212,7 @@ def _half_vectors(reliefs, sigma_b, w, count, region: Region, rng) -> np.ndarray
     found = [np.empty((0, 2))]
     for k in range(_DRAWN_AT):
         at = np.append((k + rng.random(each)) / _DRAWN_AT, (k + 0.5) / _DRAWN_AT)
-        *lambdas, middle = np.interp(at * luminance[-1], luminance, nm)
+        *lambdas, middle = np.interp(at * luminance[-1], luminance, nm) if line_m is None else np.full(at.shape, line_m)
         for relief in reliefs:
             cells = scattered_cells(relief, w / middle, (radius / middle, radius / middle), sigma_q=sigma_b / middle)
             u, v = middle * cells.q_x, middle * cells.q_y[:, None]

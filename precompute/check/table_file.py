@@ -10,7 +10,7 @@ import numpy as np
 from ..base.exr import Picture, open_picture
 from ..base.failure import GratingError
 from ..base.strict_json import parse_json
-from ..colour.observer import ILLUMINANTS
+from ..colour.observer import is_illuminant
 from ..optics.region import Region
 
 FORMAT = 7
@@ -171,7 +171,7 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
         ("inner_rows", all(2 <= n <= taken - _TAKEN for n, taken in zip(inner, tile, strict=True))),
         ("u_first", max(reach) <= 2 + layout["texel"]),
         ("w_min", layout["w_min"] < layout["w_max"]),
-        ("illuminant", layout.get("illuminant") in ILLUMINANTS),
+        ("illuminant", is_illuminant(layout.get("illuminant"))),
     ):
         if not fits:
             return name

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..base.failure import GratingError
 from ..base.progress import Progress, part_of, silent
-from ..colour.observer import WAVELENGTH_MIN_M
+from ..colour.observer import WAVELENGTH_MIN_M, line_of
 from ..measure.errors import Errors, Truth, measure
 from ..measure.forms import FORM_NAMES, RELATIVE_DY, FormErrors
 from ..measure.pairs import Pairs, draw_w
@@ -193,7 +193,9 @@ def truths(
     rng = np.random.default_rng(_SEED)
     found = []
     for k, w in enumerate(_draw_w(table.w_range, groups, rng)):
-        drawn = draw_pairs(reliefs, table.sigma_b, w, count=pairs, region=table.region, rng=rng)
+        drawn = draw_pairs(
+            reliefs, table.sigma_b, w, count=pairs, region=table.region, rng=rng, line_m=line_of(table.illuminant)
+        )
         scattered = scattered_xyz(
             reliefs, (drawn.u, drawn.v), w=w, sigma_b=table.sigma_b, step_m=step_m, illuminant=table.illuminant,
             progress=part_of(progress, "check", done=k, total=groups),

@@ -6,9 +6,9 @@ import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..bake.request import COHERENCE_UM, DELTA_E, HEIGHT_NM, MODELS, SIZE_UM
+from ..bake.request import COHERENCE_UM, DELTA_E, HEIGHT_NM, ILLUMINANTS_TOLD, MODELS, SIZE_UM
 from ..base.failure import GratingError
-from ..colour.observer import ILLUMINANTS
+from ..colour.observer import is_illuminant
 from ..surface.height_map import HeightMap
 from ..surface.readers.registry import read_height_map
 from ..table.sample_set import path_beside
@@ -67,7 +67,10 @@ def add_bake_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--needs", type=path_argument, metavar="NEEDS.json", help="bake only what a scene reaches (docs/needs.md)"
     )
-    parser.add_argument("--illuminant", choices=ILLUMINANTS, default="D65", help="what counts as white; default D65")
+    parser.add_argument(
+        "--illuminant", type=illuminant_argument, default="D65",
+        help="what counts as white, D65 or E; or a laser's line, as 532nm; default D65",
+    )  # fmt: skip
     parser.add_argument("--no-cache", action="store_true", help="bake even if the cache has this bake")
 
 
@@ -76,6 +79,13 @@ def sample_names() -> tuple[str, ...]:
     from ..surface.samples.catalogue import SAMPLES
 
     return tuple(SAMPLES)
+
+
+def illuminant_argument(text: str) -> str:
+    """The type of an option for an illuminant."""
+    if not is_illuminant(text):
+        raise argparse.ArgumentTypeError(f"{text:.40}: give {ILLUMINANTS_TOLD}")
+    return text
 
 
 def coherence_argument(text: str) -> float | None:

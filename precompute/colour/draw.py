@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from .observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, white_xyz
+from .observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, line_of, mirror_xyz, observer
 
 _STEPS = 4001
 
@@ -11,7 +11,10 @@ _STEPS = 4001
 def wavelength_quantiles(count: int, illuminant: str = "D65") -> np.ndarray:
     """Wavelengths (count,) in metres, each of which stands for an equal share of the observer's X + Y + Z.
 
-    Whatever is drawn by them needs the weight `drawn_weight`."""
+    Whatever is drawn by them needs the weight `drawn_weight`. Under an illuminant of one line all are that line."""
+    line = line_of(illuminant)
+    if line is not None:
+        return np.full(count, line)
     wavelengths = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, _STEPS)
     density = observer(wavelengths, illuminant).sum(axis=1)
     share = np.concatenate([[0], np.cumsum(density[1:] + density[:-1])])
@@ -20,4 +23,4 @@ def wavelength_quantiles(count: int, illuminant: str = "D65") -> np.ndarray:
 
 def drawn_weight(illuminant: str = "D65") -> float:
     """The integral of the observer's X + Y + Z over all wavelengths."""
-    return float(white_xyz(illuminant).sum())
+    return float(mirror_xyz(illuminant).sum())

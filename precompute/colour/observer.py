@@ -3,8 +3,12 @@
 
 The colour of a flat mirror is the illuminant's white, scaled to Y = 1. The tables of the observer and of D65 are in
 cie_1931_d65_1nm.csv, whose head tells where they are from.
+
+An illuminant may also be a laser's line, named by its wavelength: "532nm". No eye takes a line's colour for white, so
+there white is D65's, and a flat mirror has the line's own colour, scaled to Y = 1.
 """
 
+import re
 from functools import cache
 from pathlib import Path
 
@@ -14,7 +18,9 @@ WAVELENGTH_MIN_M = 380e-9
 WAVELENGTH_MAX_M = 780e-9
 # The greatest s = w / lambda: light and view along the normal, at the shortest wavelength.
 S_MAX = 2 / WAVELENGTH_MIN_M
+# The illuminants of all wavelengths, and the least and the greatest wavelength of a line in nanometres.
 ILLUMINANTS = ("D65", "E")
+LINES_NM = (400, 700)
 
 
 @cache
@@ -23,8 +29,27 @@ def _cie_table() -> np.ndarray:
     return np.loadtxt(Path(__file__).with_name("cie_1931_d65_1nm.csv"), delimiter=",")
 
 
+def is_illuminant(name: object) -> bool:
+    """Whether a name is one of ILLUMINANTS or of a line."""
+    return isinstance(name, str) and (name in ILLUMINANTS or line_of(name) is not None)
+
+
+def line_of(illuminant: str) -> float | None:
+    """The wavelength in metres of an illuminant of one line, which is named by whole nanometres: "532nm". None for one
+    of all wavelengths."""
+    found = re.fullmatch("([0-9]{3})nm", illuminant)
+    return int(found[1]) * 1e-9 if found and LINES_NM[0] <= int(found[1]) <= LINES_NM[1] else None
+
+
+def seen_wavelengths(wavelengths_m: np.ndarray, illuminant: str) -> np.ndarray:
+    """The wavelengths by which spectral_weights sums a spectrum: those that are given, or one alone, which need not be
+    among them, under an illuminant of one line."""
+    line = line_of(illuminant)
+    return wavelengths_m if line is None else np.array([line])
+
+
 def observer(wavelengths_m: np.ndarray, illuminant: str = "D65") -> np.ndarray:
-    """Colour matching functions times the illuminant's power (n, 3), at wavelengths (n,) in metres.
+    """Colour matching functions times the power (n, 3) of one of ILLUMINANTS, at wavelengths (n,) in metres.
 
     Zero outside of 380 to 780 nm. Scaled so that the integral of the Y column over wavelength in metres is 1."""
     table = _cie_table()
@@ -39,7 +64,13 @@ def spectral_weights(wavelengths_m: np.ndarray, illuminant: str = "D65") -> np.n
     """Weights (n, 3): the sum over n of weights times a spectrum is the spectrum's XYZ, by the trapezoid rule.
 
     The spectrum is sampled at ascending wavelengths (n,) in metres. Each channel is scaled so that a constant spectrum
-    of 1 gives the illuminant's white exactly; so a flat mirror is white at any step."""
+    of 1 gives a mirror's colour exactly, at any step. Under an illuminant of one line that is the one wavelength at
+    which the spectrum must be sampled (seen_wavelengths); raises ValueError otherwise."""
+    line = line_of(illuminant)
+    if line is not None:
+        if list(wavelengths_m) != [line]:
+            raise ValueError(f"{len(wavelengths_m)} wavelengths under {illuminant}: give seen_wavelengths of them")
+        return mirror_xyz(illuminant)[None]
     weights = observer(wavelengths_m, illuminant) * _trapezoid_weights(wavelengths_m)[:, None]
     return weights * (white_xyz(illuminant) / weights.sum(axis=0))
 
@@ -51,8 +82,17 @@ def _white(illuminant: str) -> tuple[float, ...]:
 
 
 def white_xyz(illuminant: str = "D65") -> np.ndarray:
+    """The XYZ (3,) of what counts as white, scaled to Y = 1: the illuminant, or D65 under an illuminant of one line."""
+    return np.array(_white("D65" if line_of(illuminant) else illuminant))
+
+
+def mirror_xyz(illuminant: str = "D65") -> np.ndarray:
     """The XYZ (3,) of the illuminant as a perfect mirror shows it, scaled to Y = 1."""
-    return np.array(_white(illuminant))
+    line = line_of(illuminant)
+    if line is None:
+        return white_xyz(illuminant)
+    (xyz,) = observer(np.array([line]), "E")
+    return xyz / xyz[1]
 
 
 def _trapezoid_weights(x: np.ndarray) -> np.ndarray:

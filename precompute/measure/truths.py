@@ -22,20 +22,24 @@ from .pairs import Pairs, cosine_weighted, draw_w, pair_about
 Spectrum = Callable[[float], tuple[np.ndarray, FrequencyGrid]]
 
 
-def draw_pairs(spectrum: Spectrum, sigma_b: float, w: float, *, count: int, rng: np.random.Generator) -> Pairs:
+def draw_pairs(
+    spectrum: Spectrum, sigma_b: float, w: float, *, count: int, rng: np.random.Generator, line_m: float | None = None
+) -> Pairs:
     """`count` pairs with cos(ti) + cos(tr) = w: the first half cosine weighted, the second drawn from the spectrum
-    under a kernel of sigma_b. Fewer pairs are returned if the spectrum is dark or lies mostly past the horizon."""
+    under a kernel of sigma_b. Fewer pairs are returned if the spectrum is dark or lies mostly past the horizon.
+
+    `line_m` is the wavelength in metres of a light that has but one."""
     cosine = cosine_weighted(w, count // 2, rng)
-    spectral = _spectrum_weighted(spectrum, sigma_b, w, count - count // 2, rng)
+    spectral = _spectrum_weighted(spectrum, sigma_b, w, count - count // 2, rng, line_m)
     wi, wr = (np.concatenate(halves) for halves in zip(cosine, spectral, strict=True))
     drawn = np.arange(len(wi)) >= len(cosine[0])
     return Pairs(wi, wr, drawn)
 
 
-def _spectrum_weighted(spectrum, sigma_b, w, count, rng) -> tuple[np.ndarray, np.ndarray]:
+def _spectrum_weighted(spectrum, sigma_b, w, count, rng, line_m) -> tuple[np.ndarray, np.ndarray]:
     """Pairs whose half vectors are drawn from the scattered power times luminance and then moved at random by the
     kernel."""
-    lambdas = wavelengths(20e-9)
+    lambdas = wavelengths(20e-9) if line_m is None else np.array([line_m])
     luminance = spectral_weights(lambdas)[:, 1]
     half = []
     # Four times `count` are drawn, because half vectors past the horizon are thrown away.

@@ -8,7 +8,7 @@ kernel reaches. It is slow and simple on purpose.
 import numpy as np
 
 from ..base.progress import Progress, silent
-from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, spectral_weights, wavelengths
+from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengths, spectral_weights, wavelengths
 from ..spectra.spectrum import FrequencyGrid, frequency_grid, scattered_spectrum
 from ..surface.relief import Relief
 
@@ -33,7 +33,7 @@ def reference_xyz(
     that a perfect mirror's white has Y = 1. The zero order's XYZ is a weight that the kernel at (u, v) is multiplied by
     (docs/theory.md, "The bake"). `progress` is called after each wavelength."""
     grid = reference_grid(relief, sigma_b)
-    lambdas = wavelengths(step_m)
+    lambdas = seen_wavelengths(wavelengths(step_m), illuminant)
     weights = spectral_weights(lambdas, illuminant)
     scattered = np.zeros((len(uv[0]), 3))
     zero_order = np.zeros(3)

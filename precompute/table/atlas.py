@@ -24,7 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..colour.observer import ILLUMINANTS
+from ..colour.observer import is_illuminant
 from ..optics.region import FARTHEST, Region
 from . import tiling
 from .albedo_bound import NO_EXCESS
@@ -134,7 +134,7 @@ class Layout:
             and self.w_max <= 2
             and 0 < self.texel <= 2 * FARTHEST
             and all(-FARTHEST - self.texel <= end <= FARTHEST + self.texel for side in self.region for end in side)
-            and self.illuminant in ILLUMINANTS
+            and is_illuminant(self.illuminant)
         )
 
     def tile_stride(self, level: int) -> tuple[int, int]:
