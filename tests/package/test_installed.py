@@ -56,12 +56,16 @@ def test_installed_extension_runs_nothing_of_the_working_folder(blender, tmp_pat
     assert not mark.exists()
 
 
-def test_installed_extension_bakes_assigns_and_renders(blender, tmp_path):
-    """And the file renders the same in an empty user folder, without the extension and with auto-run off."""
+@pytest.mark.parametrize("lights", ["lamps", "rest", "all"])
+def test_installed_extension_bakes_assigns_and_renders(blender, tmp_path, lights):
+    """And the file renders the same in an empty user folder, without the extension and with auto-run off: lamps, and
+    with closures a sky and its sun."""
     scene, bake = tmp_path / "plane.blend", tmp_path / "bake"
-    blender.run_script(HERE / "make_plane.py", scene)
+    blender.run_script(HERE / "make_plane.py", scene, *([] if lights == "lamps" else ["sky"]))
     blender.run_grating("bake", "sample:blazed", "--delta-e", "6", "-o", bake)
-    blender.run_grating("assign", bake, "--object", "Plane", scene=scene)
+    blender.run_grating("assign", bake, "--object", "Plane", "--lights", lights, scene=scene)
+    noted = f"assert ('ng_world_0_power' in bpy.context.scene) == {lights == 'rest'}, 'sources of the world'"
+    blender.run("--background", scene, "--python-exit-code", "1", "--python-expr", f"import bpy; {noted}")
     size = ("--engine", "cycles", "--samples", "1", "--width", "32", "--height", "32")
     blender.run_grating("render", *size, "-o", tmp_path / "with.png", scene=scene)
     picture = pixels(tmp_path / "with.png")
