@@ -6,10 +6,10 @@ colour of each direction is clamped to the gamut, as renderers do. Scattered lig
 apart, because the mirror image is a peak of its own.
 
 The table is blurred by the coherence kernel, a Gaussian of deviation sigma_b in (u, v). A sum over a grid of step
-sigma_b in (u, v) is then the integral: it is off by 2 exp(-2 pi^2) = 5e-9 of it. (u, v) are the tangential parts of the
-direction, so a grid in them spans the middle of the hemisphere. Towards the horizon the solid angle of its cells has no
-bound, and rings of directions take over. The two are faded into each other, since a sum that ends sharply has lost what
-makes it exact.
+1.2 sigma_b in (u, v) is then the integral: it is off by 2 exp(-2 pi^2 / 1.44) = 2e-6 of it. (u, v) are the tangential
+parts of the direction, so a grid in them spans the middle of the hemisphere. Towards the horizon the solid angle of its
+cells has no bound, and rings of directions take over. The two are faded into each other, since a sum that ends sharply
+has lost what makes it exact.
 """
 
 from dataclasses import dataclass, replace
@@ -20,6 +20,7 @@ from precompute.colour.working_space import rgb_from_xyz
 from precompute.table.radiance import reflected_xyz
 from precompute.table.table import Table
 
+_STEP = 1.2
 # Sines of the angles between which grid and rings are faded into each other.
 _FADE = 0.8, 0.95
 # Rings are as far apart as the grid in (u, v), but near the horizon, where (u, v) hardly changes, by this share of it.
@@ -45,7 +46,7 @@ class Surface:
     def of(cls, table: Table) -> "Surface":
         """The surface of a table."""
         mirror = replace(table, terms=np.zeros_like(table.terms), wider=())
-        return cls(without_mirror(table), mirror, *hemisphere(table.sigma_b))
+        return cls(without_mirror(table), mirror, *hemisphere(_STEP * table.sigma_b))
 
     def scattered(self, wr: np.ndarray) -> np.ndarray:
         """What each direction adds to the scattered radiance under a world of radiance 1, (n, 3) in linear Rec.709,

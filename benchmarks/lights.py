@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Light of every kind: a white furnace, and noise at equal time beside an ordinary coat.
 
-    python -m benchmarks lights [--part furnace --part noise --part truth] [--pixels 192] [--json FILE|-]
+    python -m benchmarks lights [--part furnace --part noise --part truth --part fakes] [--pixels 192] [--json FILE|-]
 
 **Furnace**: a plane in a white world shows the directional albedo of its relief. What Cycles shows is divided by the
 integral of the bake's own table over the hemisphere. Of the surfaces, the real scans are left out where their files are
@@ -14,6 +14,8 @@ is left of the noise at equal time. Samples are clipped at a display's white. `s
 sample of a pixel, in microseconds.
 
 **Truth**: renders under worlds and a large lamp against integrals of the table (lights_truth.py).
+
+**Fakes**: what artists use instead, against the same integrals (lights_fakes.py).
 """
 
 import argparse
@@ -29,10 +31,11 @@ from precompute.table import atlas_file
 from precompute.table.radiance import directional_albedo
 
 from . import lights_scenes as scenes
+from .lights_fakes import fakes
 from .lights_truth import truth
 from .lights_worlds import SAMPLES, SURFACES, WORLDS, Worlds
 
-PARTS = ("furnace", "noise", "truth")
+PARTS = ("furnace", "noise", "truth", "fakes")
 ANGLES_DEG = (0, 30, 60, 75, 80, 85)
 MATERIALS = ("coat", "LAMPS", "REST", "ALL")
 
@@ -42,17 +45,18 @@ def main(argv: list[str] | None = None) -> int:
     parser = OneLineParser(prog="benchmarks lights", description=__doc__.splitlines()[0])
     parser.add_argument("--part", action="append", choices=PARTS)
     parser.add_argument("--pixels", type=count(4, 8192), default=192)
-    parser.add_argument("--points", type=count(1, 100_000), default=200, help="of a subject, in the part truth")
-    parser.add_argument("--subject", action="append", choices=scenes.SUBJECTS, help="in the part truth")
-    parser.add_argument("--world", action="append", choices=scenes.WORLDS, help="in the part truth")
-    parser.add_argument("--surface", action="append", choices=SURFACES, help="in the part truth")
+    parser.add_argument("--points", type=count(1, 100_000), default=200, help="of a subject, in truth and fakes")
+    parser.add_argument("--samples", type=count(2, 1 << 20), default=1024, help="of a pixel, in truth and fakes")
+    parser.add_argument("--subject", action="append", choices=scenes.SUBJECTS, help="in truth and fakes")
+    parser.add_argument("--world", action="append", choices=scenes.WORLDS, help="in truth and fakes")
+    parser.add_argument("--surface", action="append", choices=SURFACES, help="in truth and fakes")
     report.add_json(parser)
     arguments = parser.parse_args(argv)
     facts = {}
     with tempfile.TemporaryDirectory() as folder:
         studio = Worlds.started(Path(folder), arguments.pixels)
         for part in arguments.part or PARTS:
-            facts[part] = {"furnace": furnace, "noise": noise, "truth": truth}[part](studio, arguments)
+            facts[part] = {"furnace": furnace, "noise": noise, "truth": truth, "fakes": fakes}[part](studio, arguments)
     report.write(facts, arguments.json)
     return 0
 

@@ -35,33 +35,30 @@ _RAYS, _COSINE_MIN = 256, 0.1
 class Light:
     """What lights a scene, as an integral reads it.
 
-    panorama    (rows, cols, 3) the world's radiance, as precompute/lights/panorama.py lays it
+    panorama    (_ROWS, 2 _ROWS, 3) the world's radiance, as precompute/lights/panorama.py lays it
     directions  (n, 3) unit vectors to points of a sun that is left out of the panorama, and
     irradiance  (n, 3) of each
     square      a lamp's middle (3,) and axes x, y, z (3, 3) in its rows, or None; its side is _LAMP_M"""
 
-    panorama: np.ndarray = field(default_factory=lambda: np.zeros((2, 4, 3)))
+    panorama: np.ndarray
     directions: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     irradiance: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     square: tuple[np.ndarray, np.ndarray] | None = None
 
-    def radiance(self, directions: np.ndarray, position: np.ndarray, blur: float) -> np.ndarray:
-        """Linear RGB (n, 3) from directions (n, 3) at a position (3,); a lamp's edge is `blur` wide, in radians."""
-        found = looked_up(self.panorama, directions)
-        if self.square is not None:
-            middle, axes = self.square
-            x, y, z = (directions @ axis for axis in axes)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                along = ((middle - position) @ axes[2]) / z
-                away = [along * each - (middle - position) @ axis for each, axis in ((x, axes[0]), (y, axes[1]))]
-                inside = [np.clip((_LAMP_M / 2 - np.abs(each)) / (along * blur) + 0.5, 0, 1) for each in away]
-            seen = np.where((z > 0) & (along > 0), inside[0] * inside[1], 0.0)
-            found = found + seen[:, None] * (_LAMP_W / np.pi / _LAMP_M**2)
-        return found
+    def of_lamp(self, directions: np.ndarray, position: np.ndarray, blur: float) -> np.ndarray:
+        """The lamp's radiance (n,) from directions (n, 3) at a position (3,); its edge is `blur` wide, in radians."""
+        middle, axes = self.square
+        x, y, z = (directions @ axis for axis in axes)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            along = ((middle - position) @ axes[2]) / z
+            away = [along * each - (middle - position) @ axis for each, axis in ((x, axes[0]), (y, axes[1]))]
+            inside = [np.clip((_LAMP_M / 2 - np.abs(each)) / (along * blur) + 0.5, 0, 1) for each in away]
+        return np.where((z > 0) & (along > 0), inside[0] * inside[1], 0.0) * (_LAMP_W / np.pi / _LAMP_M**2)
 
 
 def looked_up(panorama: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """A panorama's radiance (n, 3) in directions (n, 3), between pixels as an Environment Texture's "Linear" has it."""
+    """What panoramas (rows, cols, c) show in directions (n, 3), between pixels as an Environment Texture's "Linear" has
+    it: (n, c)."""
     rows, cols, _ = panorama.shape
     x = (0.5 - np.arctan2(directions[:, 1], directions[:, 0]) / (2 * np.pi)) * cols - 0.5
     y = (0.5 + np.arcsin(np.clip(directions[:, 2], -1, 1)) / np.pi) * rows - 0.5
@@ -131,7 +128,9 @@ def light_by(studio: Worlds, world: str) -> Light:
         studio.scene.collection.objects.link(lamp)
         bpy.context.view_layer.update()
         studio.addon.lamps.update_lamps(studio.scene)
-        return Light(square=(np.array(lamp.location), np.array(lamp.matrix_world.to_3x3()).T))
+        return Light(
+            np.zeros((_ROWS, 2 * _ROWS, 3)), square=(np.array(lamp.location), np.array(lamp.matrix_world.to_3x3()).T)
+        )
     if world == "clear sky":
         return _clear_sky(studio)
     panorama = _PAINTED[world](_ROWS)
@@ -204,7 +203,12 @@ def _clear_sky(studio: Worlds) -> Light:
 
 def free_points(studio: Worlds, pixels: int, number: int) -> Points:
     """Points of the mesh that pixels of a square picture show, seeded, at most `number`: first those from which the
-    mesh hides nothing of the hemisphere."""
+    mesh hides nothing of the hemisphere.
+
+    The mesh's other faces become black, which saves the time to shade them."""
+    import bpy
+    from mathutils.bvhtree import BVHTree
+
     passes, seen = _geometry(studio, pixels)
     rows, columns = np.nonzero(seen)
     position, n, wr, t = (passes[name][seen] for name in ("Position", "Normal", "Incoming", "Tangent"))
@@ -214,18 +218,23 @@ def free_points(studio: Worlds, pixels: int, number: int) -> Points:
     frames = np.stack([t, np.cross(n, t), n], axis=1)
     views = np.einsum("nij,nj->ni", frames, wr)
     chosen = np.random.default_rng(0).permutation(np.flatnonzero(views[:, 2] > _COSINE_MIN))
-    hidden = _hidden(studio, position[chosen], frames[chosen])
+    tree = BVHTree.FromObject(studio.mesh, bpy.context.evaluated_depsgraph_get())
+    hidden = _hidden(tree, position[chosen], frames[chosen])
     chosen = chosen[np.argsort(hidden, kind="stable")[:number]]
+    black = np.ones(len(studio.mesh.data.polygons), np.int32)
+    black[[tree.find_nearest(place)[2] for place in position[chosen]]] = 0
+    material = bpy.data.materials.new("Black")
+    studio.addon.compat.enable_nodes(material)
+    material.node_tree.nodes.clear()
+    studio.mesh.data.materials.append(material)
+    studio.mesh.data.polygons.foreach_set("material_index", black)
     return Points((rows[chosen], columns[chosen]), position[chosen], frames[chosen], views[chosen])
 
 
-def _hidden(studio: Worlds, positions: np.ndarray, frames: np.ndarray) -> np.ndarray:
-    """The share (n,) of rays from each point that meet the mesh again."""
-    import bpy
+def _hidden(tree, positions: np.ndarray, frames: np.ndarray) -> np.ndarray:
+    """The share (n,) of rays from each point that meet the mesh of a BVHTree again."""
     from mathutils import Vector
-    from mathutils.bvhtree import BVHTree
 
-    tree = BVHTree.FromObject(studio.mesh, bpy.context.evaluated_depsgraph_get())
     z = _COSINE_MIN + (1 - _COSINE_MIN) * (np.arange(_RAYS) + 0.5) / _RAYS
     turn = np.arange(_RAYS) * np.pi * (3 - 5**0.5)
     rays = np.stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z], axis=-1)

@@ -5,7 +5,7 @@ For each subject, world and surface a row tells the CIEDE2000 between render and
 over the points, at the exposure that puts the 99th percentile of the integrals' Y at a display's white. `light` is the
 render's whole Y over that of the integrals. Both are given for all the light, and for the scattered light without the
 mirror image, whose bake has a zero order of zero. `noise` is what the render's own noise adds: half the median
-difference between two renders of half the samples each.
+difference between two renders of half the samples each (`--samples`).
 """
 
 import argparse
@@ -25,8 +25,8 @@ from .hemisphere import Surface, without_mirror
 from .lights_worlds import SURFACES, Worlds
 from .osl import colour_differences
 
-# Pixels to a side of a subject's picture, and samples of each of the two renders.
-PIXELS, SAMPLES = {"snake": 40, "sphere": 24, "disc": 24}, 512
+# Pixels to a side of a subject's picture.
+PIXELS = {"snake": 56, "sphere": 28, "disc": 20}
 # Where All has no noise to speak of with these samples.
 _ALL_CONVERGES = ("studio", "overcast sky")
 _LUMINANCE = np.linalg.inv(rgb_from_xyz("Rec.709"))[1]
@@ -51,7 +51,9 @@ def truth(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
             scenes.light_by(studio, world)
             for name, bake in bakes:
                 scattered, mirrored = wanted[name][world]
-                for lights, part, picture in pictures(studio, bake, world=world, pixels=PIXELS[subject]):
+                for lights, part, picture in pictures(
+                    studio, bake, world=world, size=(PIXELS[subject], arguments.samples)
+                ):
                     expected = scattered if part == "scattered" else scattered + mirrored
                     row = {"subject": subject, "world": world, "surface": name, "lights": lights, "part": part}
                     row |= compared(picture[:, *points.pixels], expected)
@@ -71,17 +73,21 @@ def truth(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
 
 def integrals(surface: Surface, points: scenes.Points, lights: dict[str, scenes.Light]) -> dict[str, np.ndarray]:
     """Scattered and mirrored radiance (2, n, 3) at points, by the name of the light."""
-    found = {name: np.zeros((2, len(points.positions), 3)) for name in lights}
+    found = np.zeros((len(lights), 2, len(points.positions), 3))
+    panoramas = np.concatenate([light.panorama for light in lights.values()], axis=2)
     for index, (position, frame, wr) in enumerate(zip(points.positions, points.frames, points.views, strict=True)):
-        everywhere = surface.directions @ frame, surface.scattered(wr)
-        wi, answers = surface.mirrored(wr)
-        for name, light in lights.items():
-            for part, (directions, answer) in enumerate((everywhere, (wi @ frame, answers))):
-                radiance = light.radiance(directions, position, surface.mirror.sigma_b)
-                found[name][part, index] = (radiance * answer).sum(axis=0)
+        wi, mirrored = surface.mirrored(wr)
+        parts = (surface.directions @ frame, surface.scattered(wr)), (wi @ frame, mirrored)
+        for part, (directions, answers) in enumerate(parts):
+            seen = scenes.looked_up(panoramas, directions).reshape(len(directions), -1, 3)
+            found[:, part, index] = np.einsum("nlc,nc->lc", seen, answers)
+            for which, light in enumerate(lights.values()):
+                if light.square is not None:
+                    found[which, part, index] += light.of_lamp(directions, position, surface.mirror.sigma_b) @ answers
+        for which, light in enumerate(lights.values()):
             if len(light.directions):
-                found[name][:, index] += surface.lit(light.directions @ frame.T, wr, light.irradiance)
-    return found
+                found[which, :, index] += surface.lit(light.directions @ frame.T, wr, light.irradiance)
+    return dict(zip(lights, found, strict=True))
 
 
 def compared(pictures: np.ndarray, expected: np.ndarray) -> dict:
@@ -89,19 +95,21 @@ def compared(pictures: np.ndarray, expected: np.ndarray) -> dict:
     picture = pictures.mean(axis=0)
     differences = colour_differences(picture, expected)
     errors = np.abs(picture - expected) @ _LUMINANCE
+    noise = colour_differences(*pictures) if pictures.any() else np.zeros(1)
     worst = np.argsort(errors)[::-1][:_WORST]
     return {
         "de_median": float(np.median(differences)),
         "de_p95": float(np.percentile(differences, 95)),
         "light": float((picture @ _LUMINANCE).sum() / (expected @ _LUMINANCE).sum()),
-        "noise": float(np.median(colour_differences(pictures[0], pictures[1])) / 2),
+        "noise": float(np.median(noise) / 2),
         "counted": len(differences),
         "worst": [{"point": int(i), "render": picture[i].tolist(), "integral": expected[i].tolist()} for i in worst],
     }
 
 
-def pictures(studio: Worlds, bake: Path, *, world: str, pixels: int) -> Iterator[tuple[str, str, np.ndarray]]:
-    """The choice of lights, the part of the light, and two renders (2, rows, columns, 3) of a bake."""
+def pictures(studio: Worlds, bake: Path, *, world: str, size: tuple[int, int]) -> Iterator[tuple[str, str, np.ndarray]]:
+    """The choice of lights, the part of the light, and two renders (2, rows, columns, 3) of a bake. `size` tells the
+    pixels to a side, and the samples of both together."""
     scattering = studio.folder / f"{bake.stem}-scattered.exr"
     if not scattering.is_file():
         image, layout = atlas.pack(without_mirror(atlas_file.read(bake)[0]))
@@ -115,7 +123,12 @@ def pictures(studio: Worlds, bake: Path, *, world: str, pixels: int) -> Iterator
         skin.inputs["Base Color"].default_value = (0, 0, 0, 1)
         studio.mesh.material_slots[0].material = material
         studio.addon.fit_world.fit_world(studio.scene)
-        halves = []
-        for studio.scene.cycles.seed in (0, 1):
-            halves.append(studio.render("cycles", SAMPLES, pixels)[1])
-        yield lights, part, np.stack(halves)
+        yield lights, part, two_halves(studio, *size)
+
+
+def two_halves(studio: Worlds, pixels: int, samples: int) -> np.ndarray:
+    """Two pictures (2, pixels, pixels, 3), each of half the samples and with noise of its own."""
+    halves = []
+    for studio.scene.cycles.seed in (0, 1):
+        halves.append(studio.render("cycles", (samples + 1) // 2, pixels)[1])
+    return np.stack(halves)

@@ -27,19 +27,19 @@ def test_the_hemisphere_has_two_pi():
 
 
 @pytest.mark.parametrize("degrees", [0, 40, 80])
-def test_a_white_world_shows_the_directional_albedo(baked, degrees):
+def test_a_white_world_shows_the_directional_albedo(skin, degrees):
     """Sums over another grid. There, scattered light and mirror image are clamped to the gamut together, where one may
-    make up for what the other lacks: at the normal that is 0.4 % of the red."""
-    _, table = baked
+    make up for what the other lacks: 0.4 % of the red on the blazed sample at the normal, and less here."""
+    _, table = skin
     theta = np.radians(degrees)
     surface, wr = Surface.of(table), np.array((np.sin(theta), 0, np.cos(theta)))
     found = surface.scattered(wr).sum(axis=0) + surface.mirrored(wr)[1].sum(axis=0)
     np.testing.assert_allclose(found, directional_albedo(table, theta), rtol=5e-3)
 
 
-def test_a_small_lamp_is_a_world_of_one_direction(baked):
+def test_a_small_lamp_is_a_world_of_one_direction(skin):
     """A Gaussian of light, summed over the hemisphere, is a lamp of its irradiance and variance."""
-    _, table = baked
+    _, table = skin
     surface, wr, to = Surface.of(table), np.array((0.28, 0, 0.96)), np.array((0.3, 0, np.sqrt(0.91)))
     spread = table.sigma_b
     steps = np.arange(-4, 4.1, 0.25)
@@ -54,9 +54,9 @@ def test_a_small_lamp_is_a_world_of_one_direction(baked):
 
     wi, mirrored = surface.mirrored(wr)
     found = shine(surface.directions) @ surface.scattered(wr) + shine(wi) @ mirrored
-    # The grid resolves a product of two Gaussians of the kernel's width to 2 exp(-pi^2) = 1e-4, and the points lie on
-    # a plane that touches the sphere, by which those at 2 deviations are 2 / 3 (2 spread)^2 = 0.003 off in solid angle.
-    # What the gamut cuts off a colour's smaller components is no smooth function; they are judged by the largest.
+    # The grid resolves a product of two Gaussians of the kernel's width to 2 exp(-pi^2 / 1.44) = 0.002. The points lie
+    # on a plane that touches the sphere: those at 2 deviations are 2 / 3 (2 spread)^2 = 0.003 off in solid angle. What
+    # the gamut cuts off a colour's smaller components is no smooth function; they are judged by the largest.
     np.testing.assert_allclose(found, lit, rtol=0, atol=0.01 * lit.max())
 
 
@@ -87,7 +87,7 @@ def test_the_lamp_fills_its_solid_angle(studio):
     scenes.build(studio, "disc")
     light = scenes.light_by(studio, "area lamp")
     cells = panorama_cells(400, 800)
-    seen = light.radiance(cells.directions, studio.target, 0.01)[:, 0] @ cells.solid_angles
+    seen = light.of_lamp(cells.directions, studio.target, 0.01) @ cells.solid_angles
     assert seen == pytest.approx(10 * 4 * np.arcsin(0.2), rel=2e-3)
     assert studio.addon.follow.lamp_count(studio.scene) == 1
     scenes.light_by(studio, "overcast sky")
@@ -128,6 +128,20 @@ def test_what_is_hidden_is_taken_last(studio):
     assert floor[:10, 1].max() < floor[-10:, 1].min()
 
 
+def test_faces_that_no_point_is_on_are_black(studio):
+    """They take no time, and what the mesh hides is dark, as in the integrals."""
+    scenes.build(studio, "sphere")
+    points = scenes.free_points(studio, 16, 5)
+    material, _ = studio.material(studio.bake, "LAMPS")
+    studio.mesh.material_slots[0].material = material
+    faces = studio.mesh.data.polygons
+    lit = [face for face in faces if face.material_index == 0]
+    assert len(lit) == 5
+    middles = np.array([face.center for face in lit])
+    apart = np.linalg.norm(points.positions[:, None] - middles, axis=-1).min(axis=1)
+    assert apart.max() < 2 * np.pi * scenes.RADIUS_M / 64  # half a face's diagonal is less
+
+
 def test_equal_pictures_do_not_differ():
     expected = np.random.default_rng(1).random((50, 3))
     row = lights_truth.compared(np.stack([expected, expected]), expected)
@@ -143,7 +157,7 @@ def test_an_overcast_sphere_is_its_integral(studio, skin):
     points = scenes.free_points(studio, 16, 40)
     lights = {"overcast sky": scenes.light_by(studio, "overcast sky")}
     scattered, mirrored = lights_truth.integrals(Surface.of(skin[1]), points, lights)["overcast sky"]
-    rows = lights_truth.pictures(studio, skin[0], world="overcast sky", pixels=16)
+    rows = lights_truth.pictures(studio, skin[0], world="overcast sky", size=(16, 1024))
     for _, part, picture in rows:
         row = lights_truth.compared(picture[:, *points.pixels], scattered + mirrored if part == "whole" else scattered)
         assert row["light"] == pytest.approx(1, abs=0.03), (part, row)
