@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The main job from end to end: `./dev demo`. A scan is baked, assigned to a snake, and rendered in three lights.
+"""The main job from end to end: `./dev demo`. A scan is baked, assigned to a snake, and rendered in three lights; and
+a sample throws its spectrum on a wall, of white light and of a laser.
 
 Every step is a command that a user can type: `python -m precompute` for the bake and the map, and Blender in background
 with `--command grating` to assign and render. This file only joins them.
@@ -26,19 +27,21 @@ from sample_scenes.report import write_report
 # the body (sample_scenes/stage.py). Xenopeltis spreads its orders across the body, so its suns stand across the body.
 SUNS_ALONG_DEG = ((128, 30), (52, 30))
 SUNS_ACROSS_DEG = ((90, 30), (90, 65))
+LASER = "532nm"
 SCANS = ROOT.parent / "shared" / "data" / "snake"
 
 
 @dataclass(frozen=True)
 class Subject:
-    """A height map of the demo: its title, FILE and options for the command line, the folder of its results, and the
-    suns in which its snake is rendered."""
+    """A height map of the demo: its title, FILE and options for the command line, the folder of its results, the suns
+    in which its snake is rendered, and whether its spectrum is thrown on a wall."""
 
     title: str
     file: str
     options: tuple[str, ...]
     folder: Path
     suns_deg: tuple[tuple[int, int], tuple[int, int]] = SUNS_ALONG_DEG
+    on_wall: bool = False
 
 
 # The thesis's scans: title, file, height in nanometres from black to white, suns. Both are 65 um wide.
@@ -97,7 +100,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def subjects(output: Path, scans: Path = SCANS) -> list[Subject]:
     """The shipped sample, and those of the real scans whose files are in the folder `scans`."""
-    found = [Subject("Elaphe-like sample", "sample:elaphe", (), output)]
+    found = [Subject("Elaphe-like sample", "sample:elaphe", (), output, on_wall=True)]
     for title, name, height_nm, suns_deg in REAL_SCANS:
         file = scans / name
         if file.is_file():
@@ -127,21 +130,48 @@ def run_subject(subject: Subject, arguments, watch: Stopwatch) -> dict:
         picture = folder / file
         render_snake(f"{name}: {step}", baked, light, picture, arguments=arguments, watch=watch)
         pictures.append(picture)
+    if subject.on_wall:
+        laser = [*precompute, "bake", *height_map, "--illuminant", LASER, "-o", folder / "laser", "--json", "-"]
+        line = json.loads(watch.run(f"{name}: bake for a laser", laser))
+        for step, file, bake_file in (("wall", "wall.png", baked), ("laser", "wall_laser.png", line["files"][0])):
+            picture = folder / file
+            render_wall(f"{name}: {step}", bake_file, picture, arguments=arguments, watch=watch)
+            pictures.append(picture)
     return {"title": name, "info": json.loads(info), "bake": bake, "folder": folder, "pictures": pictures}
 
 
 def render_snake(
     step: str, baked: Path, light: tuple, picture: Path, *, arguments, watch: Stopwatch
 ) -> None:  # fmt: skip
-    """Build the stage, assign the bake to the snake, render: three runs of Blender in background. `light` holds the
-    sun's azimuth and elevation, and then "--sky" where it is the sun of a sky."""
+    """Build the stage, assign the bake to the snake, render. `light` holds the sun's azimuth and elevation, and then
+    "--sky" where it is the sun of a sky."""
+    stage = ["stage.py", "--sun-azimuth-deg", light[0], "--sun-elevation-deg", *light[1:]]
+    edits = (["assign", baked, "--object", "Snake"],)
+    render_scene(step, picture, stage, edits=edits, samples=arguments.samples, arguments=arguments, watch=watch)
+
+
+def render_wall(step: str, baked: Path, picture: Path, *, arguments, watch: Stopwatch) -> None:
+    """Build the scene of a grating before a wall, assign the bake, add a Diffraction Lamp, render. The spectrum has no
+    noise, so an eighth of the samples does."""
+    edits = (["assign", baked, "--object", "Carrier", "--lights", "lamps"], ["lamp", "--object", "Carrier"])
+    samples = max(1, arguments.samples // 8)
+    render_scene(step, picture, ["wall.py"], edits=edits, samples=samples, arguments=arguments, watch=watch)
+
+
+def render_scene(
+    step: str, picture: Path, stage: list, *, edits: tuple, samples: int, arguments, watch: Stopwatch
+) -> None:  # fmt: skip
+    """Have a script of sample_scenes write a scene, change it by verbs of the command line, and render it: a run of
+    Blender in background each. `stage` and `edits` hold the script's and the verbs' names and arguments."""
     scene = picture.with_suffix(".blend")
-    stage = ["--background", "--python-exit-code", "1", "--python", ROOT / "sample_scenes" / "stage.py"]
-    stage += ["--", "--output", scene, "--sun-azimuth-deg", light[0], "--sun-elevation-deg", *light[1:]]
-    assign = ["--background", scene, "--command", "grating", "assign", baked, "--object", "Snake"]
-    render = ["--background", scene, "--command", "grating", "render", "-o", picture, "--engine", "cycles"]
-    render += ["--samples", arguments.samples, "--width", arguments.width, "--height", arguments.width * 9 // 16]
-    for what, command in (("scene", stage), ("assign", assign), ("render", render)):
+    script, *options = stage
+    make = ["--background", "--python-exit-code", "1", "--python", ROOT / "sample_scenes" / script]
+    commands = [("scene", [*make, "--", "--output", scene, *options])]
+    size = ["--width", arguments.width, "--height", arguments.width * 9 // 16]
+    render = ["render", "-o", picture, "--engine", "cycles", "--samples", samples, *size]
+    for verb in (*edits, render):
+        commands.append((verb[0], ["--background", scene, "--command", "grating", *verb]))
+    for what, command in commands:
         launch = start_blender(arguments, [str(part) for part in command])
         watch.run(f"{step}, {what}", launch.command, env=clean_environment(**launch.variables))
     scene.with_suffix(".blend1").unlink(missing_ok=True)

@@ -31,7 +31,8 @@ class Drivers:
     def __init__(self, scene: bpy.types.Scene, holder: bpy.types.Object | None = None):
         self.scene, self.holder = scene, holder or scene
         curves = self.holder.animation_data.drivers if self.holder.animation_data else ()
-        self._present = {(curve.data_path, curve.array_index): curve.driver for curve in curves}
+        # A curve with keys, as Blender 5.2 makes it, rounds a driver's value to a key that is nearer than 1e-4.
+        self._present = {(c.data_path, c.array_index): c.driver for c in curves if not c.keyframe_points}
 
     def drive(self, name: str, expressions: Sequence[str], variables: Sequence[Variable]) -> bool:
         """Drive the numbers of a property, which is made if need be, by an expression each; whether anything changed.
@@ -47,7 +48,9 @@ class Drivers:
         self.holder[name] = [0.0] * len(wanted)
         self.holder.driver_remove(path)
         for index, expression in enumerate(wanted):
-            driver = self.holder.driver_add(path, index).driver
+            curve = self.holder.driver_add(path, index)
+            curve.keyframe_points.clear()
+            driver = curve.driver
             driver.type = "SCRIPTED"
             for variable in used[index]:
                 _add(driver, variable)

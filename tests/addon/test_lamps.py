@@ -80,6 +80,22 @@ def test_power_is_strength_exposure_and_colour(addon, scene, sun):
     np.testing.assert_allclose(read(addon, scene, "power")[:3], 6 * np.array(sun.data.temperature_color), rtol=1e-5)
 
 
+def test_a_narrow_spot_has_its_own_rim(addon, scene, sun):
+    """Numbers next to 1 stay as they are, and so they become in a file whose drivers have keys: Blender 5.2 gives a
+    driver's curve two, and rounds what is nearer than 1e-4 to one of them."""
+    bpy.data.objects.remove(sun)
+    add_lamp(scene, "SPOT", spot_size=np.radians(1.0), spot_blend=0.0)
+    addon.follow.follow_lamps(scene)
+    rims = np.cos(np.radians(0.5)) + np.array([0, 1e-5])
+    # Single precision near 1, in an angle's own cosine and in the sum.
+    assert [read(addon, scene, what)[3] for what in "zx"] == pytest.approx(rims, abs=2e-7)
+    for curve in scene.animation_data.drivers:
+        curve.keyframe_points.insert(1.0, 1.0)
+    addon.follow.follow_lamps(scene)
+    assert not any(len(curve.keyframe_points) for curve in scene.animation_data.drivers)
+    assert [read(addon, scene, what)[3] for what in "zx"] == pytest.approx(rims, abs=2e-7)
+
+
 def test_what_the_render_hides_is_dark(addon, scene, sun):
     held = bpy.data.collections.new("Held")
     scene.collection.children.link(held)

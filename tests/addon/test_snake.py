@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
-from sample_scenes import demo  # noqa: E402
+from sample_scenes import demo, wall  # noqa: E402
 from sample_scenes.snake import (  # noqa: E402
     POSE_M,
     RADIUS_M,
@@ -173,6 +173,13 @@ def test_command_line_writes_a_blend(tmp_path):
     assert {"Snake", "Ground", "Sun", "Camera"} <= set(bpy.data.objects.keys())
 
 
+def test_the_scene_of_a_wall_has_what_the_demo_names(tmp_path):
+    wall.main(["--output", str(tmp_path / "wall.blend")])
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "wall.blend"))
+    assert {"Carrier", "Wall", "Table", "Spot", "Camera"} <= set(bpy.data.objects.keys())
+    assert bpy.data.objects["Carrier"].data.uv_layers
+
+
 def test_the_demo_takes_the_scans_that_are_there(tmp_path, capsys):
     (tmp_path / "xenopeltis_65um.png").touch()
     sample, scan = demo.subjects(tmp_path / "out", scans=tmp_path)
@@ -183,7 +190,7 @@ def test_the_demo_takes_the_scans_that_are_there(tmp_path, capsys):
     assert "no elaphe_65um.png" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("script", ["stage.py", "views.py"])
+@pytest.mark.parametrize("script", ["stage.py", "views.py", "wall.py"])
 def test_the_scripts_of_the_demo_find_the_project_from_any_folder(script, tmp_path):
     """`blender --python FILE` has neither the project nor the working folder on its path."""
     command = [sys.executable, "-P", ROOT / "sample_scenes" / script, "--help"]
