@@ -91,7 +91,7 @@ def wear(studio: Worlds, fake: str, *, bake: Path, period_m: float) -> None:
         material = three_lobes(studio, period_m)
     elif fake == "rainbow":
         material = rainbow(studio, period_m)
-        for source in studio.addon.probe.sources_of(studio.scene.world, studio.scene, _SOURCES):
+        for source in studio.addon.probe.fit_of(studio.scene.world, studio.scene, _SOURCES).sources:
             _stand_in(studio, source)
     else:
         material = thin_film(studio)

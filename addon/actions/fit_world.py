@@ -34,19 +34,28 @@ class _Running:
 
 
 _running: _Running | None = None
+# The fingerprints of scenes' worlds by the scenes' full names, since the last change.
+_known: dict[str, str] = {}
+
+
+def note_change() -> None:
+    """Blender told of some change: what is known of worlds may no longer be so."""
+    _known.clear()
 
 
 def world_is_fitted(scene: bpy.types.Scene) -> bool:
-    """Whether the scene's sources are those of its world as it is now. A world of one colour needs none."""
-    return fitted_world(scene) == _fingerprint(scene)
+    """Whether the scene's sources are those of its world, as it was after the last change that Blender told of. A world
+    of one colour needs none."""
+    return fitted_world(scene) == _known_fingerprint(scene)
 
 
-def drop_stale_sources(scene: bpy.types.Scene) -> bool:
-    """Give up the sources of a world that has changed; whether a fit is wanted."""
-    if world_is_fitted(scene):
-        return False
+def drop_stale_sources(scene: bpy.types.Scene) -> str:
+    """Give up the sources of a world that has changed; the world's fingerprint if a fit is wanted, else empty."""
+    now = _fingerprint(scene)
+    if fitted_world(scene) == now:
+        return ""
     forget_sources(scene)
-    return bool(_fingerprint(scene)) and follows_world()
+    return now if follows_world() else ""
 
 
 def unfitted_world(scene: bpy.types.Scene) -> list[str]:
@@ -61,8 +70,7 @@ def fit_world(scene: bpy.types.Scene) -> None:
     """Fit the sources of the scene's world and wait for them. Raises GratingError as Probe does."""
     from ..worlds.probe import fit_of
 
-    if drop_stale_sources(scene):
-        now = _fingerprint(scene)
+    if now := drop_stale_sources(scene):
         _take(scene, fit_of(scene.world, scene, SOURCES_MAX), now)
 
 
@@ -71,9 +79,9 @@ def want_fit(scene: bpy.types.Scene) -> None:
     global _running
     if bpy.app.background:
         fit_world(scene)
-    elif drop_stale_sources(scene):
+    elif now := drop_stale_sources(scene):
         stop_fitting()
-        _running = _Running(scene.name, _fingerprint(scene))
+        _running = _Running(scene.name, now)
         bpy.app.timers.register(_go_on, first_interval=_STILL)
 
 
@@ -125,9 +133,16 @@ def _take(scene: bpy.types.Scene, fit: Fit, fingerprint: str) -> None:
 
 
 def _fingerprint(scene: bpy.types.Scene) -> str:
-    """Of the scene's world; empty where there is nothing to fit."""
+    """Of the scene's world as it is; empty where there is nothing to fit."""
     from ..worlds.fingerprint import fingerprint
     from ..worlds.stand_alone import is_even
 
     world = scene.world
-    return "" if world is None or is_even(world) else fingerprint(world)
+    now = _known[scene.name_full] = "" if world is None or is_even(world) else fingerprint(world)
+    return now
+
+
+def _known_fingerprint(scene: bpy.types.Scene) -> str:
+    """The same, taken at most once between changes: a panel asks whenever it is drawn."""
+    known = _known.get(scene.name_full)
+    return _fingerprint(scene) if known is None else known

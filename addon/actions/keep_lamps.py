@@ -22,16 +22,18 @@ from ..lamps.follow import follow_lamps, followed_lamps, stop_following, update_
 from ..lamps.shown import show_as_rendered
 from ..materials.data_pictures import resampled_pictures
 from ..materials.skin import is_diffraction
-from .fit_world import drop_stale_sources, stop_fitting, unfitted_world, want_fit
+from ..scene.rendering import is_rendering
+from .fit_world import drop_stale_sources, note_change, stop_fitting, unfitted_world, want_fit
 from .lamps import update_lamps
 
 
 @persistent
 def follow_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """After Blender has evaluated a scene anew. Whatever concerns its lamps changes the scene too."""
+    note_change()
     if depsgraph.mode == "RENDER" or not (depsgraph.id_type_updated("SCENE") or depsgraph.id_type_updated("WORLD")):
         return
-    if scene.library is not None or _is_rendering() or not _has_diffraction():
+    if scene.library is not None or is_rendering() or not _has_diffraction():
         return
     _follow_world(scene)
     if depsgraph.id_type_updated("COLLECTION") or depsgraph.id_type_updated("LIGHT"):
@@ -64,7 +66,7 @@ def show_what_renders(scene: bpy.types.Scene, *_: object) -> None:
     """Before a render. What only the viewport hides is shown."""
     if scene.library is not None or not _has_diffraction():
         return
-    if not _is_rendering():  # A render beside the interface runs in its own thread, where nothing may be made.
+    if not is_rendering():  # A render beside the interface runs in its own thread, where nothing may be made.
         drop_stale_sources(scene)
         update_lamps(scene, exactly=False)
     show_as_rendered(scene, followed_lamps(scene))
@@ -111,6 +113,7 @@ def unregister() -> None:
 
 
 def _follow_all(*, exactly: bool) -> None:
+    note_change()
     for scene in _scenes():
         _follow_world(scene)
         update_lamps(scene, exactly=exactly, in_viewport=_has_viewport())
@@ -135,7 +138,3 @@ def _has_diffraction() -> bool:
 
 def _has_viewport() -> bool:
     return not bpy.app.background
-
-
-def _is_rendering() -> bool:
-    return bpy.app.is_job_running("RENDER") or bpy.app.is_job_running("OBJECT_BAKE")

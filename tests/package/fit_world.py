@@ -72,7 +72,7 @@ def story():
     yield LONG
     assert bpy.app.is_job_running("RENDER")
     try:
-        probe.sources_of(scene.world, scene, 4)
+        probe.fit_of(scene.world, scene, 4)
     except Exception as error:
         assert "not fitted while a render is running" in str(error), error
     else:

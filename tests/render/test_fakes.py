@@ -70,7 +70,7 @@ def test_the_rainbow_alone_takes_suns_for_the_world_s_sources(studio):
     suns = [lamp for lamp in bpy.data.objects if lamp.type == "LIGHT"]
     assert 3 <= len(suns) == count(studio.scene) <= 4
     power = sum(sun.data.energy * np.array(sun.data.color) for sun in suns)
-    sources = studio.addon.probe.sources_of(studio.scene.world, studio.scene, 4)
+    sources = studio.addon.probe.fit_of(studio.scene.world, studio.scene, 4).sources
     np.testing.assert_allclose(power, sum(source.irradiance for source in sources), rtol=1e-3)
     fakes.wear(studio, "thin film", bake=studio.bake, period_m=PERIOD_M)
     assert count(studio.scene) == 0

@@ -72,18 +72,18 @@ def test_the_sun_of_each_sky(addon, scene, index):
     if node.sky_type in ("PREETHAM", "HOSEK_WILKIE"):
         # Their glow around the sun is a source of its own at most.
         node.sun_direction = direction(30, 70)
-        assert all(source.cone_radius > 0.05 for source in addon.probe.sources_of(world, scene, 1))
+        assert all(source.cone_radius > 0.05 for source in addon.probe.fit_of(world, scene, 1).sources)
         return
     node.sun_elevation, node.sun_rotation = math.radians(35), math.radians(57)
     sun = direction(35, 90 - 57)
-    first = addon.probe.sources_of(world, scene, 4)[0]
+    first = addon.probe.fit_of(world, scene, 4).sources[0]
     assert off_deg(first.direction, sun) < 0.02
     # Of a disc of 0.545 degrees, darker at its limb.
     assert 0.24 < 2 * math.degrees(math.sqrt(first.variance)) < 0.2725
     expected = light_around(scene, world, sun)
     np.testing.assert_allclose(first.irradiance, expected, rtol=0.02)
     node.sun_disc = False
-    assert all(source.cone_radius > 0.05 for source in addon.probe.sources_of(world, scene, 1))
+    assert all(source.cone_radius > 0.05 for source in addon.probe.fit_of(world, scene, 1).sources)
 
 
 def light_around(scene, world, sun):
@@ -125,7 +125,7 @@ def test_a_mapping_turns_the_sources(addon, scene, hdri):
     tree.links.new(place.outputs["Generated"], mapping.inputs["Vector"])
     tree.links.new(mapping.outputs[0], node.inputs["Vector"])
     # The picture is read at a direction turned by 40 degrees, so that what it shows turns back.
-    assert off_deg(addon.probe.sources_of(world, scene, 1)[0].direction, direction(35, 150 - 40)) < 0.2
+    assert off_deg(addon.probe.fit_of(world, scene, 1).sources[0].direction, direction(35, 150 - 40)) < 0.2
     turn = bpy.data.objects.new("turn", None)
     scene.collection.objects.link(turn)
     turn.rotation_euler = (0, 0, math.radians(25))
@@ -133,7 +133,7 @@ def test_a_mapping_turns_the_sources(addon, scene, hdri):
     place.object = turn
     tree.links.new(place.outputs["Object"], mapping.inputs["Vector"])
     before = everything()
-    assert off_deg(addon.probe.sources_of(world, scene, 1)[0].direction, direction(35, 150 - 40 + 25)) < 0.2
+    assert off_deg(addon.probe.fit_of(world, scene, 1).sources[0].direction, direction(35, 150 - 40 + 25)) < 0.2
     assert everything() == before and place.object == turn
 
 
@@ -162,10 +162,10 @@ def test_what_glossy_rays_see_at_the_present_frame(addon, scene):
     scene.world = world
     scene.frame_set(3)
     try:
-        seen = addon.probe.panorama(world, scene)
+        seen = addon.probe.fit_of(world, scene, 0).panorama
         np.testing.assert_allclose(seen, np.broadcast_to((0.6, 1.2, 1.8), seen.shape), rtol=1e-5)
         world.cycles_visibility.glossy = False
-        assert not addon.probe.panorama(world, scene).any()
+        assert not addon.probe.fit_of(world, scene, 0).panorama.any()
         assert path.outputs["Is Camera Ray"].is_linked and node.node_tree == group
     finally:
         scene.frame_set(1)
@@ -187,7 +187,7 @@ def test_a_linked_world(addon, scene, hdri, tmp_path):
     linked = here.worlds[0]
     assert linked.library is not None
     before = everything()
-    first, *_ = addon.probe.sources_of(linked, scene, 2)
+    first, *_ = addon.probe.fit_of(linked, scene, 2).sources
     assert off_deg(first.direction, FAR) < 0.2
     assert everything() == before
     bpy.data.libraries.remove(linked.library)
@@ -202,24 +202,17 @@ def test_the_colours_are_of_the_files_working_space(addon, scene):
     try:
         world, background = world_with("ShaderNodeRGB")
         background.inputs["Color"].links[0].from_node.outputs[0].default_value = (0.1, 0.5, 0.9, 1)
-        seen = addon.probe.panorama(world, scene)
+        seen = addon.probe.fit_of(world, scene, 0).panorama
         np.testing.assert_allclose(seen, np.broadcast_to((0.1, 0.5, 0.9), seen.shape), rtol=1e-5)
     finally:
         bpy.ops.wm.set_working_color_space(working_space="Linear Rec.709", convert_colors=False)
 
 
-@pytest.mark.parametrize("kind", ["ShaderNodeRGB", "ShaderNodeBlackbody"])
-def test_an_even_world_needs_no_render(addon, scene, monkeypatch, kind):
-    monkeypatch.setattr(addon.probe.subprocess, "Popen", None)
-    world, _ = world_with(kind)
-    assert addon.probe.sources_of(world, scene, 8) == []
-
-
 def test_none_is_rendered_beside_a_render(addon, scene, hdri, monkeypatch):
-    monkeypatch.setattr(addon.probe, "_is_rendering", lambda: True)
+    monkeypatch.setattr(addon.probe, "is_rendering", lambda: True)
     before = everything()
     with pytest.raises(Exception, match="^world tested.*: not fitted while a render is running; try again"):
-        addon.probe.sources_of(hdri[0], scene, 8)
+        addon.probe.fit_of(hdri[0], scene, 8)
     assert everything() == before
 
 
@@ -271,6 +264,6 @@ def test_a_sun_too_small_for_the_samples_of_the_panorama(addon, scene):
     world, background = world_with("ShaderNodeTexSky")
     node = background.inputs["Color"].links[0].from_node
     node.sun_size, node.sun_elevation, node.sun_rotation = np.radians((0.1, 60, 200))
-    first = addon.probe.sources_of(world, scene, 4)[0]
+    first = addon.probe.fit_of(world, scene, 4).sources[0]
     assert off_deg(first.direction, direction(60, 90 - 200)) < 0.01
     assert 0.04 < 2 * math.degrees(math.sqrt(first.variance)) < 0.051

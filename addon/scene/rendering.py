@@ -1,0 +1,9 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whether Blender renders beside the interface: then its data may be read at any time, and must stay as they are."""
+
+import bpy
+
+
+def is_rendering() -> bool:
+    """Whether a picture is rendered or a texture is baked, in a thread of its own."""
+    return bpy.app.is_job_running("RENDER") or bpy.app.is_job_running("OBJECT_BAKE")
