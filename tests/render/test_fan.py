@@ -224,3 +224,16 @@ def test_a_bake_made_again_reaches_it(stage, baked, steep):
     stage.addon.grating_material.refresh_group(grating)
     wanted = expected(screen_points(stage), steep[1], lamp, turn=np.eye(3))
     close(stage.rgb(pixels=PIXELS), wanted)
+
+
+def test_open_shading_language_sends_the_same(stage, baked):
+    path, table = baked
+    add_screen(stage)
+    carrier, lamp = add_lit(stage, path, POINT, rotation=(0.2, -0.1, 0.5))
+    add_fan()
+    stage.scene.cycles.shading_system = True
+    wanted = expected(screen_points(stage), table, lamp, turn=turned(rotation_of(carrier)))
+    try:
+        close(stage.rgb(pixels=PIXELS), wanted)
+    finally:
+        stage.scene.cycles.shading_system = False
