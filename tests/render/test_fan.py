@@ -213,6 +213,27 @@ def test_its_grating_does_not_show_it(stage, baked, engine):
     assert (with_fan[~grating].max() > 0) == (engine == "cycles")
 
 
+def test_a_mirror_shows_the_grating_once(stage, baked):
+    # The camera looks up at a mirror, which shows the first order of the grating under it. The base is black, so that
+    # nothing else is lit.
+    path, _ = baked
+    carrier, _ = add_lit(stage, path, SUN | {"to": (-0.22, 0, 1), "use_shadow": False})
+    assert bpy.ops.grating.lights(lights="LAMPS") == {"FINISHED"}
+    skin = next(node for node in carrier.active_material.node_tree.nodes if node.label == "Skin")
+    skin.inputs["Base Color"].default_value = (0, 0, 0, 1)
+    bpy.ops.mesh.primitive_plane_add(size=1, location=(0, 0, 0.5))
+    made, tree = stage.material("Mirror")
+    mirror = tree.node("ShaderNodeBsdfAnisotropic", (1.0, 1.0, 1.0, 1.0), 0.0)
+    tree.node("ShaderNodeOutputMaterial", tree.value(mirror.outputs[0]))
+    bpy.context.object.data.materials.append(made)
+    bpy.context.view_layer.objects.active = carrier
+    stage.camera((0, 0, 0.1), (0, 0, 1), ortho=0.04)
+    alone = stage.rgb(pixels=16)
+    add_fan(size_mm=30.0)
+    assert alone.max(axis=-1).min() > 1
+    np.testing.assert_allclose(stage.rgb(pixels=16), alone, rtol=1e-5)
+
+
 def test_a_bake_made_again_reaches_it(stage, baked, steep):
     path, _ = baked
     add_screen(stage)
