@@ -137,7 +137,10 @@ def test_settings_of_the_material_count(stage, baked):
     close(stage.rgb(pixels=PIXELS), wanted)
 
 
-def test_it_follows_its_lamp_and_its_surface(stage, baked):
+@pytest.mark.parametrize("persistent", [False, True])
+def test_it_follows_its_lamp_and_its_surface(stage, baked, monkeypatch, persistent):
+    """Also where Cycles keeps its scene from one render to the next, as in the viewport, and takes over changes."""
+    monkeypatch.setattr(stage.scene.render, "use_persistent_data", persistent)
     path, table = baked
     add_screen(stage)
     carrier, lamp = add_lit(stage, path, POINT)
