@@ -15,21 +15,36 @@ import bpy
 
 sys.path.append(str(Path(__file__).resolve().parents[2]))
 
-from devtools.hands import LONG, click_object, play, press_button, press_in_view, show_sidebar
+from devtools.hands import LONG, click_object, play, press_button, press_in_view, show_sidebar, window
 
 BAKE = sys.argv[sys.argv.index("--") + 1]
 
 
 def press_undo_redo(command, across=0.3):
     """Steps: presses the button, undoes it, which must leave all as it was, and does it again."""
+    yield from undo_redo(command, press_button(command, across))
+
+
+def choose_undo_redo(lights):
+    """Steps: the same with a choice of lights. The menu's entry is taken by the script."""
+    yield from undo_redo(lights, choose(lights))
+
+
+def choose(lights):
+    with bpy.context.temp_override(window=window()):
+        assert bpy.ops.grating.lights("EXEC_DEFAULT", True, lights=lights) == {"FINISHED"}
+    yield LONG
+
+
+def undo_redo(name, steps):
     before = contents()
-    yield from press_button(command, across)
+    yield from steps
     after = contents()
-    assert after != before, f"{command} did nothing"
+    assert after != before, f"{name} did nothing"
     yield from press_in_view("Z", ctrl=True)
-    assert contents() == before, f"Ctrl-Z after {command}: {differences(before, contents())}"
+    assert contents() == before, f"Ctrl-Z after {name}: {differences(before, contents())}"
     yield from press_in_view("Z", ctrl=True, shift=True)
-    assert contents() == after, f"Shift-Ctrl-Z after {command}: {differences(after, contents())}"
+    assert contents() == after, f"Shift-Ctrl-Z after {name}: {differences(after, contents())}"
 
 
 def contents():
@@ -38,6 +53,8 @@ def contents():
     for material in bpy.data.materials:
         lines |= {f"{material.name}: {link.from_node.name} {link.to_node.name}" for link in material.node_tree.links}
         lines.add(f"{material.name}: {material.cycles.emission_sampling} {sorted(material.keys())}")
+    for group in bpy.data.node_groups:
+        lines.add(f"{group.name}: {group.get('ng_lights')}, {len(group.nodes)} nodes, {len(group.links)} links")
     for thing in bpy.data.objects:
         lines.add(f"{thing.name}: {[slot.material and slot.material.name for slot in thing.material_slots]}")
     for scene in bpy.data.scenes:
@@ -78,6 +95,8 @@ def story():
     yield from press_undo_redo("bpy.ops.grating.assign")
     assert bpy.data.objects["Floor"].active_material, "Assign to Selected assigned nothing"
     assert followed() == ["Bulb", "Torch", "Window"]
+    for lights in ("ALL", "LAMPS", "REST"):
+        yield from choose_undo_redo(lights)
     yield from click_object("Ball", (0.08, -0.05, 0.3))
     yield from press_undo_redo("bpy.ops.grating.add_diffraction")
     yield from press_undo_redo("bpy.ops.grating.remove_diffraction", across=0.7)
