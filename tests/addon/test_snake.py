@@ -12,6 +12,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 from sample_scenes import demo, wall  # noqa: E402
+from sample_scenes.report import section  # noqa: E402
 from sample_scenes.snake import (  # noqa: E402
     POSE_M,
     RADIUS_M,
@@ -188,6 +189,20 @@ def test_the_demo_takes_the_scans_that_are_there(tmp_path, capsys):
     assert scan.options == ("--size-um", "65", "--height-nm", "818.69")
     assert scan.suns_deg == demo.SUNS_ACROSS_DEG
     assert "no elaphe_65um.png" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("count", [3, 5])
+def test_the_report_shows_every_picture(tmp_path, count):
+    info = {"cols": 4, "rows": 4, "pixel_size_m": (1e-9, 1e-9), "height_range_m": 1e-7, "height_rms_m": 1e-8}
+    info |= {"periods_m": [1e-6], "period_angles_deg": [0.0]}
+    error = {"mean": 0.1, "p95": 0.2, "p99": 0.3, "max": 0.4, "pairs": 9, "relative_dy": 0.01}
+    bake = {"delta_e": error, "coherence_um": 9.0, "tiles": 3, "tile": (4, 4), "blender_bytes": 1, "seconds": 1.0}
+    pictures = [tmp_path / f"{k}.png" for k in range(count)]
+    result = {"title": "A", "info": info, "bake": bake | {"check_seconds": 1.0}, "folder": tmp_path}
+    text = "\n".join(section(tmp_path, result | {"pictures": pictures}))
+    assert [line.rpartition("(")[2] for line in text.split("\n") if line.startswith("![")] == [
+        "brdf_map.png)", *(f"{k}.png)" for k in range(count))
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("script", ["stage.py", "views.py", "wall.py"])
