@@ -38,7 +38,7 @@ _INPUTS = tuple(
     for name, kind in ((what, "Vector"), (f"{what} 4", "Float"))
 )
 # The distance to a sun, in metres: further than any scene reaches.
-_FAR = 1e5
+FAR = 1e5
 _TO_LIGHT = Socket("To Light", "Vector", "Unit vector to the lamp")
 _IRRADIANCE = Socket("Irradiance", "Color", "On a surface that faces the lamp, W/m2")
 _VARIANCE = Socket("Variance", "Float", "Of the lamp's disc in the sky, rad2")
@@ -61,7 +61,7 @@ class Light:
     direction: Value
     irradiance: Value
     variance: Value
-    distance: Value
+    distance: Operand
     casts_shadow: Value
 
 
@@ -104,7 +104,7 @@ def lamp_group() -> bpy.types.NodeTree:
     distance = tree.sqrt(squared_distance)
     wi = tree.normalize(away)
     irradiance = lamp.power * (_cone(tree, lamp, wi) / squared_distance)
-    far = (1.0 - lamp.is_local).times_plus(_FAR, distance)
+    far = (1.0 - lamp.is_local).times_plus(FAR, distance)
     tree.output(wi, irradiance, lamp.variance / squared_distance, far, lamp.casts_shadow)
     arrange(group)
     return group

@@ -17,18 +17,16 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..nodes.builder import Tree
-from .group import Light, light_from
+from .group import FAR, Light
 
 if TYPE_CHECKING:
     from ...precompute.lights.sources import Source
 
-# Every source costs time in every pixel that the material fills.
-SOURCES_MAX = 4
+# Every source costs time in every pixel that the material fills. A world has as many as it needs.
+SOURCES_MAX = 8
 # What the scene notes of the fit: the world's fingerprint, and the share of its light that is bright and compact but in
 # no source.
 _FINGERPRINT, _MISSED = "ng_world_fingerprint", "ng_world_missed"
-# The rest of what a lamp's group asks: no axes, and the numbers of a lamp that is neither spot nor area (pack.py).
-_NO_AXES = ((0.0, 0.0, 0.0), -3.0, (0.0, 0.0, 0.0), -2.0)
 
 
 def hold_sources(scene: bpy.types.Scene, sources: Sequence[Source], *, fingerprint: str, missed: float) -> None:
@@ -68,9 +66,9 @@ def missed_share(scene: bpy.types.Scene) -> float:
 
 
 def source_light(tree: Tree, index: int) -> Light:
-    """Add the nodes of the world's source `index` to a tree; what it sends."""
-    packed = [value for what in ("place", "power") for value in tree.attribute(_name(index, what))]
-    return light_from(tree, [*packed, *_NO_AXES], label=f"Source {index}")
+    """Add the nodes that read the world's source `index` to a tree; what it sends. It is all 0 where there is none."""
+    (direction, disc), (irradiance, shadow) = (tree.attribute(_name(index, what)) for what in ("place", "power"))
+    return Light(direction, irradiance, tree.maximum(-1.0 - disc, 0.0), FAR, shadow)
 
 
 def _name(index: int, what: str) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import bpy
 
-from ..nodes.builder import Tree, Value
+from ..nodes.builder import Operand, Tree, Value
 from ..scene import compat
 
 _TEXT = "Diffraction Shadow.osl"
@@ -25,7 +25,7 @@ def ray_start(tree: Tree, geometry: bpy.types.Node) -> Value:
     return normal.times_plus(away * 1e-4, position)
 
 
-def hit(tree: Tree, start: Value, direction: Value, *, distance: Value) -> Value | float:
+def hit(tree: Tree, start: Value, direction: Value, *, distance: Operand) -> Value | float:
     """1 where something stands between the start and the lamp, else 0.
 
     In a Blender that has neither a Raycast node nor Open Shading Language it is the constant 0."""

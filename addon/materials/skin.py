@@ -27,9 +27,11 @@ Which lights count is one of scene/lights.py:
 
 No light counts twice. In REST the closure of the scattered light is a perfect mirror around a random normal, so its one
 direction is known, and it is black where that direction leads to a followed lamp. A lamp's cone has the radius
-sqrt(6) standard deviations of its disc: the corner of a square lamp, and 1.22 radii of a round one.
+sqrt(6) standard deviations of its disc: the corner of a square lamp, and 1.22 radii of a round one. A light that is so
+wide that a Gaussian is no likeness of it is the closure's, and between there and compact lights both have a share.
 """
 
+from collections.abc import Iterable
 from itertools import zip_longest
 
 import bpy
@@ -72,6 +74,9 @@ _LIGHTS = "ng_lights"
 _SOURCES = "ng_sources"
 # 1 - cos of the angle from a lamp's middle to the rim of its cone, over the variance of its disc.
 _CONE = 3.0
+# The variances in rad2 of the widest light that is the table's alone and of the least wide that is the closure's: those
+# of discs with radii of 9 and 12.5 degrees.
+_WIDE = (0.006, 0.012)
 _BASE = Socket("Base", "Shader", "The material under the relief")
 _BASE_BLEND = Socket(
     "Base Blend", "Float", "0: a physical coat. 0.1: the thesis's texture blending", 0.0, 0.0, 1.0, "FACTOR"
@@ -161,8 +166,9 @@ def fill_group(group: bpy.types.NodeTree, response: Response, lamps: list[bool],
     lit_by = [light_of(tree, index, linked) for index, linked in enumerate(lamps)]
     if lights == REST:
         lit_by += [source_light(tree, index) for index in range(sources)]
+    shares = [_table_share(tree, light) for light in lit_by] if lights == REST else []
     coat = None
-    for light in lit_by:
+    for light, share in zip_longest(lit_by, shares):
         lit = _is_lit(tree, light, n=n, cos_r=cos_r, unseen=unseen)
         asked = {NORMAL: n, TANGENT: t, TO_LIGHT: light.direction, IRRADIANCE: light.irradiance}
         asked |= {VARIANCE: light.variance, ZERO_ORDER: zero_order}
@@ -171,12 +177,14 @@ def fill_group(group: bpy.types.NodeTree, response: Response, lamps: list[bool],
             answer = answer.dimmed(
                 1.0 - light.casts_shadow * hit(tree, start, light.direction, distance=light.distance)
             )
-        coat = answer.dimmed(lit).added_to(coat)
+        coat = answer.dimmed(lit if share is None else lit * share).added_to(coat)
 
     shader = coat.shader if lights != ALL else None
     if lights != LAMPS_ONLY:
         shader = tree.add_shader(shader, world.mirror_closure(n, strength))
-        rest = strength * (1.0 - unseen) * _leads_to_none(tree, lit_by, world.direction) if lights == REST else strength
+        rest = strength
+        if lights == REST:
+            rest = strength * (1.0 - unseen) * _left_by_table(tree, zip(lit_by, shares, strict=True), world.direction)
         shader = tree.add_shader(shader, world.lobe_closure(rest))
     shader = tree.add_shader(shader, tree.mix_shader(tree.fresnel(inputs["IOR"], n), inputs["Base"], None))
     shader = tree.add_shader(shader, tree.mix_shader(inputs["Base Blend"], None, inputs["Base"]))
@@ -186,14 +194,24 @@ def fill_group(group: bpy.types.NodeTree, response: Response, lamps: list[bool],
     arrange(group)
 
 
-def _leads_to_none(tree: Tree, lights: list[Light], direction: Value) -> Value | float:
-    """1 where a direction leads to none of the lamps that shine, else 0."""
-    leads = 1.0
-    for light in lights:
+def _table_share(tree: Tree, light: Light) -> Value:
+    """The share of a light that the table answers to: all of a compact one's, and none of a wide one's.
+
+    The table takes each light for a round Gaussian. The closure finds a wide light as it is, and often."""
+    compact, wide = _WIDE
+    node = tree.node("ShaderNodeMapRange", light.variance, compact, wide, 1.0, 0.0, interpolation_type="SMOOTHSTEP")
+    return tree.value(node.outputs["Result"])
+
+
+def _left_by_table(tree: Tree, lights: Iterable[tuple[Light, Value]], direction: Value) -> Value | float:
+    """The share of the light from a direction that the table does not answer to: 0 where it leads to a lamp that
+    shines, or what the table leaves of that lamp, and else 1."""
+    left = 1.0
+    for light, share in lights:
         shines = tree.math("GREATER_THAN", tree.dot(light.irradiance, (1.0, 1.0, 1.0)), 0.0)
         beside = light.variance.times_plus(_CONE, tree.dot(light.direction, direction))  # within the cone above 1
-        leads = leads * (1.0 - shines * tree.math("GREATER_THAN", beside, 1.0))
-    return leads
+        left = left * (1.0 - shines * share * tree.math("GREATER_THAN", beside, 1.0))
+    return left
 
 
 def _is_unseen(tree: Tree) -> Value:

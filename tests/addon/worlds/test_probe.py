@@ -41,7 +41,7 @@ def hdri(scene):
     world, background = world_with("ShaderNodeTexEnvironment")
     node = background.inputs["Color"].links[0].from_node
     node.interpolation = "Closest"
-    node.image = painted(picture(sky() + 20 * disc(NEAR, 5) + 20 * disc(FAR, 9)))
+    node.image = painted(picture(sky() + 20 * disc(NEAR, 5) + 20 * disc(FAR, 7)))
     return world, node
 
 
