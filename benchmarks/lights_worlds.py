@@ -12,11 +12,14 @@ from precompute.lights.panorama import crop_frame, panorama_cells
 from precompute.optics.fresnel import KERATIN_IOR
 from precompute.surface.readers.registry import read_height_map
 
+from .osl import colour_differences
 from .render_time import Studio
 
 # Of a noisy picture, and of the one that it is compared with.
 SAMPLES, _TRUTH_SAMPLES = 64, 512
 WORLDS = ("clear sky", "overcast sky", "studio")
+# Ordinary coats and their roughness.
+COATS = {"coat": 0.3, "sharp coat": 0.08}
 # File, height in nanometres from black to white; 65 um wide.
 _SCANS = (("elaphe_65um.png", 375), ("xenopeltis_65um.png", 818.69))
 SURFACES = ("sample:elaphe", *(name for name, _ in _SCANS))
@@ -130,11 +133,10 @@ class Worlds(Studio):
 
     def dress(self, name: str) -> None:
         """Give the snake a material: an ordinary coat, or diffraction with a choice of lights."""
-        lights = "LAMPS" if name == "coat" else name
-        material, skin = self.material(self.bake, lights)
-        if name == "coat":
+        material, skin = self.material(self.bake, "LAMPS" if name in COATS else name)
+        if name in COATS:
             skin.inputs["Coat Weight"].default_value = 1.0
-            skin.inputs["Coat Roughness"].default_value = 0.3
+            skin.inputs["Coat Roughness"].default_value = COATS[name]
             skin.inputs["Coat IOR"].default_value = KERATIN_IOR
             output = next(node for node in material.node_tree.nodes if node.type == "OUTPUT_MATERIAL")
             material.node_tree.links.new(skin.outputs[0], output.inputs["Surface"])
@@ -142,9 +144,19 @@ class Worlds(Studio):
         self.scene.cycles.shading_system = False
         self.addon.fit_world.fit_world(self.scene)
 
-    def noise(self) -> tuple[float, float, float]:
-        """Processor seconds of a picture, its RMSE against one of many samples, and the mean of that."""
+    def noise(self) -> dict[str, float]:
+        """The processor time of a sample of a pixel in microseconds, the mean of a picture of many samples, and of the
+        picture of SAMPLES against it the RMSE, and the RMSE and the median CIEDE2000 after the denoiser."""
         truth = self.render("cycles", _TRUTH_SAMPLES)[1]
         start = self.render("cycles", 1)[0]
         seconds, picture = self.render("cycles", SAMPLES + 1)
-        return seconds - start, float(np.sqrt(np.mean((picture - truth) ** 2))), float(truth.mean())
+        self.scene.cycles.use_denoising = True
+        denoised = self.render("cycles", SAMPLES + 1)[1]
+        self.scene.cycles.use_denoising = False
+        return {
+            "us": 1e6 * (seconds - start) / (SAMPLES * self.pixels**2),
+            "mean": float(truth.mean()),
+            "rmse": float(np.sqrt(np.mean((picture - truth) ** 2))),
+            "denoised": float(np.sqrt(np.mean((denoised - truth) ** 2))),
+            "denoised_de": float(np.median(colour_differences(denoised, truth))),
+        }
