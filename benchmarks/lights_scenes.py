@@ -14,7 +14,7 @@ import numpy as np
 from precompute.lights.panorama import crop_cells, panorama_cells
 from sample_scenes.room import room
 
-from .lights_worlds import Worlds
+from .lights_worlds import Worlds, overcast
 
 SUBJECTS = ("snake", "sphere", "disc")
 WORLDS = ("studio", "clear sky", "overcast sky", "room", "area lamp")
@@ -136,14 +136,6 @@ def light_by(studio: Worlds, world: str) -> Light:
     panorama = _PAINTED[world](_ROWS)
     studio.paint(panorama)
     return Light(panorama)
-
-
-def overcast(rows: int) -> np.ndarray:
-    """CIE's overcast sky over dark ground: radiance (rows, 2 rows, 3)."""
-    height = panorama_cells(rows, 2 * rows).directions[:, 2]
-    edge = np.clip(height * rows / np.pi + 0.5, 0, 1)
-    grey = 0.3 * (edge * (1 + 2 * np.maximum(height, 0)) / 3 + (1 - edge) * 0.1)
-    return np.repeat(grey.reshape(rows, 2 * rows, 1), 3, axis=2)
 
 
 def soft_boxes(rows: int) -> np.ndarray:

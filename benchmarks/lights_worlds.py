@@ -26,6 +26,8 @@ SURFACES = ("sample:elaphe", *(name for name, _ in _SCANS))
 _FOLDER = Path(__file__).resolve().parents[2] / "shared" / "data" / "snake"
 # Pixels and samples of a furnace. A sample deviates by 0.5 of the mean at most, and the mean of all by a thousandth.
 _FURNACE_PIXELS, _FURNACE_SAMPLES = 64, 64
+# Of a painted world.
+_ROWS = 128
 # Where a camera sees the world alone.
 _FAR_M = 1000
 
@@ -75,15 +77,14 @@ class Worlds(Studio):
         if world == "clear sky":
             stage.light_by_sky(self.scene, stage.SUN_AZIMUTH_DEG, stage.SUN_ELEVATION_DEG)
             return
-        cells = panorama_cells(128, 256)
-        height = cells.directions[:, 2]
-        radiance = 0.3 * np.where(height > 0, (1 + 2 * height) / 3, 0.1)  # CIE's overcast sky
+        radiance = overcast(_ROWS)
         if world == "studio":
             radiance *= 0.2
+            directions = panorama_cells(_ROWS, 2 * _ROWS).directions.reshape(radiance.shape)
             for towards, radius_deg in (((0.6, -0.4, 0.7), 9), ((-0.7, 0.2, 0.7), 5)):
-                cosine = cells.directions @ (np.array(towards) / np.linalg.norm(towards))
+                cosine = directions @ (np.array(towards) / np.linalg.norm(towards))
                 radiance[cosine > np.cos(np.radians(radius_deg))] = 12
-        self.paint(np.repeat(radiance.reshape(128, 256, 1), 3, axis=2))
+        self.paint(radiance)
 
     def paint(self, radiance: np.ndarray) -> None:
         """A world of this radiance (rows, cols, 3), laid out as precompute/lights/panorama.py says."""
@@ -160,3 +161,11 @@ class Worlds(Studio):
             "denoised": float(np.sqrt(np.mean((denoised - truth) ** 2))),
             "denoised_de": float(np.median(colour_differences(denoised, truth))),
         }
+
+
+def overcast(rows: int) -> np.ndarray:
+    """CIE's overcast sky over dark ground: radiance (rows, 2 rows, 3)."""
+    height = panorama_cells(rows, 2 * rows).directions[:, 2]
+    edge = np.clip(height * rows / np.pi + 0.5, 0, 1)
+    grey = 0.3 * (edge * (1 + 2 * np.maximum(height, 0)) / 3 + (1 - edge) * 0.1)
+    return np.repeat(grey.reshape(rows, 2 * rows, 1), 3, axis=2)
