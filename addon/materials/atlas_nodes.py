@@ -136,15 +136,13 @@ def zero_order_xyz(tree: Tree, image: bpy.types.Image, layout: Layout, *, w: Val
     return tree.image(image, tree.vector(x, STRIP_ROWS / 2 / layout.height, 0.0), label="Z")
 
 
-def albedo_bound(
-    tree: Tree, image: bpy.types.Image, layout: Layout, *, ways: tuple[Direction, Direction], conserving: Operand
-) -> Value:
-    """M = 1 + e max(0, X(wi) / cos(ti), X(wr) / cos(tr)) of the directions to the light and to the viewer."""
-    excess = tree.maximum(*(_excess_albedo(tree, image, layout, way=way) for way in ways))
-    return tree.maximum(excess, 0.0).times_plus(conserving, 1.0)
+def albedo_bound(tree: Tree, excesses: tuple[Value, Value], *, conserving: Operand) -> Value:
+    """M = 1 + e max(0, X(wi) / cos(ti), X(wr) / cos(tr)), from the excess albedos of the directions to the light and
+    to the viewer."""
+    return tree.maximum(tree.maximum(*excesses), 0.0).times_plus(conserving, 1.0)
 
 
-def _excess_albedo(tree: Tree, image: bpy.types.Image, layout: Layout, *, way: Direction) -> Value:
+def excess_albedo(tree: Tree, image: bpy.types.Image, layout: Layout, *, way: Direction) -> Value:
     """X / cos(t) of a direction. The image holds X on a disc, laid flat as precompute/table/albedo_bound.py tells."""
     size = layout.width, layout.height
     cosine = tree.maximum(way.cosine, 1e-6)

@@ -185,8 +185,18 @@ def steep(baked, tmp_path_factory):
 @pytest.fixture(scope="session")
 def skin(tmp_path_factory):
     """A shallow bake of the Elaphe sample, with its sample set: its file, and its table."""
+    return _baked_by_command(tmp_path_factory, "elaphe")
+
+
+@pytest.fixture(scope="session")
+def deep_skin(tmp_path_factory):
+    """The same of the Xenopeltis sample, whose zero order and albedo bound change most near the horizon."""
+    return _baked_by_command(tmp_path_factory, "xenopeltis")
+
+
+def _baked_by_command(tmp_path_factory, sample):
     folder = tmp_path_factory.mktemp("skin")
-    asked = ["sample:elaphe", "--coherence-um", "30", "--delta-e", "1", "-o", str(folder)]
+    asked = [f"sample:{sample}", "--coherence-um", "30", "--delta-e", "1", "-o", str(folder)]
     subprocess.run([sys.executable, "-m", "precompute", "bake", *asked], cwd=ROOT, check=True, capture_output=True)
-    path = folder / "elaphe.exr"
+    path = folder / f"{sample}.exr"
     return path, atlas_file.read(path)[0]

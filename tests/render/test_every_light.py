@@ -20,11 +20,20 @@ LIGHTS = ["REST", "ALL"]
 def test_white_furnace(stage, skin, lights):
     """A white world shows the directional albedo: within 1 % to 75 degrees, 3 % beyond. The noise is a tenth of that:
     a pixel of 64 samples has a deviation of 7 %, and there are 1024 pixels."""
+    expect_directional_albedo(stage, skin, lights, (0, 75, 85))
+
+
+def test_white_furnace_of_a_deep_relief(stage, deep_skin):
+    """The same where the mirror image's colour changes by a quarter within the kernel."""
+    expect_directional_albedo(stage, deep_skin, "REST", (75, 80, 85))
+
+
+def expect_directional_albedo(stage, skin, lights, angles_deg):
     path, table = skin
     add_world(stage)
     bpy.ops.mesh.primitive_plane_add(size=20)
     assign(stage, path, lights)
-    for degrees in (0, 75, 85):
+    for degrees in angles_deg:
         theta = np.radians(degrees)
         camera = stage.camera((2 * np.sin(theta), 0, 2 * np.cos(theta)), ortho=0.1)
         pixels = stage.rgb("cycles", 32, 64).reshape(-1, 3)

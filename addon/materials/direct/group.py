@@ -43,7 +43,7 @@ from ....precompute.table.atlas import Layout
 from ...nodes.arrange import arrange
 from ...nodes.builder import Tree, Value
 from ...nodes.interface import add_interface
-from ..atlas_nodes import AtlasTable, Direction, albedo_bound, matrix_times, zero_order_xyz
+from ..atlas_nodes import AtlasTable, Direction, albedo_bound, excess_albedo, matrix_times, zero_order_xyz
 from ..response import QUESTION, TWO_RADIANCES, Response
 
 GROUP_PREFIX = "Diffraction Direct"
@@ -79,7 +79,8 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, *, rgb
     gaussian = tree.math("POWER", math.exp(-0.5), tree.dot(uv, uv) / variance)
     kernel = gaussian / variance * light.cosine * (zero_order * (1 / (2 * math.pi)))
     mirrored = zero_order_xyz(tree, image, layout, w=w * height_scale) * kernel
-    bound = albedo_bound(tree, image, layout, ways=(light, view), conserving=conserving)
+    excesses = tuple(excess_albedo(tree, image, layout, way=way) for way in (light, view))
+    bound = albedo_bound(tree, excesses, conserving=conserving)
     gain = irradiance * (tree.fresnel(ior, tree.normalize(wi + wr)) / bound)
 
     def radiance(table_xyz: Value) -> Value:
