@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Light of every kind: a white furnace, and noise at equal time beside an ordinary coat.
 
-    python -m benchmarks lights [--part furnace --part noise --part truth --part fakes] [--pixels 192] [--json FILE|-]
+    python -m benchmarks lights [--part furnace|noise|scattered|truth|fakes ...] [--pixels 192] [--json FILE|-]
 
 **Furnace**: a plane in a white world shows the directional albedo of its relief. What Cycles shows is divided by the
 integral of the bake's own table over the hemisphere. Of the surfaces, the real scans are left out where their files are
@@ -14,6 +14,8 @@ is left of the noise at equal time. Samples are clipped at a display's white. `u
 a pixel, in microseconds, and `clean` the number of samples that leave an RMSE of 2 % of a display's white. The sharp
 coat has the roughness of the relief's own mirror image, 0.08. `denoised` is the RMSE after Cycles' denoiser, and `dE`
 the median CIEDE2000 of what it leaves, over the pixels that are lit.
+
+**Scattered**: the noise of the scattered light alone, beside that of a coat alone (lights_scattered.py).
 
 **Truth**: renders under worlds and a large lamp against integrals of the table (lights_truth.py).
 
@@ -34,10 +36,11 @@ from precompute.table.radiance import directional_albedo
 
 from . import lights_scenes as scenes
 from .lights_fakes import fakes
+from .lights_scattered import scattered
 from .lights_truth import truth
 from .lights_worlds import SAMPLES, SURFACES, WORLDS, Worlds
 
-PARTS = ("furnace", "noise", "truth", "fakes")
+PARTS = ("furnace", "noise", "scattered", "truth", "fakes")
 ANGLES_DEG = (0, 30, 60, 75, 80, 85)
 MATERIALS = ("coat", "sharp coat", "LAMPS", "REST", "ALL")
 # The RMSE that counts as clean, of a display's white.
@@ -52,15 +55,16 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--points", type=count(1, 100_000), default=200, help="of a subject, in truth and fakes")
     parser.add_argument("--samples", type=count(2, 1 << 20), default=1024, help="of a pixel, in truth and fakes")
     parser.add_argument("--subject", action="append", choices=scenes.SUBJECTS, help="in truth and fakes")
-    parser.add_argument("--world", action="append", choices=scenes.WORLDS, help="in truth and fakes")
-    parser.add_argument("--surface", action="append", choices=SURFACES, help="in truth and fakes")
+    parser.add_argument("--world", action="append", choices=scenes.WORLDS, help="in scattered, truth and fakes")
+    parser.add_argument("--surface", action="append", choices=SURFACES, help="in scattered, truth and fakes")
     report.add_json(parser)
     arguments = parser.parse_args(argv)
     facts = {}
     with tempfile.TemporaryDirectory() as folder:
         studio = Worlds.started(Path(folder), arguments.pixels)
         for part in arguments.part or PARTS:
-            facts[part] = {"furnace": furnace, "noise": noise, "truth": truth, "fakes": fakes}[part](studio, arguments)
+            measure = {"furnace": furnace, "noise": noise, "scattered": scattered, "truth": truth, "fakes": fakes}[part]
+            facts[part] = measure(studio, arguments)
     report.write(facts, arguments.json)
     return 0
 

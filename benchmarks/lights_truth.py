@@ -110,11 +110,7 @@ def compared(pictures: np.ndarray, expected: np.ndarray) -> dict:
 def pictures(studio: Worlds, bake: Path, *, world: str, size: tuple[int, int]) -> Iterator[tuple[str, str, np.ndarray]]:
     """The choice of lights, the part of the light, and two renders (2, rows, columns, 3) of a bake. `size` tells the
     pixels to a side, and the samples of both together."""
-    scattering = studio.folder / f"{bake.stem}-scattered.exr"
-    if not scattering.is_file():
-        image, layout = atlas.pack(without_mirror(atlas_file.read(bake)[0]))
-        atlas_file.write_together({scattering: (image, layout)}, {"precision": str(image.dtype)})
-        shutil.copyfile(path_beside(bake), path_beside(scattering))
+    scattering = scattering_bake(studio, bake)
     choices = [("REST", "whole", bake), ("REST", "scattered", scattering)]
     if world in _ALL_CONVERGES:
         choices.append(("ALL", "whole", bake))
@@ -124,6 +120,16 @@ def pictures(studio: Worlds, bake: Path, *, world: str, size: tuple[int, int]) -
         studio.mesh.material_slots[0].material = material
         studio.addon.fit_world.fit_world(studio.scene)
         yield lights, part, two_halves(studio, *size)
+
+
+def scattering_bake(studio: Worlds, bake: Path) -> Path:
+    """The bake without its zero order."""
+    scattering = studio.folder / f"{bake.stem}-scattered.exr"
+    if not scattering.is_file():
+        image, layout = atlas.pack(without_mirror(atlas_file.read(bake)[0]))
+        atlas_file.write_together({scattering: (image, layout)}, {"precision": str(image.dtype)})
+        shutil.copyfile(path_beside(bake), path_beside(scattering))
+    return scattering
 
 
 def two_halves(studio: Worlds, pixels: int, samples: int) -> np.ndarray:

@@ -132,9 +132,10 @@ class Worlds(Studio):
             self.scene.camera = before
             bpy.data.batch_remove([camera, data])
 
-    def dress(self, name: str) -> None:
-        """Give the snake a material: an ordinary coat, or diffraction with a choice of lights."""
-        material, skin = self.material(self.bake, "LAMPS" if name in COATS else name)
+    def dress(self, name: str, bake: Path | None = None):
+        """Give the snake a material, an ordinary coat or diffraction of a bake with a choice of lights; its skin's
+        node. Without `bake`, the bake is the sample's."""
+        material, skin = self.material(bake or self.bake, "LAMPS" if name in COATS else name)
         if name in COATS:
             skin.inputs["Coat Weight"].default_value = 1.0
             skin.inputs["Coat Roughness"].default_value = COATS[name]
@@ -144,6 +145,7 @@ class Worlds(Studio):
         self.mesh.material_slots[0].material = material
         self.scene.cycles.shading_system = False
         self.addon.fit_world.fit_world(self.scene)
+        return skin
 
     def noise(self) -> dict[str, float]:
         """The processor time of a sample of a pixel in microseconds, the mean of a picture of many samples, and of the
