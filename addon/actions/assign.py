@@ -9,7 +9,7 @@ import bpy
 from ...precompute.base.failure import GratingError
 from ..frames.seams import seam_warning
 from ..materials.material import add_diffraction, check_can_add
-from ..scene.gratings import active_grating
+from ..scene.gratings import Grating, active_grating
 from .fit_world import want_fit
 from .material import group_of, working_material
 from .meshes import meshes_among, no_meshes, slots_with_faces
@@ -20,11 +20,12 @@ def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) ->
     """Put the active grating's material into the active slot of the meshes among the objects.
 
     Raises GratingError, with nothing assigned, if a mesh has no UV map or is another file's, or if there is no bake."""
-    meshes = meshes_among(scene, objects)
-    material = working_material(scene, active_grating(scene))
+    grating = active_grating(scene)
+    meshes = meshes_among(scene, objects, grating.frame_source())
+    material = working_material(scene, grating)
     selection = Selection(objects)
     kept = [line for mesh in meshes if (line := _put_in_active_slot(selection, mesh, material))]
-    return [f"{material.name}: on {_names(meshes)}", *_warnings(objects, meshes), *kept, *_fitted(scene)]
+    return [f"{material.name}: on {_names(meshes)}", *_warnings(objects, meshes, grating), *kept, *_fitted(scene)]
 
 
 def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
@@ -32,7 +33,8 @@ def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> li
 
     Raises GratingError, with nothing changed, if a material cannot be changed, if a mesh has no material or no UV map
     or is another file's, or if there is no bake."""
-    meshes = meshes_among(scene, objects)
+    grating = active_grating(scene)
+    meshes = meshes_among(scene, objects, grating.frame_source())
     materials: dict[bpy.types.Material, None] = {}
     bare = []
     for mesh in meshes:
@@ -44,11 +46,10 @@ def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> li
         materials.update(dict.fromkeys(filter(None, shown)))
     for material in materials:
         check_can_add(material)
-    grating = active_grating(scene)
     group = group_of(scene, grating)
     for material in materials:
         add_diffraction(material, group)
-    return [f"{grating.name}: over {_names(materials)}", *_warnings(objects, meshes), *bare, *_fitted(scene)]
+    return [f"{grating.name}: over {_names(materials)}", *_warnings(objects, meshes, grating), *bare, *_fitted(scene)]
 
 
 def _fitted(scene: bpy.types.Scene) -> list[str]:
@@ -77,8 +78,9 @@ def _put_in_active_slot(selection: Selection, mesh: bpy.types.Object, material: 
     return f"{mesh.name}: only slot {index + 1} of {count} ({name}) was replaced; Add to Materials serves all slots"
 
 
-def _warnings(objects: list[bpy.types.Object], meshes: list[bpy.types.Object]) -> list[str]:
-    return [line for mesh in meshes if (line := seam_warning(mesh))] + no_meshes(objects)
+def _warnings(objects: list[bpy.types.Object], meshes: list[bpy.types.Object], grating: Grating) -> list[str]:
+    source = grating.frame_source()
+    return [line for mesh in meshes if (line := seam_warning(mesh, source))] + no_meshes(objects)
 
 
 def _names(things) -> str:

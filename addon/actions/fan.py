@@ -5,12 +5,12 @@ import bpy
 from mathutils import Vector
 
 from ...precompute.base.failure import GratingError
-from ..frames.place import Place, place_nearest
+from ..frames.place import Place, own_angle, place_nearest
 from ..lamps.find import brightest, lamps_of
 from ..materials.fan import new_fan_lamp
 from ..materials.material import diffraction_nodes
 from ..materials.response import SETTINGS, response_in
-from ..materials.skin import lights_of
+from ..materials.skin import frame_of, lights_of
 from ..scene.lights import LAMPS_ONLY
 
 # How far above its patch the lamp lies, in patch sizes, so that the surface's own small bends do not shade it.
@@ -28,8 +28,10 @@ def add_fan(
     that diffraction follows. Raises GratingError, with nothing added, if there is no such lamp, or no grating at the
     place."""
     lamp = _lamp_named(scene, lamp_name)
-    place = place_nearest(mesh, depsgraph, to=near)
-    node = _diffraction_at(mesh, place)
+    place = place_nearest(
+        mesh, depsgraph, to=near, source_at=lambda slot: frame_of(_diffraction_in(mesh, slot).node_tree)
+    )
+    node = _diffraction_in(mesh, place.slot)
     values = {name: node.inputs[name].default_value for name in ("Strength", "Base Blend", "Rotation")}
     fan = new_fan_lamp(
         scene, response_in(node.node_tree), lamp, size_m=size_m,
@@ -38,7 +40,8 @@ def add_fan(
     )  # fmt: skip
     scene.collection.objects.link(fan)
     fan.parent, fan.matrix_parent_inverse = mesh, mesh.matrix_world.inverted_safe()
-    fan.matrix_basis = place.lamp_matrix(rotation=values["Rotation"], height=_HEIGHT * size_m)
+    rotation = values["Rotation"] + own_angle(mesh, frame_of(node.node_tree))
+    fan.matrix_basis = place.lamp_matrix(rotation=rotation, height=_HEIGHT * size_m)
     done = f"{fan.name}: on {mesh.name}, sends what {lamp.name} lights there; seen in Cycles"
     return fan, [done, *_warnings(scene, node, place, lamp)]
 
@@ -62,10 +65,11 @@ def _lamp_named(scene: bpy.types.Scene, name: str) -> bpy.types.Object:
     return found
 
 
-def _diffraction_at(mesh: bpy.types.Object, place: Place) -> bpy.types.Node:
-    """The Diffraction node of the material that the mesh shows at a place."""
+def _diffraction_in(mesh: bpy.types.Object, slot: int) -> bpy.types.Node:
+    """The Diffraction node of the material in a mesh's slot. As in Blender, a face past the last slot shows the
+    last."""
     slots = mesh.material_slots
-    nodes = diffraction_nodes(slots[min(place.slot, len(slots) - 1)].material) if slots else []
+    nodes = diffraction_nodes(slots[min(slot, len(slots) - 1)].material) if slots else []
     if not nodes:
         raise GratingError(f"{mesh.name}: no grating at that place; assign one, or choose another place")
     return nodes[0]

@@ -5,6 +5,9 @@ import bpy
 import numpy as np
 
 from ...precompute.base.failure import GratingError
+from ..frames.frame_map import check_frame_map
+from ..frames.uv_maps import has_uv_map
+from ..scene.frame_source import FRAME_MAP, STORED, FrameSource
 
 # The objects that Blender converts to meshes, by what it calls them.
 _CONVERTIBLE = {
@@ -17,14 +20,17 @@ _CONVERTIBLE = {
 }
 
 
-def meshes_among(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[bpy.types.Object]:
-    """The meshes among the objects. Raises GratingError if there is none, or if one cannot carry a grating."""
+def meshes_among(
+    scene: bpy.types.Scene, objects: list[bpy.types.Object], source: FrameSource
+) -> list[bpy.types.Object]:
+    """The meshes among the objects. Raises GratingError if there is none, or if one cannot carry a grating whose
+    tangent is from a source."""
     meshes = [o for o in objects if o.type == "MESH"]
     if not meshes:
         raise GratingError("; ".join(no_meshes(objects)) or f"scene {scene.name}: no mesh is selected; select one")
     for mesh in meshes:
         check_can_change(mesh)
-        check_frame(mesh)
+        check_frame(mesh, source)
     return meshes
 
 
@@ -53,12 +59,19 @@ def check_can_change(thing: bpy.types.Object) -> None:
         )
 
 
-def check_frame(mesh: bpy.types.Object) -> None:
-    """Raise GratingError unless the mesh has faces and a UV map, whose U is the direction of the scan's columns."""
-    if not mesh.data.uv_layers:
-        raise GratingError(f"{mesh.name}: no UV map, so no direction for the grating; unwrap it, U along the body")
-    if not mesh.data.polygons:
+def check_frame(mesh: bpy.types.Object, source: FrameSource) -> None:
+    """Raise GratingError unless the mesh has faces, and what a source of the tangent needs."""
+    if not mesh.data.polygons and (mesh.data.uv_layers or source.kind != STORED):
         raise GratingError(f"{mesh.name}: no faces to put a material on; choose a mesh with faces")
+    if not has_uv_map(mesh.data, source):
+        if source.named_uv_map:
+            raise GratingError(
+                f"{mesh.name}: no UV map {source.named_uv_map}, from which the grating takes its direction; "
+                "make one, or choose another Frame Source"
+            )
+        raise GratingError(f"{mesh.name}: no UV map, so no direction for the grating; unwrap it, U along the body")
+    if source.kind == FRAME_MAP:
+        check_frame_map(mesh, source.frame_map)
 
 
 def data_is_fixed(thing: bpy.types.Object) -> bool:

@@ -1,20 +1,69 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The frame of the scan on the surface: the normal N and the tangent T, as nodes."""
+"""The frame of the scan on the surface: the normal N and the tangent T, as nodes. Only the chosen source costs any."""
+
+import bpy
 
 from ..nodes.builder import Tree, Value
+from ..scene.frame_source import AXIS, FRAME_MAP, RADIAL, FrameSource
+
+# The label of the node that reads a frame map.
+MAP_LABEL = "Frame Map"
 
 
-def frame_nodes(tree: Tree, inputs: dict[str, Value]) -> tuple[Value, Value]:
-    """The unit vectors N and T: the linked vectors, else the surface's own. T is made orthogonal to N and then
-    turned by Rotation."""
+def frame_nodes(tree: Tree, inputs: dict[str, Value], source: FrameSource) -> tuple[Value, Value]:
+    """The unit vectors N and T: the linked vectors, else the surface's own and that of the source. T is made orthogonal
+    to N and then turned by Rotation, and by the object's own angle if the source names one."""
     surface = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Normal"])
-    along_u = tree.value(tree.node("ShaderNodeTangent", direction_type="UV_MAP").outputs["Tangent"])
-    n, tangent = (
-        linked + own * tree.math("LESS_THAN", tree.dot(linked, linked), 1e-6)
-        for linked, own in ((inputs["Normal"], surface), (inputs["Tangent"], along_u))
-    )
-    n = tree.normalize(n)
-    t = tree.normalize(tangent - n * tree.dot(n, tangent))
-    b = tree.cross(n, t)
+    n = tree.normalize(_linked_else(tree, inputs["Normal"], surface))
+    t = across(tree, n, _linked_else(tree, inputs["Tangent"], tangent_nodes(tree, n, source)))
     rotation = inputs["Rotation"]
-    return n, t * tree.math("COSINE", rotation) + b * tree.math("SINE", rotation)
+    if source.angle:
+        node = tree.node(
+            "ShaderNodeAttribute", attribute_type="OBJECT", attribute_name=source.angle, label=source.angle
+        )
+        rotation = rotation + tree.value(node.outputs["Fac"])
+    return n, turned(tree, n, t, by=(tree.math("COSINE", rotation), tree.math("SINE", rotation)))
+
+
+def tangent_nodes(tree: Tree, n: Value, source: FrameSource) -> Value:
+    """The direction T of a source, of any length, not yet made orthogonal to the normal N."""
+    if source.kind == AXIS:
+        return tree.from_object(source.axis_vector)
+    if source.kind == RADIAL:
+        # Of the position, the part across the axis.
+        place = tree.value(tree.node("ShaderNodeTexCoord").outputs["Object"])
+        keep = tuple(1.0 - part for part in source.axis_vector)
+        return tree.from_object(place * keep)
+    along_u = uv_tangent(tree, source.named_uv_map)
+    if source.kind != FRAME_MAP:
+        return along_u
+    uv = tree.value(tree.node("ShaderNodeUVMap", uv_map=source.named_uv_map).outputs["UV"])
+    held = tree.image(source.frame_map, uv, MAP_LABEL).times_plus(2.0, (-1.0, -1.0, -1.0))
+    cosine, sine, _ = tree.node("ShaderNodeSeparateXYZ", held).outputs
+    return turned(tree, n, across(tree, n, along_u), by=(tree.value(cosine), tree.value(sine)))
+
+
+def uv_tangent(tree: Tree, uv_map: str) -> Value:
+    """The direction in which the U of a UV map grows; of the map that renders without a name."""
+    return tree.value(tree.node("ShaderNodeTangent", direction_type="UV_MAP", uv_map=uv_map).outputs["Tangent"])
+
+
+def across(tree: Tree, n: Value, tangent: Value) -> Value:
+    """The unit vector along the part of a tangent that is orthogonal to the normal."""
+    return tree.normalize(tangent - n * tree.dot(n, tangent))
+
+
+def turned(tree: Tree, n: Value, t: Value, *, by: tuple[Value, Value]) -> Value:
+    """A unit tangent turned about the normal, from T towards N x T, by an angle of this cosine and sine."""
+    cosine, sine = by
+    return t * cosine + tree.cross(n, t) * sine
+
+
+def frame_maps_in(group: bpy.types.NodeTree) -> list[bpy.types.Image]:
+    """The frame maps that a Diffraction group reads."""
+    return [node.image for node in group.nodes if node.type == "TEX_IMAGE" and node.label == MAP_LABEL and node.image]
+
+
+def _linked_else(tree: Tree, linked: Value, own: Value) -> Value:
+    """A linked vector; without a link, another."""
+    return linked + own * tree.math("LESS_THAN", tree.dot(linked, linked), 1e-6)

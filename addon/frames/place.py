@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The frame of the scan at one place of a mesh, as the nodes of frame.py have it in every pixel."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, sin
 
@@ -9,6 +10,9 @@ import numpy as np
 from mathutils import Matrix, Vector
 
 from ...precompute.base.failure import GratingError
+from ..scene.frame_source import FrameSource
+from .field import frame_field
+from .uv_maps import has_uv_map
 
 
 @dataclass(frozen=True)
@@ -17,7 +21,7 @@ class Place:
 
     position  of the point, m
     normal    shading normal there, unit
-    tangent   the direction of the UV map's U, unit, across the normal
+    tangent   T without Rotation, unit, across the normal
     slot      the number of its face's material slot"""
 
     position: Vector
@@ -35,47 +39,46 @@ class Place:
         return matrix
 
 
-def place_nearest(mesh: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *, to: Vector) -> Place:
-    """The place of a mesh, modifiers included, that is nearest to a point of the scene.
+def own_angle(thing: bpy.types.Object, source: FrameSource) -> float:
+    """The angle in radians by which an object turns its scan, beside Rotation. As in a renderer it is the object's
+    custom property, or else its data's, and 0 where neither is a number."""
+    held = (owner.get(source.angle) for owner in (thing, thing.data))
+    return next((float(value) for value in held if isinstance(value, int | float)), 0.0) if source.angle else 0.0
 
-    Raises GratingError if the mesh has no face, or no UV map of some area there."""
+
+def place_nearest(
+    mesh: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *, to: Vector, source_at: Callable[[int], FrameSource]
+) -> Place:
+    """The place of a mesh, modifiers included, that is nearest to a point of the scene. `source_at` tells where the
+    material of a slot takes the tangent from.
+
+    Raises GratingError if the mesh has no face, or if the source has no direction there."""
     evaluated = mesh.evaluated_get(depsgraph)
     data, world = evaluated.data, evaluated.matrix_world
-    if not data.polygons or not data.uv_layers:
-        raise GratingError(f"{mesh.name}: no faces with a UV map, so no direction for the grating; unwrap it")
+    if not data.polygons:
+        raise GratingError(f"{mesh.name}: no faces, so no place for a lamp; choose a mesh with faces")
     _, point, _, face = evaluated.closest_point_on_mesh(world.inverted_safe() @ to)
+    slot = data.polygons[face].material_index
+    source = source_at(slot)
+    if not has_uv_map(data, source):
+        raise GratingError(f"{mesh.name}: no faces with a UV map, so no direction for the grating; unwrap it")
     data.calc_loop_triangles()
-    triangles = [_Triangle(data, each) for each in data.loop_triangles if each.polygon_index == face]
-    at = max(triangles, key=lambda triangle: triangle.shares(point).min())
-    normal = (world.to_3x3().inverted_safe().transposed() @ at.normal(point)).normalized()
-    along = world.to_3x3() @ at.along_u(mesh.name)
-    tangent = (along - normal * along.dot(normal)).normalized()
-    return Place(world @ point, normal, tangent, data.polygons[face].material_index)
+    shares = {
+        number: _shares([data.vertices[index].co for index in triangle.vertices], point)
+        for number, triangle in enumerate(data.loop_triangles)
+        if triangle.polygon_index == face
+    }
+    number = max(shares, key=lambda each: shares[each].min())
+    field = frame_field(data, np.array([number]), shares=shares[number][None], source=source)
+    if np.isnan(field.tangents).any():
+        raise GratingError(f"{mesh.name}: its UV map has no area there, so no direction for the grating; unwrap it")
+    normal = (world.to_3x3().inverted_safe().transposed() @ Vector(field.normals[0])).normalized()
+    along = world.to_3x3() @ Vector(field.tangents[0])
+    return Place(world @ point, normal, (along - normal * along.dot(normal)).normalized(), slot)
 
 
-class _Triangle:
-    """A triangle of a mesh: its points (3, 3), their shading normals (3, 3) and UV (3, 2)."""
-
-    def __init__(self, data: bpy.types.Mesh, triangle: bpy.types.MeshLoopTriangle) -> None:
-        layer = next((each for each in data.uv_layers if each.active_render), data.uv_layers[0])
-        self._points = np.array([data.vertices[index].co for index in triangle.vertices])
-        self._normals = np.array([data.corner_normals[loop].vector for loop in triangle.loops])
-        self._uv = np.array([layer.uv[loop].vector for loop in triangle.loops])
-
-    def shares(self, point: Vector) -> np.ndarray:
-        """The shares (3,) of the corners in a point of the triangle's plane; one is negative for a point outside."""
-        first, *edges = self._points
-        along = np.linalg.lstsq(np.transpose(edges - first), np.array(point) - first, rcond=None)[0]
-        return np.array([1 - along.sum(), *along])
-
-    def normal(self, point: Vector) -> Vector:
-        """The shading normal at a point."""
-        return Vector(self.shares(point) @ self._normals)
-
-    def along_u(self, name: str) -> Vector:
-        """The step in space for a step of U. Raises GratingError, naming the object, if the triangle has no area in
-        the UV map."""
-        by_uv = self._uv[1:] - self._uv[0]
-        if abs(np.linalg.det(by_uv)) < 1e-12:
-            raise GratingError(f"{name}: its UV map has no area there, so no direction for the grating; unwrap it")
-        return Vector(np.linalg.solve(by_uv, self._points[1:] - self._points[0])[0])
+def _shares(corners: list[Vector], point: Vector) -> np.ndarray:
+    """The shares (3,) of a triangle's corners in a point of its plane; one is negative for a point outside."""
+    first, *edges = np.array(corners)
+    along = np.linalg.lstsq(np.transpose(edges - first), np.array(point) - first, rcond=None)[0]
+    return np.array([1 - along.sum(), *along])

@@ -6,17 +6,23 @@ import math
 import bpy
 import numpy as np
 
+from ..scene.frame_source import STORED, UV_MAP, FrameSource
+from .uv_maps import rendering_map
+
 # A turn of U by less moves the colours about as little as the bend of the surface itself does.
 _TURN_DEG = 15.0
 # Of the UV square. Unwrapping gives the two sides of an edge that is no seam the same numbers.
 _SAME_UV = 1e-5
 
 
-def seam_warning(mesh: bpy.types.Object) -> str:
-    """A line on the UV islands of a mesh, or nothing if U keeps its direction across all seams."""
+def seam_warning(mesh: bpy.types.Object, source: FrameSource) -> str:
+    """A line on the UV islands of a mesh, or nothing if U keeps its direction across all seams, or if the source of the
+    tangent is no U of a UV map."""
+    if source.kind not in (STORED, UV_MAP):
+        return ""
     if mesh.data.is_editmode:
         mesh.update_from_editmode()
-    seams = Seams(mesh.data)
+    seams = Seams(mesh.data, source.named_uv_map)
     if not seams.turned.any():
         return ""
     count = seams.island_count()
@@ -25,14 +31,14 @@ def seam_warning(mesh: bpy.types.Object) -> str:
 
 
 class Seams:
-    """The edges of a mesh where two faces meet, by their UV map.
+    """The edges of a mesh where two faces meet, by its UV map of a name, or by the one that renders.
 
     faces   (n, 2) the faces of each edge
     joined  (n,) whether the UV map goes on from the one to the other
     turned  (n,) whether it does not, and U turns along the surface by more than _TURN_DEG"""
 
-    def __init__(self, mesh: bpy.types.Mesh) -> None:
-        corners = _Corners(mesh)
+    def __init__(self, mesh: bpy.types.Mesh, uv_map: str = "") -> None:
+        corners = _Corners(mesh, mesh.uv_layers[uv_map] if uv_map else rendering_map(mesh))
         order = np.argsort(corners.edge, kind="stable")
         alike = corners.edge[order[:-1]] == corners.edge[order[1:]]
         one, other = order[:-1][alike], order[1:][alike]
@@ -69,13 +75,12 @@ class Seams:
 class _Corners:
     """The corners of a mesh's faces (n,): each with its vertex, its edge to the corner that follows, and its UV."""
 
-    def __init__(self, mesh: bpy.types.Mesh) -> None:
+    def __init__(self, mesh: bpy.types.Mesh, layer: bpy.types.MeshUVLoopLayer) -> None:
         start, count = (_read(mesh.polygons, name, np.int32) for name in ("loop_start", "loop_total"))
         self.edge, self.vertex = (_read(mesh.loops, name, np.int32) for name in ("edge_index", "vertex_index"))
         self.face = np.repeat(np.arange(len(start)), count)
         self.following = np.arange(1, len(self.face) + 1)
         self.following[start + count - 1] = start
-        layer = next((each for each in mesh.uv_layers if each.active_render), mesh.uv_layers[0])
         self.uv = _read(layer.uv, "vector", np.float32).reshape(-1, 2)
         self._points = _read(mesh.vertices, "co", np.float32).reshape(-1, 3)
 

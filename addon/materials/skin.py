@@ -5,7 +5,7 @@
 |-------------------|--------|---------|---------|
 | Base              |        | black   | the shader under the relief: the material as it was without diffraction |
 | Base Blend        | wd     | 0       | 0 is a physical coat; the thesis's texture blending (Algorithm 4) takes 0.1 |
-| Normal, Tangent   | N, T   | surface's, UV map's U | frame of the scan; only for links |
+| Normal, Tangent   | N, T   | surface's, frame source's | frame of the scan; only for links |
 | Strength          | s      | 1       | scales the diffraction; 1 is physical |
 | Rotation          |        | 0       | radians; turns the scan about the normal, from T towards B |
 | Roughness, IOR, Period Scale, Height Scale, Energy Conserving | | | handed on to the response (response.py) |
@@ -44,6 +44,7 @@ from ..lamps.sky import source_count, source_light
 from ..nodes.arrange import arrange
 from ..nodes.builder import Tree, Value
 from ..nodes.interface import Socket, add_interface
+from ..scene.frame_source import FrameSource
 from ..scene.lights import ALL, LAMPS_ONLY, REST
 from .response import (
     CONSERVING,
@@ -72,6 +73,8 @@ _LAMPS, _SHADOWS = "ng_keys", "ng_shadows"
 _LIGHTS = "ng_lights"
 # A fourth holds how many sources of the world are read.
 _SOURCES = "ng_sources"
+# A fifth holds where the tangent comes from. A group without it, of an earlier version, knows the default.
+_FRAME = "ng_frame"
 # 1 - cos of the angle from a lamp's middle to the rim of its cone, over the variance of its disc.
 _CONE = 3.0
 # The variances in rad2 of the widest light that is the table's alone and of the least wide that is the closure's: those
@@ -84,7 +87,7 @@ _BASE_BLEND = Socket(
 _STRENGTH = Socket("Strength", "Float", "Scales the diffraction; 1 is physical", 1.0, 0.0, 1000.0)
 _ROTATION = Socket("Rotation", "Float", "Turns the scan about the normal", 0.0, -1e3, 1e3, "ANGLE")
 _NORMAL = Socket("Normal", "Vector", "Shading normal; the surface's own if nothing is linked")
-_TANGENT = Socket("Tangent", "Vector", "Direction of the scan's columns; the UV map's U if nothing is linked")
+_TANGENT = Socket("Tangent", "Vector", "Direction of the scan's columns; the grating's own if nothing is linked")
 _INPUTS = (
     _BASE, _BASE_BLEND, _STRENGTH, ROUGHNESS, IOR, _ROTATION, PERIOD_SCALE, HEIGHT_SCALE, CONSERVING, _NORMAL, _TANGENT,
 )  # fmt: skip
@@ -129,6 +132,18 @@ def set_lighting(group: bpy.types.NodeTree, *, shadows: bool, lights: str) -> No
         fill_group(group, response_in(group), list(group[_LAMPS]), sources=_sources_of_file())
 
 
+def set_frame(group: bpy.types.NodeTree, source: FrameSource) -> None:
+    """Have a Diffraction group take the tangent from a source."""
+    if frame_of(group) != source:
+        group[_FRAME] = source.as_property()
+        fill_group(group, response_in(group), list(group[_LAMPS]), sources=group.get(_SOURCES, 0))
+
+
+def frame_of(group: bpy.types.NodeTree) -> FrameSource:
+    """Where a Diffraction group takes the tangent from."""
+    return FrameSource.from_property(group.get(_FRAME))
+
+
 def lights_of(group: bpy.types.NodeTree) -> str:
     """Which lights count for a Diffraction group (scene/lights.py)."""
     return group.get(_LIGHTS, LAMPS_ONLY)
@@ -152,7 +167,7 @@ def fill_group(group: bpy.types.NodeTree, response: Response, lamps: list[bool],
     group[_LAMPS], group[_SOURCES] = lamps, sources
     tree = Tree(group)
     inputs = tree.inputs()
-    n, t = frame_nodes(tree, inputs)
+    n, t = frame_nodes(tree, inputs, frame_of(group))
     geometry = tree.node("ShaderNodeNewGeometry")
     cos_r = tree.dot(tree.value(geometry.outputs["Incoming"]), n)
     unseen = _is_unseen(tree)

@@ -8,7 +8,7 @@ from .on_selected_meshes import OnSelectedMeshes
 
 class AssignToSelected(OnSelectedMeshes, bpy.types.Operator):
     """Put the active grating's material into the active slot of the selected meshes. The scan's columns run along the
-    UV map's U"""
+    direction of Frame"""
 
     bl_idname = "grating.assign"
     bl_label = "Assign to Selected"

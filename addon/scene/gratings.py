@@ -19,6 +19,7 @@ from bpy.props import (
 )
 
 from ...precompute.base.failure import GratingError
+from .frame_source import AXES, KINDS, FrameSource
 from .lights import LIGHTS
 
 if TYPE_CHECKING:
@@ -72,6 +73,13 @@ class Grating(bpy.types.PropertyGroup):
         default=True,
     )
     lights: EnumProperty(name="Lights", description="Which lights the diffraction answers to", items=LIGHTS)
+    frame_kind: EnumProperty(name="Frame", description="Where the direction of the scan comes from", items=KINDS)
+    frame_uv_map: StringProperty(name="UV Map", description="Whose U is the direction of the scan's columns")
+    frame_axis: EnumProperty(name="Axis", description="Of the object's own axes", items=AXES, default="Z")
+    frame_map: PointerProperty(type=bpy.types.Image, name="Frame Map", description="Made by Bake Frame Map")
+    frame_angle: StringProperty(
+        name="Object Angle", description="Custom property of objects that turns their scan, in radians; empty for none"
+    )
     group: PointerProperty(type=bpy.types.ShaderNodeTree, name="Node Group", description="Made from the bake")
     material: PointerProperty(type=bpy.types.Material, name="Material", description="Made from the bake")
 
@@ -110,6 +118,21 @@ class Grating(bpy.types.PropertyGroup):
             "coherence_um": _decimal(self.coherence_um, 6),
         }
         return request_from(kept | shown, self.name)
+
+    def frame_source(self) -> FrameSource:
+        """Where the direction of the scan comes from: the default, where a frame map was chosen that is gone."""
+        held = {
+            "kind": self.frame_kind,
+            "uv_map": self.frame_uv_map,
+            "axis": self.frame_axis,
+            "angle": self.frame_angle,
+        }
+        return FrameSource.from_property(held | {"frame_map": self.frame_map})
+
+    def take_frame_source(self, source: FrameSource) -> None:
+        """Note where the direction of the scan comes from."""
+        self.frame_kind, self.frame_uv_map, self.frame_axis = source.kind, source.uv_map, source.axis
+        self.frame_map, self.frame_angle = source.frame_map, source.angle
 
     def take_request(self, request: "BakeRequest") -> None:
         """Take over a request. The first scan and the values that the panel shows go into the fields, the rest into

@@ -17,6 +17,7 @@ from ..operators.add_fan import AddDiffractionLamp
 from ..operators.add_sun import AddSun
 from ..operators.assign import AssignToSelected
 from ..operators.bake_grating import BakeGrating
+from ..operators.choose_frame import ChooseFrame
 from ..operators.choose_lights import ChooseLights
 from ..operators.fit_world import FitWorld
 from ..operators.import_height_map import ImportHeightMap
@@ -25,6 +26,7 @@ from ..operators.osl_reference import NewOslReference
 from ..operators.remove_diffraction import RemoveDiffraction
 from ..operators.remove_grating import RemoveGrating
 from ..scene import compat
+from ..scene.frame_source import KINDS
 from ..scene.lights import ALL, LAMPS_ONLY, LIGHTS, NO_SAMPLE_SET, REST
 
 _ICONS = {"SUN": "LIGHT_SUN", "POINT": "LIGHT_POINT", "SPOT": "LIGHT_SPOT", "AREA": "LIGHT_AREA"}
@@ -140,6 +142,10 @@ def _draw_material(layout, grating) -> None:
     row = layout.row()
     row.label(text="Lights")
     row.operator_menu_enum(ChooseLights.bl_idname, "lights", text=chosen)
+    chosen = next(label for name, label, _ in KINDS if name == grating.frame_kind)
+    row = layout.row()
+    row.label(text="Frame")
+    row.operator(ChooseFrame.bl_idname, text=chosen, icon="ORIENTATION_LOCAL")
     layout.prop(grating, "shadows")
     layout.operator(AddDiffractionLamp.bl_idname, text="Add Diffraction Lamp", icon="LIGHT_AREA")
 

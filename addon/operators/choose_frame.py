@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Choose where the active grating takes the direction of its scan from."""
+
+import bpy
+from bpy.props import EnumProperty, StringProperty
+
+from ...precompute.base.failure import GratingError
+from ..scene.frame_source import AXES, AXIS, FRAME_MAP, KINDS, RADIAL, UV_MAP, FrameSource
+from ..scene.gratings import active_grating
+from .report import report_failure, report_lines
+
+
+class ChooseFrame(bpy.types.Operator):
+    """Where the active grating's materials take the direction of the scan's columns, T, from. Rotation turns T
+    further"""
+
+    bl_idname = "grating.frame"
+    bl_label = "Frame Source"
+    bl_options = {"REGISTER", "UNDO"}
+
+    kind: EnumProperty(name="Source", description="Where T comes from", items=KINDS)
+    uv_map: StringProperty(name="UV Map", description="Whose U is T")
+    axis: EnumProperty(name="Axis", description="Of the object's own axes", items=AXES, default="Z")
+    frame_map: StringProperty(name="Frame Map", description="A picture that Bake Frame Map made")
+    angle: StringProperty(
+        name="Object Angle",
+        description="A custom property of objects, such as grating_angle, whose angle in radians turns the scan on "
+        "each object, so that one material serves many; objects without it are not turned. Empty for none",
+    )
+
+    @classmethod
+    def poll(cls, context):
+        if context.scene.natural_gratings.active() is None:
+            cls.poll_message_set("Import a height map first")
+            return False
+        return True
+
+    def draw(self, context):
+        layout, thing = self.layout, context.object
+        layout.prop(self, "kind")
+        if self.kind == UV_MAP and thing is not None and thing.type == "MESH":
+            layout.prop_search(self, "uv_map", thing.data, "uv_layers", icon="GROUP_UVS")
+        elif self.kind == UV_MAP:
+            layout.prop(self, "uv_map")
+        elif self.kind in (RADIAL, AXIS):
+            layout.prop(self, "axis")
+        elif self.kind == FRAME_MAP:
+            layout.prop_search(self, "frame_map", bpy.data, "images", icon="IMAGE_DATA")
+        layout.prop(self, "angle")
+
+    def invoke(self, context, event):
+        """Ask, beginning with what the grating has."""
+        source = active_grating(context.scene).frame_source()
+        self.kind, self.uv_map, self.axis, self.angle = source.kind, source.uv_map, source.axis, source.angle
+        self.frame_map = source.frame_map.name if source.frame_map else ""
+        return context.window_manager.invoke_props_dialog(self)
+
+    def execute(self, context):
+        from ..actions.frame_source import choose_frame
+
+        image = bpy.data.images.get(self.frame_map)
+        source = FrameSource(self.kind, self.uv_map, self.axis, image, self.angle)
+        try:
+            return report_lines(self, [choose_frame(active_grating(context.scene), source)])
+        except GratingError as error:
+            return report_failure(self, error)

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where a grating takes the direction of the scan's columns, T, from: the artist's choice. Saved .blend files hold
+these names: they must stay."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+
+STORED, UV_MAP, RADIAL, AXIS, FRAME_MAP = "STORED", "UV_MAP", "RADIAL", "AXIS", "FRAME_MAP"
+# Name, label and tooltip, as Blender's enumerations want them.
+KINDS = (
+    (STORED, "Stored", "What Comb Grating wrote, where the mesh has it; else the U of the UV map that renders"),
+    (UV_MAP, "UV Map", "The U of the UV map of a name, whichever map renders"),
+    (RADIAL, "Radial", "From an axis of the object outwards, so that the tracks of a CD run round it. A Rotation of 90 "
+     "degrees turns the columns to run round the axis themselves"),
+    (AXIS, "Object Axis", "An axis of the object, laid on the surface"),
+    (FRAME_MAP, "Frame Map", "The picture that Bake Frame Map made of the mesh"),
+)  # fmt: skip
+AXES = (
+    ("X", "X", "The object's X axis"),
+    ("Y", "Y", "The object's Y axis"),
+    ("Z", "Z", "The object's Z axis"),
+)
+# The custom property of a frame map's picture that holds the UV map and the mesh of which it was baked.
+BAKED_OF = "ng_frame_map"
+
+
+@dataclass(frozen=True)
+class FrameSource:
+    """A choice: one of KINDS, and what it needs.
+
+    uv_map     of UV_MAP: the map's name
+    axis       of RADIAL and AXIS: one of AXES
+    frame_map  of FRAME_MAP: the picture
+    angle      the name of a custom property of objects that turns their scan, in radians; empty for none"""
+
+    kind: str = STORED
+    uv_map: str = ""
+    axis: str = "Z"
+    frame_map: bpy.types.Image | None = None
+    angle: str = ""
+
+    @property
+    def axis_vector(self) -> tuple[float, float, float]:
+        """The axis as a unit vector of the object's space."""
+        return tuple(float(name == self.axis) for name, _, _ in AXES)
+
+    @property
+    def named_uv_map(self) -> str:
+        """The name of the UV map on which T rests; empty for the one that renders."""
+        if self.kind == FRAME_MAP:
+            return self.frame_map[BAKED_OF]["uv_map"]
+        return self.uv_map if self.kind == UV_MAP else ""
+
+    def as_property(self) -> dict[str, Any]:
+        """The choice as a custom property holds it."""
+        held = {"kind": self.kind, "uv_map": self.uv_map, "axis": self.axis, "angle": self.angle}
+        return held if self.frame_map is None else held | {"frame_map": self.frame_map}
+
+    @classmethod
+    def from_property(cls, held: Mapping[str, Any] | None) -> "FrameSource":
+        """The choice that a custom property holds; the default where there is none, or its picture is gone."""
+        if held is None or (held["kind"] == FRAME_MAP and not is_frame_map(held.get("frame_map"))):
+            return cls()
+        return cls(**dict(held.items()))
+
+
+def is_frame_map(image: bpy.types.Image | None) -> bool:
+    """Whether a picture is one that Bake Frame Map made."""
+    return image is not None and BAKED_OF in image
