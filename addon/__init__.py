@@ -12,6 +12,7 @@ from .actions import keep_lamps
 from .operators import (
     add_diffraction,
     add_fan,
+    add_snake,
     add_sun,
     assign,
     bake_grating,
@@ -40,6 +41,7 @@ CLASSES = (
     remove_diffraction.RemoveDiffraction,
     add_sun.AddSun,
     add_fan.AddDiffractionLamp,
+    add_snake.AddSnake,
     choose_lights.ChooseLights,
     choose_frame.ChooseFrame,
     fit_world.FitWorld,
@@ -61,6 +63,7 @@ def register() -> None:
     bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=gratings.SceneGratings)
     bpy.types.TOPBAR_MT_file_import.append(import_height_map.menu_entry)
     bpy.types.VIEW3D_MT_light_add.append(add_fan.menu_entry)
+    bpy.types.VIEW3D_MT_mesh_add.append(add_snake.menu_entry)
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.append(bakes.recall_bakes)
     keep_lamps.register()
@@ -74,6 +77,7 @@ def unregister() -> None:
     keep_lamps.unregister()
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.remove(bakes.recall_bakes)
+    bpy.types.VIEW3D_MT_mesh_add.remove(add_snake.menu_entry)
     bpy.types.VIEW3D_MT_light_add.remove(add_fan.menu_entry)
     bpy.types.TOPBAR_MT_file_import.remove(import_height_map.menu_entry)
     del bpy.types.Scene.natural_gratings

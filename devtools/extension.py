@@ -11,6 +11,7 @@ from . import ROOT
 LINKED = ("__init__.py", "addon", "precompute")
 # The add-on's modules that tests and benchmarks call, by short names.
 MODULES = {
+    "add_snake": "actions.add_snake",
     "assign": "actions.assign",
     "bake": "actions.bake",
     "remove": "actions.remove",
@@ -47,6 +48,12 @@ MODULES = {
     "bakes": "scene.bakes",
     "compat": "scene.compat",
     "gratings": "scene.gratings",
+    "snake_body": "snakes.body",
+    "snake_lattice": "snakes.lattice",
+    "snake_shape": "snakes.shape",
+    "snake_spine": "snakes.spine",
+    "snake_poses": "snakes.poses",
+    "snake_species": "snakes.species",
     "fan": "actions.fan",
     "fingerprint": "worlds.fingerprint",
     "probe": "worlds.probe",

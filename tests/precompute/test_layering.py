@@ -31,7 +31,8 @@ FLOORS = {
         "check", "methods", "study", "cli",
     ),
     "addon": (
-        "scene", "nodes", "jobs", "worlds", "lamps", "frames", "materials", "actions", "operators", "ui", "batch",
+        "scene", "nodes", "snakes", "jobs", "worlds", "lamps", "frames", "materials", "actions", "operators", "ui",
+        "batch",
     ),
 }  # fmt: skip
 # A bake is judged by nothing that helped to make it.

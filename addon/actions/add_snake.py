@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Add a snake to the scene."""
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+
+from ...precompute.base.failure import GratingError
+from ..snakes.mesh import add_bones, new_mesh
+from ..snakes.poses import POSES
+from ..snakes.shape import snake_shape
+from ..snakes.skins import new_eye, new_skin
+from ..snakes.spine import Spine, spine_along
+
+# The pose that is no polygon of ours, but the active curve.
+ALONG_CURVE = "CURVE"
+
+
+def add_snake(
+    context: bpy.types.Context, species: str, pose: str, *, length_m: float, faces: int, seed: int, bones: bool
+) -> tuple[bpy.types.Object, list[str]]:  # fmt: skip
+    """Add a snake at the 3D cursor, or along the active curve and as long as that, and make it the only one selected.
+
+    `species` and `pose` are names in SPECIES and POSES, or ALONG_CURVE. Returns the mesh's object, and lines to report.
+    Raises GratingError, with nothing added, for values out of range and where there is no such curve."""
+    if not 0.01 <= length_m <= 100:
+        raise GratingError(f"snake: a length of {length_m:g} m; give 0.01 to 100")
+    along_curve = pose == ALONG_CURVE
+    spine = spine_along(_curve_points(context)) if along_curve else _posed(pose, length_m)
+    shape = snake_shape(spine, species, faces=faces, seed=seed)
+    mesh = new_mesh("Snake", shape)
+    for material in (new_skin(species), new_eye()):
+        mesh.materials.append(material)
+    snake = bpy.data.objects.new("Snake", mesh)
+    context.collection.objects.link(snake)
+    if not along_curve:
+        snake.matrix_world = _at_cursor(context)
+    for other in context.selected_objects:
+        other.select_set(False)
+    snake.select_set(True)
+    context.view_layer.objects.active = snake
+    if bones:
+        add_bones(snake, spine, shape.s)
+    return snake, [f"{snake.name}: {len(mesh.polygons):,} faces, {spine.length:.3g} m long"]
+
+
+def _posed(pose: str, length_m: float) -> Spine:
+    """The spine of a pose, its middle over the origin and its lowest place on the floor."""
+    spine = spine_along(POSES[pose], length_m)
+    low, high = spine.points.min(axis=0), spine.points.max(axis=0)
+    return spine._replace(points=spine.points - (*(low + high)[:2] / 2, low[2]))
+
+
+def _at_cursor(context: bpy.types.Context) -> Matrix:
+    return Matrix.Translation(context.scene.cursor.location)
+
+
+def _curve_points(context: bpy.types.Context) -> np.ndarray:
+    """The points (n, 3) in metres, in the scene's space, of the active curve's first spline."""
+    curve = context.active_object
+    if curve is None or curve.type != "CURVE":
+        name = "no object" if curve is None else curve.name
+        raise GratingError(f"{name}: no curve to lay the snake along; make a curve the active object, or take a pose")
+    evaluated = curve.evaluated_get(context.evaluated_depsgraph_get())
+    line = evaluated.to_mesh()
+    try:
+        points = np.empty(3 * len(line.vertices), np.float32)
+        line.vertices.foreach_get("co", points)
+        edges = np.empty(2 * len(line.edges), np.int32)
+        line.edges.foreach_get("vertices", edges)
+    finally:
+        evaluated.to_mesh_clear()
+    points, edges = points.reshape(-1, 3).astype(float), edges.reshape(-1, 2)
+    # A spline's points follow each other; where none links two of them, the next spline begins.
+    linked = {(min(pair), max(pair)) for pair in edges.tolist()}
+    count = next((k for k in range(1, len(points)) if (k - 1, k) not in linked), len(points))
+    matrix = np.array(curve.matrix_world)
+    return points[:count] @ matrix[:3, :3].T + matrix[:3, 3]

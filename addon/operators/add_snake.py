@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Add a snake to the scene."""
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
+
+from ...precompute.base.failure import GratingError
+from .report import report_failure, report_lines
+
+
+class AddSnake(bpy.types.Operator):
+    """Add a snake whose scales are geometry, with a skin and a UV map along the body. Bake a grating, then use Add to
+    Materials to lay its diffraction over the skin"""
+
+    bl_idname = "grating.add_snake"
+    bl_label = "Snake"
+    bl_options = {"REGISTER", "UNDO"}
+
+    species: EnumProperty(
+        name="Species",
+        description="Shape and skin",
+        items=(
+            ("XENOPELTIS", "Xenopeltis unicolor", "Sunbeam snake: smooth, flush plates, brown with pale rims"),
+            ("ELAPHE", "Elaphe guttata", "Corn snake: small keeled scales, red-brown saddles"),
+        ),
+    )
+    pose: EnumProperty(
+        name="Pose",
+        description="How the snake lies",
+        items=(
+            ("RESTING", "Resting", "In loops, the head laid over the body"),
+            ("COILED", "Coiled", "In a flat coil, the head in its middle"),
+            ("S", "S", "Winding along"),
+            ("REARING", "Rearing", "The neck raised"),
+            ("CURVE", "Active Curve", "Along the active curve's first spline, as long as that, its snout at the start"),
+        ),
+    )
+    length_m: FloatProperty(
+        name="Length (m)",
+        description="From snout to tail, in metres. Along a curve the curve's length counts",
+        default=1.0,
+        min=0.01,
+        max=100.0,
+        soft_min=0.2,
+        soft_max=3.0,
+    )
+    faces: IntProperty(
+        name="Faces",
+        description="About how many faces the mesh has. 200,000 serve close-ups; with fewer than 50,000 scales are "
+        "mere facets. The number of scales fits itself to it",
+        default=200_000,
+        min=11_000,
+        max=1_000_000,
+    )
+    seed: IntProperty(name="Seed", description="Each gives the scales other slight turns and shades", default=0, min=0)
+    bones: BoolProperty(name="Bones", description="Bones along the spine that move the mesh", default=False)
+
+    @classmethod
+    def poll(cls, context):
+        if context.mode != "OBJECT":
+            cls.poll_message_set("In Object Mode")
+            return False
+        return True
+
+    def execute(self, context):
+        from ..actions.add_snake import add_snake
+
+        try:
+            _, lines = add_snake(
+                context, self.species, self.pose,
+                length_m=self.length_m, faces=self.faces, seed=self.seed, bones=self.bones,
+            )  # fmt: skip
+        except GratingError as error:
+            return report_failure(self, error)
+        return report_lines(self, lines)
+
+
+def menu_entry(menu: bpy.types.Menu, _: bpy.types.Context) -> None:
+    """The entry of the menu Add > Mesh."""
+    menu.layout.operator(AddSnake.bl_idname, icon="MOD_CURVE")

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The smooth body under the scales: its half widths and heights, and where a place on its skin is in space."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .species import Species
+from .spine import Spine, bspline
+
+# Half heights of the body over and under its widest place, in half widths.
+_BACK, _BELLY = 0.88, 0.66
+# The end of the tail is cut off round, at this share of the largest half width.
+_TAIL_TIP = 0.12
+# Half of the angle, seen from the body's axis, that the rows of scales take. The rest are the belly's plates.
+SIDE_ANGLE = 0.74 * np.pi
+
+
+class Sizes(NamedTuple):
+    """Half width, half height towards the back and half height towards the belly (m), each (n,)."""
+
+    width: np.ndarray
+    back: np.ndarray
+    belly: np.ndarray
+
+
+class Body(NamedTuple):
+    """The smooth body of a species along a spine; `radius` is its largest half width in metres."""
+
+    spine: Spine
+    species: Species
+    radius: float
+
+    @property
+    def head_end(self) -> float:
+        """The arc length (m) at which the scales begin."""
+        return self.species.head_length * self.radius
+
+    def sizes(self, s: np.ndarray) -> Sizes:
+        """The half sizes at arc lengths s (n,) in metres: those of the head, and from its end on those of the body."""
+        kind, length = self.species, self.spine.length
+        swelling = _smoothstep((s - self.head_end) / (0.3 * length))
+        trunk = kind.neck + (1 - kind.neck) * swelling
+        trunk = trunk * (1 - (1 - _TAIL_TIP) * (1 - np.clip((length - s) / (0.5 * length), 0, 1)) ** 2.0)
+        trunk = trunk * _rounded((length - s) / (_TAIL_TIP * self.radius))
+        h = np.clip(s / self.head_end, 0, 1)
+        # Control values from the snout to the first scales.
+        jaw, neck = kind.jaw, kind.neck
+        width = np.array((0.40, 0.50, 0.62, 0.76, 0.96, 1.02, 0.98, 0.92, 0.90)) * jaw
+        width[-2:] = neck
+        back = np.array((0.50, 0.62, 0.80, 0.98, 1.04, 1.06, 1.04, 1.0, 1.0)) * kind.head_height
+        belly = np.array((0.42, 0.52, 0.62, 0.68, 0.74, 0.78, 0.80, 0.80, 0.80)) * kind.head_height
+        back[-2:], belly[-2:] = _BACK * neck, _BELLY * neck
+        head = bspline(np.stack([width, back, belly], axis=1), h.ravel()).reshape(*h.shape, 3)
+        snout = _rounded(s / (0.30 * self.head_end))
+        # The head's own sizes pass into the trunk's over its last sixth.
+        share = _smoothstep((h - 5 / 6) * 6)
+        profiles = (trunk, _BACK * trunk, _BELLY * trunk)
+        sizes = [head[..., k] * snout * (1 - share) + profiles[k] * share for k in range(3)]
+        return Sizes(*(self.radius * size for size in sizes))
+
+    def points(self, s: np.ndarray, angle: np.ndarray, rise: np.ndarray) -> np.ndarray:
+        """The places (n, 3) in metres of the skin at arc lengths s, at angles around the body (0 on the back's
+        midline, rising to the side of the spine), and by `rise` metres outside of the smooth body; all (n,)."""
+        width, back, belly = self.sizes(s)
+        cosine = np.cos(angle)
+        across = (width + rise) * np.sin(angle)
+        up = belly + (np.where(cosine < 0, belly, back) + rise) * cosine
+        spine = self.spine
+        axes = [np.stack([np.interp(s, spine.s, part[:, k]) for k in range(3)], axis=1) for part in spine[1:]]
+        return axes[0] + across[:, None] * axes[2] + up[:, None] * axes[3]
+
+    def scale_counts(self, s: np.ndarray) -> np.ndarray:
+        """How many scales of a row lie between the first and each of the arc lengths s (n,), from the head's end."""
+        width = np.maximum(self.sizes(s).width, 0.3 * self.radius)
+        steps = np.diff(s) / (0.5 * (width[1:] + width[:-1]) * self.species.scale_length)
+        return np.concatenate([[0], np.cumsum(steps)])
+
+    def scale_lengths(self, s: np.ndarray) -> np.ndarray:
+        """From one scale to the next of its row, in metres, at arc lengths s (n,)."""
+        return self.species.scale_length * np.maximum(self.sizes(s).width, 0.3 * self.radius)
+
+
+def body_along(spine: Spine, species: Species) -> Body:
+    """The body of a species, as long as the spine."""
+    return Body(spine, species, spine.length / species.slenderness)
+
+
+def _smoothstep(x: np.ndarray) -> np.ndarray:
+    x = np.clip(x, 0, 1)
+    return x * x * (3 - 2 * x)
+
+
+def _rounded(x: np.ndarray) -> np.ndarray:
+    """A quarter ellipse from 0 at x = 0 to 1 at x >= 1."""
+    return np.sqrt(1 - (1 - np.clip(x, 0, 1)) ** 2)

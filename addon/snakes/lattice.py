@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The net of a snake's skin: its scales as cells of a diamond lattice, belly plates, and the ends of head and tail.
+
+A scale's number along its row is half of p + q, and its row is p - q: so each scale is a unit square of (p, q), and
+the diagonal rows of a snake are the rows and columns of a square grid. Each square is cut into n x n quads, finer near
+its edges, so that every edge of a scale is an edge of the mesh.
+
+Places of the net are numbered by integers: A = P + Q along the body and X = P - Q around it, where P and Q count
+samples, n to a scale. On the back's midline X is 0; the rows end in a zigzag between |X| = (rows - 1) / 2 n and one row
+further. From there to the zigzag of the other side, belly plates go on with X.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+# Widths of a groove's side and of a pale rim, in sides of a scale.
+GROOVE_WIDTH, RIM_WIDTH = 0.03, 0.11
+
+
+class Cut(NamedTuple):
+    """How fine the net is: scales in a row; samples n of a scale's side; samples of a belly plate's width; rings of the
+    head and of the tail's end."""
+
+    scales: int
+    n: int
+    belly: int
+    head: int
+    tail: int
+
+    def around(self, rows: int) -> int:
+        """The number of vertices around head and tail."""
+        return (rows + 1) * self.n + self.belly
+
+    def faces(self, rows: int) -> int:
+        """The number of faces of a snake with so many rows, without its eyes."""
+        lattice = ((self.scales + 1) * (rows + 1) // 2 + self.scales * (rows - 1) // 2) * self.n**2
+        return lattice + 2 * self.n * self.scales * self.belly + (self.head + self.tail) * self.around(rows)
+
+
+class Net(NamedTuple):
+    """Faces over numbered vertices.
+
+    cut           how fine it is
+    a, x          (v,) the integers of each vertex of the lattice and the belly, in the order of their numbers
+    quads         (f, 4) of vertices, counter-clockwise from outside
+    scale         (f,) a number for each scale and belly plate
+    belly         (f,) whether a face is of a belly plate
+    front, rear   (r,) the vertices around the first and the last scales, in the direction of X
+    """
+
+    cut: Cut
+    a: np.ndarray
+    x: np.ndarray
+    quads: np.ndarray
+    scale: np.ndarray
+    belly: np.ndarray
+    front: np.ndarray
+    rear: np.ndarray
+
+
+def cut_for(faces: int, rows: int, natural: float) -> Cut:
+    """The cut with about so many faces whose number of scales in a row is nearest to `natural`."""
+    best = None
+    for n in range(2, 64):
+        belly, head = 2 * n + 2, max(8, 10 * n)
+        around = (rows + 1) * n + belly
+        column = rows * n * n + 2 * n * belly
+        scales = round((faces - (head + n) * around - (rows + 1) // 2 * n * n) / column)
+        if scales < 8:
+            break
+        off = abs(np.log(scales / natural))
+        if best is None or off < best[0]:
+            best = off, Cut(scales, n, belly, head, n)
+    return best[1]
+
+
+def samples(n: int) -> np.ndarray:
+    """Where the n samples of a scale's side lie, from 0 on; the next scale begins at 1.
+
+    The first is in the groove, the next and the last are the rim's outer edge, and the next to them its inner one."""
+    if n == 2:
+        return np.array((0.0, 0.5))
+    edge = [0.0, GROOVE_WIDTH] if n < 6 else [0.0, GROOVE_WIDTH, RIM_WIDTH]
+    inner = np.linspace(edge[-1], 1 - edge[-1], n - 2 * len(edge) + 3)
+    return np.concatenate([edge[:-1], inner, 1 - np.array(edge[1:-1][::-1])])
+
+
+def make_net(rows: int, cut: Cut) -> Net:
+    """The net of `rows` rows of scales (3 more than a multiple of 4) and their belly plates."""
+    n, half = cut.n, (rows - 1) // 2
+    corners, scale = [], []
+    for row in range(-half, half + 1):
+        # The outermost rows, and every other from there, begin half a scale earlier, and have one scale more.
+        early = (row - half) % 2 == 0
+        centre = 2 * n * np.arange(cut.scales + early) + (0 if early else n)
+        first = np.stack([centre - n, np.full(len(centre), n * row)], axis=1)
+        corners.append(first)
+        scale.append((row + half) * (cut.scales + 1) + np.arange(len(centre)))
+    first, scale = np.concatenate(corners), np.concatenate(scale)
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
+    di, dj = np.array((0, 0, 1, 1)), np.array((0, 1, 1, 0))
+    p, q = i[:, None] + di, j[:, None] + dj
+    a = first[:, 0, None, None] + p + q
+    x = first[:, 1, None, None] + p - q
+    belly_a, belly_x = _belly_faces(rows, cut)
+    a, x = (np.concatenate([one.reshape(-1, 4), other]) for one, other in ((a, belly_a), (x, belly_x)))
+
+    size = (rows + 1) * n + cut.belly
+    keys, quads = np.unique((a + n) * size + (x + (half + 1) * n), return_inverse=True)
+    plate = rows * (cut.scales + 1) + belly_a.min(axis=1) // (2 * n)
+    around = np.arange(-(half + 1) * n, (half + 1) * n + cut.belly)
+    depth = np.where(around < (half + 1) * n, n - np.abs((around + (half + 1) * n) % (2 * n) - n), 0)
+    depth = np.where(around <= (half + 1) * n, depth, 0)
+    ends = [(end + n) * size + (around + (half + 1) * n) for end in (-depth, 2 * n * cut.scales + depth)]
+    front, rear = (np.searchsorted(keys, end) for end in ends)
+    return Net(
+        cut, keys // size - n, keys % size - (half + 1) * n, quads.reshape(-1, 4),
+        np.concatenate([np.repeat(scale, n * n), plate]),
+        np.arange(len(a)) >= len(scale) * n * n, front, rear,
+    )  # fmt: skip
+
+
+def _belly_faces(rows: int, cut: Cut) -> tuple[np.ndarray, np.ndarray]:
+    """A and X (f, 4) of the corners of the belly plates' faces, from the one zigzag to the other."""
+    n, half = cut.n, (rows - 1) // 2
+    a, j = (k.ravel() for k in np.meshgrid(np.arange(2 * n * cut.scales), np.arange(cut.belly), indexing="ij"))
+    a, j = a[:, None] + (0, 1, 1, 0), j[:, None] + (0, 0, 1, 1)
+    edge = zigzag(a, rows, n)
+    x = np.where(j == 0, edge, np.where(j == cut.belly, -edge, (half + 1) * n + j))
+    return a, x
+
+
+def zigzag(a: np.ndarray, rows: int, n: int) -> np.ndarray:
+    """The X at which the rows of scales end on the one side, at each A."""
+    return (rows - 1) // 2 * n + np.abs(a % (2 * n) - n)

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A snake's arrays as a mesh of Blender, and bones along its spine."""
+
+import bpy
+import numpy as np
+
+from .shape import Shape
+from .spine import Spine
+
+_BONES = 32
+
+
+def new_mesh(name: str, shape: Shape) -> bpy.types.Mesh:
+    """A smooth mesh with the shape's UV map and attributes, creased where a scale ends."""
+    mesh = bpy.data.meshes.new(name)
+    mesh.vertices.add(len(shape.points))
+    mesh.vertices.foreach_set("co", shape.points.astype(np.float32).ravel())
+    mesh.loops.add(len(shape.corners))
+    mesh.loops.foreach_set("vertex_index", shape.corners.astype(np.int32))
+    mesh.polygons.add(len(shape.starts))
+    mesh.polygons.foreach_set("loop_start", shape.starts.astype(np.int32))
+    mesh.polygons.foreach_set("material_index", shape.material.astype(np.int32))
+    mesh.uv_layers.new(name="UVMap").uv.foreach_set("vector", shape.uv.astype(np.float32).ravel())
+    mesh.update(calc_edges=True)
+    mesh.shade_smooth()
+    ends = np.empty(2 * len(mesh.edges), np.int32)
+    mesh.edges.foreach_get("vertices", ends)
+    creases = shape.edge[ends.reshape(-1, 2)].all(axis=1)
+    mesh.attributes.new("sharp_edge", "BOOLEAN", "EDGE").data.foreach_set("value", creases)
+    for domain, attributes in (("POINT", shape.of_points), ("FACE", shape.of_faces)):
+        for key, values in attributes.items():
+            mesh.attributes.new(key, "FLOAT", domain).data.foreach_set("value", values.astype(np.float32))
+    return mesh
+
+
+def add_bones(snake: bpy.types.Object, spine: Spine, s: np.ndarray) -> bpy.types.Object:
+    """Bones along a snake's spine that move its mesh: a new armature, the snake's parent. `s` (v,) are the arc lengths
+    of the mesh's points, by which each follows the two bones that it lies between."""
+    armature = bpy.data.objects.new(f"{snake.name} Bones", bpy.data.armatures.new(f"{snake.name} Bones"))
+    for collection in snake.users_collection:
+        collection.objects.link(armature)
+    armature.matrix_world = snake.matrix_world
+    ends = np.linspace(0, spine.length, _BONES + 1)
+    joints = np.stack([np.interp(ends, spine.s, spine.points[:, k]) for k in range(3)], axis=1)
+    backs = np.stack([np.interp((ends[1:] + ends[:-1]) / 2, spine.s, spine.back[:, k]) for k in range(3)], axis=1)
+    names = [f"Spine {k + 1:02}" for k in range(_BONES)]
+    active = bpy.context.view_layer.objects.active
+    bpy.context.view_layer.objects.active = armature
+    bpy.ops.object.mode_set(mode="EDIT")
+    parent = None
+    # From the tail to the head: so a bone that turns takes along what lies before it, as a snake lifts its neck.
+    for k in range(_BONES - 1, -1, -1):
+        bone = armature.data.edit_bones.new(names[k])
+        bone.head, bone.tail = joints[k + 1], joints[k]
+        bone.align_roll(backs[k])
+        bone.parent, bone.use_connect = parent, parent is not None
+        parent = bone
+    bpy.ops.object.mode_set(mode="OBJECT")
+    bpy.context.view_layer.objects.active = active
+    snake.parent = armature
+    snake.matrix_parent_inverse = armature.matrix_world.inverted()
+    _weigh(snake, names, s / spine.length * _BONES - 0.5)
+    modifier = snake.modifiers.new("Bones", "ARMATURE")
+    modifier.object = armature
+    return armature
+
+
+def _weigh(snake: bpy.types.Object, names: list[str], place: np.ndarray) -> None:
+    """Weights of the bones' groups on all points; `place` (v,) is 0 at the middle of the first bone and 1 at that of
+    the second."""
+    place = np.clip(place, 0, len(names) - 1)
+    groups = [snake.vertex_groups.new(name=name) for name in names]
+    before = np.minimum(place.astype(int), len(names) - 2)
+    share = place - before
+    for k, (first, weight) in enumerate(zip(before.tolist(), share.tolist(), strict=True)):
+        if weight < 1:
+            groups[first].add((k,), 1 - weight, "REPLACE")
+        if weight > 0:
+            groups[first + 1].add((k,), weight, "REPLACE")

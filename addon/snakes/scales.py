@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where each place of the net lies on the skin, and how far it rises: plates that nearly follow the body."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .body import SIDE_ANGLE
+from .lattice import RIM_WIDTH, Cut, Net, samples, zigzag
+from .species import Species
+
+# By how much the middle of an edge between two scales lies tailwards of the straight line between its ends: it rounds
+# the tail end of a scale, which hides the pointed head of the next. In scale lengths, as are the next ones.
+_BULGE = 0.055
+# By how much a scale's tail edge stands out over the next scale, and how deep the grooves are.
+_OVERHANG, _GROOVE = 0.02, 0.03
+# The half width of a keel, in rows.
+_KEEL_WIDTH = 0.08
+
+
+class Places(NamedTuple):
+    """Of each vertex of a net (v,): its number of scales from the first one on, its angle around the body, its rise in
+    scale lengths, how far it stands out tailwards over the next scale, in scale lengths, how much it belongs to a pale
+    rim (0 to 1), and how many samples it lies inside of its plate's groove."""
+
+    along: np.ndarray
+    angle: np.ndarray
+    rise: np.ndarray
+    overhang: np.ndarray
+    rim: np.ndarray
+    inside: np.ndarray
+
+
+def place(net: Net, species: Species, *, rng: np.random.Generator) -> Places:
+    """The places of a net's vertices, each scale turned a little by chance."""
+    cut, half = net.cut, (species.rows - 1) // 2
+    turns = np.tan(np.radians(species.turn_deg)) * rng.uniform(-1, 1, (species.rows + 2, cut.scales + 3, 2))
+    plates = np.tan(np.radians(species.turn_deg)) * rng.uniform(-1, 1, cut.scales + 1)
+    on_belly = net.x > (half + 1) * cut.n
+    scales = _on_scales(net.a[~on_belly], net.x[~on_belly], cut, species=species, turns=turns)
+    belly = _on_belly(net.a[on_belly], net.x[on_belly], cut, species=species, turns=plates)
+    found = []
+    for one, other in zip(scales, belly, strict=True):
+        both = np.empty(len(net.a), one.dtype)
+        both[~on_belly], both[on_belly] = one, other
+        found.append(both)
+    return Places(*found)
+
+
+class _Cells(NamedTuple):
+    """Of each vertex of the lattice: the scale that it is in, or of whose head edge it is, by number along and row; its
+    samples (i, j) there; its fractions of the scale's sides; how far around it is, in rows."""
+
+    column: np.ndarray
+    row: np.ndarray
+    i: np.ndarray
+    j: np.ndarray
+    p: np.ndarray
+    q: np.ndarray
+    along: np.ndarray
+    across: np.ndarray
+
+    @property
+    def bulged(self) -> np.ndarray:
+        """`along` with the edges between scales bent tailwards."""
+        return self.along + _BULGE * 4 * (self.p * (1 - self.p) + self.q * (1 - self.q))
+
+
+def _cells(a: np.ndarray, x: np.ndarray, n: int) -> _Cells:
+    (p0, i), (q0, j) = np.divmod((a + x) // 2, n), np.divmod((a - x) // 2, n)
+    sides = samples(n)
+    p, q = sides[i], sides[j]
+    return _Cells((p0 + q0 + 1) // 2, p0 - q0, i, j, p, q, (p0 + p + q0 + q) / 2, p0 + p - q0 - q)
+
+
+def _on_scales(a: np.ndarray, x: np.ndarray, cut: Cut, *, species: Species, turns: np.ndarray) -> Places:
+    n, half = cut.n, (species.rows - 1) // 2
+    cells = _cells(a, x, n)
+    angle = cells.across / (half + 1) * SIDE_ANGLE
+    row_width = SIDE_ANGLE / (half + 1) / species.scale_length  # in scale lengths
+    lengthwise, sideways = (cells.p + cells.q - 1) / 2, cells.p - cells.q
+    turn = turns[np.clip(cells.row + half, 0, species.rows + 1), np.clip(cells.column + 1, 0, cut.scales + 2)]
+    rise = (species.lift + turn[:, 0]) * lengthwise + turn[:, 1] * row_width * sideways
+    rise += species.dome * (1 - 4 * lengthwise**2 - sideways**2)
+    back = np.clip(np.cos(angle), 0, 1)
+    rise += species.keel * back * np.exp(-((sideways / _KEEL_WIDTH) ** 2)) * (1 - 4 * lengthwise**2)
+    inside = np.minimum(np.minimum(cells.i, n - cells.i), np.minimum(cells.j, n - cells.j))
+    rise -= _GROOVE * ((inside == 0) & (n > 2))
+    tail_edge = (inside > 0) & ((cells.i == n - 1) | (cells.j == n - 1)) & (n > 3)
+    rim = np.where(inside < _rim_samples(n), 1.0, 0.0)
+    return Places(cells.bulged, angle, rise, _OVERHANG * tail_edge, rim, inside)
+
+
+def _on_belly(a: np.ndarray, x: np.ndarray, cut: Cut, *, species: Species, turns: np.ndarray) -> Places:
+    n, half = cut.n, (species.rows - 1) // 2
+    edge = _cells(a, zigzag(a, species.rows, n), n)
+    k = x - (half + 1) * n
+    widths = np.concatenate([[0.0], np.linspace(0.012, 0.988, cut.belly - 1)])
+    w = widths[k]
+    begin = edge.across / (half + 1) * SIDE_ANGLE
+    angle = begin + w * 2 * (np.pi - begin)
+    from_side = np.minimum(w, 1 - w)
+    along = edge.along + (edge.bulged - edge.along) * np.clip(1 - from_side / 0.2, 0, 1)
+    plate, i = np.divmod(a, 2 * n)
+    lengthwise = edge.along - plate - 0.5
+    rise = (species.lift + turns[np.clip(plate, 0, len(turns) - 1)]) * lengthwise
+    rise += species.dome * (1 - 4 * lengthwise**2)
+    inside = np.minimum(np.minimum(i, 2 * n - i), np.minimum(k, cut.belly - k))
+    rise -= _GROOVE * ((inside == 0) & (n > 2))
+    tail_edge = (inside > 0) & (i == 2 * n - 1) & (n > 3)
+    rim = np.where(inside < _rim_samples(n), 1.0, 0.0)
+    return Places(along, angle, rise, _OVERHANG * tail_edge, rim, inside)
+
+
+def _rim_samples(n: int) -> int:
+    """How many samples from the groove on, itself among them, are of the pale rim."""
+    return int(np.searchsorted(samples(n)[: n // 2 + 1], RIM_WIDTH - 1e-9))

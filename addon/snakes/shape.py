@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A whole snake as arrays: points, faces, UVs and attributes.
+
+U runs from the snout to the tail, in units of the largest girth; V runs once round, from the belly's midline over the
+side, the back (V = 1/2) and the other side. Seen from outside (T, B, N) is right-handed: T towards the tail, B towards
+larger V. Where the tail edge of a scale stands out over the next, U goes on around the edge, so that no two places of
+the skin share one of the map. Lengths are in metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...precompute.base.failure import GratingError
+from .body import Body, body_along
+from .ends import EYE_FACES, Skin, eyes, head_end, tail_end, unwrapped
+from .lattice import Net, cut_for, make_net
+from .scales import Places, place
+from .species import SPECIES
+from .spine import Spine
+
+# Fewer faces cannot show scales; more would take minutes.
+LEAST_FACES, MOST_FACES = 11_000, 1_000_000
+# Where the pale underside of head and tail's end begins, of half of the way around.
+_UNDER = 0.62
+# Materials of the faces.
+SKIN, EYE = 0, 1
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A snake of v points, f faces and c corners.
+
+    points    (v, 3) m
+    corners   (c,) a point for each corner of a face
+    starts    (f,) the first corner of each face
+    uv        (c, 2)
+    material  (f,) SKIN or EYE
+    edge      (v,) whether a point is on the outer edge of a scale: the mesh edges between two such are creases
+    s         (v,) arc length from the snout, m
+    of_points, of_faces   attributes by name, (v,) or (f,), all 0 to 1: of points scale_rim, along (snout to tail) and
+                          around (back to belly); of faces scale_random, a number by chance for each scale, and belly
+    """
+
+    points: np.ndarray
+    corners: np.ndarray
+    starts: np.ndarray
+    uv: np.ndarray
+    material: np.ndarray
+    edge: np.ndarray
+    s: np.ndarray
+    of_points: dict[str, np.ndarray]
+    of_faces: dict[str, np.ndarray]
+
+
+def snake_shape(spine: Spine, species_name: str, *, faces: int, seed: int = 0) -> Shape:
+    """A snake along a spine, of a species of SPECIES, with about so many faces.
+
+    The number of scales in a row fits itself to the number of faces. Raises GratingError for a number of faces out of
+    range."""
+    if not LEAST_FACES <= faces <= MOST_FACES:
+        raise GratingError(f"snake: {faces} faces; give {LEAST_FACES} to {MOST_FACES}")
+    species = SPECIES[species_name]
+    body = body_along(spine, species)
+    rows = _Rows(body)
+    cut = cut_for(faces - EYE_FACES, species.rows, rows.natural)
+    rng = np.random.default_rng(seed)
+    net = make_net(species.rows, cut)
+    return _assemble(body, net, place(net, species, rng=rng), rows=rows, rng=rng)
+
+
+class _Rows:
+    """Where along the body the scales of a row are, by their number."""
+
+    def __init__(self, body: Body) -> None:
+        first = float(body.scale_lengths(np.array([body.head_end]))[0]) / 2
+        self._s = np.linspace(body.head_end - first, body.spine.length - 0.5 * body.radius, 4001)
+        self._count = body.scale_counts(self._s)
+        self.natural = float(self._count[-1])
+
+    def arc_lengths(self, along: np.ndarray, scales: int) -> np.ndarray:
+        """Arc lengths (n,) in metres of places between -1/2 and `scales` + 1/2."""
+        return np.interp((along + 0.5) / (scales + 1) * self.natural, self._count, self._s)
+
+
+def _assemble(body: Body, net: Net, places: Places, *, rows: _Rows, rng: np.random.Generator) -> Shape:
+    scales = net.cut.scales
+    s = rows.arc_lengths(places.along, scales)
+    unit = body.scale_lengths(s) * rows.natural / (scales + 1)
+    skin = Skin(s, places.angle, places.rise * unit, places.overhang * unit, places.rim, places.inside == 1)
+    head = head_end(body, net, skin)
+    tail = tail_end(body, net, skin, first=len(s) + len(head.skin.s))
+    skin = Skin(*(np.concatenate(parts) for parts in zip(skin, head.skin, tail.skin, strict=True)))
+    faces = np.concatenate([net.quads, head.faces, tail.faces])
+    numbers = np.concatenate([net.scale, net.scale.max() + 1 + head.plate, tail.plate])
+    chance = rng.random(numbers.max() + 1)[numbers]
+
+    girth = 2 * np.pi * body.radius
+    tips = (len(s) + len(head.skin.s) - 1, len(skin.s) - 1)
+    angle = unwrapped(skin.angle[faces], np.isin(faces, tips))
+    uv = np.stack([skin.s[faces] / girth, angle / (2 * np.pi) + 0.5], axis=-1)
+    around = np.abs(np.angle(np.exp(1j * skin.angle))) / np.pi
+    points = body.points(skin.s + skin.overhang, skin.angle, skin.rise)
+    eye_points, eye_faces, eye_uv, eye_s = eyes(body)
+
+    def with_eyes(values: np.ndarray, eye: float = 0.0) -> np.ndarray:
+        return np.concatenate([values, np.full(len(eye_points), eye, values.dtype)])
+
+    along = with_eyes(skin.s, eye_s)
+    around = with_eyes(around)
+    faces = np.concatenate([faces, eye_faces + len(points)])
+    uv = np.concatenate([uv, eye_uv])
+    real = np.ones(faces.shape, bool)
+    real[:, 3] = faces[:, 3] != faces[:, 0]
+    return Shape(
+        points=np.concatenate([points, eye_points]),
+        corners=faces[real],
+        starts=np.concatenate([[0], np.cumsum(real.sum(axis=1))[:-1]]),
+        uv=uv[real],
+        material=np.repeat((SKIN, EYE), (len(faces) - len(eye_faces), len(eye_faces))),
+        edge=with_eyes(skin.edge),
+        s=along,
+        of_points={
+            "scale_rim": with_eyes(skin.rim),
+            "along": along / body.spine.length,
+            "around": around,
+        },
+        of_faces={
+            "scale_random": np.concatenate([chance, np.zeros(len(eye_faces))]),
+            "belly": np.concatenate([net.belly, around[faces[len(net.belly) :]].mean(axis=1) > _UNDER]),
+        },
+    )

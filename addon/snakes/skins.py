@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Skins of two species as materials without diffraction: what is under the thin layer that diffracts.
+
+They read the attributes of the snake's mesh (shape.py) and its UV map, and nothing of a file. They have no specular
+reflection: that is the diffraction's, which an artist adds with *Add to Materials*. CC0."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..nodes.arrange import arrange
+from ..nodes.builder import Tree, Value
+from ..scene import compat
+
+_Colour = tuple[float, float, float]
+
+
+def new_skin(species_name: str) -> bpy.types.Material:
+    """A new material of a species of SPECIES."""
+    name, colour = _SKINS[species_name]
+    return _material(name, lambda tree: (colour(tree), 0.0, 0.5))
+
+
+def new_eye() -> bpy.types.Material:
+    """A new material of a black, wet eye."""
+    return _material("Snake Eye", lambda tree: ((0.004, 0.003, 0.003), 0.5, 0.05))
+
+
+def _material(name: str, look) -> bpy.types.Material:
+    material = bpy.data.materials.new(name)
+    compat.enable_nodes(material)
+    material.node_tree.nodes.clear()
+    tree = Tree(material.node_tree)
+    colour, specular, roughness = look(tree)
+    shader = tree.node("ShaderNodeBsdfPrincipled", label=name)
+    for socket, value in (
+        ("Base Color", colour), ("Specular IOR Level", specular), ("Roughness", roughness)
+    ):  # fmt: skip
+        tree.feed(shader.inputs[socket], (*value, 1.0) if isinstance(value, tuple) else value)
+    tree.node("ShaderNodeOutputMaterial", tree.value(shader.outputs[0]))
+    arrange(material.node_tree)
+    return material
+
+
+class _Skin:
+    """What a skin's nodes read of the mesh."""
+
+    def __init__(self, tree: Tree) -> None:
+        self.tree = tree
+        self.rim, self.around, self.belly, self.random = (
+            tree.value(tree.node("ShaderNodeAttribute", attribute_name=name, label=name).outputs["Fac"])
+            for name in ("scale_rim", "around", "belly", "scale_random")
+        )
+
+    def noise(self, scale: float, detail: float = 2.0) -> Value:
+        """Noise of about 0 to 1 over the UV map, `scale` periods to the girth."""
+        uv = self.tree.value(self.tree.node("ShaderNodeUVMap").outputs["UV"])
+        node = self.tree.node("ShaderNodeTexNoise", uv)
+        self.tree.feed(node.inputs["Scale"], scale)
+        self.tree.feed(node.inputs["Detail"], detail)
+        return self.tree.value(node.outputs["Fac"])
+
+    def blend(self, share: Value, low: _Colour | Value, high: _Colour | Value) -> Value:
+        """From one colour, where the share is 0, to the other."""
+        mix = self.tree.node("ShaderNodeMix", data_type="RGBA", blend_type="MIX")
+        sockets = [socket for socket in mix.inputs if socket.enabled]
+        for socket, value in zip(sockets, (share, low, high), strict=True):
+            self.tree.feed(socket, (*value, 1.0) if isinstance(value, tuple) else value)
+        return self.tree.value(next(socket for socket in mix.outputs if socket.enabled))
+
+    def step(self, value: Value, begin: float, end: float) -> Value:
+        """0 up to `begin`, 1 from `end` on, smooth."""
+        node = self.tree.node("ShaderNodeMapRange", value, begin, end, 0.0, 1.0, interpolation_type="SMOOTHSTEP")
+        return self.tree.value(node.outputs["Result"])
+
+
+def _xenopeltis(tree: Tree) -> Value:
+    """Dark brown plates, warmer and lighter down the sides, with pale rims; a white belly."""
+    skin = _Skin(tree)
+    side = skin.step(skin.around, 0.15, 0.7)
+    plate = skin.blend(side, (0.022, 0.0105, 0.0065), (0.075, 0.033, 0.017))
+    plate = plate * (skin.random * 0.5 + 0.75) * (skin.noise(9.0) * 0.6 + 0.7)
+    rim = skin.blend(side, (0.10, 0.066, 0.046), (0.50, 0.42, 0.33))
+    pale = skin.step(skin.around, 0.66, 0.73)
+    plate = skin.blend(pale, plate, (0.55, 0.49, 0.41))
+    coat = skin.blend(skin.rim * 0.85, plate, rim)
+    return skin.blend(skin.belly, coat, (0.62, 0.57, 0.50))
+
+
+def _elaphe(tree: Tree) -> Value:
+    """Orange brown, with red-brown saddles in dark rims, smaller ones along the sides, and dark checks on a pale
+    belly."""
+    skin = _Skin(tree)
+    u = _u_of(tree)
+    wobble = skin.noise(1.6)
+    back = _blotch(skin, u * 1.7 + wobble * 0.35, skin.around * 1.0, half_length=0.34, half_width=0.30)
+    beside = tree.math("ABSOLUTE", skin.around - 0.50)
+    side = _blotch(skin, u * 1.7 + wobble * 0.35 + 0.5, beside, half_length=0.24, half_width=0.11)
+    inside = tree.maximum(back, side)
+    ground = skin.blend(skin.step(skin.around, 0.1, 0.7), (0.36, 0.135, 0.035), (0.42, 0.235, 0.10))
+    ground = ground * (skin.noise(14.0) * 0.7 + 0.65) * (skin.random * 0.25 + 0.87)
+    blotch = (skin.random * 0.3 + 0.85) * skin.blend(skin.noise(6.0), (0.20, 0.028, 0.010), (0.34, 0.065, 0.02))
+    coat = skin.blend(skin.step(inside, 0.0, 0.03), ground, (0.012, 0.007, 0.005))
+    coat = skin.blend(skin.step(inside, 0.13, 0.17), coat, blotch)
+    coat = skin.blend(skin.rim * 0.3, coat, (0.16, 0.10, 0.06))
+    # Four plates in ten are dark but for their middle.
+    check = tree.math("LESS_THAN", skin.random, 0.4) * tree.math("LESS_THAN", skin.around, 0.93)
+    under = skin.blend(check, (0.60, 0.54, 0.44), (0.03, 0.026, 0.022))
+    return skin.blend(skin.belly, coat, under)
+
+
+def _u_of(tree: Tree) -> Value:
+    uv = tree.value(tree.node("ShaderNodeUVMap").outputs["UV"])
+    return tree.value(tree.node("ShaderNodeSeparateXYZ", uv).outputs["X"])
+
+
+def _blotch(skin: _Skin, along: Value, across: Value, *, half_length: float, half_width: float) -> Value:
+    """How far a place is inside of a row of ellipses, one for each whole number of `along`: 1 in the middle, 0 on the
+    rim and negative outside."""
+    tree = skin.tree
+    x = (tree.math("FRACT", along) - 0.5) * (1 / half_length)
+    y = across * (1 / half_width)
+    return 1.0 - tree.sqrt(x * x + y * y)
+
+
+_SKINS = {"XENOPELTIS": ("Xenopeltis Skin", _xenopeltis), "ELAPHE": ("Elaphe Skin", _elaphe)}

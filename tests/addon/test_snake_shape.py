@@ -1,0 +1,266 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The arrays of a snake: closed, dense as asked, right-handed, flush on the back, and the same for the same seed."""
+
+import importlib
+
+import numpy as np
+import pytest
+
+pytest.importorskip("bpy")
+
+from devtools import EXTENSION  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def room(extension):
+    """The modules of addon/snakes by name."""
+    names = ("body", "ends", "head", "lattice", "poses", "scales", "shape", "species", "spine")
+    return {name: importlib.import_module(f"{EXTENSION}.addon.snakes.{name}") for name in names}
+
+
+@pytest.fixture(scope="module")
+def make(room):
+    """Makes a snake; each asked for is made once."""
+    made = {}
+
+    def make(species="XENOPELTIS", pose="RESTING", faces=50_000, seed=0):
+        asked = species, pose, faces, seed
+        if asked not in made:
+            spine = room["spine"].spine_along(room["poses"].POSES[pose], 1.0)
+            made[asked] = room["shape"].snake_shape(spine, species, faces=faces, seed=seed)
+        return made[asked]
+
+    return make
+
+
+def following(shape):
+    """The corner that follows each corner of its face (c,)."""
+    after = np.arange(1, len(shape.corners) + 1)
+    ends = np.append(shape.starts[1:], len(shape.corners))
+    after[ends - 1] = shape.starts
+    return after
+
+
+def face_areas(shape):
+    """Vector areas (f, 3) of the faces, m2."""
+    p = shape.points[shape.corners]
+    middle = np.repeat(
+        np.add.reduceat(p, shape.starts) / face_sizes(shape)[:, None], face_sizes(shape), axis=0
+    )  # fmt: skip
+    return np.add.reduceat(np.cross(p - middle, p[following(shape)] - middle) / 2, shape.starts)
+
+
+def face_sizes(shape):
+    return np.diff(np.append(shape.starts, len(shape.corners)))
+
+
+SPECIES = ("XENOPELTIS", "ELAPHE")
+POSES = ("COILED", "S", "RESTING", "REARING")
+
+
+@pytest.mark.parametrize("species", SPECIES)
+@pytest.mark.parametrize("faces", [11_000, 50_000, 200_000, 1_000_000])
+def test_the_number_of_faces_is_near_the_one_asked_for(make, species, faces):
+    assert len(make(species, faces=faces).starts) == pytest.approx(faces, rel=0.05)
+
+
+@pytest.mark.parametrize("species", SPECIES)
+@pytest.mark.parametrize("pose", POSES)
+def test_the_mesh_is_closed_and_every_face_has_an_area(make, species, pose):
+    shape = make(species, pose)
+    one, other = shape.corners, shape.corners[following(shape)]
+    size = len(shape.points)
+    # Each edge is run along once in each direction: so no edge is open, or has three faces, or faces that disagree.
+    there = one.astype(np.int64) * size + other
+    assert len(np.unique(there)) == len(there)
+    assert np.array_equal(np.sort(there), np.sort(other.astype(np.int64) * size + one))
+    # A body and two eyes, each a sphere: Euler's number is 2 for each.
+    assert size - len(there) // 2 + len(shape.starts) == 6
+    assert np.array_equal(np.unique(shape.corners), np.arange(size))
+    # The smallest faces are in the grooves at the tail's tip, where they are some micrometres wide.
+    assert np.linalg.norm(face_areas(shape), axis=1).min() > 1e-14
+
+
+@pytest.mark.parametrize("faces", [11_000, 1_000_000])
+def test_no_face_is_without_area_at_the_fewest_and_the_most_faces(make, faces):
+    assert np.linalg.norm(face_areas(make(faces=faces)), axis=1).min() > 1e-14
+
+
+@pytest.mark.parametrize("species", SPECIES)
+@pytest.mark.parametrize("faces", [11_000, 200_000])
+def test_uvs_run_along_the_body_and_are_right_handed(make, species, faces):
+    shape = make(species, faces=faces)
+    uv = shape.uv
+    # Seen from outside, an area that is positive in the UV map has T, B and N right-handed.
+    (u, v), (next_u, next_v) = uv.T, uv[following(shape)].T
+    area = np.add.reduceat(u * next_v - v * next_u, shape.starts) / 2
+    assert area.min() > 0
+    middle = np.add.reduceat(uv, shape.starts) / face_sizes(shape)[:, None]
+    # A seam is no face that runs across the whole map.
+    assert np.ptp(uv[:, 1]) <= 1 + 1e-9 and uv[:, 1].min() >= 0
+    widths = np.maximum.reduceat(uv[:, 1], shape.starts) - np.minimum.reduceat(uv[:, 1], shape.starts)
+    assert widths.max() < 0.3
+    # U in girths of the thickest place: a snake that is 80 (92) half widths long has 80 / 2 pi of them.
+    skin = np.repeat(shape.material == 0, face_sizes(shape))
+    longest = {"XENOPELTIS": 80, "ELAPHE": 92}[species] / (2 * np.pi)
+    assert (uv[skin, 0].min(), uv[skin, 0].max()) == pytest.approx((0, longest), abs=1e-6)
+    assert middle[:, 1].min() > 0 and middle[:, 1].max() < 1
+
+
+@pytest.mark.parametrize("pose", POSES)
+def test_t_points_to_the_tail_and_the_faces_outwards(room, make, pose):
+    """On the plates; their edges are too steep."""
+    shape = make(pose=pose, faces=200_000)
+    spine = room["spine"].spine_along(room["poses"].POSES[pose], 1.0)
+    p, uv, after = shape.points[shape.corners], shape.uv, following(shape)
+    first = shape.starts
+    edge_p, edge_uv = p[after] - p, uv[after] - uv
+    a, b = edge_p[first], edge_p[after[first]]
+    (u1, v1), (u2, v2) = edge_uv[first].T, edge_uv[after[first]].T
+    determinant = u1 * v2 - u2 * v1
+    on_rim = np.maximum.reduceat(shape.of_points["scale_rim"][shape.corners], first) > 0
+    s = shape.s[shape.corners[first]]
+    seen = ~on_rim & (s > 0.1) & (s < 0.9)
+    tangent = (a * v2[:, None] - b * v1[:, None])[seen] / determinant[seen, None]
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+    s = s[seen]
+    tail = np.stack([np.interp(s, spine.s, spine.tail[:, k]) for k in range(3)], axis=1)
+    # The rest lies on the slopes of the tapering tail and of a neck that leaves the floor.
+    assert np.mean((tangent * tail).sum(1) > 0.95) > 0.97
+    axis = np.stack([np.interp(s, spine.s, (spine.points + 0.008 * spine.back)[:, k]) for k in range(3)], axis=1)
+    outwards = ((p[first][seen] - axis) * face_areas(shape)[seen]).sum(1)
+    assert np.mean(outwards > 0) > 0.98
+
+
+def plate_normals(shape):
+    """Unit normals (k, 3) of the faces inside of plates on the back of the stout half of the body, and which they are
+    (f,)."""
+    areas, first = face_areas(shape), shape.starts
+    rim = np.maximum.reduceat(shape.of_points["scale_rim"][shape.corners], first)
+    around = np.maximum.reduceat(shape.of_points["around"][shape.corners], first)
+    s = shape.s[shape.corners[first]]
+    keep = (rim == 0) & (around < 0.2) & (s > 0.25) & (s < 0.5)
+    return areas[keep] / np.linalg.norm(areas[keep], axis=1, keepdims=True), keep
+
+
+@pytest.mark.parametrize(("species", "least", "most"), [("XENOPELTIS", 0.5, 5.0), ("ELAPHE", 1.0, 14.0)])
+def test_plates_are_nearly_flush_on_the_back(room, make, species, least, most):
+    """The normals of plates differ from those of the smooth body by a few degrees: by dome, lift, turn and keel."""
+    shape = make(species, "S", faces=200_000)
+    normals, keep = plate_normals(shape)
+    spine = room["spine"].spine_along(room["poses"].POSES["S"], 1.0)
+    body = room["body"].body_along(spine, room["species"].SPECIES[species])
+    first = shape.starts
+    s = np.add.reduceat(shape.s[shape.corners], first) / face_sizes(shape)
+    v = np.add.reduceat(shape.uv[:, 1], first) / face_sizes(shape)
+    s, angle = s[keep], (v[keep] - 0.5) * 2 * np.pi
+    step = 1e-5
+    along = body.points(s + step, angle, 0 * s) - body.points(s - step, angle, 0 * s)
+    across = body.points(s, angle + step, 0 * s) - body.points(s, angle - step, 0 * s)
+    smooth = np.cross(along, across)
+    smooth /= np.linalg.norm(smooth, axis=1, keepdims=True)
+    off = np.degrees(np.arccos(np.clip((normals * smooth).sum(axis=1), -1, 1)))
+    assert least < np.median(off)
+    assert np.quantile(off, 0.95) < most
+
+
+def test_the_same_seed_makes_the_same_snake_and_another_seed_turns_its_plates(make, room):
+    spine = room["spine"].spine_along(room["poses"].POSES["RESTING"], 1.0)
+    again = room["shape"].snake_shape(spine, "XENOPELTIS", faces=50_000, seed=0)
+    other = make(seed=1)
+    np.testing.assert_array_equal(make().points, again.points)
+    np.testing.assert_array_equal(make().of_faces["scale_random"], again.of_faces["scale_random"])
+    assert not np.array_equal(make().points, other.points)
+    # By no more than two degrees over half a scale of some millimetres.
+    assert np.abs(make().points - other.points).max() < 5e-4
+
+
+def test_attributes_are_from_0_to_1_and_a_scale_has_one_random_number(make):
+    shape = make(faces=200_000)
+    for values in (*shape.of_points.values(), *shape.of_faces.values()):
+        assert (values.min(), values.max()) == pytest.approx((0, 1), abs=2e-3)
+    # 15 rows of 198 scales, one belly plate a scale of a row, and the head's plates.
+    assert len(np.unique(shape.of_faces["scale_random"])) == pytest.approx(16 * 198, rel=0.05)
+    # A pale rim is narrow: a tenth of a scale's side on either side of a groove.
+    rim = shape.of_points["scale_rim"][: len(shape.points) // 2]
+    assert set(np.unique(rim[:1000])) <= {0.0, 1.0}
+    belly = np.repeat(shape.of_faces["belly"] > 0, face_sizes(shape))
+    # But for the very tip of the tail, which is under and over at once.
+    assert np.quantile(shape.of_points["around"][shape.corners[belly]], 0.01) > 0.6
+
+
+def test_a_body_does_not_cut_itself(room):
+    for name in POSES:
+        for species in room["species"].SPECIES.values():
+            spine = room["spine"].spine_along(room["poses"].POSES[name], 1.0)
+            body = room["body"].body_along(spine, species)
+            sizes = body.sizes(spine.s)
+            axis = (spine.points + sizes.belly[:, None] * spine.back)[::4]
+            width, s = sizes.width[::4], spine.s[::4]
+            distance = np.linalg.norm(axis[:, None] - axis[None], axis=-1) - width[:, None] - width
+            # Places nearer than a half-turn along the body are neighbours: there the bend decides, below.
+            apart = np.abs(s[:, None] - s[None]) > np.pi * 1.7 * body.radius
+            assert distance[apart].min() > 0, name
+            bend = np.linalg.norm(np.gradient(spine.tail, spine.s, axis=0), axis=1) * sizes.width
+            # The inside of a bend folds where curvature times half width reaches 1.
+            assert bend.max() < 0.6, name
+
+
+def test_a_spine_has_the_length_asked_for_and_its_back_up(room):
+    for name in POSES:
+        spine = room["spine"].spine_along(room["poses"].POSES[name], 0.7)
+        steps = np.linalg.norm(np.diff(spine.points, axis=0), axis=1)
+        assert spine.length == pytest.approx(0.7)
+        assert steps.sum() == pytest.approx(0.7, rel=1e-4)
+        frame = np.stack([spine.tail, spine.side, spine.back], axis=1)
+        np.testing.assert_allclose(frame @ frame.transpose(0, 2, 1), np.tile(np.eye(3), (len(frame), 1, 1)), atol=1e-9)
+        np.testing.assert_allclose(np.linalg.det(frame), 1, atol=1e-9)
+        lying = np.abs(spine.tail[:, 2]) < 0.05
+        if name == "REARING":  # the head that looks ahead has its back up as well
+            assert spine.back[0, 2] > 0.9
+        assert (spine.back[lying, 2] > 0.99).all()
+
+
+def test_a_spine_along_no_line_is_refused(room):
+    with pytest.raises(Exception, match="its line has no length; give a curve of two or more different points"):
+        room["spine"].spine_along(np.ones((5, 3)))
+
+
+def test_a_spine_follows_a_polygon_of_two_points(room):
+    spine = room["spine"].spine_along(np.array([(0, 0, 0), (0, 0, 2.0)]))
+    assert spine.length == pytest.approx(2)
+    np.testing.assert_allclose(spine.tail, np.tile((0, 0, 1.0), (len(spine.s), 1)), atol=1e-9)
+
+
+@pytest.mark.parametrize("faces", [10_999, 1_000_001, -1])
+def test_too_few_and_too_many_faces_are_refused(room, faces):
+    spine = room["spine"].spine_along(room["poses"].POSES["S"], 1.0)
+    with pytest.raises(Exception, match=f"snake: {faces} faces; give 11000 to 1000000"):
+        room["shape"].snake_shape(spine, "XENOPELTIS", faces=faces)
+
+
+def test_samples_of_a_side_rise_from_the_groove_to_the_next(room):
+    for n in range(2, 30):
+        at = room["lattice"].samples(n)
+        assert len(at) == n and at[0] == 0 and (np.diff(np.append(at, 1)) > 0).all()
+        # Both ends are alike: the groove's side and the rim are as wide at the head edge as at the tail edge.
+        np.testing.assert_allclose(at[1:], 1 - at[1:][::-1], atol=1e-12)
+
+
+def test_a_head_has_plates_a_mouth_and_nostrils(room):
+    share, angle = (k.ravel() for k in np.meshgrid(np.linspace(0, 1, 200), np.linspace(-np.pi, np.pi, 201)))
+    relief = room["head"].relief(share, angle, length=2.9)
+    assert 40 < len(np.unique(relief.plate)) < 70
+    assert relief.rise.max() == 0 and relief.rise.min() < -0.03
+    # The same on both sides.
+    twin = room["head"].relief(share, -angle, length=2.9)
+    np.testing.assert_allclose(relief.rise, twin.rise, atol=1e-9)
+
+
+def test_angles_at_the_seam_and_at_tips_are_those_of_their_face(room):
+    angles = np.array([(3.1, 3.2, -3.1, 3.1), (3.2, 3.3, 9.4, 3.2), (0.1, 0.2, 0.0, 0.1)])
+    tips = np.array([(0, 0, 0, 0), (0, 0, 0, 0), (0, 0, 1, 0)], bool)
+    found = room["ends"].unwrapped(angles, tips)
+    assert np.ptp(found, axis=1).max() < 0.4
+    assert np.abs((found.min(axis=1) + found.max(axis=1)) / 2).max() <= np.pi
+    assert found[2] == pytest.approx((0.1, 0.2, 0.15, 0.1))
