@@ -11,9 +11,12 @@ from .species import Species
 from .spine import Spine, bspline
 
 # Half heights of the body over and under its widest place, in half widths.
-_BACK, _BELLY = 0.88, 0.66
+_BACK, _BELLY = 0.84, 0.66
+# The exponent of the superellipse of a section: 2 would be an ellipse. A resting body is a little flatter on its back
+# and flanks than an ellipse, so that the light of one order spreads over more of it.
+_SECTION = 2.35
 # The end of the tail is cut off round, at this share of the largest half width.
-_TAIL_TIP = 0.12
+_TAIL_TIP = 0.08
 # Half of the angle, seen from the body's axis, that the rows of scales take. The rest are the belly's plates.
 SIDE_ANGLE = 0.74 * np.pi
 
@@ -44,17 +47,17 @@ class Body(NamedTuple):
         swelling = _smoothstep((s - self.head_end) / (0.3 * length))
         trunk = kind.neck + (1 - kind.neck) * swelling
         trunk = trunk * (1 - (1 - _TAIL_TIP) * (1 - np.clip((length - s) / (0.5 * length), 0, 1)) ** 2.0)
-        trunk = trunk * _rounded((length - s) / (_TAIL_TIP * self.radius))
+        trunk = trunk * _rounded((length - s) / (3 * _TAIL_TIP * self.radius))
         h = np.clip(s / self.head_end, 0, 1)
         # Control values from the snout to the first scales.
         jaw, neck = kind.jaw, kind.neck
-        width = np.array((0.40, 0.50, 0.62, 0.76, 0.96, 1.02, 0.98, 0.92, 0.90)) * jaw
+        width = np.array((0.52, 0.60, 0.70, 0.82, 0.95, 1.02, 1.00, 0.92, 0.90)) * jaw
         width[-2:] = neck
         back = np.array((0.50, 0.62, 0.80, 0.98, 1.04, 1.06, 1.04, 1.0, 1.0)) * kind.head_height
         belly = np.array((0.42, 0.52, 0.62, 0.68, 0.74, 0.78, 0.80, 0.80, 0.80)) * kind.head_height
         back[-2:], belly[-2:] = _BACK * neck, _BELLY * neck
         head = bspline(np.stack([width, back, belly], axis=1), h.ravel()).reshape(*h.shape, 3)
-        snout = _rounded(s / (0.30 * self.head_end))
+        snout = _rounded(s / (0.22 * self.head_end))
         # The head's own sizes pass into the trunk's over its last sixth.
         share = _smoothstep((h - 5 / 6) * 6)
         profiles = (trunk, _BACK * trunk, _BELLY * trunk)
@@ -65,8 +68,8 @@ class Body(NamedTuple):
         """The places (n, 3) in metres of the skin at arc lengths s, at angles around the body (0 on the back's
         midline, rising to the side of the spine), and by `rise` metres outside of the smooth body; all (n,)."""
         width, back, belly = self.sizes(s)
-        cosine = np.cos(angle)
-        across = (width + rise) * np.sin(angle)
+        sine, cosine = (np.copysign(np.abs(x) ** (2 / _SECTION), x) for x in (np.sin(angle), np.cos(angle)))
+        across = (width + rise) * sine
         up = belly + (np.where(cosine < 0, belly, back) + rise) * cosine
         spine = self.spine
         axes = [np.stack([np.interp(s, spine.s, part[:, k]) for k in range(3)], axis=1) for part in spine[1:]]

@@ -42,10 +42,9 @@ def relief(share: np.ndarray, angle: np.ndarray, *, length: float) -> Relief:
     twins = (_PLATES[:, 1] > 0) & (_PLATES[:, 1] < 180)
     along = np.concatenate([_PLATES[:, 0], _PLATES[twins, 0]])
     around = np.concatenate([middles, -middles[twins]])
-    apart = np.hypot(
-        length * (share[:, None] - along),
-        0.7 * np.angle(np.exp(1j * (angle[:, None] - around))),
-    )
+    # The snout is thin: there the same angle is a shorter way.
+    radius = 0.7 * np.sqrt(np.clip(share / 0.2, 0, 1))[:, None]
+    apart = np.hypot(length * (share[:, None] - along), radius * np.angle(np.exp(1j * (angle[:, None] - around))))
     nearest = np.argpartition(apart, 1, axis=1)[:, :2]
     first, second = np.sort(np.take_along_axis(apart, nearest, axis=1), axis=1).T
     plate = apart.argmin(axis=1)

@@ -22,14 +22,14 @@ _REARING = (
 )  # fmt: skip
 
 
-def _spiral() -> tuple:
-    """A flat coil, the head in its middle: turns 2.4 radii apart, and the first as wide as a body bends."""
-    turns = np.linspace(0, 4.55 * np.pi, 60)
-    r = 2.7 + 2.4 * turns / (2 * np.pi)
+def _spiral() -> np.ndarray:
+    """A flat coil, the head in its middle: turns 2.1 radii apart, and the first as wide as a body bends."""
+    turns = np.linspace(0, 4.8 * np.pi, 60)
+    r = 2.7 + 2.1 * turns / (2 * np.pi)
     return np.stack([r * np.cos(turns), r * np.sin(turns), 0 * r], axis=1)
 
 
-def _waves() -> tuple:
+def _waves() -> np.ndarray:
     """Three and a half bends from side to side, smaller towards the head."""
     t = np.linspace(0, 1, 60)
     bend = 4.2 * np.sin(2 * np.pi * 1.75 * t) * np.minimum(1, 0.35 + 2 * t)
@@ -37,8 +37,8 @@ def _waves() -> tuple:
 
 
 POSES = {
-    "COILED": np.array(_spiral()),
-    "S": np.array(_waves()),
+    "COILED": _spiral(),
+    "S": _waves(),
     "RESTING": np.array(_RESTING, float),
     "REARING": np.array(_REARING, float),
 }

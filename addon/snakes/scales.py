@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .body import SIDE_ANGLE
-from .lattice import RIM_WIDTH, Cut, Net, samples, zigzag
+from .lattice import GROOVE_WIDTH, RIM_WIDTH, Cut, Net, samples, zigzag
 from .species import Species
 
 # By how much the middle of an edge between two scales lies tailwards of the straight line between its ends: it rounds
@@ -16,6 +16,8 @@ from .species import Species
 _BULGE = 0.055
 # By how much a scale's tail edge stands out over the next scale, and how deep the grooves are.
 _OVERHANG, _GROOVE = 0.02, 0.03
+# Where the pale rim of a scale begins, of the way from its middle to its edge.
+_PLATE = 1 - 2 * RIM_WIDTH
 # The half width of a keel, in rows.
 _KEEL_WIDTH = 0.08
 
@@ -89,7 +91,9 @@ def _on_scales(a: np.ndarray, x: np.ndarray, cut: Cut, *, species: Species, turn
     inside = np.minimum(np.minimum(cells.i, n - cells.i), np.minimum(cells.j, n - cells.j))
     rise -= _GROOVE * ((inside == 0) & (n > 2))
     tail_edge = (inside > 0) & ((cells.i == n - 1) | (cells.j == n - 1)) & (n > 3)
-    rim = np.where(inside < _rim_samples(n), 1.0, 0.0)
+    # Plates are rounder than their cells: at the corners the rim is wider.
+    out = ((2 * cells.p - 1) ** 4 + (2 * cells.q - 1) ** 4) ** 0.25
+    rim = np.where(inside == 0, 1.0, np.clip((out - _PLATE) / (1 - 2 * GROOVE_WIDTH - _PLATE), 0, 1))
     return Places(cells.bulged, angle, rise, _OVERHANG * tail_edge, rim, inside)
 
 
@@ -110,10 +114,5 @@ def _on_belly(a: np.ndarray, x: np.ndarray, cut: Cut, *, species: Species, turns
     inside = np.minimum(np.minimum(i, 2 * n - i), np.minimum(k, cut.belly - k))
     rise -= _GROOVE * ((inside == 0) & (n > 2))
     tail_edge = (inside > 0) & (i == 2 * n - 1) & (n > 3)
-    rim = np.where(inside < _rim_samples(n), 1.0, 0.0)
+    rim = np.where(inside < min(2, n // 2), 1.0, 0.0)
     return Places(along, angle, rise, _OVERHANG * tail_edge, rim, inside)
-
-
-def _rim_samples(n: int) -> int:
-    """How many samples from the groove on, itself among them, are of the pale rim."""
-    return int(np.searchsorted(samples(n)[: n // 2 + 1], RIM_WIDTH - 1e-9))

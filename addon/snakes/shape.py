@@ -76,7 +76,7 @@ class _Rows:
 
     def __init__(self, body: Body) -> None:
         first = float(body.scale_lengths(np.array([body.head_end]))[0]) / 2
-        self._s = np.linspace(body.head_end - first, body.spine.length - 0.5 * body.radius, 4001)
+        self._s = np.linspace(body.head_end - first, body.spine.length - 0.3 * body.radius, 4001)
         self._count = body.scale_counts(self._s)
         self.natural = float(self._count[-1])
 
