@@ -27,8 +27,8 @@ def sources(package):
 # The rooms from the ground up: each may import itself and the rooms before it.
 FLOORS = {
     "precompute": (
-        "base", "maths", "optics", "colour", "lights", "surface", "spectra", "table", "reference", "measure", "bake",
-        "check", "methods", "study", "cli",
+        "base", "maths", "mesh", "optics", "colour", "lights", "surface", "spectra", "table", "reference", "measure",
+        "bake", "check", "methods", "study", "cli",
     ),
     "addon": (
         "scene", "nodes", "snakes", "jobs", "worlds", "lamps", "frames", "materials", "actions", "operators", "ui",

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Combing a mesh: a smooth field of directions that follows a guide, laid out so that Blender can carry it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..base.failure import GratingError
+from ..base.progress import Progress, silent, span_of
+from . import guide
+from .field import guided_field, smoothest_field
+from .head_to_tail import head_to_tail
+from .layout import Polygons, corner_directions, lay
+from .singular import singular_triangles
+from .surface import Surface, surface_of
+
+# What a comb can follow, and the array that it needs: a direction (3,), UV (corners, 2), or segments (k, 2, 3).
+GUIDES = {"axis": "axis", "uv": "uv", "bones": "segments", "strokes": "segments", "tail": None, "smoothest": None}
+
+
+@dataclass(frozen=True)
+class Combed:
+    """A combed mesh.
+
+    directions  (corners, 3) the field at the corners of the faces, across their shading normals
+    uv          (corners, 2) the UV map whose U carries it
+    turn        (corners, 3) from U to the field: cosine, sine and 0
+    triangle    (s,) the triangles that are singular
+    index       (s,) how often the field turns around each; 0 where it flips, because the guide contradicts itself
+    residual    of the linear system"""
+
+    directions: np.ndarray
+    uv: np.ndarray
+    turn: np.ndarray
+    triangle: np.ndarray
+    index: np.ndarray
+    residual: float
+
+
+def comb(name: str, polygons: Polygons, request: Mapping[str, np.ndarray], *, progress: Progress = silent) -> Combed:
+    """Comb a mesh by a request: its `guide`, one of GUIDES, and the array that this needs.
+
+    Raises GratingError, naming the mesh, if it has no face with an area or the guide nothing to follow."""
+    if not len(polygons.corners):
+        raise GratingError(f"{name}: no faces to comb; choose a mesh with faces")
+    if not np.isfinite(polygons.points).all():
+        raise GratingError(f"{name}: points that are not numbers; use Mesh > Clean Up > Delete Loose, or make it anew")
+    surface = surface_of(polygons.points, polygons.triangles)
+    if not len(surface.triangles):
+        raise GratingError(f"{name}: its faces have no area; scale it up, or choose another mesh")
+    progress("combing", 0.1)
+    kind = str(request["guide"])
+    if kind == "smoothest":
+        field = smoothest_field(surface, progress=span_of(progress, 0.1, 0.9))
+    else:
+        pull = _pull(name, polygons, surface, request=request, progress=span_of(progress, 0.1, 0.4))
+        field = guided_field(surface, guide.where_bare(surface, pull), progress=span_of(progress, 0.4, 0.9))
+    singular = singular_triangles(surface, field.direction)
+    directions = corner_directions(polygons, surface, field.direction)
+    uv, turn = lay(polygons, directions)
+    progress("combing", 1.0)
+    there = np.flatnonzero((singular.index != 0) | singular.torn)
+    return Combed(directions, uv, turn, surface.kept[there], singular.index[there], field.residual)
+
+
+def _pull(
+    name: str, polygons: Polygons, surface: Surface, *, request: Mapping[str, np.ndarray], progress: Progress
+) -> np.ndarray:
+    """The guide's pull (nodes,). Raises GratingError if there is nothing to follow."""
+    kind = str(request["guide"])
+    if kind == "tail":
+        return head_to_tail(surface, progress=progress)
+    if kind == "axis":
+        return guide.along_axis(surface, request["axis"])
+    if kind == "uv":
+        return guide.along_uv(surface, request["uv"][polygons.corners[surface.kept]])
+    segments = np.asarray(request["segments"], float).reshape(-1, 2, 3)
+    segments = segments[np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1) > 0]
+    if not len(segments):
+        what = "bones" if kind == "bones" else "strokes"
+        raise GratingError(f"{name}: no {what} to follow; draw some along the body, or choose another source")
+    return (guide.along_bones if kind == "bones" else guide.along_strokes)(surface, segments)

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The smoothest field of unit directions on a surface that follows a guide.
+
+The field z minimises |grad z|^2 + sum of w |z - g|^2 over the nodes: the connection Laplacian of Knöppel et al. 2013
+beside the guide's directions g with their weights w. Without a guide it is the eigenvector of the Laplacian's least
+eigenvalue. In the end each z is brought to length 1.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..base.progress import Progress, silent, span_of
+from .multigrid import Hierarchy, Matrix, hierarchy_of, matrix_of, solve
+from .singular import singular_triangles
+from .surface import Surface, following
+
+# The least and greatest weight of an edge: (cot + cot) / 2 is negative or endless at slivers.
+_LEAST, _MOST = 1e-2, 1e2
+# A field without a guide is evened over the square root of a third of its surface's area: in several steps on the
+# levels of at most so many nodes, where they are cheap, and in one on the others.
+_COARSE = 20000
+_EVEN, _EVEN_STEPS, _EVEN_TOLERANCE = 3.0, 4, 1e-3
+# The guide is let go this many edges around a flip; how often new flips are looked for.
+_BAND, _ATTEMPTS = 4, 3
+
+
+@dataclass(frozen=True)
+class Field:
+    """direction (nodes,) unit complex: the direction in each node's tangent plane
+    residual  of the linear system, relative"""
+
+    direction: np.ndarray
+    residual: float
+
+
+def laplacian(surface: Surface, *, transported: bool = True) -> Matrix:
+    """The Laplacian of the surface: that of directions or, not transported, that of numbers. It is real and positive:
+    z* L z is the sum over the edges of their weight times |z_j - r z_i|^2."""
+    weight = np.append(_cotangents(surface), 0)
+    weight = np.clip(weight[:-1] + weight[surface.twin], _LEAST, _MOST)
+    # Of two triangles at an edge, the first tells of it.
+    edge = np.flatnonzero((surface.twin < 0) | (surface.twin > np.arange(len(weight))))
+    here, there, weight = surface.node[edge], surface.node[following(edge)], weight[edge]
+    value = -weight * (surface.transport[edge] if transported else 1.0)
+    row, column = np.concatenate([there, here]), np.concatenate([here, there])
+    diagonal = np.bincount(row, np.concatenate([weight, weight]), surface.node_count)
+    return matrix_of(row, column, np.concatenate([value, np.conj(value)]), diagonal=diagonal)
+
+
+def guided_field(surface: Surface, pull: np.ndarray, *, progress: Progress = silent) -> Field:
+    """The field that follows a guide, given as its directions times their weights (nodes,) complex. A weight of 1 is
+    that of one edge of the surface. Every loose part needs a guide somewhere.
+
+    Where the guide turns right round from one node to the next, the solution passes through zero and its direction
+    flips. There the guide is let go, and the field turns on a band of some edges' width."""
+    bare = laplacian(surface)
+    matrix = _with_diagonal(bare, np.abs(pull))
+    progress("combing", 0.1)
+    hierarchy = hierarchy_of(matrix)
+    progress("combing", 0.2)
+    z, residual = solve(matrix, pull, hierarchy, progress=span_of(progress, 0.2, 0.7))
+    z = unit_complex(z)
+    held = np.ones(surface.node_count)
+    for attempt in range(_ATTEMPTS):
+        torn = singular_triangles(surface, z).torn
+        if not torn.any():
+            break
+        free = _around(surface, torn, rings=_BAND)
+        held[free] = 0
+        # A direction across the flip, the same all along it, decides to which side the field turns there.
+        aside = surface.to_plane(np.array([0.6, 0.64, 0.48]))
+        z = unit_complex(np.where(free, z + aside, z))
+        kept = surface.mass / (_BAND * surface.length) ** 2
+        matrix = _with_diagonal(bare, np.abs(pull) * held + kept)
+        z, _ = _evened(hierarchy_of(matrix), kept, z, pull=pull * held, steps=_EVEN_STEPS)
+        progress("combing", 0.7 + 0.3 * (attempt + 1) / _ATTEMPTS)
+    return Field(z, residual)
+
+
+def smoothest_field(surface: Surface, *, progress: Progress = silent) -> Field:
+    """The smoothest field without a guide. It is the eigenvector of the least eigenvalue on the
+    coarsest level, evened there and on every finer one, since an eigenvector may be almost nothing on half of the
+    surface."""
+    kept = surface.mass * (_EVEN / surface.mass.sum())
+    hierarchy = hierarchy_of(_with_diagonal(laplacian(surface), kept))
+    progress("combing", 0.3)
+    levels = hierarchy.levels
+    z = _least_eigenvector(levels[-1])
+    masses = [kept]
+    for level in levels[:-1]:
+        masses.append(np.bincount(level.joined, masses[-1] * np.abs(level.carry), len(level.seeds)))
+    for level, mass in zip(levels[::-1], masses[::-1], strict=True):
+        if level.coarse is not None:
+            z = level.up(z).astype(complex)
+        steps = _EVEN_STEPS if len(z) <= _COARSE else 1
+        z, residual = _evened(level, mass, z, pull=np.zeros(len(z)), steps=steps)
+    return Field(z, residual)
+
+
+def _evened(
+    hierarchy: Hierarchy, kept: np.ndarray, z: np.ndarray, *, pull: np.ndarray, steps: int
+) -> tuple[np.ndarray, float]:
+    """A field smoothed and brought to length 1 again, several times. The hierarchy's matrix is the Laplacian, the
+    weights of the pull and those, `kept`, by which the field is held; the less these are, the farther a step smooths.
+    Singular points nearer than that to each other meet and vanish (diffusion generated motion: Viertel and Osting, "An
+    approach to quad meshing based on harmonic cross-valued maps", 2019)."""
+    for _ in range(steps):
+        z = unit_complex(z)
+        z, residual = solve(hierarchy.matrix, pull + kept * z, hierarchy, tolerance=_EVEN_TOLERANCE)
+    return unit_complex(z), residual
+
+
+def _around(surface: Surface, triangles: np.ndarray, *, rings: int) -> np.ndarray:
+    """Whether each node is at one of the triangles (m,) chosen, or within so many edges of one."""
+    corners = surface.node.reshape(-1, 3)
+    near = np.zeros(surface.node_count, bool)
+    near[corners[triangles]] = True
+    for _ in range(rings):
+        near[corners[near[corners].any(axis=1)]] = True
+    return near
+
+
+def unit_complex(z: np.ndarray) -> np.ndarray:
+    """Complex numbers at length 1; 1 for 0."""
+    size = np.abs(z)
+    return np.where(size > 0, z / np.where(size > 0, size, 1), 1)
+
+
+def _cotangents(surface: Surface) -> np.ndarray:
+    """Half the cotangent (3 m,) of the angle opposite to each corner's edge."""
+    sides = surface.sides.reshape(-1, 3, 3)
+    opposite = -np.einsum("ijk,ijk->ij", np.roll(sides, -1, axis=1), np.roll(sides, -2, axis=1))
+    return (opposite / (4 * surface.areas[:, None])).ravel()
+
+
+def _with_diagonal(matrix: Matrix, added: np.ndarray) -> Matrix:
+    return Matrix(matrix.diagonal + added, matrix.row, matrix.column, matrix.value)
+
+
+def _least_eigenvector(coarsest: Hierarchy) -> np.ndarray:
+    """The eigenvector of the least eigenvalue of a small matrix; of one that is only large parts without neighbours,
+    anything."""
+    if coarsest.inverse is None:
+        return np.ones(len(coarsest.matrix.diagonal), complex)
+    return np.linalg.eigh(coarsest.inverse.astype(complex))[1][:, -1]
