@@ -24,6 +24,7 @@ VERBS = {
     "map": "BRDF map over the hemisphere of view",
     "evaluate": "the grating period that follows from each method's colours",
     "efficiency": "a grating's efficiencies against their closed forms",
+    "unwrap": "a UV map of a mesh, without overlaps",
     "benchmark": "speed against error: every method on the same surfaces",
 }
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Smooth fields of directions on a triangle mesh: tangent planes, the connection Laplacian, combs."""
+"""Triangle meshes: smooth fields of directions by the connection Laplacian, combs, and UV maps."""

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`python -m precompute.mesh.xatlas_worker FOLDER SIZE PADDING DENSITY`: xatlas on a folder's mesh.npz, to its uv.npz.
+
+The process of unwrap.py that may crash."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import xatlas
+
+from ..base.failure import GratingError
+from .unwrap import Mesh, Packing, Unwrapped, read_mesh
+
+# Two triangles of a face agree on a corner's place if it differs by less, in shares of the map.
+_SAME = 1e-6
+
+
+def unwrapped(mesh: Mesh, packing: Packing) -> Unwrapped:
+    """A new UV map of a mesh. Raises GratingError if the map is too small for the density."""
+    charts = xatlas.Atlas()
+    charts.add_mesh(mesh.points.astype(np.float32), mesh.triangles.astype(np.uint32))
+    charts.generate(xatlas.ChartOptions(), _options(packing))
+    uv = _corners(charts)
+    torn = _torn(mesh, uv)
+    if not torn.any():
+        return _checked(charts, uv)
+    # xatlas knows triangles only, and may cut a face in two. Such faces become islands of their own, laid out beside
+    # the others, and all islands are packed anew.
+    whole = uv * (charts.width, charts.height) / charts.texels_per_unit  # metres
+    whole[torn] = _laid_out(mesh, torn) + (whole.max() + 1.0, 0.0)
+    packed = xatlas.Atlas()
+    corners = np.arange(3 * len(whole), dtype=np.uint32).reshape(-1, 3)
+    packed.add_uv_mesh(whole.reshape(-1, 2).astype(np.float32), corners)
+    packed.generate(xatlas.ChartOptions(), _options(packing))
+    return _checked(packed, _corners(packed))
+
+
+def _options(packing: Packing) -> xatlas.PackOptions:
+    options = xatlas.PackOptions()
+    options.resolution, options.padding = packing.size, packing.padding
+    options.texels_per_unit = packing.density
+    return options
+
+
+def _corners(atlas: xatlas.Atlas) -> np.ndarray:
+    """The place (m, 3, 2) of each triangle's corners on the map."""
+    _, corners, uv = atlas.get_mesh(0)
+    return uv[corners].astype(float)
+
+
+def _checked(atlas: xatlas.Atlas, uv: np.ndarray) -> Unwrapped:
+    if atlas.atlas_count != 1:
+        raise GratingError(
+            f"the map: {atlas.atlas_count} of that size are needed for this density; ask for a larger map, or fewer "
+            "pixels per metre"
+        )
+    return Unwrapped(uv.astype(np.float32), atlas.chart_count, float(atlas.utilization))
+
+
+def _torn(mesh: Mesh, uv: np.ndarray) -> np.ndarray:
+    """Which triangles (m,) belong to faces whose triangles do not agree where their common points are."""
+    keys = mesh.polygons[:, None].astype(np.int64) * len(mesh.points) + mesh.triangles
+    order = np.argsort(keys, axis=None, kind="stable")
+    keys, places = keys.ravel()[order], uv.reshape(-1, 2)[order]
+    apart = (keys[1:] == keys[:-1]) & (np.abs(places[1:] - places[:-1]).max(axis=1) > _SAME)
+    return np.isin(mesh.polygons, keys[1:][apart] // len(mesh.points))
+
+
+def _laid_out(mesh: Mesh, torn: np.ndarray) -> np.ndarray:
+    """The corners (k, 3, 2) of torn triangles in metres: each face on a plane, in a cell of a square grid.
+
+    The plane is across the sum of its triangles' unit normals: on it the two triangles of a bent quad never fold over
+    each other, as they may on the mean plane."""
+    _, face = np.unique(mesh.polygons[torn], return_inverse=True)
+    ends = mesh.points[mesh.triangles[torn]].astype(float)
+    count = face.max() + 1
+    normal = np.zeros((count, 3))
+    np.add.at(normal, face, _unit(np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0])))
+    normal = _unit(normal)
+    # Any direction across the normal will do: that of the axis which lies most across it.
+    across = np.eye(3)[np.abs(normal).argmin(axis=1)]
+    along = _unit(np.cross(across, normal))
+    axes = np.stack([along, np.cross(normal, along)], axis=1)[face]
+    flat = np.einsum("kax,kcx->kca", axes, ends)
+    low = np.full((count, 2), np.inf)
+    np.minimum.at(low, face, flat.min(axis=1))
+    flat -= low[face, None]
+    side = int(np.ceil(np.sqrt(count)))
+    cell = np.stack([face % side, face // side], axis=1) * (1.1 * flat.max())
+    return flat + cell[:, None]
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    """Vectors by their length; zero stays zero."""
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-300)
+
+
+def main(arguments: list[str]) -> None:
+    folder, size, padding, density = arguments
+    found = unwrapped(read_mesh(Path(folder) / "mesh.npz"), Packing(int(size), int(padding), float(density)))
+    np.savez(Path(folder) / "uv.npz", uv=found.uv, islands=found.islands, filled=found.filled)
+
+
+if __name__ == "__main__":
+    try:
+        main(sys.argv[1:])
+    except GratingError as error:
+        sys.exit(f"error: {error}")
