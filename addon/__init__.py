@@ -24,9 +24,10 @@ from .operators import (
     osl_reference,
     remove_diffraction,
     remove_grating,
+    unwrap,
 )
 from .scene import bakes, gratings
-from .ui import panel
+from .ui import direction_panel, panel
 
 # In the order of registration: a property group comes before the property groups that hold it.
 CLASSES = (
@@ -46,9 +47,11 @@ CLASSES = (
     choose_frame.ChooseFrame,
     fit_world.FitWorld,
     osl_reference.NewOslReference,
+    unwrap.Unwrap,
     panel.SampleMenu,
     panel.GratingList,
     panel.GratingPanel,
+    direction_panel.DirectionPanel,
     panel.ReferencePanel,
 )
 
@@ -74,6 +77,7 @@ def unregister() -> None:
     """Undo register(), last first. The gratings and materials of open files stay in them."""
     bpy.utils.unregister_cli_command(_command)
     bake_grating.stop_running_bake()
+    unwrap.stop_running_unwrap()
     keep_lamps.unregister()
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.remove(bakes.recall_bakes)

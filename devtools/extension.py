@@ -22,6 +22,8 @@ MODULES = {
     "child": "jobs.child",
     "find": "lamps.find",
     "seams": "frames.seams",
+    "unwrap": "actions.unwrap",
+    "unwrap_operator": "operators.unwrap",
     "frame_source": "scene.frame_source",
     "choose_frame": "actions.frame_source",
     "frame_map": "frames.frame_map",

@@ -13,19 +13,14 @@ from ..actions.lamps import warnings_about
 from ..actions.material import refresh_group
 from ..scene.gratings import kept_path
 from ..scene.lights import LIGHTS
+from .objects import add_objects, select_objects
 from .save import add_save, save
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `assign`."""
     parser.add_argument("bake", type=name_argument, metavar="BAKE", help="the .exr that `bake` wrote, or its folder")
-    parser.add_argument(
-        "--object",
-        action="append",
-        type=name_argument,
-        metavar="NAME",
-        help="a mesh (repeatable); default: the selected",
-    )
+    add_objects(parser)
     parser.add_argument(
         "--lights",
         choices=[name.lower() for name, _, _ in LIGHTS],
@@ -58,13 +53,3 @@ def run(arguments: argparse.Namespace) -> None:
     report += warnings_about(bpy.context.scene, bpy.context.evaluated_depsgraph_get())
     save(arguments.save)
     print("\n".join(map(printable, report)))
-
-
-def select_objects(names: list[str]) -> None:
-    """Select the named objects and no others. Raises GratingError if one is missing."""
-    objects = bpy.context.view_layer.objects
-    for name in names:
-        if name not in objects:
-            raise GratingError(f"{name}: no such object in the scene; there are {', '.join(o.name for o in objects)}")
-    for candidate in objects:
-        candidate.select_set(candidate.name in names)

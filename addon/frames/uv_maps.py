@@ -14,6 +14,11 @@ def rendering_map(mesh: bpy.types.Mesh) -> bpy.types.MeshUVLoopLayer:
     return next((each for each in mesh.uv_layers if each.active_render), mesh.uv_layers[0])
 
 
+def has_comb(mesh: bpy.types.Mesh) -> bool:
+    """Whether Comb Grating has stored a direction on a mesh."""
+    return "grating_comb" in mesh.attributes
+
+
 def has_uv_map(mesh: bpy.types.Mesh, source: FrameSource) -> bool:
     """Whether a mesh has the UV map on which a source of the tangent rests; true if it rests on none."""
     if source.kind in (RADIAL, AXIS):

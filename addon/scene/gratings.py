@@ -151,6 +151,18 @@ class SceneGratings(bpy.types.PropertyGroup):
     items: CollectionProperty(type=Grating)
     active_index: IntProperty(name="Active Grating", description="The grating that the buttons work on")
 
+    map_size: IntProperty(
+        name="Map Size", description="Side of UV maps' pictures and of frame maps, in pixels", default=1024, min=16,
+        max=1 << 15,
+    )  # fmt: skip
+    map_padding: IntProperty(
+        name="Padding", description="Space between the islands of a UV map, in pixels", default=4, min=0, max=256
+    )
+    map_density: FloatProperty(
+        name="Density", description="Pixels of a UV map per metre of the surface; 0 for as many as it holds", min=0.0,
+        max=1e9,
+    )  # fmt: skip
+
     def active(self) -> Grating | None:
         """The grating that the panel shows; None if there is none."""
         if 0 <= self.active_index < len(self.items):

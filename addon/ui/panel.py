@@ -108,7 +108,7 @@ class ReferencePanel(bpy.types.Panel):
         self.layout.operator(NewOslReference.bl_idname, icon="SHADING_RENDERED")
         missing = missing_for_osl(context.scene)
         if missing:
-            _draw_note(self.layout, context, missing[0].upper() + missing[1:], "INFO")
+            draw_note(self.layout, context, missing[0].upper() + missing[1:], icon="INFO")
 
 
 def _draw_bake(layout, grating) -> None:
@@ -154,7 +154,7 @@ def _draw_lamps(layout, context, grating) -> None:
     scene = context.scene
     lights = grating.lights
     if lights != LAMPS_ONLY and grating.group is not None and not answers_to_world(grating.group):
-        _draw_note(layout, context, f"{grating.name}: {NO_SAMPLE_SET}", "ERROR")
+        draw_note(layout, context, f"{grating.name}: {NO_SAMPLE_SET}", icon="ERROR")
         lights = LAMPS_ONLY
     layout.label(text="Lit by")
     column = layout.column(align=True)
@@ -169,21 +169,21 @@ def _draw_lamps(layout, context, grating) -> None:
         _draw_world(column, context)
     if not lamps:
         if lights == LAMPS_ONLY:
-            _draw_note(column, context, "No lamp lights the scene, so the diffraction is dark", "INFO")
+            draw_note(column, context, "No lamp lights the scene, so the diffraction is dark", icon="INFO")
         column.operator(AddSun.bl_idname, icon="LIGHT_SUN")
     instanced = instanced_lamps(context.evaluated_depsgraph_get())
     for line in unfollowed_features(scene) + linked_with_fewer_lamps(scene):
-        _draw_note(column, context, line, "INFO")
+        draw_note(column, context, line, icon="INFO")
     if instanced:
-        _draw_note(column, context, f"Instanced: {', '.join(instanced)}; Apply > Make Instances Real", "ERROR")
+        draw_note(column, context, f"Instanced: {', '.join(instanced)}; Apply > Make Instances Real", icon="ERROR")
     for line in resampled_pictures(scene):
-        _draw_note(column, context, line, "ERROR")
+        draw_note(column, context, line, icon="ERROR")
     note = layout.column(align=True)
     note.active = False
-    _draw_note(note, context, _LIT_BY[lights])
+    draw_note(note, context, _LIT_BY[lights])
     if not compat.HAS_RAYCAST:
         shade = "Before Blender 5.1, objects shade diffraction only in Cycles with Open Shading Language on."
-        _draw_note(note, context, shade)
+        draw_note(note, context, shade)
 
 
 def _draw_world(column, context) -> None:
@@ -205,7 +205,7 @@ def _draw_world(column, context) -> None:
         column.operator(FitWorld.bl_idname, icon="FILE_REFRESH")
 
 
-def _draw_note(layout, context, text: str, icon: str = "NONE") -> None:
+def draw_note(layout, context, text: str, *, icon: str = "NONE") -> None:
     """Draw a sentence, wrapped to the sidebar's width."""
     width = context.region.width / context.preferences.system.ui_scale - _MARGINS
     for line in textwrap.wrap(text, max(16, int(width / _LETTER))):

@@ -20,7 +20,7 @@ def unwrapped(mesh: Mesh, packing: Packing) -> Unwrapped:
     """A new UV map of a mesh. Raises GratingError if the map is too small for the density."""
     charts = xatlas.Atlas()
     charts.add_mesh(mesh.points.astype(np.float32), mesh.triangles.astype(np.uint32))
-    charts.generate(xatlas.ChartOptions(), _options(packing))
+    charts.generate(_cut(), _options(packing))
     uv = _corners(charts)
     torn = _torn(mesh, uv)
     if not torn.any():
@@ -32,14 +32,22 @@ def unwrapped(mesh: Mesh, packing: Packing) -> Unwrapped:
     packed = xatlas.Atlas()
     corners = np.arange(3 * len(whole), dtype=np.uint32).reshape(-1, 3)
     packed.add_uv_mesh(whole.reshape(-1, 2).astype(np.float32), corners)
-    packed.generate(xatlas.ChartOptions(), _options(packing))
+    packed.generate(_cut(), _options(packing))
     return _checked(packed, _corners(packed))
+
+
+def _cut() -> xatlas.ChartOptions:
+    options = xatlas.ChartOptions()
+    options.fix_winding = True  # else islands may be mirrored
+    return options
 
 
 def _options(packing: Packing) -> xatlas.PackOptions:
     options = xatlas.PackOptions()
     options.resolution, options.padding = packing.size, packing.padding
     options.texels_per_unit = packing.density
+    # xatlas exchanges u and v for a rotation, which mirrors the island.
+    options.rotate_charts = False
     return options
 
 

@@ -57,6 +57,9 @@ def test_nothing_overlaps_and_no_face_is_torn(dents):
     assert found.uv.shape == (len(mesh.triangles), 3, 2) and found.uv.min() >= 0 and found.uv.max() <= 1
     assert coverage(found.uv, 256).max() == 1
     assert not _torn(mesh, found.uv.astype(float)).any()
+    first, second, third = found.uv.astype(float).transpose(1, 0, 2)
+    one, other = second - first, third - first
+    assert (one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0] > 0).all(), "an island is mirrored"
     assert found.islands >= 1 and 0.1 < found.filled <= 1
     assert told[-1] == 1.0 and all(np.diff(told) >= 0)
 

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The objects on which a verb works: those that it names, else the selected."""
+
+import argparse
+
+import bpy
+
+from ...precompute.base.failure import GratingError
+from ...precompute.cli.option_types import name_argument
+
+
+def add_objects(parser: argparse.ArgumentParser) -> None:
+    """The option that names objects."""
+    parser.add_argument(
+        "--object",
+        action="append",
+        type=name_argument,
+        metavar="NAME",
+        help="a mesh (repeatable); default: the selected",
+    )
+
+
+def select_objects(names: list[str]) -> None:
+    """Select the named objects and no others. Raises GratingError if one is missing."""
+    objects = bpy.context.view_layer.objects
+    for name in names:
+        if name not in objects:
+            raise GratingError(f"{name}: no such object in the scene; there are {', '.join(o.name for o in objects)}")
+    for candidate in objects:
+        candidate.select_set(candidate.name in names)
+
+
+def chosen_meshes(names: list[str] | None) -> list[bpy.types.Object]:
+    """The meshes of these names, else those that are selected. Raises GratingError if there is none."""
+    if names:
+        select_objects(names)
+    chosen = [o for o in bpy.context.view_layer.objects if o.select_get()]
+    meshes = [o for o in chosen if o.type == "MESH"]
+    if not meshes:
+        told = ", ".join(o.name for o in chosen) or f"scene {bpy.context.scene.name}"
+        raise GratingError(f"{told}: no mesh is selected; name one by --object")
+    return meshes

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sub-panel Direction: UV maps and frame maps of the active mesh."""
+
+import bpy
+
+from ..operators.unwrap import MINIMUM_STRETCH, XATLAS, Unwrap
+from .panel import GratingPanel, draw_note
+
+
+class DirectionPanel(bpy.types.Panel):
+    """UV maps of the active mesh"""
+
+    bl_idname = "GRATING_PT_direction"
+    bl_label = "Direction"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Grating"
+    bl_parent_id = GratingPanel.bl_idname
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        settings = context.scene.natural_gratings
+        column = self.layout.column(align=True)
+        column.prop(settings, "map_size")
+        column.prop(settings, "map_padding")
+        column.prop(settings, "map_density")
+        _draw_unwrap(self.layout, context)
+
+
+def _draw_unwrap(layout, context) -> None:
+    from ...precompute.mesh.unwrap import expected_seconds, has_xatlas
+
+    if Unwrap.running is not None:
+        layout.progress(factor=Unwrap.running.job.progress()[1], text="Unwrapping (Esc cancels)")
+        return
+    column, settings = layout.column(align=True), context.scene.natural_gratings
+    labels = {MINIMUM_STRETCH: "Unwrap by Minimum Stretch"}
+    if has_xatlas():
+        labels = {XATLAS: "Unwrap by xatlas"} | labels
+    for method, label in labels.items():
+        button = column.operator(Unwrap.bl_idname, text=label, icon="UV")
+        button.method, button.size = method, settings.map_size
+        button.padding, button.density = settings.map_padding, settings.map_density
+    if XATLAS not in labels:
+        draw_note(layout, context, "There is no xatlas for this Blender's Python; Minimum Stretch is Blender's own.")
+    elif context.active_object is not None and context.active_object.type == "MESH":
+        mesh = context.active_object.data
+        seconds = expected_seconds(len(mesh.loops) - 2 * len(mesh.polygons))
+        layout.label(text=f"xatlas takes about {in_words(seconds)}")
+
+
+def in_words(seconds: float) -> str:
+    """A time in words, roughly."""
+    for unit, size in (("h", 3600), ("min", 60)):
+        if seconds >= size:
+            return f"{seconds / size:.0f} {unit}"
+    return f"{max(1, round(seconds))} s"
