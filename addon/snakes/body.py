@@ -22,11 +22,13 @@ SIDE_ANGLE = 0.74 * np.pi
 
 
 class Sizes(NamedTuple):
-    """Half width, half height towards the back and half height towards the belly (m), each (n,)."""
+    """Half width, half heights towards the back and towards the belly, and the height of the axis over the line that
+    the belly rests on (m), each (n,)."""
 
     width: np.ndarray
     back: np.ndarray
     belly: np.ndarray
+    axis: np.ndarray
 
 
 class Body(NamedTuple):
@@ -47,7 +49,7 @@ class Body(NamedTuple):
         swelling = _smoothstep((s - self.head_end) / (0.3 * length))
         trunk = kind.neck + (1 - kind.neck) * swelling
         trunk = trunk * (1 - (1 - _TAIL_TIP) * (1 - np.clip((length - s) / (0.5 * length), 0, 1)) ** 2.0)
-        trunk = trunk * _rounded((length - s) / (3 * _TAIL_TIP * self.radius))
+        tip = _rounded((length - s) / (3 * _TAIL_TIP * self.radius))
         h = np.clip(s / self.head_end, 0, 1)
         # Control values from the snout to the first scales.
         jaw, neck = kind.jaw, kind.neck
@@ -60,17 +62,18 @@ class Body(NamedTuple):
         snout = _rounded(s / (0.22 * self.head_end))
         # The head's own sizes pass into the trunk's over its last sixth.
         share = _smoothstep((h - 5 / 6) * 6)
-        profiles = (trunk, _BACK * trunk, _BELLY * trunk)
-        sizes = [head[..., k] * snout * (1 - share) + profiles[k] * share for k in range(3)]
-        return Sizes(*(self.radius * size for size in sizes))
+        profiles = [head[..., k] * (1 - share) + part * trunk * share for k, part in enumerate((1.0, _BACK, _BELLY))]
+        sizes = [profile * snout * tip for profile in profiles]
+        return Sizes(*(self.radius * size for size in (*sizes, profiles[2])))
 
     def points(self, s: np.ndarray, angle: np.ndarray, rise: np.ndarray) -> np.ndarray:
         """The places (n, 3) in metres of the skin at arc lengths s, at angles around the body (0 on the back's
         midline, rising to the side of the spine), and by `rise` metres outside of the smooth body; all (n,)."""
-        width, back, belly = self.sizes(s)
-        sine, cosine = (np.copysign(np.abs(x) ** (2 / _SECTION), x) for x in (np.sin(angle), np.cos(angle)))
-        across = (width + rise) * sine
-        up = belly + (np.where(cosine < 0, belly, back) + rise) * cosine
+        width, back, belly, axis = self.sizes(s)
+        sine, cosine = np.sin(angle), np.cos(angle)
+        out = (np.abs(sine) ** _SECTION + np.abs(cosine) ** _SECTION) ** (-1 / _SECTION)
+        across = (width + rise) * out * sine
+        up = axis + (np.where(cosine < 0, belly, back) + rise) * out * cosine
         spine = self.spine
         axes = [np.stack([np.interp(s, spine.s, part[:, k]) for k in range(3)], axis=1) for part in spine[1:]]
         return axes[0] + across[:, None] * axes[2] + up[:, None] * axes[3]

@@ -11,7 +11,7 @@ from . import head
 from .body import Body
 from .lattice import Net
 
-_EYE_RINGS, _EYE_SEGMENTS = 10, 16
+_EYE_RINGS, _EYE_SEGMENTS = 10, 32
 EYE_FACES = 2 * _EYE_RINGS * _EYE_SEGMENTS
 
 

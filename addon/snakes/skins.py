@@ -78,9 +78,9 @@ def _xenopeltis(tree: Tree) -> Value:
     """Dark brown plates, warmer and lighter down the sides, with pale rims; a white belly."""
     skin = _Skin(tree)
     side = skin.step(skin.around, 0.15, 0.7)
-    plate = skin.blend(side, (0.034, 0.0145, 0.008), (0.095, 0.038, 0.019))
+    plate = skin.blend(side, (0.050, 0.017, 0.0075), (0.125, 0.042, 0.017))
     plate = plate * (skin.random * 0.5 + 0.75) * (skin.noise(9.0) * 0.6 + 0.7)
-    rim = skin.blend(side, (0.12, 0.078, 0.052), (0.36, 0.27, 0.20))
+    rim = skin.blend(side, (0.15, 0.092, 0.060), (0.42, 0.30, 0.21))
     pale = skin.step(skin.around, 0.66, 0.73)
     plate = skin.blend(pale, plate, (0.55, 0.49, 0.41))
     coat = skin.blend(skin.rim * skin.rim * 0.75, plate, rim)

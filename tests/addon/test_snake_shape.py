@@ -196,7 +196,7 @@ def test_a_body_does_not_cut_itself(room):
             spine = room["spine"].spine_along(room["poses"].POSES[name], 1.0)
             body = room["body"].body_along(spine, species)
             sizes = body.sizes(spine.s)
-            axis = (spine.points + sizes.belly[:, None] * spine.back)[::4]
+            axis = (spine.points + sizes.axis[:, None] * spine.back)[::4]
             width, s = sizes.width[::4], spine.s[::4]
             distance = np.linalg.norm(axis[:, None] - axis[None], axis=-1) - width[:, None] - width
             # Places nearer than a half-turn along the body are neighbours: there the bend decides, below.
