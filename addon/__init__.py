@@ -43,6 +43,7 @@ CLASSES = (
     add_sun.AddSun,
     add_fan.AddDiffractionLamp,
     add_snake.AddSnake,
+    add_snake.AddShedSkin,
     choose_lights.ChooseLights,
     choose_frame.ChooseFrame,
     fit_world.FitWorld,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Add a snake to the scene."""
+"""Add a snake, or a piece of its shed skin, to the scene."""
 
 import bpy
 import numpy as np
@@ -9,7 +9,8 @@ from ...precompute.base.failure import GratingError
 from ..snakes.mesh import add_bones, new_mesh
 from ..snakes.poses import POSES
 from ..snakes.shape import snake_shape
-from ..snakes.skins import new_eye, new_skin
+from ..snakes.shed import shed_shape
+from ..snakes.skins import new_eye, new_shed, new_skin
 from ..snakes.spine import Spine, spine_along
 
 # The pose that is no polygon of ours, but the active curve.
@@ -31,17 +32,38 @@ def add_snake(
     mesh = new_mesh("Snake", shape)
     for material in (new_skin(species), new_eye()):
         mesh.materials.append(material)
-    snake = bpy.data.objects.new("Snake", mesh)
-    context.collection.objects.link(snake)
+    snake = _add(context, mesh)
     if not along_curve:
         snake.matrix_world = _at_cursor(context)
-    for other in context.selected_objects:
-        other.select_set(False)
-    snake.select_set(True)
-    context.view_layer.objects.active = snake
     if bones:
         add_bones(snake, spine, shape.s)
     return snake, [f"{snake.name}: {len(mesh.polygons):,} faces, {spine.length:.3g} m long"]
+
+
+def add_shed_skin(
+    context: bpy.types.Context, species: str, *, size_m: float, faces: int, seed: int
+) -> tuple[bpy.types.Object, list[str]]:  # fmt: skip
+    """Add a piece of shed skin at the 3D cursor, and make it the only object selected. Returns it, and lines to report.
+
+    Raises GratingError, with nothing added, for values out of range."""
+    if not 1e-4 <= size_m <= 10:
+        raise GratingError(f"shed skin: a side of {size_m * 1e3:g} mm; give 0.1 to 10000")
+    mesh = new_mesh("Shed Skin", shed_shape(species, size=size_m, faces=faces, seed=seed))
+    mesh.materials.append(new_shed())
+    shed = _add(context, mesh)
+    shed.matrix_world = _at_cursor(context)
+    return shed, [f"{shed.name}: {len(mesh.polygons):,} faces"]
+
+
+def _add(context: bpy.types.Context, mesh: bpy.types.Mesh) -> bpy.types.Object:
+    """A new object of a mesh, the only one selected, and active."""
+    added = bpy.data.objects.new(mesh.name, mesh)
+    context.collection.objects.link(added)
+    for other in context.selected_objects:
+        other.select_set(False)
+    added.select_set(True)
+    context.view_layer.objects.active = added
+    return added
 
 
 def _posed(pose: str, length_m: float) -> Spine:

@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Add a snake to the scene."""
+"""Add a snake, or a piece of its shed skin, to the scene."""
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
 from ...precompute.base.failure import GratingError
 from .report import report_failure, report_lines
+
+_SPECIES = (
+    ("XENOPELTIS", "Xenopeltis unicolor", "Sunbeam snake: smooth, flush plates, brown with pale rims"),
+    ("ELAPHE", "Elaphe guttata", "Corn snake: small keeled scales, red-brown saddles"),
+)
 
 
 class AddSnake(bpy.types.Operator):
@@ -16,14 +21,7 @@ class AddSnake(bpy.types.Operator):
     bl_label = "Snake"
     bl_options = {"REGISTER", "UNDO"}
 
-    species: EnumProperty(
-        name="Species",
-        description="Shape and skin",
-        items=(
-            ("XENOPELTIS", "Xenopeltis unicolor", "Sunbeam snake: smooth, flush plates, brown with pale rims"),
-            ("ELAPHE", "Elaphe guttata", "Corn snake: small keeled scales, red-brown saddles"),
-        ),
-    )
+    species: EnumProperty(name="Species", description="Shape and skin", items=_SPECIES)
     pose: EnumProperty(
         name="Pose",
         description="How the snake lies",
@@ -75,6 +73,40 @@ class AddSnake(bpy.types.Operator):
         return report_lines(self, lines)
 
 
+class AddShedSkin(bpy.types.Operator):
+    """Add a piece of shed skin: the scales of a snake's back and sides as a thin sheet, laid flat. Bake a grating, then
+    use Add to Materials to lay its diffraction over the sheet"""
+
+    bl_idname = "grating.add_shed_skin"
+    bl_label = "Shed Skin"
+    bl_options = {"REGISTER", "UNDO"}
+
+    species: EnumProperty(name="Species", description="Shape of the scales", items=_SPECIES)
+    size_mm: FloatProperty(
+        name="Size (mm)", description="Side of the piece, in millimetres", default=60.0, min=0.1, max=10_000.0
+    )
+    faces: IntProperty(
+        name="Faces", description="About how many faces the mesh has", default=50_000, min=11_000, max=1_000_000
+    )
+    seed: IntProperty(name="Seed", description="Each gives other waves and turns of scales", default=0, min=0)
+
+    @classmethod
+    def poll(cls, context):
+        return AddSnake.poll.__func__(cls, context)
+
+    def execute(self, context):
+        from ..actions.add_snake import add_shed_skin
+
+        try:
+            _, lines = add_shed_skin(
+                context, self.species, size_m=self.size_mm * 1e-3, faces=self.faces, seed=self.seed
+            )  # fmt: skip
+        except GratingError as error:
+            return report_failure(self, error)
+        return report_lines(self, lines)
+
+
 def menu_entry(menu: bpy.types.Menu, _: bpy.types.Context) -> None:
-    """The entry of the menu Add > Mesh."""
+    """The entries of the menu Add > Mesh."""
     menu.layout.operator(AddSnake.bl_idname, icon="MOD_CURVE")
+    menu.layout.operator(AddShedSkin.bl_idname, icon="MOD_CLOTH")

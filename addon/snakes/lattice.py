@@ -30,15 +30,6 @@ class Cut(NamedTuple):
     head: int
     tail: int
 
-    def around(self, rows: int) -> int:
-        """The number of vertices around head and tail."""
-        return (rows + 1) * self.n + self.belly
-
-    def faces(self, rows: int) -> int:
-        """The number of faces of a snake with so many rows, without its eyes."""
-        lattice = ((self.scales + 1) * (rows + 1) // 2 + self.scales * (rows - 1) // 2) * self.n**2
-        return lattice + 2 * self.n * self.scales * self.belly + (self.head + self.tail) * self.around(rows)
-
 
 class Net(NamedTuple):
     """Faces over numbered vertices.

@@ -26,6 +26,23 @@ def new_eye() -> bpy.types.Material:
     return _material("Snake Eye", lambda tree: ((0.004, 0.003, 0.003), 0.5, 0.05))
 
 
+def new_shed() -> bpy.types.Material:
+    """A new material of thin, pale, dry skin, which lets through what is behind it."""
+    material = _material("Shed Skin", lambda tree: (_shed(tree), 0.0, 0.6))
+    tree = Tree(material.node_tree)
+    (output,) = (node for node in material.node_tree.nodes if node.type == "OUTPUT_MATERIAL")
+    skin = tree.value(output.inputs["Surface"].links[0].from_socket)
+    clear = tree.value(tree.node("ShaderNodeBsdfTransparent").outputs[0])
+    tree.feed(output.inputs["Surface"], tree.mix_shader(_Skin(tree).rim * 0.35 + 0.3, clear, skin))
+    arrange(material.node_tree)
+    return material
+
+
+def _shed(tree: Tree) -> Value:
+    skin = _Skin(tree)
+    return skin.blend(skin.random, (0.50, 0.43, 0.33), (0.64, 0.57, 0.46))
+
+
 def _material(name: str, look) -> bpy.types.Material:
     material = bpy.data.materials.new(name)
     compat.enable_nodes(material)

@@ -174,12 +174,39 @@ def test_bones_move_the_mesh_and_leave_it_at_rest(scene):
     assert groups == pytest.approx([1] * len(groups), abs=1e-6)
 
 
-def test_it_is_undone(scene):
+def test_a_piece_of_shed_skin_is_a_flat_sheet_that_lets_light_through(addon, scene, grating, capfd):
+    told = reports(lambda: bpy.ops.grating.add_shed_skin(size_mm=60, faces=50_000), capfd)
+    shed = bpy.context.active_object
+    assert f"Shed Skin: {len(shed.data.polygons):,} faces" in told
+    co = read(shed.data.vertices, "co", 3)
+    assert np.ptp(co[:, 0]) == pytest.approx(0.06, rel=0.15)
+    assert np.ptp(co[:, 1]) == pytest.approx(0.06, rel=0.01)
+    assert co[:, 2].min() == pytest.approx(0, abs=1e-9)
+    assert np.ptp(co[:, 2]) < 0.004
+    assert not shed.data.copy().validate(), "Blender had to repair the mesh"
+    assert not addon.seams.Seams(shed.data).turned.any()
+    addon.assign.add_to_meshes(scene, [shed])
+    (node,) = addon.material.diffraction_nodes(shed.data.materials[0])
+    base = node.inputs["Base"].links[0].from_node
+    assert {link.from_node.type for link in (base.inputs[1].links[0], base.inputs[2].links[0])} == {
+        "BSDF_TRANSPARENT", "BSDF_PRINCIPLED",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("size_m", [0.0, 11.0, float("nan")])
+def test_a_size_of_shed_skin_out_of_range_is_refused(addon, scene, size_m):
+    with pytest.raises(Exception, match="mm; give 0.1 to 10000"):
+        addon.add_snake.add_shed_skin(bpy.context, "ELAPHE", size_m=size_m, faces=11_000, seed=0)
+    assert "Shed Skin" not in bpy.data.objects
+
+
+@pytest.mark.parametrize("kind", ["add_snake", "add_shed_skin"])
+def test_it_is_undone(scene, kind):
     bpy.ops.ed.undo_push(message="before")
     before = {obj.name for obj in bpy.data.objects}
-    add(faces=11_000)
-    assert "Snake" in bpy.data.objects
-    bpy.ops.ed.undo_push(message="Snake")
+    getattr(bpy.ops.grating, kind)(faces=11_000)
+    assert len(bpy.data.objects) == len(before) + 1
+    bpy.ops.ed.undo_push(message="added")
     bpy.ops.ed.undo()
     assert {obj.name for obj in bpy.data.objects} == before
 

@@ -14,7 +14,7 @@ from devtools import EXTENSION  # noqa: E402
 @pytest.fixture(scope="module")
 def room(extension):
     """The modules of addon/snakes by name."""
-    names = ("body", "ends", "head", "lattice", "poses", "scales", "shape", "species", "spine")
+    names = ("body", "ends", "head", "lattice", "poses", "scales", "shape", "shed", "species", "spine")
     return {name: importlib.import_module(f"{EXTENSION}.addon.snakes.{name}") for name in names}
 
 
@@ -265,3 +265,36 @@ def test_angles_at_the_seam_and_at_tips_are_those_of_their_face(room):
     assert np.ptp(found, axis=1).max() < 0.4
     assert np.abs((found.min(axis=1) + found.max(axis=1)) / 2).max() <= np.pi
     assert found[2] == pytest.approx((0.1, 0.2, 0.15, 0.1))
+
+
+@pytest.mark.parametrize("species", SPECIES)
+@pytest.mark.parametrize("faces", [11_000, 200_000, 1_000_000])
+def test_a_shed_skin_is_one_sheet_with_one_edge(room, species, faces):
+    shape = room["shed"].shed_shape(species, size=0.06, faces=faces, seed=3)
+    assert len(shape.starts) == pytest.approx(faces, rel=0.05)
+    size = len(shape.points)
+    one, other = shape.corners.astype(np.int64), shape.corners[following(shape)]
+    there, back = one * size + other, other * size + one
+    assert len(np.unique(there)) == len(there)
+    open_edges = ~np.isin(there, back)
+    # Every point on the edge has one edge coming and one going; and Euler's number of a disc is 1.
+    assert len(np.unique(one[open_edges])) == open_edges.sum()
+    assert size - (len(there) + open_edges.sum()) // 2 + len(shape.starts) == 1
+    areas = face_areas(shape)
+    assert np.linalg.norm(areas, axis=1).min() > 1e-14
+    (u, v), (next_u, next_v) = shape.uv.T, shape.uv[following(shape)].T
+    assert np.add.reduceat(u * next_v - v * next_u, shape.starts).min() > 0
+    # But for what hangs over, it faces up.
+    assert (areas[:, 2] > 0).mean() > 0.8
+
+
+def test_a_shed_skin_repeats_with_its_seed(room):
+    one, again, other = (room["shed"].shed_shape("ELAPHE", size=0.06, faces=11_000, seed=k) for k in (1, 1, 2))
+    np.testing.assert_array_equal(one.points, again.points)
+    assert not np.array_equal(one.points, other.points)
+
+
+@pytest.mark.parametrize("faces", [10_999, 1_000_001])
+def test_too_few_and_too_many_faces_of_shed_skin_are_refused(room, faces):
+    with pytest.raises(Exception, match=f"shed skin: {faces} faces; give 11000 to 1000000"):
+        room["shed"].shed_shape("ELAPHE", size=0.06, faces=faces)
