@@ -106,38 +106,34 @@ def _xenopeltis(tree: Tree) -> Value:
 
 def _elaphe(tree: Tree) -> Value:
     """Orange brown, with red-brown saddles in dark rims, smaller ones along the sides, and dark checks on a pale
-    belly."""
+    belly. The outlines jump from scale to scale, as a scale has one colour."""
     skin = _Skin(tree)
-    u = _u_of(tree)
-    wobble = skin.noise(1.6)
-    back = _blotch(skin, u * 1.7 + wobble * 0.35, skin.around * 1.0, half_length=0.34, half_width=0.30)
+    uv = tree.value(tree.node("ShaderNodeUVMap").outputs["UV"])
+    u = tree.value(tree.node("ShaderNodeSeparateXYZ", uv).outputs["X"])
+    along = u * 1.7 + skin.noise(1.6) * 0.5 + skin.random * 0.05
+    back = _blotch(tree, along, skin.around, half_length=0.31, half_width=0.27)
     beside = tree.math("ABSOLUTE", skin.around - 0.50)
-    side = _blotch(skin, u * 1.7 + wobble * 0.35 + 0.5, beside, half_length=0.24, half_width=0.11)
-    inside = tree.maximum(back, side)
-    ground = skin.blend(skin.step(skin.around, 0.1, 0.7), (0.36, 0.135, 0.035), (0.42, 0.235, 0.10))
-    ground = ground * (skin.noise(14.0) * 0.7 + 0.65) * (skin.random * 0.25 + 0.87)
-    blotch = (skin.random * 0.3 + 0.85) * skin.blend(skin.noise(6.0), (0.20, 0.028, 0.010), (0.34, 0.065, 0.02))
-    coat = skin.blend(skin.step(inside, 0.0, 0.03), ground, (0.012, 0.007, 0.005))
-    coat = skin.blend(skin.step(inside, 0.13, 0.17), coat, blotch)
-    coat = skin.blend(skin.rim * 0.3, coat, (0.16, 0.10, 0.06))
+    side = _blotch(tree, along + 0.5, beside, half_length=0.22, half_width=0.10)
+    inside = tree.maximum(back, side) + skin.random * 0.10 + skin.noise(5.0) * 0.5 - 0.30
+    ground = skin.blend(skin.step(skin.around, 0.1, 0.7), (0.22, 0.070, 0.016), (0.27, 0.125, 0.045))
+    ground = ground * (skin.noise(14.0) * 0.8 + 0.6) * (skin.random * 0.3 + 0.85)
+    blotch = (skin.random * 0.4 + 0.8) * skin.blend(skin.noise(6.0), (0.105, 0.013, 0.005), (0.19, 0.030, 0.009))
+    coat = skin.blend(skin.step(inside, 0.0, 0.03), ground, (0.009, 0.005, 0.004))
+    coat = skin.blend(skin.step(inside, 0.14, 0.18), coat, blotch)
+    coat = skin.blend(skin.rim * 0.4, coat, (0.085, 0.045, 0.025))
     # Four plates in ten are dark but for their middle.
     check = tree.math("LESS_THAN", skin.random, 0.4) * tree.math("LESS_THAN", skin.around, 0.93)
-    under = skin.blend(check, (0.60, 0.54, 0.44), (0.03, 0.026, 0.022))
+    under = skin.blend(check, (0.50, 0.44, 0.35), (0.03, 0.026, 0.022))
     return skin.blend(skin.belly, coat, under)
 
 
-def _u_of(tree: Tree) -> Value:
-    uv = tree.value(tree.node("ShaderNodeUVMap").outputs["UV"])
-    return tree.value(tree.node("ShaderNodeSeparateXYZ", uv).outputs["X"])
-
-
-def _blotch(skin: _Skin, along: Value, across: Value, *, half_length: float, half_width: float) -> Value:
-    """How far a place is inside of a row of ellipses, one for each whole number of `along`: 1 in the middle, 0 on the
-    rim and negative outside."""
-    tree = skin.tree
+def _blotch(tree: Tree, along: Value, across: Value, *, half_length: float, half_width: float) -> Value:
+    """How far a place is inside of a row of saddles, one for each whole number of `along`: 1 in the middle, 0 on the
+    rim and negative outside. They are rounded rectangles, between an ellipse and a box."""
     x = (tree.math("FRACT", along) - 0.5) * (1 / half_length)
     y = across * (1 / half_width)
-    return 1.0 - tree.sqrt(x * x + y * y)
+    x, y = x * x, y * y
+    return 1.0 - tree.sqrt(tree.sqrt(x * x + y * y))
 
 
 _SKINS = {"XENOPELTIS": ("Xenopeltis Skin", _xenopeltis), "ELAPHE": ("Elaphe Skin", _elaphe)}

@@ -36,5 +36,5 @@ SPECIES = {
     # 15 rows over a stout, glassy body; a flat wedge of a head that is hardly wider than the neck.
     "XENOPELTIS": Species(80, 15, 0.50, 2.9, 0.80, 0.80, 0.50, 0.025, 0.0, 0.045, 1.8),
     # 23 rows, keeled on the back; a head that is set off from a thin neck.
-    "ELAPHE": Species(92, 23, 0.40, 3.2, 0.82, 0.60, 0.52, 0.03, 0.035, 0.07, 2.5),
+    "ELAPHE": Species(92, 23, 0.40, 3.2, 0.82, 0.60, 0.52, 0.03, 0.03, 0.06, 1.8),
 }
