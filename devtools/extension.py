@@ -27,6 +27,7 @@ MODULES = {
     "frame_source": "scene.frame_source",
     "choose_frame": "actions.frame_source",
     "frame_map": "frames.frame_map",
+    "bake_frame_map": "actions.frame_map",
     "field": "frames.field",
     "frame": "frames.frame",
     "sky": "lamps.sky",

@@ -18,6 +18,7 @@ VERBS = {
     "bake": ("bake", "import a height map and bake it"),
     "assign": ("assign", "put a bake's material on meshes and save the file"),
     "unwrap": ("unwrap", "give meshes a UV map without overlaps and save the file"),
+    "frame-map": ("frame_map", "bake a grating's direction into a picture and save the file"),
     "lamp": ("lamp", "add a Diffraction Lamp to a mesh with a grating and save the file"),
     "render": ("render", "render the open file's scene to a picture"),
 }

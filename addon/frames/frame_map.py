@@ -7,8 +7,36 @@ direction of U across the normal, to the scan's T, towards N x tangent."""
 import bpy
 
 from ...precompute.base.failure import GratingError
-from ..scene.frame_source import BAKED_OF
+from ..nodes.builder import Tree
+from ..scene import compat
+from ..scene.frame_source import BAKED_OF, FrameSource
+from .frame import across, tangent_nodes, uv_tangent
 from .uv_maps import fingerprint
+
+
+def new_map(name: str, size: int) -> bpy.types.Image:
+    """A new picture for a frame map: data in single precision, that no renderer may resample."""
+    image = bpy.data.images.new(name, size, size, alpha=False, float_buffer=True)
+    image.colorspace_settings.name = "Non-Color"
+    image.alpha_mode, image.use_half_precision = "NONE", False
+    return image
+
+
+def baking_material(source: FrameSource, uv_map: str, image: bpy.types.Image) -> bpy.types.Material:
+    """A material that shines as a frame map of a source's T is to hold it, relative to a UV map, and names the picture
+    that Cycles is to bake this into."""
+    material = bpy.data.materials.new("Frame Map")
+    compat.enable_nodes(material)
+    material.node_tree.nodes.clear()
+    tree = Tree(material.node_tree)
+    n = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Normal"])
+    t = across(tree, n, tangent_nodes(tree, n, source))
+    along_u = across(tree, n, uv_tangent(tree, uv_map))
+    cosine, sine = tree.dot(t, along_u), tree.dot(t, tree.cross(n, along_u))
+    held = tree.vector(cosine.times_plus(0.5, 0.5), sine.times_plus(0.5, 0.5), 0.0)
+    tree.node("ShaderNodeOutputMaterial", tree.emission(held, 1.0))
+    material.node_tree.nodes.active = tree.node("ShaderNodeTexImage", image=image)
+    return material
 
 
 def note_mesh(image: bpy.types.Image, mesh: bpy.types.Object, uv_map: str) -> None:

@@ -6,6 +6,7 @@ shows wrong colours. No setting of a picture prevents this, so that all one can 
 
 import bpy
 
+from ..frames.frame import frame_maps_in
 from ..scene import compat
 from .response import response_in
 from .skin import is_diffraction
@@ -35,9 +36,10 @@ def resampled_pictures(scene: bpy.types.Scene) -> list[str]:
 
 def _pictures() -> list[bpy.types.Image]:
     """The pictures that the file's Diffraction groups read, each once."""
-    groups = (response_in(group).group for group in bpy.data.node_groups if is_diffraction(group))
-    nodes = (node for group in groups for node in group.nodes if node.type == "TEX_IMAGE" and node.image)
-    return list(dict.fromkeys(node.image for node in nodes))
+    groups = [group for group in bpy.data.node_groups if is_diffraction(group)]
+    nodes = (node for group in groups for node in response_in(group).group.nodes if node.type == "TEX_IMAGE")
+    tables = [node.image for node in nodes if node.image]
+    return list(dict.fromkeys(tables + [image for group in groups for image in frame_maps_in(group)]))
 
 
 def _limits(scene: bpy.types.Scene) -> tuple[float, float]:

@@ -3,6 +3,7 @@
 
 import bpy
 
+from ..operators.bake_frame_map import BakeFrameMap
 from ..operators.unwrap import MINIMUM_STRETCH, XATLAS, Unwrap
 from .panel import GratingPanel, draw_note
 
@@ -25,6 +26,8 @@ class DirectionPanel(bpy.types.Panel):
         column.prop(settings, "map_padding")
         column.prop(settings, "map_density")
         _draw_unwrap(self.layout, context)
+        button = self.layout.operator(BakeFrameMap.bl_idname, icon="IMAGE_DATA")
+        button.size, button.margin = min(settings.map_size, 1 << 14), max(2, settings.map_padding)
 
 
 def _draw_unwrap(layout, context) -> None:

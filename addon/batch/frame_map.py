@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`frame-map`: bake the direction of a mesh's grating into a picture."""
+
+import argparse
+
+import bpy
+
+from ...precompute.base.failure import GratingError, printable
+from ...precompute.cli.arguments import add_json
+from ...precompute.cli.option_types import count, name_argument, path_argument
+from ...precompute.cli.output import emit
+from ..actions.frame_map import bake_frame_map
+from .objects import add_objects, chosen_meshes
+from .save import add_save, save
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `frame-map`."""
+    add_objects(parser)
+    parser.add_argument("--uv-map", type=name_argument, metavar="NAME", help="the map; default: the active one")
+    parser.add_argument("--size", type=count(16, 1 << 14), default=1024, metavar="PIXELS", help="default 1024")
+    parser.add_argument(
+        "--margin", type=count(2, 64), default=8, metavar="PIXELS", help="past the islands' rims; default 8"
+    )
+    parser.add_argument(
+        "-o", "--output", type=path_argument, metavar="EXR", help="write the picture here too; it is packed anyway"
+    )
+    parser.add_argument("--keep-source", action="store_true", help="do not have the grating read the picture")
+    add_json(parser)
+    add_save(parser)
+    parser.set_defaults(output_is_file=True)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """The `frame-map` verb."""
+    meshes = chosen_meshes(arguments.object)
+    if len(meshes) > 1:
+        raise GratingError(f"{', '.join(o.name for o in meshes)}: a frame map is of one mesh; name one by --object")
+    lines = bake_frame_map(
+        bpy.context, meshes[0], uv_map=arguments.uv_map or "", size=arguments.size, margin=arguments.margin,
+        path=arguments.output, read=not arguments.keep_source,
+    )  # fmt: skip
+    save(arguments.save)
+    emit({"report": lines}, arguments.json, lambda: map(printable, lines))
