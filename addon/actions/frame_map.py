@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Baking the direction of a mesh's grating into a frame map (frames/frame_map.py).
 
-Cycles bakes it, of a copy of the mesh in a scene of its own, from the nodes that the material itself has: so it is exact
-in the middle of every pixel, and nothing of the artist's scene is touched."""
+Cycles bakes it, of a copy of the mesh in a scene of its own, from the nodes that the material itself has: so it is
+exact in the middle of every pixel, and nothing of the artist's scene is touched."""
 
 import contextlib
 from collections.abc import Iterator
@@ -40,11 +40,9 @@ def bake_frame_map(
         raise GratingError(f"{path}: a frame map is written as OpenEXR; give it a name that ends in .exr")
     image = new_map(f"{mesh.name} {layer.name} frame", size)
     try:
-        with _stage(context, mesh, [baking_material(source, layer.name, image) for source in sources]) as override:
-            with context.temp_override(**override):
-                bpy.ops.object.bake(
-                    type="EMIT", uv_layer=layer.name, use_clear=True, margin=margin, margin_type="EXTEND"
-                )
+        materials = [baking_material(source, layer.name, image) for source in sources]
+        with _stage(context, mesh, materials) as override, context.temp_override(**override):
+            bpy.ops.object.bake(type="EMIT", uv_layer=layer.name, use_clear=True, margin=margin, margin_type="EXTEND")
         image.pack()
         note_mesh(image, mesh, layer.name)
         if path is not None:

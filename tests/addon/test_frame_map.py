@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Baking frame maps: what a picture holds, who reads it, every fault in one line. Its light: render/test_frame_map.py."""
+"""Baking frame maps: what a picture holds, who reads it, every fault in one line. Its light is in ../render."""
 
 import bpy
 import numpy as np
