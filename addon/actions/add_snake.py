@@ -26,6 +26,7 @@ def add_snake(
     Raises GratingError, with nothing added, for values out of range and where there is no such curve."""
     if not 0.01 <= length_m <= 100:
         raise GratingError(f"snake: a length of {length_m:g} m; give 0.01 to 100")
+    _refuse_hidden(context)
     along_curve = pose == ALONG_CURVE
     spine = spine_along(_curve_points(context)) if along_curve else _posed(pose, length_m)
     shape = snake_shape(spine, species, faces=faces, seed=seed)
@@ -48,11 +49,18 @@ def add_shed_skin(
     Raises GratingError, with nothing added, for values out of range."""
     if not 1e-4 <= size_m <= 10:
         raise GratingError(f"shed skin: a side of {size_m * 1e3:g} mm; give 0.1 to 10000")
+    _refuse_hidden(context)
     mesh = new_mesh("Shed Skin", shed_shape(species, size=size_m, faces=faces, seed=seed))
     mesh.materials.append(new_shed())
     shed = _add(context, mesh)
     shed.matrix_world = _at_cursor(context)
     return shed, [f"{shed.name}: {len(mesh.polygons):,} faces"]
+
+
+def _refuse_hidden(context: bpy.types.Context) -> None:
+    """Raise GratingError where a new object would not be seen, and so could not be selected."""
+    if not context.layer_collection.is_visible:
+        raise GratingError(f"{context.collection.name}: the active collection is hidden; show it, or choose another")
 
 
 def _add(context: bpy.types.Context, mesh: bpy.types.Mesh) -> bpy.types.Object:

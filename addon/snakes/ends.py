@@ -38,7 +38,7 @@ class End(NamedTuple):
 
 def head_end(body: Body, net: Net, scales: Skin) -> End:
     """The head: rings from the snout to the first scales, over the vertices of the net."""
-    front_s, front_angle = scales.s[net.front], _rising(scales.angle[net.front])
+    front_s, front_angle = scales.s[net.front], np.unwrap(scales.angle[net.front])
     rings = np.arange(1, net.cut.head)[:, None] / net.cut.head
     # The snout is round: there the rings are close.
     s = body.head_end * (0.35 * rings + 0.65 * rings**1.7)
@@ -62,7 +62,7 @@ def head_end(body: Body, net: Net, scales: Skin) -> End:
 
 def tail_end(body: Body, net: Net, scales: Skin, *, first: int) -> End:
     """The end of the tail: rings from the last scales to the tip. `first` numbers the first of its vertices."""
-    rear_s, rear_angle = scales.s[net.rear], _rising(scales.angle[net.rear])
+    rear_s, rear_angle = scales.s[net.rear], np.unwrap(scales.angle[net.rear])
     rings = np.arange(1, net.cut.tail)[:, None] / net.cut.tail
     length = body.spine.length
     s = rear_s + (length - rear_s) * (1 - (1 - rings) ** 1.6)
@@ -142,11 +142,6 @@ def _tips(ring: np.ndarray, tip: int, *, at_end: bool) -> np.ndarray:
     beside, tips = np.roll(ring, -1), np.full(len(ring), tip)
     corners = (ring, tips, beside, ring) if at_end else (tips, ring, beside, tips)
     return np.stack(corners, axis=-1)
-
-
-def _rising(angle: np.ndarray) -> np.ndarray:
-    """Angles (r,) around the body, each larger than the one before."""
-    return np.unwrap(angle)
 
 
 def _smooth(x: np.ndarray) -> np.ndarray:

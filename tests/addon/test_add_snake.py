@@ -133,6 +133,24 @@ def test_a_curve_without_length_is_refused(scene):
     assert "Snake" not in bpy.data.objects
 
 
+@pytest.mark.parametrize("kind", ["add_snake", "add_shed_skin"])
+def test_into_a_hidden_collection_it_is_refused(scene, kind):
+    collection = bpy.data.collections.new("Away")
+    scene.collection.children.link(collection)
+    view = bpy.context.view_layer
+    layer, before = view.layer_collection.children["Away"], view.active_layer_collection
+    layer.hide_viewport = True
+    view.update()  # which makes another collection the active one
+    view.active_layer_collection = layer
+    try:
+        with pytest.raises(RuntimeError, match="Away: the active collection is hidden; show it, or choose another"):
+            getattr(bpy.ops.grating, kind)(faces=11_000)
+    finally:
+        view.active_layer_collection = before
+        bpy.data.collections.remove(collection)
+    assert not set(bpy.data.objects.keys()) - {"Plane", "Sun"}
+
+
 @pytest.mark.parametrize("length_m", [0.0, 1e6, float("nan")])
 def test_a_length_out_of_range_is_refused(addon, scene, length_m):
     with pytest.raises(Exception, match="give 0.01 to 100"):
@@ -214,3 +232,57 @@ def test_it_is_undone(scene, kind):
 def test_the_menu_has_its_entry(extension):
     entries = bpy.types.VIEW3D_MT_mesh_add.draw._draw_funcs
     assert any(entry.__module__.endswith("operators.add_snake") for entry in entries)
+
+
+def pictured(scene, snake, height: float) -> np.ndarray:
+    """Linear colours (n, 3) of the pixels that show the snake, looked at along Z from `height` in even light."""
+    for lamp in [obj for obj in scene.objects if obj != snake]:
+        bpy.data.objects.remove(lamp)
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(camera)
+    camera.data.type, camera.data.ortho_scale = "ORTHO", 0.5
+    camera.location = (0, 0, height)
+    camera.rotation_euler = (0 if height > 0 else np.pi, 0, 0)
+    scene.camera = camera
+    scene.world = bpy.data.worlds.new("White")
+    if bpy.app.version < (5, 0):
+        scene.world.use_nodes = True
+    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (1, 1, 1, 1)
+    scene.render.engine, scene.cycles.samples, scene.cycles.use_denoising = "CYCLES", 4, False
+    scene.render.resolution_x = scene.render.resolution_y = 200
+    scene.render.film_transparent = True
+    return rendered(scene)
+
+
+def rendered(scene) -> np.ndarray:
+    """The colours (n, 3) of a render's opaque pixels."""
+    import tempfile
+    from pathlib import Path
+
+    with tempfile.TemporaryDirectory() as folder:
+        scene.render.image_settings.file_format = "OPEN_EXR"
+        scene.render.filepath = str(Path(folder) / "skin.exr")
+        bpy.ops.render.render(write_still=True)
+        image = bpy.data.images.load(scene.render.filepath)
+        pixels = np.empty(len(image.pixels), np.float32)
+        image.pixels.foreach_get(pixels)
+        bpy.data.images.remove(image)
+    pixels = pixels.reshape(-1, 4)
+    return pixels[pixels[:, 3] > 0.99, :3]
+
+
+@pytest.mark.parametrize("species", ["XENOPELTIS", "ELAPHE"])
+def test_skins_are_brown_above_and_pale_below(scene, species):
+    """Under even white light a picture shows the colours of the skin itself."""
+    snake = add(species=species, pose="S", length_m=0.5)
+    above = pictured(scene, snake, 1.0)
+    below = pictured(scene, snake, -1.0)
+    red, green, blue = np.median(above, axis=0)
+    assert 0.02 < red < 0.4 and red > 1.5 * green > 1.5 * blue
+    assert np.median(below[:, 1]) > 2.5 * np.median(above[:, 1])
+    # Saddles are redder than the ground between them; a sunbeam snake has none.
+    redness = above[:, 0] / above[:, 1]
+    spread = np.quantile(redness, 0.9) / np.quantile(redness, 0.1)
+    assert spread > 1.5 if species == "ELAPHE" else spread < 1.2
+    # Of the corn snake's belly a tenth and more is of dark checks, and of neither belly most.
+    assert (np.quantile(below[:, 1], 0.1) < 0.2) == (species == "ELAPHE")
