@@ -17,6 +17,7 @@ from .steps import become, clean_environment, project_environment
 VERBS_HELP = """\
 verbs:
   demo [--output DIR]     the main job: a scan baked, mapped and rendered on a snake, with a report
+  scenes [--output DIR]   the sample scenes as .blend files, and their pictures
   test [PYTEST ARGS]      every test that CI runs; a path under tests/ chooses suites
   lint [--fix]            ruff: rules and formatting
   bench [ARGS]            the benchmarks of benchmarks/
@@ -41,12 +42,21 @@ def verb_parser(verb: str, description: str) -> argparse.ArgumentParser:
 
 
 def demo(options: argparse.Namespace, arguments: list[str]) -> NoReturn:
-    parser = verb_parser("demo", "Bakes the sample grating, renders it on a snake and writes a report.")
-    parser.add_argument("--output", type=Path, default=ROOT / "dist" / "demo", help="default: dist/demo")
+    _run_scenes("demo", "Bakes the sample grating, renders it on a snake and writes a report.", options, arguments)
+
+
+def scenes(options: argparse.Namespace, arguments: list[str]) -> NoReturn:
+    _run_scenes("scenes", "Writes the sample scenes as .blend files, and renders them.", options, arguments)
+
+
+def _run_scenes(verb: str, description: str, options: argparse.Namespace, arguments: list[str]) -> NoReturn:
+    """Become the module of sample_scenes that the verb names, with the Blender that was asked for."""
+    parser = verb_parser(verb, description)
+    parser.add_argument("--output", type=Path, default=ROOT / "dist" / verb, help=f"default: dist/{verb}")
     own, rest = parser.parse_known_args(arguments)
     machine.ensure_blender_libraries()
     environment = environments.require(chosen(options))
-    command = ["-m", "sample_scenes.demo", "--output", own.output.absolute(), *rest]
+    command = ["-m", f"sample_scenes.{verb}", "--output", own.output.absolute(), *rest]
     if options.blender:
         command += ["--blender", blender.require_binary(options.blender)]
     elif options.bpy:
@@ -150,6 +160,7 @@ def describe_environments(_: argparse.Namespace, arguments: list[str]) -> int:
 
 VERBS: dict[str, Callable[[argparse.Namespace, list[str]], int]] = {
     "demo": demo,
+    "scenes": scenes,
     "test": test,
     "lint": lint,
     "bench": bench,

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The main job from end to end: `./dev demo`. A scan is baked, assigned to a snake, and rendered in three lights; and
-a sample throws its spectrum on a wall, of white light and of a laser.
+"""The main job from end to end: `./dev demo`. A scan is baked, laid over a snake's skin, and rendered; and the sample
+is rendered under a sky too, and throws its spectrum on a wall, of white light and of a laser.
 
 Every step is a command that a user can type: `python -m precompute` for the bake and the map, and Blender in background
 with `--command grating` to assign and render. This file only joins them.
@@ -12,6 +12,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
@@ -23,32 +24,38 @@ from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 from sample_scenes.report import write_report
 
-# Azimuth and elevation of the two suns in degrees. On Elaphe, from the second sun the colours run the other way along
-# the body (sample_scenes/stage.py). Xenopeltis spreads its orders across the body, so its suns stand across the body.
-SUNS_ALONG_DEG = ((128, 30), (52, 30))
-SUNS_ACROSS_DEG = ((90, 30), (90, 65))
 LASER = "532nm"
+# The views of animal.py that the demo shows, and of how many faces its snake is.
+VIEWS = {"snake": "hero", "sky": "sky"}
+FACES = 120_000
 SCANS = ROOT.parent / "shared" / "data" / "snake"
 
 
 @dataclass(frozen=True)
 class Subject:
-    """A height map of the demo: its title, FILE and options for the command line, the folder of its results, the suns
-    in which its snake is rendered, and whether its spectrum is thrown on a wall."""
+    """A height map of the demo: its title, FILE and options for the command line, the folder of its results, the
+    species that wears it, and its pictures: their names, in the order of PICTURES."""
 
     title: str
     file: str
     options: tuple[str, ...]
     folder: Path
-    suns_deg: tuple[tuple[int, int], tuple[int, int]] = SUNS_ALONG_DEG
-    on_wall: bool = False
+    species: str
+    pictures: tuple[str, ...] = ("snake",)
 
 
-# The thesis's scans: title, file, height in nanometres from black to white, suns. Both are 65 um wide.
+# The thesis's scans: title, file, height in nanometres from black to white, species. Both are 65 um wide.
 REAL_SCANS = (
-    ("Elaphe guttata, AFM scan", "elaphe_65um.png", "375", SUNS_ALONG_DEG),
-    ("Xenopeltis unicolor, AFM scan", "xenopeltis_65um.png", "818.69", SUNS_ACROSS_DEG),
+    ("Elaphe guttata, AFM scan", "elaphe_65um.png", "375", "ELAPHE"),
+    ("Xenopeltis unicolor, AFM scan", "xenopeltis_65um.png", "818.69", "XENOPELTIS"),
 )
+# What a picture is: its title in the report, and its file.
+PICTURES = {
+    "snake": ("Cycles, under suns", "snake_cycles.png"),
+    "sky": ("Cycles, under a clear sky", "snake_cycles_sky.png"),
+    "wall": ("Cycles, its spectrum on a wall", "wall.png"),
+    "laser": ("Cycles, a green laser's orders on the wall", "wall_laser.png"),
+}
 
 
 class Stopwatch:
@@ -83,8 +90,8 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--output", type=Path, required=True, metavar="DIR")
     parser.add_argument("--bpy", choices=[e.blender_version for e in ALL], help="the bpy wheel to render with")
     parser.add_argument("--blender", type=Path, help="the Blender binary to render with")
-    parser.add_argument("--samples", type=count(1, 1 << 20), default=32, help="Cycles samples a pixel; default 32")
-    parser.add_argument("--width", type=count(4, 8192), default=960)
+    parser.add_argument("--samples", type=count(1, 1 << 20), default=24, help="Cycles samples a pixel; default 24")
+    parser.add_argument("--width", type=count(4, 8192), default=640)
     arguments = parser.parse_args(argv)
     output = arguments.output.resolve()
     output.mkdir(parents=True, exist_ok=True)
@@ -100,12 +107,12 @@ def main(argv: list[str] | None = None) -> int:
 
 def subjects(output: Path, scans: Path = SCANS) -> list[Subject]:
     """The shipped sample, and those of the real scans whose files are in the folder `scans`."""
-    found = [Subject("Elaphe-like sample", "sample:elaphe", (), output, on_wall=True)]
-    for title, name, height_nm, suns_deg in REAL_SCANS:
+    found = [Subject("Elaphe-like sample", "sample:elaphe", (), output, "ELAPHE", tuple(PICTURES))]
+    for title, name, height_nm, species in REAL_SCANS:
         file = scans / name
         if file.is_file():
             options = ("--size-um", "65", "--height-nm", height_nm)
-            found.append(Subject(title, str(file), options, output / file.stem, suns_deg))
+            found.append(Subject(title, str(file), options, output / file.stem, species))
         else:
             print(f"no {name} in ../shared/data/snake: without {title}", flush=True)
     return found
@@ -120,34 +127,28 @@ def run_subject(subject: Subject, arguments, watch: Stopwatch) -> dict:
     bake = json.loads(watch.run(f"{name}: bake", [*precompute, "bake", *height_map, "-o", folder, "--json", "-"]))
     baked = Path(bake["files"][0])
     watch.run(f"{name}: map", [*precompute, "map", baked, "-o", folder / "brdf_map.png"])
-    first, second = subject.suns_deg
-    pictures = []
-    for step, file, light in (
-        ("sun 1", "snake_cycles.png", first),
-        ("sun 2", "snake_cycles_sun_2.png", second),
-        ("sky", "snake_cycles_sky.png", (*first, "--sky")),
-    ):
-        picture = folder / file
-        render_snake(f"{name}: {step}", baked, light, picture, arguments=arguments, watch=watch)
-        pictures.append(picture)
-    if subject.on_wall:
-        laser = [*precompute, "bake", *height_map, "--illuminant", LASER, "-o", folder / "laser", "--json", "-"]
-        line = json.loads(watch.run(f"{name}: bake for a laser", laser))
-        for step, file, bake_file in (("wall", "wall.png", baked), ("laser", "wall_laser.png", line["files"][0])):
-            picture = folder / file
-            render_wall(f"{name}: {step}", bake_file, picture, arguments=arguments, watch=watch)
-            pictures.append(picture)
+    pictures = {}
+    for kind in subject.pictures:
+        title, file = PICTURES[kind]
+        pictures[title] = folder / file
+        if kind in VIEWS:
+            render_snake(f"{name}: {kind}", baked, (VIEWS[kind], subject.species), folder / file, arguments, watch)
+            continue
+        if kind == "laser":
+            laser = [*precompute, "bake", *height_map, "--illuminant", LASER, "-o", folder / "laser", "--json", "-"]
+            baked = json.loads(watch.run(f"{name}: bake for a laser", laser))["files"][0]
+        render_wall(f"{name}: {kind}", baked, folder / file, arguments=arguments, watch=watch)
     return {"title": name, "info": json.loads(info), "bake": bake, "folder": folder, "pictures": pictures}
 
 
 def render_snake(
-    step: str, baked: Path, light: tuple, picture: Path, *, arguments, watch: Stopwatch
+    step: str, baked: Path, look: tuple[str, str], picture: Path, arguments, watch: Stopwatch
 ) -> None:  # fmt: skip
-    """Build the stage, assign the bake to the snake, render. `light` holds the sun's azimuth and elevation, and then
-    "--sky" where it is the sun of a sky."""
-    stage = ["stage.py", "--sun-azimuth-deg", light[0], "--sun-elevation-deg", *light[1:]]
-    edits = (["assign", baked, "--object", "Snake"],)
-    render_scene(step, picture, stage, edits=edits, samples=arguments.samples, arguments=arguments, watch=watch)
+    """Build the scene of a snake, lay the bake over its skin, render. `look` is the view and the species."""
+    view, species = look
+    scene = ["animal.py", "--view", view, "--species", species, "--faces", FACES]
+    edits = (["assign", baked, "--object", "Snake", "--over"],)
+    render_scene(step, picture, scene, edits=edits, samples=arguments.samples, arguments=arguments, watch=watch)
 
 
 def render_wall(step: str, baked: Path, picture: Path, *, arguments, watch: Stopwatch) -> None:
@@ -159,16 +160,18 @@ def render_wall(step: str, baked: Path, picture: Path, *, arguments, watch: Stop
 
 
 def render_scene(
-    step: str, picture: Path, stage: list, *, edits: tuple, samples: int, arguments, watch: Stopwatch
+    step: str, picture: Path, stage: list, *, edits: Sequence[list], samples: int, arguments, watch: Stopwatch
 ) -> None:  # fmt: skip
     """Have a script of sample_scenes write a scene, change it by verbs of the command line, and render it: a run of
-    Blender in background each. `stage` and `edits` hold the script's and the verbs' names and arguments."""
+    Blender in background each. `stage` and `edits` hold the script's and the verbs' names and arguments; `arguments`
+    the width of the picture, which Blender renders it, and in which engine, Cycles unless it says."""
     scene = picture.with_suffix(".blend")
     script, *options = stage
     make = ["--background", "--python-exit-code", "1", "--python", ROOT / "sample_scenes" / script]
     commands = [("scene", [*make, "--", "--output", scene, *options])]
     size = ["--width", arguments.width, "--height", arguments.width * 9 // 16]
-    render = ["render", "-o", picture, "--engine", "cycles", "--samples", samples, *size]
+    engine = getattr(arguments, "engine", "cycles")
+    render = ["render", "-o", picture, "--engine", engine, "--samples", samples, *size]
     for verb in (*edits, render):
         commands.append((verb[0], ["--background", scene, "--command", "grating", *verb]))
     for what, command in commands:

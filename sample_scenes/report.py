@@ -38,16 +38,8 @@ def section(output: Path, result: dict) -> list[str]:
     }
     lines = [f"## {result['title']}", "", "| | |", "|---|---|"]
     lines += [f"| {name} | {value} |" for name, value in facts.items()]
-    titles = (
-        "BRDF map, light at the normal",
-        "Cycles, first sun",
-        "Cycles, second sun: the same snake, with other colours",
-        "Cycles, a clear sky",
-        "Cycles, its spectrum on a wall",
-        "Cycles, a green laser's orders on the wall",
-    )
-    # Not every height map is shown before a wall.
-    for title, picture in zip(titles, [result["folder"] / "brdf_map.png", *result["pictures"]], strict=False):
+    pictures = {"BRDF map, light at the normal": result["folder"] / "brdf_map.png", **result["pictures"]}
+    for title, picture in pictures.items():
         relative = Path(os.path.relpath(picture, output)).as_posix()
         lines += ["", f"{title}:", "", f"![{title}]({relative})"]
     return [*lines, ""]

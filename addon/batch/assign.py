@@ -2,15 +2,19 @@
 """`assign`: put a bake's material on meshes of the open file."""
 
 import argparse
+import math
+from collections.abc import Iterable
 
 import bpy
 
 from ...precompute.base.failure import GratingError, printable
 from ...precompute.cli.arguments import existing_bake
 from ...precompute.cli.option_types import name_argument
-from ..actions.assign import assign_to_meshes
+from ..actions.assign import add_to_meshes, assign_to_meshes
 from ..actions.lamps import warnings_about
 from ..actions.material import refresh_group
+from ..materials.material import diffraction_nodes
+from ..materials.skin import SETTABLE
 from ..scene.gratings import kept_path
 from ..scene.lights import LIGHTS
 from .objects import add_objects, select_objects
@@ -27,11 +31,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="rest: lamps without noise, all else with little; lamps: lamps only; all: every light, noisy and exact. "
         "Default: as the grating has it, at first rest",
     )
+    parser.add_argument(
+        "--over", action="store_true", help="lay the diffraction over the meshes' own materials, and keep these"
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        type=name_argument,
+        metavar="NAME=VALUE",
+        help=f"an input of the material, angles in degrees (repeatable): {', '.join(SETTABLE)}",
+    )
     add_save(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """The `assign` verb."""
+    values = dict(map(_setting, arguments.set or ()))
     file = existing_bake(arguments.bake)
     if file is None:
         raise GratingError(f"{arguments.bake}: no bake there; give the .exr that `bake` wrote, or its folder")
@@ -49,7 +64,36 @@ def run(arguments: argparse.Namespace) -> None:
         gratings.items[index].lights = arguments.lights.upper()
     refresh_group(gratings.items[index])
     selected = [o for o in bpy.context.view_layer.objects if o.select_get()]
-    report = assign_to_meshes(bpy.context.scene, selected)
+    put = add_to_meshes if arguments.over else assign_to_meshes
+    report = put(bpy.context.scene, selected)
+    _set_inputs(selected, values)
     report += warnings_about(bpy.context.scene, bpy.context.evaluated_depsgraph_get())
     save(arguments.save)
     print("\n".join(map(printable, report)))
+
+
+def _setting(text: str) -> tuple[str, float]:
+    """The name and the value of an input from NAME=VALUE. Raises GratingError if there is no such input, or if the
+    value is no number in its range."""
+    name, _, given = text.partition("=")
+    socket = SETTABLE.get(name)
+    if socket is None:
+        raise GratingError(f"--set {text}: no such input; there are {', '.join(SETTABLE)}")
+    try:
+        value = float(given)
+    except ValueError:
+        value = math.nan
+    value = math.radians(value) if socket.subtype == "ANGLE" else value
+    if not socket.low <= value <= socket.high:
+        unit = " degrees" if socket.subtype == "ANGLE" else ""
+        low, high = (math.degrees(x) if unit else x for x in (socket.low, socket.high))
+        raise GratingError(f"--set {text}: {name} is a number from {low:g} to {high:g}{unit}")
+    return name, value
+
+
+def _set_inputs(objects: Iterable[bpy.types.Object], values: dict[str, float]) -> None:
+    """Set inputs of the Diffraction nodes in the materials of objects."""
+    materials = {slot.material for thing in objects for slot in thing.material_slots}
+    for node in (node for material in materials for node in diffraction_nodes(material)):
+        for name, value in values.items():
+            node.inputs[name].default_value = value

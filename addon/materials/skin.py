@@ -91,6 +91,8 @@ _TANGENT = Socket("Tangent", "Vector", "Direction of the scan's columns; the gra
 _INPUTS = (
     _BASE, _BASE_BLEND, _STRENGTH, ROUGHNESS, IOR, _ROTATION, PERIOD_SCALE, HEIGHT_SCALE, CONSERVING, _NORMAL, _TANGENT,
 )  # fmt: skip
+# What an artist sets by a number.
+SETTABLE = {socket.name: socket for socket in _INPUTS if socket.default is not None}
 _OUTPUTS = (
     Socket("Shader", "Shader", "The whole material"),
     Socket("Diffraction", "Color", "The diffracted radiance alone"),

@@ -2,6 +2,7 @@
 """`--command grating`: exit statuses, one line for each fault, and files saved where they were asked to be."""
 
 import bpy
+import numpy as np
 import pytest
 
 
@@ -39,6 +40,28 @@ def test_faults_are_one_line(addon, scene, baked, tmp_path, capfd):
     bpy.context.scene.camera = None
     assert "no camera" in fault(capfd, addon, "render", "-o", tmp_path / "a.png")
     assert "see `" in fault(capfd, addon, "paint")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_assign_over_the_own_material_with_settings(addon, scene, baked, tmp_path):
+    plane, blend = bpy.data.objects["Plane"], str(tmp_path / "plane.blend")
+    own = bpy.data.materials.new("Own")
+    plane.data.materials.append(own)
+    asked = ["--over", "--set", "IOR=10", "--set", "Rotation=90", "--save", blend]
+    assert addon.commands.execute(["assign", str(baked), "--object", "Plane", *asked]) == 0
+    assert plane.active_material == own
+    diffraction = next(node for node in own.node_tree.nodes if node.label == "Diffraction")
+    assert diffraction.inputs["IOR"].default_value == 10
+    assert diffraction.inputs["Rotation"].default_value == pytest.approx(np.pi / 2)
+
+
+def test_settings_that_there_are_not(addon, scene, baked, tmp_path, capfd):
+    refused = {"Gloss=1": "no such input", "IOR=0.5": "from 1 to 10", "IOR=nan": "from 1 to 10", "IOR": "from 1 to 10"}
+    refused["Rotation=1e9"] = "degrees"
+    for setting, why in refused.items():
+        asked = ["--object", "Plane", "--set", setting, "--save", tmp_path / "a.blend"]
+        assert why in fault(capfd, addon, "assign", baked, *asked)
+    assert bpy.data.objects["Plane"].active_material is None
     assert list(tmp_path.iterdir()) == []
 
 

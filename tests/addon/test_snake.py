@@ -187,7 +187,7 @@ def test_the_demo_takes_the_scans_that_are_there(tmp_path, capsys):
     assert sample.file == "sample:elaphe"
     assert (scan.file, scan.folder) == (str(tmp_path / "xenopeltis_65um.png"), tmp_path / "out" / "xenopeltis_65um")
     assert scan.options == ("--size-um", "65", "--height-nm", "818.69")
-    assert scan.suns_deg == demo.SUNS_ACROSS_DEG
+    assert (scan.species, scan.pictures) == ("XENOPELTIS", ("snake",))
     assert "no elaphe_65um.png" in capsys.readouterr().out
 
 
@@ -197,7 +197,7 @@ def test_the_report_shows_every_picture(tmp_path, count):
     info |= {"periods_m": [1e-6], "period_angles_deg": [0.0]}
     error = {"mean": 0.1, "p95": 0.2, "p99": 0.3, "max": 0.4, "pairs": 9, "relative_dy": 0.01}
     bake = {"delta_e": error, "coherence_um": 9.0, "tiles": 3, "tile": (4, 4), "blender_bytes": 1, "seconds": 1.0}
-    pictures = [tmp_path / f"{k}.png" for k in range(count)]
+    pictures = {f"Picture {k}": tmp_path / f"{k}.png" for k in range(count)}
     result = {"title": "A", "info": info, "bake": bake | {"check_seconds": 1.0}, "folder": tmp_path}
     text = "\n".join(section(tmp_path, result | {"pictures": pictures}))
     assert [line.rpartition("(")[2] for line in text.split("\n") if line.startswith("![")] == [
@@ -205,7 +205,7 @@ def test_the_report_shows_every_picture(tmp_path, count):
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize("script", ["stage.py", "views.py", "wall.py"])
+@pytest.mark.parametrize("script", ["stage.py", "views.py", "wall.py", "animal.py", "ball.py", "discs.py"])
 def test_the_scripts_of_the_demo_find_the_project_from_any_folder(script, tmp_path):
     """`blender --python FILE` has neither the project nor the working folder on its path."""
     command = [sys.executable, "-P", ROOT / "sample_scenes" / script, "--help"]

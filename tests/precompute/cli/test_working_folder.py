@@ -14,7 +14,7 @@ from tests.hostile_folder import set_traps
 
 
 @pytest.mark.parametrize("line", [
-    ("grating", "info", "sample:flat", "--json", "-"), ("bench", "--help"), ("demo", "--help"), ("env",),
+    ("grating", "info", "sample:flat", "--json", "-"), ("bench", "--help"), ("demo", "--help"), ("scenes", "--help"), ("env",),
     ("lint", "--help"),
 ])  # fmt: skip
 @pytest.mark.parametrize("python_path", [None, "", os.pathsep])

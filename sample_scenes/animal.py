@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A snake on soil, photographed: the whole animal, its scales, in a room, on a turntable.
+
+blender --background --python sample_scenes/animal.py -- --output hero.blend [--view hero] [--species XENOPELTIS]
+
+The extension must be enabled: the snake is that of Add > Mesh > Snake. After `grating assign BAKE --object Snake
+--over` its skin has the diffraction. Blender without the extension opens and renders the file as it is.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from math import radians
+from pathlib import Path
+
+import bpy
+from mathutils import Vector
+
+if not __package__:  # `blender --python` runs this file as a script
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+    __package__ = "sample_scenes"
+from precompute.cli.option_types import count
+from precompute.cli.parser import OneLineParser
+
+from .snake import plain_material
+from .stage import add_object, clean_scene, light_by_sky
+from .studio import Towards, add_camera, add_key, settings, wrap_in_dusk
+
+SPECIES = ("XENOPELTIS", "ELAPHE")
+SOIL_DARK, SOIL_LIGHT = (0.030, 0.014, 0.007), (0.11, 0.055, 0.028)
+TURNTABLE_FRAMES = 48
+
+
+@dataclass(frozen=True)
+class View:
+    """A picture of the animal: where the camera stands and looks, its lens, and what lights the scene: suns, a clear
+    sky, or a room's panorama."""
+
+    camera: Towards
+    target: tuple[float, float, float]
+    lens_mm: float
+    light: str = "suns"
+
+
+_LOOPS = (-0.03, -0.045, 0.015)
+VIEWS = {
+    "hero": View(Towards(-88.0, 32.0, 0.60), (-0.045, -0.035, 0.014), 95.0),
+    "sky": View(Towards(-88.0, 32.0, 0.60), (-0.045, -0.035, 0.014), 95.0, light="sky"),
+    "macro": View(Towards(-92.0, 55.0, 0.30), (-0.02, -0.063, 0.022), 170.0),
+    "room": View(Towards(-95.0, 43.0, 0.42), _LOOPS, 50.0, light="room"),
+    "turntable": View(Towards(-90.0, 38.0, 0.75), (0.0, -0.02, 0.01), 52.0),
+}
+
+
+@dataclass(frozen=True)
+class Sun:
+    """A small lamp: where it stands in degrees, its irradiance in W/m2, its width in degrees."""
+
+    azimuth_deg: float
+    elevation_deg: float
+    strength: float
+    angle_deg: float
+
+
+# Xenopeltis spreads its light across the body and Elaphe along it. So the strongest sun stands across the long straight
+# runs, or aslant to them, opposite to the camera; a second near the camera shows the skin, a third the bends.
+SUNS = {
+    "XENOPELTIS": (Sun(92.0, 29.0, 17.0, 1.5), Sun(250.0, 58.0, 2.6, 1.5), Sun(150.0, 35.0, 6.0, 3.0)),
+    "ELAPHE": (Sun(128.0, 30.0, 12.0, 1.5), Sun(250.0, 58.0, 3.0, 1.5), Sun(52.0, 35.0, 8.0, 2.0)),
+}
+
+
+def add_soil(scene: bpy.types.Scene, half_size_m: float = 3.0) -> bpy.types.Object:
+    """A floor of dark crumbs: a plane whose colour and bumps are noise."""
+    material = plain_material("Soil", SOIL_DARK, roughness=0.95)
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    shader = nodes["Principled BSDF"]
+    shader.inputs["Specular IOR Level"].default_value = 0.1
+    noise, ramp, bump = (nodes.new(f"ShaderNode{kind}") for kind in ("TexNoise", "ValToRGB", "Bump"))
+    where = nodes.new("ShaderNodeTexCoord")
+    links.new(where.outputs["Object"], noise.inputs["Vector"])
+    noise.inputs["Scale"].default_value, noise.inputs["Detail"].default_value = 140.0, 8.0
+    noise.inputs["Roughness"].default_value = 0.65
+    for element, place, colour in zip(ramp.color_ramp.elements, (0.35, 0.7), (SOIL_DARK, SOIL_LIGHT), strict=True):
+        element.position, element.color = place, (*colour, 1.0)
+    bump.inputs["Distance"].default_value, bump.inputs["Strength"].default_value = 0.004, 0.8
+    links.new(noise.outputs[0], ramp.inputs[0])
+    links.new(ramp.outputs["Color"], shader.inputs["Base Color"])
+    links.new(noise.outputs[0], bump.inputs["Height"])
+    links.new(bump.outputs["Normal"], shader.inputs["Normal"])
+    mesh = bpy.data.meshes.new("Soil")
+    h = half_size_m
+    mesh.from_pydata([(-h, -h, 0), (h, -h, 0), (h, h, 0), (-h, h, 0)], [], [(0, 1, 2, 3)])
+    mesh.materials.append(material)
+    return add_object(scene, "Soil", mesh)
+
+
+def surround_by(scene: bpy.types.Scene, panorama: Path) -> None:
+    """A world that shows a panorama, packed into the file."""
+    scene.world = bpy.data.worlds.new("Room")
+    if bpy.app.version < (5, 0):
+        scene.world.use_nodes = True
+    nodes, links = scene.world.node_tree.nodes, scene.world.node_tree.links
+    texture = nodes.new("ShaderNodeTexEnvironment")
+    texture.image = bpy.data.images.load(str(panorama.resolve()))
+    texture.image.pack()
+    links.new(texture.outputs["Color"], nodes["Background"].inputs["Color"])
+
+
+def turn_camera(camera: bpy.types.Object, target: tuple[float, float, float]) -> None:
+    """Have the camera go round the target once, in as many frames as a turntable has."""
+    scene = bpy.context.scene
+    pivot = add_object(scene, "Turntable", None)
+    pivot.location = target
+    camera.location -= Vector(target)
+    camera.parent = pivot
+    scene.frame_start, scene.frame_end = 1, TURNTABLE_FRAMES
+    for frame, turn_deg in ((1, 0.0), (TURNTABLE_FRAMES + 1, 360.0)):
+        pivot.rotation_euler.z = radians(turn_deg)
+        pivot.keyframe_insert("rotation_euler", index=2, frame=frame)
+    _keep_pace(pivot.animation_data)
+
+
+def _keep_pace(animation) -> None:
+    """Have all curves of an action be straight lines."""
+    action = animation.action
+    if bpy.app.version < (5, 0):
+        curves = action.fcurves
+    else:
+        curves = action.layers[0].strips[0].channelbag(animation.action_slot).fcurves
+    for curve in curves:
+        for key in curve.keyframe_points:
+            key.interpolation = "LINEAR"
+
+
+def build(scene: bpy.types.Scene, view: View, species: str, *, faces: int, panorama: Path | None) -> None:
+    """Snake, soil, light and camera."""
+    bpy.ops.grating.add_snake(species=species, pose="RESTING", length_m=1.0, faces=faces)
+    bpy.context.object.name = "Snake"
+    add_soil(scene)
+    if view.light == "room":
+        surround_by(scene, panorama)
+    elif view.light == "sky":
+        light_by_sky(scene, SUNS[species][0].azimuth_deg, SUNS[species][0].elevation_deg)
+    else:
+        for index, sun in enumerate(SUNS[species]):
+            at = Towards(sun.azimuth_deg, sun.elevation_deg, 2.0)
+            name = f"Sun {index + 1}"
+            add_key(scene, name, at, target=view.target, strength=sun.strength, angle_deg=sun.angle_deg)
+        wrap_in_dusk(scene, 0.06)
+    camera = add_camera(scene, view.camera, view.target, view.lens_mm)
+    settings(scene)
+    if view == VIEWS["turntable"]:
+        turn_camera(camera, view.target)
+
+
+def main(argv: list[str]) -> None:
+    parser = OneLineParser(prog="sample_scenes.animal", description="Write the scene of a snake on soil.")
+    parser.add_argument("--output", type=Path, required=True, metavar="FILE.blend")
+    parser.add_argument("--view", choices=list(VIEWS), default="hero")
+    parser.add_argument("--species", choices=SPECIES, default=SPECIES[0])
+    parser.add_argument("--faces", type=count(11_000, 1_000_000), default=200_000)
+    parser.add_argument("--panorama", type=Path, metavar="FILE.exr", help="of the room, for the view of that name")
+    arguments = parser.parse_args(argv)
+    view = VIEWS[arguments.view]
+    if view.light == "room" and not (arguments.panorama and arguments.panorama.is_file()):
+        parser.error("--view room needs --panorama; `python -m sample_scenes.room --output room.exr` makes one")
+    clean_scene()
+    build(bpy.context.scene, view, arguments.species, faces=arguments.faces, panorama=arguments.panorama)
+    bpy.ops.wm.save_as_mainfile(filepath=str(arguments.output.resolve()))
+
+
+if __name__ == "__main__":
+    main(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:])

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Optical discs in a studio: CD, DVD and Blu-ray, whose tracks run round their middles.
+
+python -m sample_scenes.discs --output discs.blend [--disc cd --disc dvd --disc bluray]
+blender --background --python sample_scenes/discs.py -- --output discs.blend
+
+U points from the middle outwards, across the tracks, and V runs round it. After `grating assign BAKE --object CD` the
+disc shows its spectrum.
+"""
+
+from __future__ import annotations
+
+import sys
+from math import radians
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+if not __package__:  # `blender --python` runs this file as a script
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+    __package__ = "sample_scenes"
+from precompute.cli.parser import OneLineParser
+
+from .snake import plain_material
+from .stage import add_object, clean_scene
+from .studio import Towards, add_backdrop, add_camera, add_key, add_softbox, settings, wrap_in_dusk
+
+# Of every optical disc, in metres: the hole, the clear ring, the written part, the rim.
+HOLE_M, CLEAR_M, WRITTEN_M, RIM_M = 0.0075, 0.022, 0.058, 0.060
+THICKNESS_M = 0.0012
+SEGMENTS = 256
+NAMES = {"cd": "CD", "dvd": "DVD", "bluray": "Blu-ray"}
+BETWEEN_M = 0.132
+TILT_DEG = 14.0
+TARGET_M = (0.0, 0.0, 0.012)
+# Azimuth, elevation and strength of small lamps: each sends its orders into wedges of its own.
+KEYS = (("Key", 70.0, 52.0, 24.0), ("Side", 160.0, 40.0, 14.0), ("Back", 20.0, 30.0, 14.0))
+CAMERA = Towards(-90.0, 38.0, 0.85)
+LENS_MM = {1: 150.0, 2: 85.0, 3: 60.0}
+
+
+def ring(inner_m: float, outer_m: float, height_m: float, *, outwards: bool = True) -> tuple[np.ndarray, ...]:
+    """Points (2 SEGMENTS, 3), quads (SEGMENTS, 4), and UVs (SEGMENTS, 4, 2) of a flat ring; U is the radius in units of
+    the rim's, V the turn."""
+    turn = np.arange(SEGMENTS + 1) / SEGMENTS
+    around = np.stack([np.cos(2 * np.pi * turn[:-1]), np.sin(2 * np.pi * turn[:-1])], axis=-1)
+    points = np.concatenate([np.c_[r * around, np.full(SEGMENTS, height_m)] for r in (inner_m, outer_m)])
+    k, after = np.arange(SEGMENTS), (np.arange(SEGMENTS) + 1) % SEGMENTS
+    quads = np.stack([k, k + SEGMENTS, after + SEGMENTS, after], axis=-1)
+    u = np.array([inner_m, outer_m, outer_m, inner_m]) / RIM_M
+    v = np.stack([turn[:-1], turn[:-1], turn[1:], turn[1:]], axis=-1)
+    uv = np.stack([np.broadcast_to(u, v.shape), v], axis=-1)
+    return (points, quads, uv) if outwards else (points, quads[:, ::-1], uv[:, ::-1])
+
+
+def add_ring(name: str, size_m: tuple[float, float], height_m: float, material) -> bpy.types.Object:
+    """A flat ring as an object."""
+    points, quads, uv = ring(*size_m, height_m)
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(points.tolist(), [], quads.tolist())
+    mesh.uv_layers.new(name="UVMap").uv.foreach_set("vector", uv.astype(np.float32).ravel())
+    mesh.materials.append(material)
+    return add_object(bpy.context.scene, name, mesh)
+
+
+def add_disc(name: str, place: tuple[float, float, float]) -> bpy.types.Object:
+    """A disc, tilted towards the camera: its written part, named so, and the plastic rings beside it."""
+    dark = plain_material(f"{name} Lacquer", (0.02, 0.02, 0.022), roughness=0.35)
+    clear = plain_material(f"{name} Plastic", (0.25, 0.26, 0.28), roughness=0.15)
+    written = add_ring(name, (CLEAR_M, WRITTEN_M), THICKNESS_M, dark)
+    for part, size in (("Hub", (HOLE_M, CLEAR_M)), ("Rim", (WRITTEN_M, RIM_M))):
+        add_ring(f"{name} {part}", size, THICKNESS_M, clear).parent = written
+    written.rotation_euler.x = radians(TILT_DEG)
+    written.location = place
+    return written
+
+
+def build_discs(scene: bpy.types.Scene, discs: list[str]) -> None:
+    """The discs side by side, their light and the camera."""
+    add_backdrop(scene, (0.035, 0.036, 0.04))
+    for index, disc in enumerate(discs):
+        x = (index - (len(discs) - 1) / 2) * BETWEEN_M
+        add_disc(NAMES[disc], (x, 0.0, 0.06 * np.sin(radians(TILT_DEG)) + 0.001))
+    for name, azimuth, elevation, strength in KEYS:
+        at = Towards(azimuth, elevation, 2.0)
+        add_key(scene, name, at, target=TARGET_M, strength=strength, angle_deg=1.5)
+    add_softbox(scene, "Fill", Towards(215.0, 30.0, 0.9), target=TARGET_M, size_m=0.2, power_w=10.0)
+    wrap_in_dusk(scene, 0.25)
+    add_camera(scene, CAMERA, TARGET_M, LENS_MM[len(discs)])
+    settings(scene)
+
+
+def main(argv: list[str]) -> None:
+    parser = OneLineParser(prog="sample_scenes.discs", description="Write the scene of optical discs.")
+    parser.add_argument("--output", type=Path, required=True, metavar="FILE.blend")
+    parser.add_argument("--disc", action="append", choices=list(NAMES), help="which; default all three")
+    arguments = parser.parse_args(argv)
+    clean_scene()
+    build_discs(bpy.context.scene, arguments.disc or list(NAMES))
+    bpy.ops.wm.save_as_mainfile(filepath=str(arguments.output.resolve()))
+
+
+if __name__ == "__main__":
+    main(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:])

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sample scenes: `./dev scenes`. Each is a .blend that opens and renders without the extension, and its picture.
+
+A scene is a script of this folder, the bakes of shipped samples, and verbs of the command line that join them, as a
+user would type them. The snakes take the real scan where its file is present, else the sample that imitates it.
+"""
+
+import argparse
+import json
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from devtools.environments import ALL
+from precompute.cli.option_types import count
+from precompute.cli.parser import OneLineParser
+from sample_scenes.demo import LASER, REAL_SCANS, SCANS, Stopwatch, render_scene
+
+METAL = ("--set", "IOR=10")
+
+
+@dataclass(frozen=True)
+class SampleScene:
+    """A scene: the script that writes it and its options; for each object the FILE that is baked for it; further
+    arguments of `assign`; verbs after it; samples of a pixel at which the picture is clean."""
+
+    script: str
+    bakes: dict[str, str]
+    options: tuple[str, ...] = ()
+    assign: tuple[str, ...] = ()
+    verbs: tuple[tuple[str, ...], ...] = ()
+    samples: int = 64
+    illuminant: str = "D65"
+
+
+def _animal(view: str, species: str = "XENOPELTIS", **settings) -> SampleScene:
+    bakes = {"Snake": f"sample:{species.lower()}"}
+    return SampleScene("animal.py", bakes, ("--view", view, "--species", species), ("--over",), **settings)
+
+
+def _disc(name: str, shown: str) -> SampleScene:
+    return SampleScene("discs.py", {shown: f"sample:{name}"}, ("--disc", name), METAL)
+
+
+SCENES = {
+    "hero": _animal("hero"),
+    "corn_snake": _animal("hero", "ELAPHE"),
+    "room": _animal("room", samples=128),
+    "macro": _animal("macro"),
+    "turntable": _animal("turntable"),
+    "ball": SampleScene("ball.py", {"Ball": "sample:elaphe"}),
+    "foil": SampleScene("ball.py", {"Foil": "sample:blazed"}, ("--thing", "foil"), METAL),
+    "cd": _disc("cd", "CD"),
+    "dvd": _disc("dvd", "DVD"),
+    "bluray": _disc("bluray", "Blu-ray"),
+    "shed": SampleScene(
+        "wall.py", {"Carrier": "sample:elaphe"}, assign=("--lights", "lamps"), verbs=(("lamp", "--object", "Carrier"),),
+        samples=16, illuminant=LASER,
+    ),
+}  # fmt: skip
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Write and render scenes; the exit status."""
+    parser = OneLineParser(prog="./dev scenes", description=__doc__.splitlines()[0])
+    parser.add_argument("--output", type=Path, required=True, metavar="DIR")
+    parser.add_argument("--scene", action="append", choices=list(SCENES), help="which; default all")
+    parser.add_argument("--engine", choices=("cycles", "eevee"), default="cycles")
+    parser.add_argument("--samples", type=count(1, 1 << 20), help="of a pixel; default: the scene's own, 16 to 128")
+    parser.add_argument("--width", type=count(4, 8192), default=960)
+    parser.add_argument("--bpy", choices=[e.blender_version for e in ALL], help="the bpy wheel to render with")
+    parser.add_argument("--blender", type=Path, help="the Blender binary to render with")
+    arguments = parser.parse_args(argv)
+    output = arguments.output.resolve()
+    output.mkdir(parents=True, exist_ok=True)
+    watch = Stopwatch()
+    for name in arguments.scene or SCENES:
+        print(make(name, SCENES[name], output, arguments=arguments, watch=watch), flush=True)
+    return 0
+
+
+def make(name: str, scene: SampleScene, output: Path, *, arguments: argparse.Namespace, watch: Stopwatch) -> Path:
+    """Bake, build, assign and render one scene; the path of its picture. The .blend is beside it."""
+    options = list(scene.options)
+    if name == "room":
+        panorama = output / "room.exr"
+        watch.run("room: panorama", [sys.executable, "-m", "sample_scenes.room", "--output", panorama])
+        options += ["--panorama", panorama]
+    edits = []
+    for shown, file in scene.bakes.items():
+        command = [sys.executable, "-m", "precompute", "bake", *_height_map(file), "--illuminant", scene.illuminant]
+        folder = output / "bakes" / f"{file.partition(':')[2]}_{scene.illuminant}"
+        folder.mkdir(parents=True, exist_ok=True)
+        baked = json.loads(watch.run(f"{name}: bake", [*command, "-o", folder, "--json", "-"]))["files"][0]
+        edits.append(["assign", baked, "--object", shown, *scene.assign])
+    edits += [list(verb) for verb in scene.verbs]
+    picture = output / f"{name}_{arguments.engine}.png"
+    samples = arguments.samples or scene.samples
+    render_scene(
+        name, picture, [scene.script, *options], edits=edits, samples=samples, arguments=arguments, watch=watch
+    )
+    return picture
+
+
+def _height_map(file: str) -> list[str]:
+    """The real scan that a sample imitates, with its size, where the scan is present; else the sample."""
+    for _, scan, height_nm, _ in REAL_SCANS:
+        if scan.startswith(file.removeprefix("sample:")) and (SCANS / scan).is_file():
+            return [str(SCANS / scan), "--size-um", "65", "--height-nm", height_nm]
+    return [file]
+
+
+if __name__ == "__main__":
+    sys.exit(main())

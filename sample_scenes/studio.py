@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A photographer's studio for small things: a backdrop without a horizon, a key lamp, a fill, a rim, a camera.
+
+The lamps are the fewest that show a grating: the key is small in the sky of the thing that it lights, so that its
+orders are colours and not white; fill and rim are wide, and show shape.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, radians, sin, tan
+
+import bpy
+import numpy as np
+from mathutils import Vector
+
+from .snake import plain_material
+from .stage import add_object, render_settings
+
+# White keeps its place and saturated light keeps its hue: Standard would clip it, AgX would wash it out.
+VIEW_TRANSFORM = "Khronos PBR Neutral"
+
+
+@dataclass(frozen=True)
+class Towards:
+    """Where a lamp or the camera stands: azimuth counter-clockwise from +X, elevation from the floor, in degrees, and
+    the distance in metres from the thing that it faces."""
+
+    azimuth_deg: float
+    elevation_deg: float
+    distance_m: float
+
+    def place(self, target: tuple[float, float, float]) -> Vector:
+        azimuth, elevation = radians(self.azimuth_deg), radians(self.elevation_deg)
+        flat = cos(elevation)
+        away = Vector((flat * cos(azimuth), flat * sin(azimuth), sin(elevation)))
+        return Vector(target) + away * self.distance_m
+
+
+def face(thing: bpy.types.Object, at: Towards, target: tuple[float, float, float]) -> None:
+    """Put a lamp or a camera somewhere and turn it to the target."""
+    thing.location = at.place(target)
+    thing.rotation_euler = (thing.location - Vector(target)).to_track_quat("Z", "Y").to_euler()
+
+
+def add_backdrop(
+    scene: bpy.types.Scene, colour: tuple[float, float, float], *, size_m: float = 2.0, roughness: float = 0.8
+) -> bpy.types.Object:
+    """A sheet that lies on the floor and rises behind the scene, towards +Y, in a wide curve."""
+    bend = size_m / 2
+    angles = np.linspace(0, np.pi / 2, 33)
+    y = np.concatenate([[-3 * size_m], size_m / 2 + bend * np.sin(angles), [size_m / 2 + bend]])
+    z = np.concatenate([[0.0], bend * (1 - np.cos(angles)), [4 * size_m]])
+    points = [(x, b, c) for b, c in zip(y, z, strict=True) for x in (-4 * size_m, 4 * size_m)]
+    rows = len(y) - 1
+    mesh = bpy.data.meshes.new("Backdrop")
+    mesh.from_pydata(points, [], [(2 * k, 2 * k + 1, 2 * k + 3, 2 * k + 2) for k in range(rows)])
+    mesh.shade_smooth()
+    mesh.materials.append(plain_material("Backdrop", colour, roughness))
+    return add_object(scene, "Backdrop", mesh)
+
+
+def add_softbox(
+    scene: bpy.types.Scene, name: str, at: Towards, *, target: tuple[float, float, float], size_m: float, power_w: float
+) -> bpy.types.Object:
+    """A square area lamp that faces the target."""
+    light = bpy.data.lights.new(name, "AREA")
+    light.shape, light.size, light.energy = "SQUARE", size_m, power_w
+    lamp = add_object(scene, name, light)
+    face(lamp, at, target)
+    return lamp
+
+
+def add_key(
+    scene: bpy.types.Scene,
+    name: str,
+    at: Towards,
+    *,
+    target: tuple[float, float, float],
+    strength: float,
+    angle_deg: float,
+) -> bpy.types.Object:
+    """A sun: a lamp so far away that every scale sees it in one direction, `angle_deg` wide."""
+    light = bpy.data.lights.new(name, "SUN")
+    light.energy, light.angle = strength, radians(angle_deg)
+    lamp = add_object(scene, name, light)
+    face(lamp, at, target)
+    return lamp
+
+
+def add_camera(
+    scene: bpy.types.Scene, at: Towards, target: tuple[float, float, float], lens_mm: float
+) -> bpy.types.Object:
+    """The scene's camera."""
+    data = bpy.data.cameras.new("Camera")
+    data.lens, data.clip_start = lens_mm, 0.005
+    camera = add_object(scene, "Camera", data)
+    face(camera, at, target)
+    scene.camera = camera
+    return camera
+
+
+def wrap_in_dusk(scene: bpy.types.Scene, radiance: float, *, low: float = 0.25) -> None:
+    """A world that is brightest overhead and falls to the share `low` at the horizon: no lamp, and no black void in
+    what mirrors it."""
+    scene.world = bpy.data.worlds.new("Dusk")
+    if bpy.app.version < (5, 0):
+        scene.world.use_nodes = True
+    nodes, links = scene.world.node_tree.nodes, scene.world.node_tree.links
+    where, split, ramp = (
+        nodes.new("ShaderNodeTexCoord"),
+        nodes.new("ShaderNodeSeparateXYZ"),
+        nodes.new("ShaderNodeMapRange"),
+    )
+    ramp.inputs["To Min"].default_value, ramp.inputs["To Max"].default_value = low * radiance, radiance
+    links.new(where.outputs["Generated"], split.inputs[0])
+    links.new(split.outputs["Z"], ramp.inputs["Value"])
+    links.new(ramp.outputs["Result"], nodes["Background"].inputs["Strength"])
+    nodes["Background"].inputs["Color"].default_value = (0.85, 0.93, 1.0, 1.0)
+
+
+def settings(scene: bpy.types.Scene, samples: int = 64) -> None:
+    """Cycles on the CPU with its denoiser, and a view that keeps spectral colours."""
+    render_settings(scene)
+    scene.cycles.samples = samples
+    scene.cycles.max_bounces = 6
+    scene.view_settings.view_transform = VIEW_TRANSFORM
+
+
+def width_at(at: Towards, lens_mm: float) -> float:
+    """How wide the camera's picture is at its target, in metres."""
+    return 2 * at.distance_m * tan(np.arctan(18.0 / lens_mm))

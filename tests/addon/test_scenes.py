@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sample scenes: their scripts write the objects that the list of scenes names, and a scene is made end to end."""
+
+import importlib
+from types import SimpleNamespace
+
+import bpy
+import numpy as np
+import pytest
+from PIL import Image
+
+from sample_scenes import animal, scenes
+from sample_scenes.demo import Stopwatch
+from sample_scenes.discs import CLEAR_M, WRITTEN_M, ring
+
+SCRIPTS = [name for name, scene in scenes.SCENES.items() if scene.script != "animal.py"]
+
+
+@pytest.mark.parametrize("name", SCRIPTS)
+def test_a_script_writes_what_is_assigned(name, tmp_path):
+    scene, file = scenes.SCENES[name], str(tmp_path / "scene.blend")
+    script = importlib.import_module(f"sample_scenes.{scene.script.removesuffix('.py')}")
+    script.main(["--output", file, *scene.options])
+    bpy.ops.wm.open_mainfile(filepath=file)
+    for shown in scene.bakes:
+        assert bpy.data.objects[shown].data.uv_layers
+    assert bpy.context.scene.camera
+
+
+@pytest.mark.parametrize("view", list(animal.VIEWS))
+def test_views_of_the_animal(addon, view, tmp_path):
+    panorama = tmp_path / "room.exr"
+    image = bpy.data.images.new("Room", 8, 4, float_buffer=True)
+    image.filepath_raw, image.file_format = str(panorama), "OPEN_EXR"
+    image.save()
+    options = ["--view", view, "--faces", "11000", "--panorama", str(panorama)]
+    animal.main(["--output", str(tmp_path / "a.blend"), *options])
+    assert {"Snake", "Soil", "Camera"} <= set(bpy.data.objects.keys())
+    lamps = [o for o in bpy.data.objects if o.type == "LIGHT"]
+    assert len(lamps) == (0 if animal.VIEWS[view].light != "suns" else len(animal.SUNS["XENOPELTIS"]))
+
+
+def test_a_turntable_goes_round_once_at_an_even_pace(addon, tmp_path):
+    animal.main(["--output", str(tmp_path / "a.blend"), "--view", "turntable", "--faces", "11000"])
+    scene = bpy.context.scene
+    angles = []
+    for frame in range(1, animal.TURNTABLE_FRAMES + 2):
+        scene.frame_set(frame)
+        angles.append(bpy.data.objects["Turntable"].rotation_euler.z)
+    np.testing.assert_allclose(np.diff(angles), 2 * np.pi / animal.TURNTABLE_FRAMES, rtol=1e-4)
+
+
+def test_a_room_without_its_panorama_is_refused(capsys):
+    with pytest.raises(SystemExit):
+        animal.main(["--output", "a.blend", "--view", "room"])
+    assert "sample_scenes.room" in capsys.readouterr().err
+
+
+def test_tracks_of_a_disc_run_round(addon):
+    """U grows outwards on every face, and faces look up."""
+    points, quads, uv = ring(CLEAR_M, WRITTEN_M, 0.0)
+    radius = np.linalg.norm(points[:, :2], axis=1)[quads]
+    assert (
+        (uv[..., 0] > uv[..., 0].mean(axis=1, keepdims=True)) == (radius > radius.mean(axis=1, keepdims=True))
+    ).all()
+    edges = np.diff(points[quads], axis=1)
+    assert (np.cross(edges[:, 0], edges[:, 1])[:, 2] > 0).all()
+
+
+def test_a_scene_is_made_end_to_end(tmp_path):
+    version = ".".join(str(part) for part in bpy.app.version[:2])
+    asked = SimpleNamespace(width=16, engine="cycles", samples=1, bpy=version, blender=None)
+    picture = scenes.make("cd", scenes.SCENES["cd"], tmp_path, arguments=asked, watch=Stopwatch())
+    assert Image.open(picture).size == (16, 9)
+    assert picture.with_suffix(".blend").is_file()
