@@ -19,6 +19,7 @@ from .operators import (
     bake_grating,
     choose_frame,
     choose_lights,
+    comb_grating,
     fit_world,
     import_height_map,
     new_material,
@@ -46,6 +47,7 @@ CLASSES = (
     add_snake.AddSnake,
     add_snake.AddShedSkin,
     choose_lights.ChooseLights,
+    comb_grating.CombGrating,
     choose_frame.ChooseFrame,
     fit_world.FitWorld,
     osl_reference.NewOslReference,
@@ -79,7 +81,8 @@ def register() -> None:
 def unregister() -> None:
     """Undo register(), last first. The gratings and materials of open files stay in them."""
     bpy.utils.unregister_cli_command(_command)
-    bake_grating.stop_running_bake()
+    for following in (bake_grating.BakeGrating, comb_grating.CombGrating):
+        following.stop()
     unwrap.stop_running_unwrap()
     keep_lamps.unregister()
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):

@@ -14,6 +14,7 @@ MODULES = {
     "add_snake": "actions.add_snake",
     "assign": "actions.assign",
     "bake": "actions.bake",
+    "comb": "actions.comb",
     "remove": "actions.remove",
     "grating_material": "actions.material",
     "import_height_map": "actions.import_height_map",

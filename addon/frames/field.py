@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ..scene.frame_source import AXIS, FRAME_MAP, RADIAL, FrameSource
-from .uv_maps import rendering_map
+from ..scene.frame_source import AXIS, COMB_TURN, COMB_UV, FRAME_MAP, RADIAL, STORED, FrameSource
+from .uv_maps import has_comb, rendering_map
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,8 @@ def frame_field(mesh: bpy.types.Mesh, triangles: np.ndarray, *, shares: np.ndarr
         tangents = np.broadcast_to(source.axis_vector, points.shape)
     elif source.kind == RADIAL:
         tangents = points * (1.0 - np.array(source.axis_vector))
+    elif source.kind == STORED and has_comb(mesh):
+        tangents = np.einsum("nc,ncx->nx", shares, _combed(mesh, corners, ends))
     else:
         layer = mesh.uv_layers[source.named_uv_map] if source.named_uv_map else rendering_map(mesh)
         uv = _values(layer.uv, "vector", 2)[corners]
@@ -41,6 +43,15 @@ def frame_field(mesh: bpy.types.Mesh, triangles: np.ndarray, *, shares: np.ndarr
             cosine_sine = _read_map(source.frame_map, np.einsum("nc,ncx->nx", shares, uv))
             tangents = cosine_sine[:, :1] * tangents + cosine_sine[:, 1:] * np.cross(normals, tangents)
     return Field(points, normals, _across(normals, tangents))
+
+
+def _combed(mesh: bpy.types.Mesh, corners: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """The directions (n, 3, 3) that Comb Grating stored at corners (n, 3), whose points are `ends` (n, 3, 3)."""
+    along = _along_u(ends, _values(mesh.uv_layers[COMB_UV].uv, "vector", 2)[corners])
+    normals = _values(mesh.corner_normals, "vector", 3)[corners].reshape(-1, 3)
+    turn = _values(mesh.attributes[COMB_TURN].data, "vector", 3)[corners].reshape(-1, 3)
+    tangents = _across(normals, np.repeat(along, 3, axis=0))
+    return (turn[:, :1] * tangents + turn[:, 1:2] * np.cross(normals, tangents)).reshape(-1, 3, 3)
 
 
 def _along_u(ends: np.ndarray, uv: np.ndarray) -> np.ndarray:

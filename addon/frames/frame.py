@@ -4,7 +4,7 @@
 import bpy
 
 from ..nodes.builder import Tree, Value
-from ..scene.frame_source import AXIS, FRAME_MAP, RADIAL, FrameSource
+from ..scene.frame_source import AXIS, COMB_TURN, COMB_UV, FRAME_MAP, RADIAL, STORED, FrameSource
 
 # The label of the node that reads a frame map.
 MAP_LABEL = "Frame Map"
@@ -35,12 +35,21 @@ def tangent_nodes(tree: Tree, n: Value, source: FrameSource) -> Value:
         keep = tuple(1.0 - part for part in source.axis_vector)
         return tree.from_object(place * keep)
     along_u = uv_tangent(tree, source.named_uv_map)
+    if source.kind == STORED:
+        return _linked_else(tree, combed_tangent(tree, n), along_u)
     if source.kind != FRAME_MAP:
         return along_u
     uv = tree.value(tree.node("ShaderNodeUVMap", uv_map=source.named_uv_map).outputs["UV"])
     held = tree.image(source.frame_map, uv, MAP_LABEL).times_plus(2.0, (-1.0, -1.0, -1.0))
     cosine, sine, _ = tree.node("ShaderNodeSeparateXYZ", held).outputs
     return turned(tree, n, across(tree, n, along_u), by=(tree.value(cosine), tree.value(sine)))
+
+
+def combed_tangent(tree: Tree, n: Value) -> Value:
+    """The direction that Comb Grating stored; 0 on a mesh without it."""
+    held, _ = tree.attribute(COMB_TURN, "GEOMETRY")
+    cosine, sine, _ = tree.outputs_of(tree.node("ShaderNodeSeparateXYZ", held)).values()
+    return turned(tree, n, uv_tangent(tree, COMB_UV), by=(cosine, sine))
 
 
 def uv_tangent(tree: Tree, uv_map: str) -> Value:

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 
 from ..scene.frame_source import STORED, UV_MAP, FrameSource
-from .uv_maps import rendering_map
+from .uv_maps import has_comb, rendering_map
 
 # A turn of U by less moves the colours about as little as the bend of the surface itself does.
 _TURN_DEG = 15.0
@@ -18,7 +18,7 @@ _SAME_UV = 1e-5
 def seam_warning(mesh: bpy.types.Object, source: FrameSource) -> str:
     """A line on the UV islands of a mesh, or nothing if U keeps its direction across all seams, or if the source of the
     tangent is no U of a UV map."""
-    if source.kind not in (STORED, UV_MAP):
+    if source.kind not in (STORED, UV_MAP) or (source.kind == STORED and has_comb(mesh.data)):
         return ""
     if mesh.data.is_editmode:
         mesh.update_from_editmode()

@@ -6,7 +6,7 @@ import hashlib
 import bpy
 import numpy as np
 
-from ..scene.frame_source import AXIS, RADIAL, FrameSource
+from ..scene.frame_source import AXIS, COMB_TURN, COMB_UV, RADIAL, FrameSource
 
 
 def rendering_map(mesh: bpy.types.Mesh) -> bpy.types.MeshUVLoopLayer:
@@ -16,7 +16,7 @@ def rendering_map(mesh: bpy.types.Mesh) -> bpy.types.MeshUVLoopLayer:
 
 def has_comb(mesh: bpy.types.Mesh) -> bool:
     """Whether Comb Grating has stored a direction on a mesh."""
-    return "grating_comb" in mesh.attributes
+    return COMB_UV in mesh.uv_layers and COMB_TURN in mesh.attributes
 
 
 def has_uv_map(mesh: bpy.types.Mesh, source: FrameSource) -> bool:

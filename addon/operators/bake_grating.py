@@ -8,15 +8,14 @@ from bpy.props import StringProperty
 
 from ...precompute.base.failure import GratingError
 from ..scene.gratings import active_grating
+from .follows_job import FollowsJob
 from .report import report_failure, report_lines
 
 if TYPE_CHECKING:
     from ..jobs.child import Job
 
-_POLL_SECONDS = 0.2
 
-
-class BakeGrating(bpy.types.Operator):
+class BakeGrating(FollowsJob, bpy.types.Operator):
     """Compute the active grating's diffraction table and measure its colour error. Esc cancels"""
 
     bl_idname = "grating.bake"
@@ -27,9 +26,6 @@ class BakeGrating(bpy.types.Operator):
     directory: StringProperty(
         name="Folder", description="Where the bake is written; empty for the extension's own cache", subtype="DIR_PATH"
     )
-
-    # The bake that runs beside the interface, if any. The panel shows it; disabling the extension stops it.
-    job = None
 
     @classmethod
     def poll(cls, context):
@@ -58,37 +54,15 @@ class BakeGrating(bpy.types.Operator):
 
         try:
             grating = active_grating(context.scene)
-            BakeGrating.job = start_bake(grating, self.directory)
+            job = start_bake(grating, self.directory)
         except GratingError as error:
             return report_failure(self, error)
         # Keep names, not the grating itself, which an undo during the bake may free.
         self._name, self._scene = grating.name, context.scene.name
-        self._timer = context.window_manager.event_timer_add(_POLL_SECONDS, window=context.window)
-        context.window_manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
+        return self.follow(context, job, f"Baking {grating.name}")
 
-    def modal(self, context, event):
-        if event.type == "ESC" or BakeGrating.job is None:
-            self.cancel(context)
-            self.report({"INFO"}, "Bake cancelled; nothing was changed")
-            return {"CANCELLED"}
-        if event.type != "TIMER":
-            return {"PASS_THROUGH"}
-        if BakeGrating.job.running:
-            stage, fraction = BakeGrating.job.progress()
-            context.workspace.status_text_set(f"Baking {self._name}: {stage} {fraction:.0%}   [Esc] cancels")
-            _redraw(context)
-            return {"PASS_THROUGH"}
-        job, BakeGrating.job = BakeGrating.job, None
-        self._end_modal(context)
-        return self._finish(job)
-
-    def cancel(self, context):
-        """Stop the bake. Blender calls this too when it opens another file or quits."""
-        self._end_modal(context)
-        stop_running_bake()
-
-    def _finish(self, job: "Job"):
+    def finish(self, job: "Job"):
+        """Record the bake."""
         from ..actions.bake import record_bake
 
         try:
@@ -101,22 +75,3 @@ class BakeGrating(bpy.types.Operator):
         except GratingError as error:
             return report_failure(self, error)
         return report_lines(self, [f"{grating.name}: {grating.bake_summary}"])
-
-    def _end_modal(self, context) -> None:
-        context.window_manager.event_timer_remove(self._timer)
-        context.workspace.status_text_set(None)
-        _redraw(context)
-
-
-def stop_running_bake() -> None:
-    """Cancel the running bake, if there is one."""
-    job, BakeGrating.job = BakeGrating.job, None
-    if job is not None:
-        job.cancel()
-
-
-def _redraw(context) -> None:
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                area.tag_redraw()

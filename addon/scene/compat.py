@@ -48,3 +48,8 @@ def texture_scale(scene: bpy.types.Scene) -> float:
 def has_texture_cache(scene: bpy.types.Scene) -> bool:
     """Whether Cycles may read pictures of files in smaller sizes, as Blender 5.2 does."""
     return getattr(scene.render, "use_texture_cache", False)
+
+
+def annotation_of(scene: bpy.types.Scene) -> bpy.types.ID | None:
+    """What is drawn with the annotation tool in a scene. It is called a grease pencil before Blender 5.0."""
+    return scene.annotation if bpy.app.version >= (5, 0, 0) else scene.grease_pencil

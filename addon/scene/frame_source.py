@@ -18,11 +18,27 @@ KINDS = (
     (AXIS, "Object Axis", "An axis of the object, laid on the surface"),
     (FRAME_MAP, "Frame Map", "The picture that Bake Frame Map made of the mesh"),
 )  # fmt: skip
+# What Comb Grating can follow, in the same form.
+COMB_SOURCES = (
+    ("TAIL", "Head to Tail", "Along the body from its thicker end, found by the shape alone"),
+    ("STROKES", "Strokes and Curves", "Along annotations drawn on the mesh, and along the Grease Pencil and curve "
+     "objects that are selected with it; smooth in between"),
+    ("HAIR", "Hair", "Along the hair curves that grow on the mesh or are selected with it, from root to tip"),
+    ("BONES", "Bones", "Along the nearest bones of the mesh's armature at rest, from head to tail"),
+    ("X", "X Axis", "Along the object's X axis, laid on the surface"),
+    ("Y", "Y Axis", "Along the object's Y axis, laid on the surface"),
+    ("Z", "Z Axis", "Along the object's Z axis, laid on the surface"),
+    ("UV", "UV Map", "Along the U of the UV map that renders, smooth across its seams"),
+    ("SMOOTHEST", "Smoothest", "Whichever way has the fewest turns"),
+)  # fmt: skip
 AXES = (
     ("X", "X", "The object's X axis"),
     ("Y", "Y", "The object's Y axis"),
     ("Z", "Z", "The object's Z axis"),
 )
+# The UV map, each of whose faces is an island, and the attribute of corners in which Comb Grating stores a field
+# (precompute/mesh/layout.py): T is the map's tangent, turned about the normal by the attribute's cosine and sine.
+COMB_UV, COMB_TURN = "Grating", "grating_comb"
 # The custom property of a frame map's picture that holds the UV map and the mesh of which it was baked.
 BAKED_OF = "ng_frame_map"
 

@@ -19,6 +19,7 @@ from ..operators.assign import AssignToSelected
 from ..operators.bake_grating import BakeGrating
 from ..operators.choose_frame import ChooseFrame
 from ..operators.choose_lights import ChooseLights
+from ..operators.comb_grating import CombGrating
 from ..operators.fit_world import FitWorld
 from ..operators.import_height_map import ImportHeightMap
 from ..operators.new_material import NewDiffractionMaterial
@@ -146,8 +147,17 @@ def _draw_material(layout, grating) -> None:
     row = layout.row()
     row.label(text="Frame")
     row.operator(ChooseFrame.bl_idname, text=chosen, icon="ORIENTATION_LOCAL")
+    _draw_comb(layout)
     layout.prop(grating, "shadows")
     layout.operator(AddDiffractionLamp.bl_idname, text="Add Diffraction Lamp", icon="LIGHT_AREA")
+
+
+def _draw_comb(layout) -> None:
+    if CombGrating.job is not None:
+        stage, fraction = CombGrating.job.progress()
+        layout.progress(factor=fraction, text=f"{stage} (Esc cancels)")
+    else:
+        layout.operator_menu_enum(CombGrating.bl_idname, "source", text=CombGrating.bl_label, icon="FORCE_WIND")
 
 
 def _draw_lamps(layout, context, grating) -> None:

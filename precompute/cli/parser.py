@@ -21,6 +21,7 @@ VERBS = {
     "bake": "bake height maps into the table that the material reads",
     "dft": "one .exr with the images that the OSL shaders of the thesis's algorithms read",
     "check": "recompute a bake's error from its files alone",
+    "comb": "smooth fields of directions on meshes out of Blender",
     "map": "BRDF map over the hemisphere of view",
     "evaluate": "the grating period that follows from each method's colours",
     "efficiency": "a grating's efficiencies against their closed forms",

@@ -79,7 +79,7 @@ def test_a_source_that_the_artist_chose_stays(carrier, grating, addon):
 
 
 def test_a_comb_is_left_alone(carrier, grating, addon, capfd):
-    carrier.data.attributes.new("grating_comb", "FLOAT2", "CORNER")
+    bpy.ops.grating.comb(source="X")
     assert "keeps the direction" not in reports(bpy.ops.grating.unwrap, capfd)
     assert grating.frame_kind == "STORED"
 

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Comb the selected meshes, in a process beside Blender."""
+
+from typing import TYPE_CHECKING
+
+import bpy
+from bpy.props import EnumProperty
+
+from ...precompute.base.failure import GratingError
+from ..scene.frame_source import COMB_SOURCES
+from .follows_job import FollowsJob
+from .report import report_failure, report_lines
+
+if TYPE_CHECKING:
+    from ..actions.comb import CombJob
+
+
+class CombGrating(FollowsJob, bpy.types.Operator):
+    """Lay a smooth direction for the scan's columns over the selected meshes and store it on them: a grating whose
+    Frame is Stored follows it, whatever the UV map. It rides with the skin. Esc cancels"""
+
+    bl_idname = "grating.comb"
+    bl_label = "Comb Grating"
+    # Not REGISTER, whose panel Adjust Last Operation would comb again at each change, with Blender waiting.
+    bl_options = {"UNDO"}
+
+    source: EnumProperty(name="Source", description="What the direction follows", items=COMB_SOURCES)
+
+    @classmethod
+    def poll(cls, context):
+        if CombGrating.job is not None:
+            cls.poll_message_set("A comb is running")
+            return False
+        if not any(o.type == "MESH" for o in context.selected_objects):
+            cls.poll_message_set("Select a mesh first")
+            return False
+        return True
+
+    def execute(self, context):
+        """Comb and wait, for scripts."""
+        from ..actions.comb import comb_and_wait
+
+        try:
+            return self._reported(comb_and_wait(context.scene, context.selected_objects, self.source))
+        except GratingError as error:
+            return report_failure(self, error)
+
+    def invoke(self, context, event):
+        """Start the comb; modal() then follows it."""
+        from ..actions.comb import start_comb
+
+        try:
+            job = start_comb(context.scene, context.selected_objects, self.source)
+        except GratingError as error:
+            return report_failure(self, error)
+        return self.follow(context, job, f"Combing {', '.join(name for name, _ in job.meshes)}")
+
+    def finish(self, job: "CombJob"):
+        """Store what was combed."""
+        from ..actions.comb import finish_comb
+
+        try:
+            return self._reported(finish_comb(job))
+        except GratingError as error:
+            return report_failure(self, error)
+
+    def _reported(self, lines: list[str]) -> set[str]:
+        """Every line is one on what was done."""
+        for line in lines:
+            report_lines(self, [line])
+        return {"FINISHED"}

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The base class of the operators whose work runs in a process beside Blender: progress in the status bar, and Esc."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..jobs.process import ChildProcess
+
+_POLL_SECONDS = 0.2
+
+
+class FollowsJob:
+    """An operator that follows a job until it ends. A subclass adds `finish`, which is given the job that has ended and
+    returns what execute() returns."""
+
+    # The job that runs beside the interface, if any. The panel shows it; disabling the extension stops it.
+    job = None
+
+    @classmethod
+    def stop(cls) -> None:
+        """Cancel the running job, if there is one."""
+        job, cls.job = cls.job, None
+        if job is not None:
+            job.cancel()
+
+    def follow(self, context, job: "ChildProcess", doing: str) -> set[str]:
+        """Let Blender call modal() while the job runs. `doing` is what the status bar shows."""
+        type(self).job, self._doing = job, doing
+        self._timer = context.window_manager.event_timer_add(_POLL_SECONDS, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        cls = type(self)
+        if event.type == "ESC" or cls.job is None:
+            self.cancel(context)
+            self.report({"INFO"}, f"{self._doing}: cancelled; nothing was changed")
+            return {"CANCELLED"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        if cls.job.running:
+            stage, fraction = cls.job.progress()
+            context.workspace.status_text_set(f"{self._doing}: {stage} {fraction:.0%}   [Esc] cancels")
+            _redraw(context)
+            return {"PASS_THROUGH"}
+        job, cls.job = cls.job, None
+        self._end_modal(context)
+        return self.finish(job)
+
+    def cancel(self, context):
+        """Stop the job. Blender calls this too when it opens another file or quits."""
+        self._end_modal(context)
+        self.stop()
+
+    def _end_modal(self, context) -> None:
+        context.window_manager.event_timer_remove(self._timer)
+        context.workspace.status_text_set(None)
+        _redraw(context)
+
+
+def _redraw(context) -> None:
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
