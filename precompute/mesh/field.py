@@ -13,7 +13,7 @@ import numpy as np
 from ..base.progress import Progress, silent, span_of
 from .multigrid import Hierarchy, Matrix, hierarchy_of, matrix_of, solve
 from .singular import singular_triangles
-from .surface import Surface, following
+from .surface import Surface, complex_sums, following
 
 # The least and greatest weight of an edge: (cot + cot) / 2 is negative or endless at slivers.
 _LEAST, _MOST = 1e-2, 1e2
@@ -21,6 +21,8 @@ _LEAST, _MOST = 1e-2, 1e2
 # levels of at most so many nodes, where they are cheap, and in one on the others.
 _COARSE = 20000
 _EVEN, _EVEN_STEPS, _EVEN_TOLERANCE = 3.0, 4, 1e-3
+# Of the system with a guide. Where most nodes have none, the field far from it is weak beside what it is at the guide.
+_TOLERANCE, _SPARSE_TOLERANCE = 1e-6, 1e-9
 # The guide is let go this many edges around a flip; how often new flips are looked for.
 _BAND, _ATTEMPTS = 4, 3
 
@@ -59,23 +61,9 @@ def guided_field(surface: Surface, pull: np.ndarray, *, progress: Progress = sil
     progress("combing", 0.1)
     hierarchy = hierarchy_of(matrix)
     progress("combing", 0.2)
-    z, residual = solve(matrix, pull, hierarchy, progress=span_of(progress, 0.2, 0.7))
-    z = unit_complex(z)
-    held = np.ones(surface.node_count)
-    for attempt in range(_ATTEMPTS):
-        torn = singular_triangles(surface, z).torn
-        if not torn.any():
-            break
-        free = _around(surface, torn, rings=_BAND)
-        held[free] = 0
-        # A direction across the flip, the same all along it, decides to which side the field turns there.
-        aside = surface.to_plane(np.array([0.6, 0.64, 0.48]))
-        z = unit_complex(np.where(free, z + aside, z))
-        kept = surface.mass / (_BAND * surface.length) ** 2
-        matrix = _with_diagonal(bare, np.abs(pull) * held + kept)
-        z, _ = _evened(hierarchy_of(matrix), kept, z, pull=pull * held, steps=_EVEN_STEPS)
-        progress("combing", 0.7 + 0.3 * (attempt + 1) / _ATTEMPTS)
-    return Field(z, residual)
+    tolerance = _TOLERANCE if (pull != 0).mean() > 0.5 else _SPARSE_TOLERANCE
+    z, residual = solve(matrix, pull, hierarchy, tolerance=tolerance, progress=span_of(progress, 0.2, 0.8))
+    return Field(_without_flips(surface, bare, unit_complex(z), progress=span_of(progress, 0.8, 1)), residual)
 
 
 def smoothest_field(surface: Surface, *, progress: Progress = silent) -> Field:
@@ -96,6 +84,28 @@ def smoothest_field(surface: Surface, *, progress: Progress = silent) -> Field:
         steps = _EVEN_STEPS if len(z) <= _COARSE else 1
         z, residual = _evened(level, mass, z, pull=np.zeros(len(z)), steps=steps)
     return Field(z, residual)
+
+
+def _without_flips(surface: Surface, bare: Matrix, z: np.ndarray, *, progress: Progress) -> np.ndarray:
+    """The field, made anew on a band around its flips and held beside it."""
+    free = np.zeros(surface.node_count, bool)
+    kept = surface.mass / (_BAND * surface.length) ** 2
+    # A direction across the flip, the same all along it, decides to which side the field turns there.
+    aside = surface.to_plane(np.array([0.6, 0.64, 0.48]))
+    for attempt in range(_ATTEMPTS):
+        torn = singular_triangles(surface, z).torn
+        if not torn.any():
+            break
+        free |= _around(surface, torn, rings=_BAND)
+        within, rim = free[bare.row] & free[bare.column], free[bare.row] & ~free[bare.column]
+        number = np.cumsum(free) - 1
+        ends = number[bare.row[within]], number[bare.column[within]]
+        matrix = Matrix(bare.diagonal[free] + kept[free], *ends, bare.value[within])
+        beside = -complex_sums(bare.row[rim], bare.value[rim] * z[bare.column[rim]], len(z))[free]
+        z = z.copy()
+        z[free], _ = _evened(hierarchy_of(matrix), kept[free], (z + aside)[free], pull=beside, steps=_EVEN_STEPS)
+        progress("combing", (attempt + 1) / _ATTEMPTS)
+    return z
 
 
 def _evened(

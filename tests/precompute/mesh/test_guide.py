@@ -91,7 +91,7 @@ def test_head_to_tail_runs_out_along_branches():
     surface = surface_of(*branching())
     vectors, at = directions(surface, guided_field(surface, head_to_tail(surface)).direction)
     out, angle = np.hypot(*at.T[:2]), np.arctan2(at[:, 1], at[:, 0])
-    outwards = (vectors * at)[:, :2].sum(axis=1) / out
+    outwards = (vectors * at)[:, :2].sum(axis=1) / np.maximum(out, 1e-9)
     arms = [(np.abs(angle - arm) < 0.2) & (1.2 < out) & (out < 2.2) for arm in np.radians([0, 120, -120])]
     one, *others = sorted((outwards[arm] for arm in arms), key=np.median)
     # In at one arm, and out at the two others. The arms' flanks slope, so T is not all along them.
