@@ -60,7 +60,7 @@ def _below(numbers: np.ndarray, limit: int) -> bool:
 
 def _arrays(path: Path) -> dict[str, np.ndarray]:
     try:
-        with np.load(path, allow_pickle=False) as held:
+        with np.load(path) as held:
             return {name: held[name] for name in held.files}
     except (OSError, ValueError, EOFError, zipfile.BadZipFile, AttributeError) as error:
         raise GratingError(f"{path}: cannot be read as a mesh; let Comb Grating write it") from error
