@@ -26,6 +26,7 @@ from .operators import (
     osl_reference,
     remove_diffraction,
     remove_grating,
+    show_direction,
     unwrap,
 )
 from .scene import bakes, gratings
@@ -51,6 +52,7 @@ CLASSES = (
     choose_frame.ChooseFrame,
     fit_world.FitWorld,
     osl_reference.NewOslReference,
+    show_direction.ShowDirection,
     unwrap.Unwrap,
     bake_frame_map.BakeFrameMap,
     panel.SampleMenu,
@@ -84,6 +86,7 @@ def unregister() -> None:
     for following in (bake_grating.BakeGrating, comb_grating.CombGrating):
         following.stop()
     unwrap.stop_running_unwrap()
+    show_direction.set_shown(False)
     keep_lamps.unregister()
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.remove(bakes.recall_bakes)

@@ -23,6 +23,8 @@ MODULES = {
     "child": "jobs.child",
     "find": "lamps.find",
     "seams": "frames.seams",
+    "arrows": "frames.arrows",
+    "direction_lines": "actions.direction_lines",
     "unwrap": "actions.unwrap",
     "unwrap_operator": "operators.unwrap",
     "frame_source": "scene.frame_source",

@@ -33,7 +33,8 @@ def seam_warning(mesh: bpy.types.Object, source: FrameSource) -> str:
 class Seams:
     """The edges of a mesh where two faces meet, by its UV map of a name, or by the one that renders.
 
-    faces   (n, 2) the faces of each edge
+    edges   (n,) the edge
+    faces   (n, 2) its faces
     joined  (n,) whether the UV map goes on from the one to the other
     turned  (n,) whether it does not, and U turns along the surface by more than _TURN_DEG"""
 
@@ -47,6 +48,7 @@ class Seams:
         after, beyond = corners.following[one], corners.following[other]
         first, second = np.where(opposite, beyond, other), np.where(opposite, other, beyond)
         apart = np.abs(corners.uv[[one, after]] - corners.uv[[first, second]]).max(axis=(0, 2), initial=0)
+        self.edges = corners.edge[one]
         self.faces = np.stack([corners.face[one], corners.face[other]], axis=1)
         self.joined = apart < _SAME_UV
         self.turned = np.zeros(len(one), bool)

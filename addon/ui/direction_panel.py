@@ -4,6 +4,7 @@
 import bpy
 
 from ..operators.bake_frame_map import BakeFrameMap
+from ..operators.show_direction import ShowDirection
 from ..operators.unwrap import MINIMUM_STRETCH, XATLAS, Unwrap
 from .panel import GratingPanel, draw_note
 
@@ -21,6 +22,7 @@ class DirectionPanel(bpy.types.Panel):
 
     def draw(self, context):
         settings = context.scene.natural_gratings
+        self.layout.operator(ShowDirection.bl_idname, icon="ORIENTATION_LOCAL", depress=ShowDirection.on)
         column = self.layout.column(align=True)
         column.prop(settings, "map_size")
         column.prop(settings, "map_padding")

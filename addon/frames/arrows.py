@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lines that show the direction of a scan on a mesh: arrows along T, and the seams where a UV map turns it."""
+
+import bpy
+import numpy as np
+
+from ..scene.frame_source import STORED, UV_MAP, FrameSource
+from .field import frame_field
+from .seams import Seams
+from .uv_maps import has_comb, has_uv_map
+
+# An arrow's length and its head's, as shares of the mean distance of arrows; and how far it lies above the surface.
+_LENGTH, _HEAD, _ABOVE = 0.7, 0.2, 0.05
+
+
+def arrows(mesh: bpy.types.Mesh, triangles: np.ndarray, *, source: FrameSource, angle: float) -> np.ndarray:
+    """Arrows along T, turned by an angle in radians, in the middle of triangles of a mesh (n,): the ends (k, 2, 3) of
+    their lines, in the mesh's space. Where the source has no direction there is none."""
+    if not len(triangles) or not has_uv_map(mesh, source):
+        return np.empty((0, 2, 3))
+    field = frame_field(mesh, triangles, shares=np.full((len(triangles), 3), 1 / 3), source=source)
+    has = ~np.isnan(field.tangents).any(axis=1)
+    points, n, t = (values[has] for values in (field.points, field.normals, field.tangents))
+    b = np.cross(n, t)
+    t, b = t * np.cos(angle) + b * np.sin(angle), b * np.cos(angle) - t * np.sin(angle)
+    step = np.sqrt(_area(mesh) / max(1, len(triangles)))
+    middle = points + n * (_ABOVE * step)
+    tip, tail = middle + t * (_LENGTH / 2 * step), middle - t * (_LENGTH / 2 * step)
+    barbs = [tip + (side * b - t) * (_HEAD * step) for side in (1, -1)]
+    return np.concatenate([np.stack(pair, axis=1) for pair in ((tail, tip), (tip, barbs[0]), (tip, barbs[1]))])
+
+
+def seam_lines(mesh: bpy.types.Mesh, source: FrameSource) -> np.ndarray:
+    """The edges (k, 2, 3) where a source that is the U of a UV map jumps, in the mesh's space."""
+    combed = source.kind == STORED and has_comb(mesh)
+    if source.kind not in (STORED, UV_MAP) or combed or not has_uv_map(mesh, source):
+        return np.empty((0, 2, 3))
+    seams = Seams(mesh, source.named_uv_map)
+    ends = np.empty(2 * len(mesh.edges), np.int32)
+    mesh.edges.foreach_get("vertices", ends)
+    points = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", points)
+    return points.reshape(-1, 3)[ends.reshape(-1, 2)[seams.edges[seams.turned]]].astype(float)
+
+
+def _area(mesh: bpy.types.Mesh) -> float:
+    """The area of a mesh's faces."""
+    areas = np.empty(len(mesh.polygons), np.float32)
+    mesh.polygons.foreach_get("area", areas)
+    return float(areas.sum(dtype=float))
