@@ -7,12 +7,18 @@ does.
 """
 
 import os
+import struct
 import sys
 import traceback
 from collections.abc import Generator, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import bpy
 from bpy_extras.view3d_utils import location_3d_to_region_2d
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 # Seconds that Blender has for an event, and for one that builds a node group.
 MOMENT, LONG = 0.05, 1.0
@@ -110,6 +116,18 @@ def show_sidebar() -> Steps:
     sidebar.active_panel_category = "Grating"
     area.tag_redraw()
     yield LONG
+
+
+def screen_picture(screen: Path) -> "Image.Image":
+    """The screen, from the file that holds its picture (display.py). Blender's own screenshot is black without a
+    graphics card's front buffer."""
+    from PIL import Image
+
+    held = screen.read_bytes()
+    # The fields of an xwd header, 32 bits each, that say where the pixels begin, and how they are laid out.
+    header_size, _, _, _, width, height, *rest = struct.unpack(">25I", held[:100])
+    row_bytes, colours = rest[6], rest[13]
+    return Image.frombytes("RGB", (width, height), held[header_size + 12 * colours :], "raw", "BGRX", row_bytes)
 
 
 def play(story: Steps) -> None:

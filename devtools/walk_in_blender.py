@@ -8,7 +8,6 @@ exit status and the output.
 """
 
 import importlib
-import struct
 import sys
 from pathlib import Path
 
@@ -25,6 +24,7 @@ from devtools.hands import (
     press_button,
     press_in_view,
     press_key,
+    screen_picture,
     show_sidebar,
     view,
 )
@@ -71,21 +71,10 @@ def picture(name: str, text: str) -> None:
     """A picture of the screen, and the line on what it shows."""
     number = len(_stations) + 1
     file = f"{number:02}_{name}.png"
-    screen_picture().save(FOLDER / file)
+    screen_picture(SCREEN).save(FOLDER / file)
     _stations.append(f"- `{file}`: {text}")
     (FOLDER / "walk.md").write_text("\n".join(_stations) + "\n")
     print(f"[walk] {file}", flush=True)
-
-
-def screen_picture():
-    """The screen. Blender's own screenshot is black without a graphics card's front buffer."""
-    from PIL import Image
-
-    held = SCREEN.read_bytes()
-    # The fields of an xwd header, 32 bits each, that say where the pixels begin, and how they are laid out.
-    header_size, _, _, _, width, height, *rest = struct.unpack(">25I", held[:100])
-    row_bytes, colours = rest[6], rest[13]
-    return Image.frombytes("RGB", (width, height), held[header_size + 12 * colours :], "raw", "BGRX", row_bytes)
 
 
 def dismiss() -> Steps:

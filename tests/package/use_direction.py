@@ -13,7 +13,7 @@ import bpy
 
 sys.path.append(str(Path(__file__).resolve().parents[2]))
 
-from devtools.hands import LONG, play, press_button, press_in_view, show_sidebar, view, window
+from devtools.hands import LONG, play, press_button, press_in_view, screen_picture, show_sidebar, view, window
 
 BAKE, PICTURES = sys.argv[sys.argv.index("--") + 1 :][:2]
 ADDON = "bl_ext.user_default.natural_gratings.addon"
@@ -41,11 +41,10 @@ def set_the_stage():
 
 
 def take_picture(name):
-    """Steps: the 3D view in a file."""
+    """Steps: the screen in a file."""
     view()[0].tag_redraw()
     yield LONG
-    with bpy.context.temp_override(window=window(), area=view()[0]):
-        bpy.ops.screen.screenshot_area(filepath=str(Path(PICTURES) / name))
+    screen_picture(Path(PICTURES) / "Xvfb_screen0").save(Path(PICTURES) / name)
 
 
 def maps():
