@@ -36,6 +36,8 @@ TILT_DEG = 14.0
 TARGET_M = (0.0, 0.0, 0.012)
 # Azimuth, elevation and strength of small lamps: each sends its orders into wedges of its own.
 KEYS = (("Key", 70.0, 52.0, 24.0), ("Side", 160.0, 40.0, 14.0), ("Back", 20.0, 30.0, 14.0))
+# In stops: discs are dark but for their wedges.
+EXPOSURE = 1.5
 CAMERA = Towards(-90.0, 38.0, 0.85)
 LENS_MM = {1: 150.0, 2: 85.0, 3: 60.0}
 
@@ -89,6 +91,7 @@ def build_discs(scene: bpy.types.Scene, discs: list[str]) -> None:
     wrap_in_dusk(scene, 0.25)
     add_camera(scene, CAMERA, TARGET_M, LENS_MM[len(discs)])
     settings(scene)
+    scene.view_settings.exposure = EXPOSURE
 
 
 def main(argv: list[str]) -> None:
