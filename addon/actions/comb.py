@@ -114,8 +114,8 @@ def _request(
     """What the process needs beside the mesh. Raises GratingError if there is nothing to follow."""
     if source in ("X", "Y", "Z"):
         return {"guide": np.array("axis"), "axis": np.array([float(axis == source) for axis in "XYZ"])}
-    if source == "UV":
-        return {"guide": np.array("uv"), "uv": combed.uv_of(_own_map(thing))}
+    if source in ("UV", "COPY"):
+        return {"guide": np.array(source.lower()), "uv": combed.uv_of(_own_map(thing))}
     if source in ("TAIL", "SMOOTHEST"):
         return {"guide": np.array(source.lower())}
     found = {

@@ -29,6 +29,7 @@ COMB_SOURCES = (
     ("Y", "Y Axis", "Along the object's Y axis, laid on the surface"),
     ("Z", "Z Axis", "Along the object's Z axis, laid on the surface"),
     ("UV", "UV Map", "Along the U of the UV map that renders, smooth across its seams"),
+    ("COPY", "Copy of UV Map", "Exactly the U of the UV map that renders, with all its turns and seams"),
     ("SMOOTHEST", "Smoothest", "Whichever way has the fewest turns"),
 )  # fmt: skip
 AXES = (

@@ -11,12 +11,16 @@ from ..base.progress import Progress, silent, span_of
 from . import guide
 from .field import guided_field, smoothest_field
 from .head_to_tail import head_to_tail
-from .layout import Polygons, corner_directions, lay
+from .layout import Polygons, corner_directions, lay, uv_directions
 from .singular import singular_triangles
 from .surface import Surface, surface_of
 
 # What a comb can follow, and the array that it needs: a direction (3,), UV (corners, 2), or segments (k, 2, 3).
-GUIDES = {"axis": "axis", "uv": "uv", "bones": "segments", "strokes": "segments", "tail": None, "smoothest": None}
+# "copy" is the UV's own direction, with all its turns.
+GUIDES = {
+    "axis": "axis", "uv": "uv", "copy": "uv", "bones": "segments", "strokes": "segments", "tail": None,
+    "smoothest": None,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,11 @@ def comb(name: str, polygons: Polygons, request: Mapping[str, np.ndarray], *, pr
         raise GratingError(f"{name}: its faces have no area; scale it up, or choose another mesh")
     progress("combing", 0.1)
     kind = str(request["guide"])
+    if kind == "copy":
+        directions = uv_directions(polygons, request["uv"])
+        uv, turn = lay(polygons, directions)
+        progress("combing", 1.0)
+        return Combed(directions, uv, turn, triangle=np.zeros(0, int), index=np.zeros(0, int), residual=0.0)
     if kind == "smoothest":
         field = smoothest_field(surface, progress=span_of(progress, 0.1, 0.9))
     else:

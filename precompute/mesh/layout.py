@@ -51,6 +51,14 @@ def corner_directions(polygons: Polygons, surface: Surface, direction: np.ndarra
     return _across(there, n)
 
 
+def uv_directions(polygons: Polygons, uv: np.ndarray) -> np.ndarray:
+    """The tangents (corners, 3) of a UV map (corners, 2) as renderers have them, the mean over the faces that share a
+    point and its UV there."""
+    places = np.column_stack([polygons.point, uv])
+    _, weld = np.unique(places, axis=0, return_inverse=True)
+    return _tangents(polygons, polygons.points[polygons.point], uv, weld=weld.ravel())
+
+
 def lay(polygons: Polygons, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The UV map (corners, 2), in single precision, and the turn (corners, 3) as cosine, sine and 0, of directions
     (corners, 3) across the shading normals."""
@@ -68,7 +76,7 @@ def lay(polygons: Polygons, directions: np.ndarray) -> tuple[np.ndarray, np.ndar
     axes = np.stack([u, np.cross(normal, u)], axis=1)[face_of_corner]
     flat = np.einsum("ijk,ik->ij", axes, points)
     uv = _in_cells(flat, face_of_corner, faces).astype(np.float32)
-    tangent = _tangents(polygons, points, uv.astype(float))
+    tangent = _tangents(polygons, points, uv.astype(float), weld=np.arange(len(points)))
     n = unit(polygons.normals)
     cosine = np.einsum("ij,ij->i", directions, tangent)
     sine = np.einsum("ij,ij->i", directions, np.cross(n, tangent))
@@ -88,10 +96,10 @@ def _in_cells(flat: np.ndarray, face: np.ndarray, faces: int) -> np.ndarray:
     return (cell[face] + inside) / side
 
 
-def _tangents(polygons: Polygons, points: np.ndarray, uv: np.ndarray) -> np.ndarray:
+def _tangents(polygons: Polygons, points: np.ndarray, uv: np.ndarray, *, weld: np.ndarray) -> np.ndarray:
     """The tangents (corners, 3) of a UV map as renderers have them: of each triangle, laid across the corner's normal,
-    and the mean over the face's triangles there by their angles (Mikkelsen, "Simulation of wrinkled surfaces
-    revisited", 2008, section 3.4)."""
+    and the mean over the triangles there by their angles (Mikkelsen, "Simulation of wrinkled surfaces revisited",
+    2008, section 3.4). Corners of one number in `weld` (corners,) are one place."""
     at, on = points[polygons.corners], uv[polygons.corners]
     one, two = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
     by_one, by_two = on[:, 1] - on[:, 0], on[:, 2] - on[:, 0]
@@ -102,7 +110,8 @@ def _tangents(polygons: Polygons, points: np.ndarray, uv: np.ndarray) -> np.ndar
     n = unit(polygons.normals)
     after, before = np.roll(at, -1, axis=1) - at, np.roll(at, 1, axis=1) - at
     angle = np.arccos(np.clip(np.einsum("ijk,ijk->ij", _units(after), _units(before)), -1, 1)).ravel()
-    return _across(_sums(corner, _across(along, n[corner]) * angle[:, None], len(points)), n)
+    found = _sums(weld[corner], _across(along, n[corner]) * angle[:, None], int(weld.max(initial=-1)) + 1)
+    return _across(found[weld], n)
 
 
 def _across(vectors: np.ndarray, normals: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ import pytest
 
 from precompute.base.failure import GratingError
 from precompute.mesh.comb import GUIDES, comb
-from precompute.mesh.layout import Polygons, corner_directions, lay
+from precompute.mesh.layout import Polygons, corner_directions, lay, uv_directions
 from precompute.mesh.surface import surface_of
 
 from .shapes import joined, polygons_of, sheet, sphere, torus
@@ -36,6 +36,32 @@ def test_the_map_and_the_turn_give_the_field_back(mesh):
     # The turn was found from the map as it was rounded; what is left is its own single precision.
     np.testing.assert_allclose(carried(polygons, uv, turn), directions[polygons.corners], atol=1e-6)
     np.testing.assert_allclose(np.linalg.norm(turn, axis=1), 1, atol=1e-6)
+
+
+def test_the_u_of_a_map_is_the_mean_over_what_is_sewn():
+    """Around a torus U runs along circles; a triangle's own U leaves the circle by half an edge, 2 pi / 128, the mean
+    at a point by the difference of two neighbours alone. At a seam each side has its own."""
+    polygons = polygons_of(*torus())
+    along = np.cross([0.0, 0.0, 1.0], polygons.points[polygons.point])
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    uv = uv_of_torus()
+    sewn = uv_directions(polygons, uv)
+    np.testing.assert_allclose((sewn * polygons.normals).sum(axis=1), 0, atol=1e-9)
+    off = np.arccos(np.clip(np.abs((sewn * along).sum(axis=1)), 0, 1))
+    assert np.median(off) < 2 * np.pi / 128 / 4
+    apart = uv_directions(polygons, uv + 10 * np.repeat(np.arange(len(uv) // 3), 3)[:, None])
+    assert np.median(np.arccos(np.clip(np.abs((apart * along).sum(axis=1)), 0, 1))) > 2 * np.pi / 128 / 4
+
+
+def test_a_copy_of_a_map_is_that_map():
+    polygons = polygons_of(*torus())
+    uv = uv_of_torus()
+    combed = comb("torus", polygons, {"guide": np.array("copy"), "uv": uv})
+    np.testing.assert_array_equal(combed.directions, uv_directions(polygons, uv))
+    np.testing.assert_allclose(
+        carried(polygons, combed.uv, combed.turn), combed.directions[polygons.corners], atol=1e-6
+    )
+    assert not len(combed.triangle)
 
 
 def test_no_two_faces_touch_in_the_map():
@@ -97,7 +123,8 @@ def test_every_guide_combs_a_mesh_of_parts(guide):
     combed = comb("parts", polygons_of(*mesh), request, progress=lambda *now: told.append(now[1]))
     np.testing.assert_allclose(np.linalg.norm(combed.directions, axis=1), 1, atol=1e-6)
     # Random UV contradicts itself at every edge, and what flips is told.
-    assert combed.index.sum() == 2
+    if guide != "copy":  # whose seams are its own
+        assert combed.index.sum() == 2
     assert told[-1] == 1.0 and min(told) >= 0
 
 
