@@ -13,6 +13,7 @@ from ..frames import combed, lines
 from ..frames.uv_maps import has_comb, rendering_map
 from ..jobs.child import Job
 from ..scene.frame_source import COMB_SOURCES, COMB_UV
+from .material import read_combs
 from .meshes import check_can_change, data_is_fixed, no_meshes
 
 # Blender keeps no more UV maps of a mesh.
@@ -80,6 +81,7 @@ def finish_comb(job: CombJob) -> list[str]:
         combed.store(mesh, field["uv"], field["turn"])
         combed.select_triangles(mesh, field["triangle"])
         report.append(f"{thing}: combed by {job.label}; {_told(field['index'])}")
+    read_combs()
     return report
 
 

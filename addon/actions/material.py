@@ -51,6 +51,14 @@ def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
     return grating.group
 
 
+def read_combs() -> None:
+    """Have all gratings of the file read the combs of its meshes, now that there are some."""
+    for scene in bpy.data.scenes:
+        for grating in scene.natural_gratings.items:
+            if grating.group is not None and grating.group.library is None:
+                set_frame(grating.group, grating.frame_source())
+
+
 def refresh_group(grating: Grating) -> None:
     """Have the grating's Diffraction group, if there is one, show the bake that the grating has now. The materials that
     use it keep their links and what artists set on them.

@@ -35,7 +35,7 @@ def tangent_nodes(tree: Tree, n: Value, source: FrameSource) -> Value:
         keep = tuple(1.0 - part for part in source.axis_vector)
         return tree.from_object(place * keep)
     along_u = uv_tangent(tree, source.named_uv_map)
-    if source.kind == STORED:
+    if source.kind == STORED and source.combed:
         return _linked_else(tree, combed_tangent(tree, n), along_u)
     if source.kind != FRAME_MAP:
         return along_u

@@ -51,13 +51,16 @@ class FrameSource:
     uv_map     of UV_MAP: the map's name
     axis       of RADIAL and AXIS: one of AXES
     frame_map  of FRAME_MAP: the picture
-    angle      the name of a custom property of objects that turns their scan, in radians; empty for none"""
+    angle      the name of a custom property of objects that turns their scan, in radians; empty for none
+    combed     of STORED: whether some mesh of the file has a comb. Without one its nodes are left out: EEVEE has no
+               tangent, not even zero, of a UV map that a mesh lacks"""
 
     kind: str = STORED
     uv_map: str = ""
     axis: str = "Z"
     frame_map: bpy.types.Image | None = None
     angle: str = ""
+    combed: bool = False
 
     @property
     def axis_vector(self) -> tuple[float, float, float]:
@@ -74,6 +77,7 @@ class FrameSource:
     def as_property(self) -> dict[str, Any]:
         """The choice as a custom property holds it."""
         held = {"kind": self.kind, "uv_map": self.uv_map, "axis": self.axis, "angle": self.angle}
+        held["combed"] = self.combed
         return held if self.frame_map is None else held | {"frame_map": self.frame_map}
 
     @classmethod
@@ -82,6 +86,11 @@ class FrameSource:
         if held is None or (held["kind"] == FRAME_MAP and not is_frame_map(held.get("frame_map"))):
             return cls()
         return cls(**dict(held.items()))
+
+
+def file_has_comb() -> bool:
+    """Whether Comb Grating has stored a field on some mesh of the file."""
+    return any(COMB_TURN in mesh.attributes for mesh in bpy.data.meshes)
 
 
 def is_frame_map(image: bpy.types.Image | None) -> bool:

@@ -19,7 +19,7 @@ from bpy.props import (
 )
 
 from ...precompute.base.failure import GratingError
-from .frame_source import AXES, KINDS, FrameSource
+from .frame_source import AXES, KINDS, STORED, FrameSource, file_has_comb
 from .lights import LIGHTS
 
 if TYPE_CHECKING:
@@ -126,6 +126,7 @@ class Grating(bpy.types.PropertyGroup):
             "uv_map": self.frame_uv_map,
             "axis": self.frame_axis,
             "angle": self.frame_angle,
+            "combed": self.frame_kind == STORED and file_has_comb(),
         }
         return FrameSource.from_property(held | {"frame_map": self.frame_map})
 

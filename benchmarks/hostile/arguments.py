@@ -34,6 +34,8 @@ _LINES = {
     "evaluate": ["sample:flat"],
     "efficiency": ["binary", "--period-um", "2", "--depth-nm", "100", "--wavelength-nm", "500"],
     "benchmark": ["--quick", "-o", "FOLDER/out"],
+    "comb": ["FOLDER/none.npz", "-o", "FOLDER/out"],
+    "unwrap": ["FOLDER/none.npz", "-o", "FOLDER/out"],
 }
 
 
