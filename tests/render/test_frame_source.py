@@ -13,7 +13,8 @@ TOLERANCE = 0.006
 
 def shown(stage, mesh, engine, **choice):
     """T (n, n, 3) of a source, without Rotation, as an engine shows it."""
-    source = stage.addon.frame_source.FrameSource(**choice)
+    held = stage.addon.frame_source
+    source = held.FrameSource(combed=held.file_has_comb(), **choice)
     material, tree = stage.material("T")
     inputs = {"Normal": (0.0, 0.0, 0.0), "Tangent": (0.0, 0.0, 0.0)}
     inputs = {name: tree.value(tree.node("ShaderNodeCombineXYZ", *zero).outputs[0]) for name, zero in inputs.items()}
