@@ -13,7 +13,8 @@ from ..base.progress import Progress
 from ..measure.forms import FORM_NAMES
 from ..optics import coherence
 from ..surface.height_map import HeightMap
-from ..surface.relief import Relief, prepare
+from ..surface.relief import Relief, relief_of
+from ..surface.steps.pipeline import level
 from ..table import sample_set
 from ..table.atlas_file import write_together
 from ..table.sample_set import path_beside
@@ -31,7 +32,7 @@ def bake_to_folder(height_maps: Sequence[HeightMap], request: BakeRequest, folde
 
     Returns the facts of the run, as `--json` gives them. Under `files` the table's file comes first. Raises
     GratingError as `make` and `write_together` do."""
-    reliefs = [prepare(height_map) for height_map in height_maps]
+    reliefs, told = _levelled(height_maps, request)
     made = make(reliefs, request, progress=progress, source=", ".join(height_map.source for height_map in height_maps))
     provenance = provenance_of(height_maps, reliefs, request, made=made)
     folder.mkdir(parents=True, exist_ok=True)
@@ -52,9 +53,20 @@ def bake_to_folder(height_maps: Sequence[HeightMap], request: BakeRequest, folde
         "transforms": made.transforms,
         "precision": str(made.image.dtype),
         "coherence_um": provenance["coherence_um"],
+        "levelling": told,
         **made.claims.as_dict(),
         "files": [str(file) for file in pictures],
     }
+
+
+def _levelled(height_maps: Sequence[HeightMap], request: BakeRequest) -> tuple[list[Relief], list[str]]:
+    """The reliefs, and what the steps of levelling told, a line each; of several scans each line names its scan."""
+    reliefs, told = [], []
+    for height_map in height_maps:
+        levelled = level(height_map, request.levelling)
+        reliefs.append(relief_of(levelled.height_map))
+        told += [f"{height_map.source_name}: {line}" if len(height_maps) > 1 else line for line in levelled.told]
+    return reliefs, told
 
 
 def provenance_of(
@@ -87,6 +99,7 @@ def are_facts(facts: Mapping[str, Any], height_maps: Sequence[HeightMap]) -> boo
     """Whether a record holds what bake_to_folder tells of the bake of these height maps, with the names of the files
     under `files`."""
     name = bake_name(height_maps)
+    told = facts.get("levelling", [])
     tile, errors, forms = facts.get("tile"), facts.get("delta_e"), facts.get("delta_e_by_form")
     return (
         facts["files"] in ([f"{name}.exr"], [f"{name}.exr", path_beside(Path(f"{name}.exr")).name])
@@ -96,6 +109,8 @@ def are_facts(facts: Mapping[str, Any], height_maps: Sequence[HeightMap]) -> boo
         and all(map(_is_figure, tile))
         and isinstance(forms, dict)
         and {"stam"} <= set(forms) <= set(FORM_NAMES)
+        and isinstance(told, list)
+        and all(isinstance(line, str) for line in told)
         and all(
             isinstance(each, dict) and all(_is_figure(each.get(key)) for key in _ERRORS)
             for each in (errors, *forms.values())

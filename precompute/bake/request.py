@@ -15,12 +15,12 @@ from ..base.files import can_be_a_path
 from ..colour.observer import ILLUMINANTS, LINES_NM, is_illuminant
 from ..surface.height_map import HeightMap
 from ..surface.readers.registry import read_height_map
+from ..surface.steps.pipeline import DEFAULT, steps_of
+from ..surface.steps.step import Step
 from .needs import EVERYTHING, Needs, needs_of
 
 # The names of the models of coherence (coherence_models.py).
 MODELS = ("ensemble", "patch")
-# The steps by which scans are levelled, in the order in which they are done. There is only one today.
-LEVELLING = ("plane",)
 # What a request's numbers can be. CIEDE2000 of black and white is 100. An error of 1e-3 asks for spectra to 2e-7 of
 # their light, at the end of single precision. No coherence length is shorter than the light's wavelength by far, and no
 # scan is as long as 10 mm. Sizes are those of the readers of pictures.
@@ -62,7 +62,7 @@ class BakeRequest:
     illuminant          what lights the surface: white, or a laser's line, as 532nm
     needs               what the scene reaches
     model               the model of coherence, one of MODELS
-    levelling           the steps by which the scans are levelled
+    levelling           the steps by which each scan is levelled and repaired, in their order
     scans               scans of one skin; their spectra are averaged"""
 
     delta_e: float = 1.0
@@ -70,7 +70,7 @@ class BakeRequest:
     illuminant: str = "D65"
     needs: Needs = EVERYTHING
     model: str = "ensemble"
-    levelling: tuple[str, ...] = LEVELLING
+    levelling: tuple[Step, ...] = DEFAULT
     scans: tuple[Scan, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
@@ -80,7 +80,7 @@ class BakeRequest:
         scans = [{**asdict(scan), "source": _without_folder(scan.source)} for scan in self.scans]
         return {
             "scans": scans,
-            "levelling": list(self.levelling),
+            "levelling": [step.text for step in self.levelling],
             "model": self.model,
             "delta_e": self.delta_e,
             "coherence_um": None if self.coherence_length_m is None else self.coherence_length_m * 1e6,
@@ -111,11 +111,12 @@ def request_from(record: Mapping[str, Any], source: str) -> BakeRequest:
         illuminant=_illuminant(source, record.get("illuminant", "D65")),
         needs=needs_of(record["needs"], source) if "needs" in record else EVERYTHING,
         model=_one_of(source, "model", record.get("model", "ensemble"), MODELS),
-        levelling=LEVELLING,
+        levelling=DEFAULT,
         scans=_scans(source, _list(source, "scans", record.get("scans", []))),
     )
-    for step in _list(source, "levelling", record.get("levelling", list(LEVELLING))):
-        _one_of(source, "levelling", step, LEVELLING)
+    if "levelling" in record:
+        steps = steps_of(_list(source, "levelling", record["levelling"]), f"{source}: levelling")
+        found = replace(found, levelling=steps)
     if record.get("coherence_um") is not None:
         length_um = _number(source, "coherence_um", record["coherence_um"], COHERENCE_UM)
         found = replace(found, coherence_length_m=length_um * 1e-6)

@@ -22,6 +22,8 @@ from ..measure.forms import FORM_NAMES, RELATIVE_DY, FormErrors
 from ..measure.pairs import Pairs, draw_w
 from ..surface.height_map import HeightMap
 from ..surface.relief import Relief, prepare
+from ..surface.steps.pipeline import DEFAULT, steps_of
+from ..surface.steps.step import Step
 from . import albedo, direct_sums
 from .direct_sums import draw_pairs, scattered_xyz
 from .table_file import Table, read_table
@@ -135,7 +137,8 @@ def check(
     _refuse_another_surface(bake, table.record, height_maps)
     asked = float(table.record.get("asked_delta_e", 1.0)) if delta_e is None else delta_e
     step_m = default_step(table.sigma_b) if step_m is None else step_m
-    reliefs = [prepare(height_map) for height_map in height_maps]
+    steps = steps_in(table.record, str(bake))
+    reliefs = [prepare(height_map, steps) for height_map in height_maps]
     truth = truths(table, reliefs, groups=groups, pairs=pairs, step_m=step_m, progress=progress)
     if not sum(len(t.scattered_xyz) for t in truth):
         raise GratingError(f"{bake}: none of {pairs} direction pairs falls in what it covers; give more --pairs")
@@ -173,6 +176,14 @@ def _refuse_another_surface(bake: Path, record: dict, height_maps: Sequence[Heig
         raise GratingError(
             f"{bake}: baked from pixels of {pixel[1] * 1e9:.4g} nm; give the --size-um that it was given"
         )
+
+
+def steps_in(record: dict, source: str) -> tuple[Step, ...]:
+    """The steps by which the scans of a bake were levelled, as its header tells them. Raises GratingError for steps
+    that there are not."""
+    request = record.get("request")
+    told = request.get("levelling") if isinstance(request, dict) else None
+    return steps_of(told, f"{source}: its header's levelling") if isinstance(told, list) else DEFAULT
 
 
 def default_step(sigma_b: float) -> float:

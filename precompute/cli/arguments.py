@@ -11,6 +11,8 @@ from ..base.failure import GratingError
 from ..colour.observer import is_illuminant
 from ..surface.height_map import HeightMap
 from ..surface.readers.registry import read_height_map
+from ..surface.steps.pipeline import DEFAULT, help_text, parse_steps
+from ..surface.steps.step import Step
 from ..table.sample_set import path_beside
 from .option_types import count, name_argument, number, path_argument
 
@@ -71,7 +73,24 @@ def add_bake_options(parser: argparse.ArgumentParser) -> None:
         "--illuminant", type=illuminant_argument, default="D65",
         help="what counts as white, D65 or E; or a laser's line, as 532nm; default D65",
     )  # fmt: skip
+    add_level(parser, "plane", DEFAULT)
     parser.add_argument("--no-cache", action="store_true", help="bake even if the cache has this bake")
+
+
+def add_level(parser: argparse.ArgumentParser, default: str, steps: tuple[Step, ...] = ()) -> None:
+    """Add --level, which without being given has the steps that `default` names in words."""
+    parser.add_argument(
+        "--level", type=level_argument, default=steps, metavar="STEP,STEP",
+        help=f"steps that level and repair the scan, in the order given, or none; default {default}. {help_text()}",
+    )  # fmt: skip
+
+
+def level_argument(text: str) -> tuple[Step, ...]:
+    """The type of an option for steps of levelling."""
+    try:
+        return parse_steps(text, f"{text:.40}")
+    except GratingError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
 
 
 def sample_names() -> tuple[str, ...]:

@@ -64,6 +64,7 @@ def request_of(arguments: argparse.Namespace) -> BakeRequest:
         illuminant=arguments.illuminant,
         needs=EVERYTHING if arguments.needs is None else read_needs(arguments.needs),
         model=arguments.model,
+        levelling=arguments.level,
         scans=tuple(Scan(file, arguments.size_um, arguments.height_nm, arguments.channel) for file in arguments.files),
     )
 
@@ -110,5 +111,6 @@ def bake_summary(facts: dict) -> tuple[str, ...]:
         f"coherence {facts['coherence_um']:.1f} um, {facts['blender_bytes'] / 2**20:.0f} MiB in Blender, "
         f"{origin}{facts['seconds']:.1f} s",
         *forms,
+        *facts.get("levelling", ()),
         f"self-check {facts['check_seconds']:.1f} s",
     )

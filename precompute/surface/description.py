@@ -10,7 +10,7 @@ import numpy as np
 from .first_order import COARSEST_PERIOD_M, FINEST_PERIOD_M
 from .height_map import HeightMap
 from .levelling import level_plane
-from .periods import Wave, Waves, waves_of
+from .periods import Wave, Waves, length_in_words, waves_of
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Description:
     def in_words(self) -> list[str]:
         """What the relief and its waves are, a line each, with the reason why a wave is or is not the grating."""
         gratings, waviness, fine = self.waves.gratings, self.waves.waviness, self.waves.fine
-        band = f"from {_length(FINEST_PERIOD_M)} to {_length(COARSEST_PERIOD_M)}"
+        band = f"from {length_in_words(FINEST_PERIOD_M)} to {length_in_words(COARSEST_PERIOD_M)}"
         lines = [f"relief: {self.relief_in_words()}"]
         if gratings:
             lines.append(
@@ -111,9 +111,4 @@ def _range(height_map: HeightMap) -> float:
 
 
 def _told(wave: Wave) -> str:
-    # round() and + 0 keep a minus off zero.
-    return f"{_length(wave.period_m)} at {round(wave.angle_deg) + 0} deg, {wave.repeats:.3g} repeats in the scan"
-
-
-def _length(length_m: float) -> str:
-    return f"{length_m * 1e6:.3g} um" if length_m >= 10e-6 else f"{length_m * 1e9:.4g} nm"
+    return f"{wave.in_words()}, {wave.repeats:.3g} repeats in the scan"

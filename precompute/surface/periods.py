@@ -53,6 +53,16 @@ class Wave:
     amplitude_m: float
     light: float
 
+    def in_words(self) -> str:
+        """Length and direction: "316 nm at 45 deg"."""
+        # round() and + 0 keep a minus off zero.
+        return f"{length_in_words(self.period_m)} at {round(self.angle_deg) + 0} deg"
+
+
+def length_in_words(length_m: float) -> str:
+    """A length in micrometres or, below ten of them, in nanometres: "18.4 um", "1499 nm"."""
+    return f"{length_m * 1e6:.3g} um" if length_m >= 10e-6 else f"{length_m * 1e9:.4g} nm"
+
 
 @dataclass(frozen=True)
 class Waves:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The relief: a height map made ready for the Fourier transform (levelled, holes filled, pixels refined, apodised)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,8 @@ from ..base.memory import refuse_beyond_memory
 from ..colour.observer import WAVELENGTH_MIN_M
 from .height_map import HeightMap
 from .holes import fill_missing
-from .levelling import level_plane
+from .steps.pipeline import DEFAULT, level
+from .steps.step import Step
 
 # |u| reaches 2 where light and view both graze, so |q| reaches 2 / lambda_min. Larger pixels than this would alias.
 PIXEL_MAX_M = WAVELENGTH_MIN_M / 4
@@ -54,32 +56,38 @@ class Relief:
         return float(np.ptp(self.height_m))
 
 
-def prepare(height_map: HeightMap) -> Relief:
-    """Make a relief of a height map.
+def prepare(height_map: HeightMap, steps: Sequence[Step] = DEFAULT) -> Relief:
+    """Make a relief of a height map: it is levelled by steps, without any by a plane, and relief_of does the rest.
 
-    The plane is subtracted, holes are filled, and pixels are refined until they are no larger than PIXEL_MAX_M. Edges
-    are apodised. A periodic surface keeps its slopes and edges: it has no tilt, and its edges wrap.
+    Raises GratingError as `level` and relief_of do."""
+    return relief_of(level(height_map, steps).height_map)
+
+
+def relief_of(levelled: HeightMap) -> Relief:
+    """Make a relief of levelled heights.
+
+    Holes are filled, and pixels are refined until they are no larger than PIXEL_MAX_M. Edges are apodised. A periodic
+    surface keeps its slopes and edges: it has no tilt, and its edges wrap.
 
     Raises GratingError where the refined relief would take more than half of the memory that is free."""
-    factors = [_refinement(*side) for side in zip(height_map.height_m.shape, height_map.pixel_size_m, strict=True)]
-    rows, cols = (n * factor for n, factor in zip(height_map.height_m.shape, factors, strict=True))
+    factors = [_refinement(*side) for side in zip(levelled.height_m.shape, levelled.pixel_size_m, strict=True)]
+    rows, cols = (n * factor for n, factor in zip(levelled.height_m.shape, factors, strict=True))
     refuse_beyond_memory(
         _BYTES_PER_PIXEL * rows * cols,
-        f"{height_map.source}: its relief, refined to {rows} x {cols} pixels of at most {PIXEL_MAX_M * 1e9:.0f} nm,",
+        f"{levelled.source}: its relief, refined to {rows} x {cols} pixels of at most {PIXEL_MAX_M * 1e9:.0f} nm,",
         SMALLER,
     )
-    levelled = height_map if height_map.periodic else level_plane(height_map)
     height = fill_missing(levelled).height_m[::-1]
-    pixel_size = height_map.pixel_size_m
+    pixel_size = levelled.pixel_size_m
     for axis, factor in enumerate(factors):
         if factor > 1:
-            height = _upsample(height, factor, axis, periodic=height_map.periodic)
-    size_m = tuple(n * d for n, d in zip(height_map.height_m.shape, pixel_size, strict=True))
+            height = _upsample(height, factor, axis, periodic=levelled.periodic)
+    size_m = tuple(n * d for n, d in zip(levelled.height_m.shape, pixel_size, strict=True))
     pixel_size = tuple(length / n for length, n in zip(size_m, height.shape, strict=True))
-    apodisation_axes = tuple(np.ones(n) if height_map.periodic else _tukey_window(n) for n in height.shape)
+    apodisation_axes = tuple(np.ones(n) if levelled.periodic else _tukey_window(n) for n in height.shape)
     weights = [apodisation**2 / np.sum(apodisation**2) for apodisation in apodisation_axes]
     height = height - weights[0] @ height @ weights[1]
-    return Relief(height, apodisation_axes, pixel_size, height_map.periodic)
+    return Relief(height, apodisation_axes, pixel_size, levelled.periodic)
 
 
 def _refinement(count: int, pixel_m: float) -> int:

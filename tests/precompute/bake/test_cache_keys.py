@@ -34,6 +34,7 @@ def test_a_key_is_of_the_content_alone(height_map):
     assert cache.key_of([replace(height_map, height_m=np.asfortranarray(height_map.height_m))], request()) == found
     same = request("--delta-e", "1.00", "--coherence-um", "auto", "--json", "-", "--progress", "none", "--no-cache")
     assert cache.key_of([height_map], same) == found
+    assert cache.key_of([height_map], request("--level", "plane:least-squares")) == found
 
 
 def test_each_part_of_the_content_changes_the_key(height_map, monkeypatch):
@@ -61,6 +62,7 @@ def test_each_option_of_the_bake_changes_the_key(height_map, tmp_path):
     needs = tmp_path / "needs.json"
     needs.write_text('{"format": 1, "u": [0, 1]}')
     lines = [(), ("--delta-e", "1.5"), ("--coherence-um", "30"), ("--illuminant", "E"), ("--needs", str(needs))]
+    lines += [("--level", steps) for steps in ("none", "plane,dust", "dust,plane", "plane,dust:6", "plane:robust")]
     keys = [cache.key_of([height_map], request(*line)) for line in lines]
     needs.write_text('{"format": 1, "u": [0, 1.5]}')
     keys.append(cache.key_of([height_map], request("--needs", str(needs))))

@@ -6,6 +6,7 @@ import pytest
 from precompute.bake.request import COHERENCE_UM, DELTA_E, BakeRequest, Scan, request_from
 from precompute.base.failure import GratingError
 from precompute.cli.bake import read_request
+from precompute.surface.steps.pipeline import DEFAULT, parse_steps
 
 SCAN = {"source": "skin.png", "size_um": 4, "height_nm": 250}
 
@@ -13,6 +14,11 @@ SCAN = {"source": "skin.png", "size_um": 4, "height_nm": 250}
 def test_a_request_comes_back():
     request = BakeRequest(2.5, 7e-6, "E", model="patch", scans=(Scan("skin.png", 4.0, 250.0), Scan("sample:cd")))
     assert request_from(request.as_dict(), "test") == request
+    for steps in ("none", "plane,poly:3,scars,rotate:-12.5"):
+        asked = BakeRequest(levelling=parse_steps(steps))
+        assert request_from(asked.as_dict(), "test") == asked
+    # The record of a bake from before there were other steps, and one without any.
+    assert request_from({"levelling": ["plane"]}, "test") == request_from({}, "test") == BakeRequest(levelling=DEFAULT)
     for delta_e in DELTA_E:
         for length_um in COHERENCE_UM:
             assert request_from({"delta_e": delta_e, "coherence_um": length_um}, "test").delta_e == delta_e
@@ -26,7 +32,10 @@ def test_a_request_comes_back():
     ({"coherence_um": 1e-9}, "coherence_um: give a number from 0.1"), ({"coherence_um": False}, "coherence"),
     ({"illuminant": ["D65"]}, "illuminant: give one of"), ({"illuminant": {}}, "illuminant: give one of"),
     ({"model": None}, "model: give one of"), ({"levelling": "plane"}, "levelling: give a list"),
-    ({"levelling": [[]]}, "levelling: give one of"), ({"needs": 1}, "not a needs file"), ({"needs": {}}, "not a needs"),
+    ({"levelling": [[]]}, "levelling: no such step; give one of"),
+    ({"levelling": ["rotate"]}, "levelling: rotate: no such argument; give DEG"),
+    ({"levelling": ["plane"] * 10**4}, "levelling: 10000 steps; give at most 50"),
+    ({"needs": 1}, "not a needs file"), ({"needs": {}}, "not a needs"),
     ({"k" * 10**5: 0}, "kkk: no such key"), ({"scans": {}}, "scans: give a list"), ({"scans": [1]}, "scans: give each"),
     ({"scans": [SCAN] * 1001}, "scans: 1001 of them"), ({"scans": [{"source": 1}]}, "scans: give each"),
     ({"scans": [{"source": ""}]}, "source: no name"), ({"scans": [{"source": "a\0b"}]}, "source: no name"),

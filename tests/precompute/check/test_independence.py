@@ -14,8 +14,11 @@ SHARED = {
     "base/exr.py", "base/failure.py", "base/memory.py", "base/progress.py", "base/strict_json.py",
     "colour/difference.py", "colour/observer.py", "measure/errors.py", "measure/forms.py", "measure/pairs.py",
     "optics/brdf.py",
-    "optics/fresnel.py", "optics/region.py", "surface/height_map.py", "surface/holes.py", "surface/levelling.py",
-    "surface/relief.py",
+    "optics/fresnel.py", "optics/region.py", "surface/first_order.py", "surface/height_map.py", "surface/holes.py",
+    "surface/levelling.py", "surface/periods.py", "surface/relief.py", "surface/steps/cutting.py",
+    "surface/steps/defects.py", "surface/steps/lines.py", "surface/steps/loss.py", "surface/steps/main_wave.py",
+    "surface/steps/pipeline.py", "surface/steps/plane.py", "surface/steps/scaling.py", "surface/steps/step.py",
+    "surface/steps/tip.py",
 }  # fmt: skip
 
 

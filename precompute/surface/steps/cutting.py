@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Turning a scan, and cutting parts out of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from ...base.failure import GratingError
+from ..height_map import HeightMap
+from ..holes import fill_missing
+from .main_wave import main_wave
+from .step import Done
+
+_ROWS_AT_ONCE = 256
+# A side of fewer pixels is no scan any more.
+_LEAST_PIXELS = 8
+
+
+def rotate(height_map: HeightMap, degrees: float) -> Done:
+    """Turn the surface counterclockwise, from T towards B.
+
+    By quarters of a turn the pixels are moved. By any other angle heights are read between the pixels, and the largest
+    rectangle of the scan's proportions is kept in which none is missing; holes are filled before."""
+    quarters = degrees / 90
+    if quarters == int(quarters):
+        turned = np.rot90(height_map.height_m, int(quarters))
+        pixel = height_map.pixel_size_m if quarters % 2 == 0 else height_map.pixel_size_m[::-1]
+        return Done(replace(height_map, height_m=turned, pixel_size_m=pixel))
+    height = fill_missing(height_map).height_m
+    pixel, (ly, lx) = height_map.pixel_size_m, height_map.size_m
+    cos, sin = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    share = min(lx / (lx * abs(cos) + ly * abs(sin)), ly / (lx * abs(sin) + ly * abs(cos)))
+    shape = tuple(int(share * n) for n in height.shape)
+    if min(shape) < _LEAST_PIXELS:
+        raise GratingError(f"{height_map.source}: rotate leaves {shape[1]} x {shape[0]} pixels; give a larger scan")
+    # Places of the new pixels from the middle, in metres: x along T, y along -B.
+    y, x = ((np.arange(n) - (n - 1) / 2) * side for n, side in zip(shape, pixel, strict=True))
+    turned = np.empty(shape)
+    for start in range(0, shape[0], _ROWS_AT_ONCE):
+        part = y[start : start + _ROWS_AT_ONCE, None]
+        row = (part * cos + x * sin) / pixel[0] + (height.shape[0] - 1) / 2
+        col = (x * cos - part * sin) / pixel[1] + (height.shape[1] - 1) / 2
+        turned[start : start + _ROWS_AT_ONCE] = _read(height, row, col)
+    kept = f"{shape[1]} x {shape[0]} of {height_map.cols} x {height_map.rows} pixels are kept"
+    return Done(replace(height_map, height_m=turned, periodic=False), kept)
+
+
+def _read(height: np.ndarray, row: np.ndarray, col: np.ndarray) -> np.ndarray:
+    """Heights between the pixels, by cubic convolution of 4 x 4 pixels (Keys, IEEE Transactions on Acoustics, Speech,
+    and Signal Processing 29, 1981): exact for surfaces of the second degree."""
+    (rows, of_row), (cols, of_col) = _taps(row, height.shape[0]), _taps(col, height.shape[1])
+    return sum(of_row[i] * of_col[j] * height[rows[i], cols[j]] for i in range(4) for j in range(4))
+
+
+def _taps(place: np.ndarray, count: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """The four pixels around each place and their weights. Over the rim the outermost pixel is repeated."""
+    below = np.floor(place).astype(int)
+    f = place - below
+    weights = [
+        f * (-0.5 + f * (1 - 0.5 * f)),
+        1 + f * f * (-2.5 + 1.5 * f),
+        f * (0.5 + f * (2 - 1.5 * f)),
+        f * f * (-0.5 + 0.5 * f),
+    ]
+    return [np.clip(below + k, 0, count - 1) for k in (-1, 0, 1, 2)], weights
+
+
+def crop(height_map: HeightMap, *sides_um: float) -> Done:
+    """Keep a rectangle: left, top, right and bottom in micrometres from the scan's left and upper edge."""
+    part = _part(height_map, "crop", sides_um)
+    cut = height_map.height_m[part]
+    if min(cut.shape) < _LEAST_PIXELS:
+        size = f"{cut.shape[1]} x {cut.shape[0]}"
+        raise GratingError(f"{height_map.source}: crop leaves {size} pixels; give a larger part")
+    return Done(_cut(height_map, cut, "crop"))
+
+
+def mask(height_map: HeightMap, *sides_um: float) -> Done:
+    """Make a hole of a rectangle: left, top, right and bottom in micrometres from the left and upper edge."""
+    height = height_map.height_m.copy()
+    height[_part(height_map, "mask", sides_um)] = np.nan
+    return Done(_cut(height_map, height, "mask"))
+
+
+def whole_periods(height_map: HeightMap) -> Done:
+    """Keep a whole number of periods of the grating, along T and along B, from the middle of the scan."""
+    wave = main_wave(height_map, "periods")
+    angle = math.radians(wave.angle_deg)
+    kept = []
+    for count, side, share in zip(
+        height_map.height_m.shape, height_map.pixel_size_m, (math.sin(angle), math.cos(angle)), strict=True
+    ):
+        # Periods along this axis, which may be fewer than one where the lines run along it.
+        repeats = math.floor(count * side * abs(share) / wave.period_m)
+        length = round(repeats * wave.period_m / (abs(share) * side)) if repeats else count
+        start = (count - length) // 2
+        kept.append(slice(start, start + length))
+    cut = height_map.height_m[tuple(kept)]
+    told = f"{cut.shape[1]} x {cut.shape[0]} of {height_map.cols} x {height_map.rows} pixels are kept"
+    return Done(_cut(height_map, cut, "periods"), told)
+
+
+def _part(height_map: HeightMap, what: str, sides_um: tuple[float, ...]) -> tuple[slice, slice]:
+    """The pixels whose middles lie in a rectangle."""
+    left, top, right, bottom = sides_um
+    found = []
+    for low, high, pixel, count in ((top, bottom, height_map.pixel_size_m[0], height_map.rows),
+                                    (left, right, height_map.pixel_size_m[1], height_map.cols)):  # fmt: skip
+        first, last = (math.ceil(edge * 1e-6 / pixel - 0.5) for edge in (low, high))
+        found.append(slice(max(0, first), min(count, last)))
+        if found[-1].start >= found[-1].stop:
+            ly, lx = (side * 1e6 for side in height_map.size_m)
+            raise GratingError(
+                f"{height_map.source}: {what}: no pixel is between {low:g} and {high:g} um; give LEFT:TOP:RIGHT:BOTTOM "
+                f"within the {lx:.4g} x {ly:.4g} um of the scan"
+            )
+    return found[0], found[1]
+
+
+def _cut(height_map: HeightMap, height: np.ndarray, what: str) -> HeightMap:
+    if np.isnan(height).all():
+        raise GratingError(f"{height_map.source}: {what} leaves no height; give another part")
+    return replace(height_map, height_m=height, periodic=False)

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Scars, outliers and dust: they are found, and their pixels become holes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from ...base.failure import GratingError
+from ..height_map import HeightMap
+from ..holes import fill_missing
+from .loss import told_loss
+from .plane import SIGMA_OF_MAD
+from .step import Done
+
+# What makes up more of a scan than this is its relief and no defect.
+_SHARE_MAX = 0.1
+# A scar is a run of at least 16 pixels along a row, at most four rows wide: that of a tip that slipped for a moment.
+_SCAR_LENGTH, _SCAR_ROWS = 16, 4
+# The background under dust is the median of blocks, at most this many along a side and of at least so many pixels:
+# wider than dust and than most periods.
+_BLOCKS = 16
+_LEAST_BLOCK = 64
+# A spike of less than this share of the relief's standard deviation changes no colour. Without such a floor, a relief
+# that is flat almost everywhere (the steps of 8 bits) would have spikes wherever it is not.
+_SPIKE_FLOOR = 0.02
+_ROWS_AT_ONCE = 256
+
+
+def remove_scars(height_map: HeightMap, times: float) -> Done:
+    """Make holes of scars, which stand over, or under, both the row before and the row after by more than `times` the
+    root mean square difference between neighbouring rows."""
+    return _removed(height_map, scars(height_map.height_m, times), "scars", times)
+
+
+def remove_outliers(height_map: HeightMap, sigmas: float) -> Done:
+    """Make holes of single pixels that stand over, or under, all eight neighbours by more than `sigmas` robust standard
+    deviations of what pixels are off their neighbours' middle."""
+    return _removed(height_map, _outliers(height_map.height_m, sigmas), "outliers", sigmas)
+
+
+def remove_dust(height_map: HeightMap, sigmas: float) -> Done:
+    """Make holes of dust and scratches: what stands off the surface around it, up or down, by more than `sigmas` robust
+    standard deviations of the relief, down to the half of that."""
+    return _removed(height_map, dust(height_map.height_m, sigmas), "dust", sigmas)
+
+
+def _removed(height_map: HeightMap, mask: np.ndarray, what: str, number: float) -> Done:
+    share = float(mask.mean())
+    if share > _SHARE_MAX:
+        raise GratingError(
+            f"{height_map.source}: {what}:{number:g} would remove {share:.0%} of the scan, which then is its relief; "
+            f"give {what} a larger number than {number:g}"
+        )
+    if not share:
+        return Done(height_map, "nothing found")
+    holed = replace(height_map, height_m=np.where(mask, np.nan, height_map.height_m))
+    return told_loss(height_map, holed, f"{share:.2%} of the pixels are made holes, which are filled")
+
+
+def scars(height: np.ndarray, times: float) -> np.ndarray:
+    """Where a scar is, (rows, cols); see remove_scars."""
+    mask = np.zeros(height.shape, bool)
+    if len(height) < 3:
+        return mask
+    threshold = times * np.sqrt(np.nanmean(np.diff(height, axis=0) ** 2))
+    # NaN compares as no scar.
+    for up in (height, -height):
+        for wide in range(1, min(_SCAR_ROWS, len(height) - 2) + 1):
+            inside = up[1:-wide]
+            for row in range(1, wide):
+                inside = np.minimum(inside, up[1 + row : len(height) - wide + row])
+            stands = inside - np.maximum(up[: -wide - 1], up[wide + 1 :]) > threshold
+            long = _runs(stands, _SCAR_LENGTH)
+            for row in range(wide):
+                mask[1 + row : len(height) - wide + row] |= long
+    return mask
+
+
+def _runs(marked: np.ndarray, length: int) -> np.ndarray:
+    """The marks (rows, cols) that are in a row of at least `length` marks."""
+    rows, cols = marked.shape
+    kept = np.zeros_like(marked)
+    if cols < length:
+        return kept
+    counts = np.concatenate([np.zeros((rows, 1), np.int32), np.cumsum(marked, axis=1, dtype=np.int32)], axis=1)
+    whole = counts[:, length:] - counts[:, :-length] == length
+    for row, start in zip(*np.nonzero(whole), strict=True):
+        kept[row, start : start + length] = True
+    return kept
+
+
+def _outliers(height: np.ndarray, sigmas: float) -> np.ndarray:
+    """Where a pixel stands out of all its neighbours, (rows, cols); see remove_outliers."""
+    parts = [_of_neighbours(part) for part in _with_neighbours(height)]
+    off, out = (np.concatenate(each) for each in zip(*parts, strict=True))
+    sigma = max(SIGMA_OF_MAD * np.nanmedian(off), _SPIKE_FLOOR * np.nanstd(height))
+    return out > sigmas * sigma
+
+
+def _with_neighbours(height: np.ndarray) -> Iterator[np.ndarray]:
+    """Each pixel, the fifth of nine, among its neighbours (9, n, cols), a few rows at a time: of all rows at once it
+    would be nine times the heights. Over the rim there is nothing."""
+    rows, cols = height.shape
+    around = np.pad(height, 1, constant_values=np.nan)
+    for start in range(0, rows, _ROWS_AT_ONCE):
+        stop = min(rows, start + _ROWS_AT_ONCE)
+        yield np.stack([around[start + dy : stop + dy, dx : dx + cols] for dy in range(3) for dx in range(3)])
+
+
+def _of_neighbours(nine: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How far each pixel (n, cols) is off the middle between its highest and its lowest neighbour, and how far out of
+    all of them; NaN where it, or all of them, are missing."""
+    pixel, others = nine[4], np.delete(nine, 4, axis=0)
+    highest, lowest = np.fmax.reduce(others), np.fmin.reduce(others)
+    return np.abs(pixel - (highest + lowest) / 2), np.maximum(pixel - highest, lowest - pixel)
+
+
+def dust(height: np.ndarray, sigmas: float) -> np.ndarray:
+    """Where dust is, (rows, cols); see remove_dust."""
+    off = np.abs(height - _ground(height))
+    sigma = SIGMA_OF_MAD * np.nanmedian(off)
+    return _grown(off > sigmas * sigma, off > sigmas / 2 * sigma)
+
+
+def _ground(height: np.ndarray) -> np.ndarray:
+    """The slow shape of a surface (rows, cols): medians of blocks, joined by straight lines between their middles."""
+    edges = [np.linspace(0, n, max(1, min(_BLOCKS, n // _LEAST_BLOCK)) + 1).astype(int) for n in height.shape]
+    medians = np.array([
+        [_median(height[top:bottom, left:right]) for left, right in zip(edges[1][:-1], edges[1][1:], strict=True)]
+        for top, bottom in zip(edges[0][:-1], edges[0][1:], strict=True)
+    ])  # fmt: skip
+    if np.isnan(medians).any():
+        medians = fill_missing(HeightMap(medians, (1.0, 1.0), "blocks")).height_m
+    along_y, along_x = (_between(edge) for edge in edges)
+    return along_y @ medians @ along_x.T
+
+
+def _median(block: np.ndarray) -> float:
+    finite = block[np.isfinite(block)]
+    return float(np.median(finite)) if finite.size else np.nan
+
+
+def _between(edges: np.ndarray) -> np.ndarray:
+    """The shares (n, blocks) that the values of blocks have in n pixels, linear between the blocks' middles."""
+    middles = (edges[:-1] + edges[1:] - 1) / 2
+    return np.array([np.interp(np.arange(edges[-1]), middles, unit) for unit in np.eye(len(middles))]).T
+
+
+def _grown(seeds: np.ndarray, allowed: np.ndarray) -> np.ndarray:
+    """The seeds (rows, cols) and what is joined to them inside `allowed`, and one pixel around it."""
+    grown, count = seeds, -1
+    while grown.sum() != count:
+        count = grown.sum()
+        grown = (_spread(grown) & allowed) | seeds
+    return _spread(grown)
+
+
+def _spread(mask: np.ndarray) -> np.ndarray:
+    """A mask and the four neighbours of each of its pixels."""
+    spread = mask.copy()
+    spread[1:] |= mask[:-1]
+    spread[:-1] |= mask[1:]
+    spread[:, 1:] |= mask[:, :-1]
+    spread[:, :-1] |= mask[:, 1:]
+    return spread

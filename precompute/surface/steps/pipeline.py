@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The kinds of steps, and their order on the way from a scan to its levelled heights."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ...base.failure import GratingError
+from ..height_map import HeightMap
+from ..holes import fill_missing
+from .cutting import crop, mask, rotate, whole_periods
+from .defects import remove_dust, remove_outliers, remove_scars
+from .lines import align_lines
+from .plane import background, plane
+from .scaling import calibrate, invert, scale_heights
+from .step import Done, Kind, Number, Step, Word
+from .tip import remove_tip
+
+# Twice as far from the left and upper edge as the largest scan is wide.
+_UM_MAX = 2e6
+_RECTANGLE = tuple(Number(side, 0, _UM_MAX) for side in ("LEFT", "TOP", "RIGHT", "BOTTOM"))
+
+
+def _fill(height_map: HeightMap) -> Done:
+    return Done(fill_missing(height_map))
+
+
+KINDS: dict[str, Kind] = {
+    kind.name: kind
+    for kind in (
+        Kind("plane", "take the tilt out; robust: dust does not count", plane, (Word(("least-squares", "robust")),)),
+        Kind("poly", "take a polynomial background of a degree out", background, (Number("DEGREE", 1, 5, 2, True),)),
+        Kind("lines", "shift each row to fit; erases lines along the rows", align_lines,
+             (Word(("median", "difference")),)),
+        Kind("scars", "streaks along the rows, by K times the rms difference of rows", remove_scars,
+             (Number("K", 0.1, 100, 1.0),)),
+        Kind("outliers", "single pixels, by K standard deviations", remove_outliers, (Number("K", 1, 1000, 8.0),)),
+        Kind("dust", "dust and scratches, by K standard deviations of the relief", remove_dust,
+             (Number("K", 1, 1000, 5.0),)),
+        Kind("fill", "fill holes now, and not after the last step", _fill),
+        Kind("rotate", "turn counterclockwise by DEG", rotate, (Number("DEG", -360, 360),)),
+        Kind("crop", "keep a rectangle, in um from the left and upper edge", crop, _RECTANGLE),
+        Kind("periods", "crop to whole periods of the grating", whole_periods),
+        Kind("mask", "make a hole of a rectangle, in um from the left and upper edge", mask, _RECTANGLE),
+        Kind("invert", "turn heights into depths", invert),
+        Kind("calibrate", "scale the pixels to a grating of NM", calibrate, (Number("NM", 1, 1e6),)),
+        Kind("zscale", "multiply heights by FACTOR", scale_heights, (Number("FACTOR", 1e-3, 1e3),)),
+        Kind("tip", "take the rounding by a tip of radius NM out", remove_tip, (Number("NM", 0.1, 1e4),)),
+    )
+}  # fmt: skip
+# What is done to a scan unless other steps are asked for.
+DEFAULT = (KINDS["plane"].read([], "default"),)
+# The word for no step.
+NONE = "none"
+_STEPS_MAX = 50
+
+
+@dataclass(frozen=True)
+class Levelled:
+    """Heights after the steps, with holes where pixels are missing, and a line for each step that has something to
+    tell, a warning marked as such."""
+
+    height_map: HeightMap
+    told: tuple[str, ...]
+
+
+def level(height_map: HeightMap, steps: Sequence[Step] = DEFAULT) -> Levelled:
+    """Carry out steps in their order. Raises GratingError, naming the source, for a step that does not fit it."""
+    told = []
+    for step in steps:
+        done = step.carry_out(height_map)
+        height_map = done.height_map
+        if done.told:
+            told.append(f"{'warning: ' if done.warns else ''}{step.text}: {done.told}")
+    return Levelled(height_map, tuple(told))
+
+
+def parse_steps(text: str, source: str = "--level") -> tuple[Step, ...]:
+    """The steps of a text like "plane,poly:2,dust"; of "none", no step. Raises GratingError as steps_of does."""
+    return () if text == NONE else steps_of(text.split(","), source)
+
+
+def steps_of(texts: Sequence[str], source: str) -> tuple[Step, ...]:
+    """The steps of one text each. Raises GratingError, naming `source`, for a step that there is not, for arguments
+    that it does not take, and for more steps than anybody means."""
+    if len(texts) > _STEPS_MAX:
+        raise GratingError(f"{source}: {len(texts)} steps; give at most {_STEPS_MAX}")
+    found = []
+    for text in texts:
+        name, *arguments = text.split(":") if isinstance(text, str) else ("",)
+        if name not in KINDS:
+            raise GratingError(f"{source}: no such step; give one of {', '.join(KINDS)}")
+        found.append(KINDS[name].read(arguments, source))
+    return tuple(found)
+
+
+def help_text() -> str:
+    """The forms of all steps and what they do, as one sentence."""
+    return "; ".join(f"{kind.form}: {kind.help}" for kind in KINDS.values())

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The signs and scales of a scan: turned inside out, calibrated to a known period, heights scaled."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ...base.failure import GratingError
+from ..height_map import HeightMap
+from .main_wave import main_wave
+from .step import Done
+
+# A microscope's scale is off by some percent. A factor beyond this is another grating than the one that is meant.
+_FACTOR_MAX = 2.0
+
+
+def invert(height_map: HeightMap) -> Done:
+    """Turn heights into depths, for the scan of a replica or a stamp."""
+    return Done(replace(height_map, height_m=-height_map.height_m))
+
+
+def scale_heights(height_map: HeightMap, factor: float) -> Done:
+    """Multiply all heights."""
+    return Done(replace(height_map, height_m=height_map.height_m * factor))
+
+
+def calibrate(height_map: HeightMap, period_nm: float) -> Done:
+    """Scale the pixels so that the grating has the period that is known of it."""
+    measured_m = main_wave(height_map, "calibrate").period_m
+    factor = period_nm * 1e-9 / measured_m
+    if not 1 / _FACTOR_MAX <= factor <= _FACTOR_MAX:
+        raise GratingError(
+            f"{height_map.source}: calibrate: its grating measures {measured_m * 1e9:.4g} nm, far from {period_nm:g} "
+            "nm; give the period of that grating"
+        )
+    pixel = tuple(side * factor for side in height_map.pixel_size_m)
+    told = f"the grating of {measured_m * 1e9:.4g} nm has {period_nm:g} nm now, by pixels {factor:.4g} times as large"
+    return Done(replace(height_map, pixel_size_m=pixel), told)
