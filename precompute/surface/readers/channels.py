@@ -10,6 +10,10 @@ from ...base.failure import GratingError
 
 # Names that instruments give to the topography. The first name that a file has wins.
 _TOPOGRAPHY = ("z-axis", "topography", "height", "z height", "zsensor", "z-axissensor")
+# What is never taken for the topography unasked, although some instruments give it in metres.
+_NO_TOPOGRAPHY = ("amplitude", "phase", "deflection", "error", "friction", "distance")
+# The way back over a line. It is taken for the topography only where the way forth is not there.
+_WAY_BACK = ("retrace", "backward")
 # The most characters of a file's own text that a message quotes, and the most channels that it lists.
 _QUOTED, _LISTED = 80, 20
 
@@ -87,8 +91,16 @@ def _labelled(channels: Sequence[Channel], wanted: str) -> int | None:
 
 
 def _topography(channels: Sequence[Channel]) -> int | None:
-    surfaces = [(i, channel.name.casefold()) for i, channel in enumerate(channels) if channel.is_surface]
-    exact = (i for known in _TOPOGRAPHY for i, name in surfaces if name == known)
-    begun = (i for known in _TOPOGRAPHY for i, name in surfaces if name.startswith(known))
-    only = surfaces[0][0] if len(surfaces) == 1 else None
-    return next(exact, next(begun, only))
+    """The channel that is plainly the topography: of the way forth before the way back, then by its name."""
+    surfaces = [(i, channel.name.casefold()) for i, channel in enumerate(channels) if _may_be_topography(channel)]
+    forth = [(i, name) for i, name in surfaces if not channels[i].frame.casefold().startswith(_WAY_BACK)]
+    for found in (forth, surfaces):
+        exact = (i for known in _TOPOGRAPHY for i, name in found if name == known)
+        begun = (i for known in _TOPOGRAPHY for i, name in found if name.startswith(known))
+        if (first := next(exact, next(begun, None))) is not None:
+            return first
+    return surfaces[0][0] if len(surfaces) == 1 else None
+
+
+def _may_be_topography(channel: Channel) -> bool:
+    return channel.is_surface and not any(word in channel.name.casefold() for word in _NO_TOPOGRAPHY)

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 import struct
 import warnings
 from collections.abc import Callable
@@ -17,14 +16,12 @@ from ...base.failure import GratingError
 from ...base.memory import refuse_beyond_memory
 from ..height_map import HeightMap
 from .channels import Channel, shortened
+from .given_size import given_height, given_width
 from .picture_file import BESIDE_MAX, Beside, beside_bmp, beside_png, beside_tiff
 
 if TYPE_CHECKING:
     from PIL import Image
 
-# Widths and heights outside these ranges are mistakes: no picture of a relief is a metre wide, or one atom high.
-_SIZE_UM = (1e-3, 1e6)
-_HEIGHT_NM = (1e-3, 1e6)
 # The longest side in pixels. The memory that Pillow takes for a compressed BMP grows with it, not only with the area.
 _SIDE_MAX = 1 << 16
 # The largest compressed BMP. Pillow decodes it in Python, at about a microsecond a byte.
@@ -80,16 +77,8 @@ class PictureReader:
         Fully transparent pixels are missing. Raises GratingError also where a picture is coloured, or holds numbers
         (floating, signed) for which black and white are not defined.
         """
-        size_um = _quantity(
-            source, "size", size_um, limits=_SIZE_UM, remedy="--size-um W, the width across the columns in micrometres"
-        )
-        height_nm = _quantity(
-            source,
-            "height range",
-            height_nm,
-            limits=_HEIGHT_NM,
-            remedy="--height-nm H, the height of white over black in nanometres",
-        )
+        size_um = given_width(source, size_um)
+        height_nm = given_height(source, height_nm, what="the height of white over black")
         self._refuse_what_is_beside(source)
         heights = _grey(source)
         heights *= height_nm * 1e-9
@@ -115,17 +104,6 @@ class PictureReader:
 PNG = PictureReader("PNG", (".png",), (b"\x89PNG\r\n\x1a\n",), beside_png)
 TIFF = PictureReader("TIFF", (".tif", ".tiff"), (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"), beside_tiff)
 BMP = PictureReader("BMP", (".bmp",), (b"BM",), beside_bmp)
-
-
-def _quantity(source: str, what: str, value: float | None, *, limits: tuple[float, float], remedy: str) -> float:
-    """The value. Raises GratingError where it is missing or outside of the limits."""
-    if value is None:
-        raise GratingError(f"{source}: a picture carries no {what}; give {remedy}")
-    if not (math.isfinite(value) and limits[0] <= value <= limits[1]):
-        raise GratingError(
-            f"{source}: a {what} of {value:g} is not between {limits[0]:g} and {limits[1]:g}; give {remedy}"
-        )
-    return value
 
 
 def _grey(source: str) -> np.ndarray:

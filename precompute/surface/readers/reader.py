@@ -12,8 +12,8 @@ from typing import Protocol, runtime_checkable
 from ..height_map import HeightMap
 from .channels import Channel
 
-# `can_read` is given this number of bytes from the start of a file.
-BEGINNING_BYTES = 64
+# `can_read` is given this number of bytes from the start of a file: a TIFF's tags and a text's first rows are there.
+BEGINNING_BYTES = 4096
 
 
 @runtime_checkable

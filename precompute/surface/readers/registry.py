@@ -14,12 +14,30 @@ import numpy as np
 from ...base.failure import GratingError
 from ..height_map import SAMPLE_PREFIX, HeightMap
 from ..samples.catalogue import make_sample
+from .agilent import AGILENT
+from .digital_surf import DIGITAL_SURF
+from .gsf import GSF
 from .gwy import GWYDDION
+from .gwyddion_text import GWYDDION_TEXT
+from .ibw import ASYLUM
 from .image import BMP, PNG, TIFF
+from .jpk import JPK
+from .nanoscope import NANOSCOPE
 from .nid import NANOSURF
+from .npy import NPY
+from .park import PARK
 from .reader import BEGINNING_BYTES, Reader
+from .sdf import SDF
+from .text_arrays import MATRIX, XYZ
+from .wsxm import WSXM
+from .x3p import X3P
 
-READERS: tuple[Reader, ...] = (PNG, TIFF, BMP, NANOSURF, GWYDDION)
+# The first that knows a file's beginning reads it: instruments' TIFFs before pictures, texts with a header before bare
+# numbers.
+READERS: tuple[Reader, ...] = (
+    NANOSURF, GWYDDION, GSF, NANOSCOPE, ASYLUM, JPK, PARK, WSXM, AGILENT, DIGITAL_SURF, SDF, X3P, GWYDDION_TEXT,
+    PNG, TIFF, BMP, NPY, XYZ, MATRIX,
+)  # fmt: skip
 
 # Sides of a pixel in metres: a picometre is a hundredth of an atom, and a pixel of a millimetre is no scan.
 _PIXEL_M = (1e-12, 1e-3)
@@ -48,7 +66,7 @@ def read_height_map(
         return make_sample(source.removeprefix(SAMPLE_PREFIX))
     reader = reader_of(source)
     if reader.needs_size:
-        _refuse(source, "a picture", channel=channel)
+        _refuse(source, f"a {reader.name} file", channel=channel)
     else:
         _refuse(source, f"a {reader.name} file", size_um=size_um, height_nm=height_nm)
     try:
@@ -80,15 +98,18 @@ def reader_of(source: str) -> Reader:
     if not beginning:
         raise GratingError(f"{source}: the file is empty; copy it again")
     held = next((reader for reader in READERS if reader.can_read(beginning)), None)
-    named = next((reader for reader in READERS if path.suffix.lower() in reader.extensions), None)
-    if held is None and named is None:
-        raise GratingError(f"{source}: not a format that is read here; export it as one of {', '.join(extensions())}")
+    named = [reader for reader in READERS if path.suffix.lower() in reader.extensions]
+    if held is None and not named:
+        raise GratingError(
+            f"{source}: not a format that is read here; open it in Gwyddion and save it as .gwy, or export it as one "
+            f"of {', '.join(extensions())}"
+        )
     if held is None:
         raise GratingError(
-            f"{source}: named {path.suffix} but does not begin like {named.name}; "
+            f"{source}: named {path.suffix} but does not begin like {' or '.join(reader.name for reader in named)}; "
             "the file is damaged or misnamed, export it again"
         )
-    if named is not None and named is not held:
+    if named and held not in named:
         raise GratingError(
             f"{source}: named {path.suffix} but holds {held.name} data; rename it to {held.extensions[0]}"
         )
@@ -96,20 +117,24 @@ def reader_of(source: str) -> Reader:
 
 
 def extensions() -> tuple[str, ...]:
-    """The extensions of all formats with their dots, in the order of READERS."""
-    return tuple(extension for reader in READERS for extension in reader.extensions)
+    """The extensions of all formats with their dots, each once, in the order of READERS; of numbers that count files
+    (.000 to .999) only the first."""
+    found = dict.fromkeys(extension for reader in READERS for extension in reader.extensions)
+    return tuple(extension for extension in found if not extension[1:].isdigit() or extension == ".000")
 
 
 def file_filter() -> str:
-    """The filter of a file dialog: "*.png;*.tif;...", every extension once."""
-    return ";".join(f"*{extension}" for extension in extensions())
+    """The filter of a file dialog: "*.png;*.tif;...", every extension once, and a pattern for all that count files."""
+    return ";".join(f"*{extension}" for extension in extensions()).replace("*.000", "*.[0-9][0-9][0-9]")
 
 
 def described() -> str:
-    """The formats in words, files of instruments first: "Nanosurf .nid, ..., or a grey PNG, TIFF or BMP picture"."""
-    instruments = [f"{reader.name} {reader.extensions[0]}" for reader in READERS if not reader.needs_size]
-    *pictures, last = (reader.name for reader in READERS if reader.needs_size)
-    return f"{', '.join(instruments)}, or a grey {', '.join(pictures)} or {last} picture"
+    """The formats in words, those that carry sizes first: "Nanosurf .nid, ...; and, with a size given, PNG .png"."""
+    sized, bare = (
+        ", ".join(f"{reader.name} {reader.extensions[0]}" for reader in READERS if reader.needs_size is needs)
+        for needs in (False, True)
+    )
+    return f"{sized}; and, with a size given, {bare}"
 
 
 def _refuse(source: str, what: str, **options: object) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from benchmarks.hostile import instruments
 from precompute.base.failure import GratingError
 from tests.precompute.surface.scan_files import GREY8, GREY16, TILTED, picture, read_picture
 
@@ -107,5 +108,11 @@ def test_a_tiff_of_several_pages_is_refused(tmp_path):
 
 @pytest.mark.parametrize("name", ["st_example_ps.tiff", "afmreader_sample_0.jpk"])
 def test_instrument_files_in_a_tiff_are_not_taken_for_pictures(shared_data, name):
-    with pytest.raises(GratingError, match="Park|pictures"):
+    with pytest.raises(GratingError, match="a (Park|JPK) file tells this by itself"):
         read_picture(shared_data / "formats" / name)
+
+
+def test_a_park_file_whose_tags_are_at_its_end_is_not_taken_for_a_picture(fails):
+    data = instruments.park(TILTED, 25e-9, first=1 << 16)
+    told = fails("late.tiff", data, size_um=1, height_nm=1)
+    assert "not in the visible picture" in told

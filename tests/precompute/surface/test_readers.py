@@ -4,6 +4,7 @@
 import inspect
 import subprocess
 import sys
+from fnmatch import fnmatch
 from pathlib import Path
 
 import numpy as np
@@ -84,7 +85,9 @@ def test_the_compressed_palette_bmp_is_grey(shared_data):
 def test_magic_decides_and_a_lying_extension_is_told(fails, tmp_path):
     assert "rename it to .nid" in fails("scan.png", nid_bytes(TILTED), size_um=1, height_nm=1)
     assert "does not begin like Nanosurf" in fails("scan.nid", b"something else entirely")
-    assert ".png, .tif, .tiff, .bmp, .nid, .gwy" in fails("scan.xyz", b"something else entirely")
+    assert "does not begin like PNG" in fails("scan.png", b"something else entirely")
+    told = fails("scan.unknown", b"something else entirely")
+    assert "open it in Gwyddion and save it as .gwy, or export it as one of .nid, .gwy, .gsf, .spm" in told
     (tmp_path / "no_extension").write_bytes(nid_bytes(TILTED))
     assert read_height_map(str(tmp_path / "no_extension")).channel == "Z-Axis forward"
 
@@ -121,12 +124,24 @@ def test_every_reader_keeps_the_protocol(reader):
 def test_names_and_extensions_are_unique():
     names = [reader.name for reader in READERS]
     assert len(set(names)) == len(names)
-    assert len(set(extensions())) == len(extensions()) == sum(len(reader.extensions) for reader in READERS)
+    assert len(set(extensions())) == len(extensions())
 
 
 def test_filter_and_description_name_every_format():
-    assert file_filter() == "*.png;*.tif;*.tiff;*.bmp;*.nid;*.gwy"
-    assert described() == "Nanosurf .nid, Gwyddion .gwy, or a grey PNG, TIFF or BMP picture"
+    patterns = file_filter().split(";")
+    assert patterns[:6] == ["*.nid", "*.gwy", "*.gsf", "*.spm", "*.di", "*.[0-9][0-9][0-9]"]
+    # Blender's file browser keeps 255 bytes of a filter.
+    assert len(file_filter().encode()) < 256
+    for reader in READERS:
+        assert any(fnmatch(f"scan{extension}", each) for extension in reader.extensions for each in patterns)
+        assert f"{reader.name} {reader.extensions[0]}" in described()
+    assert described().startswith("Nanosurf .nid, Gwyddion .gwy, ")
+    assert "; and, with a size given, PNG .png, TIFF .tif, BMP .bmp, " in described()
+
+
+@pytest.mark.parametrize("extension", [".000", ".007", ".999", ".SPM"])
+def test_files_that_are_counted_are_known(fails, extension):
+    assert "does not begin like Bruker NanoScope" in fails(f"scan{extension}", b"something else entirely")
 
 
 def test_the_registry_imports_no_decoder():

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sizes that users give for what carries none: pictures, and bare arrays of numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import BinaryIO
+
+import numpy as np
+
+from ...base.failure import GratingError
+from ...base.memory import refuse_beyond_memory
+from ..height_map import HeightMap
+from .channels import Channel, shortened
+from .scan_file import DAMAGE
+
+# Widths and heights outside these ranges are mistakes: no picture of a relief is a metre wide, or one atom high.
+_SIZE_UM = (1e-3, 1e6)
+_HEIGHT_NM = (1e-3, 1e6)
+# A number in metres is 1e9 nm high.
+_METRE_NM = 1e9
+_BYTES_PER_PIXEL = 16
+
+
+def given_width(source: str, size_um: float | None) -> float:
+    """The width in micrometres. Raises GratingError where it is missing or beyond reason."""
+    remedy = "--size-um W, the width across the columns in micrometres"
+    return _quantity(source, "size", size_um, limits=_SIZE_UM, remedy=remedy)
+
+
+def given_height(source: str, height_nm: float | None, *, what: str, most: float = _HEIGHT_NM[1]) -> float:
+    """The height in nanometres. Raises GratingError, which says of `what`, where it is missing or beyond reason."""
+    remedy = f"--height-nm H, {what} in nanometres"
+    return _quantity(source, "height range", height_nm, limits=(_HEIGHT_NM[0], most), remedy=remedy)
+
+
+def _quantity(source: str, what: str, value: float | None, *, limits: tuple[float, float], remedy: str) -> float:
+    """The value. Raises GratingError where it is missing or outside of the limits."""
+    if value is None:
+        raise GratingError(f"{source}: a picture carries no {what}; give {remedy}")
+    if not (math.isfinite(value) and limits[0] <= value <= limits[1]):
+        raise GratingError(
+            f"{source}: a {what} of {value:g} is not between {limits[0]:g} and {limits[1]:g}; give {remedy}"
+        )
+    return value
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Numbers (rows, cols), row 0 the scan's top, and how much higher than wide a pixel is."""
+
+    values: np.ndarray
+    pixel_aspect: float = 1.0
+
+
+@dataclass(frozen=True)
+class NumbersReader:
+    """Reader of a format that holds one array of numbers without units, see `Reader`.
+
+    begins  whether a file that begins with these bytes is of this format
+    load    the numbers of an open file; raises one of DAMAGE where the file is not whole"""
+
+    name: str
+    extensions: tuple[str, ...]
+    begins: Callable[[bytes], bool]
+    load: Callable[[BinaryIO], Numbers]
+    needs_size: bool = True
+
+    def can_read(self, beginning: bytes) -> bool:
+        """As in `Reader`."""
+        return self.begins(beginning)
+
+    def channels(self, source: str) -> tuple[Channel, ...]:
+        """None: there is one map of heights, which has no name."""
+        return ()
+
+    def read(
+        self,
+        source: str,
+        *,
+        size_um: float | None = None,
+        height_nm: float | None = None,
+        channel: str | None = None,
+    ) -> HeightMap:
+        """As in `Reader`.
+
+        size_um    width across the columns in micrometres, from outer edge to outer edge
+        height_nm  height in nanometres of the number 1: 1e9 where the numbers are metres"""
+        width = given_width(source, size_um) * 1e-6
+        height = given_height(source, height_nm, what="the height of the number 1 (1e9 for metres)", most=_METRE_NM)
+        try:
+            with open(source, "rb") as file:
+                numbers = self.load(file)
+        except DAMAGE as error:
+            raise GratingError(
+                f"{source}: the {self.name} data is truncated, damaged or of an unknown kind ({shortened(error)}); "
+                "save it again, or as Gwyddion .gsf"
+            ) from error
+        rows, cols = numbers.values.shape
+        refuse_beyond_memory(
+            _BYTES_PER_PIXEL * rows * cols, f"{source}: reading {rows} x {cols} pixels", "crop or reduce the scan"
+        )
+        with np.errstate(all="ignore"):  # HeightMap refuses what is not finite
+            heights = numbers.values * np.float64(height * 1e-9)
+        return HeightMap(heights, (width / cols * numbers.pixel_aspect, width / cols), source)

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Gwyddion Simple Field .gsf: lines "KEY = VALUE", one to four zero bytes, then 32-bit floats from the top down.
+
+(Format: Gwyddion's user guide, "Gwyddion Simple Field".)
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import BinaryIO
+
+import numpy as np
+
+from .channels import Channel
+from .scan_file import Block, ScanReader, StoredMap
+from .units import in_base_units
+
+_BEGINNING = b"Gwyddion Simple Field 1."
+_HEADER_MAX = 1 << 16
+
+
+def _maps(file: BinaryIO) -> list[StoredMap]:
+    file.seek(0)
+    header, zero, _ = file.read(_HEADER_MAX).partition(b"\0")
+    if not zero:
+        raise ValueError("the header has no end")
+    pairs = (line.partition("=") for line in header.decode("utf-8", "replace").splitlines()[1:])
+    entries = {key.strip(): value.strip() for key, _, value in pairs}
+    shape = int(entries["YRes"]), int(entries["XRes"])
+    across, base = in_base_units(entries.get("XYUnits", ""))
+    size, unit = in_base_units(entries.get("ZUnits", ""))
+    # The header is filled up to a multiple of 4 bytes with at least one zero.
+    block = Block(len(header) + 4 - len(header) % 4, shape, "<f4").within(file)
+    sides = (float(entries.get(key, "1")) * across for key in ("YReal", "XReal"))
+    height, width = sides
+    channel = Channel(entries.get("Title") or "height", "", unit if base == "m" else f"{unit} over '{base}'")
+    return [StoredMap(channel, shape, (height / shape[0], width / shape[1]), partial(_values, block, size))]
+
+
+def _values(block: Block, scale: float, file: BinaryIO) -> np.ndarray:
+    return block.scaled(file, scale=scale)
+
+
+def _begins(beginning: bytes) -> bool:
+    return beginning.startswith(_BEGINNING)
+
+
+GSF = ScanReader("Gwyddion Simple Field", (".gsf",), _begins, _maps)

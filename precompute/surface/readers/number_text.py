@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Numbers written as text: with blanks, tabs, semicolons or commas between them, and points or commas in them."""
+
+from __future__ import annotations
+
+import re
+from typing import BinaryIO
+
+import numpy as np
+
+# The longest text that is read: 2048 x 2048 numbers of 15 characters.
+_TEXT_MAX = 64 << 20
+_NUMBER = re.compile(r"[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?|[-+]?nan", re.IGNORECASE)
+_COMMA_SEPARATES = re.compile(r"\d,[ \t]*[-+.\d]")
+
+
+def read_text(file: BinaryIO) -> str:
+    """All of a file as text, in UTF-8 or else Latin-1. Raises ValueError where it is too long, or holds zero bytes."""
+    file.seek(0)
+    data = file.read(_TEXT_MAX + 1)
+    if len(data) > _TEXT_MAX:
+        raise ValueError(f"a text of more than {_TEXT_MAX >> 20} MiB; save it as a binary file")
+    if b"\0" in data:
+        raise ValueError("a text with zero bytes")
+    return decoded(data)
+
+
+def decoded(data: bytes) -> str:
+    """Bytes as text, in UTF-8 or else Latin-1."""
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
+def numbers_of(text: str) -> np.ndarray:
+    """All numbers of a text as a line. Raises ValueError where something is no number."""
+    return np.array(with_points(text).split(), dtype=np.float64)
+
+
+def rows_of(text: str) -> np.ndarray:
+    """The numbers of a text as (lines, numbers a line); comments begin with #.
+
+    Raises ValueError where something is no number, and where lines are not of one length."""
+    lines = [line for line in with_points(text).splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    if not lines:
+        raise ValueError("no numbers")
+    return np.loadtxt(lines, dtype=np.float64, ndmin=2)
+
+
+def with_points(text: str) -> str:
+    """The text with points in its numbers and blanks between them.
+
+    A comma is taken for a decimal comma where the text has no point in a number and something else between numbers:
+    a tab, a semicolon or a blank without a comma before it."""
+    values = "\n".join(line for line in text.splitlines() if not line.lstrip().startswith("#"))
+    if "," in values:
+        head = values[: 1 << 16]
+        others = head.replace(", ", ",").strip()
+        between = ";" in others or "\t" in others or " " in others.replace("\n", "")
+        decimal = between and "." not in head
+        values = values.replace(",", "." if decimal else " ")
+    return values.replace(";", " ")
+
+
+def is_numbers(beginning: bytes) -> bool:
+    """Whether the beginning of a file is lines of numbers; lines that begin with # may come before them."""
+    if not beginning or b"\0" in beginning:
+        return False
+    lines = decoded(beginning).splitlines()
+    # The last line may be cut, unless it is the only one or the file ends there.
+    whole = lines[:-1] if len(lines) > 1 and not beginning.endswith((b"\n", b"\r")) and len(beginning) > 1000 else lines
+    values = [line for line in whole if line.strip() and not line.lstrip().startswith("#")]
+    words = [word for line in values for word in line.replace(";", " ").split()]
+    return bool(words) and all(_is_number(word) for word in words)
+
+
+def _is_number(word: str) -> bool:
+    return all(_NUMBER.fullmatch(part) for part in word.strip(",").split(",") if part) and word.strip(",") != ""

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Park Systems .tiff: a TIFF whose visible page is a coloured picture; the values are in a private tag.
+
+A second tag holds the header. A value is gain times (integer times scale plus offset). Lines run from the scan's
+bottom to its top. (Format: Park Systems, "Park TIFF file format".)
+"""
+
+from __future__ import annotations
+
+import struct
+from functools import partial
+from typing import BinaryIO
+
+import numpy as np
+
+from .channels import Channel
+from .scan_file import Block, ScanReader, StoredMap, read_exactly
+from .tiff_file import pages, tags_at_start
+from .units import in_base_units
+
+_VERSION, _DATA, _HEADER = 50433, 50434, 50435
+# The length of the header by its version; the second version adds the kind of the numbers, last.
+_HEADER_BYTES = {0x01000001: 284, 0x01000002: 352}
+_KIND_AT = 348
+_KINDS = {0: "<i2", 1: "<i4", 2: "<f4"}
+_LINE_PROFILE = 1
+
+
+def _maps(file: BinaryIO) -> list[StoredMap]:
+    page, *others = pages(file)
+    if others:
+        raise ValueError("several pages")
+    needed = _HEADER_BYTES[int(page[_VERSION].number(file))]
+    header = read_exactly(file, page[_HEADER].start, needed)
+    (of_type,) = struct.unpack_from("<I", header, 0)
+    cols, rows = struct.unpack_from("<2I", header, 100)
+    (forward,) = struct.unpack_from("<I", header, 128)
+    width, height = struct.unpack_from("<2d", header, 140)
+    gain, scale, offset = struct.unpack_from("<3d", header, 220)
+    # The first version holds integers of 16 bits.
+    kind = _KINDS[struct.unpack_from("<I", header, _KIND_AT)[0] if needed > _KIND_AT else 0]
+    size, base = in_base_units(_text(header, 244, 8) or "um")
+    if page[_DATA].count < rows * cols * np.dtype(kind).itemsize:
+        raise ValueError(f"{rows} x {cols} values declared, and {page[_DATA].count} bytes are there")
+    block = Block(page[_DATA].start, (rows, cols), kind).within(file)
+    channel = Channel(_text(header, 4, 32), "forward" if forward else "backward", base, of_type != _LINE_PROFILE)
+    pixel = height * 1e-6 / rows, width * 1e-6 / cols
+    factor = gain * (scale or 1.0) * size
+    return [StoredMap(channel, block.shape, pixel, partial(_values, block, factor, gain * offset * size))]
+
+
+def _values(block: Block, factor: float, offset: float, file: BinaryIO) -> np.ndarray:
+    return block.scaled(file, scale=factor, offset=offset)[::-1]
+
+
+def _text(header: bytes, at: int, characters: int) -> str:
+    return header[at : at + 2 * characters].decode("utf-16-le", "replace").partition("\0")[0].strip()
+
+
+def _begins(beginning: bytes) -> bool:
+    return {_DATA, _HEADER} <= tags_at_start(beginning)
+
+
+PARK = ScanReader("Park", (".tiff", ".tif"), _begins, _maps)

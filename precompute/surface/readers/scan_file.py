@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the readers of instruments' files share: a format tells which maps a file holds, and how one is read."""
+
+from __future__ import annotations
+
+import math
+import os
+import struct
+import zlib
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import BinaryIO
+
+import numpy as np
+
+from ...base.failure import GratingError
+from ...base.memory import refuse_beyond_memory
+from ..height_map import HeightMap
+from .channels import Channel, choose_channel, shortened
+
+# Values as they are stored, at most 8 bytes each, and as heights.
+_BYTES_PER_PIXEL = 16
+# What Python and NumPy raise where the bytes of a file are not what its format promises.
+DAMAGE = (LookupError, ValueError, TypeError, ArithmeticError, EOFError, struct.error, zlib.error)
+
+
+@dataclass(frozen=True)
+class StoredMap:
+    """One map of values in a file, not read yet.
+
+    shape         (rows, cols)
+    pixel_size_m  (dy, dx)
+    load          reads the values out of the open file: (rows, cols) in the channel's unit, row 0 the scan's top, NaN
+                  where one is missing"""
+
+    channel: Channel
+    shape: tuple[int, int]
+    pixel_size_m: tuple[float, float]
+    load: Callable[[BinaryIO], np.ndarray]
+
+
+@dataclass(frozen=True)
+class ScanReader:
+    """Reader of a format that carries its units, see `Reader`.
+
+    begins  whether a file that begins with these bytes is of this format
+    maps    the maps of an open file in the file's order; raises one of DAMAGE where the file is not whole"""
+
+    name: str
+    extensions: tuple[str, ...]
+    begins: Callable[[bytes], bool]
+    maps: Callable[[BinaryIO], list[StoredMap]]
+    needs_size: bool = False
+
+    def can_read(self, beginning: bytes) -> bool:
+        """As in `Reader`."""
+        return self.begins(beginning)
+
+    def channels(self, source: str) -> tuple[Channel, ...]:
+        """As in `Reader`; reads no heights."""
+        with open(source, "rb") as file:
+            return tuple(each.channel for each in self._maps(source, file))
+
+    def read(
+        self,
+        source: str,
+        *,
+        size_um: float | None = None,
+        height_nm: float | None = None,
+        channel: str | None = None,
+    ) -> HeightMap:
+        """As in `Reader`."""
+        with open(source, "rb") as file:
+            maps = self._maps(source, file)
+            channels = tuple(each.channel for each in maps)
+            chosen = maps[choose_channel(source, channels, channel)]
+            rows, cols = chosen.shape
+            refuse_beyond_memory(
+                _BYTES_PER_PIXEL * rows * cols, f"{source}: reading {rows} x {cols} pixels", "crop or reduce the scan"
+            )
+            try:
+                with np.errstate(all="ignore"):  # HeightMap refuses what is not finite
+                    heights = chosen.load(file)
+            except DAMAGE as error:
+                raise self._damaged(source, error) from error
+        return HeightMap(
+            height_m=heights,
+            pixel_size_m=chosen.pixel_size_m,
+            source=source,
+            channel=chosen.channel.label,
+            channels=tuple(each.label for each in channels),
+        )
+
+    def _maps(self, source: str, file: BinaryIO) -> list[StoredMap]:
+        """The maps of a file; where labels are the same, numbers tell them apart."""
+        try:
+            maps = self.maps(file)
+        except DAMAGE as error:
+            raise self._damaged(source, error) from error
+        shared = Counter(each.channel.label for each in maps)
+        return [
+            replace(each, channel=replace(each.channel, frame=f"{each.channel.frame} ({number})".strip()))
+            if shared[each.channel.label] > 1
+            else each
+            for number, each in enumerate(maps, 1)
+        ]
+
+    def _damaged(self, source: str, error: Exception) -> GratingError:
+        what = f"{error} is missing" if isinstance(error, KeyError) else error
+        return GratingError(
+            f"{source}: the {self.name} data is truncated, damaged or of an unknown kind ({shortened(what)}); copy it "
+            "again, or open it in Gwyddion and save it as .gwy"
+        )
+
+
+@dataclass(frozen=True)
+class Block:
+    """Values that lie uncompressed in a file: from byte `start` on, (rows, cols) numbers of NumPy's `kind`."""
+
+    start: int
+    shape: tuple[int, int]
+    kind: str
+
+    def __post_init__(self) -> None:
+        if min(self.shape) < 1 or self.start < 0:
+            raise ValueError(f"a map of {self.shape[0]} x {self.shape[1]} values")
+
+    @property
+    def nbytes(self) -> int:
+        """Length in bytes."""
+        return math.prod(self.shape) * np.dtype(self.kind).itemsize
+
+    def within(self, file: BinaryIO) -> Block:
+        """The block itself. Raises ValueError where the file ends before it does."""
+        held = max(0, file.seek(0, os.SEEK_END) - self.start)
+        if self.nbytes > held:
+            raise ValueError(f"{self.shape[0]} x {self.shape[1]} values declared, and {held} bytes are there")
+        return self
+
+    def read(self, file: BinaryIO) -> np.ndarray:
+        """The values (rows, cols) as they are stored."""
+        file.seek(self.start)
+        return np.fromfile(file, self.kind, math.prod(self.shape)).reshape(self.shape)
+
+    def scaled(self, file: BinaryIO, *, scale: float, offset: float = 0.0) -> np.ndarray:
+        """The values times `scale` plus `offset`, float64."""
+        values = self.read(file) * np.float64(scale)
+        values += offset
+        return values
+
+
+def read_exactly(file: BinaryIO, start: int, count: int) -> bytes:
+    """`count` bytes from `start` on. Raises EOFError where the file ends before them."""
+    file.seek(start)
+    data = file.read(count)
+    if len(data) < count:
+        raise EOFError(f"{count - len(data)} bytes are missing")
+    return data

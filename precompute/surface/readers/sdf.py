@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Surface data files .sdf of ISO 25178-71, as text or binary: a header, then the heights from the first profile on.
+
+All lengths are in metres.
+"""
+
+from __future__ import annotations
+
+import struct
+from functools import partial
+from typing import BinaryIO
+
+import numpy as np
+
+from .channels import Channel
+from .number_text import numbers_of, read_text
+from .scan_file import Block, ScanReader, StoredMap, read_exactly
+
+_TEXT, _BINARY = (b"aISO-1.0", b"aBCR-1.0"), (b"bISO-1.0", b"bBCR-1.0")
+_HEAD = struct.Struct("<8s10s12s12s2H4d3B")
+_HEAD_NAMES = ("NumPoints", "NumProfiles", "Xscale", "Yscale", "Zscale", "Zresolution", "Compression", "DataType")
+_KINDS = {0: "<u1", 1: "<u2", 2: "<u4", 3: "<f4", 4: "<i1", 5: "<i2", 6: "<i4", 7: "<f8"}
+# The number that stands for a point that was not measured, by the kind of numbers; of floats it is NaN.
+_MISSING = {1: 2**16 - 1, 2: 2**32 - 1, 5: -(2**15), 6: -(2**31)}
+
+
+def _maps(file: BinaryIO) -> list[StoredMap]:
+    file.seek(0)
+    if file.read(len(_BINARY[0])) in _BINARY:
+        found = _HEAD.unpack(read_exactly(file, 0, _HEAD.size))
+        facts, body = dict(zip(_HEAD_NAMES, found[4:], strict=False)), ""
+    else:
+        head, _, rest = read_text(file).partition("*")
+        pairs = (line.partition("=") for line in head.splitlines()[1:])
+        entries = {key.strip(): value.strip() for key, _, value in pairs}
+        facts, body = {name: float(entries.get(name, "0")) for name in _HEAD_NAMES}, rest.partition("*")[0]
+    shape, kind = (int(facts["NumProfiles"]), int(facts["NumPoints"])), int(facts["DataType"])
+    if facts["Compression"] or kind not in _KINDS:
+        raise ValueError(f"compression {facts['Compression']:g}, numbers of type {kind}")
+    if body:
+        load = partial(_from_text, body, shape, facts["Zscale"], _MISSING.get(kind))
+    else:
+        load = partial(_from_block, Block(_HEAD.size, shape, _KINDS[kind]).within(file), facts["Zscale"], kind)
+    channel = Channel("height", "", "m", is_image=shape[0] > 1)
+    return [StoredMap(channel, shape, (float(facts["Yscale"]), float(facts["Xscale"])), load)]
+
+
+def _from_text(body: str, shape: tuple[int, int], scale: float, missing: int | None, file: BinaryIO) -> np.ndarray:
+    values = numbers_of(body.replace("BAD", "nan"))
+    if missing is not None:
+        values[values == missing] = np.nan
+    return values.reshape(shape) * scale
+
+
+def _from_block(block: Block, scale: float, kind: int, file: BinaryIO) -> np.ndarray:
+    stored = block.read(file)
+    values = stored * np.float64(scale)
+    if kind in _MISSING:
+        values[stored == _MISSING[kind]] = np.nan
+    return values
+
+
+def _begins(beginning: bytes) -> bool:
+    return beginning.startswith(_TEXT + _BINARY)
+
+
+SDF = ScanReader("ISO 25178 SDF", (".sdf",), _begins, _maps)

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bare numbers as text: a matrix of heights, rows from the scan's top, or the points (x, y, z) of a grid."""
+
+from __future__ import annotations
+
+from typing import BinaryIO
+
+import numpy as np
+
+from .given_size import Numbers, NumbersReader
+from .number_text import decoded, is_numbers, read_text, rows_of, with_points
+
+# Points on a grid keep to it within this share of a step: what six digits of a place leave on 2000 columns.
+_OFF_GRID = 0.1
+# A grid of points may miss this share of them, at the edges of a scan that is not square.
+_LEAST_COVERED = 0.25
+
+
+def _matrix(file: BinaryIO) -> Numbers:
+    return Numbers(rows_of(read_text(file)))
+
+
+def _points(file: BinaryIO) -> Numbers:
+    """The points as a map: x along the columns, y from the bottom up, NaN where there is no point.
+
+    Raises ValueError where they do not lie on a grid."""
+    x, y, z = rows_of(read_text(file)).T
+    col, step_x = _places(x)
+    row, step_y = _places(y)
+    shape = row.max() + 1, col.max() + 1
+    if min(shape) < 2 or len(z) < _LEAST_COVERED * shape[0] * shape[1]:
+        raise ValueError(f"{len(z)} points do not lie on a grid; save the heights as a matrix")
+    values = np.full(shape, np.nan)
+    values[shape[0] - 1 - row, col] = z
+    return Numbers(values, step_y / step_x)
+
+
+def _places(along: np.ndarray) -> tuple[np.ndarray, float]:
+    """The number of each coordinate's place on a grid, and the grid's step."""
+    lines = np.unique(along)
+    if len(lines) < 2 or not np.isfinite(lines).all():
+        raise ValueError("the points lie on a line; save the heights as a matrix")
+    gaps = np.diff(lines)
+    # Places that differ by rounding alone are the same line of the grid.
+    step = float(np.median(gaps[gaps > _OFF_GRID * gaps.max()]))
+    places = (along - lines[0]) / step
+    numbers = np.rint(places)
+    if np.abs(places - numbers).max() > _OFF_GRID or numbers.max() >= len(along):
+        raise ValueError("the points do not lie on a grid; save the heights as a matrix")
+    return numbers.astype(np.int64), step
+
+
+def _has_three_columns(beginning: bytes) -> bool:
+    lines = (line.split() for line in with_points(decoded(beginning)).splitlines() if line.strip())
+    whole = list(lines)
+    # The last line may be cut.
+    return len(whole) > 3 and all(len(line) == 3 for line in whole[:-1])
+
+
+def _begins_as_points(beginning: bytes) -> bool:
+    return is_numbers(beginning) and _has_three_columns(beginning)
+
+
+XYZ = NumbersReader("XYZ points", (".xyz", ".txt"), _begins_as_points, _points)
+MATRIX = NumbersReader("text matrix", (".txt", ".asc", ".csv", ".dat"), is_numbers, _matrix)
