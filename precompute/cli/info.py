@@ -9,7 +9,7 @@ from .arguments import add_input, add_level, height_map_of
 from .output import emit
 
 # The facts that people read as sentences.
-_IN_WORDS = ("gratings", "waviness", "fine", "levelling")
+_IN_WORDS = ("gratings", "waviness", "fine", "quality", "levelling")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,5 +24,5 @@ def run(arguments: argparse.Namespace) -> None:
     described = description.describe(levelled.height_map)
     facts = {**described.as_dict(), "levelling": list(levelled.told)}
     others = (f"{key}: {value}" for key, value in facts.items() if key not in _IN_WORDS)
-    lines = [*levelled.told, *described.in_words(), *others]
+    lines = [*levelled.told, *described.in_words(), *described.quality.in_words(), *others]
     emit(facts, arguments.json, lambda: lines)

@@ -3,14 +3,18 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+import math
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
 from .first_order import COARSEST_PERIOD_M, FINEST_PERIOD_M
 from .height_map import HeightMap
-from .levelling import level_plane
-from .periods import Wave, Waves, length_in_words, waves_of
+from .levelling import Plane, plane_of
+from .periods import Wave, Waves, length_in_words, middle_of, waves_of
+from .quality import Quality, judge
+
+_ROWS_AT_ONCE = 256
 
 
 @dataclass(frozen=True)
@@ -27,6 +31,7 @@ class Description:
     period_angles_deg  for each period the direction of its grating vector in degrees: from T, counterclockwise towards
                        B, in (-90, 90]
     waves              these periods, the waviness, and what is too fine for light, with all that is known of them
+    quality            what limits the scan
     channels           labels of all channels of the source
     """
 
@@ -37,6 +42,7 @@ class Description:
     height_rms_m: float
     source_range_m: float
     waves: Waves
+    quality: Quality
     channels: tuple[str, ...]
 
     @property
@@ -62,6 +68,7 @@ class Description:
             "gratings": list(waves["gratings"]),
             "waviness": waves["waviness"],
             "fine": waves["fine"],
+            "quality": self.quality.as_dict(),
             "channels": list(self.channels),
         }
 
@@ -92,22 +99,37 @@ class Description:
 
 
 def describe(height_map: HeightMap) -> Description:
-    """Measure a height map: its relief before and after plane levelling, and its waves."""
-    level = level_plane(height_map)
+    """Measure a height map: its relief before and after plane levelling, its waves, and its quality."""
+    plane = plane_of(height_map)
+    middle = replace(height_map, height_m=plane.level_part(height_map, middle_of(height_map)))
+    waves = waves_of(middle, height_map.size_m)
+    low, high, rms = _levelled(height_map, plane)
     return Description(
         rows=height_map.rows,
         cols=height_map.cols,
         pixel_size_m=height_map.pixel_size_m,
-        height_range_m=_range(level),
-        height_rms_m=float(np.nanstd(level.height_m)),
-        source_range_m=_range(height_map),
-        waves=waves_of(level),
+        height_range_m=high - low,
+        height_rms_m=rms,
+        source_range_m=float(np.nanmax(height_map.height_m) - np.nanmin(height_map.height_m)),
+        waves=waves,
+        quality=judge(height_map, plane, waves),
         channels=height_map.channels,
     )
 
 
-def _range(height_map: HeightMap) -> float:
-    return float(np.nanmax(height_map.height_m) - np.nanmin(height_map.height_m))
+def _levelled(height_map: HeightMap, plane: Plane) -> tuple[float, float, float]:
+    """Lowest, highest and standard deviation of the levelled heights, whose mean is 0.
+
+    A few rows at a time: a large scan's levelled heights would take as much memory as the scan."""
+    lows, highs, total = [], [], 0.0
+    for start in range(0, height_map.rows, _ROWS_AT_ONCE):
+        level = plane.level_part(height_map, (slice(start, start + _ROWS_AT_ONCE), slice(None)))
+        level = level[np.isfinite(level)]
+        if level.size:
+            lows.append(level.min())
+            highs.append(level.max())
+            total += float(level @ level)
+    return float(min(lows)), float(max(highs)), math.sqrt(total / np.isfinite(height_map.height_m).sum())
 
 
 def _told(wave: Wave) -> str:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,34 @@ _RANK_TOLERANCE = 1e-12
 _ROWS_AT_ONCE = 256
 
 
+@dataclass(frozen=True)
+class Plane:
+    """The plane that levelling subtracts from a height map, as three terms in metres.
+
+    offset   the mean of the finite heights
+    along_y  the slope's part along the rows (rows, 1)
+    along_x  the slope's part along the columns (cols,)"""
+
+    offset: float
+    along_y: np.ndarray
+    along_x: np.ndarray
+
+    def level_part(self, height_map: HeightMap, part: tuple[slice, slice]) -> np.ndarray:
+        """The levelled heights of a part of the map, rows and columns."""
+        level = height_map.height_m[part] - self.offset
+        level -= self.along_y[part[0]]
+        level -= self.along_x[part[1]]
+        return level
+
+
+def plane_of(height_map: HeightMap) -> Plane:
+    """The plane that level_plane subtracts."""
+    if height_map.periodic:
+        rows, cols = height_map.height_m.shape
+        return Plane(float(np.nanmean(height_map.height_m)), np.zeros((rows, 1)), np.zeros(cols))
+    return Plane(*fitted_plane(height_map.height_m))
+
+
 def level_plane(height_map: HeightMap) -> HeightMap:
     """Subtract the least-squares plane through the finite heights.
 
@@ -22,13 +50,8 @@ def level_plane(height_map: HeightMap) -> HeightMap:
     example) many planes fit, and the flattest is subtracted. From a periodic surface only the mean is subtracted: a
     tilted surface would not wrap, so the slope that a fit would find is that of the surface's facets.
     """
-    if height_map.periodic:
-        return replace(height_map, height_m=height_map.height_m - np.nanmean(height_map.height_m))
-    offset, along_y, along_x = fitted_plane(height_map.height_m)
-    level = height_map.height_m - offset
-    level -= along_y
-    level -= along_x
-    return replace(height_map, height_m=level)
+    whole = slice(None), slice(None)
+    return replace(height_map, height_m=plane_of(height_map).level_part(height_map, whole))
 
 
 def fitted_plane(height: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:

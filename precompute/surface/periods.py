@@ -34,6 +34,8 @@ _FAINTEST_AMPLITUDE_M = 1e-12
 # The least share of light that shows. Under the sun, which fills 6.8e-5 sr, an order of this efficiency is a hundredth
 # as bright as white paper: 0.01 * 6.8e-5 / pi.
 _FAINTEST_LIGHT = 2.2e-7
+# A contrast beyond this is that of an exact wave on nothing but rounding errors.
+_CONTRAST_MAX = 1e12
 
 
 @dataclass(frozen=True)
@@ -45,13 +47,15 @@ class Wave:
     repeats          how many times it fits into the scan along that direction
     amplitude_m      the amplitude of a sine with as high a peak in the spectrum, in metres
     light            the share of visible light that the first order of this sine sends out (first_order.py); 0
-                     for a wave that does not diffract visibly"""
+                     for a wave that does not diffract visibly
+    contrast         how many times its peak is as high as the median power of waves of about its length"""
 
     period_m: float
     angle_deg: float
     repeats: float
     amplitude_m: float
     light: float
+    contrast: float
 
     def in_words(self) -> str:
         """Length and direction: "316 nm at 45 deg"."""
@@ -115,31 +119,36 @@ class _Spectrum:
         return float(self.power[ky % len(self.power), kx])
 
 
-def waves_of(level: HeightMap) -> Waves:
+def waves_of(level: HeightMap, scan_m: tuple[float, float] | None = None) -> Waves:
     """The waves of levelled heights, of their middle where the scan is large; holes are filled first.
+
+    Where `level` is a part of a scan, scan_m (Ly, Lx) are the scan's sides, in which repeats are counted.
 
     A wave that diffracts visibly is one that visible light leaves at an angle of its own (FINEST_PERIOD_M), with its
     colours so far apart that they can be told apart under the sun (COARSEST_PERIOD_M). Such waves are ordered by the
     light that they send out. Power alone would put the slow waves of natural surfaces first, and power times frequency
     would put fine waves first whose order leaves at grazing angles only, if at all."""
-    middle = _middle(level)
+    scan_m = scan_m or level.size_m
+    middle = replace(level, height_m=level.height_m[middle_of(level)])
     spectrum = _spectrum(middle)
     q, power = spectrum.q, spectrum.power
-    stands_out = _stands_out(power, q)
+    ground = _ground(power, q)
+    stands_out = power > _ABOVE_MEDIAN * ground
     light = np.where(stands_out, visible_share(q) * power, 0.0)
     waviness = np.where(q < 1 / COARSEST_PERIOD_M, power, 0.0)
     fine = np.where(stands_out & (q > 1 / FINEST_PERIOD_M), power, 0.0)
     gratings = _peaks(spectrum, light, _MOST_PERIODS, least=_FAINTEST_LIGHT)
     others = [_peaks(spectrum, each, 1, least=_FAINTEST_AMPLITUDE_M**2) for each in (waviness, fine)]
-    return Waves(
-        tuple(_wave(spectrum, middle.cols, peak, level.size_m) for peak in gratings),
-        *(_wave(spectrum, middle.cols, peaks[0], level.size_m) if peaks else None for peaks in others),
-    )
+
+    def wave(peak: tuple[int, int]) -> Wave:
+        return _wave(spectrum, middle.cols, peak, scan_m=scan_m, ground=ground[peak])
+
+    return Waves(tuple(map(wave, gratings)), *(wave(peaks[0]) if peaks else None for peaks in others))
 
 
-def _wave(spectrum: _Spectrum, cols: int, peak: tuple[int, int], scan_m: tuple[float, float]) -> Wave:
+def _wave(spectrum: _Spectrum, cols: int, peak: tuple[int, int], *, scan_m: tuple[float, float], ground: float) -> Wave:
     """The wave of a peak (ky, kx) of the spectrum of heights of `cols` columns, which are the middle of a scan of sides
-    scan_m (Ly, Lx)."""
+    scan_m (Ly, Lx); `ground` is the median power of waves of about its length."""
     ky, kx = _refine(spectrum, cols, peak)
     # The row index runs along -B.
     q_b, q_t = -ky / spectrum.size_m[0], kx / spectrum.size_m[1]
@@ -150,16 +159,16 @@ def _wave(spectrum: _Spectrum, cols: int, peak: tuple[int, int], scan_m: tuple[f
         repeats=math.hypot(q_b * scan_m[0], q_t * scan_m[1]),
         amplitude_m=math.sqrt(power),
         light=float(visible_share(np.array(q))) * power,
+        contrast=float(min(power / ground, _CONTRAST_MAX)) if ground else _CONTRAST_MAX,
     )
 
 
-def _middle(level: HeightMap) -> HeightMap:
-    """The middle of at most _SIDE_MAX pixels a side; all of a scan whose middle was not measured."""
-    sides = (
-        slice(max(0, (n - _SIDE_MAX) // 2), max(0, (n - _SIDE_MAX) // 2) + _SIDE_MAX) for n in level.height_m.shape
-    )
-    middle = level.height_m[tuple(sides)]
-    return level if middle.shape == level.height_m.shape or np.isnan(middle).all() else replace(level, height_m=middle)
+def middle_of(scan: HeightMap) -> tuple[slice, slice]:
+    """The rows and columns of the middle, at most _SIDE_MAX pixels a side; of a scan whose middle was not measured, all
+    of them."""
+    starts = [max(0, (n - _SIDE_MAX) // 2) for n in scan.height_m.shape]
+    middle = slice(starts[0], starts[0] + _SIDE_MAX), slice(starts[1], starts[1] + _SIDE_MAX)
+    return (slice(None), slice(None)) if np.isnan(scan.height_m[middle]).all() else middle
 
 
 def _angle_deg(q_b: float, q_t: float) -> float:
@@ -175,7 +184,7 @@ def _spectrum(level: HeightMap) -> _Spectrum:
     windowed = fill_missing(level).height_m * window_y[:, None] * window_x
     transform = np.fft.rfft2(windowed)
     amplitude = np.abs(transform) * (2 / (window_y.sum() * window_x.sum()))
-    return _Spectrum(amplitude**2, level.size_m)
+    return _Spectrum(np.ascontiguousarray(amplitude**2), level.size_m)
 
 
 def _peaks(spectrum: _Spectrum, strength: np.ndarray, most: int, *, least: float) -> list[tuple[int, int]]:
@@ -184,7 +193,8 @@ def _peaks(spectrum: _Spectrum, strength: np.ndarray, most: int, *, least: float
     strength (ny, nx) is changed. Peaks of a strength below `least` are left out, and those below _FAINTEST_SHARE of the
     greatest."""
     ky, kx = spectrum.ky, spectrum.kx
-    strength[~_is_summit(spectrum.power) | (np.hypot(ky, kx) < _LEAST_REPEATS)] = 0.0
+    strength[~_is_summit(spectrum.power)] = 0.0
+    _clear(strength, (0, 0), np.nextafter(_LEAST_REPEATS, 0))
     faintest = max(least, _FAINTEST_SHARE * float(strength.max()))
     found: list[tuple[int, int]] = []
     while len(found) < most:
@@ -195,24 +205,34 @@ def _peaks(spectrum: _Spectrum, strength: np.ndarray, most: int, *, least: float
         found.append(peak)
         reach = max(_DISTINCT_BINS, _DISTINCT_SHARE * math.hypot(*peak))
         for sign in (1, -1):
-            strength[np.hypot(ky - sign * peak[0], kx - sign * peak[1]) <= reach] = 0.0
+            _clear(strength, (sign * peak[0], sign * peak[1]), reach)
     return found
 
 
-def _stands_out(power: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Whether each bin (ny, nx) has _ABOVE_MEDIAN times the median power of all waves of about its own length.
+def _clear(strength: np.ndarray, centre: tuple[int, int], reach: float) -> None:
+    """Set a strength (ny, nx), as of _peaks, to 0 up to a distance of `reach` from a pair of frequencies."""
+    ky = np.round(np.fft.fftfreq(len(strength)) * len(strength))
+    rows = np.nonzero(np.abs(ky - centre[0]) <= reach)[0]
+    cols = slice(max(0, math.ceil(centre[1] - reach)), max(0, math.floor(centre[1] + reach) + 1))
+    near = strength[rows, cols]
+    far = np.hypot(ky[rows, None] - centre[0], np.arange(strength.shape[1])[cols] - centre[1]) > reach
+    strength[rows, cols] = np.where(far, near, 0.0)
+
+
+def _ground(power: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """For each bin (ny, nx) the median power of all waves of about its own length.
 
     q (ny, nx) is the frequency of each bin."""
-    above = np.zeros(power.size, bool)
+    power = power.ravel()
+    ground = np.zeros(power.size)
     by_length = np.argsort(q, axis=None)
     start, stop = 0, _FEWEST_COMPARED
     while start < power.size:
         # Each group has as many waves as all coarser ones together: in two dimensions it is half an octave wide.
         group = by_length[start:stop]
-        of_group = power.ravel()[group]
-        above[group] = of_group > _ABOVE_MEDIAN * np.median(of_group)
+        ground[group] = np.median(power[group])
         start, stop = stop, 2 * stop
-    return above.reshape(power.shape)
+    return ground.reshape(q.shape)
 
 
 def _is_summit(power: np.ndarray) -> np.ndarray:

@@ -22,6 +22,7 @@ KEYS = [
     "gratings",
     "waviness",
     "fine",
+    "quality",
     "channels",
 ]
 # A parabola through the logarithm of the Hann window's lobe, sinc(x) / (1 - x^2), misses the top by at most 0.016 bins

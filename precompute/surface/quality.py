@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whether a scan is good enough to be baked: what limits it, each with a light and a sentence."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from ..colour.observer import WAVELENGTH_MIN_M
+from .first_order import FINEST_PERIOD_M
+from .height_map import HeightMap
+from .levelling import Plane
+from .periods import Waves, length_in_words
+from .steps.defects import dust, scars
+
+LIGHTS = ("good", "usable", "poor")
+# Half of the finest period that diffracts visible light, which two pixels must resolve.
+_PIXEL_M = (FINEST_PERIOD_M / 2, FINEST_PERIOD_M)
+# Pixels to a period of the grating: with four, a cubic curve through them misses a sine's top by 10 %.
+_PIXELS_A_PERIOD = (8.0, 4.0)
+# The share of the surface that is steeper than 45 degrees. There light meets the surface twice, which no bake knows of.
+_STEEP_SHARE = (0.01, 0.1)
+# How far the grating's peak stands over the waves of its length, and how often the grating repeats. Noise reaches 23,
+# and what is taken for a grating at all 50 (periods.py).
+_CONTRAST = (200.0, 75.0)
+_REPEATS = (10.0, 5.0)
+# Beyond this the figure says no more.
+_PLAIN = 1000.0
+# Levelling by subtraction shortens a surface by the cosine of its tilt: 0.06 % and 1.5 %.
+_TILT_DEG = (2.0, 10.0)
+# The share of the scan that is dust, scratches, scars or missing.
+_DIRT_SHARE = (1e-3, 0.05)
+# What stands off more than this share of the scan is its relief.
+_RELIEF_SHARE = 0.1
+# The phase in radians by which a step of the heights turns violet light that leaves as it came.
+_STEP_RADIANS = (0.1, 0.5)
+# How many times sharper valleys are than tops, where a blunt tip has rounded the tops.
+_ROUNDED = (3.0, 30.0)
+# The share of all curvatures that is beyond "the sharpest": dust and noise are fewer.
+_SHARPEST = 99.9
+# Sides of the parts that are looked at, in pixels, so that a large scan takes no longer than a small one.
+_SIDE = 512
+# A step in the heights below this share of their range is rounding.
+_ROUNDING = 1e-7
+# Steps below this are called finer than it: a tenth of an atom's height.
+_FINE_STEP_M = 1e-11
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that limits a scan.
+
+    topic     what it is about
+    light     one of LIGHTS
+    sentence  what was found, and what to do about it
+    figure    the number that decided: of "pixel" its side in metres, of "slopes" the share of steep ones, of "period"
+              how many times its peak is as high as the waves of its length, of "tilt" degrees, of "dirt" its share of
+              the scan, of "steps" metres, of "tip" how many times sharper valleys are than tops"""
+
+    topic: str
+    light: str
+    sentence: str
+    figure: float
+
+
+@dataclass(frozen=True)
+class Quality:
+    """All findings of a scan."""
+
+    findings: tuple[Finding, ...]
+
+    @property
+    def light(self) -> str:
+        """The worst light of the findings."""
+        return LIGHTS[max(LIGHTS.index(finding.light) for finding in self.findings)]
+
+    def as_dict(self) -> dict[str, object]:
+        """Ready for JSON."""
+        return {"light": self.light, "findings": [asdict(finding) for finding in self.findings]}
+
+    def in_words(self) -> list[str]:
+        """A line of the whole, and one of each finding."""
+        return [f"quality: {self.light}", *(f"  {each.topic}: {each.light}; {each.sentence}" for each in self.findings)]
+
+
+def judge(height_map: HeightMap, plane: Plane, waves: Waves) -> Quality:
+    """Judge a scan by its heights as measured, the plane through them, and the waves of the levelled heights."""
+    centre = plane.level_part(height_map, _centre(height_map))
+    of_surface = _pixel(height_map, waves), _slopes(centre, height_map), _period(waves)
+    if height_map.periodic:  # made, not measured
+        return Quality(of_surface)
+    dirt = _dirt(height_map, _coarse(height_map, plane), centre)
+    return Quality((*of_surface, _tilt(height_map, plane), dirt, _steps(height_map), _tip(centre, height_map)))
+
+
+def _light(value: float, limits: tuple[float, float]) -> str:
+    """The light of a value: good up to the first limit, usable up to the second; from the limits upwards where the
+    first is the larger."""
+    sign = 1 if limits[0] <= limits[1] else -1
+    return LIGHTS[sum(sign * value > sign * limit for limit in limits)]
+
+
+def _centre(height_map: HeightMap) -> tuple[slice, slice]:
+    """The middle of the scan, of at most _SIDE pixels a side."""
+    starts = [max(0, (n - _SIDE) // 2) for n in height_map.height_m.shape]
+    return slice(starts[0], starts[0] + _SIDE), slice(starts[1], starts[1] + _SIDE)
+
+
+def _coarse(height_map: HeightMap, plane: Plane) -> np.ndarray:
+    """Levelled heights of all of the scan, of every so manyth pixel, at most _SIDE a side."""
+    rows, cols = (slice(None, None, -(-n // _SIDE)) for n in height_map.height_m.shape)
+    return plane.level_part(height_map, (rows, cols))
+
+
+def _pixel(height_map: HeightMap, waves: Waves) -> Finding:
+    side = max(height_map.pixel_size_m)
+    light = _light(side, _PIXEL_M)
+    lost = f"waves finer than {length_in_words(2 * side)} are not in the scan"
+    sentence = {
+        "good": f"{length_in_words(side)} show every wave that diffracts light",
+        "usable": f"{length_in_words(side)}, so {lost}; they send light out at grazing angles only",
+        "poor": f"{length_in_words(side)}, so {lost}; scan a smaller field with as many pixels",
+    }[light]
+    if waves.gratings:
+        across = waves.gratings[0].period_m / side
+        light = max(light, _light(across, _PIXELS_A_PERIOD), key=LIGHTS.index)
+        sentence += f"; the grating has {across:.3g} pixels to a period"
+    return Finding("pixel", light, sentence, side)
+
+
+def _slopes(centre: np.ndarray, height_map: HeightMap) -> Finding:
+    if min(centre.shape) < 2:
+        return Finding("slopes", "good", "too few pixels to tell slopes", 0.0)
+    dy, dx = height_map.pixel_size_m
+    along_y, along_x = np.diff(centre[:, :-1], axis=0) / dy, np.diff(centre[:-1], axis=1) / dx
+    steep = float((along_y**2 + along_x**2 > 1).mean())
+    light = _light(steep, _STEEP_SHARE)
+    slope = math.degrees(math.atan(math.sqrt(_finite_mean(along_y**2 + along_x**2))))
+    sentence = f"the surface rises by {slope:.2g} deg (rms)"
+    if light != "good":
+        sentence += f", and {steep:.0%} of it by over 45 deg, where light meets it twice; its colours are less sure"
+    return Finding("slopes", light, sentence, steep)
+
+
+def _finite_mean(values: np.ndarray) -> float:
+    finite = values[np.isfinite(values)]
+    return float(finite.mean()) if finite.size else 0.0
+
+
+def _period(waves: Waves) -> Finding:
+    if not waves.gratings:
+        return Finding("period", "poor", "no wave stands out that would show colours; scan another place", 0.0)
+    first, *others = waves.gratings
+    light = max(_light(first.contrast, _CONTRAST), _light(first.repeats, _REPEATS), key=LIGHTS.index)
+    sure = {"good": "sure", "usable": "likely", "poor": "a guess"}[light]
+    stands = f"{first.contrast:.0f}" if first.contrast < _PLAIN else f"over {_PLAIN:.0f}"
+    sentence = (
+        f"{first.in_words()} is {sure}: it repeats {first.repeats:.3g} times, and stands {stands} times over the "
+        "waves of its length"
+    )
+    if others:
+        sentence += f"; fainter ones: {', '.join(wave.in_words() for wave in others)}"
+    return Finding("period", light, sentence, first.contrast)
+
+
+def _tilt(height_map: HeightMap, plane: Plane) -> Finding:
+    rises = [float(np.ptp(each)) for each in (plane.along_y, plane.along_x)]
+    # From the middle of the first pixel to that of the last.
+    runs = [max(1, n - 1) * side for n, side in zip(height_map.height_m.shape, height_map.pixel_size_m, strict=True)]
+    degrees = math.degrees(math.atan(math.hypot(*(rise / run for rise, run in zip(rises, runs, strict=True)))))
+    light = _light(degrees, _TILT_DEG)
+    sentence = f"{degrees:.2g} deg, {length_in_words(sum(rises))} over the scan, are taken out"
+    if light != "good":
+        sentence += "; mount the sample flatter, for levelling does not turn the surface back"
+    return Finding("tilt", light, sentence, degrees)
+
+
+def _dirt(height_map: HeightMap, coarse: np.ndarray, centre: np.ndarray) -> Finding:
+    missing = float(np.isnan(height_map.height_m).mean())
+    found = {"dust": float(dust(coarse, 5.0).mean()), "scars": float(scars(centre, 1.0).mean())}
+    # What stands off a tenth of the scan is its relief, not dust on it.
+    found = {what: share for what, share in found.items() if 0 < share <= _RELIEF_SHARE}
+    share = missing + sum(found.values())
+    light = _light(share, _DIRT_SHARE)
+    told = {"missing": missing} if missing else {}
+    told |= {f"like {'dust or scratches' if what == 'dust' else what}": part for what, part in found.items()}
+    sentence = ", ".join(f"{part:.2%} of it is {what}" for what, part in told.items()) or "none is seen"
+    if found and light != "good":
+        sentence += f"; bake it with --level plane,{','.join(found)}"
+    return Finding("dirt", light, sentence, share)
+
+
+def _steps(height_map: HeightMap) -> Finding:
+    """How fine the steps of the heights as measured are: the least difference between any two of some of them."""
+    rows, cols = (slice(None, None, -(-n // (_SIDE // 2))) for n in height_map.height_m.shape)
+    values = np.unique(height_map.height_m[rows, cols])
+    gaps = np.diff(values[np.isfinite(values)])
+    gaps = gaps[gaps > _ROUNDING * gaps.sum()]
+    step = float(gaps.min()) if gaps.size else 0.0
+    radians = 4 * math.pi * step / WAVELENGTH_MIN_M
+    light = _light(radians, _STEP_RADIANS)
+    if step < _FINE_STEP_M:
+        return Finding("steps", light, "the heights come in steps finer than 0.01 nm", step)
+    sentence = f"the heights come in steps of {step * 1e9:.2g} nm, {radians:.2g} rad of violet light's phase"
+    if light != "good":
+        sentence += "; export them with 16 bits or as floating point"
+    return Finding("steps", light, sentence, step)
+
+
+def _tip(centre: np.ndarray, height_map: HeightMap) -> Finding:
+    """A blunt tip widens tops by its own radius and leaves valleys sharp, where its flanks meet."""
+    tops, valleys = [], []
+    for axis, side in enumerate(height_map.pixel_size_m):
+        bend = np.diff(centre, n=2, axis=axis) / side**2
+        bend = bend[np.isfinite(bend)]
+        if bend.size:
+            tops.append(np.percentile(-bend, _SHARPEST))
+            valleys.append(np.percentile(bend, _SHARPEST))
+    top, valley = max(tops, default=0.0), max(valleys, default=0.0)
+    if top <= 0:
+        return Finding("tip", "good", "there are no tops for the tip to round", 0.0)
+    rounded = float(max(valley, 0.0) / top)
+    light = _light(rounded, _ROUNDED)
+    sentence = f"the sharpest tops have a radius of {length_in_words(1 / top)}"
+    if light != "good":
+        sentence += (
+            f", and valleys are {rounded:.2g} times as sharp, as a blunt tip leaves them; use a sharper tip, or bake "
+            "with --level plane,tip:NM, the tip's radius"
+        )
+    return Finding("tip", light, sentence, rounded)
