@@ -28,6 +28,7 @@ from .operators import (
     remove_grating,
     show_direction,
     unwrap,
+    vary_grating,
 )
 from .scene import bakes, gratings
 from .ui import direction_panel, panel
@@ -50,6 +51,7 @@ CLASSES = (
     choose_lights.ChooseLights,
     comb_grating.CombGrating,
     choose_frame.ChooseFrame,
+    vary_grating.VaryGrating,
     fit_world.FitWorld,
     osl_reference.NewOslReference,
     show_direction.ShowDirection,

@@ -14,6 +14,7 @@ from .fit_world import want_fit
 from .material import group_of, working_material
 from .meshes import meshes_among, no_meshes, slots_with_faces
 from .slots import Selection, note_replaced
+from .vary import prepare_meshes
 
 
 def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
@@ -80,7 +81,8 @@ def _put_in_active_slot(selection: Selection, mesh: bpy.types.Object, material: 
 
 def _warnings(objects: list[bpy.types.Object], meshes: list[bpy.types.Object], grating: Grating) -> list[str]:
     source = grating.frame_source()
-    return [line for mesh in meshes if (line := seam_warning(mesh, source))] + no_meshes(objects)
+    seams = [line for mesh in meshes if (line := seam_warning(mesh, source))]
+    return seams + no_meshes(objects) + prepare_meshes(grating.group, meshes)
 
 
 def _names(things) -> str:

@@ -4,6 +4,7 @@
 import argparse
 import math
 from collections.abc import Iterable
+from pathlib import Path
 
 import bpy
 
@@ -47,19 +48,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """The `assign` verb."""
     values = dict(map(_setting, arguments.set or ()))
-    file = existing_bake(arguments.bake)
-    if file is None:
-        raise GratingError(f"{arguments.bake}: no bake there; give the .exr that `bake` wrote, or its folder")
+    gratings = bpy.context.scene.natural_gratings
+    check_bake(arguments.bake)
     if arguments.object:
         select_objects(arguments.object)
-    gratings = bpy.context.scene.natural_gratings
-    path = kept_path(str(file.resolve()))
-    index = next((i for i, g in enumerate(gratings.items) if g.bake_path == path), None)
-    if index is None:
-        grating = gratings.items.add()
-        grating.name, grating.bake_path = printable(file.stem), path
-        index = len(gratings.items) - 1
-    gratings.active_index = index
+    gratings.active_index = index = index_of(arguments.bake)
     if arguments.lights:
         gratings.items[index].lights = arguments.lights.upper()
     refresh_group(gratings.items[index])
@@ -70,6 +63,27 @@ def run(arguments: argparse.Namespace) -> None:
     report += warnings_about(bpy.context.scene, bpy.context.evaluated_depsgraph_get())
     save(arguments.save)
     print("\n".join(map(printable, report)))
+
+
+def index_of(bake: str) -> int:
+    """The number of the scene's grating that has a bake's file, which is added if there is none. Raises GratingError if
+    there is no such file."""
+    path = kept_path(str(check_bake(bake).resolve()))
+    items = bpy.context.scene.natural_gratings.items
+    for index, grating in enumerate(items):
+        if grating.bake_path == path:
+            return index
+    grating = items.add()
+    grating.name, grating.bake_path = printable(Path(path).stem), path
+    return len(items) - 1
+
+
+def check_bake(bake: str) -> Path:
+    """The file of a bake that is named by its file or folder. Raises GratingError if there is none."""
+    file = existing_bake(bake)
+    if file is None or not file.is_file():
+        raise GratingError(f"{bake}: no bake there; give the .exr that `bake` wrote, or its folder")
+    return file
 
 
 def _setting(text: str) -> tuple[str, float]:

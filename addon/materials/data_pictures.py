@@ -8,7 +8,7 @@ import bpy
 
 from ..frames.frame import frame_maps_in
 from ..scene import compat
-from .response import response_in
+from .response import responses_in
 from .skin import is_diffraction
 
 
@@ -37,8 +37,8 @@ def resampled_pictures(scene: bpy.types.Scene) -> list[str]:
 def _pictures() -> list[bpy.types.Image]:
     """The pictures that the file's Diffraction groups read, each once."""
     groups = [group for group in bpy.data.node_groups if is_diffraction(group)]
-    nodes = (node for group in groups for node in response_in(group).group.nodes if node.type == "TEX_IMAGE")
-    tables = [node.image for node in nodes if node.image]
+    trees = [response.group for group in groups for response in responses_in(group)]
+    tables = [node.image for tree in trees for node in tree.nodes if node.type == "TEX_IMAGE" and node.image]
     return list(dict.fromkeys(tables + [image for group in groups for image in frame_maps_in(group)]))
 
 

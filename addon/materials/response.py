@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import count, takewhile
 
 import bpy
 
@@ -140,24 +141,35 @@ class Response:
         names = {item.name for item in self.group.interface.items_tree if item.in_out == "INPUT"}
         return tuple(socket for socket in QUESTION if socket.name in names)
 
-    def to_lamp(self, tree: Tree, question: Mapping[Socket, Operand]) -> Emission:
-        """Add the response's node to a tree; its answer. The question has a value for each socket of QUESTION."""
+    def to_lamp(self, tree: Tree, question: Mapping[Socket, Operand], *, number: int = 1) -> Emission:
+        """Add the response's node to a tree; its answer. The question has a value for each socket of QUESTION. The
+        number tells the responses of one tree apart."""
         asked = {socket.name: question[socket] for socket in self.inputs}
-        outputs = tree.group(self.group, asked, label=_LABEL)
+        outputs = tree.group(self.group, asked, label=_numbered(_LABEL, number))
         coarser, share = (outputs.get(socket.name) for socket in (COARSER, COARSER_SHARE))
         return Emission(outputs[RADIANCE.name], coarser, share)
 
-    def to_world(self, tree: Tree, question: Mapping[Socket, Operand]) -> WorldAnswer | None:
+    def to_world(self, tree: Tree, question: Mapping[Socket, Operand], *, number: int = 1) -> WorldAnswer | None:
         """Add the node of the answer to a world, if there is one, to a tree; the answer. The question has a value for
         each socket of WORLD_QUESTION."""
         if self.world is None:
             return None
         asked = {socket.name: question[socket] for socket in WORLD_QUESTION}
-        outputs = tree.group(self.world, asked, label=_WORLD_LABEL)
+        outputs = tree.group(self.world, asked, label=_numbered(_WORLD_LABEL, number))
         return WorldAnswer(*(outputs[socket.name] for socket in WORLD_ANSWER))
 
 
 def response_in(group: bpy.types.NodeTree) -> Response:
     """The response around which a Diffraction group was made; the group may have been loaded from a file."""
-    found = {node.label: node.node_tree for node in group.nodes if node.label in {_LABEL, _WORLD_LABEL}}
-    return Response(found[_LABEL], found.get(_WORLD_LABEL))
+    return responses_in(group)[0]
+
+
+def responses_in(group: bpy.types.NodeTree) -> tuple[Response, ...]:
+    """The responses of a Diffraction group: its own, and those of further gratings that it is varied by."""
+    found = {node.label: node.node_tree for node in group.nodes if node.label.startswith((_LABEL, _WORLD_LABEL))}
+    numbers = takewhile(lambda number: _numbered(_LABEL, number) in found, count(1))
+    return tuple(Response(found[_numbered(_LABEL, k)], found.get(_numbered(_WORLD_LABEL, k))) for k in numbers)
+
+
+def _numbered(label: str, number: int) -> str:
+    return label if number == 1 else f"{label} {number}"

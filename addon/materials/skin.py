@@ -46,6 +46,7 @@ from ..nodes.builder import Tree, Value
 from ..nodes.interface import Socket, add_interface
 from ..scene.frame_source import FrameSource
 from ..scene.lights import ALL, LAMPS_ONLY, REST
+from ..scene.variation import Variation
 from .response import (
     CONSERVING,
     HEIGHT_SCALE,
@@ -62,8 +63,10 @@ from .response import (
     ZERO_ORDER,
     Response,
     response_in,
+    responses_in,
 )
 from .shadow import hit, ray_start
+from .variation import variation_nodes
 
 AOV_NAME = "Diffraction"
 # The names of two custom properties on a Diffraction group, also in saved files. The first holds for each lamp whether
@@ -75,6 +78,8 @@ _LIGHTS = "ng_lights"
 _SOURCES = "ng_sources"
 # A fifth holds where the tangent comes from. A group without it, of an earlier version, knows the default.
 _FRAME = "ng_frame"
+# A sixth holds how the grating varies over the surface.
+_VARIATION = "ng_variation"
 # 1 - cos of the angle from a lamp's middle to the rim of its cone, over the variance of its disc.
 _CONE = 3.0
 # The variances in rad2 of the widest light that is the table's alone and of the least wide that is the closure's: those
@@ -104,13 +109,13 @@ def group_around(name: str, response: Response, *, shadows: bool = True, lights:
     group = bpy.data.node_groups.new(f"Diffraction {name}", "ShaderNodeTree")
     add_interface(group, _INPUTS, _OUTPUTS)
     group[_SHADOWS], group[_LIGHTS] = shadows, lights
-    fill_group(group, response, _lamps_of_file(), sources=_sources_of_file())
+    fill_group(group, (response,), _lamps_of_file(), sources=_sources_of_file())
     return group
 
 
 def replace_response(group: bpy.types.NodeTree, response: Response) -> None:
-    """Build a Diffraction group anew around another response, under the old one's names. The old response and its
-    images go, unless something else uses them."""
+    """Build a Diffraction group anew around another response, under the old one's names, and all groups that are varied
+    by it. The old response and its images go, unless something else uses them."""
     old = response_in(group)
     names = [
         (kept, former.name)
@@ -118,7 +123,10 @@ def replace_response(group: bpy.types.NodeTree, response: Response) -> None:
         for kept, former in zip(_parts(new_group), _parts(old_group), strict=False)
     ]
     left = [part for each in (old.group, old.world) for part in _parts(each)]
-    fill_group(group, response, list(group[_LAMPS]), sources=group.get(_SOURCES, 0))
+    for each in filter(is_diffraction, bpy.data.node_groups):
+        present = responses_in(each)
+        if old in present and each.library is None:
+            _refill(each, tuple(response if one == old else one for one in present))
     old.group.user_remap(response.group)  # in Diffraction Lamps
     for each in left:
         if each.users == 0:
@@ -131,14 +139,27 @@ def set_lighting(group: bpy.types.NodeTree, *, shadows: bool, lights: str) -> No
     """Have a Diffraction group trace shadow rays or none, and answer to the lights of a choice (scene/lights.py)."""
     if (bool(group[_SHADOWS]), lights_of(group)) != (shadows, lights):
         group[_SHADOWS], group[_LIGHTS] = shadows, lights
-        fill_group(group, response_in(group), list(group[_LAMPS]), sources=_sources_of_file())
+        fill_group(group, responses_in(group), list(group[_LAMPS]), sources=_sources_of_file())
 
 
 def set_frame(group: bpy.types.NodeTree, source: FrameSource) -> None:
     """Have a Diffraction group take the tangent from a source."""
     if frame_of(group) != source:
         group[_FRAME] = source.as_property()
-        fill_group(group, response_in(group), list(group[_LAMPS]), sources=group.get(_SOURCES, 0))
+        _refill(group, responses_in(group))
+
+
+def set_variation(group: bpy.types.NodeTree, variation: Variation, others: Iterable[Response]) -> None:
+    """Have a Diffraction group vary over the surface, between its own response and the others: one for each share."""
+    own, *present = responses_in(group)
+    if (variation_of(group), present) != (variation, list(others)):
+        group[_VARIATION] = variation.as_property()
+        _refill(group, (own, *others))
+
+
+def variation_of(group: bpy.types.NodeTree) -> Variation:
+    """How a Diffraction group varies over the surface."""
+    return Variation.from_property(group.get(_VARIATION))
 
 
 def frame_of(group: bpy.types.NodeTree) -> FrameSource:
@@ -159,16 +180,26 @@ def needs_lamps() -> bool:
 
 def answers_to_world(group: bpy.types.NodeTree) -> bool:
     """Whether a Diffraction group can answer to light that comes from no lamp."""
-    return response_in(group).world is not None
+    return all(response.world is not None for response in responses_in(group))
 
 
-def fill_group(group: bpy.types.NodeTree, response: Response, lamps: list[bool], *, sources: int = 0) -> None:
+def _refill(group: bpy.types.NodeTree, responses: tuple[Response, ...]) -> None:
+    """Make a Diffraction group's nodes anew around responses, for the lamps and sources that it has."""
+    fill_group(group, responses, list(group[_LAMPS]), sources=group.get(_SOURCES, 0))
+
+
+def fill_group(
+    group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps: list[bool], *, sources: int = 0
+) -> None:
     """Make a Diffraction group's nodes anew, for lamps with and without light linking and a number of sources of the
     world. Its sockets and the links to them stay."""
     group.nodes.clear()
     group[_LAMPS], group[_SOURCES] = lamps, sources
     tree = Tree(group)
     inputs = tree.inputs()
+    areas, turn = variation_nodes(tree, variation_of(group))
+    if turn is not None:
+        inputs["Rotation"] = inputs["Rotation"] + turn
     n, t = frame_nodes(tree, inputs, frame_of(group))
     geometry = tree.node("ShaderNodeNewGeometry")
     cos_r = tree.dot(tree.value(geometry.outputs["Incoming"]), n)
@@ -176,9 +207,11 @@ def fill_group(group: bpy.types.NodeTree, response: Response, lamps: list[bool],
     strength = inputs["Strength"] * (1.0 - inputs["Base Blend"])
     settings = {socket: inputs[socket.name] for socket in SETTINGS}
     start = ray_start(tree, geometry) if group[_SHADOWS] else None
+    reliefs = list(enumerate(zip(responses, areas, strict=True), start=1))
     # A node that nothing links to costs nothing: it keeps the answer in the file while it is not asked for.
-    lights = lights_of(group) if response.world is not None else LAMPS_ONLY
-    world = response.to_world(tree, {NORMAL: n, TANGENT: t, SHARP: float(lights == REST), **settings})
+    lights = lights_of(group) if all(response.world is not None for response in responses) else LAMPS_ONLY
+    asked_of_world = {NORMAL: n, TANGENT: t, SHARP: float(lights == REST), **settings}
+    worlds = [(response.to_world(tree, asked_of_world, number=k), area) for k, (response, area) in reliefs]
     zero_order = float(lights == LAMPS_ONLY)
     lit_by = [light_of(tree, index, linked) for index, linked in enumerate(lamps)]
     if lights == REST:
@@ -188,8 +221,11 @@ def fill_group(group: bpy.types.NodeTree, response: Response, lamps: list[bool],
     for light, share in zip_longest(lit_by, shares):
         lit = _is_lit(tree, light, n=n, cos_r=cos_r, unseen=unseen)
         asked = {NORMAL: n, TANGENT: t, TO_LIGHT: light.direction, IRRADIANCE: light.irradiance}
-        asked |= {VARIANCE: light.variance, ZERO_ORDER: zero_order}
-        answer = response.to_lamp(tree, {**asked, **settings}).shown(strength)
+        asked |= {VARIANCE: light.variance, ZERO_ORDER: zero_order, **settings}
+        answer = None
+        for k, (response, area) in reliefs:
+            shown = response.to_lamp(tree, asked, number=k).shown(strength)
+            answer = (shown if area is None else shown.dimmed(area)).added_to(answer)
         if start is not None:
             answer = answer.dimmed(
                 1.0 - light.casts_shadow * hit(tree, start, light.direction, distance=light.distance)
@@ -197,12 +233,12 @@ def fill_group(group: bpy.types.NodeTree, response: Response, lamps: list[bool],
         coat = answer.dimmed(lit if share is None else lit * share).added_to(coat)
 
     shader = coat.shader if lights != ALL else None
-    if lights != LAMPS_ONLY:
-        shader = tree.add_shader(shader, world.mirror_closure(n, strength))
+    for world, area in worlds if lights != LAMPS_ONLY else ():
         rest = strength
         if lights == REST:
             rest = strength * (1.0 - unseen) * _left_by_table(tree, zip(lit_by, shares, strict=True), world.direction)
-        shader = tree.add_shader(shader, world.lobe_closure(rest))
+        closures = tree.add_shader(world.mirror_closure(n, strength), world.lobe_closure(rest))
+        shader = tree.add_shader(shader, closures if area is None else tree.mix_shader(area, None, closures))
     shader = tree.add_shader(shader, tree.mix_shader(tree.fresnel(inputs["IOR"], n), inputs["Base"], None))
     shader = tree.add_shader(shader, tree.mix_shader(inputs["Base Blend"], None, inputs["Base"]))
     radiance = coat.radiance * strength
@@ -285,7 +321,7 @@ def show_lamps(*, exactly: bool) -> None:
         if lights_of(group) != REST:  # it reads none
             count = held
         if (present, held) != (lamps, count):
-            fill_group(group, response_in(group), lamps, sources=count)
+            fill_group(group, responses_in(group), lamps, sources=count)
 
 
 def follows_light_linking() -> bool:

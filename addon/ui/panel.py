@@ -11,7 +11,7 @@ from ..lamps.follow import followed_lamps, is_on
 from ..lamps.sky import missed_share, source_count
 from ..materials.data_pictures import resampled_pictures
 from ..materials.osl.script import missing_for_osl
-from ..materials.skin import answers_to_world, linked_with_fewer_lamps
+from ..materials.skin import answers_to_world, linked_with_fewer_lamps, variation_of
 from ..operators.add_diffraction import AddDiffraction
 from ..operators.add_fan import AddDiffractionLamp
 from ..operators.add_sun import AddSun
@@ -26,9 +26,11 @@ from ..operators.new_material import NewDiffractionMaterial
 from ..operators.osl_reference import NewOslReference
 from ..operators.remove_diffraction import RemoveDiffraction
 from ..operators.remove_grating import RemoveGrating
+from ..operators.vary_grating import VaryGrating
 from ..scene import compat
 from ..scene.frame_source import KINDS
 from ..scene.lights import ALL, LAMPS_ONLY, LIGHTS, NO_SAMPLE_SET, REST
+from ..scene.variation import Variation
 
 _ICONS = {"SUN": "LIGHT_SUN", "POINT": "LIGHT_POINT", "SPOT": "LIGHT_SPOT", "AREA": "LIGHT_AREA"}
 # What else lights the diffraction, by the choice of lights.
@@ -148,6 +150,10 @@ def _draw_material(layout, grating) -> None:
     row.label(text="Frame")
     row.operator(ChooseFrame.bl_idname, text=chosen, icon="ORIENTATION_LOCAL")
     _draw_comb(layout)
+    row = layout.row()
+    row.label(text="Variation")
+    choice = Variation() if grating.group is None else variation_of(grating.group)
+    row.operator(VaryGrating.bl_idname, text=choice.summary, icon="MOD_NOISE")
     layout.prop(grating, "shadows")
     layout.operator(AddDiffractionLamp.bl_idname, text="Add Diffraction Lamp", icon="LIGHT_AREA")
 

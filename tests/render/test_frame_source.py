@@ -31,10 +31,10 @@ def look_down(stage, width):
     stage.camera((0, 0, 3), ortho=width).rotation_euler = (0, 0, 0)
 
 
-def positions():
+def positions(pixels=PIXELS):
     """Where the pixels of a picture that spans 2 m see the plane z = 0 from above (n, n, 3)."""
-    x = (np.arange(PIXELS) + 0.5) / PIXELS * 2 - 1
-    return np.stack([*np.meshgrid(x, -x), np.zeros((PIXELS, PIXELS))], axis=-1)
+    x = (np.arange(pixels) + 0.5) / pixels * 2 - 1
+    return np.stack([*np.meshgrid(x, -x), np.zeros((pixels, pixels))], axis=-1)
 
 
 @pytest.fixture
@@ -51,9 +51,9 @@ def disc(stage):
     return disc
 
 
-def along(angle):
+def along(angle, pixels=PIXELS):
     """The unit vector at an angle from x towards y in every pixel."""
-    return np.broadcast_to((np.cos(angle), np.sin(angle), 0), (PIXELS, PIXELS, 3))
+    return np.broadcast_to((np.cos(angle), np.sin(angle), 0), (pixels, pixels, 3))
 
 
 @pytest.mark.parametrize("engine", ["cycles", "eevee"])

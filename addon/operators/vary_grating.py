@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Vary the active grating over the skins that show it."""
+
+from math import radians
+
+import bpy
+from bpy.props import EnumProperty, FloatProperty, StringProperty
+
+from ...precompute.base.failure import GratingError
+from ..scene.gratings import active_grating
+from ..scene.variation import ATTRIBUTE, PATTERNS, Variation
+from .report import report_failure, report_lines
+
+
+class VaryGrating(bpy.types.Operator):
+    """Vary the active grating over all meshes that show it, as a skin does: by further gratings in patches or from
+    scale to scale, and by a slow turn of its direction"""
+
+    bl_idname = "grating.vary"
+    bl_label = "Variation"
+    bl_options = {"REGISTER", "UNDO"}
+
+    second: StringProperty(name="Second", description="A further grating; empty for none")
+    second_share: FloatProperty(
+        name="Share", description="Of the surface; the active grating has what is left", default=0.33, min=0.0, max=1.0,
+        subtype="FACTOR",
+    )  # fmt: skip
+    third: StringProperty(name="Third", description="One more grating; empty for none")
+    third_share: FloatProperty(
+        name="Share", description="Of the surface; the active grating has what is left", default=0.33, min=0.0, max=1.0,
+        subtype="FACTOR",
+    )  # fmt: skip
+    pattern: EnumProperty(name="Pattern", description="By which the gratings are laid out", items=PATTERNS)
+    attribute: StringProperty(
+        name="Attribute", description="A number from 0 to 1 that the mesh holds", default="scale_random"
+    )
+    softness: FloatProperty(
+        name="Softness", description="How far the gratings run into each other. At 0 each place shows one of them, "
+        "which costs Cycles the time of one", default=0.0, min=0.0, max=1.0, subtype="FACTOR",
+    )  # fmt: skip
+    turn: FloatProperty(
+        name="Turn", description="The most by which the direction turns to either side, slowly over the surface, in "
+        "degrees", default=0.0, min=0.0, max=radians(90.0), subtype="ANGLE",
+    )  # fmt: skip
+    size_m: FloatProperty(
+        name="Size", description="Width of the patches, and of those in which the direction turns, in the object's own "
+        "space", default=0.02, min=1e-6, soft_min=1e-3, max=1e6, soft_max=10.0, subtype="DISTANCE",
+    )  # fmt: skip
+
+    @classmethod
+    def poll(cls, context):
+        grating = context.scene.natural_gratings.active()
+        if grating is None or not grating.bake_path:
+            cls.poll_message_set("Bake the grating first")
+            return False
+        return True
+
+    def draw(self, context):
+        layout, gratings = self.layout, context.scene.natural_gratings
+        layout.use_property_split = True
+        for name in ("second", "third"):
+            column = layout.column(align=True)
+            column.prop_search(self, name, gratings, "items", icon="TEXTURE")
+            if getattr(self, name):
+                column.prop(self, f"{name}_share")
+        if self.second or self.third:
+            layout.prop(self, "pattern")
+            if self.pattern == ATTRIBUTE:
+                layout.prop(self, "attribute")
+            layout.prop(self, "softness")
+        layout.prop(self, "turn")
+        if self.turn or ((self.second or self.third) and self.pattern != ATTRIBUTE):
+            layout.prop(self, "size_m")
+
+    def invoke(self, context, event):
+        """Ask, beginning with what the grating has."""
+        from ..actions.vary import varied_with
+        from ..materials.skin import variation_of
+
+        grating = active_grating(context.scene)
+        if grating.group is not None:
+            choice, others = variation_of(grating.group), varied_with(context.scene, grating)
+            self.second, self.third = [*(other.name for other in others), "", ""][:2]
+            self.second_share, self.third_share = [*choice.shares, 0.33, 0.33][:2]
+            if choice != Variation():
+                self.pattern, self.softness = choice.pattern, choice.softness
+                self.attribute = choice.attribute or self.attribute
+                self.turn, self.size_m = choice.turn, choice.size_m
+        return context.window_manager.invoke_props_dialog(self)
+
+    def execute(self, context):
+        from ..actions.vary import vary
+
+        chosen = [(n, share) for n, share in ((self.second, self.second_share), (self.third, self.third_share)) if n]
+        choice = Variation(
+            shares=tuple(share for _, share in chosen), pattern=self.pattern, attribute=self.attribute,
+            softness=self.softness, turn=self.turn, size_m=self.size_m,
+        )  # fmt: skip
+        if not choice.shares and not choice.turn:
+            choice = Variation()
+        try:
+            others = [self._named(context.scene, name) for name, _ in chosen]
+            return report_lines(self, vary(context.scene, active_grating(context.scene), choice, others=others))
+        except GratingError as error:
+            return report_failure(self, error)
+
+    def _named(self, scene, name):
+        items = scene.natural_gratings.items
+        if name not in items:
+            raise GratingError(f"{name}: no such grating in the scene; there are {', '.join(items.keys())}")
+        return items[name]
