@@ -34,8 +34,8 @@ TURNTABLE_FRAMES = 48
 
 @dataclass(frozen=True)
 class View:
-    """A picture of the animal: where the camera stands and looks, its lens, and what lights the scene: suns, a clear
-    sky, or a room's panorama."""
+    """A picture of the animal: where the camera stands and looks, its lens, and what lights the scene: suns, one sun
+    alone, a clear sky, or a room's panorama."""
 
     camera: Towards
     target: tuple[float, float, float]
@@ -48,6 +48,8 @@ VIEWS = {
     "hero": View(Towards(-88.0, 32.0, 0.60), (-0.045, -0.035, 0.014), 95.0),
     "sky": View(Towards(-88.0, 32.0, 0.60), (-0.045, -0.035, 0.014), 95.0, light="sky"),
     "macro": View(Towards(-88.0, 36.0, 0.35), (-0.03, -0.043, 0.022), 180.0),
+    # As the thesis shows its snakes: from straight above, under one small sun aslant to the body.
+    "close": View(Towards(-90.0, 89.0, 0.40), (-0.01, -0.030, 0.022), 260.0, light="one sun"),
     "room": View(Towards(-95.0, 43.0, 0.42), _LOOPS, 50.0, light="room"),
     "turntable": View(Towards(-90.0, 38.0, 0.75), (0.0, -0.02, 0.01), 52.0),
 }
@@ -69,6 +71,9 @@ SUNS = {
     "XENOPELTIS": (Sun(92.0, 29.0, 17.0, 1.5), Sun(250.0, 58.0, 2.6, 1.5), Sun(150.0, 35.0, 6.0, 3.0)),
     "ELAPHE": (Sun(128.0, 30.0, 12.0, 1.5), Sun(250.0, 58.0, 3.0, 1.5), Sun(52.0, 35.0, 8.0, 2.0)),
 }
+
+
+LONE_SUN = Sun(-75.0, 58.0, 7.0, 0.53)
 
 
 def add_soil(scene: bpy.types.Scene, half_size_m: float = 3.0) -> bpy.types.Object:
@@ -144,11 +149,11 @@ def build(scene: bpy.types.Scene, view: View, species: str, *, faces: int, panor
     elif view.light == "sky":
         light_by_sky(scene, SUNS[species][0].azimuth_deg, SUNS[species][0].elevation_deg)
     else:
-        for index, sun in enumerate(SUNS[species]):
+        for index, sun in enumerate(SUNS[species] if view.light == "suns" else (LONE_SUN,)):
             at = Towards(sun.azimuth_deg, sun.elevation_deg, 2.0)
             name = f"Sun {index + 1}"
             add_key(scene, name, at, target=view.target, strength=sun.strength, angle_deg=sun.angle_deg)
-        wrap_in_dusk(scene, 0.06)
+        wrap_in_dusk(scene, 0.06 if view.light == "suns" else 0.01)
     camera = add_camera(scene, view.camera, view.target, view.lens_mm)
     settings(scene)
     if view == VIEWS["turntable"]:

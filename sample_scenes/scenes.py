@@ -8,7 +8,7 @@ user would type them. The snakes take the real scan where its file is present, e
 import argparse
 import json
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from devtools.environments import ALL
@@ -17,17 +17,22 @@ from precompute.cli.parser import OneLineParser
 from sample_scenes.demo import LASER, REAL_SCANS, SCANS, Stopwatch, render_scene
 
 METAL = ("--set", "IOR=10")
+# Each scale of a snake has one relief or the other, and the direction turns slowly, in patches of 15 mm.
+_OTHER_PLATES = {"sample:xenopeltis": 0.45}
+_VARIED = ("--by", "scale_random", "--turn", "7", "--size-mm", "15")
 
 
 @dataclass(frozen=True)
 class SampleScene:
     """A scene: the script that writes it and its options; for each object the FILE that is baked for it; further
-    arguments of `assign`; verbs after it; samples of a pixel at which the picture is clean."""
+    arguments of `assign`; by FILE the share of the surface that varies from the first, from scale to scale; verbs after
+    it; samples of a pixel at which the picture is clean."""
 
     script: str
     bakes: dict[str, str]
     options: tuple[str, ...] = ()
     assign: tuple[str, ...] = ()
+    varied_with: dict[str, float] = field(default_factory=dict)
     verbs: tuple[tuple[str, ...], ...] = ()
     samples: int = 64
     illuminant: str = "D65"
@@ -43,10 +48,12 @@ def _disc(name: str, shown: str) -> SampleScene:
 
 
 SCENES = {
-    "hero": _animal("hero"),
+    "hero": _animal("hero", varied_with=_OTHER_PLATES),
     "corn_snake": _animal("hero", "ELAPHE"),
     "room": _animal("room", samples=128),
-    "macro": _animal("macro"),
+    "macro": _animal("macro", varied_with=_OTHER_PLATES),
+    "close_xenopeltis": _animal("close"),
+    "close_elaphe": _animal("close", "ELAPHE"),
     "turntable": _animal("turntable"),
     "ball": SampleScene("ball.py", {"Ball": "sample:elaphe"}),
     "foil": SampleScene("ball.py", {"Foil": "sample:blazed"}, ("--thing", "foil"), METAL),
@@ -87,12 +94,19 @@ def make(name: str, scene: SampleScene, output: Path, *, arguments: argparse.Nam
         watch.run("room: panorama", [sys.executable, "-m", "sample_scenes.room", "--output", panorama])
         options += ["--panorama", panorama]
     edits = []
-    for shown, file in scene.bakes.items():
-        command = [sys.executable, "-m", "precompute", "bake", *_height_map(file), "--illuminant", scene.illuminant]
-        folder = output / "bakes" / f"{file.partition(':')[2]}_{scene.illuminant}"
+
+    def baked(height_map: list[str]) -> str:
+        command = [sys.executable, "-m", "precompute", "bake", *height_map, "--illuminant", scene.illuminant]
+        folder = output / "bakes" / f"{Path(height_map[0]).name.replace(':', '_')}_{scene.illuminant}"
         folder.mkdir(parents=True, exist_ok=True)
-        baked = json.loads(watch.run(f"{name}: bake", [*command, "-o", folder, "--json", "-"]))["files"][0]
-        edits.append(["assign", baked, "--object", shown, *scene.assign])
+        return json.loads(watch.run(f"{name}: bake", [*command, "-o", folder, "--json", "-"]))["files"][0]
+
+    for shown, file in scene.bakes.items():
+        first = _height_map(file)
+        edits.append(["assign", baked(first), "--object", shown, *scene.assign])
+        others = [f"{baked([other])}={share}" for other, share in scene.varied_with.items() if first != [other]]
+        if others:
+            edits.append(["vary", baked(first), *(f"--with={each}" for each in others), *_VARIED])
     edits += [list(verb) for verb in scene.verbs]
     picture = output / f"{name}_{arguments.engine}.png"
     samples = arguments.samples or scene.samples
