@@ -54,6 +54,7 @@ MODULES = {
     "builder": "nodes.builder",
     "interface": "nodes.interface",
     "report": "operators.report",
+    "panel": "ui.panel",
     "bakes": "scene.bakes",
     "compat": "scene.compat",
     "gratings": "scene.gratings",

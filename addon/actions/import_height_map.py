@@ -6,6 +6,7 @@ import bpy
 from ...precompute.base.failure import printable
 from ...precompute.surface.description import Description, describe
 from ...precompute.surface.height_map import SAMPLE_PREFIX, HeightMap
+from ...precompute.surface.quality import LIGHTS
 from ...precompute.surface.readers.registry import read_height_map
 from ...precompute.surface.samples.catalogue import title_of
 from ..scene.gratings import Grating, kept_path
@@ -25,10 +26,16 @@ def add_grating(
     name = unused_name(name_of(height_map), {g.name for g in gratings.items})
     grating = gratings.items.add()
     grating.name = name
-    grating.source, grating.summary = source, summary_of(facts)
+    grating.source, grating.summary, grating.quality = source, summary_of(facts), quality_of(facts)
     grating.size_um, grating.height_nm, grating.channel = size_um, height_nm, channel
     gratings.active_index = len(gratings.items) - 1
     return grating
+
+
+def quality_of(facts: Description) -> str:
+    """The light of the whole scan, and below it a line of each finding that is not good."""
+    found = (each for each in facts.quality.findings if each.light != LIGHTS[0])
+    return "\n".join([facts.quality.light, *(f"{each.topic}: {each.light}; {each.sentence}" for each in found)])
 
 
 def name_of(height_map: HeightMap) -> str:

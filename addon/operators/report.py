@@ -14,6 +14,7 @@ WORDS = {
     "--channel": "Channel in the import dialog",
     "--delta-e": "Colour Error",
     "--coherence-um": "Coherence",
+    "--level": "Levelling",
     "--method": "Method",
     "--terms": "terms, as the command line may be asked for",
     "--needs": "a needs file, which the command line takes",

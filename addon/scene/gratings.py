@@ -41,6 +41,13 @@ class Grating(bpy.types.PropertyGroup):
     )
     channel: StringProperty(name="Channel", description="The file's channel; empty for its topography")
     summary: StringProperty(name="Summary", description="Size, relief and strongest period")
+    quality: StringProperty(name="Quality", description="How good the scan is, and a line of each thing that limits it")
+    levelling: StringProperty(
+        name="Levelling",
+        description="Steps that level and repair the scan, in their order, as plane,scars,dust:4; none leaves it as it "
+        "is. docs/scans.md lists them",
+        default="plane",
+    )
     delta_e: FloatProperty(
         name="Colour Error",
         description="Largest colour difference (CIEDE2000, in 99 of 100 directions) between the bake and the exact "
@@ -106,6 +113,7 @@ class Grating(bpy.types.PropertyGroup):
         Raises GratingError, naming the grating, for a value that no bake can have."""
         from ...precompute.bake.request import request_from
         from ...precompute.base.strict_json import parse_json
+        from ...precompute.surface.steps.pipeline import parse_steps
 
         kept = parse_json(self.request or "{}", f"{self.name}: its request", "import the height map again")
         if not isinstance(kept, dict) or not isinstance(kept.get("scans", []), list):
@@ -116,6 +124,7 @@ class Grating(bpy.types.PropertyGroup):
             "scans": [scan, *kept.get("scans", ())],
             "delta_e": _decimal(self.delta_e, 6),
             "coherence_um": _decimal(self.coherence_um, 6),
+            "levelling": [step.text for step in parse_steps(self.levelling, f"{self.name}: Levelling")],
         }
         return request_from(kept | shown, self.name)
 
@@ -143,6 +152,7 @@ class Grating(bpy.types.PropertyGroup):
         self.source, self.channel = first["source"], first["channel"] or ""
         self.size_um, self.height_nm = first["size_um"] or 0.0, first["height_nm"] or 0.0
         self.delta_e, self.coherence_um = record.pop("delta_e"), record.pop("coherence_um") or 0.0
+        self.levelling = ",".join(record.pop("levelling")) or "none"
         self.request = json.dumps(record | {"scans": others}, sort_keys=True)
 
 

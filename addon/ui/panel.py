@@ -26,6 +26,7 @@ from ..operators.new_material import NewDiffractionMaterial
 from ..operators.osl_reference import NewOslReference
 from ..operators.remove_diffraction import RemoveDiffraction
 from ..operators.remove_grating import RemoveGrating
+from ..operators.report import in_words
 from ..operators.vary_grating import VaryGrating
 from ..scene import compat
 from ..scene.frame_source import KINDS
@@ -33,6 +34,7 @@ from ..scene.lights import ALL, LAMPS_ONLY, LIGHTS, NO_SAMPLE_SET, REST
 from ..scene.variation import Variation
 
 _ICONS = {"SUN": "LIGHT_SUN", "POINT": "LIGHT_POINT", "SPOT": "LIGHT_SPOT", "AREA": "LIGHT_AREA"}
+_LIGHT_ICONS = {"good": "CHECKMARK", "usable": "INFO", "poor": "ERROR"}
 # What else lights the diffraction, by the choice of lights.
 _LIT_BY = {
     LAMPS_ONLY: "Only these lamps light the diffraction: not the world, nor the studio light of Material Preview.",
@@ -91,7 +93,7 @@ class GratingPanel(bpy.types.Panel):
         if grating is None:
             layout.label(text="Import a height map, or add a sample", icon="INFO")
             return
-        _draw_bake(layout, grating)
+        _draw_bake(layout, context, grating)
         _draw_material(layout, grating)
         _draw_lamps(layout, context, grating)
 
@@ -114,9 +116,11 @@ class ReferencePanel(bpy.types.Panel):
             draw_note(self.layout, context, missing[0].upper() + missing[1:], icon="INFO")
 
 
-def _draw_bake(layout, grating) -> None:
+def _draw_bake(layout, context, grating) -> None:
     _draw_lines(layout, grating.summary)
+    _draw_quality(layout, context, grating)
     settings = layout.column(align=True)
+    settings.prop(grating, "levelling")
     settings.prop(grating, "delta_e")
     settings.prop(grating, "coherence_um", text="Coherence (um)" if grating.coherence_um else "Coherence (auto)")
     if BakeGrating.job is not None:
@@ -125,6 +129,17 @@ def _draw_bake(layout, grating) -> None:
     else:
         layout.operator(BakeGrating.bl_idname, icon="RENDER_STILL")
     _draw_lines(layout, grating.bake_summary)
+
+
+def _draw_quality(layout, context, grating) -> None:
+    """Draw the traffic light of a scan, and what is not good about it."""
+    if not grating.quality:  # made from a bake alone
+        return
+    light, *findings = grating.quality.splitlines()
+    column = layout.column(align=True)
+    column.label(text=f"Quality: {light}", icon=_LIGHT_ICONS[light])
+    for finding in findings:
+        draw_note(column, context, in_words(finding))
 
 
 def _draw_lines(layout, summary: str) -> None:

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Levelling and the quality of a scan in the panel."""
+
+import json
+from types import SimpleNamespace
+
+import bpy
+import numpy as np
+import pytest
+from PIL import Image
+
+from precompute.table.atlas_file import read_header
+
+
+@pytest.fixture
+def imported(scene, scan):
+    bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
+    return scene.natural_gratings.active()
+
+
+def test_the_panels_steps_are_those_of_the_bake(imported, tmp_path):
+    imported.levelling = "plane,dust,rotate:90"
+    assert bpy.ops.grating.bake(directory=str(tmp_path)) == {"FINISHED"}
+    _, record = read_header(imported.baked_file())
+    assert record["request"]["levelling"] == ["plane", "dust:5", "rotate:90"]
+
+
+def test_without_a_word_a_plane_is_taken_out_and_none_takes_nothing(imported):
+    assert [step.text for step in imported.bake_request().levelling] == ["plane"]
+    imported.levelling = "none"
+    assert imported.bake_request().levelling == ()
+
+
+@pytest.mark.parametrize("steps", ["plane,grate", "", "rotate", "plane;dust"])
+def test_steps_that_are_none_are_told_in_one_line(imported, steps, tmp_path):
+    imported.levelling = steps
+    with pytest.raises(RuntimeError, match=f"{imported.name}: Levelling: .*; ?give") as told:
+        bpy.ops.grating.bake(directory=str(tmp_path))
+    assert len(str(told.value).strip().splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_request_fills_the_field_and_is_repeated(addon, scene, scan, tmp_path):
+    facts = tmp_path / "facts.json"
+    line = ["bake", str(scan), "--size-um", "4", "--height-nm", "100", "-o", str(tmp_path), "--delta-e", "6"]
+    levelled = ["--level", "plane:robust,rotate:180", "--json", str(facts)]
+    assert addon.commands.execute([*line, *levelled, "--save", str(tmp_path / "a.blend")]) == 0
+    grating = bpy.context.scene.natural_gratings.active()
+    assert grating.levelling == "plane:robust,rotate:180"
+    assert grating.baked_file().samefile(json.loads(facts.read_text())["files"][0])
+    assert addon.commands.execute([*line, "--level", "none", "--save", str(tmp_path / "a.blend")]) == 0
+    assert bpy.context.scene.natural_gratings.active().levelling == "none"
+
+
+def drawn(addon, grating):
+    """The labels and icons that the panel draws of a grating's quality."""
+    labels = []
+    layout = SimpleNamespace(label=lambda text, icon="NONE": labels.append((text, icon)))
+    layout.column = lambda align=False: layout
+    context = SimpleNamespace(
+        region=SimpleNamespace(width=2000), preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1))
+    )
+    addon.panel._draw_quality(layout, context, grating)
+    return labels
+
+
+def test_the_panel_shows_what_limits_a_scan(addon, scene, tmp_path):
+    """Dust on a good grating, of 8 bits over 80 nm; the remedy is in the panel's own words."""
+    x = np.arange(256)
+    grey = np.tile(127 + 60 * np.sin(2 * np.pi * x / 16), (256, 1)) + np.random.default_rng(0).normal(0, 2, (256, 256))
+    grey[100:110, 60:70] = 255
+    Image.fromarray(np.clip(grey, 0, 255).astype(np.uint8)).save(tmp_path / "dusty.png")
+    bpy.ops.grating.import_height_map(filepath=str(tmp_path / "dusty.png"), size_um=16, height_nm=80)
+    (light, icon), *findings = drawn(addon, scene.natural_gratings.active())
+    assert (light, icon) == ("Quality: good", "CHECKMARK") and findings == []
+    grey[100:110, 60:70] = 25500
+    Image.fromarray((np.clip(grey, 0, 600) * 100).astype(np.uint16)).save(tmp_path / "worse.png")
+    bpy.ops.grating.import_height_map(filepath=str(tmp_path / "worse.png"), size_um=16, height_nm=80 * 65535 / 25500)
+    (light, icon), *findings = drawn(addon, scene.natural_gratings.active())
+    assert (light, icon) == ("Quality: usable", "INFO")
+    assert [text.partition(":")[0] for text, _ in findings] == ["dirt"]
+    assert findings[0][0].endswith("bake it with Levelling plane,dust")
+
+
+def test_of_a_grating_without_a_scan_no_quality_is_drawn(addon, scene):
+    assert drawn(addon, scene.natural_gratings.items.add()) == []
