@@ -38,6 +38,7 @@ CLASSES = (
     gratings.Grating,
     gratings.SceneGratings,
     import_height_map.ImportHeightMap,
+    import_height_map.DropHeightMap,
     remove_grating.RemoveGrating,
     bake_grating.BakeGrating,
     new_material.NewDiffractionMaterial,

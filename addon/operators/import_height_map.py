@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""File > Import > Height Map."""
+"""File > Import > Height Map, and files that are dropped on a 3D view."""
+
+from pathlib import Path
 
 import bpy
 from bpy.props import FloatProperty, StringProperty
@@ -47,6 +49,8 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):
     def invoke(self, context, event):
         from ...precompute.surface.readers.registry import file_filter
 
+        if self.properties.is_property_set("filepath") and Path(self.filepath).is_file():  # it was dropped
+            return self.execute(context)
         self.filter_glob = file_filter()
         # The open file's folder. Without it the dialog would offer the .blend itself as the height map.
         self.filepath = self.filepath or bpy.path.abspath("//")
@@ -62,6 +66,26 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):
         except GratingError as error:
             return report_failure(self, error)
         return report_lines(self, [f"{grating.name}: {grating.summary}"])
+
+
+class DropHeightMap(bpy.types.FileHandler):
+    """Imports files of microscopes that are dropped on a 3D view"""
+
+    bl_idname = "GRATING_FH_height_map"
+    bl_label = "Height Map"
+    bl_import_operator = ImportHeightMap.bl_idname
+    # As the readers' registry tells them, which is not loaded at Blender's start.
+    bl_file_extensions = (
+        ".nid;.gwy;.gsf;.spm;.di;"
+        ".000;.001;.002;.003;.004;.005;.006;.007;.008;.009;"
+        ".010;.011;.012;.013;.014;.015;.016;.017;.018;.019;"
+        ".ibw;.jpk;.jpk-qi-image;.stp;.top;.mi;.sur;.pro;.sdf;.x3p"
+    )
+
+    @classmethod
+    def poll_drop(cls, context):
+        """Whether a file may be dropped here."""
+        return context.area is not None and context.area.type == "VIEW_3D"
 
 
 def menu_entry(menu, context):

@@ -275,6 +275,29 @@ def matrix(height: np.ndarray, pixel_m: float) -> bytes:
     return "".join(" ".join(f"{value:.9f}" for value in row) + "\n" for row in height * 1e9).encode()
 
 
+def exr(height: np.ndarray, pixel_m: float) -> bytes:
+    """The heights in nanometres as floats of an OpenEXR picture that is not packed."""
+    rows, cols = height.shape
+    window = struct.pack("<4i", 0, 0, cols - 1, rows - 1)
+    facts = (
+        ("channels", "chlist", b"Y\0" + struct.pack("<4i", 2, 0, 1, 1) + b"\0"),
+        ("compression", "compression", b"\0"),
+        ("dataWindow", "box2i", window),
+        ("displayWindow", "box2i", window),
+        ("lineOrder", "lineOrder", b"\0"),
+        ("pixelAspectRatio", "float", struct.pack("<f", 1)),
+        ("screenWindowCenter", "v2f", bytes(8)),
+        ("screenWindowWidth", "float", struct.pack("<f", 1)),
+    )
+    head = b"v/1\x01\2\0\0\0"
+    for name, kind, value in facts:
+        head += name.encode() + b"\0" + kind.encode() + b"\0" + struct.pack("<i", len(value)) + value
+    first = len(head) + 1 + 8 * rows
+    places = struct.pack(f"<{rows}Q", *(first + row * (8 + 4 * cols) for row in range(rows)))
+    lines = (struct.pack("<2i", row, 4 * cols) + (height[row] * 1e9).astype("<f4").tobytes() for row in range(rows))
+    return head + b"\0" + places + b"".join(lines)
+
+
 def npy(height: np.ndarray, pixel_m: float) -> bytes:
     """The heights in nanometres."""
     out = io.BytesIO()

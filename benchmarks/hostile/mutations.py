@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Ways to spoil the bytes of a file: each takes a random generator and the bytes, and returns other bytes."""
 
+import io
 import random
 import re
 import struct
+import zipfile
+import zlib
 from collections.abc import Callable
 
 from .scans import chunk
@@ -91,9 +94,26 @@ def with_chunk(draw: random.Random, data: bytes) -> bytes:
     return data[:at] + chunk(kind, way(draw, body)) + data[at + 12 + length :]
 
 
+def with_member(draw: random.Random, data: bytes) -> bytes:
+    """A zip archive with one file spoiled and packed anew, so that a reader believes it; other files flipped."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            members = {name: archive.read(name) for name in archive.namelist()}
+    except (zipfile.BadZipFile, zlib.error, struct.error, ValueError, EOFError, NotImplementedError, RuntimeError):
+        return flipped(draw, data)
+    name = draw.choice(sorted(members))
+    way = draw.choice((truncated, flipped, overwritten, with_integer, with_number)) if members[name] else with_tail
+    members[name] = way(draw, members[name])
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", draw.choice((zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED))) as archive:
+        for each, content in members.items():
+            archive.writestr(each, content)
+    return out.getvalue()
+
+
 ANY: tuple[Mutation, ...] = (
     truncated, flipped, overwritten, without_block, with_block_twice, with_tail, with_integer, with_float, with_number,
-    with_chunk,
+    with_chunk, with_member,
 )  # fmt: skip
 
 

@@ -8,26 +8,53 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
-from . import scans
+from . import instruments, scan_bombs, scans
 from .mutations import mutated
 from .runner import Case, run_verb
+
+
+def _instruments(*makers: Callable[..., bytes]) -> tuple[Callable[[], bytes], ...]:
+    """Makers of whole files of the scans' surface."""
+    return tuple(partial(make, scans.HEIGHTS, scans.PIXEL_M) for make in makers)
+
 
 # Each format's file extension and the makers of its whole files. Those of a format share its count.
 FORMATS: dict[str, tuple[Callable[[], bytes], ...]] = {
     ".nid": (scans.nid,),
     ".gwy": (scans.gwy,),
     ".png": (scans.png, scans.png_16, scans.png_alpha),
-    ".tif": (scans.tiff, scans.tiff_lzw),
+    ".tif": (scans.tiff, scans.tiff_lzw, scans.tiff_of_floats),
     ".bmp": (scans.bmp,),
+    ".spm": _instruments(instruments.nanoscope),
+    ".ibw": _instruments(instruments.ibw, partial(instruments.ibw, order=">")),
+    ".jpk": _instruments(instruments.jpk),
+    ".tiff": _instruments(instruments.park, partial(instruments.park, version=1)),
+    ".top": _instruments(instruments.wsxm, partial(instruments.wsxm, kind="double")),
+    ".mi": _instruments(instruments.agilent),
+    ".gsf": _instruments(instruments.gsf),
+    ".txt": _instruments(instruments.gwyddion_text, partial(instruments.gwyddion_text, german=True)),
+    ".sur": _instruments(instruments.digital_surf, partial(instruments.digital_surf, packed=True)),
+    ".sdf": _instruments(instruments.sdf, partial(instruments.sdf, text=True)),
+    ".x3p": _instruments(
+        instruments.x3p, partial(instruments.x3p, packed=False), partial(instruments.x3p, packed=False, kind="L")
+    ),
+    ".xyz": _instruments(instruments.xyz),
+    ".asc": _instruments(instruments.matrix),
+    ".exr": _instruments(instruments.exr),
+    ".npy": _instruments(instruments.npy),
 }
 # Files made to cost more than they weigh, by the extension of their format.
 BOMBS: tuple[tuple[str, Callable[[], bytes]], ...] = (
     (".png", scans.png_bomb), (".png", scans.png_text_bomb), (".tif", scans.tiff_of_many_pages),
     (".tif", scans.tiff_of_shared_tags), (".bmp", scans.bmp_of_long_skips), (".gwy", scans.gwy_of_many_components),
+    (".x3p", scan_bombs.x3p_of_zeros), (".sur", scan_bombs.sur_of_zeros), (".asc", scan_bombs.text_of_one_row),
+    (".asc", scan_bombs.text_of_many_rows), (".xyz", scan_bombs.points_far_apart), (".jpk", scan_bombs.jpk_in_a_circle),
+    (".jpk", scan_bombs.jpk_of_long_strips),
 )  # fmt: skip
 _TAIL_BYTES = 4 << 30
 _SIZES = ("--size-um", "1", "--height-nm", "200")
-_PICTURES = (".png", ".tif", ".bmp")
+# The formats that carry no size.
+BARE = (".png", ".tif", ".bmp", ".xyz", ".asc", ".exr", ".npy")
 
 
 def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
@@ -48,7 +75,9 @@ def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
         file = folder / f"{bomb.__name__}{extension}"
         yield _case(f"bomb: {bomb.__name__}", "bombs", file, partial(_write, file, bomb))
     for extension, makers in FORMATS.items():
-        for name, make in _places(makers[0]).items():
+        # What is no file is told before a format is.
+        no_files = _NO_FILES if extension == ".nid" else {}
+        for name, make in (no_files | _files(makers[0])).items():
             file = folder / f"{name}{extension}"
             yield _case(f"place: {name}{extension}", "places", file, partial(make, file))
 
@@ -57,8 +86,19 @@ def _write(file: Path, make: Callable[[], bytes]) -> None:
     file.write_bytes(make())
 
 
-def _places(whole: Callable[[], bytes]) -> dict[str, Callable[[Path], object]]:
-    """What may stand where a file is named, and a file with a tail of zeros that takes no room."""
+# What may stand where a file is named.
+_NO_FILES: dict[str, Callable[[Path], object]] = {
+    "fifo": os.mkfifo,
+    "folder": Path.mkdir,
+    "device": lambda file: file.symlink_to("/dev/zero"),
+    "circle": lambda file: file.symlink_to(file),
+    "missing": lambda file: file.symlink_to(file.with_stem("nothing")),
+    "empty": Path.touch,
+}
+
+
+def _files(whole: Callable[[], bytes]) -> dict[str, Callable[[Path], object]]:
+    """A link to a whole file, and a file with a tail of zeros that takes no room."""
 
     def tailed(file: Path) -> None:
         _write(file, whole)
@@ -69,16 +109,7 @@ def _places(whole: Callable[[], bytes]) -> dict[str, Callable[[Path], object]]:
         _write(true, whole)
         file.symlink_to(true)
 
-    return {
-        "fifo": os.mkfifo,
-        "folder": Path.mkdir,
-        "device": lambda file: file.symlink_to("/dev/zero"),
-        "circle": lambda file: file.symlink_to(file),
-        "missing": lambda file: file.symlink_to(file.with_stem("nothing")),
-        "link": linked,
-        "tail": tailed,
-        "empty": Path.touch,
-    }
+    return {"link": linked, "tail": tailed}
 
 
 def _case(name: str, group: str, file: Path, make: Callable[[], object]) -> Case:
@@ -94,7 +125,7 @@ def _case(name: str, group: str, file: Path, make: Callable[[], object]) -> Case
 def _take(file: Path) -> None:
     """Let `info` describe a file. Raises as run_verb does, and ValueError where its JSON is not JSON."""
     facts = file.with_name(file.name + ".json")
-    options = _SIZES if file.suffix in _PICTURES else ()
+    options = _SIZES if file.suffix in BARE else ()
     try:
         run_verb(["info", file, *options, "--json", facts])
         json.loads(facts.read_text(), parse_constant=_refuse_constant)

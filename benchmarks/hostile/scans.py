@@ -12,7 +12,9 @@ from PIL import Image
 # Heights from 0 to 1 of a tilted grating: no flip or turn of it looks the same.
 _ROWS, _COLS = 24, 40
 _TILTED = (np.arange(_ROWS)[:, None] * 0.07 + np.arange(_COLS) * 0.13) % 1
-_PIXEL_M, _HEIGHT_M = 25e-9, 200e-9
+PIXEL_M, _HEIGHT_M = 25e-9, 200e-9
+# The same in metres, about zero.
+HEIGHTS = (_TILTED - 0.5) * _HEIGHT_M
 
 
 def nid() -> bytes:
@@ -21,7 +23,7 @@ def nid() -> bytes:
     header += ["Gr0-Ch0=DataSet-0", "Gr1-Ch0=DataSet-1"]
     for number, frame in enumerate(("forward", "backward")):
         header += ["", f"[DataSet-{number}]", f"Points={_COLS}", f"Lines={_ROWS}", f"Frame=Scan {frame}"]
-        header += ["Dim0Unit=m", f"Dim0Range={_COLS * _PIXEL_M!r}", "Dim1Unit=m", f"Dim1Range={_ROWS * _PIXEL_M!r}"]
+        header += ["Dim0Unit=m", f"Dim0Range={_COLS * PIXEL_M!r}", "Dim1Unit=m", f"Dim1Range={_ROWS * PIXEL_M!r}"]
         header += ["Dim2Name=Z-Axis", "Dim2Unit=m", f"Dim2Range={2 * _HEIGHT_M!r}", f"Dim2Min={-_HEIGHT_M!r}"]
         header += ["SaveMode=Binary", "SaveBits=16", "SaveSign=Signed", "SaveOrder=Intel"]
     data = np.round(_TILTED * 2**15).astype("<i2").tobytes()
@@ -30,7 +32,7 @@ def nid() -> bytes:
 
 def gwy() -> bytes:
     """A Gwyddion file of one channel with a title and a mask."""
-    sides = {"xreal": _COLS * _PIXEL_M, "yreal": _ROWS * _PIXEL_M, "si_unit_xy": "m"}
+    sides = {"xreal": _COLS * PIXEL_M, "yreal": _ROWS * PIXEL_M, "si_unit_xy": "m"}
     container = GwyContainer()
     container["/0/data"] = GwyDataField(_TILTED * _HEIGHT_M, **sides, si_unit_z="m")
     container["/0/data/title"] = "Topography"
@@ -62,6 +64,13 @@ def tiff() -> bytes:
 def tiff_lzw() -> bytes:
     """A grey picture of 8 bits, compressed by libtiff."""
     return _saved(_grey(np.uint8), "TIFF", compression="tiff_lzw")
+
+
+def tiff_of_floats() -> bytes:
+    """A picture of floats, one of which is missing."""
+    values = _TILTED.astype(np.float32)
+    values[2, 7] = np.nan
+    return _saved(values, "TIFF")
 
 
 def bmp() -> bytes:

@@ -83,7 +83,7 @@ class Picture:
                 row, packed = struct.unpack("<2i", file.read(8))
                 if row != top or not 0 < packed <= size:
                     raise ValueError(f"block {block} is not where it should be")
-                values = _unpacked(file.read(packed), size).view(self.precision)
+                values = unpacked(file.read(packed), size).view(self.precision)
                 if not _all_in_range(values):
                     raise GratingError(f"{self.path}: its picture holds what is no number; bake it again")
                 # A file has its channels by their names' alphabet: B, G, R or A, B, G, R.
@@ -110,24 +110,24 @@ def open_picture(path: Path) -> Picture:
 def _picture(path: Path, head: bytes) -> Picture:
     if head[:4] != _MAGIC:
         raise ValueError("no OpenEXR")
-    attributes, end = _attributes(head)
-    window = attributes["dataWindow"]
-    if (head[4:8], attributes["compression"], attributes["lineOrder"], window) != (
-        _SCAN_LINES_OF_VERSION_2, ("compression", _ZIP), ("lineOrder", _FROM_THE_TOP), attributes["displayWindow"]
+    facts, end = attributes(head)
+    window = facts["dataWindow"]
+    if (head[4:8], facts["compression"], facts["lineOrder"], window) != (
+        _SCAN_LINES_OF_VERSION_2, ("compression", _ZIP), ("lineOrder", _FROM_THE_TOP), facts["displayWindow"]
     ):  # fmt: skip
         raise GratingError(f"{path}: {_OF_ANOTHER_KIND}")
     left, top, right, bottom = struct.unpack("<4i", window[1])
-    names, kinds = _channels(attributes["channels"][1])
+    names, kinds = _channels(facts["channels"][1])
     if (left, top) != (0, 0) or names not in ("BGR", "ABGR") or len(kinds) != 1 or not kinds <= set(_KINDS):
         raise GratingError(f"{path}: {_OF_ANOTHER_KIND}")
     width, height = right + 1, bottom + 1
     if min(width, height) < 1 or width * height > TEXELS_MAX:
         raise GratingError(f"{path}: no picture of {width} x {height} texels can be; bake it again")
-    texts = {name: value for name, (kind, value) in attributes.items() if kind == "string"}
+    texts = {name: value for name, (kind, value) in facts.items() if kind == "string"}
     return Picture(path, width, height, "RGBA"[: len(names)], _KINDS[kinds.pop()], texts, end)
 
 
-def _attributes(head: bytes) -> tuple[dict[str, tuple[str, bytes]], int]:
+def attributes(head: bytes) -> tuple[dict[str, tuple[str, bytes]], int]:
     """Kind and bytes of each attribute by its name, and where they end. Raises ValueError if they do not."""
     found: dict[str, tuple[str, bytes]] = {}
     at = 8
@@ -169,7 +169,7 @@ def _all_in_range(values: np.ndarray) -> bool:
     return bool(np.abs(values).max() <= _LARGEST)
 
 
-def _unpacked(packed: bytes, size: int) -> np.ndarray:
+def unpacked(packed: bytes, size: int) -> np.ndarray:
     """The bytes of a block (size,), which are stored as they are where ZIP would not make them fewer.
 
     ZIP's bytes are differences from byte to byte, plus 128; the even bytes of the block come first, then the odd."""

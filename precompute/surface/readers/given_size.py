@@ -18,9 +18,9 @@ from .scan_file import DAMAGE
 
 # Widths and heights outside these ranges are mistakes: no picture of a relief is a metre wide, or one atom high.
 _SIZE_UM = (1e-3, 1e6)
-_HEIGHT_NM = (1e-3, 1e6)
-# A number in metres is 1e9 nm high.
-_METRE_NM = 1e9
+_LOWEST_NM, HIGHEST_NM = 1e-3, 1e6
+# The height of the number 1 where numbers are metres.
+METRE_NM = 1e9
 _BYTES_PER_PIXEL = 16
 
 
@@ -30,10 +30,10 @@ def given_width(source: str, size_um: float | None) -> float:
     return _quantity(source, "size", size_um, limits=_SIZE_UM, remedy=remedy)
 
 
-def given_height(source: str, height_nm: float | None, *, what: str, most: float = _HEIGHT_NM[1]) -> float:
+def given_height(source: str, height_nm: float | None, *, what: str, most: float = HIGHEST_NM) -> float:
     """The height in nanometres. Raises GratingError, which says of `what`, where it is missing or beyond reason."""
     remedy = f"--height-nm H, {what} in nanometres"
-    return _quantity(source, "height range", height_nm, limits=(_HEIGHT_NM[0], most), remedy=remedy)
+    return _quantity(source, "height range", height_nm, limits=(_LOWEST_NM, most), remedy=remedy)
 
 
 def _quantity(source: str, what: str, value: float | None, *, limits: tuple[float, float], remedy: str) -> float:
@@ -89,7 +89,7 @@ class NumbersReader:
         size_um    width across the columns in micrometres, from outer edge to outer edge
         height_nm  height in nanometres of the number 1: 1e9 where the numbers are metres"""
         width = given_width(source, size_um) * 1e-6
-        height = given_height(source, height_nm, what="the height of the number 1 (1e9 for metres)", most=_METRE_NM)
+        height = given_height(source, height_nm, what="the height of the number 1 (1e9 for metres)", most=METRE_NM)
         try:
             with open(source, "rb") as file:
                 numbers = self.load(file)

@@ -16,7 +16,7 @@ from ...base.failure import GratingError
 from ...base.memory import refuse_beyond_memory
 from ..height_map import HeightMap
 from .channels import Channel, shortened
-from .given_size import given_height, given_width
+from .given_size import HIGHEST_NM, METRE_NM, given_height, given_width
 from .picture_file import BESIDE_MAX, Beside, beside_bmp, beside_png, beside_tiff
 
 if TYPE_CHECKING:
@@ -34,10 +34,11 @@ _PIXELS_AT_ONCE = 1 << 20
 # 1032 bytes into one, LZW about 1400. A header that declares more pixels is wrong.
 _MOST_PACKED_PIXELS = 8 * 1400
 # The value of white in Pillow's grey modes.
-_WHITE = {"L": 255, "I;16": 65535, "I;16B": 65535}
+_WHITE = {"L": 255, "I;16": 65535, "I;16B": 65535, "F": 1}
 # Private tags of Park Systems. These tags hold the heights; the visible picture is a coloured rendering of the heights.
 _PARK_TAGS = (50434, 50435)
 _TIFF_BITS, _TIFF_PHOTOMETRIC, _TIFF_SAMPLE_FORMAT = 258, 262, 339
+_UNSIGNED, _FLOATING = 1, 3
 
 
 @dataclass(frozen=True)
@@ -45,12 +46,14 @@ class PictureReader:
     """Reader of one format of pictures, see `Reader`.
 
     beginnings  the bytes that files may begin with
-    beside      finds what a file holds beside its pixels"""
+    beside      finds what a file holds beside its pixels
+    highest_nm  the highest that white may be over black"""
 
     name: str
     extensions: tuple[str, ...]
     beginnings: tuple[bytes, ...]
     beside: Callable[[BinaryIO], Beside]
+    highest_nm: float = HIGHEST_NM
     needs_size: bool = True
 
     def can_read(self, beginning: bytes) -> bool:
@@ -73,12 +76,13 @@ class PictureReader:
 
         size_um     width across the columns in micrometres, from outer edge to outer edge; pixels are square
         height_nm   height in nanometres of white over black: of 255 over 0 in a picture of 8 bits, of 65535 over 0 in
-                    one of 16 bits, even where the picture itself uses a part of that range
+                    one of 16 bits, even where the picture itself uses a part of that range; of 1 in one of floats, so
+                    that it is 1e9 where these are metres
         Fully transparent pixels are missing. Raises GratingError also where a picture is coloured, or holds numbers
-        (floating, signed) for which black and white are not defined.
+        (signed) for which black and white are not defined.
         """
         size_um = given_width(source, size_um)
-        height_nm = given_height(source, height_nm, what="the height of white over black")
+        height_nm = given_height(source, height_nm, what="the height of white over black", most=self.highest_nm)
         self._refuse_what_is_beside(source)
         heights = _grey(source)
         heights *= height_nm * 1e-9
@@ -90,8 +94,8 @@ class PictureReader:
         try:
             with open(source, "rb") as file:
                 beside = self.beside(file)
-        except struct.error as error:
-            raise GratingError(f"{source}: the picture's header is truncated; copy it again") from error
+        except (struct.error, ValueError, OverflowError) as error:  # the latter two of places beyond any file's end
+            raise GratingError(f"{source}: the picture's header is truncated or damaged; copy it again") from error
         if beside.several:
             raise GratingError(f"{source}: holds several pictures; save the one of heights by itself")
         if beside.held_bytes > BESIDE_MAX:
@@ -102,7 +106,7 @@ class PictureReader:
 
 
 PNG = PictureReader("PNG", (".png",), (b"\x89PNG\r\n\x1a\n",), beside_png)
-TIFF = PictureReader("TIFF", (".tif", ".tiff"), (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"), beside_tiff)
+TIFF = PictureReader("TIFF", (".tif", ".tiff"), (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"), beside_tiff, METRE_NM)
 BMP = PictureReader("BMP", (".bmp",), (b"BM",), beside_bmp)
 
 
@@ -166,11 +170,12 @@ def _refuse_odd_tiff(source: str, picture: Image.Image, bits: int) -> None:
             f"{source}: a Park instrument file, whose heights are not in the visible picture; "
             "export it as .gwy from Gwyddion"
         )
-    unsigned = set(np.atleast_1d(tags.get(_TIFF_SAMPLE_FORMAT, 1))) == {1}
-    if not unsigned or bits not in (1, 2, 4, 8, 16) or (bits == 16 and tags.get(_TIFF_PHOTOMETRIC) == 0):
+    form = set(np.atleast_1d(tags.get(_TIFF_SAMPLE_FORMAT, 1)))
+    is_known = (form == {_UNSIGNED} and bits in (1, 2, 4, 8, 16)) or (form == {_FLOATING} and bits == 32)
+    if not is_known or (bits >= 16 and tags.get(_TIFF_PHOTOMETRIC) == 0):
         raise GratingError(
-            f"{source}: its values are signed, floating, of {bits} bits or counted from "
-            "white, and carry no unit; save it as 16-bit grey, black 0 and white 65535"
+            f"{source}: its values are signed, of {bits} bits or counted from white, and carry no unit; save it as "
+            "16-bit grey, black 0 and white 65535, or as 32-bit floats, white 1"
         )
 
 

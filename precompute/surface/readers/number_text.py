@@ -8,8 +8,9 @@ from typing import BinaryIO
 
 import numpy as np
 
-# The longest text that is read: 2048 x 2048 numbers of 15 characters.
-_TEXT_MAX = 64 << 20
+# The longest text that is read, and the most numbers in it: those of 2048 x 2048 points take seconds.
+_TEXT_MAX, _NUMBERS_MAX = 64 << 20, 1 << 23
+_SEPARATORS = (b" ", b"\n", b"\r", b"\t", b";", b",")
 _NUMBER = re.compile(r"[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?|[-+]?nan", re.IGNORECASE)
 _COMMA_SEPARATES = re.compile(r"\d,[ \t]*[-+.\d]")
 
@@ -22,6 +23,9 @@ def read_text(file: BinaryIO) -> str:
         raise ValueError(f"a text of more than {_TEXT_MAX >> 20} MiB; save it as a binary file")
     if b"\0" in data:
         raise ValueError("a text with zero bytes")
+    # Separators that follow each other count too: a text of blanks alone is no scan.
+    if sum(map(data.count, _SEPARATORS)) > _NUMBERS_MAX:
+        raise ValueError(f"a text of more than {_NUMBERS_MAX} numbers; save it as a binary file")
     return decoded(data)
 
 

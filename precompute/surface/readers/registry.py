@@ -16,6 +16,7 @@ from ..height_map import SAMPLE_PREFIX, HeightMap
 from ..samples.catalogue import make_sample
 from .agilent import AGILENT
 from .digital_surf import DIGITAL_SURF
+from .exr_picture import EXR
 from .gsf import GSF
 from .gwy import GWYDDION
 from .gwyddion_text import GWYDDION_TEXT
@@ -36,7 +37,7 @@ from .x3p import X3P
 # numbers.
 READERS: tuple[Reader, ...] = (
     NANOSURF, GWYDDION, GSF, NANOSCOPE, ASYLUM, JPK, PARK, WSXM, AGILENT, DIGITAL_SURF, SDF, X3P, GWYDDION_TEXT,
-    PNG, TIFF, BMP, NPY, XYZ, MATRIX,
+    PNG, TIFF, BMP, EXR, NPY, XYZ, MATRIX,
 )  # fmt: skip
 
 # Sides of a pixel in metres: a picometre is a hundredth of an atom, and a pixel of a millimetre is no scan.
@@ -126,6 +127,16 @@ def extensions() -> tuple[str, ...]:
 def file_filter() -> str:
     """The filter of a file dialog: "*.png;*.tif;...", every extension once, and a pattern for all that count files."""
     return ";".join(f"*{extension}" for extension in extensions()).replace("*.000", "*.[0-9][0-9][0-9]")
+
+
+def dropped() -> str:
+    """The extensions of files that may be dropped: ".nid;.gwy;...", those of formats that carry their sizes.
+
+    Files that are counted are named up to .019. An extension that formats without sizes have too is left to others who
+    take dropped files: a .tif is a texture more often than a scan."""
+    bare = {extension for reader in READERS if reader.needs_size for extension in reader.extensions}
+    sized = dict.fromkeys(extension for reader in READERS if not reader.needs_size for extension in reader.extensions)
+    return ";".join(each for each in sized if each not in bare and (not each[1:].isdigit() or int(each[1:]) < 20))
 
 
 def described() -> str:

@@ -54,6 +54,8 @@ BARE = {
     "xyz": (instruments.xyz, ".xyz", 0.5e-18),
     "matrix": (instruments.matrix, ".asc", 0.5e-18),
     "npy": (instruments.npy, ".npy", 0),
+    # Single precision of up to 100 nm.
+    "exr": (instruments.exr, ".exr", 100e-9 / 2**24),
 }
 KEEP_MISSING = ("sur", "sdf", "sdf as text", "x3p", "x3p of integers", "gsf")
 

@@ -3,8 +3,10 @@
 
 import struct
 import zlib
+from pathlib import Path
 
 import numpy as np
+import OpenEXR
 import pytest
 from PIL import Image
 
@@ -91,12 +93,56 @@ def test_a_coloured_picture_is_refused(tmp_path):
 
 
 def test_tiffs_whose_numbers_have_no_white_are_refused(tmp_path):
-    for array in (TILTED.astype(np.float32), GREY16.astype(np.int32)):
-        with pytest.raises(GratingError, match="16-bit grey"):
-            read_picture(picture(tmp_path / "odd.tif", array))
+    with pytest.raises(GratingError, match="16-bit grey"):
+        read_picture(picture(tmp_path / "odd.tif", GREY16.astype(np.int32)))
     Image.fromarray(GREY16).save(tmp_path / "white.tif", tiffinfo={262: 0})
     with pytest.raises(GratingError, match="counted from white"):
         read_picture(tmp_path / "white.tif")
+
+
+def test_floats_of_a_tiff_are_parts_of_white_and_nan_is_missing(tmp_path):
+    holed = TILTED.astype(np.float32)
+    holed[3, 5] = np.nan
+    height_map = read_picture(picture(tmp_path / "metres.tif", holed), height_nm=1e9)
+    np.testing.assert_allclose(height_map.height_m, np.where(np.isnan(holed), np.nan, TILTED), rtol=2.0**-24)
+
+
+def exr(path, channels, compression=OpenEXR.ZIP_COMPRESSION):
+    """Write channels {name: array} as an OpenEXR file; the path as a string."""
+    OpenEXR.File({"compression": compression, "type": OpenEXR.scanlineimage}, channels).write(str(path))
+    return str(path)
+
+
+@pytest.mark.parametrize("packing", ["NO_COMPRESSION", "ZIPS_COMPRESSION", "ZIP_COMPRESSION"])
+@pytest.mark.parametrize("kind", [np.float32, np.float16])
+def test_an_exr_is_read_from_the_top(tmp_path, packing, kind):
+    values = (TILTED * 1e7).astype(kind)
+    one, three = ({"Y": values}, dict.fromkeys("RGB", values) | {"A": np.ones_like(values)})
+    for name, channels in (("one", one), ("three", three)):
+        path = exr(tmp_path / f"{name}.exr", channels, getattr(OpenEXR, packing))
+        height = read_picture(path, height_nm=100.0).height_m
+        np.testing.assert_allclose(height, values.astype(float) * 100e-9, rtol=1e-15)
+
+
+def test_exrs_that_are_no_heights(tmp_path):
+    values = TILTED.astype(np.float32)
+    cases = (
+        (exr(tmp_path / "colour.exr", {"R": values, "G": values, "B": 2 * values}), "coloured"),
+        (exr(tmp_path / "names.exr", {"U": values, "W": values}), "save the heights as the channel Y"),
+        (exr(tmp_path / "pxr.exr", {"Y": values}, OpenEXR.PXR24_COMPRESSION), "save it with ZIP or none"),
+    )
+    for path, told in cases:
+        with pytest.raises(GratingError, match=told):
+            read_picture(path)
+
+
+def test_an_exr_that_is_not_whole(fails, tmp_path):
+    data = Path(exr(tmp_path / "whole.exr", {"Y": TILTED.astype(np.float32)})).read_bytes()
+    sizes = {"size_um": 1, "height_nm": 1}
+    assert "missing" in fails("cut.exr", data[:-10], **sizes)
+    window = data.index(b"dataWindow\0box2i\0") + 21
+    wide = data[:window] + struct.pack("<4i", 0, 0, 10**9, 10**9) + data[window + 16 :]
+    assert "pixels declared" in fails("wide.exr", wide, **sizes)
 
 
 def test_a_tiff_of_several_pages_is_refused(tmp_path):

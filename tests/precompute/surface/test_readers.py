@@ -139,6 +139,11 @@ def test_filter_and_description_name_every_format():
     assert "; and, with a size given, PNG .png, TIFF .tif, BMP .bmp, " in described()
 
 
+def test_the_page_of_formats_names_every_extension():
+    page = (Path(__file__).resolve().parents[3] / "docs" / "formats.md").read_text()
+    assert not [extension for extension in extensions() if extension not in page]
+
+
 @pytest.mark.parametrize("extension", [".000", ".007", ".999", ".SPM"])
 def test_files_that_are_counted_are_known(fails, extension):
     assert "does not begin like Bruker NanoScope" in fails(f"scan{extension}", b"something else entirely")

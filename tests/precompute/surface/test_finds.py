@@ -1,0 +1,13 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files that the search of benchmarks/hostile/guided.py found, and what they came down to."""
+
+import struct
+
+import pytest
+
+
+@pytest.mark.parametrize("first", [2**63, 2**64 - 1])
+def test_a_tiff_whose_directory_is_beyond_any_file(fails, first):
+    """No file has such a place, and Python refuses to go there with an error of its own."""
+    told = fails("far.tif", b"II+\0\x08\0\0\0" + struct.pack("<Q", first), size_um=1, height_nm=1)
+    assert "truncated or damaged" in told
