@@ -6,15 +6,12 @@ import json
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import bpy
-import numpy as np
 import pytest
 
-from benchmarks.hostile import instruments
 from devtools import EXTENSION, ROOT
-from precompute.surface.readers.registry import READERS, dropped
+from precompute.surface.readers.registry import READERS
 from precompute.table.atlas_file import read_header
 
 # Enables the extension in an empty user folder and prints what that loaded.
@@ -204,32 +201,6 @@ def test_the_import_dialog_names_every_format_that_can_be_read(scene):
     tooltip = bpy.types.GRATING_OT_import_height_map.description(bpy.context, None)
     for reader in READERS:
         assert reader.name in tooltip
-
-
-def test_files_of_microscopes_may_be_dropped_on_a_3d_view(scene):
-    handler = bpy.types.GRATING_FH_height_map
-    assert handler.bl_file_extensions == dropped()
-    # Blender keeps 511 bytes.
-    assert len(dropped()) < 512
-    assert {".nid", ".spm", ".001", ".gwy"} <= set(dropped().split(";"))
-    assert not {".tif", ".png", ".txt"} & set(dropped().split(";"))
-    area = SimpleNamespace(type="VIEW_3D")
-    assert handler.poll_drop(SimpleNamespace(area=area))
-    area.type = "IMAGE_EDITOR"
-    assert not handler.poll_drop(SimpleNamespace(area=area))
-    assert not handler.poll_drop(SimpleNamespace(area=None))
-    assert handler.bl_import_operator == "grating.import_height_map"
-
-
-@pytest.mark.parametrize("make, name", [(instruments.nanoscope, "drop.spm"), (instruments.gsf, "drop.gsf")])
-def test_a_file_that_is_dropped_is_imported_at_once(scene, tmp_path, make, name):
-    x = np.arange(64) * 50e-9
-    (tmp_path / name).write_bytes(make(50e-9 * np.sin(2 * np.pi * x / 800e-9) * np.ones((64, 1)), 50e-9))
-    done = bpy.ops.grating.import_height_map("INVOKE_DEFAULT", filepath=str(tmp_path / name))
-    assert done == {"FINISHED"}
-    grating = scene.natural_gratings.active()
-    assert grating.name == "drop"
-    assert grating.summary.startswith("3.2 x 3.2 um, relief ") and grating.summary.endswith(" at 0 deg")
 
 
 def test_enabling_loads_no_reader_and_no_optics():
