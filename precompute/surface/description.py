@@ -121,15 +121,16 @@ def _levelled(height_map: HeightMap, plane: Plane) -> tuple[float, float, float]
     """Lowest, highest and standard deviation of the levelled heights, whose mean is 0.
 
     A few rows at a time: a large scan's levelled heights would take as much memory as the scan."""
-    lows, highs, total = [], [], 0.0
+    lows, highs, total, count = [], [], 0.0, 0
     for start in range(0, height_map.rows, _ROWS_AT_ONCE):
         level = plane.level_part(height_map, (slice(start, start + _ROWS_AT_ONCE), slice(None)))
         level = level[np.isfinite(level)]
+        count += level.size
         if level.size:
             lows.append(level.min())
             highs.append(level.max())
             total += float(level @ level)
-    return float(min(lows)), float(max(highs)), math.sqrt(total / np.isfinite(height_map.height_m).sum())
+    return float(min(lows)), float(max(highs)), math.sqrt(total / count)
 
 
 def _told(wave: Wave) -> str:

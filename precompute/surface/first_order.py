@@ -7,6 +7,8 @@ J1(2 pi a w / lambda)^2 = (pi a w / lambda)^2, with w = cos(ti) + cos(tr) (Goodm
 4.4; docs/theory.md).
 """
 
+from functools import cache
+
 import numpy as np
 
 from ..colour.observer import WAVELENGTH_MIN_M, spectral_weights, wavelengths
@@ -26,9 +28,15 @@ def visible_share(q: np.ndarray) -> np.ndarray:
 
     It is the mean over light from all angles in the plane of the grating vector, weighted by their cosines. 0 for
     periods that do not diffract visibly."""
-    finest, coarsest = 1 / FINEST_PERIOD_M, 1 / COARSEST_PERIOD_M
-    known = np.linspace(coarsest, finest, _FREQUENCIES)
-    return np.where((q >= coarsest) & (q <= finest), np.interp(q, known, _shares(known)), 0.0)
+    known, shares = _known()
+    return np.where((q >= known[0]) & (q <= known[-1]), np.interp(q, known, shares), 0.0)
+
+
+@cache
+def _known() -> tuple[np.ndarray, np.ndarray]:
+    """The frequencies (n,) of all periods that diffract visibly, from the coarsest to the finest, and their shares."""
+    q = np.linspace(1 / COARSEST_PERIOD_M, 1 / FINEST_PERIOD_M, _FREQUENCIES)
+    return q, _shares(q)
 
 
 def _shares(q: np.ndarray) -> np.ndarray:

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The text of docs/scans.md."""
+
+from precompute.surface.steps.pipeline import KINDS
+
+TITLES = {"elaphe": "Elaphe guttata", "xenopeltis": "Xenopeltis unicolor"}
+
+HEAD = """# Scans: their quality, levelling and repair
+
+`./dev bench scans` makes this page, its figures and its pictures. A microscope's scan is tilted, and carries dust,
+scratches and the marks of its tip. `info` tells how good a scan is, and `--level` repairs it:
+
+    ./dev grating info scan.nid                              what limits the scan, each with a light: good, usable, poor
+    ./dev grating info scan.nid --level plane,scars,dust     the same after the steps
+    ./dev grating bake scan.nid --level plane,scars,dust -o bakes
+
+Steps are done in the order given. The bake's header records them (`bake --request` repeats them, `check` holds the bake
+against the levelled heights), and they are part of the cache's key. Without `--level` a plane is taken out and holes
+are filled, and nothing else. `none` takes nothing out; holes are filled in any case.
+
+| step | what it does |
+|---|---|
+"""
+
+LINES = """
+A step that takes out what the grating is made of says so: `lines`, `poly`, `scars`, `outliers` and `dust` compare the
+main peak of the spectrum before and after, and warn from a loss of 5 % on. Line alignment is never done unless it is
+asked for: where the grating's lines run along the scan's rows, it erases them. On the real grid, turned so, a plane
+keeps the rms within 1 %, and alignment warns that it weakens the peak by 100 %
+(`tests/precompute/surface/steps/test_lines.py`).
+
+## Two real skins, with and without dust and scar removal
+
+Both scans are 65 x 65 um, of 1332 x 1332 pixels of 8 bits. They are baked for a dE00 of {delta_e:g} after a plane
+alone, and after repairs. dE00 is between the two bakes, on the same pairs of directions; a bake's own error, against
+its exact spectrum, stands beside it. "Terms" are the tiles of the bake: fewer take less memory, and less work for
+each pixel.
+
+| skin | steps | removed | relief | terms | MiB in Blender | dE00 mean | dE00 p99 | light that moves | own p99 |
+|---|---|---|---|---|---|---|---|---|---|
+"""
+
+
+def row_of(row: dict) -> str:
+    """A line of figures, its cells parted as in the table."""
+    same = row["mean"] == 0
+    return " | ".join((
+        f"`{row['steps']}`",
+        f"{row['removed']:.2%}",
+        f"{row['height_range_m'] * 1e9:.0f} nm, rms {row['rms_m'] * 1e9:.1f}",
+        f"{row['terms']}",
+        f"{row['blender_bytes'] / 2**20:.0f}",
+        "-" if same else f"{row['mean']:.2f}",
+        "-" if same else f"{row['p99']:.2f}",
+        "-" if same else f"{row['relative_dy']:.1%}",
+        f"{row['own_p99']:.2f}",
+    ))  # fmt: skip
+
+
+def page(skins: list[dict], delta_e: float) -> str:
+    """The whole page."""
+    steps = "".join(f"| `{kind.form.replace('|', ' or ')}` | {kind.help} |\n" for kind in KINDS.values())
+    rows = "".join(f"| {TITLES[skin['name']]} | {row_of(row)} |\n" for skin in skins for row in skin["rows"])
+    return HEAD + steps + LINES.format(delta_e=delta_e) + rows + "".join(map(_section, skins)) + TAIL
+
+
+def _section(skin: dict) -> str:
+    plain, *repaired = skin["rows"]
+    told = "\n".join(f"    {line}" for row in repaired for line in row["told"])
+    shown = "heights as scanned, what is removed, heights as filled, the maps of both bakes"
+    quality = "\n".join(f"    {line}" for line in skin["quality"])
+    return "\n".join((
+        f"\n### {TITLES[skin['name']]}\n",
+        f"![From left to right: {shown}](images/scans/{skin['name']}.png)\n",
+        "What `info` says of it, and what the steps told:\n",
+        f"{quality}\n\n{told}\n",
+        f"{_saved(plain, repaired)}\n",
+    ))  # fmt: skip
+
+
+def _saved(plain: dict, repaired: list[dict]) -> str:
+    """A sentence on the terms that each repair saves."""
+    parts = (
+        f"`{row['steps']}` saves {saved} of {plain['terms']} terms"
+        if (saved := plain["terms"] - row["terms"])
+        else f"`{row['steps']}` saves no term of {plain['terms']}"
+        for row in repaired
+    )
+    return "; ".join(parts) + "."
+
+
+TAIL = """
+Measurements: Laboratory of Artificial and Natural Evolution, Geneva, published with the Bachelor thesis of Michael
+Single (MIT licence). From left to right the pictures show the place where the most was removed, 13 um wide: as scanned,
+with what is removed in red, as filled for the bake; then the colours of both bakes over the hemisphere of views, under
+light from 30 degrees.
+"""
