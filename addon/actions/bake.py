@@ -7,6 +7,7 @@ from typing import Any
 
 import bpy
 
+from ...precompute.surface.steps.pipeline import WARNING
 from ..jobs.child import Job
 from ..scene.bakes import asked_of, note_bake
 from ..scene.gratings import Grating, cache_folder, request_record
@@ -31,6 +32,11 @@ def bake_and_wait(grating: Grating, directory: str = "", *, use_cache: bool = Tr
     facts = job.result()
     record_bake(grating, facts)
     return facts
+
+
+def warnings_of(facts: dict[str, Any]) -> list[str]:
+    """What the steps of levelling warned of."""
+    return [line.removeprefix(WARNING) for line in facts.get("levelling", ()) if line.startswith(WARNING)]
 
 
 def record_bake(grating: Grating, facts: dict[str, Any]) -> None:

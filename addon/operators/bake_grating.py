@@ -39,14 +39,14 @@ class BakeGrating(FollowsJob, bpy.types.Operator):
 
     def execute(self, context):
         """Bake and wait, for scripts."""
-        from ..actions.bake import bake_and_wait
+        from ..actions.bake import bake_and_wait, warnings_of
 
         try:
             grating = active_grating(context.scene)
-            bake_and_wait(grating, self.directory)
+            facts = bake_and_wait(grating, self.directory)
         except GratingError as error:
             return report_failure(self, error)
-        return report_lines(self, [f"{grating.name}: {grating.bake_summary}"])
+        return report_lines(self, [f"{grating.name}: {grating.bake_summary}", *warnings_of(facts)])
 
     def invoke(self, context, event):
         """Start the bake; modal() then follows it."""
@@ -63,7 +63,7 @@ class BakeGrating(FollowsJob, bpy.types.Operator):
 
     def finish(self, job: "Job"):
         """Record the bake."""
-        from ..actions.bake import record_bake
+        from ..actions.bake import record_bake, warnings_of
 
         try:
             facts = job.result()
@@ -74,4 +74,4 @@ class BakeGrating(FollowsJob, bpy.types.Operator):
             record_bake(grating, facts)
         except GratingError as error:
             return report_failure(self, error)
-        return report_lines(self, [f"{grating.name}: {grating.bake_summary}"])
+        return report_lines(self, [f"{grating.name}: {grating.bake_summary}", *warnings_of(facts)])

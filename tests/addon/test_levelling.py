@@ -52,6 +52,19 @@ def test_a_request_fills_the_field_and_is_repeated(addon, scene, scan, tmp_path)
     assert bpy.context.scene.natural_gratings.active().levelling == "none"
 
 
+def test_line_alignment_is_warned_of(scene, tmp_path, capfd):
+    """Of a grating along the rows; a warning of what it takes out, after the bake."""
+    lines = np.tile(127 + 100 * np.sin(2 * np.pi * np.arange(64) / 8), (64, 1)).T
+    Image.fromarray(lines.astype(np.uint8)).save(tmp_path / "rows.png")
+    bpy.ops.grating.import_height_map(filepath=str(tmp_path / "rows.png"), size_um=4, height_nm=100)
+    grating = scene.natural_gratings.active()
+    grating.delta_e, grating.levelling = 6, "plane,lines"
+    capfd.readouterr()
+    assert bpy.ops.grating.bake(directory=str(tmp_path)) == {"FINISHED"}
+    (told,) = [line for line in capfd.readouterr().out.splitlines() if line.startswith("Warning: ")]
+    assert "lines: weakens the main peak of the grating (500 nm at 90 deg) by 100%" in told
+
+
 def drawn(addon, grating):
     """The labels and icons that the panel draws of a grating's quality."""
     labels = []

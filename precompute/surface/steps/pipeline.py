@@ -51,6 +51,8 @@ KINDS: dict[str, Kind] = {
 }  # fmt: skip
 # What is done to a scan unless other steps are asked for.
 DEFAULT = (KINDS["plane"].read([], "default"),)
+# What a line begins with that tells of harm.
+WARNING = "warning: "
 # The word for no step.
 NONE = "none"
 _STEPS_MAX = 50
@@ -72,7 +74,7 @@ def level(height_map: HeightMap, steps: Sequence[Step] = DEFAULT) -> Levelled:
         done = step.carry_out(height_map)
         height_map = done.height_map
         if done.told:
-            told.append(f"{'warning: ' if done.warns else ''}{step.text}: {done.told}")
+            told.append(f"{WARNING if done.warns else ''}{step.text}: {done.told}")
     return Levelled(height_map, tuple(told))
 
 
