@@ -1,31 +1,41 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""NumPy .npy: an array (rows, cols) of numbers, row 0 the scan's top. Pickled objects are never read."""
+"""NumPy .npy: an array (rows, cols) of numbers, row 0 the scan's top. Pickled objects are never read.
+
+(Format: NumPy's reference, "numpy.lib.format". Its own parser of headers raises more kinds of errors than it says.)
+"""
 
 from __future__ import annotations
 
-import os
+import re
+import struct
 from typing import BinaryIO
 
-import numpy as np
-
 from .given_size import Numbers, NumbersReader
+from .scan_file import Block, read_exactly
 
 _BEGINNING = b"\x93NUMPY"
-_KINDS = "buif"
+# Where the length of the header is, and its form, by the format's major version.
+_LENGTHS = {1: "<H", 2: "<I", 3: "<I"}
+_HEADER_MAX = 1 << 14
+_KIND = re.compile(r"'descr': *'([<>|=]?(?:[iu][1248]|f[248]|b1))'")
+_SHAPE = re.compile(r"'shape': *\((\d{1,10})L?, *(\d{1,10})L?,?\)")
+_BY_COLUMNS = re.compile(r"'fortran_order': *True")
 
 
 def _load(file: BinaryIO) -> Numbers:
-    readers = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
-    shape, by_columns, kind = readers[np.lib.format.read_magic(file)](file)
-    if kind.kind not in _KINDS or len(shape) != 2 or min(shape) < 1:
-        raise ValueError(f"an array of {kind} of shape {shape}, and no matrix of numbers")
-    start = file.tell()
-    held = file.seek(0, os.SEEK_END) - start
-    if shape[0] * shape[1] * kind.itemsize > held:
-        raise ValueError(f"{shape[0]} x {shape[1]} numbers declared, and {held} bytes are there")
-    file.seek(start)
-    values = np.fromfile(file, kind, shape[0] * shape[1])
-    return Numbers(values.reshape(shape[::-1]).T if by_columns else values.reshape(shape))
+    form = _LENGTHS[read_exactly(file, 0, 8)[6]]
+    first = 8 + struct.calcsize(form)
+    (length,) = struct.unpack(form, read_exactly(file, 8, first - 8))
+    if length > _HEADER_MAX:
+        raise ValueError(f"a header of {length} bytes")
+    header = read_exactly(file, first, length).decode("latin-1")
+    kind, shape = _KIND.search(header), _SHAPE.search(header)
+    if kind is None or shape is None:
+        raise ValueError("no matrix of numbers")
+    rows, cols = int(shape[1]), int(shape[2])
+    by_columns = _BY_COLUMNS.search(header) is not None
+    values = Block(first + length, (cols, rows) if by_columns else (rows, cols), kind[1]).within(file).read(file)
+    return Numbers(values.T if by_columns else values)
 
 
 def _begins(beginning: bytes) -> bool:

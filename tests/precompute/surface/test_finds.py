@@ -11,3 +11,10 @@ def test_a_tiff_whose_directory_is_beyond_any_file(fails, first):
     """No file has such a place, and Python refuses to go there with an error of its own."""
     told = fails("far.tif", b"II+\0\x08\0\0\0" + struct.pack("<Q", first), size_um=1, height_nm=1)
     assert "truncated or damaged" in told
+
+
+@pytest.mark.parametrize("header", [b"{'descr': '<f8', 'shape': (24, 40", b"{'descr': '<f8'", b"(" * 64, b"\0" * 64])
+def test_an_array_whose_header_is_cut(fails, header):
+    """NumPy's own parser lets an error of Python's tokenizer out."""
+    whole = b"\x93NUMPY\1\0" + struct.pack("<H", len(header)) + header + bytes(960 * 8)
+    assert "no matrix of numbers" in fails("cut.npy", whole, size_um=1, height_nm=1)
