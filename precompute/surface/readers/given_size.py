@@ -91,7 +91,7 @@ class NumbersReader:
         width = given_width(source, size_um) * 1e-6
         height = given_height(source, height_nm, what="the height of the number 1 (1e9 for metres)", most=METRE_NM)
         try:
-            with open(source, "rb") as file:
+            with open(source, "rb") as file, np.errstate(all="ignore"):  # HeightMap refuses what is not finite
                 numbers = self.load(file)
         except DAMAGE as error:
             raise GratingError(
@@ -102,6 +102,6 @@ class NumbersReader:
         refuse_beyond_memory(
             _BYTES_PER_PIXEL * rows * cols, f"{source}: reading {rows} x {cols} pixels", "crop or reduce the scan"
         )
-        with np.errstate(all="ignore"):  # HeightMap refuses what is not finite
+        with np.errstate(all="ignore"):
             heights = numbers.values * np.float64(height * 1e-9)
         return HeightMap(heights, (width / cols * numbers.pixel_aspect, width / cols), source)

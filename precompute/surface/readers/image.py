@@ -84,7 +84,8 @@ class PictureReader:
         size_um = given_width(source, size_um)
         height_nm = given_height(source, height_nm, what="the height of white over black", most=self.highest_nm)
         self._refuse_what_is_beside(source)
-        heights = _grey(source)
+        with np.errstate(invalid="ignore"):  # of a NaN that signals
+            heights = _grey(source)
         heights *= height_nm * 1e-9
         pixel_m = size_um * 1e-6 / heights.shape[1]
         return HeightMap(heights, (pixel_m, pixel_m), source)
