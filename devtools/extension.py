@@ -18,6 +18,7 @@ MODULES = {
     "remove": "actions.remove",
     "grating_material": "actions.material",
     "import_height_map": "actions.import_height_map",
+    "import_operator": "operators.import_height_map",
     "osl_reference": "actions.osl_reference",
     "commands": "batch.commands",
     "child": "jobs.child",

@@ -90,6 +90,4 @@ class DropHeightMap(bpy.types.FileHandler):
 
 def menu_entry(menu, context):
     """Draw the entry in File > Import."""
-    from ...precompute.surface.readers.registry import extensions
-
-    menu.layout.operator(ImportHeightMap.bl_idname, text=f"Height Map ({', '.join(extensions())})")
+    menu.layout.operator(ImportHeightMap.bl_idname, text="Height Map (.nid, .spm, .gwy, .png, ...)")

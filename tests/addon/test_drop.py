@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.hostile import instruments
-from precompute.surface.readers.registry import dropped
+from precompute.surface.readers.registry import dropped, extensions
 
 
 def test_files_of_microscopes_may_be_dropped_on_a_3d_view(scene):
@@ -24,6 +24,17 @@ def test_files_of_microscopes_may_be_dropped_on_a_3d_view(scene):
     assert not handler.poll_drop(SimpleNamespace(area=area))
     assert not handler.poll_drop(SimpleNamespace(area=None))
     assert handler.bl_import_operator == "grating.import_height_map"
+
+
+def test_the_menu_names_a_few_formats(addon):
+    """All of them would be wider than the screen."""
+    drawn = []
+    layout = SimpleNamespace(operator=lambda name, text: drawn.append((name, text)))
+    addon.import_operator.menu_entry(SimpleNamespace(layout=layout), None)
+    ((name, text),) = drawn
+    assert name == "grating.import_height_map"
+    named = text.removeprefix("Height Map (").removesuffix(", ...)").split(", ")
+    assert len(named) > 2 and set(named) <= set(extensions())
 
 
 @pytest.mark.parametrize("make, name", [(instruments.nanoscope, "drop.spm"), (instruments.gsf, "drop.gsf")])
