@@ -28,7 +28,8 @@ from .stage import add_object, clean_scene, light_by_sky
 from .studio import Towards, add_camera, add_key, settings, wrap_in_dusk
 
 SPECIES = ("XENOPELTIS", "ELAPHE")
-SOIL_DARK, SOIL_LIGHT = (0.030, 0.014, 0.007), (0.11, 0.055, 0.028)
+SOIL_DARK, SOIL_LIGHT = (0.007, 0.003, 0.0017), (0.06, 0.023, 0.0105)
+CRUMB_M = 0.0028
 TURNTABLE_FRAMES = 48
 
 
@@ -77,22 +78,34 @@ LONE_SUN = Sun(-75.0, 58.0, 7.0, 0.53)
 
 
 def add_soil(scene: bpy.types.Scene, half_size_m: float = 3.0) -> bpy.types.Object:
-    """A floor of dark crumbs: a plane whose colour and bumps are noise."""
+    """A floor of dark crumbs: a plane whose colour and bumps are those of cells of two sizes, moved by noise."""
     material = plain_material("Soil", SOIL_DARK, roughness=0.95)
     nodes, links = material.node_tree.nodes, material.node_tree.links
     shader = nodes["Principled BSDF"]
-    shader.inputs["Specular IOR Level"].default_value = 0.1
-    noise, ramp, bump = (nodes.new(f"ShaderNode{kind}") for kind in ("TexNoise", "ValToRGB", "Bump"))
-    where = nodes.new("ShaderNodeTexCoord")
+    shader.inputs["Specular IOR Level"].default_value = 0.0
+    noise, ramp, bump, where, moved, height = (
+        nodes.new(f"ShaderNode{kind}") for kind in ("TexNoise", "ValToRGB", "Bump", "TexCoord", "VectorMath", "Math")
+    )
     links.new(where.outputs["Object"], noise.inputs["Vector"])
-    noise.inputs["Scale"].default_value, noise.inputs["Detail"].default_value = 140.0, 8.0
-    noise.inputs["Roughness"].default_value = 0.65
+    noise.inputs["Scale"].default_value, noise.inputs["Detail"].default_value = 90.0, 6.0
+    moved.operation, height.operation = "MULTIPLY_ADD", "MULTIPLY_ADD"
+    links.new(noise.outputs["Color"], moved.inputs[0])
+    moved.inputs[1].default_value = (CRUMB_M,) * 3
+    links.new(where.outputs["Object"], moved.inputs[2])
+    # The distance from the middle of the nearest cell: coarse crumbs, with a third of it from fine ones.
+    for cells, per_crumb in ((height.inputs[0], 1.0), (height.inputs[2], 3.0)):
+        crumbs = nodes.new("ShaderNodeTexVoronoi")
+        crumbs.inputs["Scale"].default_value = per_crumb / CRUMB_M
+        links.new(moved.outputs["Vector"], crumbs.inputs["Vector"])
+        links.new(crumbs.outputs["Distance"], cells)
+    height.inputs[1].default_value = 3.0
+    links.new(noise.outputs[0], ramp.inputs[0])
     for element, place, colour in zip(ramp.color_ramp.elements, (0.35, 0.7), (SOIL_DARK, SOIL_LIGHT), strict=True):
         element.position, element.color = place, (*colour, 1.0)
-    bump.inputs["Distance"].default_value, bump.inputs["Strength"].default_value = 0.004, 0.8
-    links.new(noise.outputs[0], ramp.inputs[0])
     links.new(ramp.outputs["Color"], shader.inputs["Base Color"])
-    links.new(noise.outputs[0], bump.inputs["Height"])
+    bump.invert = True
+    bump.inputs["Distance"].default_value, bump.inputs["Strength"].default_value = CRUMB_M / 4, 1.0
+    links.new(height.outputs[0], bump.inputs["Height"])
     links.new(bump.outputs["Normal"], shader.inputs["Normal"])
     mesh = bpy.data.meshes.new("Soil")
     h = half_size_m
