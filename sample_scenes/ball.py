@@ -27,7 +27,7 @@ from .studio import Towards, add_backdrop, add_camera, add_key, settings, wrap_i
 BALL_RADIUS_M = 0.05
 FOIL_M, FOIL_CELLS = 0.16, 480
 # Facets of the foil: how many, and the standard deviation of their slopes.
-FACETS, SLOPE = 60, 0.13
+FACETS, SLOPE = 260, 0.20
 # Azimuth and elevation of the lamps. A foil has flat facets, so that it takes several to light many of them.
 KEYS_DEG = {
     "ball": ((-130.0, 50.0), (60.0, 35.0)),
@@ -35,6 +35,7 @@ KEYS_DEG = {
 }
 CAMERA = Towards(-90.0, 24.0, 0.6)
 LENS_MM = 90.0
+STRENGTH = {"ball": 6.0, "foil": 20.0}
 
 
 def grid_object(name: str, points: np.ndarray, uv: np.ndarray, material: bpy.types.Material) -> bpy.types.Object:
@@ -69,7 +70,7 @@ def crumpled(x: np.ndarray, y: np.ndarray, seed: int = 4) -> np.ndarray:
     middles = rng.random((FACETS, 2))
     away = np.stack([x, y], axis=-1)[..., None, :] - middles
     # Far from its own middle a plane gives way to its neighbours'.
-    nearness = -((away**2).sum(axis=-1) / 0.004)
+    nearness = -((away**2).sum(axis=-1) / 0.0012)
     weight = np.exp(nearness - nearness.max(axis=-1, keepdims=True))
     planes = heights * 0.3 + (away * slopes).sum(axis=-1)
     return (weight * planes).sum(axis=-1) / weight.sum(axis=-1)
@@ -87,12 +88,12 @@ def add_foil() -> bpy.types.Object:
 
 def build(scene: bpy.types.Scene, thing: str) -> None:
     """The thing, its light and the camera."""
-    add_backdrop(scene, (0.05, 0.052, 0.058))
+    add_backdrop(scene, (0.05, 0.052, 0.058) if thing == "ball" else (0.012, 0.013, 0.016))
     (add_ball if thing == "ball" else add_foil)()
     target = (0.0, 0.0, BALL_RADIUS_M if thing == "ball" else 0.008)
     for index, (azimuth, elevation) in enumerate(KEYS_DEG[thing]):
         at = Towards(azimuth, elevation, 2.0)
-        add_key(scene, f"Key {index + 1}", at, target=target, strength=6.0, angle_deg=2.0 if thing == "ball" else 6.0)
+        add_key(scene, f"Key {index + 1}", at, target=target, strength=STRENGTH[thing], angle_deg=2.0)
     wrap_in_dusk(scene, 0.5 if thing == "ball" else 0.12)
     add_camera(scene, CAMERA, target, LENS_MM)
     settings(scene)

@@ -56,7 +56,7 @@ SCENES = {
     "close_elaphe": _animal("close", "ELAPHE"),
     "turntable": _animal("turntable"),
     "ball": SampleScene("ball.py", {"Ball": "sample:elaphe"}),
-    "foil": SampleScene("ball.py", {"Foil": "sample:blazed"}, ("--thing", "foil"), METAL),
+    "foil": SampleScene("ball.py", {"Foil": "sample:cd"}, ("--thing", "foil"), METAL),
     "cd": _disc("cd", "CD"),
     "dvd": _disc("dvd", "DVD"),
     "bluray": _disc("bluray", "Blu-ray"),
