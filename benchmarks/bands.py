@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How broad and how long the bands of colour on a snake are, in scales, as a picture shows them.
 
-    python -m benchmarks bands FILE.blend [--width 960] [--samples 32] [--json FILE]
+    python -m benchmarks bands [FILE.blend] [--width 960] [--samples 32] [--json FILE]
 
-FILE is a scene that `./dev scenes` wrote: a snake of Add > Mesh > Snake, whose scales the attribute scale_random tells
+FILE is a scene that `./dev scenes` wrote, by default its hero, which is made anew: a snake of Add > Mesh > Snake, whose scales the attribute scale_random tells
 apart. What is measured is its diffraction alone, at the picture's exposure. A pixel is lit if it has a tenth of display
 white in some channel; it is coloured if its least channel is below 0.6 of its greatest, else white. A band is a set of
 lit pixels of one kind that touch. Its thickness at a pixel is the side of the largest square of such pixels that
@@ -18,6 +18,7 @@ import OpenEXR
 
 from precompute.cli.option_types import count, path_argument
 from precompute.cli.parser import OneLineParser
+from sample_scenes import scenes
 
 from .report import add_json, say, write
 
@@ -31,12 +32,12 @@ _SCALE = "Scale"
 def main(argv: list[str] | None = None) -> int:
     """Render the scene's diffraction and print what its bands are like."""
     parser = OneLineParser(prog="benchmarks bands", description=__doc__.splitlines()[0])
-    parser.add_argument("file", type=path_argument, metavar="FILE.blend")
+    parser.add_argument("file", type=path_argument, metavar="FILE.blend", nargs="?", help="default: the scene hero")
     parser.add_argument("--width", type=count(64, 8192), default=960)
     parser.add_argument("--samples", type=count(1, 1 << 16), default=32)
     add_json(parser)
     arguments = parser.parse_args(argv)
-    bpy.ops.wm.open_mainfile(filepath=str(arguments.file.resolve()))
+    bpy.ops.wm.open_mainfile(filepath=str((arguments.file or _hero()).resolve()))
     _add_scale_pass(bpy.context.scene)
     diffraction = _render(arguments, "Diffraction", samples=arguments.samples)
     scales = _render(arguments, _SCALE, samples=1)[..., 0]
@@ -139,6 +140,13 @@ def _steps_to(mask: np.ndarray, most: int) -> np.ndarray:
         )
         steps[reached & (steps == most)] = step
     return steps
+
+
+def _hero() -> Path:
+    """The scene hero, made in Blender's folder for temporary files."""
+    version = ".".join(map(str, bpy.app.version[:2]))
+    scenes.main(["--output", bpy.app.tempdir, "--scene", "hero", "--width", "16", "--samples", "1", "--bpy", version])
+    return Path(bpy.app.tempdir) / "hero_cycles.blend"
 
 
 def _add_scale_pass(scene: bpy.types.Scene) -> None:
