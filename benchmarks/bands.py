@@ -3,13 +3,15 @@
 
     python -m benchmarks bands [FILE.blend] [--width 960] [--samples 32] [--json FILE]
 
-FILE is a scene that `./dev scenes` wrote, by default its hero, which is made anew: a snake of Add > Mesh > Snake, whose scales the attribute scale_random tells
-apart. What is measured is its diffraction alone, at the picture's exposure. A pixel is lit if it has a tenth of display
-white in some channel; it is coloured if its least channel is below 0.6 of its greatest, else white. A band is a set of
-lit pixels of one kind that touch. Its thickness at a pixel is the side of the largest square of such pixels that
-covers the pixel.
+FILE is a scene that `./dev scenes` wrote, by default its hero, which is made anew: a snake of Add > Mesh > Snake, whose
+scales the attribute scale_random tells apart. What is measured is its diffraction alone, at the picture's exposure. A
+pixel is lit if it has a tenth of display white in some channel; it is coloured if its least channel is below 0.6 of its
+greatest, else white. A band is a set of lit pixels of one kind that touch. Its thickness at a pixel is the side of the
+largest square of such pixels that covers the pixel.
 """
 
+import contextlib
+import sys
 from pathlib import Path
 
 import bpy
@@ -145,7 +147,9 @@ def _steps_to(mask: np.ndarray, most: int) -> np.ndarray:
 def _hero() -> Path:
     """The scene hero, made in Blender's folder for temporary files."""
     version = ".".join(map(str, bpy.app.version[:2]))
-    scenes.main(["--output", bpy.app.tempdir, "--scene", "hero", "--width", "16", "--samples", "1", "--bpy", version])
+    size = ["--width", "16", "--samples", "1"]
+    with contextlib.redirect_stdout(sys.stderr):
+        scenes.main(["--output", bpy.app.tempdir, "--scene", "hero", *size, "--bpy", version])
     return Path(bpy.app.tempdir) / "hero_cycles.blend"
 
 
