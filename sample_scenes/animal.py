@@ -35,13 +35,14 @@ TURNTABLE_FRAMES = 48
 
 @dataclass(frozen=True)
 class View:
-    """A picture of the animal: where the camera stands and looks, its lens, and what lights the scene: suns, one sun
-    alone, a clear sky, or a room's panorama."""
+    """A picture of the animal: where the camera stands and looks, its lens, what lights the scene: suns, one sun alone,
+    a clear sky, or a room's panorama; and the exposure in stops."""
 
     camera: Towards
     target: tuple[float, float, float]
     lens_mm: float
     light: str = "suns"
+    exposure: float = 0.0
 
 
 _LOOPS = (-0.03, -0.045, 0.015)
@@ -51,7 +52,7 @@ VIEWS = {
     "macro": View(Towards(-88.0, 36.0, 0.35), (-0.03, -0.043, 0.022), 180.0),
     # As the thesis shows its snakes: from straight above, under one small sun aslant to the body.
     "close": View(Towards(-90.0, 89.0, 0.40), (-0.01, -0.030, 0.022), 260.0, light="one sun"),
-    "room": View(Towards(-95.0, 43.0, 0.42), _LOOPS, 50.0, light="room"),
+    "room": View(Towards(-95.0, 43.0, 0.42), _LOOPS, 50.0, light="room", exposure=1.3),
     "turntable": View(Towards(-90.0, 38.0, 0.75), (0.0, -0.02, 0.01), 52.0),
 }
 
@@ -169,6 +170,7 @@ def build(scene: bpy.types.Scene, view: View, species: str, *, faces: int, panor
         wrap_in_dusk(scene, 0.06 if view.light == "suns" else 0.01)
     camera = add_camera(scene, view.camera, view.target, view.lens_mm)
     settings(scene)
+    scene.view_settings.exposure = view.exposure
     if view == VIEWS["turntable"]:
         turn_camera(camera, view.target)
 
