@@ -64,7 +64,7 @@ class Wave:
 
 
 def length_in_words(length_m: float) -> str:
-    """A length in micrometres or, below ten of them, in nanometres: "18.4 um", "1499 nm"."""
+    """A length in micrometres or, below ten of them, in nanometres: "18.4 um", "1501 nm"."""
     return f"{length_m * 1e6:.3g} um" if length_m >= 10e-6 else f"{length_m * 1e9:.4g} nm"
 
 
@@ -247,18 +247,20 @@ def _is_summit(power: np.ndarray) -> np.ndarray:
 
 
 def _refine(spectrum: _Spectrum, cols: int, peak: tuple[int, int]) -> tuple[float, float]:
-    """The frequencies (ky, kx) of a peak between the bins, from a parabola through log power along each axis."""
+    """The frequencies (ky, kx) of a peak between the bins, as if it were one wave's."""
     ky, kx = peak
     centre = spectrum.at(ky, kx, cols)
     return (
-        ky + _vertex(spectrum.at(ky - 1, kx, cols), centre, spectrum.at(ky + 1, kx, cols)),
-        kx + _vertex(spectrum.at(ky, kx - 1, cols), centre, spectrum.at(ky, kx + 1, cols)),
+        ky + _between(spectrum.at(ky - 1, kx, cols), centre, spectrum.at(ky + 1, kx, cols)),
+        kx + _between(spectrum.at(ky, kx - 1, cols), centre, spectrum.at(ky, kx + 1, cols)),
     )
 
 
-def _vertex(below: float, centre: float, above: float) -> float:
-    """Offset in bins, from -0.5 to 0.5, of the top of the parabola through the logarithms of three powers."""
-    tiny = 1e-12 * centre
-    a, b, c = (math.log(value + tiny) for value in (below, centre, above))
-    bend = a - 2 * b + c
-    return min(0.5, max(-0.5, (a - c) / (2 * bend))) if bend < 0 else 0.0
+def _between(below: float, centre: float, above: float) -> float:
+    """Offset in bins, from -0.5 to 0.5, of a wave's frequency from the bin of the peak, from the powers of that bin and
+    of its neighbours.
+
+    A wave d bins away has the amplitude sin(pi d) / (pi d (1 - d^2)) under a Hann window, so that of the amplitudes
+    a, b, c of three bins 2 (c - a) / (a + 2 b + c) is d (Grandke 1983, by three points)."""
+    a, b, c = (math.sqrt(power) for power in (below, centre, above))
+    return min(0.5, max(-0.5, 2 * (c - a) / (a + 2 * b + c))) if b else 0.0

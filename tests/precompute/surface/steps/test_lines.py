@@ -71,7 +71,7 @@ def test_the_real_grid_along_the_rows(shared_data):
     for text in ("lines", "lines:difference"):
         aligned = level(plane, parse_steps(text))
         (told,) = aligned.told
-        warning = rf"warning: {text}: weakens the main peak of the grating \(317.3 nm at -89 deg\) by (\d+)%"
+        warning = rf"warning: {text}: weakens the main peak of the grating \(316.6 nm at -89 deg\) by (\d+)%"
         loss = re.fullmatch(warning, told)
         assert loss and int(loss[1]) >= 99
         assert np.std(level(aligned.height_map).height_map.height_m) < 0.2 * rms
