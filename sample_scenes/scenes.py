@@ -73,6 +73,11 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--output", type=Path, required=True, metavar="DIR")
     parser.add_argument("--scene", action="append", choices=list(SCENES), help="which; default all")
     parser.add_argument("--engine", choices=("cycles", "eevee"), default="cycles")
+    parser.add_argument(
+        "--lights",
+        choices=("rest", "lamps", "all"),
+        help="which lights the diffraction answers to; default: the scene's",
+    )
     parser.add_argument("--samples", type=count(1, 1 << 20), help="of a pixel; default: the scene's own, 16 to 128")
     parser.add_argument("--width", type=count(4, 8192), default=960)
     parser.add_argument("--bpy", choices=[e.blender_version for e in ALL], help="the bpy wheel to render with")
@@ -103,7 +108,8 @@ def make(name: str, scene: SampleScene, output: Path, *, arguments: argparse.Nam
 
     for shown, file in scene.bakes.items():
         first = _height_map(file)
-        edits.append(["assign", baked(first), "--object", shown, *scene.assign])
+        lights = ["--lights", arguments.lights] if arguments.lights else []
+        edits.append(["assign", baked(first), "--object", shown, *scene.assign, *lights])
         others = [f"{baked([other])}={share}" for other, share in scene.varied_with.items() if first != [other]]
         if others:
             edits.append(["vary", baked(first), *(f"--with={each}" for each in others), *_VARIED])

@@ -69,7 +69,7 @@ def test_tracks_of_a_disc_run_round(addon):
 
 def test_a_scene_is_made_end_to_end(tmp_path):
     version = ".".join(str(part) for part in bpy.app.version[:2])
-    asked = SimpleNamespace(width=16, engine="cycles", samples=1, bpy=version, blender=None)
+    asked = SimpleNamespace(width=16, engine="cycles", samples=1, bpy=version, blender=None, lights="lamps")
     picture = scenes.make("cd", scenes.SCENES["cd"], tmp_path, arguments=asked, watch=Stopwatch())
     assert Image.open(picture).size == (16, 9)
     assert picture.with_suffix(".blend").is_file()
