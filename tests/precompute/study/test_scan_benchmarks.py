@@ -43,7 +43,9 @@ def test_a_repaired_bake_is_compared_with_the_plain_one(dusty):
     request = BakeRequest(delta_e=6, coherence_length_m=4e-6)
     plain, other = (scans.baked(dusty, steps, request) for steps in ("plane", "plane,dust"))
     same, changed = scans.facts_of(plain, plain), scans.facts_of(plain, other)
-    assert (same["mean"], same["p99"], same["relative_dy"], same["removed"]) == (0, 0, 0, 0)
+    # NumPy rounds a sum by where its terms lie in memory, so a table differs from itself by 1e-13 of a colour of 100.
+    assert (same["mean"], same["p99"], same["relative_dy"]) == pytest.approx((0, 0, 0), abs=1e-11)
+    assert same["removed"] == 0
     assert changed["p99"] > 1 and changed["relative_dy"] > 0.01
     assert changed["removed"] > 36 / 128**2 and changed["height_range_m"] < 0.5 * same["height_range_m"]
     assert changed["terms"] < same["terms"]
