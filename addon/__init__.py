@@ -8,7 +8,7 @@ when they are called.
 
 import bpy
 
-from .actions import keep_lamps
+from .actions import keep_lamps, level_preview
 from .operators import (
     add_diffraction,
     add_fan,
@@ -17,11 +17,13 @@ from .operators import (
     assign,
     bake_frame_map,
     bake_grating,
+    bake_needs,
     choose_frame,
     choose_lights,
     comb_grating,
     fit_world,
     import_height_map,
+    level_steps,
     new_material,
     osl_reference,
     remove_diffraction,
@@ -30,17 +32,23 @@ from .operators import (
     unwrap,
     vary_grating,
 )
-from .scene import bakes, gratings
-from .ui import direction_panel, panel
+from .scene import bakes, gratings, levelling
+from .ui import direction_panel, panel, steps_panel
 
 # In the order of registration: a property group comes before the property groups that hold it.
 CLASSES = (
+    levelling.LevellingStep,
     gratings.Grating,
     gratings.SceneGratings,
     import_height_map.ImportHeightMap,
     import_height_map.DropHeightMap,
     remove_grating.RemoveGrating,
+    level_steps.AddLevellingStep,
+    level_steps.RemoveLevellingStep,
+    level_steps.MoveLevellingStep,
+    level_steps.LevellingAsText,
     bake_grating.BakeGrating,
+    bake_needs.BakeNeeds,
     new_material.NewDiffractionMaterial,
     assign.AssignToSelected,
     add_diffraction.AddDiffraction,
@@ -60,6 +68,7 @@ CLASSES = (
     bake_frame_map.BakeFrameMap,
     panel.SampleMenu,
     panel.GratingList,
+    steps_panel.StepList,
     panel.GratingPanel,
     direction_panel.DirectionPanel,
     panel.ReferencePanel,
@@ -86,9 +95,10 @@ def register() -> None:
 def unregister() -> None:
     """Undo register(), last first. The gratings and materials of open files stay in them."""
     bpy.utils.unregister_cli_command(_command)
-    for following in (bake_grating.BakeGrating, comb_grating.CombGrating):
+    for following in (bake_grating.BakeGrating, bake_needs.BakeNeeds, comb_grating.CombGrating):
         following.stop()
     unwrap.stop_running_unwrap()
+    level_preview.stop()
     show_direction.set_shown(False)
     keep_lamps.unregister()
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):

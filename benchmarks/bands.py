@@ -14,7 +14,6 @@ import contextlib
 import sys
 from pathlib import Path
 
-import bpy
 import numpy as np
 import OpenEXR
 
@@ -33,12 +32,15 @@ _SCALE = "Scale"
 
 def main(argv: list[str] | None = None) -> int:
     """Render the scene's diffraction and print what its bands are like."""
+    import bpy
+
     parser = OneLineParser(prog="benchmarks bands", description=__doc__.splitlines()[0])
     parser.add_argument("file", type=path_argument, metavar="FILE.blend", nargs="?", help="default: the scene hero")
     parser.add_argument("--width", type=count(64, 8192), default=960)
     parser.add_argument("--samples", type=count(1, 1 << 16), default=32)
     add_json(parser)
     arguments = parser.parse_args(argv)
+
     bpy.ops.wm.open_mainfile(filepath=str((arguments.file or _hero()).resolve()))
     _add_scale_pass(bpy.context.scene)
     diffraction = _render(arguments, "Diffraction", samples=arguments.samples)
@@ -146,6 +148,8 @@ def _steps_to(mask: np.ndarray, most: int) -> np.ndarray:
 
 def _hero() -> Path:
     """The scene hero, made in Blender's folder for temporary files."""
+    import bpy
+
     version = ".".join(map(str, bpy.app.version[:2]))
     size = ["--width", "16", "--samples", "1"]
     with contextlib.redirect_stdout(sys.stderr):
@@ -153,8 +157,10 @@ def _hero() -> Path:
     return Path(bpy.app.tempdir) / "hero_cycles.blend"
 
 
-def _add_scale_pass(scene: bpy.types.Scene) -> None:
+def _add_scale_pass(scene) -> None:
     """Have every material tell the number of the scale that a pixel shows."""
+    import bpy
+
     for name in ("Diffraction", _SCALE):
         aov = scene.view_layers[0].aovs.add()
         aov.name, aov.type = name, "COLOR"
@@ -167,6 +173,8 @@ def _add_scale_pass(scene: bpy.types.Scene) -> None:
 
 def _render(arguments, channel: str, *, samples: int) -> np.ndarray:
     """A pass (rows, columns, 3) of the scene in Cycles, row 0 at the top."""
+    import bpy
+
     scene, path = bpy.context.scene, Path(bpy.app.tempdir) / "bands.exr"
     settings = scene.render
     settings.engine, scene.cycles.samples, scene.cycles.use_denoising = "CYCLES", samples, False

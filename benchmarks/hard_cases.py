@@ -17,17 +17,27 @@ import numpy as np
 from benchmarks import report
 from benchmarks.albedo import greatest, no_bound, surface_of
 from benchmarks.hard_cases_page import HEAD, TAIL
+from benchmarks.hard_directions import (
+    ONE_TEXEL,
+    anywhere,
+    beyond,
+    grazing,
+    horizon,
+    horizon_needs,
+    mirrored,
+    one_place,
+    wavelength_step,
+)  # fmt: skip
 from precompute.bake.ensemble import plan
 from precompute.bake.make import make
+from precompute.bake.needs import EVERYTHING, Needs
 from precompute.bake.request import BakeRequest
 from precompute.bake.tiles import carry_out
 from precompute.base.failure import GratingError
 from precompute.cli.parser import OneLineParser
-from precompute.colour.observer import WAVELENGTH_MIN_M, spectral_weights, wavelengths
+from precompute.colour.observer import spectral_weights, wavelengths
 from precompute.maths import chebyshev
-from precompute.measure import truths
 from precompute.measure.errors import Errors, Truth, measure
-from precompute.measure.pairs import Pairs
 from precompute.reference.ensemble import reference_xyz
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import Relief, prepare
@@ -39,12 +49,7 @@ PIXEL_M = 80e-9
 COHERENCE_M = 2e-6
 # It gives a kernel of 0.0062.
 LONG_M = 40e-6
-W_COUNT, PAIRS = 3, 150
-# The coarsest wavelength step that resolves the colour matching functions.
-STEP_MAX_M = 3e-9
-GRAZING = np.radians(89.9)
-
-Baker = Callable[[Relief, float | None], Table]
+Baker = Callable[[Relief, float | None, Needs], Table]
 Truths = Callable[[Relief, float], list[Truth]]
 
 
@@ -93,56 +98,6 @@ def stepped(step_m: float) -> HeightMap:
 def lines(period_m: float, depth_m: float, samples: int, periods: int) -> HeightMap:
     """A sinusoidal grating of a few rows, which wraps."""
     return sinusoidal(period_m, depth_m, periods=periods, samples_per_period=samples, rows=8)
-
-
-def wavelength_step(sigma_b: float) -> float:
-    """The wavelength step of the reference, in metres.
-
-    From one wavelength to the next an order at |u| = 2 moves by at most two sigma_b: Gaussians at that distance add
-    up to a constant within 1.4 %. An order at |u| = 1 moves by at most one sigma_b: there the sum is constant within
-    5e-9."""
-    return min(STEP_MAX_M, sigma_b * WAVELENGTH_MIN_M)
-
-
-def anywhere(relief: Relief, sigma_b: float) -> list[Truth]:
-    """Direction pairs as every measurement of an error takes them (precompute/measure/truths.py)."""
-    return truths.truths(relief, sigma_b, W_COUNT, pairs_each=PAIRS, step_m=wavelength_step(sigma_b), seed=7)
-
-
-def grazing(relief: Relief, sigma_b: float) -> list[Truth]:
-    """Light at 89.9 degrees from all azimuths, seen at 89.9, 73 and 26 degrees, up to half a radian beside its mirror
-    direction. Farther away the skin is black."""
-    turn = np.linspace(0, 2 * np.pi, 60, endpoint=False)
-    light, aside = polar(GRAZING, turn), 0.5 * np.sin(7 * turn)
-    views = (polar(view, turn + np.pi + aside) for view in (GRAZING, np.radians(73), np.radians(26)))
-    return [truth(relief, sigma_b, light, view) for view in views]
-
-
-def mirrored(relief: Relief, sigma_b: float) -> list[Truth]:
-    """Views in the mirror direction of the light, where u = v = 0."""
-    turn = np.linspace(0, 2 * np.pi, 8, endpoint=False)
-    angles = np.radians([0, 30, 60, 80, 89])
-    return [truth(relief, sigma_b, polar(angle, turn), polar(angle, turn + np.pi)) for angle in angles]
-
-
-def beyond(relief: Relief, sigma_b: float) -> list[Truth]:
-    """Light at 80 degrees from the side of +T, views at 35 to 65 degrees on the same side: u from 1.5 to 1.9."""
-    light = polar(np.radians(80), np.linspace(-0.03, 0.03, 60))
-    return [truth(relief, sigma_b, light, polar(np.radians(view), np.full(60, 0.02))) for view in (35, 50, 65)]
-
-
-def polar(theta: float, azimuth: np.ndarray) -> np.ndarray:
-    """Unit directions (n, 3) at theta radians from the normal and azimuths (n,) from T."""
-    sine = np.sin(theta)
-    return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), np.full(len(azimuth), np.cos(theta))], axis=-1)
-
-
-def truth(relief: Relief, sigma_b: float, wi: np.ndarray, wr: np.ndarray) -> Truth:
-    """The reference for direction pairs wi, wr (n, 3) of one w."""
-    pairs, w = Pairs(wi, wr, np.ones(len(wi), bool)), float(wi[0, 2] + wr[0, 2])
-    return Truth(
-        w, pairs, *reference_xyz(relief, (pairs.u, pairs.v), w=w, sigma_b=sigma_b, step_m=wavelength_step(sigma_b))
-    )
 
 
 def albedo(relief: Relief, baked: Table) -> dict[str, float]:
@@ -204,7 +159,7 @@ class Case:
     """A surface and the coherence length asked of its bake; None leaves the length to the bake.
 
     The bake is compared with the reference of `same_as` (None: of the surface itself) on the pairs of `truths`.
-    `figures` gives further numbers of the bake by name."""
+    `figures` gives further numbers of the bake by name, and `needs` is what is asked for of (u, v, w)."""
 
     name: str
     asked: str
@@ -213,6 +168,7 @@ class Case:
     same_as: Callable[[], HeightMap] | None = None
     truths: Truths = anywhere
     figures: Callable[[Relief, Table], dict[str, float]] | None = None
+    needs: Needs = EVERYTHING
 
 
 @dataclass(frozen=True)
@@ -274,20 +230,23 @@ CASES = (
          lambda: lines(320e-9, 60e-9, 4, 32), LONG_M, figures=fewer_wavelengths),
     Case("half-float overflow", "300 nm of lines, coherence 40 um", lambda: lines(2.5e-6, 300e-9, 32, 4), LONG_M,
          figures=brightest),
+    Case("needs of one texel", "u, v and w 0.02 wide", lambda: scan(skin()), truths=one_place, needs=ONE_TEXEL),
+    Case("needs of a lamp at the horizon", "light at 89.9 degrees, views at 45 to 80", lambda: scan(skin()),
+         truths=horizon, needs=horizon_needs()),
     Case("half-float underflow", "relief of 0.05 nm", lambda: scan(skin(relief_m=0.05e-9)), figures=brightest),
 )  # fmt: skip
 
 
-def as_baked(relief: Relief, coherence_m: float | None) -> Table:
+def as_baked(relief: Relief, coherence_m: float | None, needs: Needs = EVERYTHING) -> Table:
     """The table that the file of a bake would hold."""
-    return make([relief], BakeRequest(coherence_length_m=coherence_m)).table
+    return make([relief], BakeRequest(coherence_length_m=coherence_m, needs=needs)).table
 
 
 def outcome(case: Case, baker: Baker = as_baked) -> Outcome:
     """Bake a case and measure it against its reference."""
     try:
         relief = prepare(case.surface())
-        baked = baker(relief, case.coherence_m)
+        baked = baker(relief, case.coherence_m, case.needs)
     except GratingError as refusal:
         return Outcome(refusal=str(refusal))
     exact = prepare(case.same_as()) if case.same_as else relief

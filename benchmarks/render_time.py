@@ -43,7 +43,7 @@ _REFERENCE_SAMPLES = 512
 _SURFACE = "sample:elaphe"
 # The thesis's settings.
 _STEP_M, _TEXELS, _OSL_PIXELS = 5e-9, 3, 16
-_TURNS_DEG = (0, 90, 200)
+_TURNS_DEG = (0, 90, 200, 20, 110, 220, 40, 130)
 
 
 @dataclass(frozen=True)
@@ -228,9 +228,9 @@ class Studio:
         principled.inputs["Roughness"].default_value = (sigma_b / 2**0.5) ** 0.5
         return material
 
-    def direct(self, shadows: bool = False):
+    def direct(self, shadows: bool = False, lights: str = "LAMPS"):
         """The add-on's own material."""
-        group = self.addon.grating_material.new_diffraction_group(self.bake, shadows, "LAMPS")
+        group = self.addon.grating_material.new_diffraction_group(self.bake, shadows, lights)
         return self.addon.material.new_diffraction_material("timed", group)
 
     def direct_shader(self):

@@ -18,11 +18,20 @@ Steps are done in the order given. The bake's header records them (`bake --reque
 against the levelled heights), and they are part of the cache's key. Without `--level` a plane is taken out and holes
 are filled, and nothing else. `none` takes nothing out; holes are filled in any case.
 
+In Blender's panel the same steps are the list Levelling. A button shows them as the text that `--level` takes, to copy
+or to paste. Each change is made a preview of, once the hand rests: the heights as scanned and levelled, in red what is
+made holes, the range, the rms and the main period of both, and what the steps have to tell. A scan of more than 768
+pixels a side is thinned for it, which the panel says; the bake takes all pixels.
+
 | step | what it does |
 |---|---|
 """
 
 LINES = """
+Several scans of one skin, or tiles of one large area, make one bake: the mean of their spectra, each levelled by the
+same steps. Name several files to `bake`, or choose One Grating in the import dialog; the panel lists them. Tiles need
+not fit together, nor be of one size. No coherence length is longer than a tile allows.
+
 A step that takes out what the grating is made of says so: `lines`, `poly`, `scars`, `outliers` and `dust` compare the
 main peak of the spectrum before and after, and warn from a loss of 5 % on. Line alignment is never done unless it is
 asked for: where the grating's lines run along the scan's rows, it erases them. On the real grid, turned so, a plane

@@ -12,7 +12,7 @@ from .packages import fetch_wheels
 from .steps import clean_environment, say
 
 HERE = Path(__file__).parent
-SIZE = 1280, 900
+SIZE = 1280, 1000
 # A walk takes two to four minutes; a Blender that waits for ever is ended.
 _LIMIT_SECONDS = 1200
 

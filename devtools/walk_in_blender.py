@@ -111,7 +111,8 @@ def import_a_sample() -> Steps:
     yield from press_key("ESC", region.x + 5, region.y + 5)
     bpy.ops.grating.import_height_map("EXEC_DEFAULT", True, filepath="sample:cd")
     assert grating().name == "CD"
-    yield SECOND
+    view()[0].tag_redraw()
+    yield RENDERED  # time for the preview of levelling, too
     picture("before_anything_is_assigned", "a grating is imported, nothing is assigned: no warning in the panel")
 
 

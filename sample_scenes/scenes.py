@@ -99,6 +99,7 @@ def make(name: str, scene: SampleScene, output: Path, *, arguments: argparse.Nam
         watch.run("room: panorama", [sys.executable, "-m", "sample_scenes.room", "--output", panorama])
         options += ["--panorama", panorama]
     edits = []
+    lights = ["--lights", arguments.lights] if arguments.lights else []
 
     def baked(height_map: list[str]) -> str:
         command = [sys.executable, "-m", "precompute", "bake", *height_map, "--illuminant", scene.illuminant]
@@ -107,12 +108,14 @@ def make(name: str, scene: SampleScene, output: Path, *, arguments: argparse.Nam
         return json.loads(watch.run(f"{name}: bake", [*command, "-o", folder, "--json", "-"]))["files"][0]
 
     for shown, file in scene.bakes.items():
-        first = _height_map(file)
-        lights = ["--lights", arguments.lights] if arguments.lights else []
-        edits.append(["assign", baked(first), "--object", shown, *scene.assign, *lights])
-        others = [f"{baked([other])}={share}" for other, share in scene.varied_with.items() if first != [other]]
+        height_map = _height_map(file)
+        first = baked(height_map)
+        edits.append(["assign", first, "--object", shown, *scene.assign, *lights])
+        others = [
+            f"--with={baked([name])}={share}" for name, share in scene.varied_with.items() if height_map != [name]
+        ]
         if others:
-            edits.append(["vary", baked(first), *(f"--with={each}" for each in others), *_VARIED])
+            edits.append(["vary", first, *others, *_VARIED])
     edits += [list(verb) for verb in scene.verbs]
     picture = output / f"{name}_{arguments.engine}.png"
     samples = arguments.samples or scene.samples

@@ -13,6 +13,7 @@ from ..scene.gratings import Grating, active_grating
 from .fit_world import want_fit
 from .material import group_of, working_material
 from .meshes import meshes_among, no_meshes, slots_with_faces
+from .outside import notice_outside
 from .slots import Selection, note_replaced
 from .vary import prepare_meshes
 
@@ -26,7 +27,7 @@ def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) ->
     material = working_material(scene, grating)
     selection = Selection(objects)
     kept = [line for mesh in meshes if (line := _put_in_active_slot(selection, mesh, material))]
-    return [f"{material.name}: on {_names(meshes)}", *_warnings(objects, meshes, grating), *kept, *_fitted(scene)]
+    return [f"{material.name}: on {_names(meshes)}", *_warnings(objects, meshes, grating), *kept, *_further(scene)]
 
 
 def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
@@ -50,16 +51,17 @@ def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> li
     group = group_of(scene, grating)
     for material in materials:
         add_diffraction(material, group)
-    return [f"{grating.name}: over {_names(materials)}", *_warnings(objects, meshes, grating), *bare, *_fitted(scene)]
+    return [f"{grating.name}: over {_names(materials)}", *_warnings(objects, meshes, grating), *bare, *_further(scene)]
 
 
-def _fitted(scene: bpy.types.Scene) -> list[str]:
-    """Have the world's sources fitted, if the materials read any. Returns a line if that fails."""
+def _further(scene: bpy.types.Scene) -> list[str]:
+    """Have the world's sources fitted, if the materials read any; a line if that fails, and lines if the scene shows
+    what a bake does not hold."""
     try:
         want_fit(scene)
     except GratingError as error:
-        return [str(error)]
-    return []
+        return [str(error), *notice_outside(scene)]
+    return notice_outside(scene)
 
 
 def _put_in_active_slot(selection: Selection, mesh: bpy.types.Object, material: bpy.types.Material) -> str:

@@ -1,6 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reading a height map into a scene's gratings."""
 
+import json
+from collections.abc import Sequence
+from typing import Any
+
 import bpy
 
 from ...precompute.base.failure import printable
@@ -9,7 +13,8 @@ from ...precompute.surface.height_map import SAMPLE_PREFIX, HeightMap
 from ...precompute.surface.quality import LIGHTS
 from ...precompute.surface.readers.registry import read_height_map
 from ...precompute.surface.samples.catalogue import title_of
-from ..scene.gratings import Grating, kept_path
+from ...precompute.surface.steps.pipeline import DEFAULT
+from ..scene.gratings import Grating, kept_path, scan_record
 
 
 def add_grating(
@@ -20,22 +25,62 @@ def add_grating(
     Where size_um, height_nm or channel is 0 or empty, the value that the file holds is used.
 
     Raises GratingError if it cannot be read, or if Blender cannot keep its name."""
-    height_map = read_height_map(kept_path(source), size_um or None, height_nm or None, channel=channel or None)
-    facts = describe(height_map)
+    (grating,) = add_each(scene, [scan_record(source, size_um, height_nm, channel=channel)])
+    return grating
+
+
+def add_each(scene: bpy.types.Scene, records: Sequence[dict[str, Any]]) -> list[Grating]:
+    """Read scans, as a request's record has them, and add each to the scene as a grating of its own; the last is the
+    active one. Raises GratingError as add_grating does, and then adds none."""
+    return [_add(scene, [record], [read]) for record, read in zip(records, _read(records), strict=True)]
+
+
+def add_averaged(scene: bpy.types.Scene, records: Sequence[dict[str, Any]]) -> Grating:
+    """Read scans of one skin, or tiles of one area, as a request's record has them, and add them to the scene as one
+    grating, the active one: a bake averages their spectra. Raises GratingError as add_each does."""
+    return _add(scene, records, _read(records))
+
+
+def _read(records: Sequence[dict[str, Any]]) -> list[tuple[str, Description]]:
+    """What each scan is called, and what is known of it. Each is forgotten before the next is read."""
+
+    def read(record: dict[str, Any]) -> tuple[str, Description]:
+        sizes = record["size_um"], record["height_nm"]
+        height_map = read_height_map(kept_path(record["source"]), *sizes, channel=record["channel"])
+        return name_of(height_map), describe(height_map)
+
+    return [read(record) for record in records]
+
+
+def _add(
+    scene: bpy.types.Scene, records: Sequence[dict[str, Any]], known: Sequence[tuple[str, Description]]
+) -> Grating:
     gratings = scene.natural_gratings
-    name = unused_name(name_of(height_map), {g.name for g in gratings.items})
+    first, *others = records
+    name, facts = known[0]
+    name = unused_name(name, {g.name for g in gratings.items})
     grating = gratings.items.add()
-    grating.name = name
-    grating.source, grating.summary, grating.quality = source, summary_of(facts), quality_of(facts)
-    grating.size_um, grating.height_nm, grating.channel = size_um, height_nm, channel
+    grating.name, grating.source, grating.channel = name, first["source"], first["channel"] or ""
+    grating.size_um, grating.height_nm = first["size_um"] or 0.0, first["height_nm"] or 0.0
+    grating.summary = summary_of(facts) + (f", the mean of {len(records)} scans" if others else "")
+    grating.quality = quality_of(known)
+    grating.request = json.dumps({"scans": others}, sort_keys=True) if others else ""
+    grating.levelling = ",".join(step.text for step in DEFAULT)
     gratings.active_index = len(gratings.items) - 1
     return grating
 
 
-def quality_of(facts: Description) -> str:
-    """The light of the whole scan, and below it a line of each finding that is not good."""
-    found = (each for each in facts.quality.findings if each.light != LIGHTS[0])
-    return "\n".join([facts.quality.light, *(f"{each.topic}: {each.light}; {each.sentence}" for each in found)])
+def quality_of(known: Sequence[tuple[str, Description]]) -> str:
+    """The worst light of scans, by name, and below it a line of each finding that is not good; of several scans with
+    the scan's name."""
+    light = max((facts.quality.light for _, facts in known), key=LIGHTS.index)
+    found = (
+        (f"{name}: " if len(known) > 1 else "") + f"{each.topic}: {each.light}; {each.sentence}"
+        for name, facts in known
+        for each in facts.quality.findings
+        if each.light != LIGHTS[0]
+    )
+    return "\n".join([light, *found])
 
 
 def name_of(height_map: HeightMap) -> str:

@@ -71,8 +71,7 @@ def show_what_renders(scene: bpy.types.Scene, *_: object) -> None:
         update_lamps(scene, exactly=False)
     show_as_rendered(scene, followed_lamps(scene))
     if bpy.app.background:  # where no panel tells it
-        for line in resampled_pictures(scene) + unfitted_world(scene):
-            print(f"Natural Gratings: {line}", file=sys.stderr)
+        _print(resampled_pictures(scene) + unfitted_world(scene) + _outside(scene))
 
 
 @persistent
@@ -80,6 +79,7 @@ def show_what_is_saved(*_: object) -> None:
     """Before a file is saved: it renders as it should without this extension."""
     for scene in _scenes():
         follow_lamps(scene)
+        _print(_outside(scene))
 
 
 HANDLERS: dict[str, Callable[..., None]] = {
@@ -125,6 +125,22 @@ def _follow_world(scene: bpy.types.Scene) -> None:
         want_fit(scene)
     else:
         drop_stale_sources(scene)
+
+
+def _outside(scene: bpy.types.Scene) -> list[str]:
+    """A line for each object that shows light from outside of its bake's region."""
+    from ..scene.region import has_regions
+
+    if not has_regions():  # most files load no more than this
+        return []
+    from .outside import notice_outside
+
+    return notice_outside(scene)
+
+
+def _print(lines: list[str]) -> None:
+    for line in lines:
+        print(f"Natural Gratings: {line}", file=sys.stderr)
 
 
 def _scenes() -> list[bpy.types.Scene]:

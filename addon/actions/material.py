@@ -6,11 +6,14 @@ from pathlib import Path
 import bpy
 
 from ...precompute.base.failure import GratingError, printable
+from ...precompute.table.atlas_file import read_header
 from ..materials.direct.response import direct_response
 from ..materials.material import add_diffraction, new_diffraction_material
+from ..materials.response import Response
 from ..materials.skin import answers_to_world, group_around, replace_response, set_frame, set_lighting
 from ..scene.gratings import Grating
 from ..scene.lights import LAMPS_ONLY, NO_SAMPLE_SET, REST
+from ..scene.region import note_region
 from .lamps import update_all_lamps
 
 
@@ -38,8 +41,8 @@ def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
 
     Raises GratingError, with nothing changed, if there is no sound bake."""
     bake = grating.baked_file()
-    is_new = grating.group is None or grating.group.library is not None
-    response = direct_response(bake) if is_new else None  # first, since it is what may be refused
+    is_new = grating.own_group is None
+    response = _response_of(bake) if is_new else None  # first, since it is what may be refused
     update_all_lamps()
     if response is not None:
         grating.group = group_around(grating.name, response, shadows=grating.shadows, lights=grating.lights)
@@ -55,8 +58,8 @@ def read_combs() -> None:
     """Have all gratings of the file read the combs of its meshes, now that there are some."""
     for scene in bpy.data.scenes:
         for grating in scene.natural_gratings.items:
-            if grating.group is not None and grating.group.library is None:
-                set_frame(grating.group, grating.frame_source())
+            if grating.own_group is not None:
+                set_frame(grating.own_group, grating.frame_source())
 
 
 def refresh_group(grating: Grating) -> None:
@@ -64,16 +67,16 @@ def refresh_group(grating: Grating) -> None:
     use it keep their links and what artists set on them.
 
     Raises GratingError, with nothing changed, if the file is not a bake."""
-    if grating.group is not None and grating.group.library is None:
-        replace_response(grating.group, direct_response(grating.baked_file()))
+    if grating.own_group is not None:
+        replace_response(grating.group, _response_of(grating.baked_file()))
         set_lighting(grating.group, shadows=grating.shadows, lights=grating.lights)
 
 
 def choose_lights(grating: Grating, lights: str) -> list[str]:
     """Have a grating's materials answer to the lights of a choice (scene/lights.py). Returns lines to report."""
     grating.lights = lights
-    group = grating.group
-    if group is None or group.library is not None:
+    group = grating.own_group
+    if group is None:
         return []
     set_lighting(group, shadows=grating.shadows, lights=lights)
     if lights != LAMPS_ONLY and not answers_to_world(group):
@@ -83,4 +86,13 @@ def choose_lights(grating: Grating, lights: str) -> list[str]:
 
 def new_diffraction_group(path: Path, shadows: bool = True, lights: str = REST) -> bpy.types.NodeTree:
     """A new Diffraction group of a bake's file. Raises GratingError if the file is not a bake."""
-    return group_around(printable(path.stem), direct_response(path), shadows=shadows, lights=lights)
+    return group_around(printable(path.stem), _response_of(path), shadows=shadows, lights=lights)
+
+
+def _response_of(path: Path) -> Response:
+    """The response of a bake's file, with a note of the region that it holds. Raises GratingError if the file is not a
+    bake."""
+    response = direct_response(path)
+    layout, _ = read_header(path)
+    note_region(response.group, layout)
+    return response

@@ -2,6 +2,7 @@
 """`bake`: import a height map and bake it. The grating holds the whole request, so the button can repeat the bake."""
 
 import argparse
+from dataclasses import asdict
 from pathlib import Path
 
 import bpy
@@ -11,7 +12,7 @@ from ...precompute.cli.bake import bake_summary, request_of
 from ...precompute.cli.option_types import path_argument
 from ...precompute.cli.output import emit
 from ..actions.bake import bake_and_wait
-from ..actions.import_height_map import add_grating
+from ..actions.import_height_map import add_averaged
 from .save import add_save, save
 
 
@@ -35,9 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """The `bake` verb. It also works without a file open, and then saves only to --save."""
     request = request_of(arguments).at(Path.cwd())
-    first = request.scans[0]
-    sizes = {"size_um": first.size_um or 0.0, "height_nm": first.height_nm or 0.0}
-    grating = add_grating(bpy.context.scene, first.source, **sizes, channel=first.channel or "")
+    grating = add_averaged(bpy.context.scene, [asdict(scan) for scan in request.scans])
     grating.take_request(request)
     directory = str(arguments.output.resolve()) if arguments.output else ""
     facts = bake_and_wait(grating, directory, use_cache=not arguments.no_cache)

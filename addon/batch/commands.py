@@ -18,6 +18,7 @@ VERBS = {
     "bake": ("bake", "import a height map and bake it"),
     "assign": ("assign", "put a bake's material on meshes and save the file"),
     "vary": ("vary", "vary a bake's material over the meshes that show it and save the file"),
+    "needs": ("needs", "measure what the scene needs of a bake, bake only that, and save the file"),
     "comb": ("comb", "store a smooth direction on meshes and save the file"),
     "unwrap": ("unwrap", "give meshes a UV map without overlaps and save the file"),
     "frame-map": ("frame_map", "bake a grating's direction into a picture and save the file"),

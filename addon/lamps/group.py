@@ -27,6 +27,7 @@ from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import Socket, add_interface
 from .link import read_unlinked
 from .pack import PROPERTIES, PackedLamp, property_name, unpack
+from .read import read_property
 
 # The name of a custom property that marks the group, also in saved files.
 _LAMP = "ng_key_light"
@@ -67,7 +68,7 @@ class Light:
 
 def light_of(tree: Tree, index: int, linked: bool) -> Light:
     """Add the nodes of the scene's lamp `index` to a tree; what it sends. `linked`: with light linking's marks."""
-    packed = [value for what in PROPERTIES for value in tree.attribute(property_name(index, what))]
+    packed = [value for what in PROPERTIES for value in read_property(tree, property_name(index, what))]
     light = light_from(tree, packed, label=f"Lamp {index}")
     return replace(light, irradiance=light.irradiance * (1.0 - read_unlinked(tree, index))) if linked else light
 

@@ -39,6 +39,11 @@ def read_unlinked(tree: Tree, index: int) -> Value:
     return tree.dot(mark, (1.0, 0.0, 0.0))
 
 
+def is_unlinked(thing: bpy.types.Object, index: int) -> bool:
+    """Whether an object is marked as one that the lamp of this index does not light."""
+    return property_name(index, _UNLINKED) in thing
+
+
 def _receives(receivers: bpy.types.Collection, mesh: bpy.types.Object) -> bool:
     """Whether a lamp with this list of receivers lights the object. The list names objects to light, or not to."""
     states = {}

@@ -2,9 +2,9 @@
 """How a lamp is packed into four properties of the scene. Drivers write the properties and nodes read them; this file
 holds both sides.
 
-Materials read the properties with the Attribute node (View Layer). The drivers are simple expressions: Blender
-evaluates them with auto-run of scripts off and without this extension. Every change of a lamp is therefore followed,
-and a material that is appended to another scene follows that scene's lamps.
+Materials read the properties by drivers of their own (read.py). The drivers are simple expressions: Blender evaluates
+them with auto-run of scripts off and without this extension. Every change of a lamp is therefore followed, and a
+material that is appended to another scene follows that scene's lamps.
 
 The properties of the lamp `i` are named `ng_key_<i>_<what>`. Each holds a vector, then a fourth number:
 
@@ -17,8 +17,8 @@ The properties of the lamp `i` are named `ng_key_<i>_<what>`. Each holds a vecto
     x       the lamp's x axis over its squared length
             cosine of the angle within which a spot shines in full; 2 for an area lamp, -2 for others
 
-There are four properties and not more because EEVEE looks each one up in a loop of its own for every pixel, and the
-software rasteriser's compiler takes minutes over twenty such loops.
+The Diffraction Lamp's material, which serves each lamp as an object, reads them from that object by the Attribute node.
+EEVEE looks each of those up in a loop of its own for every pixel: there are four of them and not more.
 """
 
 import math

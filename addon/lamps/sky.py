@@ -18,6 +18,7 @@ import bpy
 
 from ..nodes.builder import Tree
 from .group import FAR, Light
+from .read import read_property
 
 if TYPE_CHECKING:
     from ...precompute.lights.sources import Source
@@ -67,7 +68,7 @@ def missed_share(scene: bpy.types.Scene) -> float:
 
 def source_light(tree: Tree, index: int) -> Light:
     """Add the nodes that read the world's source `index` to a tree; what it sends. It is all 0 where there is none."""
-    (direction, disc), (irradiance, shadow) = (tree.attribute(_name(index, what)) for what in ("place", "power"))
+    (direction, disc), (irradiance, shadow) = (read_property(tree, _name(index, what)) for what in ("place", "power"))
     return Light(direction, irradiance, tree.maximum(-1.0 - disc, 0.0), FAR, shadow)
 
 

@@ -10,8 +10,12 @@ import numpy as np
 
 from ...precompute.table.albedo_bound import bound_texel
 from ...precompute.table.atlas import STRIP_ROWS, Layout
-from ...precompute.table.tiling import LEVEL_PADDING, TILE_PADDING
+from ...precompute.table.tiling import COLUMNS_BESIDE, TILE_PADDING
 from ..nodes.builder import Operand, Tree, Value
+
+# By how much a sum of two unit vectors, or w on a range's scale from -1 to 1, may cross the end of a range by rounding
+# in single precision.
+_ROUNDING = 1e-5
 
 
 @dataclass(frozen=True)
@@ -40,19 +44,25 @@ class AtlasTable:
     """sum_k T_k(t) B_k(u, v) / scale, XYZ over w^2, with one look-up for each term; t goes from -1 to 1 over the range
     of w.
 
-    Outside the table's region its rim is read, because the polynomials are not bounded there and other tiles lie
-    beside it. Beyond |(u, v)| = 2, which only a stretched relief reaches, the sum is 0."""
+    Outside the table's region and range of w its rim is read, because the polynomials are not bounded there and other
+    tiles lie beside it; and the sum is 0. So it is beyond |(u, v)| = 2, which only a stretched relief reaches."""
 
     def __init__(self, tree: Tree, image: bpy.types.Image, layout: Layout, *, uv: Value, w: Value):
         self.tree, self.image, self.layout = tree, image, layout
         (u_low, u_high), (v_low, v_high) = layout.region
         inner = tree.clamp(uv, (u_low, v_low, 0.0), (u_high, v_high, 0.0))
-        x, y, _ = _over(1 / layout.texel, (layout.width, layout.height))
+        self.size = layout.width, layout.height
+        # The middle of the first inner texel of the first term's tile on level 0.
+        self.first = _over(tuple(n + TILE_PADDING + 0.5 for n in layout.tile_origin(0)), self.size)
+        x, y, _ = _over(1 / layout.texel, self.size)
         self.place = inner.times_plus((x, y, 0.0), (-u_low * x, -v_low * y, 0.0))
         half_range = (layout.w_max - layout.w_min) / 2
         t = w.times_plus(1 / half_range, -(layout.w_min + layout.w_max) / 2 / half_range)
         self.t = tree.maximum(tree.minimum(t, 1.0), -1.0)
         self.inside = tree.math("LESS_THAN", tree.dot(uv, uv), 4.0)
+        if not layout.whole:
+            beyond = uv - inner + tree.vector(0.0, 0.0, t - self.t)
+            self.inside = self.inside * tree.math("LESS_THAN", tree.dot(beyond, beyond), _ROUNDING**2)
 
     def around(self, blur: Value) -> tuple[Value, Value | None, Value | float]:
         """The table at the two levels next to a variance, and the share of the coarser level in their mix.
@@ -60,56 +70,42 @@ class AtlasTable:
         `blur` is the variance beyond the bake's own. The share makes the mix have the right variance. It may exceed 1
         and is clamped by the Mix Shader, so that a blur beyond the last level is the last level's. A table of one level
         has no coarser one: None, with a share of 0."""
-        if self.layout.levels == 1:
+        layout, tree = self.layout, self.tree
+        if layout.levels == 1:
             return self.sharp(), None, 0.0
-        tree, last = self.tree, self.layout.levels - 1
-        ratio = blur.times_plus(1 / self.layout.sigma_b**2, 1.0)  # sigma^2 over sigma^2 of level 0
-        level = tree.minimum(tree.math("FLOOR", tree.math("LOGARITHM", ratio, 4.0)), last - 1.0)
-        shrink = tree.math("POWER", 0.5, level)
-        share = (ratio * tree.squared(shrink)).times_plus(1 / 3, -1 / 3)
-        # Level 0 begins at the left; the others are stacked to the right of it (precompute/table/tiling.py).
-        finer = self._read(self._beside(level, shrink) * tree.minimum(level, 1.0), shrink)
-        level, shrink = level + 1.0, shrink * 0.5
-        return finer, self._read(self._beside(level, shrink), shrink), share
+        ratio = blur.times_plus(1 / layout.sigma_b**2, 1.0)  # sigma^2 over sigma^2 of level 0
+        level = tree.math("FLOOR", tree.math("LOGARITHM", ratio, layout.level_ratio))
+        level = tree.minimum(level, layout.levels - 2.0)
+        shrink = tree.math("POWER", layout.cell.shrink, level)
+        steps = 1 / (layout.level_ratio - 1)
+        share = (ratio * tree.squared(shrink)).times_plus(steps, -steps)
+        finer = self._read(self._at(level, shrink))
+        return finer, self._read(self._at(level + 1.0, shrink * layout.cell.shrink)), share
 
     def sharp(self) -> Value:
         """The table under the bake's own kernel."""
-        return self._read()
+        return self._read(self.place + self.first)
 
-    def _beside(self, level: Value, shrink: Value) -> Value:
-        """The offset from the first level's block to another level's, as a fraction of the image."""
-        layout, (rows, columns) = self.layout, self.layout.tile_stride(0)
-        size = layout.width, layout.height
-        each, first, shrunk = (
-            _over((x, layout.rows * y), size)
-            for x, y in (
-                (0.0, LEVEL_PADDING),
-                (layout.columns * columns, rows - 2 * LEVEL_PADDING),
-                (0.0, -2.0 * (rows - LEVEL_PADDING)),
-            )
-        )
-        return level.times_plus(each, shrink.times_plus(shrunk, first))
+    def _at(self, level: Value, shrink: Value) -> Value:
+        """The place in the picture where the first term is read at a level. `shrink` is the ratio of the level's number
+        of texels along an axis to level 0's. precompute/table/tiling.py has the rule."""
+        tree, cell = self.tree, self.layout.cell
+        along = level.times_plus(float(COLUMNS_BESIDE), shrink.times_plus(-cell.geometric, cell.geometric + cell.phase))
+        corner = tree.math("FLOOR", along).times_plus((1 / self.size[0], 0.0, 0.0), self.first)
+        if cell.shelf < cell.levels:
+            left, upward = cell.upper
+            above = tree.math("GREATER_THAN", level, cell.shelf - 0.5)
+            corner = above.times_plus(_over((-left, upward), self.size), corner)
+        return self.place.times_plus(shrink, corner)
 
-    def _read(self, block: Value | None = None, shrink: Value | None = None) -> Value:
-        """The sum at a level. `block` is the offset of the level's block, `shrink` the ratio of its number of texels
-        along an axis to level 0's. Without them the nodes read level 0 only."""
+    def _read(self, first: Value) -> Value:
+        """The sum, where the first term is read at a place in the picture."""
         tree, layout = self.tree, self.layout
-        size = layout.width, layout.height
-        rows, columns = layout.tile_stride(0)
-        middle = _over((TILE_PADDING + 0.5, layout.strip_rows + TILE_PADDING + 0.5), size)
-        if block is None:
-            at, stride = self.place + middle, None
-        else:
-            at = self.place.times_plus(shrink, block + middle)
-            inner, padding = (_over(n, size) for n in ((columns - LEVEL_PADDING, rows - LEVEL_PADDING), LEVEL_PADDING))
-            stride = shrink.times_plus(inner, padding)
+        x, y = layout.cell_origin(0)
         terms = []
         for k in range(layout.terms):
-            row, column = divmod(k, layout.columns)
-            if stride is None:
-                place = at + _over((column * columns, row * rows), size)
-            else:
-                place = stride.times_plus((float(column), float(row), 0.0), at) if k else at
+            column, row = layout.cell_origin(k)
+            place = first + _over((column - x, row - y), self.size) if k else first
             terms.append(tree.image(self.image, place, label=f"B{k}"))
         return _chebyshev_sum(terms, self.t) * self.inside
 

@@ -4,11 +4,12 @@
 from pathlib import Path
 
 import bpy
-from bpy.props import FloatProperty, StringProperty
+from bpy.props import CollectionProperty, EnumProperty, FloatProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
-from ...precompute.base.failure import GratingError
-from .report import report_failure, report_lines
+from ...precompute.base.failure import GratingError, printable
+from ..scene.gratings import scan_record
+from .report import report_failure
 
 
 class ImportHeightMap(bpy.types.Operator, ImportHelper):
@@ -21,6 +22,18 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):
     filter_glob: StringProperty(options={"HIDDEN"})
     # SKIP_SAVE: what was given for one file, or for a sample, says nothing about the next file.
     filepath: StringProperty(name="File", subtype="FILE_PATH", options={"HIDDEN", "SKIP_SAVE"})
+    # Of several files that are chosen, or dropped, at once.
+    directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
+    files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
+    several: EnumProperty(
+        name="Several Files",
+        description="What becomes of several files that are chosen at once",
+        items=(
+            ("EACH", "Each Its Own", "Each file becomes a grating of its own"),
+            ("AVERAGE", "One Grating", "Scans of one skin, or tiles of one large area: their spectra are averaged"),
+        ),
+        options={"SKIP_SAVE"},
+    )
     size_um: FloatProperty(
         name="Width (um)",
         description="Width of the scan in micrometres. Needed for a picture, which does not hold its size",
@@ -50,22 +63,32 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):
         from ...precompute.surface.readers.registry import file_filter
 
         if self.properties.is_property_set("filepath") and Path(self.filepath).is_file():  # it was dropped
-            return self.execute(context)
+            return self.execute(context) if len(self.files) < 2 else context.window_manager.invoke_props_dialog(self)
         self.filter_glob = file_filter()
         # The open file's folder. Without it the dialog would offer the .blend itself as the height map.
         self.filepath = self.filepath or bpy.path.abspath("//")
         return super().invoke(context, event)
 
     def execute(self, context):
-        from ..actions.import_height_map import add_grating
+        from ..actions.import_height_map import add_averaged, add_each
 
+        records = [scan_record(p, self.size_um, self.height_nm, channel=self.channel) for p in self._paths()]
         try:
-            grating = add_grating(
-                context.scene, self.filepath, size_um=self.size_um, height_nm=self.height_nm, channel=self.channel
-            )
+            if self.several == "AVERAGE":
+                added = [add_averaged(context.scene, records)]
+            else:
+                added = add_each(context.scene, records)
         except GratingError as error:
             return report_failure(self, error)
-        return report_lines(self, [f"{grating.name}: {grating.summary}"])
+        for grating in added:
+            self.report({"INFO"}, printable(f"{grating.name}: {grating.summary}"))
+        return {"FINISHED"}
+
+    def _paths(self) -> list[str]:
+        """The files that were chosen, or the one that is named."""
+        names = [each.name for each in self.files if each.name]
+        # Joined only for several: a single one may be a sample, or named by a script.
+        return [str(Path(self.directory) / name) for name in names] if len(names) > 1 else [self.filepath]
 
 
 class DropHeightMap(bpy.types.FileHandler):

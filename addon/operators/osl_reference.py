@@ -7,7 +7,6 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 
 from ...precompute.base.failure import GratingError
-from ..materials.osl.script import missing_for_osl
 from ..scene.gratings import active_grating
 from .report import report_failure, report_lines
 
@@ -38,6 +37,8 @@ class NewOslReference(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
+        from ..materials.osl.script import missing_for_osl
+
         missing = missing_for_osl(context.scene)
         if missing:
             cls.poll_message_set(missing[0].upper() + missing[1:])

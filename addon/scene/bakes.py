@@ -6,12 +6,16 @@ import contextlib
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import bpy
 from bpy.app.handlers import persistent
 
 from ...precompute.base.failure import GratingError
 from .gratings import Grating, request_record
+
+if TYPE_CHECKING:
+    from ...precompute.bake.request import BakeRequest
 
 
 @dataclass(frozen=True)
@@ -28,7 +32,7 @@ def note_bake(grating: Grating, path: str, summary: str) -> None:
     """Note a finished bake in its grating, and for a grating from which undo has taken it."""
     grating.bake_path, grating.bake_summary = path, summary
     with contextlib.suppress(GratingError):  # made from a bake alone
-        _known[asked_of(grating)] = _Bake(path, summary)
+        _known[asked(grating.bake_request())] = _Bake(path, summary)
 
 
 @persistent
@@ -40,13 +44,13 @@ def recall_bakes(*_: object) -> None:
                 _recall(grating)
 
 
-def asked_of(grating: Grating) -> str:
-    """All that is asked of a grating's bake, as JSON. Raises GratingError as Grating.bake_request does."""
-    return json.dumps(request_record(grating.bake_request()), sort_keys=True)
+def asked(request: "BakeRequest") -> str:
+    """All that a request asks, as JSON."""
+    return json.dumps(request_record(request), sort_keys=True)
 
 
 def _recall(grating: Grating) -> None:
     with contextlib.suppress(GratingError):  # its settings are of no bake
-        bake = _known.get(asked_of(grating))
+        bake = _known.get(asked(grating.bake_request()))
         if bake is not None and Path(bake.path).is_file():
             grating.bake_path, grating.bake_summary = bake.path, bake.summary

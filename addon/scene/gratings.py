@@ -3,7 +3,7 @@
 
 import json
 import os
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,9 +20,11 @@ from bpy.props import (
 
 from ...precompute.base.failure import GratingError
 from .frame_source import AXES, KINDS, STORED, FrameSource, file_has_comb
+from .levelling import LevellingStep
 from .lights import LIGHTS
 
 if TYPE_CHECKING:
+    from ...precompute.bake.needs import Needs
     from ...precompute.bake.request import BakeRequest
 
 EXTENSION = __package__.rpartition(".addon.")[0]
@@ -42,12 +44,10 @@ class Grating(bpy.types.PropertyGroup):
     channel: StringProperty(name="Channel", description="The file's channel; empty for its topography")
     summary: StringProperty(name="Summary", description="Size, relief and strongest period")
     quality: StringProperty(name="Quality", description="How good the scan is, and a line of each thing that limits it")
-    levelling: StringProperty(
-        name="Levelling",
-        description="Steps that level and repair the scan, in their order, as plane,scars,dust:4; none leaves it as it "
-        "is. docs/scans.md lists them",
-        default="plane",
+    steps: CollectionProperty(
+        type=LevellingStep, name="Levelling", description="Steps that level and repair the scan, in their order"
     )
+    active_step: IntProperty(name="Active Step", description="The step whose arguments are shown")
     delta_e: FloatProperty(
         name="Colour Error",
         description="Largest colour difference (CIEDE2000, in 99 of 100 directions) between the bake and the exact "
@@ -73,6 +73,9 @@ class Grating(bpy.types.PropertyGroup):
     )
     bake_path: StringProperty(name="Bake", description="The baked table's file", subtype="FILE_PATH")
     bake_summary: StringProperty(name="Bake Summary", description="The bake's measured error and its size")
+    for_scene: BoolProperty(
+        name="For This Scene", description="The bake holds only the directions that the scene needs", options={"HIDDEN"}
+    )
     shadows: BoolProperty(
         name="Shadows",
         description="Objects shade the diffraction: all objects in Cycles, objects on screen in EEVEE. Before Blender "
@@ -89,6 +92,29 @@ class Grating(bpy.types.PropertyGroup):
     )
     group: PointerProperty(type=bpy.types.ShaderNodeTree, name="Node Group", description="Made from the bake")
     material: PointerProperty(type=bpy.types.Material, name="Material", description="Made from the bake")
+
+    @property
+    def levelling(self) -> str:
+        """The steps as one text, as `--level` takes it: "plane,scars,dust:5", or "none"."""
+        from ...precompute.surface.steps.pipeline import NONE
+
+        return ",".join(step.text for step in self.steps) or NONE
+
+    @levelling.setter
+    def levelling(self, text: str) -> None:
+        """Take steps. Raises GratingError, naming the grating, for a text that holds none, and changes nothing."""
+        from ...precompute.surface.steps.pipeline import parse_steps
+
+        steps = parse_steps(text, f"{self.name}: Levelling")
+        self.steps.clear()
+        for step in steps:
+            self.steps.add().text = step.text
+        self.active_step = min(self.active_step, max(len(steps) - 1, 0))
+
+    @property
+    def own_group(self) -> bpy.types.ShaderNodeTree | None:
+        """The node group, if there is one and it can be changed: one that is linked is another file's."""
+        return None if self.group is None or self.group.library is not None else self.group
 
     def baked_file(self) -> Path:
         """The bake's file. Raises GratingError if there is none."""
@@ -107,26 +133,38 @@ class Grating(bpy.types.PropertyGroup):
             raise GratingError(f"{self.name}: made from a bake, without a height map; import the height map to bake it")
         return self.source if self.source.startswith(_SAMPLE) else bpy.path.abspath(self.source)
 
+    def scan(self) -> dict[str, Any]:
+        """The grating's own scan, the first, as a request's record has it. Raises GratingError as source_file does."""
+        return scan_record(self.source_file(), self.size_um, self.height_nm, channel=self.channel)
+
+    def further_scans(self) -> list[dict[str, Any]]:
+        """The scans that are averaged with the grating's own, as a request's record has them. Raises GratingError,
+        naming the grating, where `request` holds none."""
+        return self._kept().get("scans", [])
+
+    def _kept(self) -> dict[str, Any]:
+        """What `request` holds."""
+        from ...precompute.base.strict_json import parse_json
+
+        kept = parse_json(self.request or "{}", f"{self.name}: its request", "import the height map again")
+        if not isinstance(kept, dict) or not isinstance(kept.get("scans", []), list):
+            raise GratingError(f"{self.name}: its request is none; import the height map again")
+        return kept
+
     def bake_request(self) -> "BakeRequest":
         """All that is asked of the bake: the panel's fields, and what `request` holds beside them.
 
         Raises GratingError, naming the grating, for a value that no bake can have."""
         from ...precompute.bake.request import request_from
-        from ...precompute.base.strict_json import parse_json
-        from ...precompute.surface.steps.pipeline import parse_steps
+        from ...precompute.surface.steps.pipeline import steps_of
 
-        kept = parse_json(self.request or "{}", f"{self.name}: its request", "import the height map again")
-        if not isinstance(kept, dict) or not isinstance(kept.get("scans", []), list):
-            raise GratingError(f"{self.name}: its request is none; import the height map again")
-        scan = {"source": self.source_file(), "channel": self.channel or None}
-        scan |= {"size_um": _decimal(self.size_um, 7), "height_nm": _decimal(self.height_nm, 7)}
         shown = {
-            "scans": [scan, *kept.get("scans", ())],
+            "scans": [self.scan(), *self.further_scans()],
             "delta_e": _decimal(self.delta_e, 6),
             "coherence_um": _decimal(self.coherence_um, 6),
-            "levelling": [step.text for step in parse_steps(self.levelling, f"{self.name}: Levelling")],
+            "levelling": [step.text for step in steps_of([s.text for s in self.steps], f"{self.name}: Levelling")],
         }
-        return request_from(kept | shown, self.name)
+        return request_from(self._kept() | shown, self.name)
 
     def frame_source(self) -> FrameSource:
         """Where the direction of the scan comes from: the default, where a frame map was chosen that is gone."""
@@ -154,6 +192,12 @@ class Grating(bpy.types.PropertyGroup):
         self.delta_e, self.coherence_um = record.pop("delta_e"), record.pop("coherence_um") or 0.0
         self.levelling = ",".join(record.pop("levelling")) or "none"
         self.request = json.dumps(record | {"scans": others}, sort_keys=True)
+
+    def take_needs(self, needs: "Needs") -> None:
+        """Ask for a bake of what a scene needs from now on; all else stays as it is. Raises GratingError as
+        bake_request does."""
+        record = request_record(replace(self.bake_request(), needs=needs))
+        self.request = json.dumps(json.loads(self.request or "{}") | {"needs": record["needs"]}, sort_keys=True)
 
 
 class SceneGratings(bpy.types.PropertyGroup):
@@ -187,6 +231,12 @@ def active_grating(scene: bpy.types.Scene) -> Grating:
     if grating is None:
         raise GratingError(f"scene {scene.name}: no grating in it; import a height map first")
     return grating
+
+
+def scan_record(source: str, size_um: float, height_nm: float, *, channel: str) -> dict[str, Any]:
+    """A scan as a request's record has it, of what the fields of the panel or of a dialog hold."""
+    sizes = {"size_um": _decimal(size_um, 7), "height_nm": _decimal(height_nm, 7)}
+    return {"source": source, **sizes, "channel": channel or None}
 
 
 def request_record(request: "BakeRequest") -> dict[str, Any]:

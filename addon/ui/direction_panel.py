@@ -6,7 +6,8 @@ import bpy
 from ..operators.bake_frame_map import BakeFrameMap
 from ..operators.show_direction import ShowDirection
 from ..operators.unwrap import MINIMUM_STRETCH, XATLAS, Unwrap
-from .panel import GratingPanel, draw_note
+from .notes import draw_note
+from .panel import GratingPanel
 
 
 class DirectionPanel(bpy.types.Panel):

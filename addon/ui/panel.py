@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The panel 3D View > Sidebar > Grating. From top to bottom it follows the order of the work."""
 
-import textwrap
-
 import bpy
 
 from ..actions.fit_world import is_fitting, world_is_fitted
@@ -10,17 +8,18 @@ from ..lamps.find import brightest, instanced_lamps, lamps_of, unfollowed_featur
 from ..lamps.follow import followed_lamps, is_on
 from ..lamps.sky import missed_share, source_count
 from ..materials.data_pictures import resampled_pictures
-from ..materials.osl.script import missing_for_osl
 from ..materials.skin import answers_to_world, linked_with_fewer_lamps, variation_of
 from ..operators.add_diffraction import AddDiffraction
 from ..operators.add_fan import AddDiffractionLamp
 from ..operators.add_sun import AddSun
 from ..operators.assign import AssignToSelected
 from ..operators.bake_grating import BakeGrating
+from ..operators.bake_needs import BakeNeeds
 from ..operators.choose_frame import ChooseFrame
 from ..operators.choose_lights import ChooseLights
 from ..operators.comb_grating import CombGrating
 from ..operators.fit_world import FitWorld
+from ..operators.follows_bake import running_bake
 from ..operators.import_height_map import ImportHeightMap
 from ..operators.new_material import NewDiffractionMaterial
 from ..operators.osl_reference import NewOslReference
@@ -32,6 +31,8 @@ from ..scene import compat
 from ..scene.frame_source import KINDS
 from ..scene.lights import ALL, LAMPS_ONLY, LIGHTS, NO_SAMPLE_SET, REST
 from ..scene.variation import Variation
+from .notes import draw_note
+from .steps_panel import draw_scans, draw_steps
 
 _ICONS = {"SUN": "LIGHT_SUN", "POINT": "LIGHT_POINT", "SPOT": "LIGHT_SPOT", "AREA": "LIGHT_AREA"}
 _LIGHT_ICONS = {"good": "CHECKMARK", "usable": "INFO", "poor": "ERROR"}
@@ -43,8 +44,6 @@ _LIT_BY = {
 }
 # The least share of bright light in no source that is worth a word.
 _MISSED_MIN = 0.01
-# The mean width of a letter, and the width of icon and margins, in pixels at an interface scale of 1.
-_LETTER, _MARGINS = 6.5, 55
 
 
 class SampleMenu(bpy.types.Menu):
@@ -110,6 +109,8 @@ class ReferencePanel(bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
+        from ..materials.osl.script import missing_for_osl
+
         self.layout.operator(NewOslReference.bl_idname, icon="SHADING_RENDERED")
         missing = missing_for_osl(context.scene)
         if missing:
@@ -118,17 +119,27 @@ class ReferencePanel(bpy.types.Panel):
 
 def _draw_bake(layout, context, grating) -> None:
     _draw_lines(layout, grating.summary)
+    draw_scans(layout, context, grating)
     _draw_quality(layout, context, grating)
+    draw_steps(layout, context, grating)
     settings = layout.column(align=True)
-    settings.prop(grating, "levelling")
     settings.prop(grating, "delta_e")
     settings.prop(grating, "coherence_um", text="Coherence (um)" if grating.coherence_um else "Coherence (auto)")
-    if BakeGrating.job is not None:
-        stage, fraction = BakeGrating.job.progress()
+    if (job := running_bake()) is not None:
+        stage, fraction = job.progress()
         layout.progress(factor=fraction, text=f"{stage} (Esc cancels)")
     else:
         layout.operator(BakeGrating.bl_idname, icon="RENDER_STILL")
+        if grating.bake_path:
+            row = layout.row(align=True)
+            row.operator(BakeNeeds.bl_idname, icon="CAMERA_DATA")
+            if grating.for_scene:
+                row.operator(BakeNeeds.bl_idname, text="", icon="X").everything = True
     _draw_lines(layout, grating.bake_summary)
+    from ..scene.region import noticed_outside
+
+    for line in noticed_outside(context.scene):
+        draw_note(layout, context, line, icon="ERROR")
 
 
 def _draw_quality(layout, context, grating) -> None:
@@ -234,11 +245,3 @@ def _draw_world(column, context) -> None:
     column.label(text=f"{scene.world.name}: {text}", icon="WORLD")
     if text == "not fitted":
         column.operator(FitWorld.bl_idname, icon="FILE_REFRESH")
-
-
-def draw_note(layout, context, text: str, *, icon: str = "NONE") -> None:
-    """Draw a sentence, wrapped to the sidebar's width."""
-    width = context.region.width / context.preferences.system.ui_scale - _MARGINS
-    for line in textwrap.wrap(text, max(16, int(width / _LETTER))):
-        layout.label(text=line, icon=icon)
-        icon = "BLANK1" if icon != "NONE" else icon

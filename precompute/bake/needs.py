@@ -6,7 +6,8 @@ A needs file is JSON. Every key but the format is optional:
     {"format": 1,
      "u": [-0.4, 1.2], "v": [-0.3, 0.3], "w": [0.8, 2.0],   the region; by default [-2, 2], [-2, 2], [0, 2]
      "light_radius_deg": 0.265,                             angular radius of the smallest light, in degrees
-     "footprint": 0.01}                                     the least change of (u, v) across a pixel
+     "footprint": 0.01,                                     the least change of (u, v) across a pixel
+     "measured": {...}}                                     how the file was made; a bake does not read it
 
 docs/needs.md describes them for users.
 """
@@ -77,7 +78,9 @@ def needs_of(record: object, source: str) -> Needs:
     Raises GratingError that names `source`, the key, and the values that are allowed."""
     if not isinstance(record, dict) or not _is_number(record.get("format")) or record["format"] != FORMAT:
         raise GratingError(f'{source}: not a needs file of format {FORMAT}; it begins {{"format": {FORMAT}, ...')
-    unknown = sorted(set(record) - {"format", *_LIMITS, "light_radius_deg", "footprint"})
+    if not isinstance(record.get("measured", {}), dict):
+        raise GratingError(f"{source}: measured: give an object that says how the file was made, or leave it out")
+    unknown = sorted(set(record) - {"format", *_LIMITS, "light_radius_deg", "footprint", "measured"})
     if unknown:
         raise GratingError(
             f"{source}: {unknown[0]:.40}: no such key; there are u, v, w, light_radius_deg and footprint"

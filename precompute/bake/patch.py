@@ -33,6 +33,7 @@ from ..reference.patch import PatchReference
 from ..spectra.patch_window import PatchWindow
 from ..surface.relief import Relief
 from ..table.table import ZERO_ORDER_SAMPLES, Table
+from .levels import narrower, with_levels
 from .needs import WIDTH_MIN
 from .patch_series import patch_series
 from .plan import Plan
@@ -40,7 +41,7 @@ from .probe import TEXELS_MAX, probe
 from .request import BakeRequest
 from .resolution import bake_wavelengths, texel_middles
 from .self_check import pairs_within, w_within
-from .tiles import narrower, wider_levels, xyz_over_w2
+from .tiles import xyz_over_w2
 
 # The table's range of w begins here, unless the needs ask for a range that begins later. Measured on a skin of 150 nm,
 # over the whole of (u, v) and for a dE00 of at most 0.5: a range that begins at w = 0.25 takes 13 terms, one from 0.5
@@ -93,11 +94,10 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
     )
     terms = np.tensordot(chebyshev.coefficients_from_nodes(chosen.terms).astype(np.float32), at_nodes, axes=1)
     v, u = chosen.axes
-    return Table(
+    return with_levels(Table(
         terms, np.zeros((ZERO_ORDER_SAMPLES, 3)), chosen.sigma_b, chosen.texel, illuminant, first=(v[0], u[0]),
         w_range=chosen.w_range, precision=chosen.precision,
-        wider=wider_levels(terms, (v, u), chosen.sigma_b, texel=chosen.texel),
-    )  # fmt: skip
+    ))  # fmt: skip
 
 
 def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progress: Progress) -> FormErrors:

@@ -39,11 +39,10 @@ def resolution_for(sigma_b: float, texels_per_sigma: float) -> int:
 def blender_bytes(terms: int, tile: tuple[int, int], sigma_b: float) -> int:
     """Bytes that the atlas of a table takes in Blender. `tile` is rows and columns of a tile of level 0."""
     inner = tuple(n - 2 * TILE_PADDING for n in tile)
-    levels = tiling.level_count(sigma_b, inner)
-    stride, width_min = tiling.first_stride(inner, levels), ZERO_ORDER_SAMPLES + 1
-    block = tiling.tile_block(terms, stride, levels, width_min=width_min)
-    height, width = tiling.blocks_size(block, stride, levels)
-    return BYTES_PER_TEXEL * (height + STRIP_ROWS + BOUND_TEXELS[-1]) * max(width, width_min)
+    rows, columns = tiling.cell_for(terms, inner, sigma_b).size
+    width_min = ZERO_ORDER_SAMPLES + 1
+    down, across = tiling.grid(terms, (rows, columns), width_min=width_min)
+    return BYTES_PER_TEXEL * (down * rows + STRIP_ROWS + BOUND_TEXELS[-1]) * max(across * columns, width_min)
 
 
 def texel_middles(low: float, high: float, texel: float) -> np.ndarray:

@@ -15,13 +15,12 @@ import numpy as np
 
 from ..base.progress import Progress, silent, span_of
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengths, spectral_weights
-from ..maths import bspline, chebyshev
-from ..spectra.resample import KERNEL_REACH, Resampler
+from ..maths import chebyshev
+from ..spectra.resample import Resampler
 from ..spectra.series import SpectrumSeries
-from ..table import tiling
-from ..table.table import ZERO_ORDER_SAMPLES, Table, held_region
-from ..table.tiling import TILE_PADDING
+from ..table.table import ZERO_ORDER_SAMPLES, Table
 from .excess_albedo import excess_table
+from .levels import narrower, with_levels
 from .plan import Plan
 
 # Number of texels past |(u, v)| = 2 that are kept. A reading at |(u, v)| = 2 uses texels less than two texels away
@@ -50,51 +49,10 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
     excess = excess_table(
         chosen.ensemble, chosen.sigma_b, tolerance=chosen.bound_tolerance, progress=span_of(progress, _SUMMED, 1)
     )
-    return Table(
+    return with_levels(Table(
         terms, zero_order, chosen.sigma_b, chosen.texel, illuminant, excess, (v[0], u[0]),
-        chosen.w_range, chosen.precision, wider_levels(terms, (v, u), chosen.sigma_b, texel=chosen.texel),
-    )  # fmt: skip
-
-
-def narrower(sigma: float, texel: float) -> float:
-    """The standard deviation of the kernel that is sampled at the texels so that a reading has the kernel sigma.
-
-    Reading by B-splines adds the variance bspline.VARIANCE texel^2."""
-    return math.sqrt(sigma**2 - bspline.VARIANCE * texel**2)
-
-
-def wider_levels(terms: np.ndarray, axes, sigma_b: float, *, texel: float) -> tuple[np.ndarray, ...]:
-    """Levels 1, 2, ... of the terms (K, rows, columns, 3) of level 0, whose texels' middles are at axes (v, u).
-
-    A wider kernel reaches past the rim of the table. Where the table ends at |u| = 2, there is no light beyond the rim.
-    Where its region ends earlier, the values at the rim stand for those beyond."""
-    whole = [low <= 1e-9 - 2 and high >= 2 - 1e-9 for low, high in held_region(axes)[::-1]]
-    modes = ["constant" if each else "edge" for each in whole]
-    levels = tiling.level_count(sigma_b, tuple(len(axis) - 2 * TILE_PADDING for axis in axes))
-    # The kernel sampled on each level is twice as wide as the kernel of the level before, and has 4 times its variance.
-    # So 3 times the variance of the level before is added.
-    sigma = math.sqrt(3) * narrower(sigma_b, texel) / texel
-    found = [terms]
-    for _ in range(levels - 1):
-        rows = _halved(found[-1], sigma, modes[0])
-        found.append(_halved(rows.swapaxes(1, 2), sigma, modes[1]).swapaxes(1, 2))
-    return tuple(np.ascontiguousarray(level) for level in found[1:])
-
-
-def _halved(terms: np.ndarray, sigma: float, mode: str) -> np.ndarray:
-    """Terms (K, rows, ...) blurred along the rows by a Gaussian of sigma texels, at every second inner row."""
-    inner = len(terms[0]) - 2 * TILE_PADDING
-    (count,) = tiling.level_inner((inner,), 1)
-    count += 2 * TILE_PADDING
-    reach = math.ceil(KERNEL_REACH * sigma)
-    gaussian = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
-    gaussian = (gaussian / gaussian.sum()).astype(terms.dtype)
-    # Row i of the new level stands at row 2 (i - TILE_PADDING) + TILE_PADDING of the old level. So row 0 of the new
-    # level stands at row -TILE_PADDING of the old level.
-    after = 2 * (count - 1) - TILE_PADDING - (len(terms[0]) - 1) + reach
-    padding = [(0, 0), (TILE_PADDING + reach, after)] + [(0, 0)] * (terms.ndim - 2)
-    wide = np.pad(terms, padding, mode=mode)
-    return sum(share * wide[:, k : k + 2 * count - 1 : 2] for k, share in enumerate(gaussian))
+        chosen.w_range, chosen.precision,
+    ))  # fmt: skip
 
 
 def zero_order_curve(ensemble: Sequence[SpectrumSeries], illuminant: str) -> np.ndarray:

@@ -13,18 +13,18 @@ from ..base.strict_json import parse_json
 from ..colour.observer import is_illuminant
 from ..optics.region import Region
 
-FORMAT = 7
+FORMAT = 8
 # The inner texels of a tile hold the table. _RIM is the number of texels on each side of them that only interpolation
-# reads. _TAKEN is the number of texels that a tile takes in the picture beside its inner texels, along each axis.
-# _STRIP is the number of rows of the strip beside the rows of the excess albedo.
-_RIM, _TAKEN, _STRIP = 2, 6, 4
+# reads. _STRIP is the number of rows of the strip beside the rows of the excess albedo.
+_RIM, _STRIP = 2, 4
 _COUNTS = (
-    "terms", "levels", "tile_rows", "tile_columns", "inner_rows", "inner_columns", "columns", "rows", "strip_rows",
+    "terms", "levels", "cell_rows", "cell_columns", "inner_rows", "inner_columns", "columns", "rows", "strip_rows",
     "zero_order_samples", "bound_texels",
 )  # fmt: skip
 # The least and the greatest of each real number of a layout: the sky, kernels up to one that fills it, and tiles whose
 # largest value, 8192 times the scale, single precision holds.
 _REALS = {
+    "level_ratio": (1.0, 4.0),
     "texel": (1e-6, 4.0),
     "sigma_b": (1e-6, 1.0),
     "scale": (1e-35, 1e30),
@@ -33,8 +33,8 @@ _REALS = {
     "w_min": (0.0, 2.0),
     "w_max": (0.0, 2.0),
 }
-# What a material can show (as the bake's own limits have it): terms, and levels that each double the kernel.
-_TERMS_MAX, _LEVELS_MAX = 96, 16
+# What a material can show (as the bake's own limits have it).
+_TERMS_MAX, _LEVELS_MAX = 96, 64
 
 
 @dataclass(frozen=True)
@@ -156,7 +156,7 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
     for name, (low, high) in _REALS.items():
         if type(layout.get(name)) not in (int, float) or not low <= layout[name] <= high:
             return name
-    tile, inner = (tuple(layout[f"{name}_{side}"] for side in ("rows", "columns")) for name in ("tile", "inner"))
+    cell, inner = (tuple(layout[f"{name}_{side}"] for side in ("rows", "columns")) for name in ("cell", "inner"))
     reach = [
         abs(layout[first] + (_RIM + end) * layout["texel"])
         for first, count in zip(("v_first", "u_first"), inner, strict=True)
@@ -168,7 +168,7 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
         ("strip_rows", layout["strip_rows"] == layout["bound_texels"] + _STRIP),
         ("zero_order_samples", layout["zero_order_samples"] >= 2),
         ("bound_texels", layout["bound_texels"] >= 4),
-        ("inner_rows", all(2 <= n <= taken - _TAKEN for n, taken in zip(inner, tile, strict=True))),
+        ("inner_rows", all(2 <= n <= taken - 2 * _RIM for n, taken in zip(inner, cell, strict=True))),
         ("u_first", max(reach) <= 2 + layout["texel"]),
         ("w_min", layout["w_min"] < layout["w_max"]),
         ("illuminant", is_illuminant(layout.get("illuminant"))),
@@ -194,7 +194,7 @@ def _fault_of_provenance(record: dict) -> str:
 def _table(image: np.ndarray, record: dict) -> Table:
     """The table in a picture (height, width, 3), row 0 at the bottom, that its header fits."""
     layout = record["layout"]
-    rows, columns, across = layout["tile_rows"], layout["tile_columns"], layout["columns"]
+    rows, columns, across = layout["cell_rows"], layout["cell_columns"], layout["columns"]
     inner = layout["inner_rows"], layout["inner_columns"]
     count, samples = layout["terms"], layout["zero_order_samples"]
     tiles = []
@@ -215,11 +215,8 @@ def _table(image: np.ndarray, record: dict) -> Table:
 
 
 def _picture_size(layout: dict) -> tuple[int, int]:
-    """Height and width of a picture with this layout. The tiles of the first level stand at the left. The tiles of the
-    further levels stand to their right, one level above the other."""
-    halves = [2**level for level in range(1, layout["levels"])]
-    rows, columns = layout["tile_rows"] - _TAKEN, layout["tile_columns"] - _TAKEN
-    above = max(rows + _TAKEN, sum(rows // half + _TAKEN for half in halves))
-    beside = columns + _TAKEN + sum(columns // half + _TAKEN for half in halves[:1])
+    """Height and width of a picture with this layout: the strip, and above it a cell for each term, which begins with
+    the tile of the first level."""
     strip = layout["zero_order_samples"] + 1, layout["bound_texels"]
-    return layout["strip_rows"] + layout["rows"] * above, max(layout["columns"] * beside, *strip)
+    height = layout["strip_rows"] + layout["rows"] * layout["cell_rows"]
+    return height, max(layout["columns"] * layout["cell_columns"], *strip)

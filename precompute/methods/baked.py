@@ -40,7 +40,8 @@ class Baked(Method):
     def xyz(self, u, v, w) -> np.ndarray:
         """See Method."""
         u, v, w = np.broadcast_arrays(u, v, w)
-        scattered = self.table.scattered_over_w2(u, v, w) * (w**2)[:, None]
+        held = self.table.holds(u, v, w) * w**2
+        scattered = self.table.scattered_over_w2(u, v, w) * held[:, None]
         return scattered + self.table.zero_order_xyz(w) * self.table.kernel(u, v)[:, None]
 
 

@@ -13,7 +13,7 @@ floor(x) - 1 to floor(x) + 2. From the bottom of the picture upward, the rows ho
                             the last continues the line through the last two
     bound_texels rows       the excess albedo E (albedo_bound.py) in texels 0 to bound_texels - 1, the same in every
                             channel
-    above `strip_rows`      the tiles of every level (tiling.py)
+    above `strip_rows`      a cell for each term, with its tiles of every level (tiling.py)
 
 Tiles hold B_k / scale in XYZ. The strip is not scaled: a shallow relief scatters so little, compared with the white of
 its zero order, that one scale for both would lose the tiles' digits.
@@ -26,19 +26,15 @@ import numpy as np
 
 from ..colour.observer import is_illuminant
 from ..optics.region import FARTHEST, Region
-from . import tiling
 from .albedo_bound import NO_EXCESS
 from .table import Table, past_end
-from .tiling import TILE_PADDING
+from .tiling import LEVELS_MAX, PICTURE_SIDE_MAX, RATIOS, TERMS_MAX, TILE_PADDING, Cell, grid
 
 # Rows of the picture that repeat the curve Z(w): a cubic reading in their middle uses these rows only.
 STRIP_ROWS = 4
 # Half floats end at 65504 and lose digits below 6e-5. The scale puts a table's largest value under this number, which
 # leaves room above.
 LARGEST_STORED = 8192.0
-# More levels than any table has: each level doubles the kernel, and fifteen doublings lead from a kernel of 8e-6 to one
-# of 0.25.
-_LEVELS_MAX = 16
 # The kernels of all bakes: from that of a coherence of 31 mm, three times the longest that can be asked for, to that of
 # a light that fills the sky (pi / 4).
 _KERNELS = 8e-6, 1.0
@@ -53,16 +49,18 @@ _W_WIDTH_MIN = 1e-3
 class Layout:
     """How a reader finds u, v and w in the image. The layout is all that a material's nodes need to know.
 
-    A tile of level 0 takes tile_rows x tile_columns texels of the picture. Of these, inner_rows x inner_columns hold
-    the table; TILE_PADDING more texels on each side are there only for reading. The middle of the tile's inner texel
-    (0, 0) is at (v_first, u_first). tiling.py has the rule for the other levels. `texel` is the step of u and v from
-    one texel to the next. Tiles are stored divided by `scale`. `rows` and `columns` count the tiles in a block, which
-    holds the `terms` terms of one level."""
+    The picture holds rows x columns cells, one for each of the `terms` terms, from left to right and then upward. A
+    cell takes cell_rows x cell_columns texels. The tile of level 0 stands in its lower left corner: inner_rows x
+    inner_columns texels that hold the table, and TILE_PADDING more on each side that are there only for reading. The
+    middle of the tile's texel (0, 0) is at (v_first, u_first). tiling.py has the rule for the other levels, each with
+    a kernel of level_ratio times the variance of the one before. `texel` is the step of u and v from one texel to the
+    next on level 0. Tiles are stored divided by `scale`."""
 
     terms: int
     levels: int
-    tile_rows: int
-    tile_columns: int
+    level_ratio: float
+    cell_rows: int
+    cell_columns: int
     inner_rows: int
     inner_columns: int
     columns: int
@@ -82,12 +80,12 @@ class Layout:
     @property
     def width(self) -> int:
         """Columns of the picture."""
-        return max(self._blocks_size[1], _strip_width(self.zero_order_samples, self.bound_texels))
+        return max(self.columns * self.cell_columns, _strip_width(self.zero_order_samples, self.bound_texels))
 
     @property
     def height(self) -> int:
         """Rows of the picture."""
-        return self._blocks_size[0] + self.strip_rows
+        return self.rows * self.cell_rows + self.strip_rows
 
     @property
     def region(self) -> Region:
@@ -117,15 +115,17 @@ class Layout:
         """Whether a bake can have a layout of these numbers. A header is believed only if it can.
 
         Each line is safe to evaluate for whatever passed the lines before it."""
-        tiles = self.levels, self.terms, self.tile_rows, self.tile_columns, self.columns, self.rows
+        tiles = self.levels, self.terms, self.cell_rows, self.cell_columns, self.columns, self.rows
         table = self.inner_rows, self.inner_columns
         strip = self.zero_order_samples, self.bound_texels
         return (
             min(tiles) >= 1
             and min(table + strip) >= 2
-            and self.levels <= _LEVELS_MAX
-            and self.terms <= min(tiling.TERMS_MAX, self.columns * self.rows)
-            and (self.tile_rows, self.tile_columns) == tiling.first_stride(table, self.levels)
+            and max(table) <= PICTURE_SIDE_MAX
+            and self.levels <= LEVELS_MAX
+            and self.level_ratio in RATIOS
+            and self.terms <= min(TERMS_MAX, self.columns * self.rows)
+            and (self.cell_rows, self.cell_columns) == self.cell.size
             and self.bound_texels >= len(NO_EXCESS)
             and STRIP_ROWS + self.bound_texels == self.strip_rows
             and _KERNELS[0] <= self.sigma_b <= _KERNELS[1]
@@ -137,26 +137,25 @@ class Layout:
             and is_illuminant(self.illuminant)
         )
 
-    def tile_stride(self, level: int) -> tuple[int, int]:
-        """Rows and columns of the picture that a tile of a level takes."""
-        return tiling.level_stride((self.tile_rows, self.tile_columns), level)
+    @property
+    def cell(self) -> Cell:
+        """Where the tiles of the levels stand in a term's cell."""
+        return Cell((self.inner_rows, self.inner_columns), self.levels, self.level_ratio)
+
+    def cell_origin(self, term: int) -> tuple[int, int]:
+        """Lower left texel (x, y) of a term's cell, y counted upward."""
+        row, column = divmod(term, self.columns)
+        return column * self.cell_columns, self.strip_rows + row * self.cell_rows
 
     def tile_origin(self, term: int, level: int = 0) -> tuple[int, int]:
         """Lower left texel (x, y) of a tile, y counted upward."""
-        row, column = divmod(term, self.columns)
-        rows, columns = self.tile_stride(level)
-        x, y = tiling.block_origin((self.rows, self.columns), (self.tile_rows, self.tile_columns), level)
-        return x + column * columns, y + self.strip_rows + row * rows
+        return tuple(sum(ends) for ends in zip(self.cell_origin(term), self.cell.corner(level), strict=True))
 
     def tile_block(self, term: int, level: int) -> tuple[slice, slice]:
         """Rows and columns of the picture that a tile's texels fill, its padding for reading included."""
         x, y = self.tile_origin(term, level)
-        rows, columns = tiling.level_inner((self.inner_rows, self.inner_columns), level)
+        rows, columns = self.cell.inner_of(level)
         return slice(y, y + rows + 2 * TILE_PADDING), slice(x, x + columns + 2 * TILE_PADDING)
-
-    @property
-    def _blocks_size(self) -> tuple[int, int]:
-        return tiling.blocks_size((self.rows, self.columns), (self.tile_rows, self.tile_columns), self.levels)
 
 
 def _strip_width(zero_order_samples: int, bound_texels: int) -> int:
@@ -165,20 +164,17 @@ def _strip_width(zero_order_samples: int, bound_texels: int) -> int:
 
 def layout_of(bake: Table) -> Layout:
     """The layout of a bake's atlas. Raises GratingError if no graphics card takes a picture of that size."""
-    terms, levels = len(bake.terms), len(bake.levels)
-    inner = tuple(n - 2 * TILE_PADDING for n in bake.tile)
-    stride = tiling.first_stride(inner, levels)
-    rows, columns = tiling.tile_block(
-        terms, stride, levels, width_min=_strip_width(len(bake.zero_order), len(bake.excess_albedo))
-    )
+    terms, cell = len(bake.terms), Cell(bake.inner, len(bake.levels), bake.level_ratio)
+    rows, columns = grid(terms, cell.size, width_min=_strip_width(len(bake.zero_order), len(bake.excess_albedo)))
     peak = max(*(float(np.abs(terms).max()) for terms in bake.levels), 1e-30)
     return Layout(
         terms=terms,
-        levels=levels,
-        tile_rows=stride[0],
-        tile_columns=stride[1],
-        inner_rows=inner[0],
-        inner_columns=inner[1],
+        levels=cell.levels,
+        level_ratio=cell.ratio,
+        cell_rows=cell.size[0],
+        cell_columns=cell.size[1],
+        inner_rows=cell.inner[0],
+        inner_columns=cell.inner[1],
         columns=columns,
         rows=rows,
         strip_rows=STRIP_ROWS + len(bake.excess_albedo),
@@ -223,7 +219,7 @@ def unpack(image: np.ndarray, layout: Layout) -> Table:
     first, w_range = (layout.v_first, layout.u_first), (layout.w_min, layout.w_max)
     return Table(
         terms, zero_order, layout.sigma_b, layout.texel, layout.illuminant, excess, first, w_range, image.dtype.type,
-        tuple(wider),
+        tuple(wider), layout.level_ratio,
     )  # fmt: skip
 
 

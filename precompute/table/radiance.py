@@ -53,13 +53,13 @@ def reflected_xyz(
 
         R / M [(1 + wi.wr)^2 / cos(tr) p^2 c^2 S(p u, p v, c w) + cos(ti) Z(c w) kernel(u, v)]
 
-    R is the Fresnel reflectance at the half angle. S is the table's scattered XYZ over w^2, and Z the colour of its
-    zero order. p is the period scale and c the height scale."""
+    R is the Fresnel reflectance at the half angle. S is the table's scattered XYZ over w^2, 0 where the table does not
+    hold it, and Z the colour of its zero order. p is the period scale and c the height scale."""
     u, v, w = (wi + wr).T
     cos_i = wi[..., 2]
     blur = np.maximum(variance * (1 + cos_i**2) / 2 - table.sigma_b**2, 0) + (w * skin.roughness**2) ** 2 / 2
     p, c = skin.period_scale, skin.height_scale
-    inside = (p * u) ** 2 + (p * v) ** 2 < 4
+    inside = ((p * u) ** 2 + (p * v) ** 2 < 4) & table.holds(p * u, p * v, c * w)
     xyz = inside[:, None] * table.scattered_over_w2(p * u, p * v, c * w, variance=blur * p**2)
     xyz *= (obliquity_times_cosine_and_w2(wi, wr) * (p * c) ** 2)[:, None]
     near = np.flatnonzero(u**2 + v**2 < _KERNEL_ENDS**2 * (table.sigma_b**2 + blur))

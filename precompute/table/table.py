@@ -9,6 +9,7 @@ k, and t runs from -1 to 1 over the table's range of w. The B_k are the tiles. d
 "The bake", gives the reasons for the series.
 """
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,11 +17,13 @@ import numpy as np
 from ..maths import bspline, chebyshev
 from ..optics.region import Region
 from .albedo_bound import NO_EXCESS, albedo_bound
-from .tiling import TILE_PADDING
+from .tiling import RATIOS, TILE_PADDING
 
 # Number of samples of Z(w). With this number, reading by B-splines is off by half a step of a half float for a relief
 # of 2 um, and by less for a shallower one.
 ZERO_ORDER_SAMPLES = 512
+# By how much a sum of two unit vectors may cross the end of a range by rounding.
+_ROUNDING = 1e-9
 # Number of places that are read at once: a core's cache holds the indices and weights of this many places.
 _READ_AT_ONCE = 4096
 
@@ -40,8 +43,8 @@ class Table:
     first          (v, u) at the middle of texel (0, 0); the default puts the tile's middle at (v, u) = (0, 0)
     w_range        the range of w that t runs over
     precision      the kind of float that holds the terms well enough in a file
-    wider          the same terms under kernels of 2, 4, ... times sigma_b, with texels 2, 4, ... times as large
-                   (tiling.py)
+    wider          the same terms under wider kernels, with texels as much larger (tiling.py)
+    level_ratio    the variance of a level's kernel over that of the kernel of the level before
     """
 
     terms: np.ndarray
@@ -54,6 +57,7 @@ class Table:
     w_range: tuple[float, float] = (0.0, 2.0)
     precision: type = np.float16
     wider: tuple[np.ndarray, ...] = ()
+    level_ratio: float = RATIOS[-1]
 
     def __post_init__(self):
         if self.first is None:
@@ -65,8 +69,13 @@ class Table:
         return self.terms.shape[1:3]
 
     @property
+    def inner(self) -> tuple[int, int]:
+        """Rows and columns of the texels in a tile that hold the table."""
+        return tuple(n - 2 * TILE_PADDING for n in self.tile)
+
+    @property
     def levels(self) -> tuple[np.ndarray, ...]:
-        """The terms of every level. Level l is under a kernel of sigma_b 2^l."""
+        """The terms of every level. Level l is under a kernel of the variance sigma_b^2 level_ratio^l."""
         return self.terms, *self.wider
 
     @property
@@ -79,6 +88,13 @@ class Table:
         """The region of (u, v) that the table holds. A reading outside gives the value at the region's rim."""
         return held_region(self.axes)
 
+    def holds(self, u: np.ndarray, v: np.ndarray, w: np.ndarray) -> np.ndarray:
+        """Whether the table holds the light at u, v and w (n,), up to rounding; boolean (n,). Elsewhere a renderer
+        shows black: the table itself would repeat its rim there."""
+        (u_low, u_high), (v_low, v_high), (w_low, w_high) = *self.region, self.w_range
+        region = Region((u_low - _ROUNDING, u_high + _ROUNDING), (v_low - _ROUNDING, v_high + _ROUNDING))
+        return region.contains(u, v) & (w >= w_low - _ROUNDING) & (w <= w_high + _ROUNDING)
+
     def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w, *, variance=0.0) -> np.ndarray:
         """Scattered XYZ over w^2 (n, 3) at u and v (n,), read as a renderer reads it.
 
@@ -87,7 +103,7 @@ class Table:
         levels: the last whose kernel's variance is at most the sum, and the level after it. Beyond the last level of
         the table, the last level is read alone."""
         w, variance = (np.broadcast_to(np.asarray(each, float), np.shape(u)) for each in (w, variance))
-        level, share = level_mix(variance / self.sigma_b**2, len(self.levels))
+        level, share = level_mix(variance / self.sigma_b**2, len(self.levels), ratio=self.level_ratio)
         out = np.zeros((3, len(u)))
         for which in range(len(self.levels)):
             part = np.where(level == which, 1 - share, np.where(level == which - 1, share, 0.0))
@@ -103,7 +119,7 @@ class Table:
         terms = self.levels[level]
         _, rows, columns, _ = terms.shape
         (u_low, u_high), (v_low, v_high) = self.region
-        texel = self.texel * 2**level
+        texel = self.texel * self.level_ratio ** (level / 2)
         x, y = (np.clip(u, u_low, u_high) - u_low) / texel, (np.clip(v, v_low, v_high) - v_low) / texel
         places, weights = bspline.patches(y + TILE_PADDING, x + TILE_PADDING, (rows, columns), precision=terms.dtype)
         # Places of X in a term laid out flat. Y and Z follow it.
@@ -152,14 +168,15 @@ def held_region(axes: tuple[np.ndarray, np.ndarray]) -> Region:
     return Region(tuple(u.tolist()), tuple(v.tolist()))
 
 
-def level_mix(added, levels: int) -> tuple[np.ndarray, np.ndarray]:
+def level_mix(added, levels: int, *, ratio: float) -> tuple[np.ndarray, np.ndarray]:
     """The level (n,) to read, and the share (n,) of the level after it, for a kernel that is wider than sigma_b.
 
-    `added` (n,) is what is added to the kernel's variance, in units of sigma_b^2. The mixture of the two levels has the
-    variance asked for. Beyond the last level, the last level is read alone."""
-    grown = np.clip(1 + np.asarray(added, float), 1, 4.0 ** (levels - 1))
-    level = np.minimum(np.log2(grown) / 2, max(levels - 2, 0)).astype(int)
-    return level, (grown / 4.0**level - 1) / 3
+    `added` (n,) is what is added to the kernel's variance, in units of sigma_b^2. Each level's kernel has `ratio` times
+    the variance of the one before. The mixture of the two levels has the variance asked for. Beyond the last level, the
+    last level is read alone."""
+    grown = np.clip(1 + np.asarray(added, float), 1, ratio ** (levels - 1))
+    level = np.minimum(np.log(grown) / math.log(ratio), max(levels - 2, 0)).astype(int)
+    return level, (grown / ratio**level - 1) / (ratio - 1)
 
 
 def past_end(curve: np.ndarray) -> np.ndarray:

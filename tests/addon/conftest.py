@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A clean scene with a plane and a sun, and the extension's modules."""
 
+import math
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -58,6 +60,37 @@ def grating(scene, baked):
     made.name, made.bake_path = "waves", str(baked)
     scene.natural_gratings.active_index = 0
     return made
+
+
+@pytest.fixture
+def watched(scene, grating):
+    """The plane, of 2 m, with a grating that lamps alone light; a camera of 50 mm 10 m above its middle; the sun shines
+    from 40 degrees, where +X is."""
+    import bpy
+
+    bpy.ops.grating.lights(lights="LAMPS")
+    assert bpy.ops.grating.assign() == {"FINISHED"}
+    plane = bpy.context.object
+    add_camera(scene, (0, 0, 10))
+    bpy.data.objects["Sun"].rotation_euler = (0, math.radians(40), 0)
+    bpy.data.objects["Sun"].data.angle = 0.0
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 160, 90, 100
+    scene.frame_start, scene.frame_end, scene.frame_current = 1, 24, 1
+    bpy.context.view_layer.update()
+    yield plane
+    bpy.context.scene.camera = None
+    bpy.context.scene.frame_set(1)
+
+
+def add_camera(scene, place):
+    """A camera that looks down, the scene's own."""
+    import bpy
+
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.location = place
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    return camera
 
 
 def select(*things):

@@ -150,7 +150,7 @@ def test_the_words_are_those_of_the_interface(addon):
     words = addon.report.WORDS
     for option, name in (("--size-um", "size_um"), ("--height-nm", "height_nm"), ("--channel", "channel")):
         assert words[option] == f"{dialog[name].name} in the import dialog"
-    for option, name in (("--delta-e", "delta_e"), ("--coherence-um", "coherence_um"), ("--level", "levelling")):
+    for option, name in (("--delta-e", "delta_e"), ("--coherence-um", "coherence_um"), ("--level", "steps")):
         assert words[option] == panel[name].name
 
 

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Files that are dropped on a 3D view."""
 
+import shutil
 from types import SimpleNamespace
 
 import bpy
 import numpy as np
 import pytest
+from PIL import Image
 
 from benchmarks.hostile import instruments
 from precompute.surface.readers.registry import dropped, extensions
+from precompute.table.atlas_file import read_header
 
 
 def test_files_of_microscopes_may_be_dropped_on_a_3d_view(scene):
@@ -46,3 +49,69 @@ def test_a_file_that_is_dropped_is_imported_at_once(scene, tmp_path, make, name)
     grating = scene.natural_gratings.active()
     assert grating.name == "drop"
     assert grating.summary.startswith("3.2 x 3.2 um, relief ") and grating.summary.endswith(" at 0 deg")
+
+
+def active():
+    """The active grating, found anew: undo frees what Python held."""
+    return bpy.context.scene.natural_gratings.active()
+
+
+def relief_of_the_grid(shared_data):
+    """Of its picture, 302.626506663 nm from black to white, without the plane through it; in metres."""
+    with Image.open(shared_data / "nanosurf" / "grid_16bit.png") as picture:
+        height = np.asarray(picture, dtype=float) / 65535 * 302.626506663e-9
+    y, x = np.mgrid[: height.shape[0], : height.shape[1]]
+    planes = np.stack([np.ones(height.size), y.ravel(), x.ravel()], axis=1)
+    return np.ptp(height.ravel() - planes @ np.linalg.lstsq(planes, height.ravel(), rcond=None)[0])
+
+
+# Real files, under the names that microscopes give them, and the levelled relief: of the first, that which Gwyddion
+# exports (../shared/data/SOURCES.md, in whole thousandths of a nanometre); of the grid, its picture's, whose steps are
+# 0.005 nm.
+@pytest.mark.parametrize(("file", "name", "relief_m"), [
+    ("formats/st_di-3.di", "skin.spm", lambda _: 408.830e-9), ("nanosurf/grid.nid", "grid.nid", relief_of_the_grid),
+])  # fmt: skip
+def test_a_real_scan_is_dropped_previewed_levelled_baked_and_undone(
+    addon, scene, shared_data, tmp_path, file, name, relief_m
+):
+    addon.level_preview.stop()
+    shutil.copy(shared_data / file, tmp_path / name)
+    bpy.ops.ed.undo_push(message="before")
+
+    def step(message):
+        bpy.ops.ed.undo_push(message=message)
+
+    def previewed():
+        assert addon.level_preview.shown(active()) is None
+        addon.level_preview.refresh()
+        return addon.level_preview.shown(active()).preview
+
+    # What Blender gives the operator of a file that is dropped.
+    dropped_file = {"filepath": str(tmp_path / name), "directory": f"{tmp_path}/", "files": [{"name": name}]}
+    assert bpy.ops.grating.import_height_map("INVOKE_DEFAULT", **dropped_file) == {"FINISHED"}
+    active().delta_e = 6
+    step("import")
+    assert active().name == name.partition(".")[0] and active().quality
+    first = previewed()
+    assert first.after.range_m == pytest.approx(relief_m(shared_data), abs=1e-11)
+    assert first.before.range_m > first.after.range_m
+    bpy.ops.grating.add_step(kind="dust")
+    active().steps[1].threshold = 6
+    step("level")
+    assert any("dust:6" in line for line in previewed().told)
+    assert bpy.ops.grating.bake(directory=str(tmp_path / "bake")) == {"FINISHED"}
+    step("bake")
+    _, record = read_header(active().baked_file())
+    assert record["request"]["levelling"] == ["plane", "dust:6"]
+    assert record["request"]["scans"][0]["source"] == name
+
+    bpy.ops.ed.undo()  # the bake, which the grating still knows
+    assert active().levelling == "plane,dust:6" and active().bake_path
+    bpy.ops.ed.undo()
+    assert active().levelling == "plane" and not active().bake_path
+    assert addon.level_preview.shown(active()).preview is first
+    bpy.ops.ed.undo()
+    assert active() is None
+    for _ in range(3):
+        bpy.ops.ed.redo()
+    assert active().levelling == "plane,dust:6" and active().baked_file().is_file()

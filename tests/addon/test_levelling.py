@@ -32,15 +32,22 @@ def test_without_a_word_a_plane_is_taken_out_and_none_takes_nothing(imported):
 
 
 @pytest.mark.parametrize("steps", ["plane,grate", "", "rotate", "plane;dust"])
-def test_steps_that_are_none_are_told_in_one_line(imported, steps, tmp_path):
-    imported.levelling = steps
+def test_steps_that_are_none_are_told_in_one_line_and_change_nothing(imported, steps):
     with pytest.raises(RuntimeError, match=f"{imported.name}: Levelling: .*; ?give") as told:
+        bpy.ops.grating.steps_as_text(steps=steps)
+    assert len(str(told.value).strip().splitlines()) == 1
+    assert imported.levelling == "plane"
+
+
+def test_steps_that_a_file_holds_and_are_none_fail_the_bake_in_one_line(imported, tmp_path):
+    imported.steps[0].text = "grate"
+    with pytest.raises(RuntimeError, match=f"{imported.name}: Levelling: no such step; give one of") as told:
         bpy.ops.grating.bake(directory=str(tmp_path))
     assert len(str(told.value).strip().splitlines()) == 1
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_request_fills_the_field_and_is_repeated(addon, scene, scan, tmp_path):
+def test_a_request_fills_the_list_and_is_repeated(addon, scene, scan, tmp_path):
     facts = tmp_path / "facts.json"
     line = ["bake", str(scan), "--size-um", "4", "--height-nm", "100", "-o", str(tmp_path), "--delta-e", "6"]
     levelled = ["--level", "plane:robust,rotate:180", "--json", str(facts)]

@@ -116,3 +116,15 @@ def test_the_viewport_follows_the_lamps(display, blender, tmp_path):
 def test_a_world_is_fitted_beside_the_artists_work(display, blender, tmp_path):
     window = replace(blender, command=("env", f"DISPLAY={display}", *blender.command))
     window.run("--window-geometry", "0", "0", "900", "700", "--python", HERE / "fit_world.py", "--", tmp_path)
+
+
+@pytest.mark.parametrize(("file", "name"), [("formats/st_di-3.di", "skin.spm"), ("nanosurf/grid.nid", "grid.nid")])
+def test_a_scan_is_dropped_previewed_levelled_baked_and_undone(blender, shared_data, tmp_path, file, name):
+    if shutil.which("Xvfb") is None:
+        pytest.skip("no Xvfb: on Debian the package xvfb brings it")
+    shutil.copy(shared_data / file, tmp_path / name)
+    with screen.display(1280, 1400, folder=tmp_path) as shown:
+        window = replace(blender, command=("env", f"DISPLAY={shown}", *blender.command))
+        size = ("--enable-event-simulate", "--window-geometry", "0", "0", "1280", "1400")
+        files = (tmp_path / name, tmp_path / "Xvfb_screen0", tmp_path / "levelled.png")
+        window.run(*size, "--python", HERE / "drop_scan.py", "--", *files)

@@ -31,8 +31,8 @@ FLOORS = {
         "bake", "check", "methods", "study", "cli",
     ),
     "addon": (
-        "scene", "nodes", "snakes", "jobs", "worlds", "lamps", "frames", "materials", "actions", "operators", "ui",
-        "batch",
+        "scene", "nodes", "snakes", "jobs", "worlds", "lamps", "frames", "materials", "views", "actions",
+        "operators", "ui", "batch",
     ),
 }  # fmt: skip
 # A bake is judged by nothing that helped to make it.

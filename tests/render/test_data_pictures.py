@@ -76,7 +76,7 @@ def test_the_preferences_limit_spoils_what_eevee_shows(lit, addon, engine):
 
 
 def test_a_limit_that_is_large_enough_is_none(lit, addon):
-    set_to(lit.scene.cycles, texture_limit_render="1024")()
+    set_to(lit.scene.cycles, texture_limit_render="4096")()
     assert change_and_told(lit, addon, "cycles", set_to(lit.scene.render, use_simplify=True)) == (0, [])
 
 

@@ -33,7 +33,7 @@ def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dic
     (u_low, u_high), (v_low, v_high) = layout.region
     levels = range(layout.levels)
     firsts = [layout.tile_origin(0, level) for level in levels]
-    strides = [layout.tile_stride(level) for level in levels]
+    ratios = [layout.level_ratio**level for level in levels]
     return {
         "ATLAS": file_name(bake_path),
         "WIDTH": float(layout.width),
@@ -49,12 +49,12 @@ def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dic
         "W_MAX": layout.w_max,
         "SIGMA_B2": layout.sigma_b**2,
         "LEVELS": layout.levels,
-        "LEVEL_VARIANCES": _listed((layout.sigma_b * 2**level) ** 2 for level in levels),
-        "LEVEL_TEXELS": _listed(layout.texel * 2**level for level in levels),
+        "LEVEL_VARIANCES": _listed(layout.sigma_b**2 * ratio for ratio in ratios),
+        "LEVEL_TEXELS": _listed(layout.texel * ratio**0.5 for ratio in ratios),
         "LEVEL_FIRSTS_X": _listed(x + TILE_PADDING for x, _ in firsts),
         "LEVEL_FIRSTS_Y": _listed(y + TILE_PADDING for _, y in firsts),
-        "LEVEL_STRIDES_X": _listed(columns for _, columns in strides),
-        "LEVEL_STRIDES_Y": _listed(rows for rows, _ in strides),
+        "CELL_COLUMNS": layout.cell_columns,
+        "CELL_ROWS": layout.cell_rows,
         # The middle row of the strip. All rows of the strip hold the same values.
         "ZERO_ORDER_Y": (STRIP_ROWS - 1) / 2,
         "ZERO_ORDER_SAMPLES": layout.zero_order_samples,

@@ -16,6 +16,7 @@ from benchmarks.hard_cases import CASES, COHERENCE_M, PIXEL_M, Case, outcome, sc
 from precompute.bake import tiles
 from precompute.bake.ensemble import bake, plan
 from precompute.bake.kernel import kernel_for
+from precompute.bake.needs import EVERYTHING
 from precompute.bake.request import BakeRequest
 from precompute.base.failure import GratingError
 from precompute.cli.parser import main
@@ -37,9 +38,9 @@ REFUSED = {
 FIGURES = ("theta of 89.9 degrees", "u = v = 0", "period under the shortest wavelength", "half-float underflow")
 
 
-def stored(relief, coherence_m):
+def stored(relief, coherence_m, needs=EVERYTHING):
     """The table of a relief, as its file would hold it."""
-    return atlas.unpack(*atlas.pack(bake(relief, BakeRequest(coherence_length_m=coherence_m))))
+    return atlas.unpack(*atlas.pack(bake(relief, BakeRequest(coherence_length_m=coherence_m, needs=needs))))
 
 
 @pytest.fixture

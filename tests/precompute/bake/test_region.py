@@ -7,7 +7,10 @@ from precompute.bake import make
 from precompute.bake.ensemble import bake
 from precompute.bake.needs import Needs
 from precompute.bake.request import BakeRequest
+from precompute.optics.brdf import half_angle_cosine, obliquity_times_cosine_and_w2
+from precompute.optics.fresnel import fresnel_reflectance
 from precompute.optics.region import Region
+from precompute.table.radiance import Skin, reflected_xyz
 
 from .conftest import COHERENCE_M, waves
 
@@ -39,3 +42,27 @@ def test_outside_a_region_its_rim_is_read():
 def test_a_region_keeps_its_budget():
     made = make.make((waves(),), BakeRequest(1.0, COHERENCE_M, needs=REGION))
     assert made.errors.p99 <= 1 and made.errors.pairs > 50
+
+
+def test_outside_a_region_a_surface_is_black():
+    """Beyond v, u and w; but the mirror image stands apart, and what is held is as it was."""
+    part = bake(waves(), BakeRequest(coherence_length_m=COHERENCE_M, needs=REGION))
+    uv = np.array([(0.6, 0.6), (-0.5, 0.4), (0.3, 0.3), (0.0, 0.0), (0.6, 0.3)])
+    wi = np.c_[uv, np.sqrt(1 - (uv**2).sum(axis=1))]
+    wr = np.broadcast_to((0.0, 0.0, 1.0), wi.shape)
+    assert part.holds(*(wi + wr).T).tolist() == [False] * 4 + [True]
+    found = reflected_xyz(part, wi, wr, skin=Skin(energy_conserving=0.0))
+    # The zero order's kernel has fallen to exp(-13^2 / 2) there.
+    np.testing.assert_allclose(found[:3], 0, atol=1e-30)
+    reflectance = fresnel_reflectance(half_angle_cosine(wi, wr))[:, None]
+    mirrored = part.zero_order_xyz(np.array([2.0])) * part.kernel(np.zeros(1), np.zeros(1))[:, None]
+    np.testing.assert_allclose(found[3:4], mirrored * reflectance[3:4], rtol=1e-12)
+    held = part.scattered_over_w2(*(wi + wr)[4:].T) * obliquity_times_cosine_and_w2(wi, wr)[4:, None]
+    # Sums of single precision, which depend on how many places are read at once.
+    np.testing.assert_allclose(found[4:], held * reflectance[4:], rtol=1e-6)
+
+
+def test_a_whole_table_holds_every_pair_up_to_rounding():
+    table = bake(waves(), BakeRequest(coherence_length_m=COHERENCE_M))
+    ends = np.array([-2.0, 2.0, 0.0])
+    assert table.holds(ends, ends[::-1], np.array([-1e-15, 2 + 1e-15, 2.0])).all()

@@ -149,7 +149,7 @@ def test_several_scans_and_a_region(run, scan, tmp_path):
     layout, record = read_header(Path(facts["files"][0]))
     assert record["source"] == "skin.png, other.png" and len(record["heights_sha256"]) == 2
     assert record["request"]["needs"]["u"] == [-0.5, 0.5]
-    assert layout.tile_rows < layout.tile_columns and (layout.w_min, layout.w_max) == (1, 2)
+    assert layout.cell_rows < layout.cell_columns and (layout.w_min, layout.w_max) == (1, 2)
     needs.write_text("{}")
     status, _, err = run("bake", scan, *options, "-o", tmp_path / "bakes")
     assert status == 1 and "needs.json" in err.splitlines()[-1]

@@ -36,6 +36,12 @@ from precompute.surface.height_map import HeightMap
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 
 
+def test_no_benchmark_starts_blender_before_its_user_folder_is_chosen():
+    """All of them are imported, whichever is run, and Blender reads BLENDER_USER_RESOURCES when bpy is imported."""
+    asked = "import sys; from benchmarks.__main__ import found; found(); sys.exit('bpy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", asked], cwd=DOCS.parent).returncode == 0
+
+
 def test_every_benchmark_is_found(capsys):
     assert {"terms", "evaluation", "hard_cases"} <= set(runner.found())
     assert "evaluation_page" not in runner.found()

@@ -14,7 +14,7 @@ from gwyfile.objects import GwyDataField
 from PIL import Image
 
 from precompute.base.failure import GratingError
-from precompute.surface.readers.registry import read_height_map, reader_of
+from precompute.surface.readers.registry import extensions, read_height_map, reader_of
 from tests.precompute.surface.scan_files import (
     COLS,
     GREY8,
@@ -109,7 +109,7 @@ def test_sizes_of_a_picture_beyond_reason(tmp_path, name, value):
         read_picture(path, **{name: value})
 
 
-@pytest.mark.parametrize("extension", [".nid", ".gwy", ".png"])
+@pytest.mark.parametrize("extension", extensions())
 def test_what_is_no_file_is_not_waited_for(tmp_path, extension):
     fifo = tmp_path / f"fifo{extension}"
     os.mkfifo(fifo)

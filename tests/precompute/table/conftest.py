@@ -54,16 +54,16 @@ def scan():
     return series, found, bins_of(found, series)
 
 
-def random_bake(terms=5, resolution=12, samples=20, peak=1.0, seed=0, levels=1):
+def random_bake(terms=5, resolution=12, samples=20, peak=1.0, *, seed=0, levels=1, ratio=1.5):
     """A table whose tiles hold random numbers.
 
     `resolution` is the texels of a tile on the first level: one number for a square, or (rows, columns)."""
     rng = np.random.default_rng(seed)
     tile = np.broadcast_to(resolution, 2)
-    sizes = [[math.ceil((n - 5) / 2**level) + 5 for n in tile] for level in range(levels)]
+    sizes = [[math.ceil((n - 5) * ratio ** (-level / 2) - 1e-9) + 5 for n in tile] for level in range(levels)]
     tiles, *wider = ((peak * rng.uniform(-1, 1, (terms, *size, 3))).astype(np.float32) for size in sizes)
     texel = 4 / (tile.max() - 5)
-    return Table(tiles, rng.uniform(0, 1.1, (samples, 3)), 0.04, texel, "D65", wider=tuple(wider))
+    return Table(tiles, rng.uniform(0, 1.1, (samples, 3)), 0.04, texel, "D65", wider=tuple(wider), level_ratio=ratio)
 
 
 def refusal(path, *readers):

@@ -12,6 +12,15 @@ from hypothesis import strategies as st
 from precompute.bake.resolution import RESOLUTION_MIN
 from precompute.table import atlas
 from precompute.table.table import ZERO_ORDER_SAMPLES
+from precompute.table.tiling import (
+    BYTES_PER_TEXEL,
+    COLUMNS_BESIDE,
+    FINE_BYTES,
+    RATIOS,
+    TILE_PADDING,
+    Cell,
+    cell_for,
+)
 
 from .conftest import random_bake
 
@@ -19,17 +28,17 @@ few = settings(deadline=None, max_examples=40)
 
 
 @few
-@given(st.integers(2, 30), st.floats(-12, 12), st.integers(0, 2**32), st.integers(1, 4))
-def test_what_is_packed_comes_back(terms, decades, seed, levels):
+@given(st.integers(2, 30), st.floats(-12, 12), st.integers(0, 2**32), st.integers(1, 4), st.sampled_from(RATIOS))
+def test_what_is_packed_comes_back(terms, decades, seed, levels, ratio):
     """To the rounding of half floats: 2^-11 of a value, and steps of 2^-24 below 2^-14.
 
     The scale puts the largest value between 4096 and 8192."""
-    table = random_bake(terms, 12, 20, 10.0**decades, seed, levels)
+    table = random_bake(terms, 12, 20, 10.0**decades, seed=seed, levels=levels, ratio=ratio)
     image, layout = atlas.pack(table)
     assert image.dtype == np.float16
     assert np.isfinite(image).all()
     again = atlas.unpack(image, layout)
-    assert len(again.levels) == levels
+    assert (len(again.levels), again.level_ratio) == (levels, ratio)
     stored = [(one, other, layout.scale) for one, other in zip(table.levels, again.levels, strict=True)]
     for one, other, scale in (*stored, (table.zero_order, again.zero_order, 1)):
         assert (np.abs(one - other) <= np.abs(one) * 2.0**-11 * 1.0001 + 2.0**-25 * scale).all()
@@ -55,48 +64,71 @@ def test_a_mirror_packs():
     assert not atlas.unpack(*atlas.pack(black)).zero_order.any()
 
 
-@pytest.mark.parametrize("levels", [1, 3, 6])
-@pytest.mark.parametrize("terms", range(2, 50, 3))
+@pytest.mark.parametrize("ratio", [1.5, 4.0])
+@pytest.mark.parametrize("levels", [1, 4, 13])
+@pytest.mark.parametrize("terms", [2, 7, 12, 23])
 @pytest.mark.parametrize("resolution", [6, 15, (41, 70), (300, 33)])
-def test_tiles_do_not_overlap(terms, resolution, levels):
+def test_tiles_do_not_overlap(terms, resolution, levels, ratio):
     """Every tile of every level lies inside the picture and above the strip, on texels of its own.
 
     Few places are left empty, since every one takes memory. The picture is not much longer than wide."""
-    table = random_bake(terms, resolution, 6, levels=levels)
+    table = random_bake(terms, resolution, 6, levels=levels, ratio=ratio)
     layout = atlas.layout_of(table)
     taken = np.zeros((layout.height, layout.width), int)
     taken[: layout.strip_rows] += 1
     for level, tiles in enumerate(table.levels):
-        rows, columns = layout.tile_stride(level)
         for k in range(terms):
             x, y = layout.tile_origin(k, level)
             assert layout.tile_block(k, level) == (slice(y, y + tiles.shape[1]), slice(x, x + tiles.shape[2]))
-            assert tiles.shape[1] <= rows and tiles.shape[2] <= columns
-            tile = taken[y : y + rows, x : x + columns]
-            assert tile.shape == (rows, columns)
+            tile = taken[layout.tile_block(k, level)]
+            assert tile.shape == tiles.shape[1:3]
             tile += 1
     assert taken.max() == 1
-    assert terms <= layout.columns * layout.rows <= (1.34 * terms if np.ptp(resolution) == 0 else 2 * terms)
-    if np.ptp(resolution) == 0:
+    square = np.ptp(layout.cell.size) < max(layout.cell.size) / 2
+    assert terms <= layout.columns * layout.rows <= (1.34 * terms if square else 2 * terms)
+    if square:
         short, long = sorted((layout.height - layout.strip_rows, layout.width))
         assert long <= 3 * short
 
 
-def test_where_a_level_is_read_is_of_closed_form():
-    """The formulas by which a material finds a tile from a level that only the shading knows, in floats."""
-    layout = atlas.layout_of(random_bake(7, (70, 101), levels=4))
-    taken = [math.ceil(n / 8) * 8 for n in (layout.inner_rows, layout.inner_columns)]
-    assert (layout.tile_rows, layout.tile_columns) == (taken[0] + 6, taken[1] + 6)
-    for level in range(4):
-        small = 2.0**-level
-        rows, columns = (n * small + 6 for n in taken)
-        x = y = 0
-        if level:
-            x, y = layout.columns * layout.tile_columns, layout.rows * (taken[0] * (1 - 2 * small) + 6 * (level - 1))
-        assert layout.tile_stride(level) == (rows, columns)
-        for k in range(7):
-            place = x + k % layout.columns * columns, layout.strip_rows + y + k // layout.columns * rows
-            assert layout.tile_origin(k, level) == place
+@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize("side", [8, 60, 231, 2043])
+def test_a_cell_is_little_more_than_its_tiles(side, ratio):
+    """Shelves and rounding leave a third of a cell empty at most."""
+    cell = Cell((side, side), 14, ratio)
+    tiles = sum(math.prod(n + 2 * TILE_PADDING for n in cell.inner_of(level)) for level in range(14))
+    assert math.prod(cell.size) < 1.5 * tiles
+
+
+@few
+@given(st.tuples(*[st.integers(8, 2043)] * 2), st.integers(1, 22), st.sampled_from(RATIOS), st.integers(0, 2**32))
+def test_where_a_level_is_read_is_of_closed_form(inner, levels, ratio, seed):
+    """The formula by which a material finds a level that only the shading knows, in floats of 24 bits, its power off
+    by up to 4 last digits."""
+    cell = Cell(inner, levels, ratio)
+    off = np.random.default_rng(seed).uniform(-4, 4, levels) * 2.0**-24
+    shrink = (cell.shrink ** np.arange(levels) * (1 + off)).astype(np.float32)
+    along = shrink * np.float32(-cell.geometric) + np.float32(cell.geometric + cell.phase)
+    x = np.floor(np.arange(levels, dtype=np.float32) * np.float32(COLUMNS_BESIDE) + along)
+    above = np.arange(levels) >= cell.shelf
+    places = np.stack([x - above * cell.upper[0], above * cell.upper[1]], axis=-1)
+    np.testing.assert_array_equal(places, [cell.corner(level) for level in range(levels)])
+
+
+def test_levels_stand_nearer_where_memory_allows():
+    """The smallest ratio whose picture takes at most FINE_BYTES. The last level reaches a kernel of 0.25, or is the
+    last one with eight inner texels."""
+    for side, ratio in ((200, 1.5), (500, 2.0), (1500, 4.0)):
+        cell = cell_for(4, (side, side), 4 / side)
+        assert cell.ratio == ratio
+        assert 4 / side * ratio ** ((cell.levels - 2) / 2) < 0.25 <= 4 / side * ratio ** ((cell.levels - 1) / 2)
+        nearer = [other for other in RATIOS if other < ratio]
+        assert 4 * math.prod(cell.size) * BYTES_PER_TEXEL <= FINE_BYTES or ratio == RATIOS[-1]
+        for other in nearer:
+            assert 4 * math.prod(Cell((side, side), 14, other).size) * BYTES_PER_TEXEL > FINE_BYTES
+    small = cell_for(4, (20, 90), 1e-3)
+    assert min(small.inner_of(small.levels - 1)) >= 8
+    assert min(Cell(small.inner, small.levels + 1, small.ratio).inner_of(small.levels)) <= 8
 
 
 def test_the_layout_tells_what_it_covers():

@@ -126,8 +126,8 @@ def test_another_exr_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("record", [
-    "[]", "null", "3", "{}", '{"format": 7}', '{"format": 7, "layout": {}}', '{"format": 7, "layout": 6}',
-    '{"format": 7, "layout": {"terms": 3, "surplus": 4}}',
+    "[]", "null", "3", "{}", '{"format": 8}', '{"format": 8, "layout": {}}', '{"format": 8, "layout": 6}',
+    '{"format": 8, "layout": {"terms": 3, "surplus": 4}}',
 ])  # fmt: skip
 def test_a_header_that_says_nothing_is_refused(tmp_path, record):
     path = tmp_path / "table.exr"
@@ -136,8 +136,8 @@ def test_a_header_that_says_nothing_is_refused(tmp_path, record):
 
 
 @pytest.mark.parametrize("record", [
-    "no JSON", "", "[" * 10**5 + "]" * 10**5, '{"format": 7, "layout": ' + "9" * 5000 + "}", '{"format": NaN}',
-    '{"format": 7, "format": 7}', '{"format": 7, "layout": 1e400}', '\xef\xbb\xbf\xef\xbb\xbf{}',
+    "no JSON", "", "[" * 10**5 + "]" * 10**5, '{"format": 8, "layout": ' + "9" * 5000 + "}", '{"format": NaN}',
+    '{"format": 8, "format": 8}', '{"format": 8, "layout": 1e400}', '\xef\xbb\xbf\xef\xbb\xbf{}',
 ])  # fmt: skip
 def test_a_header_that_is_no_json_is_refused(tmp_path, record):
     path = tmp_path / "table.exr"
@@ -152,11 +152,11 @@ def test_another_version_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("lie", [
-    {"terms": 10**4}, {"terms": 7}, {"terms": -1}, {"tile_rows": 13}, {"columns": 10**6}, {"rows": 1},
-    {"w_max": 0.0}, {"u_first": 9.0}, {"strip_rows": 0}, {"zero_order_samples": 10**4}, {"tile_columns": "12"},
-    {"tile_columns": 12.5}, {"scale": "big"}, {"texel": None}, {"levels": 2}, {"levels": 10**9},
+    {"terms": 10**4}, {"terms": 7}, {"terms": -1}, {"cell_rows": 13}, {"columns": 10**6}, {"rows": 1},
+    {"w_max": 0.0}, {"u_first": 9.0}, {"strip_rows": 0}, {"zero_order_samples": 10**4}, {"cell_columns": "12"},
+    {"cell_columns": 12.5}, {"scale": "big"}, {"texel": None}, {"levels": 2}, {"levels": 10**9},
     {"inner_rows": 10**6}, {"inner_columns": 3}, {"bound_texels": 1}, {"bound_texels": 10**6},
-    {"columns": 5, "rows": 1},
+    {"columns": 5, "rows": 1}, {"level_ratio": 3.0}, {"level_ratio": 0.0}, {"level_ratio": "4"},
     {"terms": True}, {"terms": 20_000, "rows": 10_000}, {"levels": 0}, {"levels": True}, {"illuminant": "moon"},
     {"illuminant": ["D65"]}, {"sigma_b": 0}, {"sigma_b": 1e-300}, {"sigma_b": 50}, {"sigma_b": float("nan")},
     {"scale": 1e300}, {"scale": 5e-324}, {"scale": True}, {"texel": 1e300}, {"texel": 1e-300}, {"texel": 10**400},

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`needs`: what the open file's scene needs of a bake, as a needs file; and the bake of only that."""
+
+import argparse
+import json
+
+import bpy
+
+from ...precompute.base.failure import GratingError, printable
+from ...precompute.base.files import write_whole
+from ...precompute.cli.option_types import count, name_argument, path_argument
+from ...precompute.cli.output import emit
+from ..actions.bake import bake_and_wait
+from ..actions.needs import measure_needs, request_with
+from ..scene.gratings import Grating, active_grating
+from .save import add_save, save
+
+_FRAME = count(-(1 << 20), 1 << 20)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `needs`."""
+    parser.add_argument(
+        "-o", "--output", type=path_argument, metavar="NEEDS.json", help="write the needs here; `bake --needs` reads it"
+    )
+    parser.add_argument(
+        "--grating", type=name_argument, metavar="NAME", help="of the scene's gratings; default: the active"
+    )
+    parser.add_argument(
+        "--frames", nargs=2, type=_FRAME, metavar=("FIRST", "LAST"),
+        help="look at this range; default: the scene's range where something moves, else the present frame",
+    )  # fmt: skip
+    parser.add_argument(
+        "--bake", action="store_true", help="bake only that, show this bake in its stead, and save the file"
+    )
+    parser.add_argument("--json", type=name_argument, metavar="FILE|-", help="write what was found as JSON")
+    add_save(parser)
+    parser.set_defaults(output_is_file=True)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """The `needs` verb."""
+    scene = bpy.context.scene
+    if arguments.output is None and not arguments.bake:
+        raise GratingError("neither -o nor --bake is given; name a file for the needs, or have them baked")
+    first, last = arguments.frames or (0, 0)
+    if last < first:
+        raise GratingError(f"--frames {first} {last}: the last comes before the first; give them in their order")
+    grating = _grating(scene, arguments.grating)
+    measured = measure_needs(scene, grating, (first, last) if arguments.frames else None)
+    facts = {"needs": measured.as_dict(), "report": measured.lines}
+    lines = measured.lines
+    if arguments.output is not None:
+        text = json.dumps(measured.as_dict(), indent=1) + "\n"
+        write_whole(arguments.output, lambda partial: partial.write_text(text, encoding="utf-8"))
+    if arguments.bake:
+        facts["bake"] = bake_and_wait(grating, request=request_with(grating, measured.needs))
+        lines = [*lines, f"{grating.name}: {grating.bake_summary}"]
+        save(arguments.save)
+    emit(facts, arguments.json, lambda: map(printable, lines))
+
+
+def _grating(scene: bpy.types.Scene, name: str | None) -> Grating:
+    items = scene.natural_gratings.items
+    if name is None:
+        return active_grating(scene)
+    if name not in items:
+        raise GratingError(f"--grating {name}: no such grating; there are {', '.join(items.keys()) or 'none'}")
+    return items[name]

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bake of the active grating only what the scene needs, in a process beside Blender."""
+
+import bpy
+from bpy.props import BoolProperty
+
+from ...precompute.base.failure import GratingError, printable
+from ..scene.gratings import active_grating
+from .follows_bake import FollowsBake
+from .report import report_failure
+
+
+class BakeNeeds(FollowsBake, bpy.types.Operator):
+    """Look through the scene's camera, in all its frames where something moves, bake only the directions in which it
+    sees the active grating lit, and show this smaller bake. Esc cancels, and one undo brings the former bake back"""
+
+    bl_idname = "grating.needs"
+    bl_label = "Bake for This Scene"
+    # Not REGISTER, whose panel Adjust Last Operation would bake again at each change, with Blender waiting.
+    bl_options = {"UNDO"}
+
+    everything: BoolProperty(
+        name="Everything", description="Bake every direction again, whatever the scene shows", default=False
+    )
+
+    @classmethod
+    def description(cls, context, properties):
+        return cls.__annotations__["everything"].keywords["description"] if properties.everything else cls.__doc__
+
+    def execute(self, context):
+        """Measure, bake and wait, for scripts."""
+        from ..actions.bake import finished_bake
+
+        try:
+            grating = self._measure(context)
+            return self.report_bake(grating, finished_bake(grating, request=self._request))
+        except GratingError as error:
+            return report_failure(self, error)
+
+    def invoke(self, context, event):
+        """Measure, and start the bake; modal() then follows it."""
+        from ..actions.bake import start_bake
+
+        try:
+            grating = self._measure(context)
+            return self.follow_bake(context, grating, start_bake(grating, request=self._request))
+        except GratingError as error:
+            return report_failure(self, error)
+
+    def record(self, grating, facts):
+        from ..actions.bake import record_bake
+        from ..actions.outside import notice_outside
+
+        record_bake(grating, facts, self._request)
+        return [*self._lines, *notice_outside(bpy.context.scene)]
+
+    def _measure(self, context):
+        """Find out what to ask of the bake; the grating. Nothing is changed yet."""
+        from ...precompute.bake.needs import EVERYTHING
+        from ..actions.needs import measure_needs, request_with
+
+        grating = active_grating(context.scene)
+        needs, self._lines = EVERYTHING, []
+        if not self.everything:
+            measured = measure_needs(context.scene, grating)
+            found, *self._lines = measured.lines
+            self.report({"INFO"}, printable(found))
+            needs = measured.needs
+        self._request = request_with(grating, needs)
+        return grating

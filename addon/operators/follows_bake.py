@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The base class of the operators that bake the active grating. One of them runs at a time."""
+
+from typing import TYPE_CHECKING, Any
+
+import bpy
+
+from ...precompute.base.failure import GratingError
+from .follows_job import FollowsJob
+from .report import report_failure, report_lines
+
+if TYPE_CHECKING:
+    from ..jobs.child import Job
+    from ..scene.gratings import Grating
+
+
+class FollowsBake(FollowsJob):
+    """An operator that follows a bake of a grating. A subclass adds `record`, which is given the grating and the facts
+    of its bake, notes the bake, and returns lines to report."""
+
+    @classmethod
+    def poll(cls, context):
+        if running_bake() is not None:
+            cls.poll_message_set("A bake is running")
+            return False
+        if context.scene.natural_gratings.active() is None:
+            cls.poll_message_set("Import a height map first")
+            return False
+        return True
+
+    def follow_bake(self, context, grating: "Grating", job: "Job") -> set[str]:
+        """Let Blender call modal() while a grating's bake runs."""
+        # Keep names, not the grating itself, which an undo during the bake may free.
+        self._name, self._scene = grating.name, context.scene.name
+        return self.follow(context, job, f"Baking {grating.name}")
+
+    def finish(self, job: "Job"):
+        """Record the bake."""
+        try:
+            facts = job.result()
+            scene = bpy.data.scenes.get(self._scene)
+            grating = scene and scene.natural_gratings.items.get(self._name)
+            if not grating:
+                raise GratingError(f"{self._name}: no longer in the scene; its bake is {facts['files'][0]}")
+            return self.report_bake(grating, facts)
+        except GratingError as error:
+            return report_failure(self, error)
+
+    def report_bake(self, grating: "Grating", facts: dict[str, Any]) -> set[str]:
+        """Note a finished bake and report it; what execute() returns. Raises GratingError as `record` does."""
+        from ..actions.bake import warnings_of
+
+        more = self.record(grating, facts)
+        return report_lines(self, [f"{grating.name}: {grating.bake_summary}", *warnings_of(facts), *more])
+
+
+def running_bake() -> "Job | None":
+    """The bake that runs beside the interface, whichever operator started it."""
+    return next((operator.job for operator in FollowsBake.__subclasses__() if operator.job is not None), None)

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The list of steps that level and repair the active grating's scan: add, remove, move, or all of them as one text."""
+
+from functools import cache
+
+import bpy
+from bpy.props import EnumProperty, StringProperty
+
+from ...precompute.base.failure import GratingError
+from ..scene.gratings import active_grating
+from .report import report_failure
+
+
+@cache
+def _kinds() -> list[tuple[str, str, str]]:
+    """All kinds of steps, for a menu. Cached: Blender needs the texts to stay."""
+    from ...precompute.surface.steps.pipeline import KINDS
+
+    return [(k.name, k.name.capitalize(), f"{k.help[0].upper()}{k.help[1:]}: {k.form}") for k in KINDS.values()]
+
+
+class _OnSteps:
+    """What the operators on steps have in common."""
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        if context.scene.natural_gratings.active() is None:
+            cls.poll_message_set("Import a height map first")
+            return False
+        return True
+
+
+class _OnActiveStep(_OnSteps):
+    """What the operators on the active step have in common."""
+
+    @classmethod
+    def poll(cls, context):
+        grating = context.scene.natural_gratings.active()
+        if grating is None or not 0 <= grating.active_step < len(grating.steps):
+            cls.poll_message_set("No step in the list")
+            return False
+        return True
+
+
+class AddLevellingStep(_OnSteps, bpy.types.Operator):
+    """Add a step that levels or repairs the scan, after the active one"""
+
+    bl_idname = "grating.add_step"
+    bl_label = "Add Step"
+
+    kind: EnumProperty(name="Step", description="What it does", items=lambda self, context: _kinds())
+
+    def execute(self, context):
+        from ..actions.levelling import add_step
+
+        try:
+            add_step(active_grating(context.scene), self.kind)
+        except GratingError as error:
+            return report_failure(self, error)
+        return {"FINISHED"}
+
+
+class RemoveLevellingStep(_OnActiveStep, bpy.types.Operator):
+    """Remove the active step"""
+
+    bl_idname = "grating.remove_step"
+    bl_label = "Remove Step"
+
+    def execute(self, context):
+        grating = active_grating(context.scene)
+        grating.steps.remove(grating.active_step)
+        grating.active_step = min(grating.active_step, max(len(grating.steps) - 1, 0))
+        return {"FINISHED"}
+
+
+class MoveLevellingStep(_OnActiveStep, bpy.types.Operator):
+    """Do the active step earlier or later"""
+
+    bl_idname = "grating.move_step"
+    bl_label = "Move Step"
+
+    direction: EnumProperty(
+        name="Direction", items=(("UP", "Up", "One step earlier"), ("DOWN", "Down", "One step later"))
+    )
+
+    def execute(self, context):
+        grating = active_grating(context.scene)
+        to = grating.active_step + (-1 if self.direction == "UP" else 1)
+        if not 0 <= to < len(grating.steps):
+            return {"CANCELLED"}
+        grating.steps.move(grating.active_step, to)
+        grating.active_step = to
+        return {"FINISHED"}
+
+
+class LevellingAsText(_OnSteps, bpy.types.Operator):
+    """Show all steps as one text, as the command line takes them by --level, to copy or to change"""
+
+    bl_idname = "grating.steps_as_text"
+    bl_label = "Steps as Text"
+
+    steps: StringProperty(
+        name="Steps", description="Steps in their order, as plane,scars,dust:4; or none", options={"SKIP_SAVE"}
+    )
+
+    def invoke(self, context, event):
+        """Ask, beginning with the steps that there are."""
+        self.steps = active_grating(context.scene).levelling
+        return context.window_manager.invoke_props_dialog(self, width=400)
+
+    def execute(self, context):
+        try:
+            active_grating(context.scene).levelling = self.steps
+        except GratingError as error:
+            return report_failure(self, error)
+        return {"FINISHED"}

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The steps that level and repair a scan, as the panel lists and edits them.
+
+A step is kept as its text, as the command line and a bake's header have it. Its arguments are read from that text and
+written into it, so that panel and command line cannot differ.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import bpy
+from bpy.props import EnumProperty, FloatProperty, IntProperty, StringProperty
+
+if TYPE_CHECKING:
+    from ...precompute.surface.steps.step import Step
+
+# By the name of an argument (precompute/surface/steps/pipeline.py): the property that shows it.
+ARGUMENTS = {
+    "least-squares|robust": "fit",
+    "median|difference": "by",
+    "DEGREE": "degree",
+    "K": "threshold",
+    "DEG": "angle_deg",
+    "LEFT": "left_um",
+    "TOP": "top_um",
+    "RIGHT": "right_um",
+    "BOTTOM": "bottom_um",
+    "NM": "length_nm",
+    "FACTOR": "factor",
+}
+_FITS = (
+    ("least-squares", "Least Squares", "The plane through all heights"),
+    ("robust", "Robust", "The plane through the heights that are no dust"),
+)
+_BYS = (
+    ("median", "Median", "Shift each row to a median of zero"),
+    ("difference", "Difference", "Shift each row to a median difference of zero from the row above"),
+)
+
+
+def _read(name: str) -> Callable[["LevellingStep"], float]:
+    """Reads an argument from a step's text; of a word, its place among the words."""
+
+    def read(self: "LevellingStep") -> float:
+        step = self.step()
+        for argument, value in zip(step.kind.arguments, step.values, strict=True):
+            if ARGUMENTS[argument.name] == name:
+                if isinstance(value, str):
+                    return argument.words.index(value)
+                return int(value) if argument.whole else value
+        return 0
+
+    return read
+
+
+def _write(name: str) -> Callable[["LevellingStep", float], None]:
+    """Writes an argument into a step's text, the nearest that the step takes."""
+
+    def write(self: "LevellingStep", shown: float) -> None:
+        step = self.step()
+        values = [
+            _taken(argument, shown) if ARGUMENTS[argument.name] == name else value
+            for argument, value in zip(step.kind.arguments, step.values, strict=True)
+        ]
+        self.text = replace(step, values=tuple(values)).text
+
+    return write
+
+
+def _taken(argument: Any, shown: float) -> float | str:
+    """What an argument takes for the number that the panel gives, which has single precision."""
+    words = getattr(argument, "words", None)
+    return words[int(shown)] if words else min(argument.high, max(argument.low, float(f"{shown:.7g}")))
+
+
+def _kept(name: str) -> dict[str, Callable]:
+    return {"get": _read(name), "set": _write(name)}
+
+
+class LevellingStep(bpy.types.PropertyGroup):
+    """One step, and its arguments."""
+
+    text: StringProperty(name="Step", description="The step as the command line takes it", options={"HIDDEN"})
+    fit: EnumProperty(name="Fit", description="Which heights count", items=_FITS, **_kept("fit"))
+    by: EnumProperty(name="By", description="What of a row is made zero", items=_BYS, **_kept("by"))
+    degree: IntProperty(
+        name="Degree", description="Degree of the polynomial in x and y", min=1, max=5, **_kept("degree")
+    )
+    threshold: FloatProperty(
+        name="Threshold",
+        description="How far it must stand out to be taken for a defect: of scars, in rms differences of rows; of "
+        "outliers and dust, in standard deviations. A lower one removes more",
+        min=0.1, soft_max=20.0, **_kept("threshold"),
+    )  # fmt: skip
+    angle_deg: FloatProperty(
+        name="Angle (deg)", description="Counterclockwise, in degrees", min=-360, max=360, **_kept("angle_deg")
+    )
+    left_um: FloatProperty(
+        name="Left (um)", description="From the scan's left edge, in micrometres", min=0, **_kept("left_um")
+    )
+    top_um: FloatProperty(
+        name="Top (um)", description="From the scan's upper edge, in micrometres", min=0, **_kept("top_um")
+    )
+    right_um: FloatProperty(
+        name="Right (um)", description="From the scan's left edge, in micrometres", min=0, **_kept("right_um")
+    )
+    bottom_um: FloatProperty(
+        name="Bottom (um)", description="From the scan's upper edge, in micrometres", min=0, **_kept("bottom_um")
+    )
+    length_nm: FloatProperty(
+        name="Length (nm)",
+        description="In nanometres: of calibrate, the period that the grating has; of tip, the tip's radius",
+        min=0.1, **_kept("length_nm"),
+    )  # fmt: skip
+    factor: FloatProperty(
+        name="Factor", description="By which heights are multiplied", min=1e-3, max=1e3, **_kept("factor")
+    )
+
+    def step(self) -> "Step":
+        """The step. Raises GratingError if the text is none, as it may be in a file that was not written here."""
+        from ...precompute.surface.steps.pipeline import steps_of
+
+        (step,) = steps_of([self.text], "Levelling")
+        return step
+
+    def shown(self) -> list[str]:
+        """The names of the properties that show the step's arguments. Raises GratingError as `step` does."""
+        return [ARGUMENTS[argument.name] for argument in self.step().kind.arguments]

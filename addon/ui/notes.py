@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sentences in the narrow sidebar."""
+
+import textwrap
+
+# The mean width of a letter, and the width of icon and margins, in pixels at an interface scale of 1.
+_LETTER, _MARGINS = 6.5, 55
+
+
+def draw_note(layout, context, text: str, *, icon: str = "NONE") -> None:
+    """Draw a sentence, wrapped to the sidebar's width."""
+    width = context.region.width / context.preferences.system.ui_scale - _MARGINS
+    for line in textwrap.wrap(text, max(16, int(width / _LETTER))):
+        layout.label(text=line, icon=icon)
+        icon = "BLANK1" if icon != "NONE" else icon

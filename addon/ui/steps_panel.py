@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The part Levelling of the panel: the steps as a list, and what they make of the scan."""
+
+from pathlib import Path
+
+import bpy
+
+from ...precompute.base.failure import GratingError
+from ..operators.level_steps import AddLevellingStep, LevellingAsText, MoveLevellingStep, RemoveLevellingStep
+from ..operators.report import in_words
+from .notes import draw_note
+
+# Of a picture in the sidebar, in units of a row's height.
+_PICTURE = 6.0
+# More files than this are counted.
+_FILES_MAX = 8
+
+
+class StepList(bpy.types.UIList):
+    """Steps that level and repair the scan, in the order in which they are done"""
+
+    bl_idname = "GRATING_UL_steps"
+
+    def draw_item(self, context, layout, data, item, icon, active_data, active_property):
+        layout.label(text=item.text, icon="MODIFIER")
+
+
+def draw_steps(layout, context, grating) -> None:
+    """Draw the list of a grating's steps, the arguments of the active one, and the preview."""
+    if not grating.source:  # made from a bake alone
+        return
+    # Open while the scan is levelled, and out of the way once it is baked. Blender remembers what the artist opens or
+    # closes under either name.
+    name = "GRATING_PT_levelled" if grating.bake_path else "GRATING_PT_levelling"
+    header, body = layout.panel(name, default_closed=bool(grating.bake_path))
+    header.label(text=f"Levelling: {grating.levelling}")
+    if body is None:
+        return
+    row = body.row()
+    row.template_list(StepList.bl_idname, "", grating, "steps", grating, "active_step", rows=4)
+    buttons = row.column(align=True)
+    buttons.operator_menu_enum(AddLevellingStep.bl_idname, "kind", text="", icon="ADD")
+    buttons.operator(RemoveLevellingStep.bl_idname, text="", icon="REMOVE")
+    for direction, icon in (("UP", "TRIA_UP"), ("DOWN", "TRIA_DOWN")):
+        buttons.operator(MoveLevellingStep.bl_idname, text="", icon=icon).direction = direction
+    buttons.operator(LevellingAsText.bl_idname, text="", icon="TEXT")
+    try:
+        _draw_arguments(body, grating)
+        _draw_preview(body, context, grating)
+    except GratingError as error:
+        draw_note(body, context, in_words(str(error)), icon="ERROR")
+
+
+def draw_scans(layout, context, grating) -> None:
+    """Draw the files of a grating that averages several scans."""
+    try:
+        scans = grating.bake_request().scans if grating.further_scans() else ()
+    except GratingError as error:
+        draw_note(layout, context, in_words(str(error)), icon="ERROR")
+        return
+    column = layout.column(align=True)
+    for scan in scans[:_FILES_MAX]:
+        column.label(text=Path(scan.source).name, icon="FILE")
+    if len(scans) > _FILES_MAX:
+        column.label(text=f"and {len(scans) - _FILES_MAX} more", icon="BLANK1")
+
+
+def _draw_arguments(layout, grating) -> None:
+    column = layout.column(align=True)
+    if 0 <= grating.active_step < len(grating.steps):
+        step = grating.steps[grating.active_step]
+        for name in step.shown():
+            column.prop(step, name)
+
+
+def _draw_preview(layout, context, grating) -> None:
+    from ...precompute.surface.steps.pipeline import WARNING
+    from ..actions.level_preview import shown
+
+    found = shown(grating)
+    if found is None:
+        layout.label(text="Levelling the scan ...", icon="SORTTIME")
+        return
+    if found.preview is None:
+        draw_note(layout, context, in_words(found.failure), icon="ERROR")
+        return
+    columns = layout.row(align=True)
+    looks = (found.preview.before, found.preview.after)
+    for title, icon, look in zip(("As scanned", "Levelled"), found.icons, looks, strict=True):
+        column = columns.column(align=True)
+        column.label(text=title)
+        column.template_icon(icon_value=icon, scale=_PICTURE)
+        for line in look.in_words():
+            column.label(text=line)
+    notes = layout.column(align=True)
+    if grating.further_scans():
+        draw_note(notes, context, "Preview of the first scan")
+    for line in found.preview.told:
+        warned = line.startswith(WARNING)
+        draw_note(notes, context, line.removeprefix(WARNING), icon="ERROR" if warned else "INFO")
+    if found.every > 1:
+        draw_note(notes, context, f"Preview of one row and column in {found.every}; the bake takes all")

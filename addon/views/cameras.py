@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rays through the pixels of a camera's picture."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+
+# Of the picture, how much is looked at around what is to be seen there.
+_AROUND = 0.01
+
+
+@dataclass(frozen=True)
+class Window:
+    """The part of a picture between places from 0 to 1 along x and y."""
+
+    low: tuple[float, float] = (0.0, 0.0)
+    high: tuple[float, float] = (1.0, 1.0)
+
+
+class Pixels:
+    """The pixels of a camera's picture as rays into the scene."""
+
+    def __init__(self, scene: bpy.types.Scene, camera: bpy.types.Object) -> None:
+        render, place = scene.render, camera.matrix_world
+        # As in renders, a camera's scale does not count.
+        self._axes = np.array(place.to_quaternion().to_matrix())
+        self._origin = np.array(place.translation)
+        self._kind = camera.data.type
+        right_top, _, left_bottom, _ = (np.array(corner) for corner in camera.data.view_frame(scene=scene))
+        self._corner, self._span = left_bottom, right_top - left_bottom
+        share = render.resolution_percentage / 100
+        self.size = tuple(max(1, int(side * share)) for side in (render.resolution_x, render.resolution_y))
+
+    def rays(self, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Origins (n, 3) and unit directions (n, 3) of the rays through places (n, 2) of the picture, from 0 to 1. A
+        panorama is taken for one of all directions around."""
+        if self._kind == "PANO":
+            around, up = (0.5 - at[:, 0]) * 2 * math.pi, (at[:, 1] - 0.5) * math.pi
+            own = np.stack([-np.cos(up) * np.sin(around), np.sin(up), -np.cos(up) * np.cos(around)], axis=1)
+            origins = np.zeros(own.shape)
+        else:
+            own = self._corner + np.c_[at, np.zeros(len(at))] * self._span
+            origins = np.zeros(own.shape)
+            if self._kind == "ORTHO":
+                origins, own = own * (1.0, 1.0, 0.0), np.broadcast_to((0.0, 0.0, -1.0), own.shape)
+        directions = own @ self._axes.T
+        return origins @ self._axes.T + self._origin, directions / np.linalg.norm(directions, axis=1, keepdims=True)
+
+    def places(self, window: Window, count: int) -> np.ndarray:
+        """The middles (about `count`, 2) of pixels on a grid in a window of the picture, each by its place from 0 to
+        1; those of a panorama are equally far apart in the sky."""
+        (x0, y0), (x1, y1) = window.low, window.high
+        wide, high = (x1 - x0) * self.size[0], (y1 - y0) * self.size[1]
+        columns = max(1, round(math.sqrt(count * wide / high)))
+        rows = max(1, round(count / columns))
+        x, y = np.meshgrid(x0 + (np.arange(columns) + 0.5) / columns * (x1 - x0), (np.arange(rows) + 0.5) / rows)
+        y = np.arcsin(2 * y - 1) / math.pi + 0.5 if self._kind == "PANO" else y0 + y * (y1 - y0)
+        at = np.stack([x.ravel(), y.ravel()], axis=1) * self.size
+        return (np.floor(np.minimum(at, np.array(self.size) - 0.5)) + 0.5) / self.size
+
+    def window_of(self, boxes: Iterable[tuple[np.ndarray, Matrix]]) -> Window | None:
+        """The window in which boxes are seen, each of corners (8, 3) in an object's space and the object's matrix; None
+        where there is none. It is the whole picture where a corner is behind the camera."""
+        found = []
+        for corners, matrix in boxes:
+            world = np.array(matrix)
+            own = (corners @ world[:3, :3].T + world[:3, 3] - self._origin) @ self._axes
+            if self._kind == "PANO" or (self._kind == "PERSP" and own[:, 2].max() > -1e-6):
+                return Window()
+            if self._kind == "PERSP":
+                own = own * (self._corner[2] / own[:, 2:])
+            at = (own - self._corner)[:, :2] / self._span[:2]
+            low, high = np.clip((at.min(axis=0) - _AROUND, at.max(axis=0) + _AROUND), 0, 1)
+            if (high > low).all():
+                found.append((low, high))
+        if not found:
+            return None
+        low, high = (np.array(ends) for ends in zip(*found, strict=True))
+        return Window(tuple(low.min(axis=0)), tuple(high.max(axis=0)))

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The wider levels of a table, each made from the level before by a blur and fewer texels.
+
+The step from one level's texels to the next is no whole number, and the blur is narrower than a texel of the level that
+it is given. A Gaussian sampled so coarsely is no Gaussian any more. Therefore its samples are first made a smooth
+function by an interpolation that keeps all frequencies which they can hold, and this is what is blurred.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from ..maths import bspline
+from ..table.table import Table
+from ..table.tiling import TILE_PADDING, Cell, cell_for
+
+# The interpolation is a sinc under a Gaussian of this standard deviation, in samples. It is cut off at four standard
+# deviations, where it has fallen below 1e-5. A blur is cut off at six of its own.
+_WINDOW, _WINDOW_REACH, _BLUR_REACH = 2.0, 8, 6.0
+# Number of frequencies, from 0 to twice the highest that samples can hold, at which a weight's spectrum is summed.
+# The sum repeats itself at distances of this many samples, far beyond the reach.
+_FREQUENCIES = 64
+
+
+def narrower(sigma: float, texel: float) -> float:
+    """The standard deviation of the kernel that is sampled at the texels so that a reading has the kernel sigma.
+
+    Reading by B-splines adds the variance bspline.VARIANCE texel^2."""
+    return math.sqrt(sigma**2 - bspline.VARIANCE * texel**2)
+
+
+def with_levels(table: Table, cell: Cell | None = None) -> Table:
+    """A table with its wider levels, made from its terms: those of a cell, or as many and as near as memory allows.
+
+    A wider kernel reaches past the rim of the table. Where the table ends at |u| = 2, there is no light beyond the rim.
+    Where its region ends earlier, the values at the rim stand for those beyond."""
+    modes = ["constant" if low <= 1e-9 - 2 and high >= 2 - 1e-9 else "edge" for low, high in table.region[::-1]]
+    cell = cell or cell_for(len(table.terms), table.inner, table.sigma_b)
+    # Measured in a level's own texels, the kernel that is sampled there is the same on every level.
+    sigma = math.sqrt(cell.ratio - 1) * narrower(table.sigma_b, table.texel) / table.texel
+    found = [table.terms]
+    for level in range(1, cell.levels):
+        tiles = found[-1]
+        for axis, inner in enumerate(cell.inner_of(level)):
+            along = np.moveaxis(tiles, 1 + axis, 1)
+            along = _blurred(along, sigma, step=1 / cell.shrink, count=inner + 2 * TILE_PADDING, mode=modes[axis])
+            tiles = np.moveaxis(along, 1, 1 + axis)
+        found.append(np.ascontiguousarray(tiles))
+    return replace(table, wider=tuple(found[1:]), level_ratio=cell.ratio)
+
+
+def _blurred(terms: np.ndarray, sigma: float, *, step: float, count: int, mode: str) -> np.ndarray:
+    """Terms (K, rows, ...) blurred along their rows by a Gaussian of sigma rows, at `count` places that are `step` rows
+    apart. The first inner row, the one after TILE_PADDING others, is such a place, and so many others are before it.
+    `mode` tells numpy.pad what is beyond the rows."""
+    at = TILE_PADDING + step * (np.arange(count) - TILE_PADDING)
+    reach = max(_WINDOW_REACH, math.ceil(_BLUR_REACH * sigma))
+    rows = np.floor(at).astype(int)[:, None] + np.arange(1 - reach, 1 + reach)
+    shares = blur_weights(at[:, None] - rows, sigma).astype(terms.dtype)
+    before, after = -rows[0, 0], max(0, rows[-1, -1] - len(terms[0]) + 1)
+    wide = np.pad(terms, [(0, 0), (before, after)] + [(0, 0)] * (terms.ndim - 2), mode=mode)
+    shape = (-1,) + (1,) * (terms.ndim - 2)
+    return sum(share.reshape(shape) * wide[:, row + before] for share, row in zip(shares.T, rows.T, strict=True))
+
+
+def blur_weights(distance: np.ndarray, sigma: float) -> np.ndarray:
+    """The weights (places, samples) by which samples at a distance from each place, in steps between samples, give the
+    sampled function under a Gaussian blur of `sigma`. Each place's weights sum to 1.
+
+    Their spectrum is the Gaussian's, exp(-2 pi^2 sigma^2 f^2), times that of the interpolation: 1 within |f| < 1 / 2
+    and 0 beyond, with an edge as soft as the window makes it."""
+    f = (np.arange(_FREQUENCIES) + 0.5) / _FREQUENCIES
+    sharp = math.pi * math.sqrt(2) * _WINDOW
+    interpolation = np.array([math.erf(sharp * (0.5 + each)) + math.erf(sharp * (0.5 - each)) for each in f]) / 2
+    spectrum = interpolation * np.exp(-2 * (math.pi * sigma * f) ** 2)
+    weights = np.cos(2 * math.pi * distance[..., None] * f) @ spectrum
+    return weights / weights.sum(axis=-1, keepdims=True)

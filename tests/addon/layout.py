@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A stand-in for Blender's layout that notes what a panel draws."""
+
+from types import SimpleNamespace
+
+
+class Layout:
+    """A layout, and all its rows, columns and sub-panels in one."""
+
+    def __init__(self):
+        self.labels, self.icons, self.props, self.operators, self.lists, self.pictures = [], [], [], [], [], 0
+
+    def label(self, text="", icon="NONE"):
+        self.labels.append(text)
+        self.icons.append(icon)
+
+    def prop(self, data, name, **_):
+        getattr(data, name)
+        self.props.append(name)
+
+    def operator(self, name, **_):
+        self.operators.append(name)
+        return SimpleNamespace()
+
+    def operator_menu_enum(self, name, _property, **_):
+        self.operators.append(name)
+
+    def template_list(self, name, *_, **__):
+        self.lists.append(name)
+
+    def template_icon(self, icon_value, scale):
+        self.pictures += 1
+
+    def row(self, align=False):
+        return self
+
+    def column(self, align=False):
+        return self
+
+    def box(self):
+        return self
+
+    def panel(self, _name, default_closed=False):
+        return self, None if default_closed else self
+
+    def noted(self, icon):
+        """The labels that begin with an icon, as one text with the lines that follow each."""
+        kept, lines = False, []
+        for text, each in zip(self.labels, self.icons, strict=True):
+            kept = each == icon or (kept and each == "BLANK1")
+            if kept:
+                lines.append(text)
+        return " ".join(lines)
+
+
+def context_of(width=300):
+    """What draws need to know of Blender's context."""
+    return SimpleNamespace(
+        region=SimpleNamespace(width=width), preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1))
+    )
