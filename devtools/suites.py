@@ -19,8 +19,8 @@ NO_TESTS_COLLECTED = 5
 SUITES = (
     ("render", PY313),
     ("precompute", PY311),
-    ("render", PY311),
     ("package", PY311),
+    ("render", PY311),
     ("addon", PY311),
     ("addon", PY313),
     ("precompute", PY313),
@@ -30,7 +30,16 @@ FOLDERS = tuple(dict.fromkeys(name for name, _ in SUITES))
 # the rooms where versions can differ are tested twice. The tests of readers and files meet Pillow, gwyfile and OpenEXR.
 # The others mix single and double precision, for which NumPy 2 has other promotion rules. The golden bake passes
 # through all of it.
-WHERE_VERSIONS_DIFFER = ("surface", "table", "maths", "colour", "spectra", "bake/test_golden.py", "bake/test_cache.py")
+PRECOMPUTE_AGAIN = ("surface", "table", "maths", "colour", "spectra", "bake/test_golden.py", "bake/test_cache.py")
+# The renders that the older Blender makes too: one of each kind of node, lamp and shader, and whatever appends, links,
+# saves, undoes or follows. The others are sums over the same nodes.
+RENDER_AGAIN = (
+    "test_plane.py", "test_lamps.py", "test_lights_move.py", "test_hidden_lamps.py", "test_frame_source.py",
+    "test_kept.py", "test_brought_over.py", "test_added_and_removed.py", "test_data_pictures.py", "test_shadows.py",
+    "test_osl.py", "test_osl_direct.py", "test_osl_reference.py", "test_fan.py", "test_bounces.py",
+)  # fmt: skip
+# The suites of which an environment runs these parts alone.
+AGAIN = {("precompute", PY313): PRECOMPUTE_AGAIN, ("render", PY311): RENDER_AGAIN}
 
 
 @dataclass(frozen=True)
@@ -112,8 +121,8 @@ def targets_of(name: str, environment: Environment, paths: list[Path]) -> list[P
     folder = ROOT / "tests" / name
     if paths and ROOT / "tests" not in paths:
         return [path for path in paths if path.is_relative_to(folder)]
-    if name == "precompute" and environment is not PY311:
-        return [folder / part for part in WHERE_VERSIONS_DIFFER]
+    if (name, environment) in AGAIN:
+        return [folder / part for part in AGAIN[name, environment]]
     return [folder] if test_files(folder) else []
 
 

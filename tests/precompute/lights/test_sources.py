@@ -236,7 +236,11 @@ def test_a_world_turned_about_z_has_its_sources_turned(given_lights, columns):
     world = world_of(given_lights)
     angle = -2 * np.pi * columns / COLS  # columns run clockwise, seen from above
     turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
-    for one, other in zip(fit_sources(world, 3), fit_sources(np.roll(world, columns, axis=1), 3), strict=True):
+    sources, turned = fit_sources(world, 3), fit_sources(np.roll(world, columns, axis=1), 3)
+    assert len(sources) == len(turned)
+    for one in sources:
+        # Halves of a light have the same light, and rounding decides which of them comes first.
+        other = max(turned, key=lambda each, one=one: each.direction @ turn @ one.direction)
         np.testing.assert_allclose(turn @ one.direction, other.direction, atol=1e-8)
         np.testing.assert_allclose(one.irradiance, other.irradiance, rtol=1e-8)
         assert one.variance == pytest.approx(other.variance, rel=1e-8)
