@@ -22,7 +22,7 @@ from precompute.cli.parser import OneLineParser
 
 from .snake import plain_material
 from .stage import add_object, clean_scene
-from .studio import Towards, add_backdrop, add_camera, add_key, settings, wrap_in_dusk
+from .studio import Towards, add_camera, add_floor, add_key, settings, wrap_in_dusk
 
 BALL_RADIUS_M = 0.05
 FOIL_M, FOIL_CELLS = 0.16, 480
@@ -35,7 +35,7 @@ KEYS_DEG = {
 }
 CAMERA = Towards(-90.0, 24.0, 0.6)
 LENS_MM = 90.0
-STRENGTH = {"ball": 6.0, "foil": 20.0}
+STRENGTH = {"ball": 3.0, "foil": 1.0}
 
 
 def grid_object(name: str, points: np.ndarray, uv: np.ndarray, material: bpy.types.Material) -> bpy.types.Object:
@@ -88,7 +88,7 @@ def add_foil() -> bpy.types.Object:
 
 def build(scene: bpy.types.Scene, thing: str) -> None:
     """The thing, its light and the camera."""
-    add_backdrop(scene, (0.05, 0.052, 0.058) if thing == "ball" else (0.012, 0.013, 0.016))
+    add_floor(scene, (0.05, 0.052, 0.058) if thing == "ball" else (0.012, 0.013, 0.016))
     (add_ball if thing == "ball" else add_foil)()
     target = (0.0, 0.0, BALL_RADIUS_M if thing == "ball" else 0.008)
     for index, (azimuth, elevation) in enumerate(KEYS_DEG[thing]):

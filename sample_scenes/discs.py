@@ -24,7 +24,7 @@ from precompute.cli.parser import OneLineParser
 
 from .snake import plain_material
 from .stage import add_object, clean_scene
-from .studio import Towards, add_backdrop, add_camera, add_key, add_softbox, settings, wrap_in_dusk
+from .studio import Towards, add_camera, add_floor, add_key, add_softbox, settings, wrap_in_dusk
 
 # Of every optical disc, in metres: the hole, the clear ring, the written part, the rim.
 HOLE_M, CLEAR_M, WRITTEN_M, RIM_M = 0.0075, 0.022, 0.058, 0.060
@@ -35,7 +35,7 @@ BETWEEN_M = 0.132
 TILT_DEG = 14.0
 TARGET_M = (0.0, 0.0, 0.012)
 # Azimuth, elevation and strength of small lamps: each sends its orders into wedges of its own.
-KEYS = (("Key", 70.0, 52.0, 24.0), ("Side", 160.0, 40.0, 14.0), ("Back", 20.0, 30.0, 14.0))
+KEYS = (("Key", 70.0, 52.0, 0.8), ("Side", 160.0, 40.0, 0.4), ("Back", 20.0, 30.0, 0.4))
 # In stops: discs are dark but for their wedges.
 EXPOSURE = 1.5
 CAMERA = Towards(-90.0, 38.0, 0.85)
@@ -80,7 +80,7 @@ def add_disc(name: str, place: tuple[float, float, float]) -> bpy.types.Object:
 
 def build_discs(scene: bpy.types.Scene, discs: list[str]) -> None:
     """The discs side by side, their light and the camera."""
-    add_backdrop(scene, (0.035, 0.036, 0.04))
+    add_floor(scene, (0.035, 0.036, 0.04))
     for index, disc in enumerate(discs):
         x = (index - (len(discs) - 1) / 2) * BETWEEN_M
         add_disc(NAMES[disc], (x, 0.0, 0.06 * np.sin(radians(TILT_DEG)) + 0.001))
@@ -88,7 +88,7 @@ def build_discs(scene: bpy.types.Scene, discs: list[str]) -> None:
         at = Towards(azimuth, elevation, 2.0)
         add_key(scene, name, at, target=TARGET_M, strength=strength, angle_deg=1.5)
     add_softbox(scene, "Fill", Towards(215.0, 30.0, 0.9), target=TARGET_M, size_m=0.2, power_w=10.0)
-    wrap_in_dusk(scene, 0.25)
+    wrap_in_dusk(scene, 0.1)
     add_camera(scene, CAMERA, TARGET_M, LENS_MM[len(discs)])
     settings(scene)
     scene.view_settings.exposure = EXPOSURE

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A photographer's studio for small things: a backdrop without a horizon, a key lamp, a fill, a rim, a camera.
+"""A photographer's studio for small things: a floor, a key lamp, a fill, a rim, a camera.
 
 The lamps are the fewest that show a grating: the key is small in the sky of the thing that it lights, so that its
 orders are colours and not white; fill and rim are wide, and show shape.
@@ -43,21 +43,15 @@ def face(thing: bpy.types.Object, at: Towards, target: tuple[float, float, float
     thing.rotation_euler = (thing.location - Vector(target)).to_track_quat("Z", "Y").to_euler()
 
 
-def add_backdrop(
-    scene: bpy.types.Scene, colour: tuple[float, float, float], *, size_m: float = 2.0, roughness: float = 0.8
+def add_floor(
+    scene: bpy.types.Scene, colour: tuple[float, float, float], *, half_m: float = 6.0, roughness: float = 0.8
 ) -> bpy.types.Object:
-    """A sheet that lies on the floor and rises behind the scene, towards +Y, in a wide curve."""
-    bend = size_m / 2
-    angles = np.linspace(0, np.pi / 2, 33)
-    y = np.concatenate([[-3 * size_m], size_m / 2 + bend * np.sin(angles), [size_m / 2 + bend]])
-    z = np.concatenate([[0.0], bend * (1 - np.cos(angles)), [4 * size_m]])
-    points = [(x, b, c) for b, c in zip(y, z, strict=True) for x in (-4 * size_m, 4 * size_m)]
-    rows = len(y) - 1
-    mesh = bpy.data.meshes.new("Backdrop")
-    mesh.from_pydata(points, [], [(2 * k, 2 * k + 1, 2 * k + 3, 2 * k + 2) for k in range(rows)])
-    mesh.shade_smooth()
-    mesh.materials.append(plain_material("Backdrop", colour, roughness))
-    return add_object(scene, "Backdrop", mesh)
+    """A sheet on the floor. It ends in no wall, which would stand before the lamps behind the scene."""
+    corners = [(x * half_m, y * half_m, 0.0) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    mesh = bpy.data.meshes.new("Floor")
+    mesh.from_pydata(corners, [], [(0, 1, 2, 3)])
+    mesh.materials.append(plain_material("Floor", colour, roughness))
+    return add_object(scene, "Floor", mesh)
 
 
 def add_softbox(
