@@ -69,6 +69,8 @@ MODULES = {
     "snake_spine": "snakes.spine",
     "snake_poses": "snakes.poses",
     "snake_species": "snakes.species",
+    "footprint": "materials.footprint",
+    "settings": "actions.settings",
     "fan": "actions.fan",
     "needs": "actions.needs",
     "outside": "actions.outside",

@@ -3,6 +3,7 @@
 
 import os
 import subprocess
+import threading
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -15,6 +16,8 @@ from .environments import PY311, PY313, Environment
 from .steps import project_environment, say
 
 NO_TESTS_COLLECTED = 5
+# A suite that takes so long hangs: the slowest takes a fifth of it, on a slow machine half.
+LIMIT_SECONDS = 50 * 60
 # Folder of tests/ and environment of each suite, the slowest first, so that two workers end at about the same time.
 SUITES = (
     ("render", PY313),
@@ -103,12 +106,16 @@ def run_suite(
     report.unlink(missing_ok=True)
     command = [environment.python, "-m", "pytest", *targets, f"--junitxml={report}", "--durations=12", *options]
     start = time.monotonic()
-    done = subprocess.run(
+    with subprocess.Popen(
         command, cwd=ROOT, env=project_environment(**variables), stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT, text=True, errors="replace",
-    )  # fmt: skip
-    print(f"\n{title}\n{done.stdout}", flush=True)
-    status = done.returncode
+    ) as process:  # fmt: skip
+        clock = threading.Timer(LIMIT_SECONDS, process.kill)
+        clock.start()
+        output, _ = process.communicate()
+        clock.cancel()
+    print(f"\n{title}\n{output}", flush=True)
+    status = process.returncode
     if status == NO_TESTS_COLLECTED and options:
         status = 0  # the options, such as -k, chose tests of another suite
     return Result(title, status, time.monotonic() - start, **counts(report))

@@ -3,6 +3,7 @@
 
 import os
 import shutil
+import sys
 import tempfile
 from importlib.machinery import PathFinder
 from pathlib import Path
@@ -22,8 +23,23 @@ os.environ["BLENDER_USER_RESOURCES"] = str(USER_FOLDER)
 os.environ["NATURAL_GRATINGS_CACHE"] = str(USER_FOLDER / "cache")
 
 
-def pytest_unconfigure() -> None:
+# The exit status of the tests.
+_ended_with = pytest.StashKey[int]()
+
+
+def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
+    session.config.stash[_ended_with] = int(exitstatus)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """A process with Blender in it ends here, when all is written: at exit, Blender 4.5 may wait for ever for a thread
+    that closes its sound device."""
     shutil.rmtree(USER_FOLDER, ignore_errors=True)
+    if "bpy" in sys.modules and _ended_with in config.stash:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(config.stash[_ended_with])
 
 
 @pytest.fixture(scope="session")

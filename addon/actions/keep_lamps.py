@@ -6,6 +6,8 @@ Drivers follow the values of a lamp by themselves. These functions notice that l
 move between collections, are hidden or are linked to objects. They write only what differs from what is wanted, so that
 a change that concerns no lamp makes Blender evaluate and compile nothing.
 
+What is set on a grating reaches its materials here too.
+
 Writes after a change are in no step of Blender's undo. Undo keeps a data-block as it is, with what was written since,
 where its steps say that it did not change. A pointer in it to a data-block that undo removes would then lead nowhere.
 So the properties are given up before an undo and made again after it, and Diffraction groups are only ever given nodes
@@ -36,6 +38,7 @@ def follow_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Non
     if scene.library is not None or is_rendering() or not _has_diffraction():
         return
     _follow_world(scene)
+    _follow_settings()
     if depsgraph.id_type_updated("COLLECTION") or depsgraph.id_type_updated("LIGHT"):
         update_lamps(scene, exactly=False, in_viewport=_has_viewport())
     elif _has_viewport():
@@ -69,6 +72,7 @@ def show_what_renders(scene: bpy.types.Scene, *_: object) -> None:
     if not is_rendering():  # A render beside the interface runs in its own thread, where nothing may be made.
         drop_stale_sources(scene)
         update_lamps(scene, exactly=False)
+        _follow_settings()
     show_as_rendered(scene, followed_lamps(scene))
     if bpy.app.background:  # where no panel tells it
         _print(resampled_pictures(scene) + unfitted_world(scene) + _outside(scene))
@@ -125,6 +129,12 @@ def _follow_world(scene: bpy.types.Scene) -> None:
         want_fit(scene)
     else:
         drop_stale_sources(scene)
+
+
+def _follow_settings() -> None:
+    from .settings import follow_settings  # files without diffraction do not load it
+
+    follow_settings()
 
 
 def _outside(scene: bpy.types.Scene) -> list[str]:

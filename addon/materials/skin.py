@@ -38,15 +38,17 @@ import bpy
 
 from ..frames.frame import frame_nodes
 from ..lamps.follow import followed_lamps, lamp_count
-from ..lamps.group import Light, light_of
+from ..lamps.group import light_of
 from ..lamps.link import is_linked
 from ..lamps.sky import source_count, source_light
 from ..nodes.arrange import arrange
-from ..nodes.builder import Tree, Value
+from ..nodes.builder import Tree
 from ..nodes.interface import Socket, add_interface
 from ..scene.frame_source import FrameSource
 from ..scene.lights import ALL, LAMPS_ONLY, REST
 from ..scene.variation import Variation
+from .counted import is_lit, is_unseen, left_by_table, table_share
+from .footprint import with_footprint
 from .response import (
     CONSERVING,
     HEIGHT_SCALE,
@@ -80,11 +82,8 @@ _SOURCES = "ng_sources"
 _FRAME = "ng_frame"
 # A sixth holds how the grating varies over the surface.
 _VARIATION = "ng_variation"
-# 1 - cos of the angle from a lamp's middle to the rim of its cone, over the variance of its disc.
-_CONE = 3.0
-# The variances in rad2 of the widest light that is the table's alone and of the least wide that is the closure's: those
-# of discs with radii of 9 and 12.5 degrees.
-_WIDE = (0.006, 0.012)
+# A seventh holds whether the footprint of a pixel counts. A group without it, of an earlier version, has none.
+_FOOTPRINT = "ng_footprint"
 _BASE = Socket("Base", "Shader", "The material under the relief")
 _BASE_BLEND = Socket(
     "Base Blend", "Float", "0: a physical coat. 0.1: the thesis's texture blending", 0.0, 0.0, 1.0, "FACTOR"
@@ -149,6 +148,13 @@ def set_frame(group: bpy.types.NodeTree, source: FrameSource) -> None:
         _refill(group, responses_in(group))
 
 
+def set_footprint(group: bpy.types.NodeTree, counts: bool) -> None:
+    """Have a Diffraction group blur colours that are finer than a pixel, or not (footprint.py)."""
+    if bool(group.get(_FOOTPRINT)) != counts:
+        group[_FOOTPRINT] = counts
+        _refill(group, responses_in(group))
+
+
 def set_variation(group: bpy.types.NodeTree, variation: Variation, others: Iterable[Response]) -> None:
     """Have a Diffraction group vary over the surface, between its own response and the others: one for each share."""
     own, *present = responses_in(group)
@@ -203,10 +209,11 @@ def fill_group(
     n, t = frame_nodes(tree, inputs, frame_of(group))
     geometry = tree.node("ShaderNodeNewGeometry")
     cos_r = tree.dot(tree.value(geometry.outputs["Incoming"]), n)
-    unseen = _is_unseen(tree)
+    unseen = is_unseen(tree)
     strength = inputs["Strength"] * (1.0 - inputs["Base Blend"])
     settings = {socket: inputs[socket.name] for socket in SETTINGS}
     start = ray_start(tree, geometry) if group[_SHADOWS] else None
+    to_lamps = settings | {ROUGHNESS: with_footprint(tree, settings[ROUGHNESS])} if group.get(_FOOTPRINT) else settings
     reliefs = list(enumerate(zip(responses, areas, strict=True), start=1))
     # A node that nothing links to costs nothing: it keeps the answer in the file while it is not asked for.
     lights = lights_of(group) if all(response.world is not None for response in responses) else LAMPS_ONLY
@@ -216,12 +223,12 @@ def fill_group(
     lit_by = [light_of(tree, index, linked) for index, linked in enumerate(lamps)]
     if lights == REST:
         lit_by += [source_light(tree, index) for index in range(sources)]
-    shares = [_table_share(tree, light) for light in lit_by] if lights == REST else []
+    shares = [table_share(tree, light) for light in lit_by] if lights == REST else []
     coat = None
     for light, share in zip_longest(lit_by, shares):
-        lit = _is_lit(tree, light, n=n, cos_r=cos_r, unseen=unseen)
+        lit = is_lit(tree, light, n=n, cos_r=cos_r, unseen=unseen)
         asked = {NORMAL: n, TANGENT: t, TO_LIGHT: light.direction, IRRADIANCE: light.irradiance}
-        asked |= {VARIANCE: light.variance, ZERO_ORDER: zero_order, **settings}
+        asked |= {VARIANCE: light.variance, ZERO_ORDER: zero_order, **to_lamps}
         answer = None
         for k, (response, area) in reliefs:
             shown = response.to_lamp(tree, asked, number=k).shown(strength)
@@ -236,7 +243,7 @@ def fill_group(
     for world, area in worlds if lights != LAMPS_ONLY else ():
         rest = strength
         if lights == REST:
-            rest = strength * (1.0 - unseen) * _left_by_table(tree, zip(lit_by, shares, strict=True), world.direction)
+            rest = strength * (1.0 - unseen) * left_by_table(tree, zip(lit_by, shares, strict=True), world.direction)
         closures = tree.add_shader(world.mirror_closure(n, strength), world.lobe_closure(rest))
         shader = tree.add_shader(shader, closures if area is None else tree.mix_shader(area, None, closures))
     shader = tree.add_shader(shader, tree.mix_shader(tree.fresnel(inputs["IOR"], n), inputs["Base"], None))
@@ -245,44 +252,6 @@ def fill_group(
     tree.node("ShaderNodeOutputAOV", radiance, aov_name=AOV_NAME)
     tree.output(shader, radiance)
     arrange(group)
-
-
-def _table_share(tree: Tree, light: Light) -> Value:
-    """The share of a light that the table answers to: all of a compact one's, and none of a wide one's.
-
-    The table takes each light for a round Gaussian. The closure finds a wide light as it is, and often."""
-    compact, wide = _WIDE
-    node = tree.node("ShaderNodeMapRange", light.variance, compact, wide, 1.0, 0.0, interpolation_type="SMOOTHSTEP")
-    return tree.value(node.outputs["Result"])
-
-
-def _left_by_table(tree: Tree, lights: Iterable[tuple[Light, Value]], direction: Value) -> Value | float:
-    """The share of the light from a direction that the table does not answer to: 0 where it leads to a lamp that
-    shines, or what the table leaves of that lamp, and else 1."""
-    left = 1.0
-    for light, share in lights:
-        shines = tree.math("GREATER_THAN", tree.dot(light.irradiance, (1.0, 1.0, 1.0)), 0.0)
-        beside = light.variance.times_plus(_CONE, tree.dot(light.direction, direction))  # within the cone above 1
-        left = left * (1.0 - shines * share * tree.math("GREATER_THAN", beside, 1.0))
-    return left
-
-
-def _is_unseen(tree: Tree) -> Value:
-    """1 for rays that would find the glow by chance, as white dots on the floor; else 0.
-
-    Seen is what the camera sees, also in mirrors and through clear glass. A ray that a rough surface or fog has sent
-    in a random direction sees nothing, nor does a diffuse bounce that a mirror sends on."""
-    path = tree.outputs_of(tree.node("ShaderNodeLightPath"))
-    mirrored = tree.math("GREATER_THAN", path["Is Singular Ray"], path["Diffuse Depth"])
-    return tree.math("LESS_THAN", path["Is Camera Ray"] + mirrored, 0.5)
-
-
-def _is_lit(tree: Tree, light: Light, *, n: Value, cos_r: Value, unseen: Value) -> Value:
-    """1 where lamp and viewer are above the surface, the lamp sends light, and the ray may see it; else 0.
-
-    All three numbers must be positive. `unseen` is 1 for a ray that may not, and no cosine exceeds 1."""
-    least = tree.minimum(tree.minimum(cos_r, tree.dot(light.direction, n)), tree.dot(light.irradiance, (1.0, 1.0, 1.0)))
-    return tree.math("GREATER_THAN", least, unseen)
 
 
 def _parts(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:

@@ -180,6 +180,7 @@ def _draw_material(layout, grating) -> None:
     row.label(text="Variation")
     choice = Variation() if grating.group is None else variation_of(grating.group)
     row.operator(VaryGrating.bl_idname, text=choice.summary, icon="MOD_NOISE")
+    layout.prop(grating, "footprint")
     layout.prop(grating, "shadows")
     layout.operator(AddDiffractionLamp.bl_idname, text="Add Diffraction Lamp", icon="LIGHT_AREA")
 

@@ -27,11 +27,12 @@ os.environ.setdefault(
 
 @dataclass
 class Stage:
-    """A scene under construction, and the folder for its pictures."""
+    """A scene under construction, the folder for its pictures, and the pixel filter's kind and width."""
 
     addon: SimpleNamespace
     folder: object
     scene: object
+    filter: tuple[str, float] = ("BOX", 0.01)
 
     def add(self, name, data, location=(0, 0, 0), *, rotation=(0, 0, 0), scale=(1, 1, 1), collection=None):
         """An object of the data."""
@@ -86,7 +87,7 @@ class Stage:
         settings = scene.render
         settings.resolution_x = settings.resolution_y = pixels
         settings.resolution_percentage = 100
-        settings.filter_size = 0.01
+        settings.filter_size = self.filter[1]
         settings.image_settings.file_format = "OPEN_EXR"
         settings.image_settings.color_depth = "32"
         if engine == "cycles":
@@ -94,7 +95,7 @@ class Stage:
             scene.cycles.device = "CPU"
             scene.cycles.samples = samples
             scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
-            scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01
+            scene.cycles.pixel_filter_type, scene.cycles.filter_width = self.filter
         else:
             settings.engine = self.addon.compat.eevee_engine()
             scene.eevee.taa_render_samples = samples
