@@ -197,12 +197,14 @@ class Studio:
         found = [
             Subject("Principled metal, 1 sun", self.metal),
             Subject("Direct, 1 sun", self.direct),
+            Subject("Direct, 1 sun, footprint", lambda: self.direct(footprint=True)),
             Subject("Direct, 1 sun, shadow rays", lambda: self.direct(shadows=True)),
         ]
         if lamps > 1:
             found += [
                 Subject(f"Principled metal, {lamps} suns", self.metal, lamps),
                 Subject(f"Direct, {lamps} suns", self.direct, lamps),
+                Subject(f"Direct, {lamps} suns, footprint", lambda: self.direct(footprint=True), lamps),
             ]
         if engine == "cycles" and scene == "sphere":
             found += [
@@ -228,9 +230,10 @@ class Studio:
         principled.inputs["Roughness"].default_value = (sigma_b / 2**0.5) ** 0.5
         return material
 
-    def direct(self, shadows: bool = False, lights: str = "LAMPS"):
+    def direct(self, shadows: bool = False, lights: str = "LAMPS", footprint: bool = False):
         """The add-on's own material."""
         group = self.addon.grating_material.new_diffraction_group(self.bake, shadows, lights)
+        self.addon.skin.set_footprint(group, footprint)
         return self.addon.material.new_diffraction_material("timed", group)
 
     def direct_shader(self):
