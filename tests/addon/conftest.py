@@ -17,10 +17,11 @@ def scene(extension):
     for collection in (data.objects, data.meshes, data.lights, data.materials, data.node_groups, data.images):
         data.batch_remove(list(collection))
     scene = bpy.context.scene
+    data.batch_remove([other for other in data.scenes if other != scene])
     scene.natural_gratings.items.clear()
     if scene.animation_data:
         scene.animation_data_clear()
-    for key in [key for key, _ in scene.items() if key.startswith("ng_key")]:
+    for key in [key for key, _ in scene.items() if key.startswith("ng_")]:
         del scene[key]
     bpy.ops.mesh.primitive_plane_add()
     lamp = data.lights.new("Sun", "SUN")
