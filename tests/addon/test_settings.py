@@ -5,23 +5,40 @@ import bpy
 import pytest
 
 
-@pytest.mark.parametrize("name", ["footprint", "shadows"])
-def test_a_setting_reaches_the_material_at_the_next_change(scene, grating, addon, name):
-    """As the panel does, which tells Blender that the scene has changed. What is set already makes no nodes again."""
+@pytest.fixture
+def nodes(scene, grating):
+    """The nodes of the grating's group after Blender has evaluated the scene, as the panel has it do."""
+    before, scene.render.engine = scene.render.engine, "CYCLES"
     assert bpy.ops.grating.assign() == {"FINISHED"}
 
-    def nodes():
+    def found():
         scene.update_tag()
         bpy.context.view_layer.update()
         return [node.as_pointer() for node in grating.group.nodes]
 
+    yield found
+    scene.render.engine = before
+
+
+@pytest.mark.parametrize(("name", "value"), [("footprint", "NEVER"), ("shadows", False)])
+def test_a_setting_reaches_the_material_at_the_next_change(grating, nodes, name, value):
+    """What is set already makes no nodes again."""
     before = nodes()
     assert nodes() == before
-    setattr(grating, name, False)
+    setattr(grating, name, value)
     without = nodes()
     assert without != before and nodes() == without
-    if name == "footprint":
-        assert len(without) < len(before)
-        assert not any(node.type == "BUMP" for node in grating.group.nodes)
     bpy.ops.grating.assign()
     assert nodes() == without
+
+
+def test_the_footprint_is_made_where_it_is_set_for_the_engine(scene, grating, nodes, addon):
+    def has_bumps():
+        nodes()
+        return any(node.type == "BUMP" for node in grating.group.nodes)
+
+    assert has_bumps()
+    scene.render.engine = addon.compat.eevee_engine()
+    assert not has_bumps()
+    grating.footprint = "ALWAYS"
+    assert has_bumps()

@@ -70,13 +70,13 @@ def test_few_samples_are_nearer_to_the_mean(stage, skin, engine):
     (grating,) = stage.scene.natural_gratings.items
     stage.addon.grating_material.choose_lights(grating, "LAMPS")
 
-    def seen(footprint, engine, samples):
-        grating.footprint = footprint
+    def seen(counts, engine, samples):
+        grating.footprint = "ALWAYS" if counts else "NEVER"
         stage.addon.settings.follow_settings()
         return stage.rgb(engine, PIXELS, samples)
 
     truth = seen(False, "cycles", 512)
-    off, on = (seen(footprint, engine, 1) for footprint in (False, True))
+    off, on = (seen(counts, engine, 1) for counts in (False, True))
     without, with_it = (np.sqrt(np.mean((picture - truth) ** 2)) for picture in (off, on))
     print(f"{engine}: {with_it / without:.2f}, light {on.sum() / truth.sum():.3f}")
     assert with_it < 0.1 * without
@@ -90,10 +90,10 @@ def test_close_by_nothing_changes(stage, baked):
     lamps(stage, "sun")
     assign(stage, mesh, baked[0])
     (grating,) = stage.scene.natural_gratings.items
-    grating.footprint = True
+    grating.footprint = "ALWAYS"
     stage.addon.settings.follow_settings()
     on = stage.rgb("cycles", PIXELS, 64)
-    grating.footprint = False
+    grating.footprint = "NEVER"
     stage.addon.settings.follow_settings()
     off = stage.rgb("cycles", PIXELS, 64)
     assert off.max() > 0
