@@ -17,6 +17,8 @@ fills, in microseconds.
 
 import argparse
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -103,9 +105,15 @@ def wear(studio: Worlds, fake: str, *, bake: Path, period_m: float) -> None:
 def three_lobes(studio: Worlds, period_m: float):
     """A material of three tilted glossy closures."""
     material, tree = _empty(studio, "Three Lobes")
+    tree.node("ShaderNodeOutputMaterial", lobes(tree, period_m))
+    return material
+
+
+def lobes(tree: Any, period_m: float, gain: Any = 1.0) -> Any:
+    """Add three tilted glossy closures, scaled by a gain, to a tree."""
     n = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Normal"])
     t = tree.value(tree.node("ShaderNodeTangent", direction_type="UV_MAP").outputs[0])
-    reflectance = tree.fresnel(KERATIN_IOR, n)
+    reflectance = tree.fresnel(KERATIN_IOR, n) * gain
     shader = None
     for colour, nanometres in _LOBES_NM.items():
         normal = tree.normalize(t.times_plus((nanometres * 1e-9 / period_m / 2,) * 3, n))
@@ -113,15 +121,24 @@ def three_lobes(studio: Worlds, period_m: float):
         tree.feed(node.inputs["Normal"], normal)
         tree.feed(node.inputs["Tangent"], t)
         shader = tree.add_shader(shader, tree.value(node.outputs[0]))
-    tree.node("ShaderNodeOutputMaterial", shader)
-    return material
+    return shader
 
 
 def rainbow(studio: Worlds, period_m: float):
     """A material of GPU Gems' rainbow, under the scene's lamps."""
+    addon, response = studio.addon, rainbow_response(studio.addon, period_m)
+    skin = addon.skin.group_around("Rainbow", response, shadows=False, lights="LAMPS")
+    made = addon.material.new_diffraction_material("Rainbow", skin)
+    base = next(node for node in made.node_tree.nodes if node.label == "Skin")
+    base.inputs["Base Color"].default_value = (0, 0, 0, 1)
+    return made
+
+
+def rainbow_response(addon: SimpleNamespace, period_m: float) -> Any:
+    """GPU Gems' rainbow as the answer of a surface to one lamp."""
     import bpy
 
-    addon, socket = studio.addon, studio.addon.response
+    socket = addon.response
     group = bpy.data.node_groups.new("Rainbow", "ShaderNodeTree")
     asked = socket.NORMAL, socket.TANGENT, socket.TO_LIGHT, socket.IRRADIANCE
     addon.interface.add_interface(group, asked, socket.ONE_RADIANCE)
@@ -137,15 +154,7 @@ def rainbow(studio: Worlds, period_m: float):
         x = (y - (0.75, 0.5, 0.25)) * _SHARPNESS
         shown = tree.vector_math("MAXIMUM", 1.0 - x * x, (0.0, 0.0, 0.0)) + shown
     tree.output(irradiance * shown)
-    skin = addon.skin.group_around("Rainbow", socket.Response(group), shadows=False, lights="LAMPS")
-    made = addon.material.new_diffraction_material("Rainbow", skin)
-    next(node for node in made.node_tree.nodes if node.label == "Skin").inputs["Base Color"].default_value = (
-        0,
-        0,
-        0,
-        1,
-    )
-    return made
+    return socket.Response(group)
 
 
 def thin_film(studio: Worlds):

@@ -8,8 +8,16 @@ import pytest
 from PIL import Image
 
 
+@pytest.fixture(scope="session")
+def first_engine(extension) -> str:
+    """The render engine of a new file."""
+    import bpy
+
+    return bpy.context.scene.render.engine
+
+
 @pytest.fixture
-def scene(extension):
+def scene(first_engine):
     """The scene, emptied, with a plane (selected, with its UV map) and a sun."""
     import bpy
 
@@ -18,6 +26,7 @@ def scene(extension):
         data.batch_remove(list(collection))
     scene = bpy.context.scene
     data.batch_remove([other for other in data.scenes if other != scene])
+    scene.render.engine = first_engine
     scene.natural_gratings.items.clear()
     if scene.animation_data:
         scene.animation_data_clear()

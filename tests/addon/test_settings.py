@@ -8,7 +8,7 @@ import pytest
 @pytest.fixture
 def nodes(scene, grating):
     """The nodes of the grating's group after Blender has evaluated the scene, as the panel has it do."""
-    before, scene.render.engine = scene.render.engine, "CYCLES"
+    scene.render.engine = "CYCLES"
     assert bpy.ops.grating.assign() == {"FINISHED"}
 
     def found():
@@ -16,8 +16,7 @@ def nodes(scene, grating):
         bpy.context.view_layer.update()
         return [node.as_pointer() for node in grating.group.nodes]
 
-    yield found
-    scene.render.engine = before
+    return found
 
 
 @pytest.mark.parametrize(("name", "value"), [("footprint", "NEVER"), ("shadows", False)])
