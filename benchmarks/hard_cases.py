@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks import report
+from benchmarks import hard_scenes, report
 from benchmarks.albedo import greatest, no_bound, surface_of
-from benchmarks.hard_cases_page import HEAD, TAIL
+from benchmarks.hard_cases_page import HEAD, SCENES, TAIL
 from benchmarks.hard_directions import (
     ONE_TEXEL,
     anywhere,
@@ -254,11 +254,12 @@ def outcome(case: Case, baker: Baker = as_baked) -> Outcome:
     return Outcome(errors, case.figures(relief, baked) if case.figures else None)
 
 
-def page(outcomes: list[Outcome]) -> str:
+def page(outcomes: list[Outcome], scenes: list[tuple[hard_scenes.SceneCase, str]]) -> str:
     """The text of docs/hard_cases.md."""
     rows = [f"| {case.name} | {case.asked} | {each.text} |" for case, each in zip(CASES, outcomes, strict=True)]
+    in_scenes = [f"| {case.name} | {case.asked} | {text} |" for case, text in scenes]
     head = ["| case | asked | value, error or refusal |", "| --- | --- | --- |"]
-    return "\n".join([HEAD, *head, *rows, "", TAIL])
+    return "\n".join([HEAD, *head, *rows, "", SCENES, *head, *in_scenes, "", TAIL])
 
 
 def main(argv: list[str] | None = None) -> None:
@@ -271,9 +272,13 @@ def main(argv: list[str] | None = None) -> None:
     for case in CASES:
         outcomes.append(outcome(case))
         report.say(f"{case.name:<42} {case.asked:<52} {outcomes[-1].text}", arguments.json)
-    arguments.output.write_text(page(outcomes))
+    scenes = hard_scenes.outcomes()
+    for case, text in scenes:
+        report.say(f"{case.name:<42} {case.asked:<52} {text}", arguments.json)
+    arguments.output.write_text(page(outcomes, scenes))
     cases = zip(CASES, outcomes, strict=True)
     facts = [{"case": case.name, "asked": case.asked, **each.as_dict()} for case, each in cases]
+    facts += [{"case": case.name, "asked": case.asked, "outcome": text} for case, text in scenes]
     report.write({"cases": facts}, arguments.json)
 
 

@@ -13,6 +13,12 @@ hold bumps 200 nm high, unless the table says otherwise. The same cases are test
 `tests/precompute/bake/test_hard_cases.py`.
 """
 
+SCENES = """## In a scene
+
+Cycles renders `sample:elaphe` under one sun on 16 x 16 pixels with 64 samples (`benchmarks/hard_scenes.py`). "Apart" is
+the greatest difference of the pictures with and without the footprint of a pixel, over the greatest value.
+"""
+
 TAIL = """## Why the cases end so
 
 - **Deep reliefs.** The terms of a deep relief are large because it scatters most at w = 0; where w is large, they all
