@@ -41,7 +41,7 @@ class Direction:
 
 
 class AtlasTable:
-    """sum_k T_k(t) B_k(u, v) / scale, XYZ over w^2, with one look-up for each term; t goes from -1 to 1 over the range
+    """sum_k f_k(t) B_k(u, v) / scale, XYZ over w^2, with one look-up for each term; t goes from -1 to 1 over the range
     of w.
 
     Outside the table's region and range of w its rim is read, because the polynomials are not bounded there and other
@@ -58,10 +58,11 @@ class AtlasTable:
         self.place = inner.times_plus((x, y, 0.0), (-u_low * x, -v_low * y, 0.0))
         half_range = (layout.w_max - layout.w_min) / 2
         t = w.times_plus(1 / half_range, -(layout.w_min + layout.w_max) / 2 / half_range)
-        self.t = tree.maximum(tree.minimum(t, 1.0), -1.0)
+        held = tree.maximum(tree.minimum(t, 1.0), -1.0)
+        self.functions = _functions(tree, layout, held)
         self.inside = tree.math("LESS_THAN", tree.dot(uv, uv), 4.0)
         if not layout.whole:
-            beyond = uv - inner + tree.vector(0.0, 0.0, t - self.t)
+            beyond = uv - inner + tree.vector(0.0, 0.0, t - held)
             self.inside = self.inside * tree.math("LESS_THAN", tree.dot(beyond, beyond), _ROUNDING**2)
 
     def around(self, blur: Value) -> tuple[Value, Value | None, Value | float]:
@@ -102,21 +103,39 @@ class AtlasTable:
         """The sum, where the first term is read at a place in the picture."""
         tree, layout = self.tree, self.layout
         x, y = layout.cell_origin(0)
-        terms = []
-        for k in range(layout.terms):
+        total = None
+        for k, function in enumerate(self.functions):
             column, row = layout.cell_origin(k)
             place = first + _over((column - x, row - y), self.size) if k else first
-            terms.append(tree.image(self.image, place, label=f"B{k}"))
-        return _chebyshev_sum(terms, self.t) * self.inside
+            term = tree.image(self.image, place, label=f"B{k}")
+            total = term * function if total is None else term.times_plus(function, total)
+        return total * self.inside
 
 
-def _chebyshev_sum(terms: list[Value], t: Value) -> Value:
-    """sum_k T_k(t) B_k by Clenshaw's recurrence: b_k = B_k + 2 t b_(k+1) - b_(k+2), the sum B_0 + t b_1 - b_2."""
+def _functions(tree: Tree, layout: Layout, t: Value) -> list[Value]:
+    """Each term's function of w: sums of Chebyshev polynomials, three at once as the components of a vector, by
+    Clenshaw's recurrence b_j = a_j + 2 t b_(j+1) - b_(j+2) and the sum a_0 + t b_1 - b_2."""
+    found = []
+    coefficients = np.zeros((-(-layout.terms // 3) * 3, layout.polynomials))
+    coefficients[: layout.terms] = np.reshape(layout.basis, (layout.terms, layout.polynomials))
     twice = t * 2.0
-    after, last = None, terms[-1]
-    for term in terms[-2:0:-1]:
-        after, last = last, last.times_plus(twice, term if after is None else term - after)
-    return last.times_plus(t, terms[0] if after is None else terms[0] - after)
+    for three in coefficients.reshape(-1, 3, layout.polynomials):
+        constant, *others = (tuple(map(float, each)) for each in three.T)
+        after, last = None, None
+        for each in reversed(others):
+            after, last = last, _next(tree, each, twice, (last, after))
+        value = _next(tree, constant, t, (last, after))
+        found += [tree.value(o) for o in tree.node("ShaderNodeSeparateXYZ", value).outputs]
+    return found[: layout.terms]
+
+
+def _next(tree: Tree, coefficient: tuple[float, float, float], factor: Value, kept: tuple) -> Operand:
+    """coefficient + factor * last - after, of which neither need be there."""
+    last, after = kept
+    if last is None:
+        return coefficient
+    raised = coefficient if after is None else tree.vector_math("SUBTRACT", coefficient, after)
+    return tree.vector_math("MULTIPLY_ADD", last, factor, raised)
 
 
 def _over(value: float | tuple[float, float], size: tuple[int, int]) -> tuple[float, float, float]:

@@ -5,13 +5,13 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from ..base.progress import Progress
-from ..measure.forms import FormErrors
 from ..surface.relief import Relief
 from ..table.sample_set import SampleSet
 from ..table.table import Table
 from . import ensemble, patch
 from .plan import Plan
 from .request import BakeRequest
+from .self_check import Judge
 
 
 class CoherenceModel(Protocol):
@@ -27,9 +27,8 @@ class CoherenceModel(Protocol):
         """The table that a plan describes."""
         ...
 
-    def self_check(self, reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progress: Progress) -> FormErrors:
-        """The error of a table in both forms, read from what its file will hold, against the reliefs' exact
-        spectra."""
+    def judge(self, reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress: Progress) -> Judge:
+        """What tells the error of a table of a plan in both forms, against the reliefs' exact spectra."""
         ...
 
     def sample_set(self, chosen: Plan) -> SampleSet | None:

@@ -35,7 +35,7 @@ from .resolution import (
     texel_middles,
     texel_size,
 )
-from .self_check import self_check as self_check
+from .self_check import judge as judge
 from .tiles import carry_out
 
 # The request that leaves every value at its default.

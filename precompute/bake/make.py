@@ -22,6 +22,7 @@ from ..table import atlas
 from ..table.sample_set import SampleSet
 from ..table.table import Table
 from ..table.tiling import BYTES_PER_TEXEL
+from .basis import with_learnt_basis
 from .coherence_models import COHERENCE_MODELS
 from .request import BakeRequest
 from .resolution import blender_bytes
@@ -33,6 +34,8 @@ ATLAS_BYTES_MAX = BYTES_PER_TEXEL * TEXELS_MAX
 _PLANNED, _CARRIED_OUT = 0.1, 0.7
 # The second attempt is planned for an error smaller by this factor than the error that would just do.
 _MARGIN = 2.0
+# The share of the error asked for that a learnt basis of w may reach: the rest is for the file's rounding.
+_BEFORE_ROUNDING = 0.9
 # The share of the whole that progress gives to the first attempt. A second one is the exception, so it gets the rest.
 _FIRST = 0.9
 
@@ -130,11 +133,14 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
             f"{source}: the table would take {in_blender / 2**20:.0f} MiB in Blender; ask for a shorter "
             "--coherence-um, or for a part of it by --needs"
         )
-    image, layout = atlas.pack(model.carry_out(chosen, request.illuminant, span_of(progress, _PLANNED, _CARRIED_OUT)))
-    stored = atlas.unpack(image, layout)
+    table = model.carry_out(chosen, request.illuminant, span_of(progress, _PLANNED, _CARRIED_OUT))
     sample_set = model.sample_set(chosen)
     baked = time.perf_counter()
-    claims = model.self_check(reliefs, chosen, stored, progress=span_of(progress, _CARRIED_OUT, 1))
+    errors_of = model.judge(reliefs, chosen, request.illuminant, progress=span_of(progress, _CARRIED_OUT, 1))
+    table = with_learnt_basis(table, lambda fewer: _excess(errors_of(fewer), request.delta_e) <= _BEFORE_ROUNDING)
+    image, layout = atlas.pack(table)
+    stored = atlas.unpack(image, layout)
+    claims = errors_of(stored)
     transforms = sum(len(series.amplitude) for series in chosen.ensemble)
     return Made(
         stored, sample_set, image, layout, claims, len(chosen.wavelengths), transforms, baked - started,

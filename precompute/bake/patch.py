@@ -40,7 +40,7 @@ from .plan import Plan
 from .probe import TEXELS_MAX, probe
 from .request import BakeRequest
 from .resolution import bake_wavelengths, texel_middles
-from .self_check import pairs_within, w_within
+from .self_check import Judge, pairs_within, w_within
 from .tiles import xyz_over_w2
 
 # The table's range of w begins here, unless the needs ask for a range that begins later. Measured on a skin of 150 nm,
@@ -100,8 +100,8 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
     ))  # fmt: skip
 
 
-def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progress: Progress) -> FormErrors:
-    """The error of a bake, read from what its file will hold, against the patch model's reference.
+def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress: Progress) -> Judge:
+    """What tells the error of a table of this plan against the patch model's reference.
 
     It is measured on direction pairs at a few values of w. Without an albedo bound Stam's form is the only one."""
     rng = np.random.default_rng(0)
@@ -111,17 +111,17 @@ def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progre
     # From one wavelength to the next an order moves by 1.25 standard deviations of the kernel: a sum of Gaussians at
     # this spacing is flat to 7e-6.
     step_m = 1.25 * chosen.sigma_b / reach * WAVELENGTH_MIN_M**2 / coherence.REFERENCE_WAVELENGTH_M
-    lambdas = seen_wavelengths(wavelengths(step_m), stored.illuminant)
-    weights = spectral_weights(lambdas, stored.illuminant)
+    lambdas = seen_wavelengths(wavelengths(step_m), illuminant)
+    weights = spectral_weights(lambdas, illuminant)
     found = []
     for k, w in enumerate(w_within(chosen.w_range, _CHECK_GROUPS, rng)):
-        pairs = pairs_within(chosen, w, _CHECK_PAIRS, rng=rng, illuminant=stored.illuminant)
+        pairs = pairs_within(chosen, w, _CHECK_PAIRS, rng=rng, illuminant=illuminant)
         xyz = np.zeros((len(pairs.wi), 3))
         for n, (lam, weight) in enumerate(zip(lambdas, weights, strict=True)):
             xyz += reference.density(pairs.u, pairs.v, w, wavelength_m=lam)[:, None] * weight
             progress("self-check", (k + (n + 1) / len(lambdas)) / _CHECK_GROUPS)
         found.append(Truth(w, pairs, xyz, np.zeros(3)))
-    return FormErrors(measure(found, stored.candidate, stored.illuminant), None)
+    return lambda table: FormErrors(measure(found, table.candidate, illuminant), None)
 
 
 def sample_set(chosen: Plan) -> None:

@@ -14,7 +14,7 @@ The verb `check` measures the same errors in an independent way (precompute/chec
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -46,6 +46,7 @@ _CUT = 6.0
 # The dE00 that a relative error of luminance makes, divided by this error, at Y = 1: the derivative of
 # L* = 116 Y^(1/3) - 16 is 116 / 3.
 _DELTA_E_PER_UNIT = 116 / 3
+Judge = Callable[[Table], FormErrors]
 # Number of values of s at which each series is compared with an exact transform.
 _SERIES_PROBES = 2
 
@@ -61,8 +62,8 @@ def wavelengths_for(sigma_b: float) -> np.ndarray:
     )
 
 
-def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progress: Progress) -> FormErrors:
-    """The error of a bake in both forms, read from what its file will hold.
+def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress: Progress) -> Judge:
+    """What tells the error of a table of this plan in both forms.
 
     The error is measured at a few values of w, on direction pairs that the bake was not made from. The error of the
     series is added to every error of colour and to every relative error of luminance. `progress` is called with the
@@ -71,21 +72,25 @@ def self_check(reliefs: Sequence[Relief], chosen: Plan, stored: Table, *, progre
     found = []
     pairs = _affordable_pairs(chosen)
     for k, w in enumerate(w_within(chosen.w_range, GROUPS, rng)):
-        drawn = pairs_within(chosen, w, pairs, rng=rng, illuminant=stored.illuminant)
+        drawn = pairs_within(chosen, w, pairs, rng=rng, illuminant=illuminant)
         found.append(
             _truth(
-                chosen.ensemble, drawn, w, chosen.sigma_b, stored.illuminant,
+                chosen.ensemble, drawn, w, chosen.sigma_b, illuminant,
                 part_of(progress, "self-check", done=k, total=GROUPS),
             )
         )  # fmt: skip
     part = _with_bound(
         chosen, [truth.only(slice(None, None, max(1, len(truth.pairs.wi) // _BOUND_PAIRS))) for truth in found]
     )
-    stam = measure(found, stored.candidate, stored.illuminant)
-    conserving = measure(part, stored.candidate, stored.illuminant, held_bound=stored.bound_of_pairs)
     s = rng.uniform(0.3, 1, _SERIES_PROBES) * chosen.ensemble[0].s_max
     lacking = max(exact_error(relief, series, s) for relief, series in zip(reliefs, chosen.ensemble, strict=True))
-    return FormErrors(*(errors.worse_by(_DELTA_E_PER_UNIT * lacking, lacking) for errors in (stam, conserving)))
+
+    def errors_of(table: Table) -> FormErrors:
+        stam = measure(found, table.candidate, illuminant)
+        conserving = measure(part, table.candidate, illuminant, held_bound=table.bound_of_pairs)
+        return FormErrors(*(errors.worse_by(_DELTA_E_PER_UNIT * lacking, lacking) for errors in (stam, conserving)))
+
+    return errors_of
 
 
 def _with_bound(chosen: Plan, found: Sequence[Truth]) -> list[Truth]:

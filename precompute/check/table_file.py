@@ -13,13 +13,13 @@ from ..base.strict_json import parse_json
 from ..colour.observer import is_illuminant
 from ..optics.region import Region
 
-FORMAT = 8
+FORMAT = 9
 # The inner texels of a tile hold the table. _RIM is the number of texels on each side of them that only interpolation
 # reads. _STRIP is the number of rows of the strip beside the rows of the excess albedo.
 _RIM, _STRIP = 2, 4
 _COUNTS = (
     "terms", "levels", "cell_rows", "cell_columns", "inner_rows", "inner_columns", "columns", "rows", "strip_rows",
-    "zero_order_samples", "bound_texels",
+    "zero_order_samples", "bound_texels", "polynomials",
 )  # fmt: skip
 # The least and the greatest of each real number of a layout: the sky, kernels up to one that fills it, and tiles whose
 # largest value, 8192 times the scale, single precision holds.
@@ -49,6 +49,7 @@ class Table:
     texel       distance of the texels in u and v
     w_range     range of w that the terms cover
     sigma_b     standard deviation of the kernel in u and v
+    basis       (K, J), each term's function of w as coefficients of Chebyshev polynomials
     record      the header
     """
 
@@ -60,6 +61,7 @@ class Table:
     w_range: tuple[float, float]
     sigma_b: float
     illuminant: str
+    basis: np.ndarray
     record: dict
 
     @property
@@ -72,11 +74,11 @@ class Table:
         ))  # fmt: skip
 
     def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w: float) -> np.ndarray:
-        """Scattered XYZ over w^2 (n, 3) at u, v (n,), by cubic B-splines over the texels and Chebyshev polynomials of
-        w."""
+        """Scattered XYZ over w^2 (n, 3) at u, v (n,), by cubic B-splines over the texels and functions of w, which are
+        sums of Chebyshev polynomials."""
         low, high = self.w_range
         angle = math.acos(np.clip((2 * w - low - high) / (high - low), -1, 1))
-        basis = np.cos(np.arange(len(self.terms)) * angle)
+        basis = self.basis @ np.cos(np.arange(self.basis.shape[1]) * angle)
         x = (np.clip(u, *self.region.u) - self.first[0]) / self.texel
         y = (np.clip(v, *self.region.v) - self.first[1]) / self.texel
         found = np.zeros((len(u), 3))
@@ -164,6 +166,8 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
     ]
     for name, fits in (
         ("terms", layout["terms"] <= min(_TERMS_MAX, layout["rows"] * layout["columns"])),
+        ("polynomials", layout["polynomials"] <= _TERMS_MAX),
+        ("basis", _is_basis(layout.get("basis"), layout["terms"] * layout["polynomials"])),
         ("levels", layout["levels"] <= _LEVELS_MAX),
         ("strip_rows", layout["strip_rows"] == layout["bound_texels"] + _STRIP),
         ("zero_order_samples", layout["zero_order_samples"] >= 2),
@@ -176,6 +180,15 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
         if not fits:
             return name
     return "" if picture.shape == (*_picture_size(layout), 3) else "layout"
+
+
+def _is_basis(basis: object, count: int) -> bool:
+    """Whether it is a list of as many numbers, as functions of at most 1 have them."""
+    return (
+        isinstance(basis, list)
+        and len(basis) == count
+        and all(type(each) in (int, float) and abs(each) <= 2 for each in basis)
+    )
 
 
 def _fault_of_provenance(record: dict) -> str:
@@ -210,6 +223,7 @@ def _table(image: np.ndarray, record: dict) -> Table:
         w_range=(layout["w_min"], layout["w_max"]),
         sigma_b=layout["sigma_b"],
         illuminant=layout["illuminant"],
+        basis=np.reshape(layout["basis"], (count, layout["polynomials"])).astype(float),
         record=record,
     )
 

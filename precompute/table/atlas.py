@@ -41,6 +41,9 @@ _KERNELS = 8e-6, 1.0
 # The scales of all bakes: the largest value of a table, over LARGEST_STORED. It is taken as at least 1e-30. At most it
 # is (2 pi d / lambda)^2 / (2 pi sigma_b^2) for heights d apart and a kernel sigma_b: 7e17 for a relief of 1 mm.
 _SCALES = 1e-35, 1e15
+# Functions of w have values of at most 1 over their range, and so have the coefficients of their polynomials, but for a
+# factor of 4 / pi.
+_COEFFICIENT_MAX = 1.5
 # Ranges of w are at least this wide.
 _W_WIDTH_MIN = 1e-3
 
@@ -54,9 +57,12 @@ class Layout:
     inner_columns texels that hold the table, and TILE_PADDING more on each side that are there only for reading. The
     middle of the tile's texel (0, 0) is at (v_first, u_first). tiling.py has the rule for the other levels, each with
     a kernel of level_ratio times the variance of the one before. `texel` is the step of u and v from one texel to the
-    next on level 0. Tiles are stored divided by `scale`."""
+    next on level 0. Tiles are stored divided by `scale`. A term's function of w is a sum of `polynomials` Chebyshev
+    polynomials; `basis` holds the coefficients of all terms, one term after the other."""
 
     terms: int
+    polynomials: int
+    basis: list
     levels: int
     level_ratio: float
     cell_rows: int
@@ -125,6 +131,9 @@ class Layout:
             and self.levels <= LEVELS_MAX
             and self.level_ratio in RATIOS
             and self.terms <= min(TERMS_MAX, self.columns * self.rows)
+            and 1 <= self.polynomials <= TERMS_MAX
+            and len(self.basis) == self.terms * self.polynomials
+            and all(type(each) in (int, float) and abs(each) <= _COEFFICIENT_MAX for each in self.basis)
             and (self.cell_rows, self.cell_columns) == self.cell.size
             and self.bound_texels >= len(NO_EXCESS)
             and STRIP_ROWS + self.bound_texels == self.strip_rows
@@ -169,6 +178,8 @@ def layout_of(bake: Table) -> Layout:
     peak = max(*(float(np.abs(terms).max()) for terms in bake.levels), 1e-30)
     return Layout(
         terms=terms,
+        polynomials=bake.basis.shape[1],
+        basis=bake.basis.ravel().tolist(),
         levels=cell.levels,
         level_ratio=cell.ratio,
         cell_rows=cell.size[0],
@@ -219,7 +230,7 @@ def unpack(image: np.ndarray, layout: Layout) -> Table:
     first, w_range = (layout.v_first, layout.u_first), (layout.w_min, layout.w_max)
     return Table(
         terms, zero_order, layout.sigma_b, layout.texel, layout.illuminant, excess, first, w_range, image.dtype.type,
-        tuple(wider), layout.level_ratio,
+        tuple(wider), layout.level_ratio, np.reshape(layout.basis, (layout.terms, layout.polynomials)).astype(float),
     )  # fmt: skip
 
 

@@ -21,7 +21,7 @@ from .atlas import Layout, unpack
 from .table import Table
 
 # The version of the files. A reader refuses every other.
-FORMAT = 8
+FORMAT = 9
 # The header's attribute that holds the record.
 HEADER_KEY = "natural_gratings"
 # The kinds of the values that a record has beside `format` and `layout`, where it has them (bake/output.py).

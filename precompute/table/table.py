@@ -1,16 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a bake holds of a surface, and how a renderer reads it.
 
-    XYZ(u, v, w) = Z(w) * kernel(u, v) + w^2 * sum_k T_k(t) B_k(u, v)
+    XYZ(u, v, w) = Z(w) * kernel(u, v) + w^2 * sum_k f_k(t) B_k(u, v),     f_k(t) = sum_j basis_kj T_j(t)
 
 (u, v, w) = wi + wr is the sum of the unit vectors to the light and to the viewer. Z is the colour of the zero order,
-the mirror image, and the kernel is the Gaussian by which coherence blurs it. T_k is the Chebyshev polynomial of degree
-k, and t runs from -1 to 1 over the table's range of w. The B_k are the tiles. docs/theory.md, sections "Expansions" and
-"The bake", gives the reasons for the series.
+the mirror image, and the kernel is the Gaussian by which coherence blurs it. T_j is the Chebyshev polynomial of degree
+j, and t runs from -1 to 1 over the table's range of w. The f_k are functions learnt from the surface (bake/basis.py),
+or the polynomials themselves. The B_k are the tiles. docs/theory.md, sections "Expansions" and "The bake", gives the
+reasons for the series.
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import islice
 
 import numpy as np
 
@@ -45,6 +48,7 @@ class Table:
     precision      the kind of float that holds the terms well enough in a file
     wider          the same terms under wider kernels, with texels as much larger (tiling.py)
     level_ratio    the variance of a level's kernel over that of the kernel of the level before
+    basis          (K, J), the functions f_k as coefficients of T_0 to T_(J-1); None: f_k is T_k
     """
 
     terms: np.ndarray
@@ -58,8 +62,11 @@ class Table:
     precision: type = np.float16
     wider: tuple[np.ndarray, ...] = ()
     level_ratio: float = RATIOS[-1]
+    basis: np.ndarray | None = None
 
     def __post_init__(self):
+        if self.basis is None:
+            object.__setattr__(self, "basis", np.eye(len(self.terms)))
         if self.first is None:
             object.__setattr__(self, "first", tuple((1 - n) / 2 * self.texel for n in self.terms.shape[1:3]))
 
@@ -114,8 +121,28 @@ class Table:
         return out.T
 
     def _read(self, level: int, u: np.ndarray, v: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """XYZ over w^2 (3, n) of one level. Each channel of a term is one sum over the B-spline's texels, in the
-        terms' own precision."""
+        """XYZ over w^2 (3, n) of one level, in the terms' own precision."""
+        low, high = self.w_range
+        t = np.clip((2 * w - low - high) / (high - low), -1, 1).astype(self.terms.dtype)
+        out = np.zeros((3, len(u)), self.terms.dtype)
+        for function, term in zip(self.functions(t), self._read_terms(level, u, v), strict=True):
+            for c, channel in enumerate(term):
+                out[c] += function * channel
+        return out
+
+    def functions(self, t: np.ndarray) -> np.ndarray:
+        """The functions f_k (K, n) at t (n,) in [-1, 1], in its precision."""
+        polynomials = islice(chebyshev.recurrence(t), self.basis.shape[1])
+        return self.basis.astype(t.dtype) @ np.stack(list(polynomials))
+
+    def at_w(self, w: float) -> np.ndarray:
+        """XYZ over w^2 (rows, columns, 3) at the texels of level 0."""
+        low, high = self.w_range
+        functions = self.functions(np.array([(2 * w - low - high) / (high - low)]))[:, 0]
+        return np.tensordot(functions, self.terms, axes=1)
+
+    def _read_terms(self, level: int, u: np.ndarray, v: np.ndarray) -> Iterator[Iterator[np.ndarray]]:
+        """The terms of one level, each as its channels (n,), which are sums over the B-spline's texels."""
         terms = self.levels[level]
         _, rows, columns, _ = terms.shape
         (u_low, u_high), (v_low, v_high) = self.region
@@ -124,14 +151,9 @@ class Table:
         places, weights = bspline.patches(y + TILE_PADDING, x + TILE_PADDING, (rows, columns), precision=terms.dtype)
         # Places of X in a term laid out flat. Y and Z follow it.
         places *= 3
-        low, high = self.w_range
-        t = np.clip((2 * w - low - high) / (high - low), -1, 1).astype(terms.dtype)
-        out = np.zeros((3, len(u)), terms.dtype)
-        for term, polynomial in zip(terms.reshape(len(terms), -1), chebyshev.recurrence(t), strict=False):
-            for c in range(3):
-                # All places are within the term; of NumPy's ways to treat others, wrapping is the fastest.
-                out[c] += polynomial * np.einsum("mn,mn->n", weights, term[c:].take(places, mode="wrap"))
-        return out
+        for term in terms.reshape(len(terms), -1):
+            # All places are within the term; of NumPy's ways to treat others, wrapping is the fastest.
+            yield (np.einsum("mn,mn->n", weights, term[c:].take(places, mode="wrap")) for c in range(3))
 
     def zero_order_xyz(self, w) -> np.ndarray:
         """Z (..., 3) at w (...,), read as a renderer reads it: by a cubic B-spline."""

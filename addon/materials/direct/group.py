@@ -17,14 +17,14 @@
 | Finer, Coarser (out) | Lo | W/m2/sr |       | radiance, linear RGB, by the two levels next to the blur |
 | Coarser Share (out) |  |         |         | share of Coarser in their mix |
 
-    Lo = E R / M [ (1 + wi.wr)^2 / cos(tr) * p^2 c^2 sum_k T_k(t(c w)) B_k(p u, p v) + z cos(ti) Z(c w) kernel(u, v) ]
+    Lo = E R / M [ (1 + wi.wr)^2 / cos(tr) * p^2 c^2 sum_k f_k(t(c w)) B_k(p u, p v) + z cos(ti) Z(c w) kernel(u, v) ]
 
     M = 1 + e max(0, X(wi) / cos(ti), X(wr) / cos(tr))
 
 which is f * E * cos(ti) with Stam's obliquity (docs/theory.md). The w^2 in the obliquity cancels the table's. M is the
 albedo bound: it keeps the surface from reflecting more than arrives. X is the excess albedo of the relief as baked
-(precompute/table/albedo_bound.py). B_k are read from the blurred levels (precompute/table/atlas.py) next to the
-variance
+(precompute/table/albedo_bound.py). The f_k are functions of w, which the bake holds as sums of Chebyshev polynomials.
+B_k are read from the blurred levels (precompute/table/atlas.py) next to the variance
 
     sigma^2 = sigma_b^2 + max(0, Variance (1 + cos(ti)^2) / 2 - sigma_b^2) + (w r^2)^2 / 2
 

@@ -170,7 +170,7 @@ def test_check_reads_the_bound_that_the_materials_read(bakes):
 def check_table(excess):
     """The table of `check` with this excess albedo and nothing else."""
     nothing = np.zeros((2, 2))
-    return table_file.Table(nothing, nothing, excess, (0, 0), 1.0, (0, 2), 0.01, "D65", {})
+    return table_file.Table(nothing, nothing, excess, (0, 0), 1.0, (0, 2), 0.01, "D65", np.ones((1, 1)), {})
 
 
 @pytest.mark.parametrize("azimuth", [0, 45, 100, 233])

@@ -38,7 +38,7 @@ def made():
 def errors_of(made, baked):
     """The self-check's errors of a table of the same relief, in both forms."""
     relief, chosen, _ = made
-    return self_check.self_check((relief,), chosen, baked, progress=lambda *_: None)
+    return self_check.judge((relief,), chosen, "D65", progress=lambda *_: None)(baked)
 
 
 @pytest.mark.parametrize("w_range", [(0.0, 2.0), (0.7, 1.3), (1.95, 2.0)])
@@ -70,7 +70,7 @@ def test_a_small_region_is_still_looked_at():
     """The region has one percent of the directions, so that few pairs of a first draw fall in it."""
     relief, needs = skin(), Needs(Region((0.5, 0.9), (-0.1, 0.1)), w=(1.0, 1.4))
     chosen = plan(relief, BakeRequest(coherence_length_m=COHERENCE_M, needs=needs))
-    errors = self_check.self_check((relief,), chosen, carry_out(chosen), progress=lambda *_: None)
+    errors = self_check.judge((relief,), chosen, "D65", progress=lambda *_: None)(carry_out(chosen))
     assert errors.stam.pairs > 1000 and errors.stam.p99 <= 1
     assert errors.conserving.pairs > 300 and errors.conserving.p99 <= 1
 

@@ -126,8 +126,8 @@ def test_another_exr_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("record", [
-    "[]", "null", "3", "{}", '{"format": 8}', '{"format": 8, "layout": {}}', '{"format": 8, "layout": 6}',
-    '{"format": 8, "layout": {"terms": 3, "surplus": 4}}',
+    "[]", "null", "3", "{}", '{"format": 9}', '{"format": 9, "layout": {}}', '{"format": 9, "layout": 6}',
+    '{"format": 9, "layout": {"terms": 3, "surplus": 4}}',
 ])  # fmt: skip
 def test_a_header_that_says_nothing_is_refused(tmp_path, record):
     path = tmp_path / "table.exr"
@@ -136,8 +136,8 @@ def test_a_header_that_says_nothing_is_refused(tmp_path, record):
 
 
 @pytest.mark.parametrize("record", [
-    "no JSON", "", "[" * 10**5 + "]" * 10**5, '{"format": 8, "layout": ' + "9" * 5000 + "}", '{"format": NaN}',
-    '{"format": 8, "format": 8}', '{"format": 8, "layout": 1e400}', '\xef\xbb\xbf\xef\xbb\xbf{}',
+    "no JSON", "", "[" * 10**5 + "]" * 10**5, '{"format": 9, "layout": ' + "9" * 5000 + "}", '{"format": NaN}',
+    '{"format": 9, "format": 9}', '{"format": 9, "layout": 1e400}', '\xef\xbb\xbf\xef\xbb\xbf{}',
 ])  # fmt: skip
 def test_a_header_that_is_no_json_is_refused(tmp_path, record):
     path = tmp_path / "table.exr"
