@@ -21,6 +21,9 @@ The gradients come from Bump nodes: of a height f, a Bump node of distance p tur
 normal of the Texture Coordinate node has a gradient and that of the Geometry node has none; in EEVEE it is the other
 way round. So their sum has the gradient once in each, and a factor of one of them holds for one engine.
 
+The blur is round, but the normals of a needle turn one way alone: a wide round blur would bring light that no normal
+sends. So F^2 is at most (4 degrees)^2, and what turns further within a pixel keeps some noise.
+
 Not in it are the turn of the tangent about the normal, and that of the view, which is less than a pixel's angle.
 """
 
@@ -31,6 +34,10 @@ from ..nodes.builder import Operand, Tree, Value
 # from its middle.
 _FILTER = 0.0768
 _EEVEE_SAMPLES = 4
+# The greatest variance of the normals, in rad2. Of a needle a tenth of a pixel wide, the light is 4.1 times too much
+# without this limit, and 1.1 times with it; a snake's picture of 16 samples has the same error with it and without
+# (benchmarks/hard_scenes.py, benchmarks/footprint.py).
+MOST = 0.005
 # The width of a pixel over its distance, and the width of a pixel where it is one everywhere: of the scene's camera.
 _PIXELS = "(max(width, height) * percent / 100)"
 _PERSPECTIVE = f"(kind == 0) * 2 * tan(angle / 2) / {_PIXELS}"
@@ -76,5 +83,5 @@ def with_footprint(tree: Tree, roughness: Operand) -> Value:
         step = bent / tree.dot(bent, n) - n  # - p grad N_i
         total = tree.dot(step, step) + tree.squared(tree.dot(step, wr) / cosine) + total
     # r'^2 = sqrt(r^4 + 2 F^2)
-    square = tree.squared(roughness * roughness) + total * _FILTER
+    square = tree.squared(roughness * roughness) + tree.minimum(total * _FILTER, 2 * MOST)
     return tree.sqrt(tree.sqrt(square))

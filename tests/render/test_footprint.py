@@ -46,6 +46,23 @@ def test_on_a_ball_it_is_the_closed_form(stage, engine, projection):
     np.testing.assert_allclose(found[counted], wanted, rtol=0.02 if engine == "cycles" else 0.1)
 
 
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_spike_is_blurred_no_more_than_by_four_degrees(stage, engine):
+    """A needle as thick as a pixel, whose normals turn by half a circle within."""
+    mesh = ball(stage)
+    thick = 2 * RADIUS * 0.01
+    mesh.scale, mesh.location = (0.01, 0.01, 1.0), (thick / 2, 0, 0)
+    material, tree = stage.material("Footprint")
+    emission = tree.node("ShaderNodeEmission", stage.addon.footprint.with_footprint(tree, 0.0), 1.0)
+    tree.node("ShaderNodeOutputMaterial", tree.value(emission.outputs[0]))
+    mesh.data.materials.append(material)
+    stage.camera((0, -4, 0), ortho=thick * PIXELS)
+    found = stage.rgb(engine, PIXELS)[..., 0]
+    # Single precision, and in EEVEE half floats.
+    rel = 1e-5 if engine == "cycles" else 2.0**-10
+    assert found.max() == pytest.approx((2 * stage.addon.footprint.MOST) ** 0.25, rel=rel)
+
+
 def test_in_cycles_it_shrinks_with_the_samples(stage):
     """Its variance is the filter's over their number."""
     mesh = ball(stage)
