@@ -119,7 +119,7 @@ def zero_order(relief: Relief, baked: Table) -> dict[str, float]:
 
 def brightest(relief: Relief, baked: Table) -> dict[str, float]:
     """Y over w^2 of the brightest texel, at w = 1."""
-    return {"brightest Y / w^2": float(np.abs(at_w(baked, 1.0)).max())}
+    return {"brightest Y / w^2": float(np.abs(baked.at_w(1.0)[..., 1]).max())}
 
 
 def evanescent(relief: Relief, baked: Table) -> dict[str, float]:
@@ -145,13 +145,6 @@ def fewer_wavelengths(relief: Relief, baked: Table) -> dict[str, float]:
     ripple = [np.abs(each.scattered_over_w2(u, 0 * u, w)[:, 1] * w**2 - exact).max() for each in (baked, half)]
     found = {"wavelengths": float(len(chosen.wavelengths)), "off near the rim": ripple[0] / exact.max()}
     return {**found, "with half of them": ripple[1] / exact.max()}
-
-
-def at_w(baked: Table, w: float) -> np.ndarray:
-    """Y over w^2 (rows, columns) of the table at one w."""
-    low, high = baked.w_range
-    basis = chebyshev.polynomials(np.array((2 * w - low - high) / (high - low)), len(baked.terms))
-    return np.tensordot(basis, baked.terms[..., 1], axes=1)
 
 
 @dataclass(frozen=True)

@@ -118,7 +118,7 @@ def test_a_bake_that_misses_its_budget_is_not_written(refused, scan, tmp_path, m
     """In whichever form it misses it."""
     good, poor = Errors(1, 2, 3, 4, 0, 0, 0, 10_000), Errors(1, 7.31, 7.31, 9, 0, 0, 0, 10)
     forms = (poor, good) if name == "Stam's" else (good, poor)
-    monkeypatch.setattr(ensemble, "self_check", lambda *_, **__: FormErrors(*forms))
+    monkeypatch.setattr(ensemble, "judge", lambda *_, **__: lambda _: FormErrors(*forms))
     told = refused("bake", scan, *PICTURE, "-o", tmp_path / "bakes", "--delta-e", "5", *SHORT, "--progress", "none")
     assert "7.31" in told and "--delta-e 7.7" in told and name in told
 
@@ -128,10 +128,10 @@ def test_a_bake_that_misses_its_budget_on_other_directions_is_not_written(refuse
     times as many a tenth of it."""
     asked = ("bake", scan, *PICTURE, "-o", tmp_path / "bakes", "--delta-e", "5", *SHORT, "--progress", "none")
     few, many = (Errors(1, 4.0, 4.9, 9, 0, 0, 0, pairs) for pairs in (1000, 100_000))
-    monkeypatch.setattr(ensemble, "self_check", lambda *_, **__: FormErrors(many, few))
+    monkeypatch.setattr(ensemble, "judge", lambda *_, **__: lambda _: FormErrors(many, few))
     told = refused(*asked)
     assert "4.90" in told and "up to 0.35 more" in told and "--delta-e 5.6" in told
-    monkeypatch.setattr(ensemble, "self_check", lambda *_, **__: FormErrors(many, many))
+    monkeypatch.setattr(ensemble, "judge", lambda *_, **__: lambda _: FormErrors(many, many))
     assert run(*asked)[0] == 0
 
 
