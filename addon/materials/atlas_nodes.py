@@ -58,11 +58,11 @@ class AtlasTable:
         self.place = inner.times_plus((x, y, 0.0), (-u_low * x, -v_low * y, 0.0))
         half_range = (layout.w_max - layout.w_min) / 2
         t = w.times_plus(1 / half_range, -(layout.w_min + layout.w_max) / 2 / half_range)
-        held = tree.maximum(tree.minimum(t, 1.0), -1.0)
-        self.functions = _functions(tree, layout, held)
+        self.t = tree.maximum(tree.minimum(t, 1.0), -1.0)
+        self.functions = None if layout.has_polynomials else _functions(tree, layout, self.t)
         self.inside = tree.math("LESS_THAN", tree.dot(uv, uv), 4.0)
         if not layout.whole:
-            beyond = uv - inner + tree.vector(0.0, 0.0, t - held)
+            beyond = uv - inner + tree.vector(0.0, 0.0, t - self.t)
             self.inside = self.inside * tree.math("LESS_THAN", tree.dot(beyond, beyond), _ROUNDING**2)
 
     def around(self, blur: Value) -> tuple[Value, Value | None, Value | float]:
@@ -103,13 +103,26 @@ class AtlasTable:
         """The sum, where the first term is read at a place in the picture."""
         tree, layout = self.tree, self.layout
         x, y = layout.cell_origin(0)
-        total = None
-        for k, function in enumerate(self.functions):
+        terms = []
+        for k in range(layout.terms):
             column, row = layout.cell_origin(k)
             place = first + _over((column - x, row - y), self.size) if k else first
-            term = tree.image(self.image, place, label=f"B{k}")
-            total = term * function if total is None else term.times_plus(function, total)
+            terms.append(tree.image(self.image, place, label=f"B{k}"))
+        if self.functions is None:
+            return _chebyshev_sum(terms, self.t) * self.inside
+        total = terms[0] * self.functions[0]
+        for term, function in zip(terms[1:], self.functions[1:], strict=True):
+            total = term.times_plus(function, total)
         return total * self.inside
+
+
+def _chebyshev_sum(terms: list[Value], t: Value) -> Value:
+    """sum_k T_k(t) B_k by Clenshaw's recurrence: b_k = B_k + 2 t b_(k+1) - b_(k+2), the sum B_0 + t b_1 - b_2."""
+    twice = t * 2.0
+    after, last = None, terms[-1]
+    for term in terms[-2:0:-1]:
+        after, last = last, last.times_plus(twice, term if after is None else term - after)
+    return last.times_plus(t, terms[0] if after is None else terms[0] - after)
 
 
 def _functions(tree: Tree, layout: Layout, t: Value) -> list[Value]:
@@ -134,7 +147,10 @@ def _next(tree: Tree, coefficient: tuple[float, float, float], factor: Value, ke
     last, after = kept
     if last is None:
         return coefficient
-    raised = coefficient if after is None else tree.vector_math("SUBTRACT", coefficient, after)
+    if isinstance(after, tuple):
+        raised = tuple(a - b for a, b in zip(coefficient, after, strict=True))
+    else:
+        raised = coefficient if after is None else tree.vector_math("SUBTRACT", coefficient, after)
     return tree.vector_math("MULTIPLY_ADD", last, factor, raised)
 
 

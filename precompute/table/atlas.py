@@ -112,6 +112,11 @@ class Layout:
         return ends and self.region.is_whole
 
     @property
+    def has_polynomials(self) -> bool:
+        """Whether the terms' functions of w are the Chebyshev polynomials themselves."""
+        return self.terms == self.polynomials and self.basis == np.eye(self.terms).ravel().tolist()
+
+    @property
     def bound_block(self) -> tuple[slice, slice]:
         """Rows and columns of the excess albedo, counted upward."""
         return slice(STRIP_ROWS, STRIP_ROWS + self.bound_texels), slice(self.bound_texels)
