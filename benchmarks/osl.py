@@ -40,7 +40,7 @@ from precompute.optics.fresnel import KERATIN_IOR, fresnel_reflectance
 from precompute.optics.region import Region
 from precompute.surface.readers.registry import read_height_map
 from precompute.surface.relief import Relief, prepare
-from precompute.table.atlas_file import write_together
+from precompute.table.atlas_file import read_header, write_together
 
 _WIDTH_MIN = 0.02
 # Method, wavelength step in nm, texels along each axis. FLSS has the thesis's settings first and finer ones after them.
@@ -138,6 +138,18 @@ def _material(group, view: PlaneView, ior: float):
         diffraction.inputs[name].default_value = value
     links.new(diffraction.outputs["Shader"], nodes.new("ShaderNodeOutputMaterial").inputs[0])
     return material
+
+
+def direct_shader_response(addon: SimpleNamespace, bake: Path):
+    """The response of a bake's file, read by the shader that evaluates Direct's formula."""
+    layout, _ = read_header(bake)
+    return addon.osl_baked.build_osl_direct(bake.stem, bake, layout, rgb_from_xyz=rgb_from_xyz("Rec.709"))
+
+
+def thesis_response(addon: SimpleNamespace, name: str, relief: Relief, settings: dft_images.Settings, *, path: Path):
+    """The response by one of the thesis's methods, whose images are written to a path."""
+    write_together({path: dft_images.pack(METHODS[name](relief, settings))}, {})
+    return addon.osl_thesis.build_osl_response(path.stem, path, rgb_from_xyz("Rec.709"))
 
 
 def set_up_cycles() -> None:

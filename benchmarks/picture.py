@@ -26,22 +26,20 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks import report
-from precompute.bake.needs import Needs
+from precompute.bake.needs import EVERYTHING, Needs
 from precompute.bake.output import bake_to_folder
 from precompute.bake.request import BakeRequest
 from precompute.cli.option_types import count, number
 from precompute.cli.parser import OneLineParser
 from precompute.colour.working_space import rgb_from_xyz
 from precompute.methods import dft_images
-from precompute.methods.registry import METHODS
 from precompute.surface.readers.registry import read_height_map
 from precompute.surface.relief import prepare
 from precompute.surface.unit_cell import grating_period
-from precompute.table.atlas_file import read_header, write_together
 
 from .lights_fakes import lobes, rainbow_response
 from .needs import SCENES, Scene
-from .osl import colour_differences, start_blender
+from .osl import colour_differences, direct_shader_response, start_blender, thesis_response
 from .picture_page import write_page
 
 SAMPLES = (1, 4, 16, 64, 256)
@@ -117,12 +115,12 @@ class Stage:
         """Every method, the cheapest first."""
         direct = [
             Method(
-                f"Direct dE {budget:g}{', needs' * bool(needs)}{', footprint' * footprint}",
+                f"Direct dE {budget:g}{', needs' * (needs is not EVERYTHING)}{', footprint' * footprint}",
                 partial(self.wear_bake, budget, needs, footprint),
                 engines=ENGINES if budget == 1 else ENGINES[:1],
             )
             for budget in BUDGETS
-            for needs in (None, self.needs)
+            for needs in (EVERYTHING, self.needs)
             for footprint in (False, True)
         ]
         thesis = [
@@ -199,17 +197,17 @@ class Stage:
         value = next((n for n in tree.nodes if n.label == "Gain"), None)
         (value.outputs[0] if value else self.node.inputs["Strength"]).default_value = strength
 
-    def bake(self, budget: float, needs: Needs | None = None) -> Path:
+    def bake(self, budget: float, needs: Needs = EVERYTHING) -> Path:
         """The file of a bake of the scene's surface."""
-        key = budget, needs is None
+        key = budget, needs is EVERYTHING
         if key not in self.bakes:
-            request = BakeRequest(delta_e=budget) if needs is None else BakeRequest(delta_e=budget, needs=needs)
+            request = BakeRequest(delta_e=budget, needs=needs)
             folder = self.folder / f"{self.of.name}_{budget:g}_{len(self.bakes)}"
             facts = bake_to_folder([read_height_map(self.surface)], request, folder, progress=lambda *_: None)
             self.bakes[key] = Path(facts["files"][0])
         return self.bakes[key]
 
-    def wear_bake(self, budget: float, needs: Needs | None, footprint: bool) -> None:
+    def wear_bake(self, budget: float, needs: Needs, footprint: bool) -> None:
         """Direct as nodes."""
         response = self.addon.direct.direct_response(self.bake(budget, needs))
         self.addon.skin.replace_response(self.group, response)
@@ -217,11 +215,7 @@ class Stage:
 
     def wear_shader(self, budget: float) -> None:
         """Direct as a shader in OSL, which evaluates the formula exactly."""
-        path = self.bake(budget)
-        layout, _ = read_header(path)
-        made = self.addon.osl_baked.build_osl_direct(
-            f"dE {budget:g}", path, layout, rgb_from_xyz=rgb_from_xyz("Rec.709")
-        )
+        made = direct_shader_response(self.addon, self.bake(budget))
         self.addon.skin.set_footprint(self.group, False)
         self.addon.skin.replace_response(self.group, made)
 
@@ -232,8 +226,7 @@ class Stage:
         settings = dft_images.settings_for(step_m=5e-9)
         settings = dft_images.settings_for(step_m=5e-9, texels=dft_images.texels_for(relief, settings))
         path = self.folder / f"{self.of.name}_{name}.exr"
-        write_together({path: dft_images.pack(METHODS[name](relief, settings))}, {})
-        made = self.addon.osl_thesis.build_osl_response(name, path, rgb_from_xyz("Rec.709"))
+        made = thesis_response(self.addon, name, relief, settings, path=path)
         self.addon.skin.set_footprint(self.group, False)
         self.addon.skin.replace_response(self.group, made)
 
@@ -244,7 +237,7 @@ class Stage:
 
     def wear_lobes(self) -> None:
         """Three glossy closures over the base, in place of the diffraction."""
-        self.wear_bake(BUDGETS[0], None, False)
+        self.wear_bake(BUDGETS[0], EVERYTHING, False)
         self.node.inputs["Strength"].default_value = 0.0
         tree = self.addon.builder.Tree(self.material.node_tree)
         gain = tree.node("ShaderNodeValue")

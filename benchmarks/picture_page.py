@@ -2,11 +2,11 @@
 """The page and the plot of the benchmark of the picture."""
 
 import argparse
-import platform
 from pathlib import Path
 
 from precompute.base.files import write_whole
 from precompute.study import plots
+from precompute.study.benchmark.run import machine, pareto
 from precompute.study.benchmark.tables import markdown, number
 
 PAGE, PLOT = "speed_in_the_picture.md", "speed_in_the_picture.png"
@@ -48,28 +48,24 @@ def write_page(tables: list[dict], arguments: argparse.Namespace) -> None:
     images = arguments.output / "images"
     images.mkdir(parents=True, exist_ok=True)
     plot(tables, images / PLOT)
+    on = machine()
     text = _HEAD.format(
-        machine=machine(), blender=bpy.app.version_string, width=arguments.width, reference=arguments.reference,
-        most=arguments.most, plot=PLOT,
-    )  # fmt: skip
+        machine=f"{on.processor}, {on.cores} cores, no GPU",
+        blender=bpy.app.version_string,
+        width=arguments.width,
+        reference=arguments.reference,
+        most=arguments.most,
+        plot=PLOT,
+    )
     text += "\n" + "\n".join(section(table) for table in tables)
     write_whole(arguments.output / PAGE, lambda partial: partial.write_text(text, encoding="utf-8"))
-
-
-def machine() -> str:
-    """The processor's name and the number of its cores."""
-    import os
-
-    lines = Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []
-    name = next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "")
-    return f"{name or platform.processor()}, {os.cpu_count()} cores, no GPU"
 
 
 def section(table: dict) -> str:
     """A scene's table in one engine."""
     engine = {"cycles": "Cycles", "eevee": "EEVEE"}[table["engine"]]
     own = table["reference"]
-    front = front_of(table["rows"])
+    front = [table["rows"][k] for k in pareto([(row["seconds"], row["flip"]) for row in table["rows"]])]
     lines = [
         [f"**{row['method']}**" if row in front else row["method"], str(row["samples"]), number(row["seconds"]),
          number(row["mean"], 2), number(row["p95"], 2), f"{row['flip']:.4f}", f"{row['light']:.3f}"]
@@ -81,16 +77,6 @@ def section(table: dict) -> str:
         f"One half of the reference against the other: dE00 {number(own['mean'], 2)} (mean), FLIP {own['flip']:.4f}; "
         f"it took {number(own['seconds'])} s.\n\n{markdown(head, lines)}\n"
     )
-
-
-def front_of(rows: list[dict]) -> list[dict]:
-    """The rows that no other row beats in both seconds and FLIP, fastest first."""
-    front, least = [], float("inf")
-    for row in sorted(rows, key=lambda row: (row["seconds"], row["flip"])):
-        if row["flip"] < least:
-            front.append(row)
-            least = row["flip"]
-    return front
 
 
 def plot(tables: list[dict], path: Path) -> None:

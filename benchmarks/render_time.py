@@ -30,14 +30,12 @@ from precompute.bake.output import bake_to_folder
 from precompute.bake.request import BakeRequest
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
-from precompute.colour.working_space import rgb_from_xyz
 from precompute.methods import dft_images
-from precompute.methods.registry import METHODS
 from precompute.surface.readers.registry import read_height_map
 from precompute.surface.relief import prepare
-from precompute.table.atlas_file import read_header, write_together
+from precompute.table.atlas_file import read_header
 
-from .osl import start_blender
+from .osl import direct_shader_response, start_blender, thesis_response
 
 _REFERENCE_SAMPLES = 512
 _SURFACE = "sample:elaphe"
@@ -238,20 +236,15 @@ class Studio:
 
     def direct_shader(self):
         """The add-on's own table, read by a shader."""
-        layout, _ = read_header(self.bake)
-        response = self.addon.osl_baked.build_osl_direct(
-            "timed", self.bake, layout, rgb_from_xyz=rgb_from_xyz("Rec.709")
-        )
+        response = direct_shader_response(self.addon, self.bake)
         group = self.addon.skin.group_around("timed", response, shadows=False)
         return self.addon.material.new_diffraction_material("timed", group)
 
     def thesis(self, name: str):
         """One of the thesis's algorithms in every pixel."""
         settings = dft_images.settings_for(step_m=_STEP_M, texels=_TEXELS)
-        method = METHODS[name](prepare(read_height_map(_SURFACE)), settings)
-        path = self.folder / f"{name}.exr"
-        write_together({path: dft_images.pack(method)}, {})
-        response = self.addon.osl_thesis.build_osl_response(name, path, rgb_from_xyz("Rec.709"))
+        relief, path = prepare(read_height_map(_SURFACE)), self.folder / f"{name}.exr"
+        response = thesis_response(self.addon, name, relief, settings, path=path)
         group = self.addon.skin.group_around(name, response, shadows=False)
         return self.addon.material.new_diffraction_material(name, group)
 
