@@ -80,6 +80,7 @@ def main(argv: list[str] | None = None) -> int:
     )
     parser.add_argument("--samples", type=count(1, 1 << 20), help="of a pixel; default: the scene's own, 16 to 128")
     parser.add_argument("--width", type=count(4, 8192), default=960)
+    parser.add_argument("--faces", type=count(11_000, 1_000_000), help="of a snake; default: 200000")
     parser.add_argument("--bpy", choices=[e.blender_version for e in ALL], help="the bpy wheel to render with")
     parser.add_argument("--blender", type=Path, help="the Blender binary to render with")
     arguments = parser.parse_args(argv)
@@ -98,6 +99,8 @@ def make(name: str, scene: SampleScene, output: Path, *, arguments: argparse.Nam
         panorama = output / "room.exr"
         watch.run("room: panorama", [sys.executable, "-m", "sample_scenes.room", "--output", panorama])
         options += ["--panorama", panorama]
+    if scene.script == "animal.py" and arguments.faces:
+        options += ["--faces", arguments.faces]
     edits = []
     lights = ["--lights", arguments.lights] if arguments.lights else []
 
