@@ -20,7 +20,7 @@ command renders each scene by each method and writes this page:
 
 {machine}, Blender {blender}, {width} pixels wide. The scenes are the sample scenes `hero`, `macro` and `cd` with their
 suns; lamps alone light the gratings. The reference is the mean of two renders by Cycles of {reference} samples
-together, in which the OSL shader evaluates Direct's formula exactly, with a bake of dE 0.1. The errors of one of its
+together, in which the OSL shader evaluates Direct's formula exactly, with a bake of dE 0.25. The errors of one of its
 halves against the other are told for each scene: smaller errors cannot be measured here.
 
 - **Seconds** are the processor's of all samples of a picture, without compiling and the scene's preparation. Read the

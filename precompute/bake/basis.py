@@ -17,7 +17,6 @@ import numpy as np
 
 from ..maths import chebyshev
 from ..table.table import Table
-from .levels import with_levels
 
 # About this number of the table's texels are looked at.
 _TEXELS = 40_000
@@ -27,19 +26,19 @@ _DARK = 1e-4
 
 
 def with_learnt_basis(table: Table, keeps: Callable[[Table], bool]) -> Table:
-    """The table by as few functions of w as `keeps` agrees to, with its wider levels. `keeps` is asked about tables
-    without wider levels. `table` has Chebyshev polynomials."""
+    """The table by as few functions of w as `keeps` agrees to. `table` has Chebyshev polynomials and no wider
+    levels."""
     if not table.terms.any():
         return table
     functions, tiles = learnt_basis(table)
 
     def by(count: int) -> Table:
         terms = np.tensordot(tiles[:count].astype(np.float32), table.terms, axes=1)
-        return replace(table, terms=terms, basis=functions[:count], wider=())
+        return replace(table, terms=terms, basis=functions[:count])
 
     counts = range(1, len(functions))
     found = bisect_left(counts, True, key=lambda count: keeps(by(count)))
-    return with_levels(by(counts[found])) if found < len(counts) else table
+    return by(counts[found]) if found < len(counts) else table
 
 
 def learnt_basis(table: Table) -> tuple[np.ndarray, np.ndarray]:

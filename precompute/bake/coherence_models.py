@@ -24,7 +24,7 @@ class CoherenceModel(Protocol):
         ...
 
     def carry_out(self, chosen: Plan, illuminant: str, progress: Progress) -> Table:
-        """The table that a plan describes."""
+        """The table that a plan describes, without wider levels."""
         ...
 
     def judge(self, reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress: Progress) -> Judge:

@@ -22,6 +22,7 @@ from ..table.tiling import BYTES_PER_TEXEL
 from .draws import make_sample_set
 from .expected import tell
 from .kernel import kernel_for, too_fine
+from .levels import with_levels
 from .plan import Plan
 from .probe import TEXELS_MAX, TEXELS_MIN, probe
 from .request import BakeRequest
@@ -130,7 +131,7 @@ def bake(
     progress: Progress = silent,
 ) -> Table:
     """The table of reliefs that a request asks for. Its error is not measured. Raises GratingError as `plan` does."""
-    return carry_out(plan(reliefs, request, progress=progress), request.illuminant, progress)
+    return with_levels(carry_out(plan(reliefs, request, progress=progress), request.illuminant, progress))
 
 
 def sample_set(chosen: Plan) -> SampleSet:

@@ -24,6 +24,7 @@ from ..table.table import Table
 from ..table.tiling import BYTES_PER_TEXEL
 from .basis import with_learnt_basis
 from .coherence_models import COHERENCE_MODELS
+from .levels import with_levels
 from .request import BakeRequest
 from .resolution import blender_bytes
 
@@ -138,7 +139,7 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
     baked = time.perf_counter()
     errors_of = model.judge(reliefs, chosen, request.illuminant, progress=span_of(progress, _CARRIED_OUT, 1))
     table = with_learnt_basis(table, lambda fewer: _excess(errors_of(fewer), request.delta_e) <= _BEFORE_ROUNDING)
-    image, layout = atlas.pack(table)
+    image, layout = atlas.pack(with_levels(table))
     stored = atlas.unpack(image, layout)
     claims = errors_of(stored)
     transforms = sum(len(series.amplitude) for series in chosen.ensemble)

@@ -33,7 +33,7 @@ from ..reference.patch import PatchReference
 from ..spectra.patch_window import PatchWindow
 from ..surface.relief import Relief
 from ..table.table import ZERO_ORDER_SAMPLES, Table
-from .levels import narrower, with_levels
+from .levels import narrower
 from .needs import WIDTH_MIN
 from .patch_series import patch_series
 from .plan import Plan
@@ -94,10 +94,10 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
     )
     terms = np.tensordot(chebyshev.coefficients_from_nodes(chosen.terms).astype(np.float32), at_nodes, axes=1)
     v, u = chosen.axes
-    return with_levels(Table(
+    return Table(
         terms, np.zeros((ZERO_ORDER_SAMPLES, 3)), chosen.sigma_b, chosen.texel, illuminant, first=(v[0], u[0]),
         w_range=chosen.w_range, precision=chosen.precision,
-    ))  # fmt: skip
+    )  # fmt: skip
 
 
 def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress: Progress) -> Judge:

@@ -20,7 +20,7 @@ from ..spectra.resample import Resampler
 from ..spectra.series import SpectrumSeries
 from ..table.table import ZERO_ORDER_SAMPLES, Table
 from .excess_albedo import excess_table
-from .levels import narrower, with_levels
+from .levels import narrower
 from .plan import Plan
 
 # Number of texels past |(u, v)| = 2 that are kept. A reading at |(u, v)| = 2 uses texels less than two texels away
@@ -37,7 +37,7 @@ _SUMMED = 0.4
 
 
 def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent) -> Table:
-    """The table that a plan describes. `progress` is told how much of the table is done."""
+    """The table that a plan describes, without wider levels. `progress` is told how much of the table is done."""
     sigma_table = narrower(chosen.sigma_b, chosen.texel)
     nodes = chebyshev.nodes(chosen.terms, *chosen.w_range)
     at_nodes = xyz_over_w2(chosen, nodes, sigma_table, illuminant=illuminant, progress=span_of(progress, 0, _SUMMED))
@@ -49,10 +49,10 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
     excess = excess_table(
         chosen.ensemble, chosen.sigma_b, tolerance=chosen.bound_tolerance, progress=span_of(progress, _SUMMED, 1)
     )
-    return with_levels(Table(
+    return Table(
         terms, zero_order, chosen.sigma_b, chosen.texel, illuminant, excess, (v[0], u[0]),
         chosen.w_range, chosen.precision,
-    ))  # fmt: skip
+    )  # fmt: skip
 
 
 def zero_order_curve(ensemble: Sequence[SpectrumSeries], illuminant: str) -> np.ndarray:

@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from ..bake.ensemble import bake, plan
+from ..bake.levels import with_levels
 from ..bake.make import make
 from ..bake.request import BakeRequest
 from ..bake.tiles import carry_out
@@ -67,7 +68,7 @@ def build_varied(
     measured."""
     request = BakeRequest(delta_e=delta_e, coherence_length_m=settings.coherence_length_m)
     chosen = plan(relief, request, finer=finer)
-    return _stored(carry_out(replace(chosen, terms=terms or chosen.terms)), settings)
+    return _stored(with_levels(carry_out(replace(chosen, terms=terms or chosen.terms))), settings)
 
 
 def _stored(table: Table, settings: Settings) -> Baked:

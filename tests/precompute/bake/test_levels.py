@@ -89,7 +89,7 @@ def sampled(request):
     It takes the factor `grown` by which the kernel's variance is larger, and returns the errors against sums over the
     bins of the same spectrum."""
     chosen = plan(prepare(request.param()), BakeRequest(coherence_length_m=12e-6))
-    table = carry_out(chosen)
+    table = with_levels(carry_out(chosen))
 
     def errors(grown):
         rng = np.random.default_rng(3)
