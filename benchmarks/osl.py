@@ -173,7 +173,9 @@ def start_blender(folder: Path) -> SimpleNamespace:
 
     module = addon_utils.enable(EXTENSION, default_set=True)
     set_up_cycles()
-    return addon_modules(module.__name__)
+    modules = addon_modules(module.__name__)
+    modules.mesa.filter_as_cards_do()
+    return modules
 
 
 def needs_of(view: PlaneView) -> Needs:

@@ -49,6 +49,7 @@ MODULES = {
     "group": "lamps.group",
     "direct": "materials.direct.response",
     "material": "materials.material",
+    "mesa": "scene.mesa",
     "data_pictures": "materials.data_pictures",
     "osl_baked": "materials.osl.baked",
     "osl_script": "materials.osl.script",

@@ -6,7 +6,7 @@ from pathlib import Path
 import bpy
 
 from ...precompute.base.failure import GratingError
-from ..scene import compat
+from ..scene import compat, mesa
 
 _FILE_FORMATS = {".png": "PNG", ".exr": "OPEN_EXR"}
 
@@ -40,6 +40,7 @@ def render_picture(
     if file_format == "OPEN_EXR":
         render.image_settings.color_depth = "32"
     render.filepath = str(path.resolve())
+    mesa.filter_as_cards_do()
     bpy.ops.render.render(write_still=True)
     if not path.is_file():
         raise GratingError(f"{path}: not written; check the folder and its permissions")

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Small float renders: an empty scene, lamps, and pictures with one sample at the centre of each pixel."""
 
-import os
 import subprocess
 import sys
 from dataclasses import dataclass, replace
@@ -12,17 +11,18 @@ import OpenEXR
 import pytest
 
 from devtools import ROOT
+from devtools.extension import addon_modules
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
 from precompute.surface.readers.registry import read_height_map
 from precompute.surface.relief import prepare
 from precompute.table import atlas, atlas_file
 
-# Where anisotropic filtering is on, Mesa's software rasteriser filters textures by a sharp kernel that no graphics card
-# has. Mesa reads this variable once, when Blender makes its graphics context.
-os.environ.setdefault(
-    "MESA_EXTENSION_OVERRIDE", "-GL_EXT_texture_filter_anisotropic -GL_ARB_texture_filter_anisotropic"
-)
+
+@pytest.fixture(scope="session", autouse=True)
+def _filtered_as_by_cards(extension) -> None:
+    """Before the first render by EEVEE."""
+    addon_modules(extension.__name__).mesa.filter_as_cards_do()
 
 
 @dataclass
