@@ -54,11 +54,13 @@ def measured(studio: Studio, arguments: argparse.Namespace) -> list[dict]:
     studio.build("sphere")
     lamps = arguments.lamps or [1, 3, 8]
     subjects = [(Subject("Principled metal", studio.metal), 0)]
-    for told, shadows in (("", False), (", shadow rays", True)):
-        make = partial(studio.direct, shadows=shadows)
+    for told, made in (("", {}), (", shadow rays", {"shadows": True}), (", footprint", {"footprint": True})):
+        make = partial(studio.direct, **made)
         subjects += [(Subject(f"lamps only, {n} suns{told}", make, n), 0) for n in lamps]
-    make = partial(studio.direct, lights="REST")
-    subjects += [(Subject(f"sources and rest, {n} suns, {k} sources", make, n), k) for n, k in ((1, 0), (3, _SOURCES))]
+    for told, made in (("", {}), (", footprint", {"footprint": True})):
+        make = partial(studio.direct, lights="REST", **made)
+        for n, k in ((1, 0), (3, _SOURCES)):
+            subjects.append((Subject(f"sources and rest, {n} suns, {k} sources{told}", make, n), k))
     rows = []
     for subject, sources in subjects:
         path = _saved(studio, subject, sources)

@@ -18,7 +18,6 @@ from ..materials.skin import (
     set_frame,
     set_lighting,
 )
-from ..scene.footprint import footprint_counts
 from ..scene.gratings import Grating
 from ..scene.lights import LAMPS_ONLY, NO_SAMPLE_SET, REST
 from ..scene.region import note_region
@@ -56,7 +55,7 @@ def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
         grating.group = group_around(grating.name, response, shadows=grating.shadows, lights=grating.lights)
     set_lighting(grating.group, shadows=grating.shadows, lights=grating.lights)
     set_frame(grating.group, grating.frame_source())
-    set_footprint(grating.group, footprint_counts(grating.footprint))
+    set_footprint(grating.group, grating.footprint)
     # By default EEVEE holds a normal in ten bits. On a sphere this changes colours by 1.5 % (median) to 10 % (95th
     # percentile).
     scene.render.use_high_quality_normals = True

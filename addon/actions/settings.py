@@ -4,15 +4,14 @@
 import bpy
 
 from ..materials.skin import lights_of, set_footprint, set_lighting
-from ..scene.footprint import footprint_counts
 
 
 def follow_settings() -> None:
     """Have the materials of the file's gratings trace shadow rays, and count the footprint of a pixel, where that is
-    set, or where the engine is the one that it is set for. What is as it should be is not made again."""
+    set. What is as it should be is not made again."""
     for scene in bpy.data.scenes:
         for grating in scene.natural_gratings.items if scene.library is None else ():
             group = grating.own_group
             if group is not None:
                 set_lighting(group, shadows=grating.shadows, lights=lights_of(group))
-                set_footprint(group, footprint_counts(grating.footprint))
+                set_footprint(group, grating.footprint)

@@ -19,7 +19,6 @@ from bpy.props import (
 )
 
 from ...precompute.base.failure import GratingError
-from .footprint import FOOTPRINT
 from .frame_source import AXES, KINDS, STORED, FrameSource, file_has_comb
 from .levelling import LevellingStep
 from .lights import LIGHTS
@@ -83,10 +82,11 @@ class Grating(bpy.types.PropertyGroup):
         "5.1 this works only in Cycles with Open Shading Language",
         default=True,
     )
-    footprint: EnumProperty(
+    footprint: BoolProperty(
         name="Footprint",
-        description="Blurs colours that are finer than a pixel, as far as its samples do not tell them apart",
-        items=FOOTPRINT,
+        description="Blurs colours that are finer than a pixel, as far as its samples do not tell them apart: less "
+        "noise in Cycles and less flicker in EEVEE, for a tenth more time. Not needed by discs and close-ups",
+        default=True,
     )
     lights: EnumProperty(name="Lights", description="Which lights the diffraction answers to", items=LIGHTS)
     frame_kind: EnumProperty(name="Frame", description="Where the direction of the scan comes from", items=KINDS)

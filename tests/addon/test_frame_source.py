@@ -38,7 +38,7 @@ def test_a_group_made_later_has_the_choice(scene, grating, addon):
 def test_only_the_chosen_source_costs_nodes(scene, grating, carrier, addon):
     """The default has a Tangent node and nothing else of the others; an axis has a transform in its place. The
     footprint of a pixel, which has such nodes of its own, is off."""
-    grating.footprint = "NEVER"
+    grating.footprint = False
     addon.settings.follow_settings()
     default = nodes_of(grating)
     assert default.count("ShaderNodeTangent") >= 1 and "ShaderNodeTexCoord" not in default

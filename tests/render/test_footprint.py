@@ -88,7 +88,7 @@ def test_few_samples_are_nearer_to_the_mean(stage, skin, engine):
     stage.addon.grating_material.choose_lights(grating, "LAMPS")
 
     def seen(counts, engine, samples):
-        grating.footprint = "ALWAYS" if counts else "NEVER"
+        grating.footprint = counts
         stage.addon.settings.follow_settings()
         return stage.rgb(engine, PIXELS, samples)
 
@@ -107,10 +107,10 @@ def test_close_by_nothing_changes(stage, baked):
     lamps(stage, "sun")
     assign(stage, mesh, baked[0])
     (grating,) = stage.scene.natural_gratings.items
-    grating.footprint = "ALWAYS"
+    grating.footprint = True
     stage.addon.settings.follow_settings()
     on = stage.rgb("cycles", PIXELS, 64)
-    grating.footprint = "NEVER"
+    grating.footprint = False
     stage.addon.settings.follow_settings()
     off = stage.rgb("cycles", PIXELS, 64)
     assert off.max() > 0
