@@ -6,7 +6,8 @@ vectors of the table are these shapes, strongest first: with the same error, few
 polynomials. A renderer reads one tile for each.
 
 A place counts by what an error there does to its colour. Lightness grows as the cube root of luminance Y, so that an
-error dY is seen as Y^(-2/3) dY.
+error dY is seen as Y^(-2/3) dY. Each w counts the same, relative to the light that there is with it: where all is
+grazing, the light is little, and an exposure shows it.
 """
 
 from bisect import bisect_left
@@ -49,11 +50,13 @@ def learnt_basis(table: Table) -> tuple[np.ndarray, np.ndarray]:
     at_w = chebyshev.polynomials((2 * w - low - high) / (high - low), count)
     # The light is w^2 times the sum of the terms.
     light = at_w * w[:, None] ** 2
-    measure = np.linalg.qr(light, mode="r")  # |measure c| = |light c|
     step = max(1, round((table.terms[0, ..., 0].size / _TEXELS) ** 0.5))
     terms = table.terms[:, ::step, ::step].astype(float)
-    luminance = np.abs(np.tensordot(light, terms[..., 1], axes=1)).mean(axis=0)
-    share = (luminance + _DARK * luminance.max()) ** (-2 / 3)
+    luminance = np.abs(np.tensordot(light, terms[..., 1], axes=1))
+    of_place, of_w = luminance.mean(axis=0), luminance.mean(axis=(1, 2))[:, None]
+    share = (of_place + _DARK * of_place.max()) ** (-2 / 3)
+    light /= of_w + _DARK * of_w.max()
+    measure = np.linalg.qr(light, mode="r")  # |measure c| = |light c|
     seen = (np.tensordot(measure, terms, axes=1) * share[..., None]).reshape(count, -1)
     vectors = np.linalg.eigh(seen @ seen.T)[1][:, ::-1]
     functions = np.linalg.solve(measure, vectors).T

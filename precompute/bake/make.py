@@ -27,6 +27,7 @@ from .coherence_models import COHERENCE_MODELS
 from .levels import with_levels
 from .request import BakeRequest
 from .resolution import blender_bytes
+from .self_check import comparison
 
 # No larger picture is read.
 ATLAS_BYTES_MAX = BYTES_PER_TEXEL * TEXELS_MAX
@@ -35,8 +36,10 @@ ATLAS_BYTES_MAX = BYTES_PER_TEXEL * TEXELS_MAX
 _PLANNED, _CARRIED_OUT = 0.1, 0.7
 # The second attempt is planned for an error smaller by this factor than the error that would just do.
 _MARGIN = 2.0
-# The share of the error asked for that a learnt basis of w may reach: the rest is for the file's rounding.
-_BEFORE_ROUNDING = 0.9
+# The shares of the error asked for that a table in a learnt basis of w may reach, and that the basis may add at values
+# of w which the self-check does not look at. The rest is for the file's rounding. Errors of different origin add by
+# their squares: 0.7 without the basis and 0.5 by it are 0.9 together.
+_BEFORE_ROUNDING, _OF_BASIS = 0.9, 0.5
 # The share of the whole that progress gives to the first attempt. A second one is the exception, so it gets the rest.
 _FIRST = 0.9
 
@@ -138,7 +141,13 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
     sample_set = model.sample_set(chosen)
     baked = time.perf_counter()
     errors_of = model.judge(reliefs, chosen, request.illuminant, progress=span_of(progress, _CARRIED_OUT, 1))
-    table = with_learnt_basis(table, lambda fewer: _excess(errors_of(fewer), request.delta_e) <= _BEFORE_ROUNDING)
+    added_by = comparison(table, chosen, request.illuminant)
+
+    def keeps(fewer: Table) -> bool:
+        limits = ((added_by, _OF_BASIS), (errors_of, _BEFORE_ROUNDING))
+        return all(_excess(judged(fewer), request.delta_e) <= most for judged, most in limits)
+
+    table = with_learnt_basis(table, keeps)
     image, layout = atlas.pack(with_levels(table))
     stored = atlas.unpack(image, layout)
     claims = errors_of(stored)
