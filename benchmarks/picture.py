@@ -104,6 +104,9 @@ class Stage:
         self.of, self.addon, self.folder = of, of.addon, of.pictures
         self.surface = f"sample:{SCENES[of.name][0]}"
         self.addon.grating_material.choose_lights(of.grating, "LAMPS")
+        # Before Blender 5.1 Cycles traces the material's shadow rays in OSL alone, so that the reference would have
+        # shadows that no method has.
+        of.grating.shadows = False
         self.needs = self.addon.needs.measure_needs(of.scene, of.grating).needs
         self.group = of.grating.group
         materials = bpy.data.objects[SCENES[of.name][1]].data.materials
@@ -216,12 +219,17 @@ class Stage:
         """Direct as nodes."""
         response = self.addon.direct.direct_response(self.bake(budget, needs))
         self.addon.skin.replace_response(self.group, response)
-        self.addon.skin.set_footprint(self.group, footprint)
+        self.count_footprint(footprint)
+
+    def count_footprint(self, counts: bool) -> None:
+        """Have the footprint of a pixel count, or not: the add-on keeps the material as the grating is set."""
+        self.of.grating.footprint = counts
+        self.addon.settings.follow_settings()
 
     def wear_shader(self, budget: float) -> None:
         """Direct as a shader in OSL, which evaluates the formula exactly."""
         made = direct_shader_response(self.addon, self.bake(budget))
-        self.addon.skin.set_footprint(self.group, False)
+        self.count_footprint(False)
         self.addon.skin.replace_response(self.group, made)
 
     def wear_thesis(self, name: str) -> None:
@@ -232,12 +240,12 @@ class Stage:
         settings = replace(settings, texels=dft_images.texels_for(relief, settings))
         path = self.folder / f"{self.of.name}_{name}.exr"
         made = thesis_response(self.addon, name, relief, settings, path=path)
-        self.addon.skin.set_footprint(self.group, False)
+        self.count_footprint(False)
         self.addon.skin.replace_response(self.group, made)
 
     def wear_rainbow(self) -> None:
         """GPU Gems' rainbow in place of the table's answer."""
-        self.addon.skin.set_footprint(self.group, False)
+        self.count_footprint(False)
         self.addon.skin.replace_response(self.group, rainbow_response(self.addon, self.period_m()))
 
     def wear_lobes(self) -> None:
