@@ -21,8 +21,8 @@ from ..table.table import Table
 
 # About this number of the table's texels are looked at.
 _TEXELS = 40_000
-# Texels that are darker than this share of the brightest count as much as those that are as dark: no exposure shows
-# them.
+# Texels, and values of w, that are darker than this share of the brightest count as much as those that are as dark: no
+# exposure shows them.
 _DARK = 1e-4
 
 
