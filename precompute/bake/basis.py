@@ -17,13 +17,20 @@ from dataclasses import replace
 import numpy as np
 
 from ..maths import chebyshev
+from ..measure.errors import Truth, measure
+from ..measure.forms import FormErrors
+from ..measure.pairs import Pairs, cosine_weighted, pair_about
 from ..table.table import Table
+from ..table.tiling import TILE_PADDING
 
 # About this number of the table's texels are looked at.
 _TEXELS = 40_000
 # Texels, and values of w, that are darker than this share of the brightest count as much as those that are as dark: no
 # exposure shows them.
 _DARK = 1e-4
+# The numbers of values of w, and of direction pairs at each, at which two tables are compared. To read a table takes
+# little time, so that both are larger than where a bake is compared with the truth.
+_GROUPS, _PAIRS = 16, 600
 
 
 def with_learnt_basis(table: Table, keeps: Callable[[Table], bool]) -> Table:
@@ -63,3 +70,36 @@ def learnt_basis(table: Table) -> tuple[np.ndarray, np.ndarray]:
     values = functions @ at_w.T
     peaks = values[np.arange(count), np.abs(values).argmax(axis=1)][:, None]
     return functions / peaks, peaks * (vectors.T @ measure)
+
+
+def comparison(table: Table, illuminant: str) -> Callable[[Table], FormErrors]:
+    """What tells by how much another table of the same surface differs from a table, in Stam's form.
+
+    The values of w are equally spaced. Grazing light has a small w, and few direction pairs of the self-check have it,
+    but a scene may show nothing else. At each w half of the pairs are cosine weighted, and half are drawn from the
+    light that the table has there."""
+    rng = np.random.default_rng(1)
+    low, high = table.w_range
+    found = []
+    for w in low + (high - low) * (np.arange(_GROUPS) + 0.5) / _GROUPS:
+        halves = cosine_weighted(w, _PAIRS // 2, rng), _lit_pairs(table, w, _PAIRS // 2, rng)
+        drawn = np.repeat([False, True], [len(half[0]) for half in halves])
+        pairs = Pairs(*(np.concatenate(ways) for ways in zip(*halves, strict=True)), drawn).within(table.region)
+        scattered, zero_order = table.candidate(pairs.u, pairs.v, w)
+        found.append(Truth(w, pairs, scattered * w**2, zero_order))
+    return lambda other: FormErrors(measure(found, other.candidate, illuminant), None)
+
+
+def _lit_pairs(table: Table, w: float, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vectors wi and wr (up to count, 3) whose (u, v) are drawn from the table's luminance at w."""
+    v, u = (axis[TILE_PADDING:-TILE_PADDING] for axis in table.axes)
+    luminance = table.at_w(w)[TILE_PADDING:-TILE_PADDING, TILE_PADDING:-TILE_PADDING, 1]
+    # Two unit vectors above the surface, whose sum has the component w, have no larger u and v.
+    reached = u**2 + v[:, None] ** 2 < 4 - w**2
+    cumulative = np.cumsum(np.where(reached, np.maximum(luminance, 0), 0), dtype=float)
+    if cumulative[-1] <= 0:
+        return np.empty((0, 3)), np.empty((0, 3))
+    row, column = np.divmod(np.searchsorted(cumulative, rng.random(count) * cumulative[-1], "right"), len(u))
+    uv = np.stack([u[column], v[row]], axis=-1) + table.texel * rng.uniform(-0.5, 0.5, (count, 2))
+    uv = uv[np.sum(uv**2, axis=1) < 4 - w**2]
+    return pair_about(np.column_stack([uv, np.full(len(uv), w)]), rng)

@@ -22,12 +22,11 @@ from ..table import atlas
 from ..table.sample_set import SampleSet
 from ..table.table import Table
 from ..table.tiling import BYTES_PER_TEXEL
-from .basis import with_learnt_basis
+from .basis import comparison, with_learnt_basis
 from .coherence_models import COHERENCE_MODELS
 from .levels import with_levels
 from .request import BakeRequest
 from .resolution import blender_bytes
-from .self_check import comparison
 
 # No larger picture is read.
 ATLAS_BYTES_MAX = BYTES_PER_TEXEL * TEXELS_MAX
@@ -141,7 +140,7 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
     sample_set = model.sample_set(chosen)
     baked = time.perf_counter()
     errors_of = model.judge(reliefs, chosen, request.illuminant, progress=span_of(progress, _CARRIED_OUT, 1))
-    added_by = comparison(table, chosen, request.illuminant)
+    added_by = comparison(table, request.illuminant)
 
     def keeps(fewer: Table) -> bool:
         limits = ((added_by, _OF_BASIS), (errors_of, _BEFORE_ROUNDING))

@@ -38,9 +38,6 @@ GROUPS = 4
 # The least and the largest number of direction pairs at each w. Between these limits, the number is chosen so that
 # about _BINS_SUMMED bins are summed for all pairs of one w together.
 _PAIRS_MIN, _PAIRS_MAX, _BINS_SUMMED = 700, 1600, 800_000
-# The numbers of values of w, and of direction pairs at each, at which two tables are compared. To read a table takes
-# little time, so that there are more of them than of the truth.
-_COMPARED_GROUPS, _COMPARED_PAIRS = 16, 600
 # The least number of direction pairs at each w on which the energy-conserving form is measured. At most twice as many
 # are taken.
 _BOUND_PAIRS = 100
@@ -94,21 +91,6 @@ def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress:
         return FormErrors(*(errors.worse_by(_DELTA_E_PER_UNIT * lacking, lacking) for errors in (stam, conserving)))
 
     return errors_of
-
-
-def comparison(table: Table, chosen: Plan, illuminant: str) -> Judge:
-    """What tells by how much another table of the same plan differs from a table, in Stam's form.
-
-    The values of w are equally spaced. Grazing light has a small w, and few direction pairs of the self-check have it,
-    but a scene may show nothing else."""
-    rng = np.random.default_rng(1)
-    low, high = chosen.w_range
-    found = []
-    for w in low + (high - low) * (np.arange(_COMPARED_GROUPS) + 0.5) / _COMPARED_GROUPS:
-        pairs = pairs_within(chosen, w, _COMPARED_PAIRS, rng=rng, illuminant=illuminant)
-        scattered, zero_order = table.candidate(pairs.u, pairs.v, w)
-        found.append(Truth(w, pairs, scattered * w**2, zero_order))
-    return lambda other: FormErrors(measure(found, other.candidate, illuminant), None)
 
 
 def _with_bound(chosen: Plan, found: Sequence[Truth]) -> list[Truth]:

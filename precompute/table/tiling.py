@@ -38,7 +38,7 @@ COLUMNS_BESIDE = 2 * TILE_PADDING + 2
 # else the largest. Midway between two levels the 99th percentile of the dE00 is 2, 5 and 17 on sample:blazed
 # (`python -m benchmarks levels`).
 RATIOS = 1.5, 2.0, 4.0
-FINE_BYTES = 64 << 20
+FINE_BYTES = 120 << 20
 # More levels than any table has: with the smallest ratio, 52 levels lead from a kernel of 8e-6 to one of 0.25.
 LEVELS_MAX = 64
 # The side of a picture that every graphics card of today takes.

@@ -87,7 +87,8 @@ def test_a_wrong_bound_is_an_error_of_the_conserving_form_alone(made):
     *_, baked = made
     right = errors_of(made, baked)
     wrong = errors_of(made, replace(baked, excess_albedo=0 * baked.excess_albedo))
-    assert wrong.stam == right.stam
+    # NumPy may add up in another order where an array lies elsewhere in memory: single precision rounds by 1e-7.
+    assert wrong.stam.as_dict() == pytest.approx(right.stam.as_dict(), rel=1e-5)
     assert right.conserving.p99 < 1 < wrong.conserving.p99
     assert wrong.conserving.relative_dy > 3 * right.conserving.relative_dy
 

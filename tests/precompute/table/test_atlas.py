@@ -118,7 +118,7 @@ def test_where_a_level_is_read_is_of_closed_form(inner, levels, ratio, seed):
 def test_levels_stand_nearer_where_memory_allows():
     """The smallest ratio whose picture takes at most FINE_BYTES. The last level reaches a kernel of 0.25, or is the
     last one with eight inner texels."""
-    for side, ratio in ((200, 1.5), (500, 2.0), (1500, 4.0)):
+    for side, ratio in ((200, 1.5), (800, 2.0), (1500, 4.0)):
         cell = cell_for(4, (side, side), 4 / side)
         assert cell.ratio == ratio
         assert 4 / side * ratio ** ((cell.levels - 2) / 2) < 0.25 <= 4 / side * ratio ** ((cell.levels - 1) / 2)
