@@ -11,10 +11,11 @@ from functools import cache
 
 import numpy as np
 
-from precompute.lights.panorama import crop_cells, panorama_cells
+from precompute.lights.panorama import crop_cells
+from sample_scenes.panoramas import overcast, soft_boxes
 from sample_scenes.room import room
 
-from .lights_worlds import Worlds, overcast
+from .lights_worlds import Worlds
 
 SUBJECTS = ("snake", "sphere", "disc")
 WORLDS = ("studio", "clear sky", "overcast sky", "room", "area lamp")
@@ -136,29 +137,6 @@ def light_by(studio: Worlds, world: str) -> Light:
     panorama = _PAINTED[world](_ROWS)
     studio.paint(panorama)
     return Light(panorama)
-
-
-def soft_boxes(rows: int) -> np.ndarray:
-    """Three soft boxes on a dim gradient, radiance (rows, 2 rows, 3): a key of 30 x 20 degrees, a fill of 16 x 16, and
-    a strip of 6 x 40."""
-    directions = panorama_cells(rows, 2 * rows).directions
-    grey = 0.06 * (1.2 + directions[:, 2])
-    colour = np.repeat(grey[:, None], 3, axis=1)
-    for towards, wide_deg, high_deg, shine in (
-        ((0.6, -0.5, 0.75), 30, 20, (10.0, 10.0, 10.0)),
-        ((-0.8, -0.3, 0.6), 16, 16, (5.0, 5.2, 5.6)),
-        ((-0.1, 0.9, 0.5), 6, 40, (12.0, 11.4, 10.4)),
-    ):
-        forward = np.array(towards) / np.linalg.norm(towards)
-        left = np.cross((0, 0, 1), forward)
-        left /= np.linalg.norm(left)
-        z = directions @ forward
-        inside = np.where(z > 0, 1.0, 0.0)
-        for axis, degrees in ((left, wide_deg), (np.cross(forward, left), high_deg)):
-            off = np.abs(np.arctan2(directions @ axis, np.maximum(z, 1e-9)))
-            inside = inside * np.clip((np.radians(degrees / 2) - off) * rows / np.pi + 0.5, 0, 1)
-        colour += inside[:, None] * np.array(shine)
-    return colour.reshape(rows, 2 * rows, 3)
 
 
 _PAINTED = {"studio": soft_boxes, "overcast sky": overcast, "room": cache(room)}

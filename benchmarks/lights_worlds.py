@@ -11,6 +11,7 @@ from precompute.bake.request import BakeRequest
 from precompute.lights.panorama import crop_frame, panorama_cells
 from precompute.optics.fresnel import KERATIN_IOR
 from precompute.surface.readers.registry import read_height_map
+from sample_scenes.panoramas import overcast
 
 from .osl import colour_differences
 from .render_time import Studio
@@ -88,18 +89,9 @@ class Worlds(Studio):
 
     def paint(self, radiance: np.ndarray) -> None:
         """A world of this radiance (rows, cols, 3), laid out as precompute/lights/panorama.py says."""
-        import bpy
+        from sample_scenes.relight import paint
 
-        rows, cols, _ = radiance.shape
-        image = bpy.data.images.new("World", cols, rows, float_buffer=True, is_data=True)
-        pixels = np.ones((rows, cols, 4), np.float32)
-        pixels[..., :3] = radiance
-        image.pixels.foreach_set(pixels.ravel())
-        image.pack()
-        tree, background = self.world()
-        node = tree.nodes.new("ShaderNodeTexEnvironment")
-        node.image = image
-        tree.links.new(node.outputs["Color"], background.inputs["Color"])
+        paint(self.scene, radiance)
 
     def world(self):
         """A new world: its nodes, and its Background among them."""
@@ -134,8 +126,12 @@ class Worlds(Studio):
 
     def dress(self, name: str, bake: Path | None = None):
         """Give the snake a material, an ordinary coat or diffraction of a bake with a choice of lights; its skin's
-        node. Without `bake`, the bake is the sample's."""
+        node. Without `bake`, the bake is the sample's. The footprint of a pixel counts, as the add-on has it."""
+        import bpy
+
         material, skin = self.material(bake or self.bake, "LAMPS" if name in COATS else name)
+        for group in filter(self.addon.skin.is_diffraction, bpy.data.node_groups):
+            self.addon.skin.set_footprint(group, True)
         if name in COATS:
             skin.inputs["Coat Weight"].default_value = 1.0
             skin.inputs["Coat Roughness"].default_value = COATS[name]
@@ -163,11 +159,3 @@ class Worlds(Studio):
             "denoised": float(np.sqrt(np.mean((denoised - truth) ** 2))),
             "denoised_de": float(np.median(colour_differences(denoised, truth))),
         }
-
-
-def overcast(rows: int) -> np.ndarray:
-    """CIE's overcast sky over dark ground: radiance (rows, 2 rows, 3)."""
-    height = panorama_cells(rows, 2 * rows).directions[:, 2]
-    edge = np.clip(height * rows / np.pi + 0.5, 0, 1)
-    grey = 0.3 * (edge * (1 + 2 * np.maximum(height, 0)) / 3 + (1 - edge) * 0.1)
-    return np.repeat(grey.reshape(rows, 2 * rows, 1), 3, axis=2)

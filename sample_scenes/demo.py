@@ -146,9 +146,9 @@ def render_snake(
 ) -> None:  # fmt: skip
     """Build the scene of a snake, lay the bake over its skin, render. `look` is the view and the species."""
     view, species = look
-    scene = ["animal.py", "--view", view, "--species", species, "--faces", FACES]
+    stage = ["animal.py", "--view", view, "--species", species, "--faces", FACES]
     edits = (["assign", baked, "--object", "Snake", "--over"],)
-    render_scene(step, picture, scene, edits=edits, samples=arguments.samples, arguments=arguments, watch=watch)
+    render_scene(step, picture, [stage], edits=edits, samples=arguments.samples, arguments=arguments, watch=watch)
 
 
 def render_wall(step: str, baked: Path, picture: Path, *, arguments, watch: Stopwatch) -> None:
@@ -156,19 +156,29 @@ def render_wall(step: str, baked: Path, picture: Path, *, arguments, watch: Stop
     noise, so an eighth of the samples does."""
     edits = (["assign", baked, "--object", "Carrier", "--lights", "lamps"], ["lamp", "--object", "Carrier"])
     samples = max(1, arguments.samples // 8)
-    render_scene(step, picture, ["wall.py"], edits=edits, samples=samples, arguments=arguments, watch=watch)
+    render_scene(step, picture, [["wall.py"]], edits=edits, samples=samples, arguments=arguments, watch=watch)
 
 
 def render_scene(
-    step: str, picture: Path, stage: list, *, edits: Sequence[list], samples: int, arguments, watch: Stopwatch
-) -> None:  # fmt: skip
-    """Have a script of sample_scenes write a scene, change it by verbs of the command line, and render it: a run of
-    Blender in background each. `stage` and `edits` hold the script's and the verbs' names and arguments; `arguments`
-    the width of the picture, which Blender renders it, and in which engine, Cycles unless it says."""
+    step: str,
+    picture: Path,
+    stages: Sequence[list],
+    *,
+    edits: Sequence[list],
+    samples: int,
+    arguments,
+    watch: Stopwatch,
+) -> None:
+    """Have a script of sample_scenes write a scene, change it by further scripts and by verbs of the command line, and
+    render it: a run of Blender in background each. `stages` and `edits` hold the scripts' and the verbs' names and
+    arguments; `arguments` the width of the picture, which Blender renders it, and in which engine, Cycles unless it
+    says."""
     scene = picture.with_suffix(".blend")
-    script, *options = stage
-    make = ["--background", "--python-exit-code", "1", "--python", ROOT / "sample_scenes" / script]
-    commands = [("scene", [*make, "--", "--output", scene, *options])]
+    commands = []
+    for script, *options in stages:
+        opened = [scene] if commands else []
+        make = ["--background", "--python-exit-code", "1", "--python", ROOT / "sample_scenes" / script]
+        commands.append((Path(script).stem, [*opened, *make, "--", "--output", scene, *options]))
     size = ["--width", arguments.width, "--height", arguments.width * 9 // 16]
     engine = getattr(arguments, "engine", "cycles")
     render = ["render", "-o", picture, "--engine", engine, "--samples", samples, *size]

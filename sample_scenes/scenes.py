@@ -17,6 +17,9 @@ from precompute.cli.parser import OneLineParser
 from sample_scenes.demo import LASER, REAL_SCANS, SCANS, Stopwatch, render_scene
 
 METAL = ("--set", "IOR=10")
+# Those of relight.py, which runs in Blender alone. They take the place of sun lamps, which these scenes have not.
+WITHOUT_SUNS = {"room", "shed"}
+WORLDS = ("studio", "sky", "overcast", "room", "area")
 # Each scale of a snake has one relief or the other, and the direction turns slowly, in patches of 15 mm.
 _OTHER_PLATES = {"sample:xenopeltis": 0.45}
 _VARIED = ("--by", "scale_random", "--turn", "7", "--size-mm", "15")
@@ -78,16 +81,23 @@ def main(argv: list[str] | None = None) -> int:
         choices=("rest", "lamps", "all"),
         help="which lights the diffraction answers to; default: the scene's",
     )
+    parser.add_argument(
+        "--world", choices=WORLDS, help="light the scene by this world, or by a large area lamp, in place of its suns"
+    )
+    parser.add_argument("--no-shadows", action="store_true", help="let nothing shade the diffraction")
     parser.add_argument("--samples", type=count(1, 1 << 20), help="of a pixel; default: the scene's own, 16 to 128")
     parser.add_argument("--width", type=count(4, 8192), default=960)
     parser.add_argument("--faces", type=count(11_000, 1_000_000), help="of a snake; default: 200000")
     parser.add_argument("--bpy", choices=[e.blender_version for e in ALL], help="the bpy wheel to render with")
     parser.add_argument("--blender", type=Path, help="the Blender binary to render with")
     arguments = parser.parse_args(argv)
+    names = arguments.scene or [name for name in SCENES if not (arguments.world and name in WITHOUT_SUNS)]
+    if arguments.world and WITHOUT_SUNS.intersection(names):
+        parser.error(f"--world takes the place of suns, which {' and '.join(sorted(WITHOUT_SUNS))} have not")
     output = arguments.output.resolve()
     output.mkdir(parents=True, exist_ok=True)
     watch = Stopwatch()
-    for name in arguments.scene or SCENES:
+    for name in names:
         print(make(name, SCENES[name], output, arguments=arguments, watch=watch), flush=True)
     return 0
 
@@ -103,6 +113,7 @@ def make(name: str, scene: SampleScene, output: Path, *, arguments: argparse.Nam
         options += ["--faces", arguments.faces]
     edits = []
     lights = ["--lights", arguments.lights] if arguments.lights else []
+    lights += ["--no-shadows"] if arguments.no_shadows else []
 
     def baked(height_map: list[str]) -> str:
         command = [sys.executable, "-m", "precompute", "bake", *height_map, "--illuminant", scene.illuminant]
@@ -120,11 +131,12 @@ def make(name: str, scene: SampleScene, output: Path, *, arguments: argparse.Nam
         if others:
             edits.append(["vary", first, *others, *_VARIED])
     edits += [list(verb) for verb in scene.verbs]
-    picture = output / f"{name}_{arguments.engine}.png"
+    stages = [[scene.script, *options]]
+    if arguments.world:
+        stages.append(["relight.py", "--world", arguments.world])
+    picture = output / f"{'_'.join(filter(None, (name, arguments.world, arguments.engine)))}.png"
     samples = arguments.samples or scene.samples
-    render_scene(
-        name, picture, [scene.script, *options], edits=edits, samples=samples, arguments=arguments, watch=watch
-    )
+    render_scene(name, picture, stages, edits=edits, samples=samples, arguments=arguments, watch=watch)
     return picture
 
 

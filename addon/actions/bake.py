@@ -48,8 +48,9 @@ def bake_and_wait(
 ) -> dict[str, Any]:
     """Bake a grating and record it, with the request if one is given; the facts of the run. Raises GratingError if it
     fails."""
-    facts = finished_bake(grating, directory, use_cache=use_cache, request=request)
-    record_bake(grating, facts, request)
+    asked_for = request or grating.bake_request()
+    facts = finished_bake(grating, directory, use_cache=use_cache, request=asked_for)
+    record_bake(grating, facts, asked_for, taken_over=request is not None)
     return facts
 
 
@@ -58,10 +59,10 @@ def warnings_of(facts: dict[str, Any]) -> list[str]:
     return [line.removeprefix(WARNING) for line in facts.get("levelling", ()) if line.startswith(WARNING)]
 
 
-def record_bake(grating: Grating, facts: dict[str, Any], request: BakeRequest | None = None) -> None:
-    """Record a finished bake in its grating, and the request if another than the grating's own was baked. All materials
-    that show the grating show this bake from now on."""
-    if request is not None:
+def record_bake(grating: Grating, facts: dict[str, Any], request: BakeRequest, *, taken_over: bool = False) -> None:
+    """Record a finished bake of a request in its grating. All materials that show the grating show this bake from now
+    on. `taken_over`: another request than the grating's own was baked, which the grating takes over."""
+    if taken_over:
         if grating.source:
             grating.take_needs(request.needs)
         else:
@@ -70,6 +71,7 @@ def record_bake(grating: Grating, facts: dict[str, Any], request: BakeRequest | 
         f"dE00 {facts['delta_e']['p99']:.2f} (99 %), coherence {facts['coherence_um']:.0f} um, "
         f"{facts['tiles']} look-ups, {facts['blender_bytes'] / 2**20:.0f} MiB"
     )
-    grating.for_scene = not grating.bake_request().needs.everything
-    note_bake(grating, facts["files"][0], summary + (", for this scene alone" if grating.for_scene else ""))
+    grating.for_scene = not request.needs.everything
+    summary += ", for this scene alone" if grating.for_scene else ""
+    note_bake(grating, facts["files"][0], summary, request=request)
     refresh_group(grating)

@@ -7,6 +7,7 @@ from mathutils import Vector
 from ...precompute.base.failure import GratingError
 from ..frames.place import Place, own_angle, place_nearest
 from ..lamps.find import brightest, lamps_of
+from ..lamps.follow import followed_lamps
 from ..materials.fan import new_fan_lamp
 from ..materials.material import diffraction_nodes
 from ..materials.response import SETTINGS, response_in
@@ -25,7 +26,7 @@ def add_fan(
     report. The first says what was done, the others warn.
 
     The patch is a square of the given side. The lamp that lights it has the given name; without a name it is the first
-    that diffraction follows. Raises GratingError, with nothing added, if there is no such lamp, or no grating at the
+    that the panel lists. Raises GratingError, with nothing added, if there is no such lamp, or no grating at the
     place."""
     lamp = _lamp_named(scene, lamp_name)
     place = place_nearest(
@@ -58,7 +59,7 @@ def _lamp_named(scene: bpy.types.Scene, name: str) -> bpy.types.Object:
     if not lamps:
         raise GratingError(f"scene {scene.name}: no lamp lights the grating; add a sun")
     if not name:
-        return brightest(lamps)[0]
+        return (followed_lamps(scene) or brightest(lamps))[0]
     found = next((lamp for lamp in lamps if lamp.name == name), None)
     if found is None:
         raise GratingError(f"{name}: no lamp of the scene; there are {', '.join(sorted(lamp.name for lamp in lamps))}")

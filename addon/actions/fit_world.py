@@ -4,6 +4,8 @@
 A fit that is stale would count light at the wrong place. So the sources of a world that has changed are given up at
 once, and all its light is then taken by the closures, which is right and noisier. With a window, a new fit begins when
 the world has been still for a moment; in background, `assign` and the operator wait for it.
+
+An animated world has no sources: they are numbers of one frame.
 """
 
 from __future__ import annotations
@@ -34,6 +36,8 @@ class _Running:
 
 
 _running: _Running | None = None
+# Why the last fit of a scene's world came to nothing, by the scene's full name.
+_failed: dict[str, str] = {}
 # The fingerprints of scenes' worlds by the scenes' full names, since the last change.
 _known: dict[str, str] = {}
 
@@ -45,7 +49,7 @@ def note_change() -> None:
 
 def world_is_fitted(scene: bpy.types.Scene) -> bool:
     """Whether the scene's sources are those of its world, as it was after the last change that Blender told of. A world
-    of one colour needs none."""
+    of one colour needs none, and an animated one can have none."""
     return fitted_world(scene) == _known_fingerprint(scene)
 
 
@@ -60,10 +64,27 @@ def drop_stale_sources(scene: bpy.types.Scene) -> str:
 
 def unfitted_world(scene: bpy.types.Scene) -> list[str]:
     """A line if the scene's world has no sources because it was not fitted as it is now."""
-    if not follows_world() or world_is_fitted(scene):
+    if not follows_world():
+        return []
+    if world_is_animated(scene):
+        return [f"world {scene.world.name}: it is animated, so that its bright parts light with noise"]
+    if world_is_fitted(scene):
         return []
     name = scene.world.name
     return [f"world {name}: its bright parts are not fitted, so that they light with noise; press Fit World, or assign"]
+
+
+def world_is_animated(scene: bpy.types.Scene) -> bool:
+    """Whether the scene's world has bright parts that may change from frame to frame."""
+    from ..worlds.animated import is_animated
+    from ..worlds.stand_alone import is_even
+
+    return scene.world is not None and not is_even(scene.world) and is_animated(scene.world)
+
+
+def last_failure(scene: bpy.types.Scene) -> str:
+    """Why the last fit of the scene's world came to nothing; empty if none has failed since."""
+    return _failed.get(scene.name_full, "")
 
 
 def fit_world(scene: bpy.types.Scene) -> None:
@@ -81,6 +102,7 @@ def want_fit(scene: bpy.types.Scene) -> None:
         fit_world(scene)
     elif now := drop_stale_sources(scene):
         stop_fitting()
+        _failed.pop(scene.name_full, None)
         _running = _Running(scene.name, now)
         bpy.app.timers.register(_go_on, first_interval=_STILL)
 
@@ -121,24 +143,36 @@ def _go_on() -> float | None:
             return _POLL
         _running = None
         _take(scene, running.probe.result(), running.fingerprint)
-    except GratingError as error:  # nobody waits for it; the panel says that the world is not fitted
+    except GratingError as error:  # nobody waits for it; the panel tells it
         _running = None
+        _failed[scene.name_full] = str(error)
         print(f"Natural Gratings: {error}")
+    _fit_another()
     return None
 
 
+def _fit_another() -> None:
+    """Have another scene's world fitted that waits for it."""
+    for scene in bpy.data.scenes:
+        if _running is None and scene.library is None and not last_failure(scene):
+            want_fit(scene)
+
+
 def _take(scene: bpy.types.Scene, fit: Fit, fingerprint: str) -> None:
+    _failed.pop(scene.name_full, None)
     hold_sources(scene, fit.sources, fingerprint=fingerprint, missed=fit.missed)
     show_lamps(exactly=False)
 
 
 def _fingerprint(scene: bpy.types.Scene) -> str:
     """Of the scene's world as it is; empty where there is nothing to fit."""
+    from ..worlds.animated import is_animated
     from ..worlds.fingerprint import fingerprint
     from ..worlds.stand_alone import is_even
 
     world = scene.world
-    now = _known[scene.name_full] = "" if world is None or is_even(world) else fingerprint(world)
+    has_sources = world is not None and not is_even(world) and not is_animated(world)
+    now = _known[scene.name_full] = fingerprint(world) if has_sources else ""
     return now
 
 

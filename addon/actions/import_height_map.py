@@ -14,7 +14,7 @@ from ...precompute.surface.quality import LIGHTS
 from ...precompute.surface.readers.registry import read_height_map
 from ...precompute.surface.samples.catalogue import title_of
 from ...precompute.surface.steps.pipeline import DEFAULT
-from ..scene.gratings import Grating, kept_path, scan_record
+from ..scene.gratings import Grating, kept_path, scan_record, unused_name
 
 
 def add_grating(
@@ -86,13 +86,6 @@ def quality_of(known: Sequence[tuple[str, Description]]) -> str:
 def name_of(height_map: HeightMap) -> str:
     """A new grating's name: the sample's as people write it, or the file's."""
     return title_of(height_map.stem) if height_map.source.startswith(SAMPLE_PREFIX) else printable(height_map.stem)
-
-
-def unused_name(name: str, taken: set[str]) -> str:
-    """The name, with a number in Blender's form where it is taken. Names must differ because a finished bake finds
-    its grating by name."""
-    candidates = (name, *(f"{name}.{number:03}" for number in range(1, len(taken) + 1)))
-    return next(c for c in candidates if c not in taken)
 
 
 def summary_of(facts: Description) -> str:

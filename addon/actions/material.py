@@ -22,11 +22,13 @@ from ..scene.gratings import Grating
 from ..scene.lights import LAMPS_ONLY, NO_SAMPLE_SET, REST
 from ..scene.region import note_region
 from .lamps import update_all_lamps
+from .slots import note_own
 
 
 def make_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Material:
     """Make a new material from a grating's bake. Raises GratingError if there is no bake."""
     grating.material = new_diffraction_material(grating.name, group_of(scene, grating))
+    note_own(grating.material)
     return grating.material
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import bpy
 
-from ...precompute.base.failure import printable
+from ...precompute.base.failure import GratingError, printable
 from ...precompute.colour.working_space import rgb_from_xyz
 from ...precompute.methods.dft_layout import read_sound_layout
 from ...precompute.table.atlas_file import read_header
@@ -59,8 +59,11 @@ def _material_of(scene: bpy.types.Scene, name: str, response: Response) -> bpy.t
 
 
 def _images_arguments(grating: Grating) -> list[str]:
-    """The arguments of `dft` that name the surface and set its coherence length."""
-    arguments = [grating.source_file()]
+    """The arguments of `dft` that name the surface, its levelling and its coherence length. Raises GratingError for a
+    grating of several scans: the thesis's methods see one patch of one."""
+    if grating.further_scans():
+        raise GratingError(f"{grating.name}: made of several scans, and the method takes one; import one alone")
+    arguments = [grating.source_file(), "--level", grating.levelling]
     for option, value in (("--size-um", grating.size_um), ("--height-nm", grating.height_nm)):
         if value > 0:
             arguments += [option, f"{value:.9g}"]

@@ -6,6 +6,9 @@ import bpy
 
 from .meshes import data_is_fixed
 
+# A custom property of a material, also in saved files.
+_OWN = "ng_own"
+
 
 class Selection:
     """The objects that an artist works on, and what other objects share with them."""
@@ -31,10 +34,17 @@ class Selection:
         slot.material = material
 
 
+def note_own(material: bpy.types.Material) -> None:
+    """Note that a material is made from a grating, which may be removed before the material."""
+    material[_OWN] = True
+
+
 def own_materials() -> set[bpy.types.Material]:
-    """The materials that were made from the file's gratings."""
+    """The materials that were made from gratings."""
     items = (grating for scene in bpy.data.scenes for grating in scene.natural_gratings.items)
-    return {grating.material for grating in items if grating.material is not None}
+    # Earlier versions noted nothing.
+    of_gratings = {grating.material for grating in items if grating.material is not None}
+    return of_gratings | {material for material in bpy.data.materials if _OWN in material}
 
 
 def note_replaced(thing: bpy.types.Object, index: int) -> None:

@@ -35,6 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--over", action="store_true", help="lay the diffraction over the meshes' own materials, and keep these"
     )
+    parser.add_argument("--no-shadows", action="store_true", help="let nothing shade the diffraction")
     parser.add_argument(
         "--set",
         action="append",
@@ -55,6 +56,8 @@ def run(arguments: argparse.Namespace) -> None:
     gratings.active_index = index = index_of(arguments.bake)
     if arguments.lights:
         gratings.items[index].lights = arguments.lights.upper()
+    if arguments.no_shadows:
+        gratings.items[index].shadows = False
     refresh_group(gratings.items[index])
     selected = [o for o in bpy.context.view_layer.objects if o.select_get()]
     put = add_to_meshes if arguments.over else assign_to_meshes

@@ -49,7 +49,8 @@ def unfollowed_features(scene: bpy.types.Scene) -> list[str]:
     counted = brightest(lamps)
     left_out = sorted(lamp.name for lamp in lamps if lamp not in counted)
     if left_out:
-        lines.append(f"only {LAMPS_MAX} lamps light diffraction; left out: {', '.join(left_out)}")
+        names = ", ".join(left_out)
+        lines.append(f"only {LAMPS_MAX} lamps light diffraction, hidden ones among them; left out: {names}")
     for lamp in lamps:
         if _has_own_nodes(lamp.data):
             lines.append(f"{lamp.name}: its shader nodes are not followed")

@@ -56,7 +56,7 @@ class AddSnake(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         if context.mode != "OBJECT":
-            cls.poll_message_set("In Object Mode")
+            cls.poll_message_set("Switch to Object Mode first")
             return False
         return True
 

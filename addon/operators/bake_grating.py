@@ -28,7 +28,8 @@ class BakeGrating(FollowsBake, bpy.types.Operator):
 
         try:
             grating = active_grating(context.scene)
-            return self.report_bake(grating, finished_bake(grating, self.directory))
+            self._request = grating.bake_request()
+            return self.report_bake(grating, finished_bake(grating, self.directory, request=self._request))
         except GratingError as error:
             return report_failure(self, error)
 
@@ -38,12 +39,14 @@ class BakeGrating(FollowsBake, bpy.types.Operator):
 
         try:
             grating = active_grating(context.scene)
-            return self.follow_bake(context, grating, start_bake(grating, self.directory))
+            self._request = grating.bake_request()
+            job = start_bake(grating, self.directory, request=self._request)
+            return self.follow_bake(context, grating, job)
         except GratingError as error:
             return report_failure(self, error)
 
     def record(self, grating, facts):
         from ..actions.bake import record_bake
 
-        record_bake(grating, facts)
+        record_bake(grating, facts, self._request)
         return []

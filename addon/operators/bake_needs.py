@@ -51,7 +51,7 @@ class BakeNeeds(FollowsBake, bpy.types.Operator):
         from ..actions.bake import record_bake
         from ..actions.outside import notice_outside
 
-        record_bake(grating, facts, self._request)
+        record_bake(grating, facts, self._request, taken_over=True)
         return [*self._lines, *notice_outside(bpy.context.scene)]
 
     def _measure(self, context):

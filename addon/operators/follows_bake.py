@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import bpy
 
 from ...precompute.base.failure import GratingError
+from ..scene.gratings import unused_name
 from .follows_job import FollowsJob
 from .report import report_failure, report_lines
 
@@ -30,7 +31,9 @@ class FollowsBake(FollowsJob):
 
     def follow_bake(self, context, grating: "Grating", job: "Job") -> set[str]:
         """Let Blender call modal() while a grating's bake runs."""
-        # Keep names, not the grating itself, which an undo during the bake may free.
+        # Keep names, not the grating itself, which an undo during the bake may free. An artist may have given one name
+        # to two gratings.
+        grating.name = unused_name(grating.name, {g.name for g in context.scene.natural_gratings.items if g != grating})
         self._name, self._scene = grating.name, context.scene.name
         return self.follow(context, job, f"Baking {grating.name}")
 

@@ -55,6 +55,8 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):
     @classmethod
     def description(cls, context, properties):
         """The tooltip, which names the files that can be read."""
+        if properties.filepath.startswith("sample:"):
+            return "Add this made-up surface to the scene's gratings. It needs no file and no size"
         from ...precompute.surface.readers.registry import described
 
         return f"Read a measured height map into the scene's gratings: {described()}"

@@ -28,11 +28,26 @@ class _Bake:
 _known: dict[str, _Bake] = {}
 
 
-def note_bake(grating: Grating, path: str, summary: str) -> None:
-    """Note a finished bake in its grating, and for a grating from which undo has taken it."""
-    grating.bake_path, grating.bake_summary = path, summary
-    with contextlib.suppress(GratingError):  # made from a bake alone
-        _known[asked(grating.bake_request())] = _Bake(path, summary)
+def note_bake(grating: Grating, path: str, summary: str, *, request: "BakeRequest") -> None:
+    """Note a finished bake in its grating, and for a grating from which undo has taken it. `request` is what was asked
+    of the bake; the grating may ask for something else by now."""
+    grating.bake_path, grating.bake_summary, grating.asked = path, summary, _settings(request)
+    _known[asked(request)] = _Bake(path, summary)
+
+
+def is_asked_otherwise(grating: Grating) -> bool:
+    """Whether the grating's settings are no longer those of its bake."""
+    if not (grating.asked and grating.source):
+        return False
+    try:
+        return _settings(grating.bake_request()) != grating.asked
+    except GratingError:  # its settings are of no bake
+        return True
+
+
+def _settings(request: "BakeRequest") -> str:
+    """All that a request asks but the scans' folders, which change when files are moved, as JSON."""
+    return json.dumps(request_record(request) | {"scans": request.as_dict()["scans"]}, sort_keys=True)
 
 
 @persistent
@@ -54,3 +69,4 @@ def _recall(grating: Grating) -> None:
         bake = _known.get(asked(grating.bake_request()))
         if bake is not None and Path(bake.path).is_file():
             grating.bake_path, grating.bake_summary = bake.path, bake.summary
+            grating.asked = _settings(grating.bake_request())

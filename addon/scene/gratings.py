@@ -64,6 +64,7 @@ class Grating(bpy.types.PropertyGroup):
         "is too small to average it out. 0 chooses it by the scan's size",
         default=0.0,
         min=0.0,
+        max=1e4,
         soft_max=65.0,
     )
     request: StringProperty(
@@ -72,6 +73,9 @@ class Grating(bpy.types.PropertyGroup):
         options={"HIDDEN"},
     )
     bake_path: StringProperty(name="Bake", description="The baked table's file", subtype="FILE_PATH")
+    asked: StringProperty(
+        name="Asked", description="What was asked of the bake, as JSON; empty if unknown", options={"HIDDEN"}
+    )
     bake_summary: StringProperty(name="Bake Summary", description="The bake's measured error and its size")
     for_scene: BoolProperty(
         name="For This Scene", description="The bake holds only the directions that the scene needs", options={"HIDDEN"}
@@ -85,7 +89,8 @@ class Grating(bpy.types.PropertyGroup):
     footprint: BoolProperty(
         name="Footprint",
         description="Blurs colours that are finer than a pixel, as far as its samples do not tell them apart: less "
-        "noise in Cycles and less flicker in EEVEE, for a tenth more time. Not needed by discs and close-ups",
+        "noise in Cycles and less flicker in EEVEE, for up to a quarter more time on a snake. Not needed by discs and "
+        "close-ups",
         default=True,
     )
     lights: EnumProperty(name="Lights", description="Which lights the diffraction answers to", items=LIGHTS)
@@ -237,6 +242,13 @@ def active_grating(scene: bpy.types.Scene) -> Grating:
     if grating is None:
         raise GratingError(f"scene {scene.name}: no grating in it; import a height map first")
     return grating
+
+
+def unused_name(name: str, taken: set[str]) -> str:
+    """The name, with a number in Blender's form where it is taken. Names must differ because a finished bake finds
+    its grating by name."""
+    candidates = (name, *(f"{name}.{number:03}" for number in range(1, len(taken) + 1)))
+    return next(c for c in candidates if c not in taken)
 
 
 def scan_record(source: str, size_um: float, height_nm: float, *, channel: str) -> dict[str, Any]:

@@ -3,12 +3,12 @@
 
 import bpy
 
-from ..actions.fit_world import is_fitting, world_is_fitted
+from ..actions.fit_world import is_fitting, last_failure, world_is_animated, world_is_fitted
 from ..lamps.find import brightest, instanced_lamps, lamps_of, unfollowed_features
 from ..lamps.follow import followed_lamps, is_on
 from ..lamps.sky import missed_share, source_count
 from ..materials.data_pictures import resampled_pictures
-from ..materials.skin import answers_to_world, linked_with_fewer_lamps, variation_of
+from ..materials.skin import answers_to_world, follows_world, linked_with_fewer_lamps, variation_of
 from ..operators.add_diffraction import AddDiffraction
 from ..operators.add_fan import AddDiffractionLamp
 from ..operators.add_sun import AddSun
@@ -136,7 +136,11 @@ def _draw_bake(layout, context, grating) -> None:
             if grating.for_scene:
                 row.operator(BakeNeeds.bl_idname, text="", icon="X").everything = True
     _draw_lines(layout, grating.bake_summary)
+    from ..scene.bakes import is_asked_otherwise
     from ..scene.region import noticed_outside
+
+    if running_bake() is None and is_asked_otherwise(grating):
+        draw_note(layout, context, "Settings changed since this bake; press Bake Grating", icon="ERROR")
 
     for line in noticed_outside(context.scene):
         draw_note(layout, context, line, icon="ERROR")
@@ -208,7 +212,7 @@ def _draw_lamps(layout, context, grating) -> None:
         row = column.row()
         row.active = not hidden
         row.label(text=f"{lamp.name} (hidden)" if hidden else lamp.name, icon=_ICONS[lamp.data.type])
-    if lights == REST:
+    if lights == REST and follows_world():
         _draw_world(column, context)
     if not lamps:
         if lights == LAMPS_ONLY:
@@ -234,7 +238,9 @@ def _draw_world(column, context) -> None:
     scene = context.scene
     if scene.world is None:
         return
-    if is_fitting():
+    if world_is_animated(scene):
+        text = "animated, so its bright parts light with noise"
+    elif is_fitting():
         text = "fitting its sources ..."
     elif not world_is_fitted(scene):
         text = "not fitted"
@@ -243,6 +249,8 @@ def _draw_world(column, context) -> None:
         text = f"{count} source{'s' * (count != 1)} and the rest"
         if missed_share(scene) >= _MISSED_MIN:
             text += f", {missed_share(scene):.0%} of bright light in none"
-    column.label(text=f"{scene.world.name}: {text}", icon="WORLD")
+    draw_note(column, context, f"{scene.world.name}: {text}", icon="WORLD")
     if text == "not fitted":
+        if last_failure(scene):
+            draw_note(column, context, last_failure(scene), icon="ERROR")
         column.operator(FitWorld.bl_idname, icon="FILE_REFRESH")

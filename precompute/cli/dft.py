@@ -6,7 +6,8 @@ import argparse
 from ..methods import dft_images
 from ..methods.dft_layout import TEXELS_MAX
 from ..methods.registry import SHADER_METHODS
-from .arguments import PERIOD_NM, STEP_NM, TERMS, add_input, coherence_argument, height_map_of, period_of
+from ..surface.steps.pipeline import DEFAULT
+from .arguments import PERIOD_NM, STEP_NM, TERMS, add_input, add_level, coherence_argument, height_map_of, period_of
 from .option_types import count, path_argument
 from .output import Progress, emit
 
@@ -32,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--period-nm", type=PERIOD_NM, metavar="NM", help="period of the grating (nmm); default: it is found"
     )
+    add_level(parser, "plane", DEFAULT)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -45,7 +47,7 @@ def run(arguments: argparse.Namespace) -> None:
     )
     written = dft_images.images_to_folder(
         height_map_of(arguments), arguments.method, settings, folder=arguments.output,
-        progress=Progress(arguments.progress),
+        levelling=arguments.level, progress=Progress(arguments.progress),
     )  # fmt: skip
     size = written.image_bytes / 2**20
     summary = f"{written.files[0]}: {written.layout.terms} terms, {size:.0f} MiB"

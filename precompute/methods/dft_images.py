@@ -16,6 +16,7 @@ of a picture of four channels by its alpha.
 
 import hashlib
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -27,6 +28,8 @@ from ..base.progress import Progress, silent
 from ..spectra.patch_window import PatchWindow
 from ..surface.height_map import HeightMap
 from ..surface.relief import Relief, prepare
+from ..surface.steps.pipeline import DEFAULT
+from ..surface.steps.step import Step
 from ..table.atlas_file import write_together
 from .dft_layout import TEXELS_MAX, Layout
 from .method import Method, Settings
@@ -115,14 +118,20 @@ def texels_for(relief: Relief, settings: Settings) -> int:
 
 
 def images_to_folder(
-    height_map: HeightMap, name: str, settings: Settings, *, folder: Path, progress: Progress = silent
+    height_map: HeightMap,
+    name: str,
+    settings: Settings,
+    *,
+    folder: Path,
+    levelling: Sequence[Step] = DEFAULT,
+    progress: Progress = silent,
 ) -> DftImages:
-    """Write the images of a method of a height map into a folder, which is made if need be.
+    """Write the images of a method of a height map, levelled by steps, into a folder, which is made if need be.
 
     Where the settings ask for 0 texels, texels_for chooses their number. Raises GratingError, naming the source, for a
     relief that the method cannot take."""
     progress("transforms", 0.0)
-    relief = prepare(height_map)
+    relief = prepare(height_map, levelling)
     if settings.texels == 0:
         settings = replace(settings, texels=texels_for(relief, settings))
     try:

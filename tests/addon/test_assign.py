@@ -82,6 +82,20 @@ def test_remove_gives_back_what_assign_replaced(scene, grating, addon):
     assert not [key for thing in (plane, second) for key in thing.keys() if "replaced" in key]  # noqa: SIM118  objects are no dicts
 
 
+@pytest.mark.parametrize("gone", ["grating removed", "another material made"])
+def test_remove_gives_back_also_where_the_grating_has_left_its_material(scene, grating, addon, gone):
+    plane = bpy.context.object
+    before = paint("Paint", addon)
+    plane.data.materials.append(before)
+    bpy.ops.grating.assign()
+    if gone == "grating removed":
+        bpy.ops.grating.remove()
+    else:
+        bpy.ops.grating.new_material()
+    bpy.ops.grating.remove_diffraction()
+    assert plane.active_material == before
+
+
 def test_remove_keeps_the_gratings_own_material_for_the_next_object(scene, grating, addon):
     """An artist put it into a slot by hand."""
     bpy.ops.grating.new_material()

@@ -121,6 +121,32 @@ def test_a_grating_whose_bake_undo_took_away_knows_it_again(scene, grating, addo
     assert grating.bake_path == ""
 
 
+def test_settings_that_changed_since_the_bake_are_noticed(scene, grating, addon, tmp_path):
+    assert not addon.bakes.is_asked_otherwise(grating)
+    for name, other in (("delta_e", 0.7), ("coherence_um", 5.0), ("size_um", 5.0)):
+        before = getattr(grating, name)
+        setattr(grating, name, other)
+        assert addon.bakes.is_asked_otherwise(grating), name
+        setattr(grating, name, before)
+        assert not addon.bakes.is_asked_otherwise(grating), name
+    levelling = grating.levelling
+    grating.levelling = "plane:robust"
+    assert addon.bakes.is_asked_otherwise(grating)
+    grating.levelling = levelling
+    grating.source = str(tmp_path / grating.source.rsplit("/", 1)[-1])  # the same file, moved
+    assert not addon.bakes.is_asked_otherwise(grating)
+
+
+def test_what_is_set_during_a_bake_is_not_noted_as_baked(scene, grating, addon):
+    request = grating.bake_request()
+    facts = addon.bake.finished_bake(grating, request=request)
+    grating.delta_e = 0.7
+    addon.bake.record_bake(grating, facts, request)
+    assert addon.bakes.is_asked_otherwise(grating)
+    grating.delta_e = 6.0
+    assert not addon.bakes.is_asked_otherwise(grating)
+
+
 def options_named(path):
     """The options of the command line that texts of a source file name, docstrings apart."""
     tree = ast.parse(path.read_text())

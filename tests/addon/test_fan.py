@@ -107,6 +107,10 @@ def test_the_lamp_that_lights_it(scene, carrier, addon, capfd):
     scene.collection.objects.link(bpy.data.objects.new("Weak", data))
     out = reports(lambda: bpy.ops.grating.add_lamp(lamp="Weak"), capfd)
     assert "sends what Weak lights there" in out
+    scene.objects["Sun"].data.energy = 1e-3
+    bpy.data.lights["Weak"].type = "SUN"
+    out = reports(bpy.ops.grating.add_lamp, capfd)
+    assert f"sends what {addon.follow.followed_lamps(scene)[0].name} lights there" in out
     with pytest.raises(RuntimeError, match="Moon: no lamp of the scene; there are Sun, Weak"):
         bpy.ops.grating.add_lamp(lamp="Moon")
     with pytest.raises(RuntimeError, match="Diffraction Lamp: no lamp of the scene"):

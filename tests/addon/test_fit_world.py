@@ -79,3 +79,78 @@ def test_an_even_world_needs_no_render(addon, scene, sky, monkeypatch, kind):
     scene.world, _ = world_with(kind)
     addon.fit_world.fit_world(scene)
     assert addon.sky.source_count(scene) == 0 and addon.fit_world.world_is_fitted(scene)
+
+
+def keyed(holder, path):
+    for frame, value in ((1, 0.0), (9, 1.0)):
+        setattr(holder, path, value)
+        holder.keyframe_insert(path, frame=frame)
+
+
+def turned_by_a_keyed_parent(world):
+    import bpy
+
+    turn, parent = bpy.data.objects.new("turn", None), bpy.data.objects.new("parent", None)
+    turn.parent = parent
+    parent.rotation_euler.z = 0.0
+    parent.keyframe_insert("rotation_euler", frame=1)
+    parent.rotation_euler.z = 1.0
+    parent.keyframe_insert("rotation_euler", frame=9)
+    world.node_tree.nodes.new("ShaderNodeTexCoord").object = turn
+
+
+def in_a_group(world):
+    import bpy
+
+    group = bpy.data.node_groups.new("inner", "ShaderNodeTree")
+    keyed(group.nodes.new("ShaderNodeValue").outputs[0], "default_value")
+    world.node_tree.nodes.new("ShaderNodeGroup").node_tree = group
+
+
+def a_movie(world):
+    import bpy
+
+    image = bpy.data.images.new("clouds", 4, 4)
+    image.source = "SEQUENCE"
+    world.node_tree.nodes.new("ShaderNodeTexEnvironment").image = image
+
+
+def background_of(world):
+    return next(node for node in world.node_tree.nodes if node.type == "BACKGROUND").inputs["Strength"]
+
+
+def driven_by(world, expression, path=None, target=None):
+    driver = background_of(world).driver_add("default_value").driver
+    if target is not None:
+        variable = driver.variables.new()
+        variable.name, variable.targets[0].id_type, variable.targets[0].id = "x", "SCENE", target
+        variable.targets[0].data_path = path
+    driver.expression = expression
+
+
+ANIMATED = {
+    "keys": lambda world, scene: keyed(background_of(world), "default_value"),
+    "parent": lambda world, scene: turned_by_a_keyed_parent(world),
+    "group": lambda world, scene: in_a_group(world),
+    "movie": lambda world, scene: a_movie(world),
+    "frame": lambda world, scene: driven_by(world, "frame / 9"),
+    "current frame": lambda world, scene: driven_by(world, "x / 9", "frame_current", scene),
+}
+STILL = {
+    "one key": lambda world, scene: background_of(world).keyframe_insert("default_value", frame=3),
+    "driver": lambda world, scene: driven_by(world, "x * 2", "unit_settings.scale_length", scene),
+    "nothing": lambda world, scene: None,
+}
+
+
+@pytest.mark.parametrize("how", [*ANIMATED, *STILL])
+def test_an_animated_world_has_no_sources(addon, scene, sky, how):
+    """They would shine on where they were at one frame, in all frames of a render."""
+    import bpy
+
+    (ANIMATED | STILL)[how](scene.world, scene)
+    assert addon.fit_world.world_is_animated(scene) == (how in ANIMATED)
+    bpy.ops.grating.fit_world()
+    assert addon.sky.source_count(scene) == (how in STILL)
+    told = addon.fit_world.unfitted_world(scene)
+    assert [line for line in told if "animated" in line] == told and bool(told) == (how in ANIMATED)

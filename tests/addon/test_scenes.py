@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from sample_scenes import animal, scenes
+from sample_scenes import animal, discs, relight, scenes
 from sample_scenes.demo import Stopwatch
 from sample_scenes.discs import CLEAR_M, WRITTEN_M, ring
 
@@ -67,9 +67,38 @@ def test_tracks_of_a_disc_run_round(addon):
     assert (np.cross(edges[:, 0], edges[:, 1])[:, 2] > 0).all()
 
 
+@pytest.mark.parametrize("world", scenes.WORLDS)
+def test_another_light_takes_the_place_of_the_suns(world, monkeypatch):
+    monkeypatch.setattr(relight, "_ROWS", 32)
+    scene = bpy.context.scene
+    discs.build_discs(scene, ["cd"])
+    relight.relight(scene, world)
+    lamps = [thing.data for thing in scene.objects if thing.type == "LIGHT"]
+    assert [lamp.type for lamp in lamps] == ["AREA"] * (world == "area")
+    nodes = scene.world.node_tree.nodes
+    shown = {"sky": "TEX_SKY", "area": "BACKGROUND"}.get(world, "TEX_ENVIRONMENT")
+    assert shown in {node.type for node in nodes}
+    if world == "area":
+        assert nodes["Background"].inputs["Strength"].default_value == 0
+    assert list(relight.WORLDS) == list(scenes.WORLDS)
+
+
+def test_scenes_without_suns_are_not_lit_anew(tmp_path, monkeypatch, capsys):
+    made = []
+    monkeypatch.setattr(scenes, "make", lambda name, *_, **__: made.append(name))
+    assert scenes.main(["--output", str(tmp_path), "--world", "studio"]) == 0
+    assert set(made) == set(scenes.SCENES) - {"room", "shed"}
+    with pytest.raises(SystemExit):
+        scenes.main(["--output", str(tmp_path), "--world", "studio", "--scene", "shed"])
+    assert "which room and shed have not" in capsys.readouterr().err
+
+
 def test_a_scene_is_made_end_to_end(tmp_path):
     version = ".".join(str(part) for part in bpy.app.version[:2])
-    asked = SimpleNamespace(width=16, engine="cycles", samples=1, bpy=version, blender=None, lights="lamps")
+    asked = SimpleNamespace(
+        width=16, engine="cycles", samples=1, bpy=version, blender=None, lights="lamps", world="area", no_shadows=True
+    )
     picture = scenes.make("cd", scenes.SCENES["cd"], tmp_path, arguments=asked, watch=Stopwatch())
-    assert Image.open(picture).size == (16, 9)
-    assert picture.with_suffix(".blend").is_file()
+    assert Image.open(picture).size == (16, 9) and picture.name == "cd_area_cycles.png"
+    bpy.ops.wm.open_mainfile(filepath=str(picture.with_suffix(".blend")))
+    assert "Area" in bpy.data.objects and "Key" not in bpy.data.objects

@@ -77,6 +77,17 @@ def test_a_file_that_is_there_is_taken(addon, tmp_path):
         bpy.ops.grating.osl_reference()
 
 
+def test_the_surface_is_the_gratings(addon):
+    """Its levelling counts, and a mean of several scans is refused."""
+    grating = bpy.context.scene.natural_gratings.active()
+    first = addon.osl_reference.write_images(grating, "pq")
+    grating.levelling = "none" if grating.levelling != "none" else "plane"
+    assert addon.osl_reference.write_images(grating, "pq") != first
+    grating.request = '{"scans": [{"source": "sample:cd", "size_um": null, "height_nm": null, "channel": null}]}'
+    with pytest.raises(RuntimeError, match="made of several scans, and the method takes one"):
+        bpy.ops.grating.osl_reference()
+
+
 def test_the_button_says_what_is_missing(addon):
     bpy.context.scene.cycles.shading_system = False
     with pytest.raises(RuntimeError, match="Switch on Cycles' Open Shading Language"):

@@ -58,6 +58,7 @@ def test_a_disc_blurs_by_half_its_radius():
         ({"format": 1, "u": [1, 0]}, "u: give two numbers"),
         ({"format": 1, "u": [0, 0.001]}, "u: give two numbers"),
         ({"format": 1, "v": [-3, 0]}, "v: give two numbers"),
+        ({"format": 1, "u": [1.5, 2], "v": [-2, -1.5]}, "never have these u, v and w; widen"),
         ({"format": 1, "w": "all"}, "w: give two numbers"),
         ({"format": 1, "w": [0, None]}, "w: give two numbers"),
         ({"format": 1, "footprint": -1}, "footprint: give a number"),

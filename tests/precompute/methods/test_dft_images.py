@@ -95,6 +95,16 @@ def test_the_verb_writes_one_file_that_comes_back(tmp_path, name, capsys):
     assert extrema[1] == [float(f) for c in (0, 1) for f in (term[..., c].min(), term[..., c].max())]
 
 
+def test_the_verb_levels_as_it_is_asked(tmp_path):
+    pictures = []
+    for level in ("plane", "poly:4"):
+        arguments = ["dft", "sample:elaphe", "-o", str(tmp_path / level), "--terms", "2", "--level", level]
+        assert parser.main([*arguments, "--progress", "none"]) == 0
+        [path] = (tmp_path / level).iterdir()
+        pictures.append(open_picture(path).pixels())
+    assert pictures[0].shape != pictures[1].shape or not np.allclose(*pictures)
+
+
 def test_a_relief_too_deep_is_refused_with_its_name(tmp_path):
     deep = sinusoidal(2.5e-6, 3000e-9, periods=2, rows=8)
     with pytest.raises(GratingError, match=r"sample.*3000 nm of relief cannot converge.*chebyshev"):

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whether a world's light may change from frame to frame.
+
+Sources are numbers of one frame. In other frames they would shine from where they were, so such a world has none."""
+
+import bpy
+
+from ..scene import compat
+
+_MOVING_PICTURES = {"MOVIE", "SEQUENCE"}
+
+
+def is_animated(world: bpy.types.World) -> bool:
+    """Whether the world, its nodes, or what they refer to (node groups, objects and what these follow) has keys or
+    strips, a driver that reads the frame or something that is itself animated, or a picture of many frames."""
+    return _changes(world, set())
+
+
+def _changes(holder: bpy.types.ID | None, seen: set[bpy.types.ID]) -> bool:
+    if holder is None or holder in seen:
+        return False
+    seen.add(holder)
+    animation = holder.animation_data if hasattr(holder, "animation_data") else None
+    if animation is not None and (_has_keys(animation) or _is_driven(animation, seen)):
+        return True
+    return any(_changes(other, seen) for other in _refers_to(holder)) or _shows_frames(holder)
+
+
+def _has_keys(animation: bpy.types.AnimData) -> bool:
+    """A single key holds a value still."""
+    start, end = animation.action.curve_frame_range if animation.action is not None else (0.0, 0.0)
+    return end > start or any(track.strips for track in animation.nla_tracks)
+
+
+def _is_driven(animation: bpy.types.AnimData, seen: set[bpy.types.ID]) -> bool:
+    for curve in animation.drivers:
+        driver = curve.driver
+        if driver.type == "SCRIPTED" and "frame" in driver.expression:
+            return True
+        for variable in driver.variables:
+            for target in variable.targets:
+                if "frame" in target.data_path or _changes(target.id, seen):
+                    return True
+    return False
+
+
+def _refers_to(holder: bpy.types.ID) -> list[bpy.types.ID | None]:
+    if isinstance(holder, bpy.types.World):
+        return [compat.world_nodes(holder)]
+    if isinstance(holder, bpy.types.NodeTree):
+        found = [getattr(node, name, None) for node in holder.nodes for name in ("node_tree", "object", "image")]
+        return [each for each in found if isinstance(each, bpy.types.ID)]
+    if isinstance(holder, bpy.types.Object):
+        return [holder.parent, holder.data, *(getattr(each, "target", None) for each in holder.constraints)]
+    return []
+
+
+def _shows_frames(holder: bpy.types.ID) -> bool:
+    return isinstance(holder, bpy.types.Image) and holder.source in _MOVING_PICTURES

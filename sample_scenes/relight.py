@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Another light for a sample scene: a world, or one large lamp near by, in place of its own lamps and world.
+
+blender scene.blend --background --python sample_scenes/relight.py -- --world studio --output scene.blend
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from functools import partial
+from math import asin, atan2, degrees
+from pathlib import Path
+
+import bpy
+import numpy as np
+from mathutils import Vector
+
+if not __package__:  # `blender --python` runs this file as a script
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+    __package__ = "sample_scenes"
+from precompute.cli.parser import OneLineParser
+
+from .panoramas import overcast, soft_boxes
+from .room import room
+from .stage import light_by_sky
+from .studio import Towards, add_softbox
+
+_ROWS = 512
+_LAMP_M, _LAMP_W = 1.0, 10.0
+
+
+@dataclass(frozen=True)
+class Sun:
+    """Where the scene's brightest sun lamp stood."""
+
+    azimuth_deg: float
+    elevation_deg: float
+
+
+def _painted(make, scene: bpy.types.Scene, _: Sun) -> None:
+    paint(scene, make(_ROWS))
+
+
+def _sky(scene: bpy.types.Scene, sun: Sun) -> None:
+    light_by_sky(scene, sun.azimuth_deg, sun.elevation_deg)
+
+
+def _lamp(scene: bpy.types.Scene, sun: Sun) -> None:
+    new_world(scene).inputs["Strength"].default_value = 0.0
+    at = Towards(sun.azimuth_deg, sun.elevation_deg, 1.0)
+    add_softbox(scene, "Area", at, target=(0.0, 0.0, 0.0), size_m=_LAMP_M, power_w=_LAMP_W)
+
+
+# The name of each light: what sets it up, and how many stops the scene's exposure then rises.
+WORLDS = {
+    "studio": (partial(_painted, soft_boxes), 0.0),
+    "sky": (_sky, 0.0),
+    "overcast": (partial(_painted, overcast), 2.0),
+    "room": (partial(_painted, room), 1.0),
+    "area": (_lamp, 0.0),
+}
+
+
+def new_world(scene: bpy.types.Scene) -> bpy.types.Node:
+    """A new world; its Background node."""
+    scene.world = bpy.data.worlds.new("World")
+    if bpy.app.version < (5, 0):
+        scene.world.use_nodes = True
+    return scene.world.node_tree.nodes["Background"]
+
+
+def paint(scene: bpy.types.Scene, radiance: np.ndarray) -> None:
+    """A world of this radiance (rows, columns, 3), laid out as precompute/lights/panorama.py says."""
+    rows, columns, _ = radiance.shape
+    image = bpy.data.images.new("World", columns, rows, float_buffer=True, is_data=True)
+    pixels = np.ones((rows, columns, 4), np.float32)
+    pixels[..., :3] = radiance
+    image.pixels.foreach_set(pixels.ravel())
+    image.pack()
+    background = new_world(scene)
+    texture = scene.world.node_tree.nodes.new("ShaderNodeTexEnvironment")
+    texture.image = image
+    scene.world.node_tree.links.new(texture.outputs["Color"], background.inputs["Color"])
+
+
+def relight(scene: bpy.types.Scene, world: str) -> None:
+    """Light a scene that has sun lamps by one of WORLDS."""
+    lamps = [thing for thing in scene.objects if thing.type == "LIGHT"]
+    brightest = max((lamp for lamp in lamps if lamp.data.type == "SUN"), key=lambda lamp: lamp.data.energy)
+    to_sun = brightest.matrix_world.to_3x3() @ Vector((0, 0, 1))
+    sun = Sun(degrees(atan2(to_sun.y, to_sun.x)), degrees(asin(to_sun.z)))
+    bpy.data.batch_remove(lamps)
+    light, stops = WORLDS[world]
+    light(scene, sun)
+    scene.view_settings.exposure += stops
+
+
+def main(argv: list[str]) -> None:
+    parser = OneLineParser(prog="sample_scenes.relight", description="Light the open sample scene anew.")
+    parser.add_argument("--output", type=Path, required=True, metavar="FILE.blend")
+    parser.add_argument("--world", choices=list(WORLDS), required=True)
+    arguments = parser.parse_args(argv)
+    relight(bpy.context.scene, arguments.world)
+    bpy.ops.wm.save_as_mainfile(filepath=str(arguments.output.resolve()))
+
+
+if __name__ == "__main__":
+    main(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:])
