@@ -11,7 +11,7 @@ from ..frames.seams import seam_warning
 from ..materials.material import add_diffraction, check_can_add
 from ..scene.gratings import Grating, active_grating
 from .fit_world import want_fit
-from .material import group_of, working_material
+from .material import group_of, lamps_alone, working_material
 from .meshes import meshes_among, no_meshes, slots_with_faces
 from .outside import notice_outside
 from .slots import Selection, note_replaced
@@ -84,7 +84,7 @@ def _put_in_active_slot(selection: Selection, mesh: bpy.types.Object, material: 
 def _warnings(objects: list[bpy.types.Object], meshes: list[bpy.types.Object], grating: Grating) -> list[str]:
     source = grating.frame_source()
     seams = [line for mesh in meshes if (line := seam_warning(mesh, source))]
-    return seams + no_meshes(objects) + prepare_meshes(grating.group, meshes)
+    return seams + no_meshes(objects) + prepare_meshes(grating.group, meshes) + lamps_alone(grating)
 
 
 def _names(things) -> str:

@@ -22,7 +22,7 @@ from bpy.app.handlers import persistent
 
 from ..lamps.follow import follow_lamps, followed_lamps, stop_following, update_shown
 from ..lamps.shown import show_as_rendered
-from ..materials.data_pictures import resampled_pictures
+from ..materials.data_pictures import wrong_colours
 from ..materials.skin import is_diffraction
 from ..scene.rendering import is_rendering
 from .fit_world import drop_stale_sources, note_change, stop_fitting, unfitted_world, want_fit
@@ -38,7 +38,7 @@ def follow_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Non
     if scene.library is not None or is_rendering() or not _has_diffraction():
         return
     _follow_world(scene)
-    _follow_settings()
+    _follow_settings(scene)
     if depsgraph.id_type_updated("COLLECTION") or depsgraph.id_type_updated("LIGHT"):
         update_lamps(scene, exactly=False, in_viewport=_has_viewport())
     elif _has_viewport():
@@ -72,10 +72,10 @@ def show_what_renders(scene: bpy.types.Scene, *_: object) -> None:
     if not is_rendering():  # A render beside the interface runs in its own thread, where nothing may be made.
         drop_stale_sources(scene)
         update_lamps(scene, exactly=False)
-        _follow_settings()
+        _follow_settings(scene)
     show_as_rendered(scene, followed_lamps(scene))
     if bpy.app.background:  # where no panel tells it
-        _print(resampled_pictures(scene) + unfitted_world(scene) + _outside(scene))
+        _print(wrong_colours(scene) + unfitted_world(scene) + _outside(scene))
 
 
 @persistent
@@ -131,10 +131,10 @@ def _follow_world(scene: bpy.types.Scene) -> None:
         drop_stale_sources(scene)
 
 
-def _follow_settings() -> None:
+def _follow_settings(scene: bpy.types.Scene) -> None:
     from .settings import follow_settings  # files without diffraction do not load it
 
-    follow_settings()
+    follow_settings(scene)
 
 
 def _outside(scene: bpy.types.Scene) -> list[str]:

@@ -8,7 +8,7 @@ import bpy
 from ..lamps.find import instanced_lamps, instances_are_not_followed, lamps_of, unfollowed_features
 from ..lamps.follow import follow_lamps
 from ..lamps.link import is_linked, mark_unlinked
-from ..materials.data_pictures import resampled_pictures
+from ..materials.data_pictures import wrong_colours
 from ..materials.skin import follows_light_linking, linked_with_fewer_lamps, needs_lamps, show_lamps
 from .fit_world import unfitted_world
 
@@ -49,8 +49,6 @@ def warnings_about(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> li
     which it shows wrong colours."""
     dark = not lamps_of(scene) and needs_lamps()
     lines = [f"scene {scene.name}: no lamp lights it, so diffraction is dark; add a sun"] if dark else []
-    lines += (
-        unfollowed_features(scene) + unfitted_world(scene) + linked_with_fewer_lamps(scene) + resampled_pictures(scene)
-    )
+    lines += unfollowed_features(scene) + unfitted_world(scene) + linked_with_fewer_lamps(scene) + wrong_colours(scene)
     instanced = instanced_lamps(depsgraph)
     return [*lines, instances_are_not_followed(instanced)] if instanced else lines

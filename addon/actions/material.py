@@ -9,7 +9,7 @@ from ...precompute.base.failure import GratingError, printable
 from ...precompute.table.atlas_file import read_header
 from ..materials.direct.response import direct_response
 from ..materials.material import add_diffraction, new_diffraction_material
-from ..materials.response import Response
+from ..materials.response import Response, in_other_spaces
 from ..materials.skin import (
     answers_to_world,
     group_around,
@@ -55,6 +55,8 @@ def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
     update_all_lamps()
     if response is not None:
         grating.group = group_around(grating.name, response, shadows=grating.shadows, lights=grating.lights)
+    elif in_other_spaces([grating.group]):
+        replace_response(grating.group, _response_of(bake))
     set_lighting(grating.group, shadows=grating.shadows, lights=grating.lights)
     set_frame(grating.group, grating.frame_source())
     set_footprint(grating.group, grating.footprint)
@@ -89,9 +91,14 @@ def choose_lights(grating: Grating, lights: str) -> list[str]:
     if group is None:
         return []
     set_lighting(group, shadows=grating.shadows, lights=lights)
-    if lights != LAMPS_ONLY and not answers_to_world(group):
-        return [f"{grating.name}: {NO_SAMPLE_SET}"]
-    return []
+    return lamps_alone(grating)
+
+
+def lamps_alone(grating: Grating) -> list[str]:
+    """A line if a grating is to answer to more than lamps, and its bake cannot."""
+    group = grating.group
+    lacking = group is not None and grating.lights != LAMPS_ONLY and not answers_to_world(group)
+    return [f"{grating.name}: {NO_SAMPLE_SET}"] if lacking else []
 
 
 def new_diffraction_group(path: Path, shadows: bool = True, lights: str = REST) -> bpy.types.NodeTree:

@@ -18,7 +18,7 @@ from ..materials.response import response_in, responses_in
 from ..materials.skin import is_diffraction
 from ..scene.gratings import Grating
 from ..views.look import Look, answers_to_everything, look, unknown_inputs
-from ..views.moving import frames_between, moves
+from ..views.moving import frames_between, is_animated, moves
 
 # The most frames that are looked at; of one frame, how many rays, and at least how many of each of several.
 FRAMES_MAX, _RAYS, _RAYS_LEAST = 16, 12000, 2000
@@ -105,12 +105,16 @@ def _carriers(scene: bpy.types.Scene, grating: Grating) -> Iterator[bpy.types.Ob
 
 
 def _frames(scene: bpy.types.Scene, carriers: list[bpy.types.Object], asked: tuple[int, int] | None) -> list[int]:
-    if asked is not None:
-        return frames_between(*asked, FRAMES_MAX)
-    by_markers = [marker.camera for marker in scene.timeline_markers if marker.camera is not None]
-    if by_markers or moves([scene.camera, *carriers, *followed_lamps(scene)]):
-        return frames_between(scene.frame_start, scene.frame_end, FRAMES_MAX)
-    return [scene.frame_current]
+    """Frames of a range, among them each in which a marker brings another camera."""
+    cuts = [marker.frame for marker in scene.timeline_markers if marker.camera is not None]
+    trees = {slot.material.node_tree for thing in carriers for slot in thing.material_slots if slot.material}
+    if asked is None:
+        things = [scene.camera, *carriers, *followed_lamps(scene)]
+        if not (cuts or moves(things) or any(map(is_animated, filter(None, trees)))):
+            return [scene.frame_current]
+        asked = scene.frame_start, scene.frame_end
+    first, last = asked
+    return sorted({*frames_between(first, last, FRAMES_MAX), *(frame for frame in cuts if first <= frame <= last)})
 
 
 def _looks(scene: bpy.types.Scene, frames: list[int], rays: int) -> Iterator[Look]:

@@ -36,7 +36,9 @@ def render_picture(
         scene.cycles.samples = scene.eevee.taa_render_samples = samples
     render.resolution_x = width or render.resolution_x
     render.resolution_y = height or render.resolution_y
-    render.image_settings.file_format = file_format
+    if width or height:
+        render.resolution_percentage = 100
+    compat.write_pictures(render.image_settings, file_format)
     if file_format == "OPEN_EXR":
         render.image_settings.color_depth = "32"
     render.filepath = str(path.resolve())

@@ -6,12 +6,15 @@ import bpy
 from ..materials.skin import lights_of, set_footprint, set_lighting
 
 
-def follow_settings() -> None:
+def follow_settings(first: bpy.types.Scene | None = None) -> None:
     """Have the materials of the file's gratings trace shadow rays, and count the footprint of a pixel, where that is
-    set. What is as it should be is not made again."""
-    for scene in bpy.data.scenes:
+    set. What is as it should be is not made again. Scenes may share a material, as a copied scene does: then the
+    settings of the scene `first` count."""
+    done = set()
+    for scene in sorted(bpy.data.scenes, key=lambda scene: scene != first):
         for grating in scene.natural_gratings.items if scene.library is None else ():
             group = grating.own_group
-            if group is not None:
+            if group is not None and group not in done:
+                done.add(group)
                 set_lighting(group, shadows=grating.shadows, lights=lights_of(group))
                 set_footprint(group, grating.footprint)

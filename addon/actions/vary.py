@@ -20,8 +20,7 @@ def vary(scene: bpy.types.Scene, grating: Grating, choice: Variation, *, others:
 
     Raises GratingError, with nothing changed, if a grating is not baked, if one is named twice, if the shares add up to
     more than the surface, or if the pattern's attribute has no name."""
-    names = [each.name for each in (grating, *others)]
-    twice = [name for name in names if names.count(name) > 1]
+    twice = [each.name for k, each in enumerate(others) if each in (grating, *others[:k])]
     if twice:
         raise GratingError(f"{grating.name}: {twice[0]} is named twice; choose another grating to vary it with")
     if sum(choice.shares) > 1.0 + 1e-6:

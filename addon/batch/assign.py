@@ -18,7 +18,7 @@ from ..materials.material import diffraction_nodes
 from ..materials.skin import SETTABLE
 from ..scene.gratings import kept_path
 from ..scene.lights import LIGHTS
-from .objects import add_objects, select_objects
+from .objects import add_objects, chosen_objects
 from .save import add_save, save
 
 
@@ -51,18 +51,16 @@ def run(arguments: argparse.Namespace) -> None:
     values = dict(map(_setting, arguments.set or ()))
     gratings = bpy.context.scene.natural_gratings
     check_bake(arguments.bake)
-    if arguments.object:
-        select_objects(arguments.object)
+    chosen = chosen_objects(arguments.object)
     gratings.active_index = index = index_of(arguments.bake)
     if arguments.lights:
         gratings.items[index].lights = arguments.lights.upper()
     if arguments.no_shadows:
         gratings.items[index].shadows = False
     refresh_group(gratings.items[index])
-    selected = [o for o in bpy.context.view_layer.objects if o.select_get()]
     put = add_to_meshes if arguments.over else assign_to_meshes
-    report = put(bpy.context.scene, selected)
-    _set_inputs(selected, values)
+    report = put(bpy.context.scene, chosen)
+    _set_inputs(chosen, gratings.items[index].group, values)
     report += warnings_about(bpy.context.scene, bpy.context.evaluated_depsgraph_get())
     save(arguments.save)
     print("\n".join(map(printable, report)))
@@ -108,9 +106,9 @@ def _setting(text: str) -> tuple[str, float]:
     return name, value
 
 
-def _set_inputs(objects: Iterable[bpy.types.Object], values: dict[str, float]) -> None:
-    """Set inputs of the Diffraction nodes in the materials of objects."""
+def _set_inputs(objects: Iterable[bpy.types.Object], group: bpy.types.NodeTree, values: dict[str, float]) -> None:
+    """Set inputs of the nodes of a grating's Diffraction group in the materials of objects."""
     materials = {slot.material for thing in objects for slot in thing.material_slots}
-    for node in (node for material in materials for node in diffraction_nodes(material)):
+    for node in (node for material in materials for node in diffraction_nodes(material) if node.node_tree == group):
         for name, value in values.items():
             node.inputs[name].default_value = value

@@ -9,7 +9,7 @@ from ...precompute.base.failure import printable
 from ...precompute.cli.option_types import name_argument
 from ..actions.comb import comb_and_wait
 from ..scene.frame_source import COMB_SOURCES
-from .assign import select_objects
+from .assign import chosen_objects
 from .save import add_save, save
 
 _AXES = ("x", "y", "z")
@@ -32,9 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """The `comb` verb."""
-    select_objects(arguments.object)
-    selected = [o for o in bpy.context.view_layer.objects if o.select_get()]
+    chosen = chosen_objects(arguments.object)
     source = arguments.axis if arguments.source == "axis" else arguments.source
-    report = comb_and_wait(bpy.context.scene, selected, source.upper())
+    report = comb_and_wait(bpy.context.scene, chosen, source.upper())
     save(arguments.save)
     print("\n".join(map(printable, report)))

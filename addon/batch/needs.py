@@ -64,6 +64,8 @@ def _grating(scene: bpy.types.Scene, name: str | None) -> Grating:
     items = scene.natural_gratings.items
     if name is None:
         return active_grating(scene)
+    if [each.name for each in items].count(name) > 1:
+        raise GratingError(f"--grating {name}: several gratings have this name; rename all but one")
     if name not in items:
         raise GratingError(f"--grating {name}: no such grating; there are {', '.join(items.keys()) or 'none'}")
     return items[name]

@@ -20,21 +20,24 @@ def add_objects(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def select_objects(names: list[str]) -> None:
-    """Select the named objects and no others. Raises GratingError if one is missing."""
+def chosen_objects(names: list[str] | None) -> list[bpy.types.Object]:
+    """The objects of these names, also those that the viewport hides or that cannot be selected; without names the
+    selected ones. As far as Blender can, these are selected then, and no others. Raises GratingError if one is
+    missing."""
+    if not names:
+        return [o for o in bpy.context.view_layer.objects if o.select_get()]
     objects = bpy.context.view_layer.objects
     for name in names:
         if name not in objects:
             raise GratingError(f"{name}: no such object in the scene; there are {', '.join(o.name for o in objects)}")
     for candidate in objects:
         candidate.select_set(candidate.name in names)
+    return [objects[name] for name in dict.fromkeys(names)]
 
 
 def chosen_meshes(names: list[str] | None) -> list[bpy.types.Object]:
     """The meshes of these names, else those that are selected. Raises GratingError if there is none."""
-    if names:
-        select_objects(names)
-    chosen = [o for o in bpy.context.view_layer.objects if o.select_get()]
+    chosen = chosen_objects(names)
     meshes = [o for o in chosen if o.type == "MESH"]
     if not meshes:
         told = ", ".join(o.name for o in chosen) or f"scene {bpy.context.scene.name}"

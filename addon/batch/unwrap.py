@@ -31,7 +31,8 @@ def run(arguments: argparse.Namespace) -> None:
     """The `unwrap` verb. Nothing is saved unless all meshes are unwrapped."""
     packing = Packing(arguments.size, arguments.padding, arguments.density)
     lines = []
-    for mesh in chosen_meshes(arguments.object):
+    meshes = {mesh.data: mesh for mesh in chosen_meshes(arguments.object)}  # linked duplicates share one
+    for mesh in meshes.values():
         if arguments.method == "xatlas":
             lines += unwrap_and_wait(mesh, packing)
         else:

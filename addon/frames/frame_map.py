@@ -17,7 +17,7 @@ from .uv_maps import fingerprint
 def new_map(name: str, size: int) -> bpy.types.Image:
     """A new picture for a frame map: data in single precision, that no renderer may resample."""
     image = bpy.data.images.new(name, size, size, alpha=False, float_buffer=True)
-    image.colorspace_settings.name = "Non-Color"
+    image.colorspace_settings.is_data = True  # whatever a studio's configuration calls its data
     image.alpha_mode, image.use_half_precision = "NONE", False
     return image
 

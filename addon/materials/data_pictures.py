@@ -1,15 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Settings under which Blender resamples the pictures that Diffraction groups read.
+"""Settings under which Blender shows other colours than those that Diffraction groups hold.
 
-Such a picture holds data, tile beside tile. Resampled to another size, it mixes what belongs apart, and the diffraction
-shows wrong colours. No setting of a picture prevents this, so that all one can do is to say so."""
+Most of them resample the groups' pictures. Such a picture holds data, tile beside tile. Resampled to another size, it
+mixes what belongs apart, and the diffraction shows wrong colours. No setting of a picture prevents this, so that all
+one can do is to say so."""
 
 import bpy
 
 from ..frames.frame import frame_maps_in
 from ..scene import compat
-from .response import responses_in
+from .response import in_other_spaces, responses_in
 from .skin import is_diffraction
+
+
+def wrong_colours(scene: bpy.types.Scene) -> list[str]:
+    """One line for each setting under which the file's gratings show wrong colours, with the remedy."""
+    return resampled_pictures(scene) + in_other_spaces(filter(is_diffraction, bpy.data.node_groups))
 
 
 def resampled_pictures(scene: bpy.types.Scene) -> list[str]:

@@ -11,7 +11,7 @@ Saved .blend files hold these groups, so the names of their sockets stay as they
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import count, takewhile
 
@@ -20,6 +20,7 @@ import bpy
 from ...precompute.optics.fresnel import KERATIN_IOR
 from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import Socket
+from ..scene import compat
 
 NORMAL = Socket("Normal", "Vector", "Shading normal")
 TANGENT = Socket("Tangent", "Vector", "Direction of the scan's columns on the surface")
@@ -63,6 +64,8 @@ LOBE_DIRECTION = Socket("Lobe Direction", "Vector", "Unit vector to where the or
 WORLD_ANSWER = (MIRROR, MIRROR_ROUGHNESS, LOBE, LOBE_NORMAL, LOBE_ROUGHNESS, LOBE_DIRECTION)
 
 _LABEL, _WORLD_LABEL = "Response", "World Response"
+# A custom property of a response's node group, also in saved files.
+_SPACE = "ng_space"
 
 
 @dataclass(frozen=True)
@@ -125,6 +128,24 @@ class WorldAnswer:
     def lobe_closure(self, strength: Operand) -> Value:
         """The order that was drawn."""
         return self.lobe.tree.glossy(self.lobe * strength, self.lobe_roughness, self.lobe_normal)
+
+
+def note_working_space(response: Response) -> None:
+    """Note the linear space that a response's colours are in. Nodes hold it as numbers, which stay what they are where
+    Blender converts a file to another space, or where the group is linked into a file of another."""
+    response.group[_SPACE] = compat.working_space()
+
+
+def in_other_spaces(groups: Iterable[bpy.types.NodeTree]) -> list[str]:
+    """A line for each Diffraction group whose colours are in another linear space than the file's."""
+    now = compat.working_space()
+    lines = []
+    for group in groups:
+        spaces = {response.group.get(_SPACE, now) for response in responses_in(group)} - {now}
+        if spaces:
+            made = " and ".join(sorted(spaces))
+            lines.append(f"{group.name}: its colours are of {made}, and the file's of {now}; assign it again")
+    return lines
 
 
 @dataclass(frozen=True)

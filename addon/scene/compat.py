@@ -19,6 +19,14 @@ def eevee_engine() -> str:
     return "BLENDER_EEVEE" if bpy.app.version >= (5, 0, 0) else "BLENDER_EEVEE_NEXT"
 
 
+def write_pictures(settings: bpy.types.ImageFormatSettings, file_format: str) -> None:
+    """Have renders written as single pictures of a format. From Blender 5.0 on, the formats depend on the kind of
+    media, which may be video."""
+    if bpy.app.version >= (5, 0, 0):
+        settings.media_type = "IMAGE"
+    settings.file_format = file_format
+
+
 def enable_nodes(material: bpy.types.Material | bpy.types.World | bpy.types.Light) -> None:
     """Switch the nodes of a new material, world or lamp on. From Blender 5.0 they always are, and setting them gives a
     warning."""

@@ -7,7 +7,7 @@ from ..actions.fit_world import is_fitting, last_failure, world_is_animated, wor
 from ..lamps.find import brightest, instanced_lamps, lamps_of, unfollowed_features
 from ..lamps.follow import followed_lamps, is_on
 from ..lamps.sky import missed_share, source_count
-from ..materials.data_pictures import resampled_pictures
+from ..materials.data_pictures import wrong_colours
 from ..materials.skin import answers_to_world, follows_world, linked_with_fewer_lamps, variation_of
 from ..operators.add_diffraction import AddDiffraction
 from ..operators.add_fan import AddDiffractionLamp
@@ -223,7 +223,7 @@ def _draw_lamps(layout, context, grating) -> None:
         draw_note(column, context, line, icon="INFO")
     if instanced:
         draw_note(column, context, f"Instanced: {', '.join(instanced)}; Apply > Make Instances Real", icon="ERROR")
-    for line in resampled_pictures(scene):
+    for line in wrong_colours(scene):
         draw_note(column, context, line, icon="ERROR")
     note = layout.column(align=True)
     note.active = False

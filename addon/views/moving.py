@@ -20,7 +20,7 @@ def moves(things: Iterable[bpy.types.Object]) -> bool:
         if thing in seen:
             continue
         seen.add(thing)
-        if any(map(_is_animated, _blocks(thing))) or any(m.type in _BY_THEMSELVES for m in thing.modifiers):
+        if any(map(is_animated, _blocks(thing))) or any(m.type in _BY_THEMSELVES for m in thing.modifiers):
             return True
         pending += _leads_to(thing)
     return False
@@ -40,7 +40,8 @@ def _blocks(thing: bpy.types.Object) -> Iterator[bpy.types.ID]:
             yield thing.data.shape_keys
 
 
-def _is_animated(block: bpy.types.ID) -> bool:
+def is_animated(block: bpy.types.ID) -> bool:
+    """Whether keys, strips or drivers change a data-block."""
     held = block.animation_data
     return held is not None and bool(held.action or held.nla_tracks or held.drivers)
 

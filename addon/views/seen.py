@@ -54,11 +54,12 @@ def seen_by(
     """The places with a grating that rays meet first, rays being origins and unit directions (n, 3). Objects that no
     render shows to the camera are looked through."""
     origins, directions = rays
+    foreign = _own_instances(depsgraph)
     meshes: dict[bpy.types.Object, _Mesh] = {}
     found: dict[tuple, _Hits] = {}
     for number, (origin, direction) in enumerate(zip(origins.tolist(), directions.tolist(), strict=True)):
         hit, point, face, thing, matrix = _first(scene, depsgraph, Vector(origin), Vector(direction))
-        if not hit or thing.type != "MESH":
+        if not hit or thing.type != "MESH" or (thing, tuple(map(tuple, matrix))) in foreign:
             continue
         if thing not in meshes:
             meshes[thing] = _Mesh(thing, depsgraph)
@@ -74,6 +75,16 @@ def seen_by(
         hits.faces.append(face)
         hits.points.append(point)
     return [_placed(hits, meshes[hits.thing], directions) for hits in found.values()]
+
+
+def _own_instances(depsgraph: bpy.types.Depsgraph) -> set[tuple[bpy.types.Object, tuple]]:
+    """Objects whose Geometry Nodes make instances of meshes, and the matrices of these. A ray that meets one tells the
+    object, but the number of a face of the other mesh, which nothing leads to."""
+    return {
+        (instance.object.original, tuple(map(tuple, instance.matrix_world)))
+        for instance in depsgraph.object_instances
+        if instance.is_instance and instance.parent is not None and instance.object.original == instance.parent.original
+    }
 
 
 def boxes_with_gratings(depsgraph: bpy.types.Depsgraph) -> Iterator[tuple[np.ndarray, Matrix]]:

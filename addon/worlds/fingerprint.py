@@ -51,7 +51,8 @@ def _facts(owner: bpy.types.bpy_struct, own: bpy.types.Property, seen: set[bpy.t
     if own.type in _PLAIN:
         yield tuple(value) if getattr(own, "is_array", False) else value
     elif isinstance(value, bpy.types.Image):
-        yield value.name_full, bpy.path.abspath(value.filepath, library=value.library), tuple(value.size)
+        # As the file holds it: another machine may have the same files elsewhere.
+        yield value.name_full, value.filepath, tuple(value.size)
         yield value.is_dirty, value.source, value.colorspace_settings.name, value.alpha_mode
     elif isinstance(value, bpy.types.NodeTree):
         yield value.name_full, list(_tree_facts(value, seen))

@@ -144,7 +144,7 @@ def _rendered(
     scene.render.filepath = str(path)
     bpy.ops.render.render(write_still=True)
     image = bpy.data.images.load(str(path))
-    image.colorspace_settings.name = "Non-Color"  # as written, in the file's working space
+    image.colorspace_settings.is_data = True  # as written, in the file's working space
     values = np.empty(len(image.pixels), np.float32)
     image.pixels.foreach_get(values)
     bpy.data.images.remove(image)

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`--command grating`: exit statuses, one line for each fault, and files saved where they were asked to be."""
 
+import shutil
+
 import bpy
 import numpy as np
 import pytest
+from PIL import Image
 
 
 def fault(capfd, addon, *arguments) -> str:
@@ -55,6 +58,75 @@ def test_assign_over_the_own_material_with_settings(addon, scene, baked, tmp_pat
     assert diffraction.inputs["Rotation"].default_value == pytest.approx(np.pi / 2)
     assert not scene.natural_gratings.active().shadows
     assert "ShaderNodeRaycast" not in {node.bl_idname for node in diffraction.node_tree.nodes}
+
+
+def test_a_named_object_need_not_be_selectable(addon, scene, baked, tmp_path):
+    """Locked or hidden objects are named in batches too."""
+    plane = bpy.data.objects["Plane"]
+    for name, setting in (("Locked", "hide_select"), ("Hidden", "hide_viewport")):
+        other = plane.copy()
+        other.name, other.data = name, plane.data.copy()
+        scene.collection.objects.link(other)
+        setattr(other, setting, True)
+    bpy.context.view_layer.update()
+    named = [word for name in ("Locked", "Hidden") for word in ("--object", name)]
+    blend = str(tmp_path / "plane.blend")
+    assert addon.commands.execute(["assign", str(baked), *named, "--save", blend]) == 0
+    for name in ("Locked", "Hidden"):
+        assert bpy.data.objects[name].active_material.name == "Diffraction waves"
+    assert plane.active_material is None
+
+
+def test_settings_reach_one_grating_alone(addon, scene, baked, tmp_path):
+    plane, blend = bpy.data.objects["Plane"], str(tmp_path / "plane.blend")
+    save = ["--object", "Plane", "--save", blend]
+    assert addon.commands.execute(["assign", str(baked), "--set", "Rotation=30", *save]) == 0
+    first = plane.active_material
+    plane.data.materials.append(None)
+    plane.active_material_index = 1
+    shutil.copy(baked, tmp_path / "second.exr")
+    assert addon.commands.execute(["assign", str(tmp_path / "second.exr"), "--set", "Rotation=90", *save]) == 0
+    turns = [
+        addon.material.diffraction_nodes(material)[0].inputs["Rotation"].default_value
+        for material in (first, plane.active_material)
+    ]
+    assert turns == pytest.approx([np.pi / 6, np.pi / 2])
+
+
+def test_a_file_set_to_video_at_half_size_renders_a_whole_picture(addon, scene, tmp_path):
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    settings, picture = scene.render.image_settings, tmp_path / "frame.png"
+    if bpy.app.version >= (5, 0, 0):
+        settings.media_type = "VIDEO"
+    settings.file_format = "FFMPEG"
+    scene.render.resolution_percentage = 50
+    size = ["--width", "32", "--height", "16", "--samples", "1", "--engine", "cycles"]
+    assert addon.commands.execute(["render", "-o", str(picture), *size]) == 0
+    assert Image.open(picture).size == (32, 16)
+
+
+def test_a_bake_without_its_sample_set_is_told_and_anothers_refused(addon, scene, baked, tmp_path, capfd):
+    alone = tmp_path / "waves.exr"
+    shutil.copy(baked, alone)
+    assert addon.commands.execute(["assign", str(alone), "--object", "Plane", "--save", str(tmp_path / "a.blend")]) == 0
+    assert "only lamps light it, as its bake has no .lobes.exr" in capfd.readouterr().out
+    other = addon.child.Job("bake", ["sample:cd", "--delta-e", "9", "--coherence-um", "3"], tmp_path / "cd")
+    other.wait()
+    shutil.copy(tmp_path / "cd" / "cd.lobes.exr", tmp_path / "waves.lobes.exr")
+    assert "of another bake than waves.exr" in fault(capfd, addon, "assign", alone, "--object", "Plane")
+
+
+def test_linked_duplicates_are_unwrapped_once(addon, scene, tmp_path):
+    plane = bpy.data.objects["Plane"]
+    scene.collection.objects.link(plane.copy())
+    for thing in scene.objects:
+        thing.select_set(thing.type == "MESH")
+    before = len(plane.data.uv_layers)
+    blend = str(tmp_path / "plane.blend")
+    assert addon.commands.execute(["unwrap", "--method", "minimum-stretch", "--save", blend]) == 0
+    assert len(plane.data.uv_layers) == before + 1
 
 
 def test_settings_that_there_are_not(addon, scene, baked, tmp_path, capfd):

@@ -87,6 +87,55 @@ def test_a_camera_that_moves_is_looked_through_in_all_frames(addon, scene, watch
     assert addon.needs.measure_needs(scene, grating, (1, 1)).needs == still.needs
 
 
+def test_a_camera_that_a_marker_brings_is_looked_through(addon, scene, watched):
+    """Also one that is active between two of the frames that are looked at anyway."""
+    grating = scene.natural_gratings.active()
+    still = addon.needs.measure_needs(scene, grating)
+    second = bpy.data.objects.new("Second", scene.camera.data)
+    second.matrix_world = scene.camera.matrix_world
+    second.location.x += 3.0
+    scene.collection.objects.link(second)
+    scene.frame_end = 240
+    for frame, camera in ((1, scene.camera), (100, second), (103, scene.camera)):
+        scene.timeline_markers.new(str(frame), frame=frame).camera = camera
+    cut = addon.needs.measure_needs(scene, grating)
+    assert {1, 100, 103, 240} <= set(cut.facts["frames"])
+    assert cut.needs.region.u[1] > still.needs.region.u[1] + 0.2
+    assert set(addon.needs.measure_needs(scene, grating, (90, 110)).facts["frames"]) >= {90, 100, 103, 110}
+
+
+def test_a_material_that_is_animated_is_looked_at_in_all_frames(addon, scene, watched):
+    grating = scene.natural_gratings.active()
+    (node,) = addon.material.diffraction_nodes(watched.active_material)
+    for frame, turn in ((1, 0.0), (24, 1.5)):
+        node.inputs["Rotation"].default_value = turn
+        node.inputs["Rotation"].keyframe_insert("default_value", frame=frame)
+    assert len(addon.needs.measure_needs(scene, grating).facts["frames"]) == addon.needs.FRAMES_MAX
+
+
+def test_instances_of_other_meshes_are_no_places(addon, scene, watched):
+    """A ray that meets one tells the number of a face of a mesh that is not the object's."""
+    grating = scene.natural_gratings.active()
+    before = addon.needs.measure_needs(scene, grating)
+    tree = bpy.data.node_groups.new("Warts", "GeometryNodeTree")
+    for way in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+    nodes, links = tree.nodes, tree.links
+    start, end = nodes.new("NodeGroupInput"), nodes.new("NodeGroupOutput")
+    sphere = nodes.new("GeometryNodeMeshIcoSphere")
+    sphere.inputs["Radius"].default_value, sphere.inputs["Subdivisions"].default_value = 0.3, 5
+    instances, join = nodes.new("GeometryNodeInstanceOnPoints"), nodes.new("GeometryNodeJoinGeometry")
+    links.new(start.outputs[0], instances.inputs["Points"])
+    links.new(sphere.outputs["Mesh"], instances.inputs["Instance"])
+    links.new(instances.outputs[0], join.inputs[0])
+    links.new(start.outputs[0], join.inputs[0])
+    links.new(join.outputs[0], end.inputs[0])
+    watched.modifiers.new("Warts", "NODES").node_group = tree
+    bpy.context.view_layer.update()
+    found = addon.needs.measure_needs(scene, grating, (1, 1))
+    assert 0 < found.facts["places"] < before.facts["places"]
+
+
 def test_subdivision_is_evaluated_and_objects_before_it_hide_it(addon, scene, watched):
     """A cube that is subdivided is round; what stands before the camera shows nothing, unless no render shows it."""
     grating = scene.natural_gratings.active()

@@ -38,3 +38,30 @@ def test_the_footprint_is_made_where_it_is_set(grating, nodes):
     assert has_bumps()
     grating.footprint = False
     assert not has_bumps()
+
+
+def test_of_scenes_that_share_a_material_the_present_ones_settings_count(addon, scene, grating, nodes):
+    nodes()
+    second = scene.copy()
+    try:
+        other = second.natural_gratings.items[0]
+        assert other.group == grating.group
+        other.footprint = False
+
+        def counts(first):
+            addon.settings.follow_settings(first)
+            return any(node.type == "BUMP" for node in grating.group.nodes)
+
+        assert counts(scene) and not counts(second) and counts(scene)
+    finally:
+        bpy.data.scenes.remove(second)
+
+
+def test_colours_of_another_working_space_are_told(addon, scene, grating, nodes, monkeypatch):
+    nodes()
+    assert addon.data_pictures.wrong_colours(scene) == []
+    monkeypatch.setattr(addon.compat, "working_space", lambda: "ACEScg")
+    (told,) = addon.data_pictures.wrong_colours(scene)
+    assert "its colours are of Rec.709, and the file's of ACEScg; assign it again" in told
+    assert bpy.ops.grating.assign() == {"FINISHED"}
+    assert addon.data_pictures.wrong_colours(scene) == []

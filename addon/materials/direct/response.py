@@ -14,8 +14,11 @@ from ....precompute.table.sample_set import read_sound_header as read_sound_set_
 from ...scene import compat
 from ..lobes.draw import SampleSetNodes, wavelengths_image
 from ..lobes.group import build_world_group
-from ..response import Response
+from ..response import Response, note_working_space
 from .group import build_direct_group
+
+# What the headers of a bake's two files have in common, and no other bake has.
+_OF_A_BAKE = ("heights_sha256", "request")
 
 
 def direct_response(path: Path) -> Response:
@@ -24,11 +27,16 @@ def direct_response(path: Path) -> Response:
     Raises GratingError, with nothing left behind, if a file is not sound."""
     layout, record = read_sound_header(path)
     draws_path = path_beside(path)
-    draws_layout = read_sound_set_header(draws_path)[0] if draws_path.is_file() else None
+    draws_layout = None
+    if draws_path.is_file():
+        draws_layout, draws_record = read_sound_set_header(draws_path)
+        if any(record[key] != draws_record[key] for key in _OF_A_BAKE if key in record and key in draws_record):
+            raise GratingError(f"{draws_path}: of another bake than {path.name}; bake again, or delete it")
     image = load_atlas(path, half=record.get("precision") != "float32")
     matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
     name = printable(path.stem)
     response = build_direct_group(name, image, layout, rgb_from_xyz=matrix)
+    note_working_space(response)
     if draws_layout is None:
         return response
     draws = SampleSetNodes(
@@ -47,7 +55,7 @@ def load_atlas(path: Path, *, half: bool, alpha: str = "NONE") -> bpy.types.Imag
     except RuntimeError as error:  # Blender takes a backslash for a slash
         raise GratingError(f"{path}: Blender cannot open it; give it a name of plain letters") from error
     image.name = printable(path.stem)
-    image.colorspace_settings.name = "Non-Color"
+    image.colorspace_settings.is_data = True  # whatever a studio's configuration calls its data
     image.alpha_mode = alpha
     image.use_half_precision = half
     image.pack()

@@ -81,6 +81,19 @@ def test_what_does_not_change_the_light_does_not(addon, world, scene):
     scene.frame_set(1)
 
 
+def test_a_file_that_is_moved_keeps_it(addon, world, scene, tmp_path):
+    """A farm has the same files at other paths."""
+    import bpy
+
+    node(world, "ShaderNodeTexEnvironment").image.filepath = "//sky.exr"
+    scene.world, found = world, []
+    for folder in ("here", "there"):
+        (tmp_path / folder).mkdir()
+        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / folder / "shot.blend"), relative_remap=False)
+        found.append(addon.fingerprint.fingerprint(world))
+    assert found[0] == found[1]
+
+
 def test_a_driver_changes_it_with_the_frame(addon, world, scene):
     strength = node(world, "ShaderNodeBackground").inputs["Strength"]
     strength.driver_add("default_value").driver.expression = "frame * 2"
