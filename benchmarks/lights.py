@@ -10,7 +10,8 @@ not there.
 **Noise**: the sample snake on its ground under worlds, as an artist renders it, with each choice of lights and, for
 comparison, with an ordinary Principled coat of IOR 1.56 and roughness 0.3 over the same skin. The figure is the RMSE of
 the whole picture against the material's own picture of many samples, times the square root of the processor time: what
-is left of the noise at equal time. Samples are clipped at a display's white. `us` is the processor time of a sample of
+is left of the noise at equal time. Pixels are clipped at a display's white, and samples are not: a clipped sample takes
+light away, and less of it the more a footprint blurs. `us` is the processor time of a sample of
 a pixel, in microseconds, and `clean` the number of samples that leave an RMSE of 2 % of a display's white. The sharp
 coat has the roughness of the relief's own mirror image, 0.08. `denoised` is the RMSE after Cycles' denoiser, and `dE`
 the median CIEDE2000 of what it leaves, over the pixels that are lit.
@@ -102,7 +103,6 @@ def noise(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
     )
     for world in WORLDS:
         studio.build("snake")
-        studio.scene.cycles.sample_clamp_direct = studio.scene.cycles.sample_clamp_indirect = 1.0
         studio.light_by(world)
         coat = None
         for material in MATERIALS:

@@ -145,8 +145,9 @@ class Worlds(Studio):
 
     def noise(self) -> dict[str, float]:
         """The processor time of a sample of a pixel in microseconds, the mean of a picture of many samples, and of the
-        picture of SAMPLES against it the RMSE, and the RMSE and the median CIEDE2000 after the denoiser."""
-        truth = self.render("cycles", _TRUTH_SAMPLES)[1]
+        picture of SAMPLES against it, both clipped at a display's white, the RMSE, and the RMSE and the median
+        CIEDE2000 after the denoiser."""
+        truth = np.minimum(self.render("cycles", _TRUTH_SAMPLES)[1], 1)
         start = self.render("cycles", 1)[0]
         seconds, picture = self.render("cycles", SAMPLES + 1)
         self.scene.cycles.use_denoising = True
@@ -155,7 +156,7 @@ class Worlds(Studio):
         return {
             "us": 1e6 * (seconds - start) / (SAMPLES * self.pixels**2),
             "mean": float(truth.mean()),
-            "rmse": float(np.sqrt(np.mean((picture - truth) ** 2))),
-            "denoised": float(np.sqrt(np.mean((denoised - truth) ** 2))),
+            "rmse": float(np.sqrt(np.mean((np.minimum(picture, 1) - truth) ** 2))),
+            "denoised": float(np.sqrt(np.mean((np.minimum(denoised, 1) - truth) ** 2))),
             "denoised_de": float(np.median(colour_differences(denoised, truth))),
         }

@@ -16,7 +16,7 @@ _HEAD = """# Speed against error in the picture
 How long does each way to shade a diffraction grating render, and how far is the picture from the exact one? This
 command renders each scene by each method and writes this page:
 
-    ./dev bench picture --output docs
+    ./dev bench picture --width {width} --reference {reference} --most {most:g} --output docs
 
 {machine}, Blender {blender}, {width} pixels wide. The scenes are the sample scenes `hero`, `macro` and `cd` with their
 suns; lamps alone light the gratings. The reference is the mean of two renders by Cycles of {reference} samples

@@ -10,7 +10,7 @@ of all: within a pixel the normals have a variance along an axis of
 with p the width of a pixel at the surface and k the variance of what a sample stands for, in pixels: that of the
 pixel's filter over the number of samples, since n samples share the filter's area between them. So with more samples
 the blur goes, and the mean of all stays what it is without. EEVEE takes its samples at the same places in each frame,
-which shows as flicker; there k is never less than with four samples.
+which shows as flicker; there k is that of a quarter of the samples, from the sixteenth on, and of four before it.
 
 A normal that turns by a moves the half vector's tangential part by w a, as a facet of a rough surface does. So the
 footprint is a roughness: Beckmann's slopes have a variance of r^4 / 2, and
@@ -33,7 +33,8 @@ from ..nodes.builder import Operand, Tree, Value
 # The variance, in pixels squared, of the filter of Blackman and Harris with a width of one pixel, which ends one pixel
 # from its middle.
 _FILTER = 0.0768
-_EEVEE_SAMPLES = 4
+# In EEVEE, the most samples that count each, and the share of them that counts where there are many.
+_EEVEE_FEW, _EEVEE_SHARE = 4, 4
 # The greatest variance of the normals, in rad2. Of a needle a tenth of a pixel wide, the light is 4.1 times too much
 # without this limit, and 1.1 times with it; a snake's picture of 16 samples has the same error with it and without
 # (benchmarks/hard_scenes.py, benchmarks/footprint.py).
@@ -59,7 +60,7 @@ def with_footprint(tree: Tree, roughness: Operand) -> Value:
     )
     in_eevee = drive_by_scene(
         tree,
-        f"width / sqrt(min(max(n, 1), {_EEVEE_SAMPLES}))",
+        f"width / sqrt(max(n / {_EEVEE_SHARE}, min(max(n, 1), {_EEVEE_FEW})))",
         {"width": "render.filter_size", "n": "eevee.taa_render_samples"},
         label="In EEVEE",
     )

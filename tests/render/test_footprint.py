@@ -63,16 +63,19 @@ def test_a_spike_is_blurred_no_more_than_by_four_degrees(stage, engine):
     assert found.max() == pytest.approx((2 * stage.addon.footprint.MOST) ** 0.25, rel=rel)
 
 
-def test_in_cycles_it_shrinks_with_the_samples(stage):
-    """Its variance is the filter's over their number."""
+@pytest.mark.parametrize(
+    ("engine", "samples", "shrinks"), [("cycles", (6, 96), 16), ("eevee", (4, 16), 1), ("eevee", (16, 64), 4)]
+)
+def test_it_shrinks_with_the_samples(stage, engine, samples, shrinks):
+    """In Cycles its variance is the filter's over their number. In EEVEE it is as with four samples up to sixteen."""
     mesh = ball(stage)
     material, tree = stage.material("Footprint")
     emission = tree.node("ShaderNodeEmission", stage.addon.footprint.with_footprint(tree, 0.0), 1.0)
     tree.node("ShaderNodeOutputMaterial", tree.value(emission.outputs[0]))
     mesh.data.materials.append(material)
     stage.camera((0, -4, 0), ortho=0.2)
-    few, many = (stage.rgb("cycles", 4, samples).mean() ** 4 for samples in (6, 96))
-    assert few / many == pytest.approx(16, rel=0.02)
+    few, many = (stage.rgb(engine, 4, count).mean() ** 4 for count in samples)
+    assert few / many == pytest.approx(shrinks, rel=0.02)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
