@@ -36,7 +36,8 @@ def with_levels(table: Table, cell: Cell | None = None) -> Table:
     A wider kernel reaches past the rim of the table. Where the table ends at |u| = 2, there is no light beyond the rim.
     Where its region ends earlier, the values at the rim stand for those beyond."""
     modes = ["constant" if low <= 1e-9 - 2 and high >= 2 - 1e-9 else "edge" for low, high in table.region[::-1]]
-    cell = cell or cell_for(len(table.terms), table.inner, table.sigma_b)
+    side = math.ceil(4 / table.texel - 1e-9) + 1
+    cell = cell or cell_for(len(table.terms), table.inner, table.sigma_b, whole=(side, side))
     # Measured in a level's own texels, the kernel that is sampled there is the same on every level.
     sigma = math.sqrt(cell.ratio - 1) * narrower(table.sigma_b, table.texel) / table.texel
     found = [table.terms]

@@ -125,19 +125,26 @@ class Cell:
         return rows + self.inner_of(shelf)[0] + 2 * TILE_PADDING, max(columns, self._column(self.levels) - columns)
 
 
-def cell_for(terms: int, inner: Pair, sigma_b: float, *, ratios: tuple[float, ...] = RATIOS) -> Cell:
+def cell_for(
+    terms: int, inner: Pair, sigma_b: float, *, whole: Pair | None = None, ratios: tuple[float, ...] = RATIOS
+) -> Cell:
     """The cell of a table's terms: how many levels it has, and how near they are to each other.
 
-    Of the ratios, which ascend, the first is taken whose picture is small enough, or else the last. The last level is
-    the first level whose kernel is as wide as lights and roughness ever ask for, or the last level
-    that still has _INNER_MIN inner texels along each axis, whichever comes first."""
-    for ratio in ratios:
+    `whole` is the number of inner rows and columns that the table would have if it held every direction; by default it
+    does. Of the ratios, which ascend, the first is taken for which the picture of that whole table is small enough, or
+    else the last. So a part takes less memory than the whole, and is as true. The last level is the first level whose
+    kernel is as wide as lights and roughness ever ask for, or the last level that still has _INNER_MIN inner texels
+    along each axis, whichever comes first."""
+
+    def cell(inner: Pair, ratio: float) -> Cell:
         wanted = math.ceil(math.log(_WIDEST_KERNEL / sigma_b, ratio) * 2 - 1e-9)
         held = math.floor(math.log(max(min(inner) - 1, 1) / (_INNER_MIN - 1), ratio) * 2)
-        cell = Cell(inner, 1 + max(0, min(wanted, held)), ratio)
-        if terms * math.prod(cell.size) * BYTES_PER_TEXEL <= FINE_BYTES:
-            break
-    return cell
+        return Cell(inner, 1 + max(0, min(wanted, held)), ratio)
+
+    def is_small(ratio: float) -> bool:
+        return terms * math.prod(cell(whole or inner, ratio).size) * BYTES_PER_TEXEL <= FINE_BYTES
+
+    return cell(inner, next(filter(is_small, ratios), ratios[-1]))
 
 
 def grid(terms: int, cell: Pair, *, width_min: int = 1) -> Pair:

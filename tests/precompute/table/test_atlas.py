@@ -126,6 +126,9 @@ def test_levels_stand_nearer_where_memory_allows():
         assert 4 * math.prod(cell.size) * BYTES_PER_TEXEL <= FINE_BYTES or ratio == RATIOS[-1]
         for other in nearer:
             assert 4 * math.prod(Cell((side, side), 14, other).size) * BYTES_PER_TEXEL > FINE_BYTES
+    # A part of a table has the whole table's ratio, though a smaller one would be small enough.
+    part = cell_for(4, (200, 300), 4 / 800, whole=(800, 800))
+    assert part.ratio == 2 and part.inner == (200, 300) and cell_for(4, (200, 300), 4 / 800).ratio == 1.5
     small = cell_for(4, (20, 90), 1e-3)
     assert min(small.inner_of(small.levels - 1)) >= 8
     assert min(Cell(small.inner, small.levels + 1, small.ratio).inner_of(small.levels)) <= 8
