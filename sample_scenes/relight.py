@@ -54,11 +54,11 @@ def _lamp(scene: bpy.types.Scene, sun: Sun) -> None:
 
 # The name of each light: what sets it up, and how many stops the scene's exposure then rises.
 WORLDS = {
-    "studio": (partial(_painted, soft_boxes), 0.0),
+    "studio": (partial(_painted, soft_boxes), 1.0),
     "sky": (_sky, 0.0),
-    "overcast": (partial(_painted, overcast), 2.0),
+    "overcast": (partial(_painted, overcast), 3.0),
     "room": (partial(_painted, room), 1.0),
-    "area": (_lamp, 0.0),
+    "area": (_lamp, 1.5),
 }
 
 
