@@ -52,13 +52,13 @@ def _lamp(scene: bpy.types.Scene, sun: Sun) -> None:
     add_softbox(scene, "Area", at, target=(0.0, 0.0, 0.0), size_m=_LAMP_M, power_w=_LAMP_W)
 
 
-# The name of each light: what sets it up, and how many stops the scene's exposure then rises.
+# The name of each light: what sets it up, and the exposure in stops.
 WORLDS = {
     "studio": (partial(_painted, soft_boxes), 1.0),
     "sky": (_sky, 0.0),
-    "overcast": (partial(_painted, overcast), 3.0),
+    "overcast": (partial(_painted, overcast), 2.5),
     "room": (partial(_painted, room), 1.0),
-    "area": (_lamp, 1.5),
+    "area": (_lamp, 1.0),
 }
 
 
@@ -93,7 +93,7 @@ def relight(scene: bpy.types.Scene, world: str) -> None:
     bpy.data.batch_remove(lamps)
     light, stops = WORLDS[world]
     light(scene, sun)
-    scene.view_settings.exposure += stops
+    scene.view_settings.exposure = stops
 
 
 def main(argv: list[str]) -> None:
