@@ -86,6 +86,7 @@ def paint(scene: bpy.types.Scene, radiance: np.ndarray) -> None:
 
 def relight(scene: bpy.types.Scene, world: str) -> None:
     """Light a scene that has sun lamps by one of WORLDS."""
+    bpy.context.view_layer.update()  # of lamps that are new
     lamps = [thing for thing in scene.objects if thing.type == "LIGHT"]
     brightest = max((lamp for lamp in lamps if lamp.data.type == "SUN"), key=lambda lamp: lamp.data.energy)
     to_sun = brightest.matrix_world.to_3x3() @ Vector((0, 0, 1))

@@ -63,7 +63,7 @@ def drop_stale_sources(scene: bpy.types.Scene) -> str:
 
 
 def unfitted_world(scene: bpy.types.Scene) -> list[str]:
-    """A line if the scene's world has no sources because it was not fitted as it is now."""
+    """A line if the scene's world has no sources because it is animated, or was not fitted as it is now."""
     if not follows_world():
         return []
     if world_is_animated(scene):

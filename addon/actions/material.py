@@ -9,7 +9,7 @@ from ...precompute.base.failure import GratingError, printable
 from ...precompute.table.atlas_file import read_header
 from ..materials.direct.response import direct_response
 from ..materials.material import add_diffraction, new_diffraction_material
-from ..materials.response import Response, in_other_spaces
+from ..materials.response import Response, is_in_other_space, response_in
 from ..materials.skin import (
     answers_to_world,
     group_around,
@@ -55,7 +55,7 @@ def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
     update_all_lamps()
     if response is not None:
         grating.group = group_around(grating.name, response, shadows=grating.shadows, lights=grating.lights)
-    elif in_other_spaces([grating.group]):
+    elif is_in_other_space(response_in(grating.group)):
         replace_response(grating.group, _response_of(bake))
     set_lighting(grating.group, shadows=grating.shadows, lights=grating.lights)
     set_frame(grating.group, grating.frame_source())

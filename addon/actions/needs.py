@@ -20,7 +20,8 @@ from ..scene.gratings import Grating
 from ..views.look import Look, answers_to_everything, look, unknown_inputs
 from ..views.moving import frames_between, is_animated, moves
 
-# The most frames that are looked at; of one frame, how many rays, and at least how many of each of several.
+# The most frames of a range that are looked at beside the cuts to other cameras; of one frame, how many rays, and at
+# least how many of each of several.
 FRAMES_MAX, _RAYS, _RAYS_LEAST = 16, 12000, 2000
 
 

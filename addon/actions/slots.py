@@ -35,8 +35,9 @@ class Selection:
 
 
 def note_own(material: bpy.types.Material) -> None:
-    """Note that a material is made from a grating, which may be removed before the material."""
-    material[_OWN] = True
+    """Note that a material is made from a grating, which may be removed before the material. The note holds its name,
+    so that a copy is none."""
+    material[_OWN] = material.name
 
 
 def own_materials() -> set[bpy.types.Material]:
@@ -44,7 +45,7 @@ def own_materials() -> set[bpy.types.Material]:
     items = (grating for scene in bpy.data.scenes for grating in scene.natural_gratings.items)
     # Earlier versions noted nothing.
     of_gratings = {grating.material for grating in items if grating.material is not None}
-    return of_gratings | {material for material in bpy.data.materials if _OWN in material}
+    return of_gratings | {material for material in bpy.data.materials if material.get(_OWN) == material.name}
 
 
 def note_replaced(thing: bpy.types.Object, index: int) -> None:

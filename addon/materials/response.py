@@ -144,8 +144,14 @@ def in_other_spaces(groups: Iterable[bpy.types.NodeTree]) -> list[str]:
         spaces = {response.group.get(_SPACE, now) for response in responses_in(group)} - {now}
         if spaces:
             made = " and ".join(sorted(spaces))
-            lines.append(f"{group.name}: its colours are of {made}, and the file's of {now}; assign it again")
+            lines.append(f"{group.name}: its colours are of {made}, and the file's of {now}; bake or assign it again")
     return lines
+
+
+def is_in_other_space(response: Response) -> bool:
+    """Whether a response's colours are in another linear space than the file's."""
+    now = compat.working_space()
+    return response.group.get(_SPACE, now) != now
 
 
 @dataclass(frozen=True)

@@ -79,11 +79,15 @@ def seen_by(
 
 def _own_instances(depsgraph: bpy.types.Depsgraph) -> set[tuple[bpy.types.Object, tuple]]:
     """Objects whose Geometry Nodes make instances of meshes, and the matrices of these. A ray that meets one tells the
-    object, but the number of a face of the other mesh, which nothing leads to."""
+    object, but the number of a face of the other mesh, which nothing leads to. An instance in the object's own place
+    cannot be told from the object: so are its curves and points, which rays do not meet."""
     return {
         (instance.object.original, tuple(map(tuple, instance.matrix_world)))
         for instance in depsgraph.object_instances
-        if instance.is_instance and instance.parent is not None and instance.object.original == instance.parent.original
+        if instance.is_instance
+        and instance.parent is not None
+        and instance.object.original == instance.parent.original
+        and instance.matrix_world != instance.parent.matrix_world
     }
 
 

@@ -7,6 +7,8 @@ import bpy
 
 from ..scene import compat
 
+# What this add-on's own drivers write on a scene, which a world's driver may read something else of.
+_FOLLOWED_LAMP = '["ng_'
 _MOVING_PICTURES = {"MOVIE", "SEQUENCE"}
 
 
@@ -27,13 +29,20 @@ def _changes(holder: bpy.types.ID | None, seen: set[bpy.types.ID]) -> bool:
 
 
 def _has_keys(animation: bpy.types.AnimData) -> bool:
-    """A single key holds a value still."""
-    start, end = animation.action.curve_frame_range if animation.action is not None else (0.0, 0.0)
-    return end > start or any(track.strips for track in animation.nla_tracks)
+    """A single key holds a value still, unless its curve has a modifier."""
+    if any(track.strips for track in animation.nla_tracks):
+        return True
+    if animation.action is None:
+        return False
+    start, end = animation.action.curve_frame_range
+    bags = [bag for layer in animation.action.layers for strip in layer.strips for bag in strip.channelbags]
+    return end > start or any(curve.modifiers for bag in bags for curve in bag.fcurves)
 
 
 def _is_driven(animation: bpy.types.AnimData, seen: set[bpy.types.ID]) -> bool:
     for curve in animation.drivers:
+        if curve.data_path.startswith(_FOLLOWED_LAMP):
+            continue
         driver = curve.driver
         if driver.type == "SCRIPTED" and "frame" in driver.expression:
             return True

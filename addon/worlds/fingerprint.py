@@ -3,6 +3,7 @@
 
 import hashlib
 from collections.abc import Iterator
+from pathlib import Path
 
 import bpy
 
@@ -43,6 +44,17 @@ def _tree_facts(tree: bpy.types.NodeTree | None, seen: set[bpy.types.NodeTree]) 
         yield link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier
 
 
+def _file_facts(image: bpy.types.Image) -> tuple[str, int]:
+    """The name of a picture's file, and its bytes. Its folder does not count: another machine may have it elsewhere,
+    and saving makes paths relative."""
+    if image.packed_file is not None:
+        size = image.packed_file.size
+    else:
+        path = Path(bpy.path.abspath(image.filepath, library=image.library))
+        size = path.stat().st_size if image.filepath and path.is_file() else 0
+    return bpy.path.basename(image.filepath), size
+
+
 def _facts(owner: bpy.types.bpy_struct, own: bpy.types.Property, seen: set[bpy.types.NodeTree]) -> Iterator[object]:
     """The values of one property, and of all that it holds."""
     if own.identifier in ("rna_type", _FRAME):
@@ -51,8 +63,7 @@ def _facts(owner: bpy.types.bpy_struct, own: bpy.types.Property, seen: set[bpy.t
     if own.type in _PLAIN:
         yield tuple(value) if getattr(own, "is_array", False) else value
     elif isinstance(value, bpy.types.Image):
-        # As the file holds it: another machine may have the same files elsewhere.
-        yield value.name_full, value.filepath, tuple(value.size)
+        yield value.name_full, *_file_facts(value), tuple(value.size)
         yield value.is_dirty, value.source, value.colorspace_settings.name, value.alpha_mode
     elif isinstance(value, bpy.types.NodeTree):
         yield value.name_full, list(_tree_facts(value, seen))

@@ -29,7 +29,7 @@ _TEXELS = 40_000
 # exposure shows them.
 _DARK = 1e-4
 # The numbers of values of w, and of direction pairs at each, at which two tables are compared. To read a table takes
-# little time, so that both are larger than where a bake is compared with the truth.
+# little time, so that there are more values of w than where a bake is compared with the truth.
 _GROUPS, _PAIRS = 16, 600
 
 

@@ -35,10 +35,11 @@ TILE_PADDING = 2
 # The padding on both sides, the first inner texel, and one for the rounding down of the columns where tiles begin.
 COLUMNS_BESIDE = 2 * TILE_PADDING + 2
 # The ratios of the variances of two levels. The smallest one is taken whose picture takes no more than FINE_BYTES, or
-# else the largest. Midway between two levels the 99th percentile of the dE00 is 2, 5 and 17 on sample:blazed
+# else the largest. With the rows beside the tiles, and an empty cell beside seven, that is within the 128 MiB for which
+# a coherence is chosen. Midway between two levels the 99th percentile of the dE00 is 2, 5 and 17 on sample:blazed
 # (`python -m benchmarks levels`).
 RATIOS = 1.5, 2.0, 4.0
-FINE_BYTES = 120 << 20
+FINE_BYTES = 110 << 20
 # More levels than any table has: with the smallest ratio, 52 levels lead from a kernel of 8e-6 to one of 0.25.
 LEVELS_MAX = 64
 # The side of a picture that every graphics card of today takes.
@@ -132,9 +133,9 @@ def cell_for(
 
     `whole` is the number of inner rows and columns that the table would have if it held every direction; by default it
     does. Of the ratios, which ascend, the first is taken for which the picture of that whole table is small enough, or
-    else the last. So a part takes less memory than the whole, and is as true. The last level is the first level whose
-    kernel is as wide as lights and roughness ever ask for, or the last level that still has _INNER_MIN inner texels
-    along each axis, whichever comes first."""
+    else the last. So a part takes less memory than a whole table of such texels, and is as true. The last level is the
+    first level whose kernel is as wide as lights and roughness ever ask for, or the last level that still has
+    _INNER_MIN inner texels along each axis, whichever comes first."""
 
     def cell(inner: Pair, ratio: float) -> Cell:
         wanted = math.ceil(math.log(_WIDEST_KERNEL / sigma_b, ratio) * 2 - 1e-9)

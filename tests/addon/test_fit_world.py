@@ -128,7 +128,14 @@ def driven_by(world, expression, path=None, target=None):
     driver.expression = expression
 
 
+def shaken(world):
+    background_of(world).keyframe_insert("default_value", frame=3)
+    (layer,) = world.node_tree.animation_data.action.layers
+    layer.strips[0].channelbags[0].fcurves[0].modifiers.new("NOISE")
+
+
 ANIMATED = {
+    "one key that is shaken": lambda world, scene: shaken(world),
     "keys": lambda world, scene: keyed(background_of(world), "default_value"),
     "parent": lambda world, scene: turned_by_a_keyed_parent(world),
     "group": lambda world, scene: in_a_group(world),
@@ -137,6 +144,10 @@ ANIMATED = {
     "current frame": lambda world, scene: driven_by(world, "x / 9", "frame_current", scene),
 }
 STILL = {
+    "driver, and a keyed lamp": lambda world, scene: (
+        keyed(scene.objects["Sun"].data, "energy"),
+        driven_by(world, "x * 2", "unit_settings.scale_length", scene),
+    ),
     "one key": lambda world, scene: background_of(world).keyframe_insert("default_value", frame=3),
     "driver": lambda world, scene: driven_by(world, "x * 2", "unit_settings.scale_length", scene),
     "nothing": lambda world, scene: None,

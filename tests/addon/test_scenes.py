@@ -78,6 +78,10 @@ def test_another_light_takes_the_place_of_the_suns(world, monkeypatch):
     nodes = scene.world.node_tree.nodes
     shown = {"sky": "TEX_SKY", "area": "BACKGROUND"}.get(world, "TEX_ENVIRONMENT")
     assert shown in {node.type for node in nodes}
+    if world == "sky":
+        sky = next(node for node in nodes if node.type == "TEX_SKY")
+        _, azimuth, elevation, _ = discs.KEYS[0]
+        assert np.degrees((sky.sun_rotation, sky.sun_elevation)) == pytest.approx((90 - azimuth, elevation), abs=0.01)
     if world == "area":
         assert nodes["Background"].inputs["Strength"].default_value == 0
     assert list(relight.WORLDS) == list(scenes.WORLDS)

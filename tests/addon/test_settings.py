@@ -62,6 +62,6 @@ def test_colours_of_another_working_space_are_told(addon, scene, grating, nodes,
     assert addon.data_pictures.wrong_colours(scene) == []
     monkeypatch.setattr(addon.compat, "working_space", lambda: "ACEScg")
     (told,) = addon.data_pictures.wrong_colours(scene)
-    assert "its colours are of Rec.709, and the file's of ACEScg; assign it again" in told
+    assert "its colours are of Rec.709, and the file's of ACEScg; bake or assign it again" in told
     assert bpy.ops.grating.assign() == {"FINISHED"}
     assert addon.data_pictures.wrong_colours(scene) == []

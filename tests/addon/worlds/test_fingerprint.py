@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+import shutil
+
 import pytest
 
 from tests.addon.worlds.made import world_with
@@ -85,13 +87,21 @@ def test_a_file_that_is_moved_keeps_it(addon, world, scene, tmp_path):
     """A farm has the same files at other paths."""
     import bpy
 
-    node(world, "ShaderNodeTexEnvironment").image.filepath = "//sky.exr"
-    scene.world, found = world, []
-    for folder in ("here", "there"):
+    picture = node(world, "ShaderNodeTexEnvironment").image
+    picture.filepath_raw, picture.file_format = str(tmp_path / "sky.exr"), "OPEN_EXR"
+    picture.save()
+    scene.world = world
+    found = [addon.fingerprint.fingerprint(world)]
+    for folder in ("here", "there"):  # saving makes paths relative
         (tmp_path / folder).mkdir()
-        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / folder / "shot.blend"), relative_remap=False)
+        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / folder / "shot.blend"))
         found.append(addon.fingerprint.fingerprint(world))
-    assert found[0] == found[1]
+    shutil.copy(tmp_path / "sky.exr", tmp_path / "there" / "sky.exr")
+    picture.filepath = "//sky.exr"
+    assert {*found, addon.fingerprint.fingerprint(world)} == {found[0]}
+    picture.scale(16, 8)
+    picture.save()
+    assert addon.fingerprint.fingerprint(world) != found[0]
 
 
 def test_a_driver_changes_it_with_the_frame(addon, world, scene):
