@@ -126,6 +126,10 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
     """One bake of the reliefs as it is planned for a request, and its errors."""
     started = time.perf_counter()
     model = COHERENCE_MODELS[request.model]
+    if not request.needs.is_reached:
+        raise GratingError(
+            f"{source}: two directions above the surface never have the u, v and w of its needs; widen their ranges"
+        )
     try:
         chosen = model.plan(reliefs, request, progress=span_of(progress, 0, _PLANNED))
     except GratingError as error:

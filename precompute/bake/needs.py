@@ -48,6 +48,13 @@ class Needs:
         return (*self.region, self.w) == tuple(_LIMITS.values())
 
     @property
+    def is_reached(self) -> bool:
+        """Whether some two directions above the surface, whose sum is no longer than 2, have u, v and w of the
+        ranges."""
+        nearest = (max(low, -high, 0.0) for low, high in (*self.region, self.w))
+        return sum(each**2 for each in nearest) < 4
+
+    @property
     def kernel(self) -> float:
         """The standard deviation in (u, v) below which the width of a kernel cannot be seen.
 
@@ -86,9 +93,6 @@ def needs_of(record: object, source: str) -> Needs:
             f"{source}: {unknown[0]:.40}: no such key; there are u, v, w, light_radius_deg and footprint"
         )
     u, v, w = (_range(source, name, record.get(name, limits)) for name, limits in _LIMITS.items())
-    nearest = [max(low, -high, 0.0) for low, high in (u, v, w)]
-    if sum(each**2 for each in nearest) >= 4:
-        raise GratingError(f"{source}: two directions above the surface never have these u, v and w; widen u, v or w")
     radius = math.radians(_size(source, "light_radius_deg", record, 90))
     return Needs(Region(u, v), w, radius, _size(source, "footprint", record, 4))
 

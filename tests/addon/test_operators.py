@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import pytest
@@ -191,14 +192,14 @@ def test_a_grating_without_a_height_map_cannot_be_baked(scene, baked):
 
 def test_a_request_that_no_bake_can_have_names_the_grating(scene, scan):
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
-    scene.natural_gratings.active().coherence_um = 1e5
+    scene.natural_gratings.active().coherence_um = 0.05
     with pytest.raises(RuntimeError, match="waves: coherence_um: give a number from 0.1 to 10000"):
         bpy.ops.grating.bake()
 
 
 def test_the_import_dialog_names_every_format_that_can_be_read(scene):
     """Whatever precompute's readers are."""
-    tooltip = bpy.types.GRATING_OT_import_height_map.description(bpy.context, None)
+    tooltip = bpy.types.GRATING_OT_import_height_map.description(bpy.context, SimpleNamespace(filepath=""))
     for reader in READERS:
         assert reader.name in tooltip
 

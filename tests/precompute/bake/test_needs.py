@@ -8,6 +8,7 @@ import pytest
 
 from precompute.bake.needs import EVERYTHING, Needs, read_needs
 from precompute.base.failure import GratingError
+from precompute.cli import parser
 
 
 def written(tmp_path, record):
@@ -58,7 +59,6 @@ def test_a_disc_blurs_by_half_its_radius():
         ({"format": 1, "u": [1, 0]}, "u: give two numbers"),
         ({"format": 1, "u": [0, 0.001]}, "u: give two numbers"),
         ({"format": 1, "v": [-3, 0]}, "v: give two numbers"),
-        ({"format": 1, "u": [1.5, 2], "v": [-2, -1.5]}, "never have these u, v and w; widen"),
         ({"format": 1, "w": "all"}, "w: give two numbers"),
         ({"format": 1, "w": [0, None]}, "w: give two numbers"),
         ({"format": 1, "footprint": -1}, "footprint: give a number"),
@@ -82,3 +82,11 @@ def test_bytes_that_are_no_text_are_refused(tmp_path, content):
 def test_a_file_that_is_not_there(tmp_path):
     with pytest.raises(GratingError, match="none.json"):
         read_needs(tmp_path / "none.json")
+
+
+def test_a_region_that_no_directions_reach_is_refused(tmp_path, capsys):
+    needs = tmp_path / "needs.json"
+    needs.write_text(json.dumps({"format": 1, "u": [1.5, 2], "v": [-2, -1.5]}))
+    assert parser.main(["bake", "sample:cd", "--needs", str(needs), "-o", str(tmp_path), "--progress", "none"]) == 1
+    assert "two directions above the surface never have the u, v and w of its needs" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["needs.json"]
