@@ -24,7 +24,7 @@ from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 
 from .snake import plain_material
-from .stage import add_object, clean_scene, light_by_sky
+from .stage import add_object, clean_scene, light_by_sky, surround_by
 from .studio import Towards, add_camera, add_key, settings, wrap_in_dusk
 
 SPECIES = ("XENOPELTIS", "ELAPHE")
@@ -115,18 +115,6 @@ def add_soil(scene: bpy.types.Scene, half_size_m: float = 3.0) -> bpy.types.Obje
     return add_object(scene, "Soil", mesh)
 
 
-def surround_by(scene: bpy.types.Scene, panorama: Path) -> None:
-    """A world that shows a panorama, packed into the file."""
-    scene.world = bpy.data.worlds.new("Room")
-    if bpy.app.version < (5, 0):
-        scene.world.use_nodes = True
-    nodes, links = scene.world.node_tree.nodes, scene.world.node_tree.links
-    texture = nodes.new("ShaderNodeTexEnvironment")
-    texture.image = bpy.data.images.load(str(panorama.resolve()))
-    texture.image.pack()
-    links.new(texture.outputs["Color"], nodes["Background"].inputs["Color"])
-
-
 def turn_camera(camera: bpy.types.Object, target: tuple[float, float, float]) -> None:
     """Have the camera go round the target once, in as many frames as a turntable has."""
     scene = bpy.context.scene
@@ -159,7 +147,9 @@ def build(scene: bpy.types.Scene, view: View, species: str, *, faces: int, panor
     bpy.context.object.name = "Snake"
     add_soil(scene)
     if view.light == "room":
-        surround_by(scene, panorama)
+        picture = bpy.data.images.load(str(panorama.resolve()))
+        picture.pack()
+        surround_by(scene, "Room", picture)
     elif view.light == "sky":
         light_by_sky(scene, SUNS[species][0].azimuth_deg, SUNS[species][0].elevation_deg)
     else:

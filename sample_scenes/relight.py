@@ -23,7 +23,7 @@ from precompute.cli.parser import OneLineParser
 
 from .panoramas import overcast, soft_boxes
 from .room import room
-from .stage import light_by_sky
+from .stage import light_by_sky, new_world, surround_by
 from .studio import Towards, add_softbox
 
 _ROWS = 512
@@ -47,7 +47,7 @@ def _sky(scene: bpy.types.Scene, sun: Sun) -> None:
 
 
 def _lamp(scene: bpy.types.Scene, sun: Sun) -> None:
-    new_world(scene).inputs["Strength"].default_value = 0.0
+    new_world(scene, "World").inputs["Strength"].default_value = 0.0
     at = Towards(sun.azimuth_deg, sun.elevation_deg, 1.0)
     add_softbox(scene, "Area", at, target=(0.0, 0.0, 0.0), size_m=_LAMP_M, power_w=_LAMP_W)
 
@@ -62,14 +62,6 @@ WORLDS = {
 }
 
 
-def new_world(scene: bpy.types.Scene) -> bpy.types.Node:
-    """A new world; its Background node."""
-    scene.world = bpy.data.worlds.new("World")
-    if bpy.app.version < (5, 0):
-        scene.world.use_nodes = True
-    return scene.world.node_tree.nodes["Background"]
-
-
 def paint(scene: bpy.types.Scene, radiance: np.ndarray) -> None:
     """A world of this radiance (rows, columns, 3), laid out as precompute/lights/panorama.py says."""
     rows, columns, _ = radiance.shape
@@ -78,10 +70,7 @@ def paint(scene: bpy.types.Scene, radiance: np.ndarray) -> None:
     pixels[..., :3] = radiance
     image.pixels.foreach_set(pixels.ravel())
     image.pack()
-    background = new_world(scene)
-    texture = scene.world.node_tree.nodes.new("ShaderNodeTexEnvironment")
-    texture.image = image
-    scene.world.node_tree.links.new(texture.outputs["Color"], background.inputs["Color"])
+    surround_by(scene, "World", image)
 
 
 def relight(scene: bpy.types.Scene, world: str) -> None:

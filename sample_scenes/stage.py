@@ -82,27 +82,37 @@ def add_camera(scene: bpy.types.Scene) -> bpy.types.Object:
     return camera
 
 
-def dim_world(scene: bpy.types.Scene) -> None:
-    """A weak grey surrounding that keeps the unlit skin readable."""
-    scene.world = bpy.data.worlds.new("Dim")
+def new_world(scene: bpy.types.Scene, name: str) -> bpy.types.Node:
+    """A new world of a scene; its Background node."""
+    scene.world = bpy.data.worlds.new(name)
     if bpy.app.version < (5, 0):
         scene.world.use_nodes = True
-    background = scene.world.node_tree.nodes["Background"]
+    return scene.world.node_tree.nodes["Background"]
+
+
+def surround_by(scene: bpy.types.Scene, name: str, panorama: bpy.types.Image) -> None:
+    """A new world of a scene that shows a panorama."""
+    background = new_world(scene, name)
+    texture = scene.world.node_tree.nodes.new("ShaderNodeTexEnvironment")
+    texture.image = panorama
+    scene.world.node_tree.links.new(texture.outputs["Color"], background.inputs["Color"])
+
+
+def dim_world(scene: bpy.types.Scene) -> None:
+    """A weak grey surrounding that keeps the unlit skin readable."""
+    background = new_world(scene, "Dim")
     background.inputs["Color"].default_value = (0.9, 0.95, 1.0, 1)
     background.inputs["Strength"].default_value = 0.12
 
 
 def light_by_sky(scene: bpy.types.Scene, azimuth_deg: float, elevation_deg: float) -> None:
     """A clear sky in place of sun lamp and surroundings; its sun stands where the lamp would."""
-    scene.world = bpy.data.worlds.new("Sky")
-    if bpy.app.version < (5, 0):
-        scene.world.use_nodes = True
-    nodes, links = scene.world.node_tree.nodes, scene.world.node_tree.links
-    sky = nodes.new("ShaderNodeTexSky")
+    background = new_world(scene, "Sky")
+    sky = scene.world.node_tree.nodes.new("ShaderNodeTexSky")
     # A Sky Texture's sun turns clockwise from +Y.
     sky.sun_rotation, sky.sun_elevation = radians(90 - azimuth_deg), radians(elevation_deg)
-    links.new(sky.outputs[0], nodes["Background"].inputs["Color"])
-    nodes["Background"].inputs["Strength"].default_value = SKY_STRENGTH
+    scene.world.node_tree.links.new(sky.outputs[0], background.inputs["Color"])
+    background.inputs["Strength"].default_value = SKY_STRENGTH
 
 
 def render_settings(scene: bpy.types.Scene) -> None:

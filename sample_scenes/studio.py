@@ -15,7 +15,7 @@ import numpy as np
 from mathutils import Vector
 
 from .snake import plain_material
-from .stage import add_object, render_settings
+from .stage import add_object, new_world, render_settings
 
 # White keeps its place and saturated light keeps its hue: Standard would clip it, AgX would wash it out.
 VIEW_TRANSFORM = "Khronos PBR Neutral"
@@ -97,9 +97,7 @@ def add_camera(
 def wrap_in_dusk(scene: bpy.types.Scene, radiance: float, *, low: float = 0.25) -> None:
     """A world that is brightest overhead and falls to the share `low` at the horizon: no lamp, and no black void in
     what mirrors it."""
-    scene.world = bpy.data.worlds.new("Dusk")
-    if bpy.app.version < (5, 0):
-        scene.world.use_nodes = True
+    background = new_world(scene, "Dusk")
     nodes, links = scene.world.node_tree.nodes, scene.world.node_tree.links
     where, split, ramp = (
         nodes.new("ShaderNodeTexCoord"),
@@ -109,8 +107,8 @@ def wrap_in_dusk(scene: bpy.types.Scene, radiance: float, *, low: float = 0.25) 
     ramp.inputs["To Min"].default_value, ramp.inputs["To Max"].default_value = low * radiance, radiance
     links.new(where.outputs["Generated"], split.inputs[0])
     links.new(split.outputs["Z"], ramp.inputs["Value"])
-    links.new(ramp.outputs["Result"], nodes["Background"].inputs["Strength"])
-    nodes["Background"].inputs["Color"].default_value = (0.85, 0.93, 1.0, 1.0)
+    links.new(ramp.outputs["Result"], background.inputs["Strength"])
+    background.inputs["Color"].default_value = (0.85, 0.93, 1.0, 1.0)
 
 
 def settings(scene: bpy.types.Scene, samples: int = 64) -> None:

@@ -141,10 +141,10 @@ def in_other_spaces(groups: Iterable[bpy.types.NodeTree]) -> list[str]:
     now = compat.working_space()
     lines = []
     for group in groups:
-        spaces = {response.group.get(_SPACE, now) for response in responses_in(group)} - {now}
-        if spaces:
-            made = " and ".join(sorted(spaces))
-            lines.append(f"{group.name}: its colours are of {made}, and the file's of {now}; bake or assign it again")
+        made = {response.group[_SPACE] for response in responses_in(group) if is_in_other_space(response)}
+        if made:
+            told = " and ".join(sorted(made))
+            lines.append(f"{group.name}: its colours are of {told}, and the file's of {now}; bake or assign it again")
     return lines
 
 
