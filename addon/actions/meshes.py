@@ -7,7 +7,7 @@ import numpy as np
 from ...precompute.base.failure import GratingError
 from ..frames.frame_map import check_frame_map
 from ..frames.uv_maps import has_uv_map
-from ..scene.frame_source import FRAME_MAP, STORED, FrameSource
+from ..scene.frame_source import DIRECTION_REMEDY, FRAME_MAP, STORED, FrameSource
 
 # The objects that Blender converts to meshes, by what it calls them.
 _CONVERTIBLE = {
@@ -69,7 +69,7 @@ def check_frame(mesh: bpy.types.Object, source: FrameSource) -> None:
                 f"{mesh.name}: no UV map {source.named_uv_map}, from which the grating takes its direction; "
                 "make one, or choose another Frame Source"
             )
-        raise GratingError(f"{mesh.name}: no UV map, so no direction for the grating; unwrap it, U along the body")
+        raise GratingError(f"{mesh.name}: no UV map, so no direction for the grating; {DIRECTION_REMEDY}")
     if source.kind == FRAME_MAP:
         check_frame_map(mesh, source.frame_map)
 

@@ -10,7 +10,7 @@ import numpy as np
 from mathutils import Matrix, Vector
 
 from ...precompute.base.failure import GratingError
-from ..scene.frame_source import FrameSource
+from ..scene.frame_source import DIRECTION_REMEDY, FrameSource
 from .field import frame_field
 from .uv_maps import has_uv_map
 
@@ -61,7 +61,7 @@ def place_nearest(
     slot = data.polygons[face].material_index
     source = source_at(slot)
     if not has_uv_map(data, source):
-        raise GratingError(f"{mesh.name}: no faces with a UV map, so no direction for the grating; unwrap it")
+        raise GratingError(f"{mesh.name}: no UV map, so no direction for the grating; {DIRECTION_REMEDY}")
     data.calc_loop_triangles()
     shares = {
         number: _shares([data.vertices[index].co for index in triangle.vertices], point)

@@ -30,4 +30,4 @@ class NewDiffractionMaterial(bpy.types.Operator):
             material = make_material(context.scene, active_grating(context.scene))
         except GratingError as error:
             return report_failure(self, error)
-        return report_lines(self, [f"{material.name}: assign it to a mesh that has a UV map"])
+        return report_lines(self, [f"{material.name}: assign it to a mesh"])

@@ -52,7 +52,7 @@ class NewOslReference(bpy.types.Operator):
             material = self._make(context.scene)
         except GratingError as error:
             return report_failure(self, error)
-        return report_lines(self, [f"{material.name}: assign it to a mesh that has a UV map"])
+        return report_lines(self, [f"{material.name}: assign it to a mesh"])
 
     def _make(self, scene: bpy.types.Scene) -> bpy.types.Material:
         from ..actions.osl_reference import reference_from_bake, reference_from_images, write_images

@@ -76,7 +76,7 @@ EVERYTHING = Needs()
 
 def read_needs(path: Path) -> Needs:
     """The needs in a file. Raises GratingError that names the file, the key, and the values that are allowed."""
-    return needs_of(read_json(path, "see docs/needs.md"), str(path))
+    return needs_of(read_json(path, "write one by the verb `needs` inside Blender"), str(path))
 
 
 def needs_of(record: object, source: str) -> Needs:

@@ -67,8 +67,9 @@ def add_bake_options(parser: argparse.ArgumentParser) -> None:
         "whose coherence length is 65 um unless given; default ensemble",
     )  # fmt: skip
     parser.add_argument(
-        "--needs", type=path_argument, metavar="NEEDS.json", help="bake only what a scene reaches (docs/needs.md)"
-    )
+        "--needs", type=path_argument, metavar="NEEDS.json",
+        help="bake only what a scene reaches; inside Blender the verb `needs` writes such a file",
+    )  # fmt: skip
     parser.add_argument(
         "--illuminant", type=illuminant_argument, default="D65",
         help="what counts as white, D65 or E; or a laser's line, as 532nm; default D65",

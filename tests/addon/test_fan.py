@@ -149,7 +149,7 @@ def test_what_it_refuses(scene, carrier):
         bpy.ops.grating.add_lamp()
     carrier.data.uv_layers.remove(carrier.data.uv_layers[0])
     carrier.data.update()
-    with pytest.raises(RuntimeError, match="Plane: no faces with a UV map"):
+    with pytest.raises(RuntimeError, match="Plane: no UV map, so no direction for the grating; press Comb Grating"):
         bpy.ops.grating.add_lamp()
     nothing_added()
 

@@ -258,9 +258,24 @@ def test_assign_without_a_uv_map_changes_nothing(scene, baked):
     plane = bpy.context.object
     layer = plane.data.uv_layers[0]
     plane.data.uv_layers.remove(layer)
-    with pytest.raises(RuntimeError, match="no UV map"):
+    with pytest.raises(
+        RuntimeError, match="no UV map.*; press Comb Grating, or choose Object Axis as Frame, or unwrap"
+    ):
         bpy.ops.grating.assign()
     assert not plane.material_slots and not bpy.data.materials
+
+
+@pytest.mark.parametrize("button", ["comb", "frame"])
+def test_the_remedies_for_a_missing_uv_map_work(scene, baked, button):
+    """Those that the refusal names and that need no UV map."""
+    add_baked(scene, baked)
+    plane = bpy.context.object
+    plane.data.uv_layers.remove(plane.data.uv_layers[0])
+    if button == "comb":
+        bpy.ops.grating.comb(source="X")
+    else:
+        bpy.ops.grating.frame(kind="AXIS", axis="X")
+    assert bpy.ops.grating.assign() == {"FINISHED"}
 
 
 def test_assign_without_a_lamp(scene, baked):

@@ -75,7 +75,7 @@ def test_what_cannot_be_is_refused_in_one_line(tmp_path, record, fault):
 def test_bytes_that_are_no_text_are_refused(tmp_path, content):
     path = tmp_path / "needs.json"
     path.write_bytes(content)
-    with pytest.raises(GratingError, match=r"needs.json: .*; see docs/needs.md"):
+    with pytest.raises(GratingError, match=r"needs.json: .*; write one by the verb `needs` inside Blender"):
         read_needs(path)
 
 

@@ -10,7 +10,7 @@ import pytest
 from precompute.base.failure import GratingError
 from precompute.base.strict_json import DEEPEST, LARGEST_BYTES, parse_json, read_json
 
-REMEDY = "see docs/needs.md"
+REMEDY = "write one by the verb `needs` inside Blender"
 
 
 def refused(text):

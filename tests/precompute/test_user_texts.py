@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What users read, read off the syntax trees: messages, tooltips and help cite nothing that the zip lacks."""
+
+import ast
+import re
+
+from .test_layering import ROOT, sources, tree_of
+
+# The zip holds none of the repository's pages.
+_PAGE = re.compile(r"\bdocs/|\w\.md\b|\bREADME\b")
+# They write a page of docs/, whose readers have the others.
+_PAGE_WRITERS = {"precompute/study/benchmark/page.py", "precompute/study/benchmark/pictures.py"}
+
+
+def user_texts(tree, *, tooltips):
+    """The texts of a source but its docstrings, which readers of the repository read. With `tooltips` the docstrings of
+    classes count: Blender shows them."""
+    holders = (ast.Module, ast.FunctionDef, ast.AsyncFunctionDef) + (() if tooltips else (ast.ClassDef,))
+    docstrings = {id(node.body[0].value) for node in ast.walk(tree)
+                  if isinstance(node, holders) and ast.get_docstring(node) is not None}  # fmt: skip
+    texts = (node for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str))
+    return [node.value for node in texts if id(node) not in docstrings]
+
+
+def test_no_text_for_users_cites_a_page_that_the_zip_lacks():
+    cited = []
+    for path in [*sources("addon"), *sources("precompute")]:
+        name = path.relative_to(ROOT).as_posix()
+        if name not in _PAGE_WRITERS:
+            texts = user_texts(tree_of(path), tooltips=name.startswith(("addon/operators/", "addon/ui/")))
+            cited += [f"{name}: {text:.90}" for text in texts if _PAGE.search(text)]
+    assert cited == []
+
+
+def test_a_citation_would_be_found():
+    source = '"""docs/a.md"""\nclass A:\n    """docs/b.md"""\n    x = f"see docs/c.md {1}"\n'
+    assert user_texts(ast.parse(source), tooltips=False) == ["see docs/c.md "]
+    assert user_texts(ast.parse(source), tooltips=True) == ["docs/b.md", "see docs/c.md "]
