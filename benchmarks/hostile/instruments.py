@@ -43,6 +43,14 @@ def nanoscope(height: np.ndarray, pixel_m: float, *, stored: str = "<i2", declar
     return header + b"".join(values[::-1].astype(stored).tobytes() for *_, values in channels)
 
 
+def nanoscope_5(height: np.ndarray, pixel_m: float) -> bytes:
+    """The NanoScope file with the keys of version 5, and with its phase in a unit that nobody knows."""
+    whole = nanoscope(height, pixel_m)
+    for key in (b"Start context", b"Scan Size", b"Line Direction"):
+        whole = whole.replace(key, key.capitalize())
+    return whole.replace(b"[Sens. Phase] (0.005 \xba/LSB) 360 \xba", b"(0.1 log(Arb)/LSB) 32.0 log(Arb)".ljust(33))
+
+
 def ibw(height: np.ndarray, pixel_m: float, *, order: str = "<", labels: tuple[str, ...] | None = None) -> bytes:
     """An Igor wave of Asylum Research of heights in both directions and a phase."""
     rows, cols = height.shape

@@ -25,7 +25,7 @@ FORMATS: dict[str, tuple[Callable[[], bytes], ...]] = {
     ".png": (scans.png, scans.png_16, scans.png_alpha),
     ".tif": (scans.tiff, scans.tiff_lzw, scans.tiff_of_floats),
     ".bmp": (scans.bmp,),
-    ".spm": _instruments(instruments.nanoscope),
+    ".spm": _instruments(instruments.nanoscope, instruments.nanoscope_5),
     ".ibw": _instruments(instruments.ibw, partial(instruments.ibw, order=">")),
     ".jpk": _instruments(instruments.jpk),
     ".tiff": _instruments(instruments.park, partial(instruments.park, version=1)),

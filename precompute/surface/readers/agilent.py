@@ -14,6 +14,7 @@ from typing import BinaryIO
 import numpy as np
 
 from .channels import Channel
+from .number_text import decoded
 from .scan_file import Block, ScanReader, StoredMap
 from .units import in_base_units
 
@@ -32,7 +33,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
         raise ValueError("the header has no end")
     common: dict[str, str] = {}
     entries, buffers = common, []
-    for line in header[: end.start()].decode("utf-8", "replace").splitlines():
+    for line in decoded(header[: end.start()]).splitlines():
         key, value = line[:_KEY_WIDTH].strip(), line[_KEY_WIDTH:].strip()
         if key == "bufferLabel":
             entries = {}

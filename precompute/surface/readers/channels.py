@@ -14,8 +14,8 @@ _TOPOGRAPHY = ("z-axis", "topography", "height", "z height", "zsensor", "z-axiss
 _NO_TOPOGRAPHY = ("amplitude", "phase", "deflection", "error", "friction", "distance")
 # The way back over a line. It is taken for the topography only where the way forth is not there.
 _WAY_BACK = ("retrace", "backward")
-# The most characters of a file's own text that a message quotes, and the most channels that it lists.
-_QUOTED, _LISTED = 80, 20
+# The most characters of a file's own text that a message quotes, and the most channels that it lists or explains.
+_QUOTED, _LISTED, _EXPLAINED = 80, 20, 5
 
 
 def shortened(text: object) -> str:
@@ -23,6 +23,13 @@ def shortened(text: object) -> str:
     is beyond its first characters."""
     printed = "".join(character if character.isprintable() else " " for character in str(text)[: _QUOTED + 1])
     return printed if len(printed) <= _QUOTED else f"{printed[: _QUOTED - 3]}..."
+
+
+def unit_over(unit: str, across: str) -> str:
+    """The unit of a channel whose sides are in `across`: "m" only for metres over metres, "" where both are missing."""
+    if across == "m":
+        return unit
+    return f"{unit or 'no unit'} over {across or 'no unit'}" if unit or across else ""
 
 
 @dataclass(frozen=True)
@@ -61,18 +68,42 @@ def choose_channel(source: str, channels: Sequence[Channel], wanted: str | None)
         raise GratingError(
             f"{source}: holds curves, as of force spectroscopy, and no image; export the topography scan of that place"
         )
-    found = _topography(channels) if wanted is None else _labelled(channels, wanted)
+    surfaces = [channel for channel in channels if channel.is_surface]
+    if wanted is None:
+        # There is no other channel to name, so the reason is said.
+        found = 0 if len(channels) == 1 and not surfaces else _topography(channels)
+    else:
+        found = _labelled(channels, wanted)
+    if found is None and wanted is None and surfaces:
+        raise GratingError(f"{source}: no channel is plainly the topography; name one by --channel: {_list(surfaces)}")
     if found is None and wanted is None:
-        raise GratingError(f"{source}: no channel is plainly the topography; name one by --channel: {_list(channels)}")
+        faults = ", ".join(f"'{channel.label}' {_fault_of(channel)}" for channel in channels[:_EXPLAINED])
+        raise GratingError(f"{source}: no channel holds heights ({faults or 'there is none'}); {_other_than(surfaces)}")
     if found is None:
         raise GratingError(f"{source}: has no channel '{shortened(wanted)}'; name one of: {_list(channels)}")
     chosen = channels[found]
     if not chosen.is_surface:
-        what = f"is in '{shortened(chosen.unit)}', not in metres" if chosen.is_image else "holds curves and no image"
-        raise GratingError(
-            f"{source}: channel '{chosen.label}' {what}; name a height channel with --channel, of: {_list(channels)}"
-        )
+        raise GratingError(f"{source}: channel '{chosen.label}' {_fault_of(chosen)}; {_other_than(surfaces)}")
     return found
+
+
+def _fault_of(channel: Channel) -> str:
+    """Why the values of a channel are no heights."""
+    if not channel.is_image:
+        return "holds curves and no image"
+    if not channel.unit:
+        return "carries no unit of height"
+    return f"is in '{shortened(channel.unit)}', not in metres"
+
+
+def _other_than(surfaces: Sequence[Channel]) -> str:
+    """What to do where the channel that was asked for is no surface."""
+    if surfaces:
+        return f"name a height channel with --channel, of: {_list(surfaces)}"
+    return (
+        "export the height channel, or give it its units in Gwyddion (Data Process, Basic Operations, Dimensions and "
+        "Units) and save it as .gwy"
+    )
 
 
 def _list(channels: Sequence[Channel]) -> str:

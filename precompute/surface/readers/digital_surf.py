@@ -15,7 +15,8 @@ from typing import BinaryIO
 
 import numpy as np
 
-from .channels import Channel
+from .channels import Channel, unit_over
+from .number_text import decoded
 from .scan_file import Block, ScanReader, StoredMap, read_exactly
 from .units import in_base_units
 
@@ -60,11 +61,10 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
     if of_type not in (*_SURFACES, *_PROFILES) or bits not in _KINDS or rows * cols != count:
         raise ValueError(f"{objects} objects of type {of_type}, {rows} x {cols} of {bits} bits")
     (size_x, base_x), (size_y, base_y), (size_z, base_z) = map(in_base_units, (unit_x, unit_y, unit_z))
-    is_plane = (base_x, base_y) == ("m", "m")
     channel = Channel(
         "height" if name_z in ("", "Z") else name_z,
         "",
-        base_z if is_plane else f"{base_z} over '{base_x}'",
+        unit_over(base_z, base_x if base_x != "m" else base_y),
         is_image=of_type in _SURFACES,
     )
     # The two integers below the lowest height stand for what was not measured.
@@ -112,8 +112,8 @@ def _unpacked(
 
 
 def _text(header: bytes, at: int) -> str:
-    """A text of 16 bytes. MountainsMap writes Latin-1."""
-    return header[at : at + 16].partition(b"\0")[0].decode("latin-1").strip()
+    """A text of 16 bytes. MountainsMap writes Latin-1, other programs UTF-8."""
+    return decoded(header[at : at + 16].partition(b"\0")[0]).strip()
 
 
 def _begins(beginning: bytes) -> bool:

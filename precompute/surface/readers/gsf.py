@@ -11,7 +11,8 @@ from typing import BinaryIO
 
 import numpy as np
 
-from .channels import Channel
+from .channels import Channel, unit_over
+from .number_text import decoded
 from .scan_file import Block, ScanReader, StoredMap
 from .units import in_base_units
 
@@ -24,7 +25,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
     header, zero, _ = file.read(_HEADER_MAX).partition(b"\0")
     if not zero:
         raise ValueError("the header has no end")
-    pairs = (line.partition("=") for line in header.decode("utf-8", "replace").splitlines()[1:])
+    pairs = (line.partition("=") for line in decoded(header).splitlines()[1:])
     entries = {key.strip(): value.strip() for key, _, value in pairs}
     shape = int(entries["YRes"]), int(entries["XRes"])
     across, base = in_base_units(entries.get("XYUnits", ""))
@@ -33,7 +34,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
     block = Block(len(header) + 4 - len(header) % 4, shape, "<f4").within(file)
     sides = (float(entries.get(key, "1")) * across for key in ("YReal", "XReal"))
     height, width = sides
-    channel = Channel(entries.get("Title") or "height", "", unit if base == "m" else f"{unit} over '{base}'")
+    channel = Channel(entries.get("Title") or "height", "", unit_over(unit, base))
     return [StoredMap(channel, shape, (height / shape[0], width / shape[1]), partial(_values, block, size))]
 
 

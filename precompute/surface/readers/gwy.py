@@ -21,7 +21,7 @@ import numpy as np
 
 from ...base.failure import GratingError
 from ..height_map import HeightMap
-from .channels import Channel, choose_channel, shortened
+from .channels import Channel, choose_channel, shortened, unit_over
 
 _BEGINNING = b"GWYP"
 # Formats and sizes of values by the letter of their type: of a single value, and of one item of an array.
@@ -89,8 +89,8 @@ class _Value:
 
 @dataclass(frozen=True)
 class _Field:
-    """A map of values: its shape (rows, cols), its sides (Ly, Lx), where its values lie in the file, and their unit,
-    "m over X" where the sides are in X and not in metres."""
+    """A map of values: its shape (rows, cols), its sides (Ly, Lx), where its values lie in the file, and their unit
+    as `unit_over` makes it."""
 
     shape: tuple[int, int]
     size_m: tuple[float, float]
@@ -174,7 +174,7 @@ def _field(file: BinaryIO, value: _Value) -> _Field | None:
         raise ValueError(f"a channel is {rows} x {cols} with {held} values")
     size_m = float(_number(file, parts["yreal"])), float(_number(file, parts["xreal"]))
     across, up = (_unit(file, parts.get(f"si_unit_{each}")) for each in ("xy", "z"))
-    return _Field((rows, cols), size_m, values, up if across == "m" else f"{up} over {across}")
+    return _Field((rows, cols), size_m, values, unit_over(up, across))
 
 
 def _unit(file: BinaryIO, value: _Value | None) -> str:
@@ -252,10 +252,10 @@ def _string_end(file: BinaryIO, at: int, end: int) -> int:
 
 def _text(file: BinaryIO, value: _Value) -> str:
     """The beginning of a string: no name, title or unit that counts is longer than a piece."""
-    if value.kind != b"s":
+    if value.kind not in (b"s", b"c"):  # the package gwyfile writes a text of one letter as a character
         raise ValueError("a title or unit is no text")
     file.seek(value.start)
-    return file.read(min(_PIECE, value.stop - 1 - value.start)).decode("utf-8", "replace")
+    return file.read(min(_PIECE, value.stop - value.start)).rstrip(b"\0").decode("utf-8", "replace")
 
 
 def _number(file: BinaryIO, value: _Value) -> float:

@@ -14,7 +14,8 @@ from typing import BinaryIO
 
 import numpy as np
 
-from .channels import Channel
+from .channels import Channel, unit_over
+from .number_text import decoded
 from .scan_file import Block, ScanReader, StoredMap, read_exactly
 from .units import in_base_units
 
@@ -26,7 +27,7 @@ _LABEL_BYTES = 32
 _LABELS_MAX = 1 << 16
 _CHANNELS_MAX = 1000
 _DIRECTIONS = ("Retrace", "Trace")
-# Asylum Research writes metres for all channels of a file; only these are lengths.
+# Asylum Research writes metres, or no unit, for all channels of a file; only these are lengths.
 _LENGTHS = ("height", "zsensor", "z sensor", "deflection", "amplitude", "mapheight")
 
 
@@ -52,13 +53,14 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
     step = struct.unpack_from(f"{order}2d", head, _HEAD_BYTES + 84)
     if code not in _KINDS or more > 1 or layers > _CHANNELS_MAX or min(formula, note, data_unit, *sizes) < 0:
         raise ValueError(f"a wave of kind {code} and {layers} layers")
-    own_unit, unit_x, unit_y = (
-        head[_HEAD_BYTES + at : _HEAD_BYTES + at + 4].partition(b"\0")[0].decode("latin-1") for at in (148, 152, 156)
-    )
-    (size_x, base_x), (size_y, base_y) = in_base_units(unit_x), in_base_units(unit_y)
+    units = [
+        decoded(head[_HEAD_BYTES + at : _HEAD_BYTES + at + 4].partition(b"\0")[0]).strip() for at in (148, 152, 156)
+    ]
     # A wave of one dimension is a curve, and so are two dimensions without lengths.
-    is_image = rows > 0 and (layers > 0 or rows == cols or base_x == base_y == "m")
-    is_plane = (base_x, base_y) == ("m", "m")
+    is_image = rows > 0 and (layers > 0 or rows == cols or [in_base_units(unit)[1] for unit in units[1:]] == ["m", "m"])
+    # Asylum Research, whose waves have a note, leaves metres out.
+    own_unit, unit_x, unit_y = (unit or ("m" if note > 0 else "") for unit in units)
+    (size_x, base_x), (size_y, base_y) = in_base_units(unit_x), in_base_units(unit_y)
     after = _HEAD_BYTES + wave_bytes + formula + note + data_unit + sum(sizes[:4])
     labels = _labels(file, after + sum(sizes[4:6]), sizes[6])
     start, shape, kind = _HEAD_BYTES + _WAVE_HEAD_BYTES, (max(rows, 1), cols), order + _KINDS[code]
@@ -68,7 +70,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
         start += block.nbytes
         name, direction, unit = _channel(labels[number] if number < len(labels) else "", own_unit, note > 0)
         scale, base = in_base_units(unit)
-        channel = Channel(name, direction, base if is_plane or not is_image else f"{base} without a width", is_image)
+        channel = Channel(name, direction, unit_over(base, base_x if base_x != "m" else base_y), is_image)
         maps.append(
             StoredMap(channel, shape, (abs(step[1]) * size_y, abs(step[0]) * size_x), partial(_values, block, scale))
         )

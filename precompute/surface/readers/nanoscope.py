@@ -4,7 +4,8 @@ r"""Bruker NanoScope (.spm, .000 to .999): a header of text in lists, then the c
 A list begins with a line "\*NAME list"; its entries are lines "\KEY: VALUE". Each "Ciao image list" describes a
 channel. An entry "@2:Z scale: V [Sens. Zsens] (0.005 V/LSB) 2.91 V" gives the value of the whole range of integers; the
 bracket names the entry of the scanner's or the scan's list that holds the sensitivity in nanometres a volt. Lines run
-from the scan's bottom to its top. (Format: Bruker, "NanoScope file header", since version 4.3.)
+from the scan's bottom to its top. Versions spell keys in different cases ("Scan size" in 5, "Scan Size" in 7), so keys
+are compared in lower case. (Format: Bruker, "NanoScope file header", since version 4.3.)
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import BinaryIO
 import numpy as np
 
 from .channels import Channel
+from .number_text import decoded
 from .scan_file import Block, ScanReader, StoredMap
 from .units import in_base_units
 
@@ -24,25 +26,26 @@ _END = b"\\*File list end"
 # The longest header that is read; most have 40 KB.
 _HEADER_MAX = 1 << 20
 _SOFT_SCALE = re.compile(r"\[([^\]]*)\]")
-_LAST_NUMBER = re.compile(r"(?<![\w.])([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([^\s()]*)\s*$")
+# The unit may hold brackets: "log(Arb)".
+_LAST_NUMBER = re.compile(r"(?<![\w.])([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(\S*)\s*$")
 # The softwares' contexts whose files hold force curves.
 _CURVE_CONTEXT = "FOL"
 
 
 def _lists(file: BinaryIO) -> list[tuple[str, dict[str, str]]]:
-    """The header's lists in their order, names in lower case. Raises ValueError where the header has no end."""
+    """The header's lists in their order, names and keys in lower case. Raises ValueError if the header has no end."""
     file.seek(0)
     header = file.read(_HEADER_MAX)
     end = header.lower().find(_END.lower(), len(_IMAGES))
     if end < 0:
         raise ValueError("the header has no end")
     lists: list[tuple[str, dict[str, str]]] = []
-    for line in header[:end].decode("latin-1").splitlines():
+    for line in decoded(header[:end]).splitlines():
         if line.startswith("\\*"):
             lists.append((line[2:].strip().lower(), {}))
         elif line.startswith("\\") and lists:
             key, _, value = line[1:].partition(": ")
-            lists[-1][1][key.strip()] = value.strip()
+            lists[-1][1][key.strip().lower()] = value.strip()
     return lists
 
 
@@ -55,22 +58,25 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
             common |= entries
     is_image = not (
         lists[0][0].startswith("force")
-        or common.get("Start context", "").startswith(_CURVE_CONTEXT)
-        or common.get("Operating mode") == "Force"
+        or common.get("start context", "").startswith(_CURVE_CONTEXT)
+        or common.get("operating mode") == "Force"
     )
     return [_map(file, entries, common, is_image=is_image) for entries in images]
 
 
 def _map(file: BinaryIO, entries: dict[str, str], common: dict[str, str], *, is_image: bool) -> StoredMap:
-    shape = int(entries["Number of lines"]), int(entries["Samps/line"])
-    unit, scale = _scale(entries, common)
+    shape = int(entries["number of lines"]), int(entries["samps/line"])
+    try:
+        unit, scale = _scale(entries, common)
+    except (KeyError, ValueError):  # the other channels are whole
+        unit, scale = "an unknown unit", 1.0
     # The header's bytes a pixel set the scale; what is stored may be longer.
-    stored_bytes = int(entries["Data length"]) // max(1, shape[0] * shape[1])
+    stored_bytes = int(entries["data length"]) // max(1, shape[0] * shape[1])
     if stored_bytes not in (2, 4):
-        raise ValueError(f"{entries['Data length']} bytes for {shape[0]} x {shape[1]} values")
-    block = Block(int(entries["Data offset"]), shape, f"<i{stored_bytes}").within(file)
-    scale /= 2.0 ** (8 * int(entries.get("Bytes/pixel", "2")))
-    channel = Channel(_name(entries), entries.get("Line Direction", "").lower(), unit, is_image)
+        raise ValueError(f"{entries['data length']} bytes for {shape[0]} x {shape[1]} values")
+    block = Block(int(entries["data offset"]), shape, f"<i{stored_bytes}").within(file)
+    scale /= 2.0 ** (8 * int(entries.get("bytes/pixel", "2")))
+    channel = Channel(_name(entries), entries.get("line direction", "").lower(), unit, is_image)
     height_m, width_m = _sides(entries, common, shape)
     return StoredMap(channel, shape, (height_m / shape[0], width_m / shape[1]), partial(_values, block, scale))
 
@@ -82,18 +88,18 @@ def _values(block: Block, scale: float, file: BinaryIO) -> np.ndarray:
 def _name(entries: dict[str, str]) -> str:
     """The name in brackets of 'S [Height] "Height"', or that in quotes where the brackets are empty."""
     for version in ("@2", "@3", "@4"):
-        if (text := entries.get(f"{version}:Image Data")) is not None:
+        if (text := entries.get(f"{version}:image data")) is not None:
             bracket = _SOFT_SCALE.search(text)
             return bracket[1] if bracket and bracket[1] else text.partition('"')[2].strip('"')
-    return entries.get("Image Data", "unnamed").strip('"')
+    return entries.get("image data", "unnamed").strip('"')
 
 
 def _scale(entries: dict[str, str], common: dict[str, str]) -> tuple[str, float]:
     """The unit of the values, "m" for heights, and the value of the whole range of integers."""
-    text = entries["@4:Z scale"] if "@4:Z scale" in entries else entries["@2:Z scale"]
+    text = entries["@4:z scale"] if "@4:z scale" in entries else entries["@2:z scale"]
     value, unit = _quantity(text)
     soft = _SOFT_SCALE.search(text)
-    sensitivity = common.get(f"@{soft[1]}") if soft else None
+    sensitivity = common.get(f"@{soft[1].lower()}") if soft else None
     if sensitivity is not None:
         factor, per = _quantity(sensitivity)
         if "/" in per:
@@ -116,10 +122,11 @@ def _quantity(text: str) -> tuple[float, str]:
 
 def _sides(entries: dict[str, str], common: dict[str, str], shape: tuple[int, int]) -> tuple[float, float]:
     """(Ly, Lx) in metres of "500 250 nm" (width, height) or "500 nm"."""
-    *numbers, unit = entries["Scan Size"].split()
+    text = entries.get("scan size") or common["scan size"]
+    *numbers, unit = text.split()
     size, base = in_base_units(unit)
     if base != "m" or len(numbers) not in (1, 2):
-        raise ValueError(f"a scan size of '{entries['Scan Size']}'")
+        raise ValueError(f"a scan size of '{text}'")
     width = float(numbers[0]) * size
     # One number stands for square pixels.
     return (float(numbers[1]) * size if len(numbers) == 2 else width * shape[0] / shape[1]), width

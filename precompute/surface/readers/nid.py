@@ -17,6 +17,7 @@ import numpy as np
 from ...base.failure import GratingError
 from ..height_map import HeightMap
 from .channels import Channel, choose_channel, shortened
+from .number_text import decoded
 
 _BEGINNING = b"[DataSet]"
 _HEADER_END = b"\n#!"
@@ -119,7 +120,7 @@ def _header(source: str) -> tuple[list[_Block], int]:
     if end < 0:
         raise GratingError(f"{source}: the header has no end, the file is truncated or damaged; copy it again")
     try:
-        blocks = _blocks(_sections(header[:end].decode("utf-8", "replace")))
+        blocks = _blocks(_sections(decoded(header[:end])))
     except (KeyError, ValueError) as error:
         raise GratingError(
             f"{source}: the Nanosurf header is damaged or of an unknown kind ({shortened(error)}); "

@@ -14,6 +14,7 @@ from typing import BinaryIO
 import numpy as np
 
 from .channels import Channel
+from .number_text import decoded
 from .scan_file import Block, ScanReader, StoredMap
 from .units import in_base_units, in_metres
 
@@ -34,7 +35,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
     header = file.read(start)
     if _END not in header:
         raise ValueError("the header has no end")
-    sections = _sections(_decoded(header))
+    sections = _sections(decoded(header))
     general, control = sections["General Info"], sections["Control"]
     if not head.partition(b"\n")[2].startswith(b"SxM Image file"):
         raise ValueError("no image")
@@ -60,13 +61,6 @@ def _values(block: Block, unit: float, span: float | None, file: BinaryIO) -> np
         steps = int(stored.max()) - int(stored.min())
         unit = span / steps if steps else 0.0
     return stored * np.float64(unit)
-
-
-def _decoded(header: bytes) -> str:
-    try:
-        return header.decode("utf-8")
-    except UnicodeDecodeError:
-        return header.decode("latin-1")
 
 
 def _sections(header: str) -> dict[str, dict[str, str]]:

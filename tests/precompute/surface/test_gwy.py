@@ -46,8 +46,13 @@ def test_gwy_pixels_need_not_be_square(tmp_path):
 
 def test_gwy_without_metres_is_refused(fails, shared_data):
     volts = GwyDataField(TILTED, 1e-6, 1e-6, si_unit_xy="m", si_unit_z="V")
-    assert "--channel" in fails("volts.gwy", gwy_bytes({"/0/data/title": "Height", "/0/data": volts}))
-    with pytest.raises(GratingError, match="no channel is plainly the topography"):
+    told = fails("volts.gwy", gwy_bytes({"/0/data/title": "Height", "/0/data": volts}))
+    assert told.startswith("channel 'Height' is in 'V', not in metres; export the height channel, or give it its units")
+    assert "no channel holds heights ('A' is in 'V', not in metres, 'B' is in" in fails(
+        "two.gwy", gwy_bytes({"/0/data/title": "A", "/0/data": volts, "/1/data/title": "B", "/1/data": volts})
+    )
+    # Nothing in the file has a unit.
+    with pytest.raises(GratingError, match="channel 'Test' carries no unit of height; "):
         read_height_map(str(shared_data / "formats" / "gwyfile_test.gwy"))
 
 

@@ -26,6 +26,7 @@ FORMATS = {
     "nanoscope of 32 bits declared": (
         partial(instruments.nanoscope, stored="<i4", declared=4), ".di", "ZSensor trace", SPAN_M / 2**33
     ),
+    "nanoscope of version 5": (instruments.nanoscope_5, ".spm", "ZSensor trace", SPAN_M / 2**17),
     # Single precision has 24 bits.
     "ibw": (instruments.ibw, ".ibw", "Height trace", 100e-9 / 2**24),
     "ibw of big-endian numbers": (partial(instruments.ibw, order=">"), ".ibw", "Height trace", 100e-9 / 2**24),
@@ -145,12 +146,33 @@ def test_channels_of_one_name_are_told_apart_by_their_numbers(tmp_path):
     assert read_height_map(path).channels == ("Height trace (1)", "Height trace (2)", "Phase trace")
 
 
-def test_a_wave_without_labels_or_units(fails):
-    whole = bytearray(instruments.ibw(HEIGHTS, PIXEL_M, labels=()))
+def without_units(whole, *, order="<"):
+    """An Igor wave whose values and sides carry no unit."""
+    spoiled = bytearray(whole)
     for at in (64 + 148, 64 + 152, 64 + 156):
-        whole[at] = 0
-    whole[2:4] = struct.pack("<H", (struct.unpack_from("<H", whole, 2)[0] + 109 * 3) & 0xFFFF)
-    assert "no channel is plainly the topography" in fails("bare.ibw", bytes(whole))
+        spoiled[at] = 0
+    (old,) = struct.unpack_from(f"{order}H", spoiled, 2)
+    spoiled[2:4] = struct.pack(f"{order}H", (old + 109 * 3) & 0xFFFF)
+    return bytes(spoiled)
+
+
+def test_a_wave_without_labels_or_units(fails):
+    whole = instruments.ibw(HEIGHTS, PIXEL_M, labels=())
+    assert "no channel is plainly the topography" in fails("bare.ibw", without_units(whole))
+
+
+def test_an_asylum_wave_without_units_is_in_metres(tmp_path, fails):
+    """Its note tells that it is Asylum's: without it, numbers are no lengths."""
+    whole = without_units(instruments.ibw(HEIGHTS, PIXEL_M))
+    height_map = read_height_map(write(tmp_path, "units.ibw", whole))
+    np.testing.assert_allclose(height_map.height_m, HEIGHTS, rtol=1e-6, atol=1e-14)
+    assert height_map.pixel_size_m == pytest.approx((PIXEL_M, PIXEL_M), rel=1e-12)
+    (note,) = struct.unpack_from("<i", whole, 12)
+    at = len(whole) - 4 * 32 - note
+    bare = bytearray(whole[:at] + whole[at + note :])
+    bare[12:16] = bytes(4)
+    bare[2:4] = struct.pack("<H", (struct.unpack_from("<H", bare, 2)[0] + note) & 0xFFFF)
+    assert "no channel holds heights ('Height trace' carries no unit" in fails("igor.ibw", bytes(bare))
 
 
 @pytest.mark.parametrize("start", [b"\\*Force file list", None])
@@ -188,6 +210,18 @@ def test_what_digital_surf_inverted_is_turned_back(tmp_path, inversion, turned):
     struct.pack_into("<H", whole, 290, inversion)
     height_map = read_height_map(write(tmp_path, "inverted.sur", bytes(whole)))
     np.testing.assert_allclose(height_map.height_m, turned, rtol=1e-7, atol=SPAN_M / 2**32)
+
+
+def test_a_sign_of_micrometres_in_utf8(tmp_path):
+    """Latin-1 and UTF-8 spell it with one and with two bytes."""
+    for sign in (b"\xb5m", b"\xc2\xb5m"):
+        whole = bytearray(instruments.digital_surf(HEIGHTS, PIXEL_M))
+        for at, step_at in ((180, 120), (196, 124), (212, 128)):
+            whole[at : at + 16] = sign.ljust(16)
+            struct.pack_into("<f", whole, step_at, struct.unpack_from("<f", whole, step_at)[0] * 1e-3)
+        height_map = read_height_map(write(tmp_path, "sign.sur", bytes(whole)))
+        # Two factors in single precision.
+        np.testing.assert_allclose(height_map.height_m, HEIGHTS, rtol=2e-7, atol=SPAN_M / 2**32)
 
 
 def test_an_x3p_in_a_folder_is_found_and_what_macos_adds_is_not(tmp_path):
