@@ -22,8 +22,8 @@ from .units import in_base_units
 
 _PLAIN, _COMPRESSED = b"DIGITAL SURF", b"DSCOMPRESSED"
 _HEADER_BYTES = 512
-# The types of objects that are a single surface, and those that are a single profile.
-_SURFACES, _PROFILES = (2, 5), (1, 4)
+# The types of objects that are a single surface (2, 5) or a single profile.
+_SINGLE = (1, 2, 4, 5)
 _KINDS = {16: "<i2", 32: "<i4"}
 # Deflate packs at most this many bytes into one.
 _MOST_PACKED = 1032
@@ -58,14 +58,13 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
     name_z, (unit_x, unit_y, unit_z) = _text(header, 164), (_text(header, at) for at in (180, 196, 212))
     (inversion,) = struct.unpack_from("<H", header, 290)
     comment, private = struct.unpack_from("<2H", header, 334)
-    if of_type not in (*_SURFACES, *_PROFILES) or bits not in _KINDS or rows * cols != count:
+    if of_type not in _SINGLE or bits not in _KINDS or rows * cols != count:
         raise ValueError(f"{objects} objects of type {of_type}, {rows} x {cols} of {bits} bits")
     (size_x, base_x), (size_y, base_y), (size_z, base_z) = map(in_base_units, (unit_x, unit_y, unit_z))
     channel = Channel(
         "height" if name_z in ("", "Z") else name_z,
         "",
         unit_over(base_z, base_x if base_x != "m" else base_y),
-        is_image=of_type in _SURFACES,
     )
     # The two integers below the lowest height stand for what was not measured.
     integers = _Integers(steps[2] * size_z, lowest - 2 if special == 1 else None, inversion)

@@ -18,6 +18,7 @@ from ..height_map import HeightMap
 from .channels import Channel, shortened
 from .given_size import HIGHEST_NM, METRE_NM, given_height, given_width
 from .picture_file import BESIDE_MAX, Beside, beside_bmp, beside_png, beside_tiff
+from .unread import CONVERT
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -167,10 +168,7 @@ def _refuse_odd_tiff(source: str, picture: Image.Image, bits: int) -> None:
     """Raise GratingError where the values of a TIFF do not run from black 0 to white."""
     tags = picture.tag_v2
     if any(tag in tags for tag in _PARK_TAGS):
-        raise GratingError(
-            f"{source}: a Park instrument file, whose heights are not in the visible picture; "
-            "export it as .gwy from Gwyddion"
-        )
+        raise GratingError(f"{source}: a Park instrument file, whose heights are not in the visible picture; {CONVERT}")
     form = set(np.atleast_1d(tags.get(_TIFF_SAMPLE_FORMAT, 1)))
     is_known = (form == {_UNSIGNED} and bits in (1, 2, 4, 8, 16)) or (form == {_FLOATING} and bits == 32)
     if not is_known or (bits >= 16 and tags.get(_TIFF_PHOTOMETRIC) == 0):

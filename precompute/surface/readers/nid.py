@@ -18,6 +18,7 @@ from ...base.failure import GratingError
 from ..height_map import HeightMap
 from .channels import Channel, choose_channel, shortened
 from .number_text import decoded
+from .unread import CONVERT
 
 _BEGINNING = b"[DataSet]"
 _HEADER_END = b"\n#!"
@@ -123,8 +124,8 @@ def _header(source: str) -> tuple[list[_Block], int]:
         blocks = _blocks(_sections(decoded(header[:end])))
     except (KeyError, ValueError) as error:
         raise GratingError(
-            f"{source}: the Nanosurf header is damaged or of an unknown kind ({shortened(error)}); "
-            "export the scan as .gwy"
+            f"{source}: the Nanosurf header is damaged or of an unknown kind ({shortened(error)}); copy it "
+            f"again, or {CONVERT}"
         ) from error
     return blocks, end + len(_HEADER_END)
 

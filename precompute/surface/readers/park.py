@@ -23,7 +23,6 @@ _VERSION, _DATA, _HEADER = 50433, 50434, 50435
 _HEADER_BYTES = {0x01000001: 284, 0x01000002: 352}
 _KIND_AT = 348
 _KINDS = {0: "<i2", 1: "<i4", 2: "<f4"}
-_LINE_PROFILE = 1
 
 
 def _maps(file: BinaryIO) -> list[StoredMap]:
@@ -32,7 +31,6 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
         raise ValueError("several pages")
     needed = _HEADER_BYTES[int(page[_VERSION].number(file))]
     header = read_exactly(file, page[_HEADER].start, needed)
-    (of_type,) = struct.unpack_from("<I", header, 0)
     cols, rows = struct.unpack_from("<2I", header, 100)
     (forward,) = struct.unpack_from("<I", header, 128)
     width, height = struct.unpack_from("<2d", header, 140)
@@ -43,7 +41,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
     if page[_DATA].count < rows * cols * np.dtype(kind).itemsize:
         raise ValueError(f"{rows} x {cols} values declared, and {page[_DATA].count} bytes are there")
     block = Block(page[_DATA].start, (rows, cols), kind).within(file)
-    channel = Channel(_text(header, 4, 32), "forward" if forward else "backward", base, of_type != _LINE_PROFILE)
+    channel = Channel(_text(header, 4, 32), "forward" if forward else "backward", base)
     pixel = height * 1e-6 / rows, width * 1e-6 / cols
     factor = gain * (scale or 1.0) * size
     return [StoredMap(channel, block.shape, pixel, partial(_values, block, factor, gain * offset * size))]

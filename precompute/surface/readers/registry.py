@@ -30,6 +30,7 @@ from .park import PARK
 from .reader import BEGINNING_BYTES, Reader
 from .sdf import SDF
 from .text_arrays import MATRIX, XYZ
+from .unread import CONVERT, known_fault
 from .wsxm import WSXM
 from .x3p import X3P
 
@@ -40,6 +41,8 @@ READERS: tuple[Reader, ...] = (
     PNG, TIFF, BMP, EXR, NPY, XYZ, MATRIX,
 )  # fmt: skip
 
+# The least rows and columns of a map. Fewer are a profile, or the beginning of a scan.
+_SIDE_MIN = 8
 # Sides of a pixel in metres: a picometre is a hundredth of an atom, and a pixel of a millimetre is no scan.
 _PIXEL_M = (1e-12, 1e-3)
 # The highest relief in metres: a thousand wavelengths, far beyond scalar diffraction.
@@ -100,15 +103,16 @@ def reader_of(source: str) -> Reader:
         raise GratingError(f"{source}: the file is empty; copy it again")
     held = next((reader for reader in READERS if reader.can_read(beginning)), None)
     named = [reader for reader in READERS if path.suffix.lower() in reader.extensions]
+    if held is None and (fault := known_fault(beginning)):
+        raise GratingError(f"{source}: {fault}")
     if held is None and not named:
         raise GratingError(
-            f"{source}: not a format that is read here; open it in Gwyddion and save it as .gwy, or export it as one "
-            f"of {', '.join(extensions())}"
+            f"{source}: not a format that is read here; {CONVERT}, or export it as one of {', '.join(extensions())}"
         )
     if held is None:
         raise GratingError(
-            f"{source}: named {path.suffix} but does not begin like {' or '.join(reader.name for reader in named)}; "
-            "the file is damaged or misnamed, export it again"
+            f"{source}: named {path.suffix} but does not begin like {' or '.join(reader.name for reader in named)}: "
+            f"damaged, misnamed or of another program; export it again, or {CONVERT}"
         )
     if named and held not in named:
         raise GratingError(
@@ -158,8 +162,14 @@ def _refuse(source: str, what: str, **options: object) -> None:
 def _refuse_beyond_reason(height_map: HeightMap) -> None:
     """Raise GratingError where pixels or relief are of a size that no scan of a diffracting surface has.
 
-    Such sizes are the wrong unit or damage, and would cost gigabytes or overflow later on."""
+    Such sizes are the wrong unit or damage, and would cost gigabytes or overflow later on. Files of a few rows or
+    columns are refused too: they are profiles."""
     source = height_map.source
+    if min(height_map.height_m.shape) < _SIDE_MIN:
+        raise GratingError(
+            f"{source}: {height_map.rows} x {height_map.cols} points are a profile or a part of a scan, not a map; "
+            f"give a scan of at least {_SIDE_MIN} rows and {_SIDE_MIN} columns"
+        )
     for side in height_map.pixel_size_m:
         if not _PIXEL_M[0] <= side <= _PIXEL_M[1]:
             raise GratingError(

@@ -18,11 +18,16 @@ from ...base.failure import GratingError
 from ...base.memory import refuse_beyond_memory
 from ..height_map import HeightMap
 from .channels import Channel, choose_channel, shortened
+from .unread import CONVERT
 
 # Values as they are stored, at most 8 bytes each, and as heights.
 _BYTES_PER_PIXEL = 16
 # What Python and NumPy raise where the bytes of a file are not what its format promises.
 DAMAGE = (LookupError, ValueError, TypeError, ArithmeticError, EOFError, struct.error, zlib.error)
+
+
+class OtherFormat(Exception):
+    """A file that begins like a format is another's: "WHAT IT IS; REMEDY"."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +50,8 @@ class ScanReader:
     """Reader of a format that carries its units, see `Reader`.
 
     begins  whether a file that begins with these bytes is of this format
-    maps    the maps of an open file in the file's order; raises one of DAMAGE where the file is not whole"""
+    maps    the maps of an open file in the file's order; raises one of DAMAGE where the file is not whole, and
+            OtherFormat where it is another format's"""
 
     name: str
     extensions: tuple[str, ...]
@@ -96,6 +102,8 @@ class ScanReader:
         """The maps of a file; where labels are the same, numbers tell them apart."""
         try:
             maps = self.maps(file)
+        except OtherFormat as error:
+            raise GratingError(f"{source}: {error}") from error
         except DAMAGE as error:
             raise self._damaged(source, error) from error
         shared = Counter(each.channel.label for each in maps)
@@ -110,7 +118,7 @@ class ScanReader:
         what = f"{error} is missing" if isinstance(error, KeyError) else error
         return GratingError(
             f"{source}: the {self.name} data is truncated, damaged or of an unknown kind ({shortened(what)}); copy it "
-            "again, or open it in Gwyddion and save it as .gwy"
+            f"again, or {CONVERT}"
         )
 
 

@@ -41,8 +41,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
         load = partial(_from_text, body, shape, facts["Zscale"], _MISSING.get(kind))
     else:
         load = partial(_from_block, Block(_HEAD.size, shape, _KINDS[kind]).within(file), facts["Zscale"], kind)
-    channel = Channel("height", "", "m", is_image=shape[0] > 1)
-    return [StoredMap(channel, shape, (float(facts["Yscale"]), float(facts["Xscale"])), load)]
+    return [StoredMap(Channel("height", "", "m"), shape, (float(facts["Yscale"]), float(facts["Xscale"])), load)]
 
 
 def _from_text(body: str, shape: tuple[int, int], scale: float, missing: int | None, file: BinaryIO) -> np.ndarray:

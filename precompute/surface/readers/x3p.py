@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, BinaryIO
 import numpy as np
 
 from .channels import Channel
-from .scan_file import ScanReader, StoredMap
+from .scan_file import OtherFormat, ScanReader, StoredMap
+from .unread import CONVERT, archive_fault, first_member
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -64,7 +65,8 @@ def _described(archive: ZipFile) -> tuple[str, Element]:
     names = [name for name in archive.namelist() if re.search(r"(^|/)main\.xml$", name)]
     names = [name for name in names if not name.startswith("__MACOSX")]
     if not names:
-        raise ValueError("an archive without main.xml, thus no X3P; of force curves, export the image")
+        fault = archive_fault(archive.namelist())
+        raise OtherFormat(fault or f"a zip archive without main.xml, thus no X3P; {CONVERT}")
     text = _held(archive, names[0], _XML_MAX)
     if b"<!DOCTYPE" in text or b"<!ENTITY" in text:
         raise ValueError("main.xml declares entities")
@@ -104,7 +106,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
     if archive.getinfo(data).file_size != needed:
         raise ValueError(f"{rows} x {cols} points declared, and {archive.getinfo(data).file_size} bytes are there")
     load = partial(_heights, (rows, cols), kind, (scale, offset), (data, valid and folder + valid))
-    return [StoredMap(Channel("height", "", "m", is_image=rows > 1), (rows, cols), pixel, load)]
+    return [StoredMap(Channel("height", "", "m"), (rows, cols), pixel, load)]
 
 
 def _heights(
@@ -122,7 +124,7 @@ def _heights(
 
 
 def _begins(beginning: bytes) -> bool:
-    return beginning.startswith(_BEGINNING)
+    return beginning.startswith(_BEGINNING) and archive_fault(first_member(beginning)) is None
 
 
 X3P = ScanReader("X3P", (".x3p",), _begins, _maps)

@@ -38,9 +38,9 @@ def test_transparent_pixels_are_missing(tmp_path):
 
 def test_black_and_white_span_the_whole_height_at_any_depth(tmp_path):
     for black, white, kind in ((0, 255, np.uint8), (0, 65535, np.uint16), (False, True, bool)):
-        ends = np.array([[black, white]], kind)
+        ends = np.tile(np.array([[black, white]], kind), (8, 4))
         height = read_picture(picture(tmp_path / "ends.png", ends)).height_m
-        np.testing.assert_allclose(height, [[0, 200e-9]], rtol=1e-15)
+        np.testing.assert_allclose(height, np.tile([[0, 200e-9]], (8, 4)), rtol=1e-15)
 
 
 @pytest.mark.parametrize(

@@ -87,7 +87,7 @@ def test_magic_decides_and_a_lying_extension_is_told(fails, tmp_path):
     assert "does not begin like Nanosurf" in fails("scan.nid", b"something else entirely")
     assert "does not begin like PNG" in fails("scan.png", b"something else entirely")
     told = fails("scan.unknown", b"something else entirely")
-    assert "open it in Gwyddion and save it as .gwy, or export it as one of .nid, .gwy, .gsf, .spm" in told
+    assert "--convert-to-gwy=OUT.gwy IN, or export it as one of .nid, .gwy, .gsf, .spm" in told
     (tmp_path / "no_extension").write_bytes(nid_bytes(TILTED))
     assert read_height_map(str(tmp_path / "no_extension")).channel == "Z-Axis forward"
 

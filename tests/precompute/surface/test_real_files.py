@@ -75,9 +75,9 @@ def test_the_corrupted_file_is_refused_in_one_line(shared_data):
         ("st_10x10-one_channel_without_name.ibw", "'unnamed' carries no unit of height; "),
         ("gwyfile_test.gwy", "'Test' carries no unit of height; "),
         ("st_sur-3.sur", "relief of 0.00699 m"),  # 15 cm wide
-        ("x3ptools_pyramid.x3p", "pixel of 1 m"),
-        ("st_gwyddion-export-german.txt", "relief of 15 m"),
-        ("st_matrix-6.txt", "relief of 11 m"),
+        ("x3ptools_pyramid.x3p", "5 x 5 points"),
+        ("st_gwyddion-export-german.txt", "4 x 3 points"),
+        ("st_matrix-6.txt", "3 x 4 points"),
     ],
 )
 def test_what_is_no_scan_of_a_grating_is_refused_by_its_sizes(shared_data, name, fault):
@@ -87,6 +87,7 @@ def test_what_is_no_scan_of_a_grating_is_refused_by_its_sizes(shared_data, name,
 
 def test_the_points_of_a_real_grid_stand_upright(shared_data):
     """Of (x, y, z) the highest are (1, 1) and (1, 2) of 4 x 4; the file's y points up."""
-    height_map = read_height_map(str(shared_data / "formats" / "st_xyz-1.txt"), 4.0, 1.0)
+    path = str(shared_data / "formats" / "st_xyz-1.txt")
+    height_map = reader_of(path).read(path, size_um=4.0, height_nm=1.0)  # without the limits of reason
     assert height_map.size_m == pytest.approx((4e-6, 4e-6))
     assert np.argwhere(height_map.height_m > 1.5e-9).tolist() == [[1, 1], [2, 1]]
