@@ -79,7 +79,7 @@ def finish_comb(job: CombJob) -> list[str]:
     report = []
     for (thing, _), mesh, field in zip(job.meshes, meshes, fields, strict=True):
         combed.store(mesh, field["uv"], field["turn"])
-        combed.select_triangles(mesh, field["triangle"])
+        combed.note_singular(mesh, field["triangle"])
         report.append(f"{thing}: combed by {job.label}; {_told(field['index'])}")
     read_combs()
     return report
@@ -152,4 +152,4 @@ def _told(index: np.ndarray) -> str:
     told = f"{points} singular point{'s' * (points != 1)}" if points else "no singular points"
     if flips:
         told += f", {flips} faces where its source contradicts itself"
-    return told + (", selected in Edit Mode" if points or flips else "")
+    return told + ("; Show Direction rings them, and they are selected in Edit Mode" if points or flips else "")

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ..frames.arrows import arrows, seam_lines
+from ..frames.arrows import arrows, rings, seam_lines
+from ..frames.combed import singular_faces
 from ..frames.place import own_angle
 from ..materials.material import diffraction_nodes
 from ..materials.skin import frame_of
-from ..scene.frame_source import FrameSource
+from ..scene.frame_source import STORED, FrameSource
 
 # More arrows are no clearer, and slower.
 _ARROWS_MAX = 5000
@@ -18,10 +19,12 @@ _ARROWS_MAX = 5000
 
 @dataclass(frozen=True)
 class Lines:
-    """Ends (n, 2, 3) of lines in the scene's space: arrows along T, and seams where it jumps."""
+    """Ends (n, 2, 3) of lines in the scene's space: arrows along T, seams where it jumps, and rings around the faces
+    where a comb is singular."""
 
     arrows: np.ndarray
     seams: np.ndarray
+    singular: np.ndarray
 
 
 def direction_lines(thing: bpy.types.Object, depsgraph: bpy.types.Depsgraph, default: FrameSource) -> Lines:
@@ -41,9 +44,12 @@ def direction_lines(thing: bpy.types.Object, depsgraph: bpy.types.Depsgraph, def
         arrows(mesh, chosen[numbers == number], source=source, angle=angle)
         for number, (source, angle) in enumerate(frames)
     ]
-    seams = [seam_lines(mesh, source) for source in dict.fromkeys(source for source, _ in frames)]
+    sources = dict.fromkeys(source for source, _ in frames)
+    seams = [seam_lines(mesh, source) for source in sources]
+    marks = [rings(mesh, singular_faces(mesh), among=len(chosen))] if any(s.kind == STORED for s in sources) else []
     world = np.array(evaluated.matrix_world)
-    return Lines(*(np.concatenate(lines) @ world[:3, :3].T + world[:3, 3] for lines in (parts, seams)))
+    ends = (np.concatenate([*lines, np.empty((0, 2, 3))]) for lines in (parts, seams, marks))
+    return Lines(*(each @ world[:3, :3].T + world[:3, 3] for each in ends))
 
 
 def _frame(thing: bpy.types.Object, slot: bpy.types.MaterialSlot, default: FrameSource) -> tuple[FrameSource, float]:

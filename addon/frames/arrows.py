@@ -11,6 +11,8 @@ from .uv_maps import has_comb, has_uv_map
 
 # An arrow's length and its head's, as shares of the mean distance of arrows; and how far it lies above the surface.
 _LENGTH, _HEAD, _ABOVE = 0.7, 0.2, 0.05
+# A ring's radius in the same unit, and the number of its lines.
+_RADIUS, _SIDES = 0.6, 12
 
 
 def arrows(mesh: bpy.types.Mesh, triangles: np.ndarray, *, source: FrameSource, angle: float) -> np.ndarray:
@@ -41,6 +43,21 @@ def seam_lines(mesh: bpy.types.Mesh, source: FrameSource) -> np.ndarray:
     points = np.empty(3 * len(mesh.vertices), np.float32)
     mesh.vertices.foreach_get("co", points)
     return points.reshape(-1, 3)[ends.reshape(-1, 2)[seams.edges[seams.turned]]].astype(float)
+
+
+def rings(mesh: bpy.types.Mesh, faces: np.ndarray, *, among: int) -> np.ndarray:
+    """Rings around the middles of faces (k,) of a mesh: the ends (n, 2, 3) of their lines, in the mesh's space. They
+    are as large as fits a mesh that shows `among` arrows."""
+    step = np.sqrt(_area(mesh) / max(1, among))
+    middles = np.array([mesh.polygons[face].center for face in faces]).reshape(-1, 3)
+    normals = np.array([mesh.polygons[face].normal for face in faces]).reshape(-1, 3)
+    # Any direction across the normal: from the axis that is farthest from it.
+    across = np.cross(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
+    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
+    turns = np.linspace(0, 2 * np.pi, _SIDES + 1)[:, None, None]
+    round_it = across * np.cos(turns) + np.cross(normals, across) * np.sin(turns)
+    points = middles + step * (normals * _RADIUS / 2 + round_it * _RADIUS)
+    return np.stack([points[:-1], points[1:]], axis=2).reshape(-1, 2, 3)
 
 
 def _area(mesh: bpy.types.Mesh) -> float:

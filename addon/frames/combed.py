@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 
 from ...precompute.mesh.layout import Polygons
-from ..scene.frame_source import COMB_TURN, COMB_UV
+from ..scene.frame_source import COMB_SINGULAR, COMB_TURN, COMB_UV
 
 
 def polygons_of(mesh: bpy.types.Mesh) -> Polygons:
@@ -37,14 +37,29 @@ def store(mesh: bpy.types.Mesh, uv: np.ndarray, turn: np.ndarray) -> None:
     mesh.update()
 
 
-def select_triangles(mesh: bpy.types.Mesh, triangles: np.ndarray) -> None:
-    """Select the vertices of some of a mesh's triangles, and nothing else."""
+def note_singular(mesh: bpy.types.Mesh, triangles: np.ndarray) -> None:
+    """Note the faces of a mesh's singular triangles (s,) in an attribute, which Show Direction reads, and select their
+    vertices and nothing else."""
     mesh.calc_loop_triangles()
-    chosen = np.zeros(len(mesh.vertices), bool)
+    chosen, singular = np.zeros(len(mesh.vertices), bool), np.zeros(len(mesh.polygons), bool)
     chosen[_values(mesh.loop_triangles, "vertices", 3, np.int32)[triangles]] = True
+    singular[_values(mesh.loop_triangles, "polygon_index", 1, np.int32)[triangles, 0]] = True
     for items, selected in ((mesh.polygons, None), (mesh.edges, None), (mesh.vertices, chosen)):
         items.foreach_set("select", np.zeros(len(items), bool) if selected is None else selected)
+    old = mesh.attributes.get(COMB_SINGULAR)
+    if old is not None:
+        mesh.attributes.remove(old)
+    if singular.any():
+        mesh.attributes.new(COMB_SINGULAR, "BOOLEAN", "FACE").data.foreach_set("value", singular)
     mesh.update()
+
+
+def singular_faces(mesh: bpy.types.Mesh) -> np.ndarray:
+    """The faces (k,) of a combed mesh that its comb noted as singular."""
+    noted = mesh.attributes.get(COMB_SINGULAR)
+    if noted is None or noted.domain != "FACE" or noted.data_type != "BOOLEAN":
+        return np.empty(0, int)
+    return np.flatnonzero(_values(noted.data, "value", 1, bool))
 
 
 def _values(items: bpy.types.bpy_prop_collection, name: str, width: int, kind: type) -> np.ndarray:

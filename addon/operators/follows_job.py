@@ -41,7 +41,7 @@ class FollowsJob:
         if cls.job.running:
             stage, fraction = cls.job.progress()
             context.workspace.status_text_set(f"{self._doing}: {stage} {fraction:.0%}   [Esc] cancels")
-            _redraw(context)
+            redraw_views(context)
             return {"PASS_THROUGH"}
         job, cls.job = cls.job, None
         self._end_modal(context)
@@ -55,10 +55,11 @@ class FollowsJob:
     def _end_modal(self, context) -> None:
         context.window_manager.event_timer_remove(self._timer)
         context.workspace.status_text_set(None)
-        _redraw(context)
+        redraw_views(context)
 
 
-def _redraw(context) -> None:
+def redraw_views(context) -> None:
+    """Have Blender draw all 3D views anew, and the panels in them."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":

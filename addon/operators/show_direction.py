@@ -3,10 +3,12 @@
 
 import bpy
 
+from .follows_job import redraw_views
+
 
 class ShowDirection(bpy.types.Operator):
-    """Show the direction of the active object's grating: arrows along the scan's columns, and in red the seams where
-    its UV map turns them"""
+    """Show the direction of the active object's grating: arrows along the scan's columns, in red the seams where its
+    UV map turns them, and yellow rings where a comb has no direction"""
 
     bl_idname = "grating.show_direction"
     bl_label = "Show Direction"
@@ -14,6 +16,8 @@ class ShowDirection(bpy.types.Operator):
 
     # Whether it is shown. The panel's button says so without loading what draws it.
     on = False
+    # A line if drawing failed, so that it was switched off.
+    fault = ""
 
     @classmethod
     def poll(cls, context):
@@ -24,10 +28,7 @@ class ShowDirection(bpy.types.Operator):
 
     def execute(self, context):
         set_shown(not ShowDirection.on)
-        for window in context.window_manager.windows:
-            for area in window.screen.areas:
-                if area.type == "VIEW_3D":
-                    area.tag_redraw()
+        redraw_views(context)
         return {"FINISHED"}
 
 
@@ -36,5 +37,11 @@ def set_shown(on: bool) -> None:
     if on != ShowDirection.on:
         from ..actions.overlay import show
 
-        show(on)
-        ShowDirection.on = on
+        show(on, _note_fault)
+        ShowDirection.on, ShowDirection.fault = on, ""
+
+
+def _note_fault(line: str) -> None:
+    """The overlay has switched itself off: the panel says why."""
+    ShowDirection.on, ShowDirection.fault = False, line
+    redraw_views(bpy.context)

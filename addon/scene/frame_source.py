@@ -42,6 +42,8 @@ DIRECTION_REMEDY = "press Comb Grating, or choose Object Axis as Frame, or unwra
 # The UV map, each of whose faces is an island, and the attribute of corners in which Comb Grating stores a field
 # (precompute/mesh/layout.py): T is the map's tangent, turned about the normal by the attribute's cosine and sine.
 COMB_UV, COMB_TURN = "Grating", "grating_comb"
+# The attribute of faces that is true where the field has no direction.
+COMB_SINGULAR = "grating_singular"
 # The custom property of a frame map's picture that holds the UV map and the mesh of which it was baked.
 BAKED_OF = "ng_frame_map"
 

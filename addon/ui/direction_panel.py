@@ -24,6 +24,8 @@ class DirectionPanel(bpy.types.Panel):
     def draw(self, context):
         settings = context.scene.natural_gratings
         self.layout.operator(ShowDirection.bl_idname, icon="ORIENTATION_LOCAL", depress=ShowDirection.on)
+        if ShowDirection.fault:
+            draw_note(self.layout, context, ShowDirection.fault, icon="ERROR")
         column = self.layout.column(align=True)
         column.prop(settings, "map_size")
         column.prop(settings, "map_padding")

@@ -75,7 +75,48 @@ def test_a_mesh_without_a_direction_has_no_lines(scene, addon, spoil):
     bpy.context.object.data.update()
     bpy.context.view_layer.update()
     lines = lines_of(addon, bpy.context.object)
-    assert len(lines.arrows) == len(lines.seams) == 0
+    assert len(lines.arrows) == len(lines.seams) == len(lines.singular) == 0
+    assert addon.overlay.parts_of(lines) == []
+
+
+def test_a_mesh_without_seams_shows_its_arrows(scene, addon):
+    """Blender makes no batch of an empty array."""
+    (part,) = addon.overlay.parts_of(lines_of(addon, grid(8)))
+    assert part.ends.shape == (3 * 2 * 128, 3)
+
+
+def test_a_ring_lies_around_each_face_where_a_comb_is_singular(scene, addon):
+    """On a grid of 64 faces, each 1 m wide: two rings of twelve lines, 0.6 of the arrows' distance in radius."""
+    square = grid(8)
+    addon.combed.note_singular(square.data, np.array([6, 7, 40]))
+    rings = lines_of(addon, square).singular
+    assert rings.shape == (24, 2, 3)
+    for number, face in enumerate((3, 20)):
+        ring = rings[number::2]
+        away = ring - np.array(square.data.polygons[face].center)
+        step = np.sqrt(64 / 128)
+        np.testing.assert_allclose(np.hypot(away[..., 0], away[..., 1]), 0.6 * step, rtol=1e-5)  # single precision
+        np.testing.assert_allclose(away[..., 2], 0.3 * step, rtol=1e-5)
+    assert len(lines_of(addon, square, addon.frame_source.FrameSource("AXIS")).singular) == 0
+    addon.combed.note_singular(square.data, np.empty(0, int))
+    assert len(lines_of(addon, square).singular) == 0
+
+
+def test_a_fault_while_drawing_switches_the_overlay_off_once(scene, addon, capfd):
+    """In background Blender draws nothing and refuses its shader, which is a fault as good as any."""
+    told = []
+    addon.overlay.show(True, told.append)
+    try:
+        for _ in range(2):
+            addon.overlay._draw()
+        assert bpy.app.timers.is_registered(addon.overlay._switch_off)
+        addon.overlay._switch_off()
+        assert not addon.overlay.is_shown()
+        assert len(told) == 1 and "Show Direction was switched off: drawing failed (SystemError" in told[0]
+        assert capfd.readouterr().err.count("Show Direction") == 1
+    finally:
+        addon.overlay.show(False)
+        bpy.app.timers.unregister(addon.overlay._switch_off)
 
 
 def test_nothing_is_drawn_in_background(scene, addon):

@@ -18,10 +18,11 @@ HERE = Path(__file__).parent
 SIZE = (1280, 1400)
 
 
-def counts(path: Path) -> tuple[int, int]:
-    """The pixels of a picture in the colours of arrows and of seams."""
+def counts(path: Path) -> tuple[int, int, int]:
+    """The pixels of a picture in the colours of arrows, of seams, and of singular faces."""
     r, g, b = np.asarray(Image.open(path).convert("RGB"), int).transpose(2, 0, 1)
-    return int(((g - r > 90) & (b - r > 90)).sum()), int(((r - g > 120) & (r - b > 120)).sum())
+    kinds = (g - r > 90) & (b - r > 90), (r - g > 120) & (r - b > 120), (r - b > 120) & (g - b > 90)
+    return tuple(int(kind.sum()) for kind in kinds)
 
 
 def test_the_overlay_shows_arrows_and_seams_and_the_buttons_work(blender, tmp_path):  # noqa: F811
@@ -34,8 +35,16 @@ def test_the_overlay_shows_arrows_and_seams_and_the_buttons_work(blender, tmp_pa
         window = replace(blender, command=("env", f"DISPLAY={name}", *blender.command))
         options = ("--enable-event-simulate", "--window-geometry", "0", "0", *map(str, SIZE))
         window.run(*options, file, "--python", HERE / "use_direction.py", "--", bake / "blazed.exr", tmp_path)
-    off, on, off_again = (counts(tmp_path / f"{name}.png") for name in ("off", "on", "off_again"))
+    seen = {path.stem: counts(path) for path in tmp_path.glob("*.png")}
+    off, on, off_again = (seen[name] for name in ("off", "on", "off_again"))
     # Suzanne fills a third of the view; some hundreds of arrows and her seams lie on it. Without the overlay only the
     # axis of the view's corner and icons have such colours.
     assert on[0] > off[0] + 1000 and on[1] > off[1] + 200
     assert abs(off_again[0] - off[0]) < 200 and abs(off_again[1] - off[1]) < 100
+    # The others fill as much of the view. No seam is on them, and Blender cannot draw an empty batch.
+    for name in ("grid", "combed", "snake"):
+        assert seen[f"{name}_on"][0] > seen[f"{name}_off"][0] + 1000, name
+        assert seen[f"{name}_on"][1] < seen[f"{name}_off"][1] + 50, name
+    # A closed body has at least two singular points, some of them in sight, each in a ring some ten pixels wide.
+    assert seen["combed_on"][2] > seen["combed_off"][2] + 30
+    assert abs(seen["fault"][0] - seen["snake_off"][0]) < 100

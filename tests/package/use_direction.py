@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run by a Blender with a window and --enable-event-simulate: `--python use_direction.py -- BAKE PICTURES`.
 
-An artist with the sub-panel Direction: shows the direction of Suzanne's grating, unwraps her and bakes her frame map,
-each undone with Ctrl-Z; by mouse and keyboard events. The script sets the stage and writes pictures of the window with
-the overlay on and off. It quits at the end; what went wrong is in the exit status and the output."""
+An artist with the sub-panel Direction: shows the direction of Suzanne's grating and of meshes without seams, unwraps
+her and bakes her frame map, each undone with Ctrl-Z; by mouse and keyboard events. The script sets the stage and writes
+pictures of the window with the overlay on and off. It quits at the end; what went wrong is in the exit status and the
+output."""
 
 import importlib
 import sys
@@ -47,6 +48,49 @@ def take_picture(name):
     screen_picture(Path(PICTURES) / "Xvfb_screen0").save(Path(PICTURES) / name)
 
 
+def show_alone(name, seen_from_above):
+    """Steps: of the meshes only one is to be seen, active, as large as Suzanne."""
+    thing = bpy.data.objects[name]
+    for other in bpy.data.objects:
+        if other.type == "MESH":
+            other.hide_set(other != thing)
+    thing.rotation_euler.x = 1.5708 if seen_from_above else 0
+    thing.scale = [2 / max(thing.dimensions)] * 3
+    bpy.context.view_layer.objects.active = thing
+    yield LONG
+
+
+def show_without_seams():
+    """Steps: pictures of meshes that have no seam, with the overlay on and off."""
+    with bpy.context.temp_override(window=window(), area=view()[0], region=view()[1]):
+        bpy.ops.mesh.primitive_grid_add(x_subdivisions=20, y_subdivisions=20)
+        bpy.ops.mesh.primitive_monkey_add()
+        bpy.context.object.name = "Combed"
+        bpy.ops.grating.comb("EXEC_DEFAULT", source="SMOOTHEST")
+        bpy.ops.grating.add_snake("EXEC_DEFAULT", pose="COILED", faces=20_000)
+        bpy.context.object.name = "Snake"
+    for name in ("Grid", "Combed", "Snake"):
+        yield from show_alone(name, seen_from_above=name != "Combed")
+        for state in ("on", "off"):
+            bpy.ops.grating.show_direction()
+            yield from take_picture(f"{name.lower()}_{state}.png")
+
+
+def spoil_the_overlay():
+    """Steps: a fault while drawing switches the overlay off, and the button says so."""
+    overlay = importlib.import_module(f"{ADDON}.actions.overlay")
+    button = importlib.import_module(f"{ADDON}.operators.show_direction").ShowDirection
+    sound = overlay.direction_lines
+    overlay.direction_lines = lambda *_: 1 / 0
+    bpy.ops.grating.show_direction()
+    view()[0].tag_redraw()
+    yield from waited_for(lambda: not button.on)
+    assert not overlay.is_shown()
+    yield from take_picture("fault.png")
+    assert "switched off: drawing failed (ZeroDivisionError: division by zero)" in button.fault
+    overlay.direction_lines = sound
+
+
 def maps():
     return [layer.name for layer in bpy.data.objects["Suzanne"].data.uv_layers]
 
@@ -69,6 +113,12 @@ def story():
     yield from take_picture("on.png")
     yield from press_button("bpy.ops.grating.show_direction")
     yield from take_picture("off_again.png")
+    yield from show_without_seams()
+    yield from spoil_the_overlay()
+    for name in ("Grid", "Combed", "Snake"):
+        bpy.data.objects.remove(bpy.data.objects[name])
+    yield from show_alone("Suzanne", seen_from_above=False)
+    bpy.data.objects["Suzanne"].select_set(True)
 
     unwrap = importlib.import_module(f"{ADDON}.operators.unwrap").Unwrap
     has_xatlas = importlib.import_module(f"{ADDON.rpartition('.')[0]}.precompute.mesh.unwrap").has_xatlas()
