@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
-from . import instruments, scan_bombs, scans
+from . import instruments, microscopes, scan_bombs, scans
 from .mutations import mutated
 from .runner import Case, run_verb
 
@@ -31,6 +31,7 @@ FORMATS: dict[str, tuple[Callable[[], bytes], ...]] = {
     ".tiff": _instruments(instruments.park, partial(instruments.park, version=1)),
     ".top": _instruments(instruments.wsxm, partial(instruments.wsxm, kind="double")),
     ".mi": _instruments(instruments.agilent),
+    ".mdt": _instruments(microscopes.ntmdt, microscopes.ntmdt_mda),
     ".gsf": _instruments(instruments.gsf),
     ".txt": _instruments(instruments.gwyddion_text, partial(instruments.gwyddion_text, german=True)),
     ".sur": _instruments(instruments.digital_surf, partial(instruments.digital_surf, packed=True)),

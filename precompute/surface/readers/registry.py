@@ -26,6 +26,7 @@ from .jpk import JPK
 from .nanoscope import NANOSCOPE
 from .nid import NANOSURF
 from .npy import NPY
+from .ntmdt import NT_MDT
 from .park import PARK
 from .reader import BEGINNING_BYTES, Reader
 from .sdf import SDF
@@ -37,7 +38,7 @@ from .x3p import X3P
 # The first that knows a file's beginning reads it: instruments' TIFFs before pictures, texts with a header before bare
 # numbers.
 READERS: tuple[Reader, ...] = (
-    NANOSURF, GWYDDION, GSF, NANOSCOPE, ASYLUM, JPK, PARK, WSXM, AGILENT, DIGITAL_SURF, SDF, X3P, GWYDDION_TEXT,
+    NANOSURF, GWYDDION, GSF, NANOSCOPE, ASYLUM, JPK, PARK, WSXM, AGILENT, NT_MDT, DIGITAL_SURF, SDF, X3P, GWYDDION_TEXT,
     PNG, TIFF, BMP, EXR, NPY, XYZ, MATRIX,
 )  # fmt: skip
 

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from benchmarks.hostile import instruments
+from benchmarks.hostile import instruments, microscopes
 from benchmarks.hostile.instruments import SPAN_M
 from precompute.base.failure import GratingError
 from precompute.surface.readers.registry import read_height_map, reader_of
@@ -37,6 +37,11 @@ FORMATS = {
     "wsxm": (instruments.wsxm, ".top", "Topography forward", 1.5 * 200e-9 / 60000),
     "wsxm of doubles": (partial(instruments.wsxm, kind="double"), ".stp", "Topography forward", 0),
     "agilent": (instruments.agilent, ".mi", "Topography trace", SPAN_M / 2**33),
+    "nt-mdt": (microscopes.ntmdt, ".mdt", "Height forward", SPAN_M / 2**17),
+    "nt-mdt of mda frames": (microscopes.ntmdt_mda, ".mdt", "Height forward", 0),
+    "nt-mdt of 16-bit mda frames": (
+        partial(microscopes.ntmdt_mda, kind="<i2"), ".mdt", "Height forward", SPAN_M / 2**17
+    ),
     "gsf": (instruments.gsf, ".gsf", "Topography", 100e-9 / 2**24),
     "text": (instruments.gwyddion_text, ".txt", "Topography", 1e-19),
     "text in German": (partial(instruments.gwyddion_text, german=True), ".txt", "Topography", 1e-19),

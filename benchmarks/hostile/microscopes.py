@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whole files of further microscopes, made as those of instruments.py are: the same heights in each."""
+
+import struct
+
+import numpy as np
+
+from .instruments import SPAN_M
+
+
+def ntmdt(height: np.ndarray, pixel_m: float, *, points: int = 0) -> bytes:
+    """An NT-MDT file of scanned frames: the height, a phase without a title, and a set of curves.
+
+    The height's frame lists `points` places where curves were measured."""
+    rows, cols = height.shape
+    step = SPAN_M / 2**16
+    frames = []
+    for title, signal, values, unit, scale in (
+        ("Height", 0, np.round((height - 100e-9) / step), -1, step * 1e9),
+        ("", 5, _columns(height), 5, 1.0),
+    ):
+        axis = struct.pack("<2fh", 0.0, pixel_m * 1e10, 0)
+        offset = 100.0 if title else 0.0
+        head = (2 * axis + struct.pack("<2fh2B2H", offset, scale, unit, signal, 1, cols, rows)).ljust(80, b"\0")
+        listed = bytes(14 + 16 * points) if points and title else b""
+        sizes = struct.pack("<4H", 0, cols, rows, points if title else 0) + listed
+        comment = "<FrameComment><ScanDirection>Forward</ScanDirection></FrameComment>".encode("utf-16-le")
+        texts = b"".join(struct.pack("<I", len(text)) + text for text in (title.encode("cp1251"), comment))
+        frames.append(ntmdt_frame(0, head, sizes + values[::-1].astype("<i2").tobytes() + texts))
+    return ntmdt_file([*frames, ntmdt_frame(201, bytes(80), bytes(20))])
+
+
+def ntmdt_mda(height: np.ndarray, pixel_m: float, *, kind: str = "<f8") -> bytes:
+    """An NT-MDT file of MDA frames: a text, a current, the height back and forth, and a spectrum."""
+    step = 1e-9 if kind == "<f8" else SPAN_M / 2**16
+    axes = [(pixel_m * 1e6, "um", side - 1, -8) for side in height.shape[::-1]]
+    code = {"<f8": -13320, "<i2": -2}[kind]
+    frames = [ntmdt_frame(3, b"", b"text")]
+    for title, unit, values in (
+        ("1F:Iprobe", "nA", _columns(height)),
+        ("1B:Height", "", -height),
+        ("1F:Height", "", height),
+    ):
+        scale = 1.0 if unit else step
+        stored = np.round(values / scale) if kind == "<i2" else values / scale
+        # Heights without a unit are in the metres of their code.
+        quantity = (scale, unit, 2**64 - 1, code)
+        frames.append(_mda_frame(title, axes, [quantity], stored[::-1].astype(kind).tobytes(), np.dtype(kind).itemsize))
+    frames.append(_mda_frame("Raman", axes[:1], [(1.0, "", 2**64 - 1, code)], bytes(80), 8))
+    return ntmdt_file(frames)
+
+
+def _columns(height: np.ndarray) -> np.ndarray:
+    return np.broadcast_to(np.arange(height.shape[1], dtype=float), height.shape)
+
+
+def ntmdt_file(frames: list[bytes]) -> bytes:
+    """A file of frames."""
+    body = b"".join(frames)
+    return b"\x01\xb0\x93\xff" + struct.pack("<I4xH", len(body), len(frames) - 1).ljust(29, b"\0") + body
+
+
+def ntmdt_frame(kind: int, head: bytes, data: bytes) -> bytes:
+    """One frame: what describes it, and its data."""
+    size = 22 + len(head) + len(data)
+    return struct.pack("<IH2B6HH", size, kind, 7, 3, 2026, 1, 2, 3, 4, 5, len(head)) + head + data
+
+
+def _mda_frame(title: str, axes: list, quantities: list, data: bytes, cell: int) -> bytes:
+    """A frame whose axes and quantities are (scale, unit, highest index, code of their numbers)."""
+    comment, view = "<FrameComment/>".encode("utf-16-le"), bytes(11)
+    array = struct.pack("<IIQ3I", 0, 33, len(data) // cell, cell, len(axes), len(quantities)).ljust(41, b"\0")
+    for scale, unit, highest, code in (*axes, *quantities):
+        named = unit.encode()
+        metres = 0x101 if not named else 1
+        head = struct.pack("<I3IQ2d2d2QiI", 112, len(named), 0, len(named), metres, 0, 0, 0, scale, 0, highest, code, 0)
+        array += struct.pack("<I", 120 + 2 * len(named)) + head.ljust(116, b"\0") + 2 * named
+    lengths = (len(title), len(comment), 0, len(view), 0, len(array), 0, len(data))
+    head = struct.pack("<II36x8I", 76, 76 + len(title), *lengths)
+    return ntmdt_frame(106, b"", head + title.encode() + comment + view + array + data)
