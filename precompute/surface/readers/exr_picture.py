@@ -14,7 +14,7 @@ from typing import BinaryIO
 import numpy as np
 
 from ...base.exr import attributes, unpacked
-from .given_size import Numbers, NumbersReader
+from .given_size import Judge, Numbers, NumbersReader
 from .scan_file import read_exactly
 
 _MAGIC, _SCAN_LINES_OF_VERSION_2 = b"v/1\x01", b"\2\0\0\0"
@@ -41,7 +41,7 @@ def _channels(value: bytes) -> list[tuple[str, str]]:
     return found
 
 
-def _load(file: BinaryIO) -> Numbers:
+def _load(file: BinaryIO, judge: Judge) -> Numbers:
     file.seek(0)
     head = file.read(_HEAD_MAX)
     if head[4:8] != _SCAN_LINES_OF_VERSION_2:
@@ -58,6 +58,7 @@ def _load(file: BinaryIO) -> Numbers:
     if min(rows, cols, row_bytes) < 1 or rows * row_bytes > _MOST_PACKED * held:
         raise ValueError(f"{rows} x {cols} pixels declared, and {held} bytes are there")
     wanted = _wanted([name for name, _ in channels])
+    judge((rows, cols))
     heights = np.empty((rows, cols))
     high = _ROWS_IN_BLOCK[packing]
     places = struct.unpack(f"<{-(-rows // high)}Q", read_exactly(file, table_at, 8 * math.ceil(rows / high)))

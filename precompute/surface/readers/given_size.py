@@ -6,22 +6,23 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import BinaryIO
 
 import numpy as np
 
 from ...base.failure import GratingError
-from ...base.memory import refuse_beyond_memory
 from ..height_map import HeightMap
 from .channels import Channel, shortened
-from .scan_file import DAMAGE
+from .scan_file import DAMAGE, refuse_too_large
 
 # Widths and heights outside these ranges are mistakes: no picture of a relief is a metre wide, or one atom high.
 _SIZE_UM = (1e-3, 1e6)
 _LOWEST_NM, HIGHEST_NM = 1e-3, 1e6
 # The height of the number 1 where numbers are metres.
 METRE_NM = 1e9
-_BYTES_PER_PIXEL = 16
+# Takes (rows, cols), and raises GratingError if a map of them is too large.
+Judge = Callable[[tuple[int, int]], None]
 
 
 def given_width(source: str, size_um: float | None) -> float:
@@ -60,12 +61,13 @@ class NumbersReader:
     """Reader of a format that holds one array of numbers without units, see `Reader`.
 
     begins  whether a file that begins with these bytes is of this format
-    load    the numbers of an open file; raises one of DAMAGE where the file is not whole"""
+    load    the numbers of an open file, whose shape it judges before it holds them; raises one of DAMAGE where the file
+            is not whole"""
 
     name: str
     extensions: tuple[str, ...]
     begins: Callable[[bytes], bool]
-    load: Callable[[BinaryIO], Numbers]
+    load: Callable[[BinaryIO, Judge], Numbers]
     needs_size: bool = True
 
     def can_read(self, beginning: bytes) -> bool:
@@ -92,16 +94,13 @@ class NumbersReader:
         height = given_height(source, height_nm, what="the height of the number 1 (1e9 for metres)", most=METRE_NM)
         try:
             with open(source, "rb") as file, np.errstate(all="ignore"):  # HeightMap refuses what is not finite
-                numbers = self.load(file)
+                numbers = self.load(file, partial(refuse_too_large, source))
         except DAMAGE as error:
             raise GratingError(
                 f"{source}: the {self.name} data is truncated, damaged or of an unknown kind ({shortened(error)}); "
                 "save it again, or as Gwyddion .gsf"
             ) from error
         rows, cols = numbers.values.shape
-        refuse_beyond_memory(
-            _BYTES_PER_PIXEL * rows * cols, f"{source}: reading {rows} x {cols} pixels", "crop or reduce the scan"
-        )
         with np.errstate(all="ignore"):
             heights = numbers.values * np.float64(height * 1e-9)
         return HeightMap(heights, (width / cols * numbers.pixel_aspect, width / cols), source)

@@ -22,6 +22,7 @@ import numpy as np
 from ...base.failure import GratingError
 from ..height_map import HeightMap
 from .channels import Channel, choose_channel, shortened, unit_over
+from .scan_file import refuse_too_large
 
 _BEGINNING = b"GWYP"
 # Formats and sizes of values by the letter of their type: of a single value, and of one item of an array.
@@ -64,6 +65,7 @@ class GwyddionReader:
             images = _images(source, file)
             channels = tuple(image.channel for image in images)
             image = images[choose_channel(source, channels, channel)]
+            refuse_too_large(source, image.field.shape)
             height = image.heights(file)
         (rows, cols), (height_m, width_m) = image.field.shape, image.field.size_m
         return HeightMap(

@@ -18,6 +18,7 @@ from ...base.failure import GratingError
 from ..height_map import HeightMap
 from .channels import Channel, choose_channel, shortened
 from .number_text import decoded
+from .scan_file import refuse_too_large
 from .unread import CONVERT
 
 _BEGINNING = b"[DataSet]"
@@ -96,6 +97,7 @@ class NanosurfReader:
         channels = tuple(block.channel for block in blocks)
         chosen = choose_channel(source, channels, channel)
         block = blocks[chosen]
+        refuse_too_large(source, (block.lines, block.points))
         with open(source, "rb") as file:
             file.seek(start + sum(earlier.nbytes for earlier in blocks[:chosen]))
             data = file.read(block.nbytes)

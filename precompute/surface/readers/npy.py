@@ -10,7 +10,7 @@ import re
 import struct
 from typing import BinaryIO
 
-from .given_size import Numbers, NumbersReader
+from .given_size import Judge, Numbers, NumbersReader
 from .scan_file import Block, read_exactly
 
 _BEGINNING = b"\x93NUMPY"
@@ -22,7 +22,7 @@ _SHAPE = re.compile(r"'shape': *\((\d{1,10})L?, *(\d{1,10})L?,?\)")
 _BY_COLUMNS = re.compile(r"'fortran_order': *True")
 
 
-def _load(file: BinaryIO) -> Numbers:
+def _load(file: BinaryIO, judge: Judge) -> Numbers:
     form = _LENGTHS[read_exactly(file, 0, 8)[6]]
     first = 8 + struct.calcsize(form)
     (length,) = struct.unpack(form, read_exactly(file, 8, first - 8))
@@ -33,6 +33,7 @@ def _load(file: BinaryIO) -> Numbers:
     if kind is None or shape is None:
         raise ValueError("no matrix of numbers")
     rows, cols = int(shape[1]), int(shape[2])
+    judge((rows, cols))
     by_columns = _BY_COLUMNS.search(header) is not None
     values = Block(first + length, (cols, rows) if by_columns else (rows, cols), kind[1]).within(file).read(file)
     return Numbers(values.T if by_columns else values)

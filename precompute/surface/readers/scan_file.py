@@ -20,10 +20,26 @@ from ..height_map import HeightMap
 from .channels import Channel, choose_channel, shortened
 from .unread import CONVERT
 
-# Values as they are stored, at most 8 bytes each, and as heights.
-_BYTES_PER_PIXEL = 16
+# The most points of a map, as many as Pillow takes of a picture.
+_POINTS_MAX = 89_478_485
+# Values as they are stored and as they are unpacked, at most 8 bytes each, and as heights.
+_BYTES_PER_POINT = 24
 # What Python and NumPy raise where the bytes of a file are not what its format promises.
 DAMAGE = (LookupError, ValueError, TypeError, ArithmeticError, EOFError, struct.error, zlib.error)
+
+
+def refuse_too_large(source: str, shape: tuple[int, int]) -> None:
+    """Raise GratingError if a map of (rows, cols) has too many points, or takes more memory than is free.
+
+    To be called before anything is allocated for the points."""
+    rows, cols = shape
+    if rows * cols > _POINTS_MAX:
+        raise GratingError(
+            f"{source}: {rows} x {cols} points are more than {_POINTS_MAX // 10**6} million; crop or reduce the scan"
+        )
+    refuse_beyond_memory(
+        _BYTES_PER_POINT * rows * cols, f"{source}: reading {rows} x {cols} pixels", "crop or reduce the scan"
+    )
 
 
 class OtherFormat(Exception):
@@ -81,10 +97,7 @@ class ScanReader:
             maps = self._maps(source, file)
             channels = tuple(each.channel for each in maps)
             chosen = maps[choose_channel(source, channels, channel)]
-            rows, cols = chosen.shape
-            refuse_beyond_memory(
-                _BYTES_PER_PIXEL * rows * cols, f"{source}: reading {rows} x {cols} pixels", "crop or reduce the scan"
-            )
+            refuse_too_large(source, chosen.shape)
             try:
                 with np.errstate(all="ignore"):  # HeightMap refuses what is not finite
                     heights = chosen.load(file)

@@ -20,8 +20,10 @@ _TEXT, _BINARY = (b"aISO-1.0", b"aBCR-1.0"), (b"bISO-1.0", b"bBCR-1.0")
 _HEAD = struct.Struct("<8s10s12s12s2H4d3B")
 _HEAD_NAMES = ("NumPoints", "NumProfiles", "Xscale", "Yscale", "Zscale", "Zresolution", "Compression", "DataType")
 _KINDS = {0: "<u1", 1: "<u2", 2: "<u4", 3: "<f4", 4: "<i1", 5: "<i2", 6: "<i4", 7: "<f8"}
-# The number that stands for a point that was not measured, by the kind of numbers; of floats it is NaN.
+# The number that stands for a point that was not measured, by the kind of numbers.
 _MISSING = {1: 2**16 - 1, 2: 2**32 - 1, 5: -(2**15), 6: -(2**31)}
+# Of floats it is NaN, or the largest number there is. Texts may round it, even to infinity.
+_LARGEST = {3: 0.999 * np.finfo("f4").max, 7: 0.999 * np.finfo("f8").max}
 
 
 def _maps(file: BinaryIO) -> list[StoredMap]:
@@ -38,25 +40,28 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
     if facts["Compression"] or kind not in _KINDS:
         raise ValueError(f"compression {facts['Compression']:g}, numbers of type {kind}")
     if body:
-        load = partial(_from_text, body, shape, facts["Zscale"], _MISSING.get(kind))
+        load = partial(_from_text, body, shape, facts["Zscale"], kind)
     else:
         load = partial(_from_block, Block(_HEAD.size, shape, _KINDS[kind]).within(file), facts["Zscale"], kind)
     return [StoredMap(Channel("height", "", "m"), shape, (float(facts["Yscale"]), float(facts["Xscale"])), load)]
 
 
-def _from_text(body: str, shape: tuple[int, int], scale: float, missing: int | None, file: BinaryIO) -> np.ndarray:
-    values = numbers_of(body.replace("BAD", "nan"))
-    if missing is not None:
-        values[values == missing] = np.nan
-    return values.reshape(shape) * scale
+def _from_text(body: str, shape: tuple[int, int], scale: float, kind: int, file: BinaryIO) -> np.ndarray:
+    return _heights(numbers_of(body.replace("BAD", "nan")).reshape(shape), scale, kind)
 
 
 def _from_block(block: Block, scale: float, kind: int, file: BinaryIO) -> np.ndarray:
-    stored = block.read(file)
-    values = stored * np.float64(scale)
+    return _heights(block.read(file), scale, kind)
+
+
+def _heights(stored: np.ndarray, scale: float, kind: int) -> np.ndarray:
+    """The numbers as heights, NaN where one was not measured."""
+    heights = stored * np.float64(scale)
     if kind in _MISSING:
-        values[stored == _MISSING[kind]] = np.nan
-    return values
+        heights[stored == _MISSING[kind]] = np.nan
+    if kind in _LARGEST:
+        heights[np.abs(stored) >= _LARGEST[kind]] = np.nan
+    return heights
 
 
 def _begins(beginning: bytes) -> bool:

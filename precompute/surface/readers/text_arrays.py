@@ -7,7 +7,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from .given_size import Numbers, NumbersReader
+from .given_size import Judge, Numbers, NumbersReader
 from .number_text import decoded, is_numbers, read_text, rows_of, with_points
 
 # Points on a grid keep to it within this share of a step: what six digits of a place leave on 2000 columns.
@@ -16,11 +16,11 @@ _OFF_GRID = 0.1
 _LEAST_COVERED = 0.25
 
 
-def _matrix(file: BinaryIO) -> Numbers:
-    return Numbers(rows_of(read_text(file)))
+def _matrix(file: BinaryIO, judge: Judge) -> Numbers:
+    return Numbers(rows_of(read_text(file)))  # a text has fewer numbers than a map may have
 
 
-def _points(file: BinaryIO) -> Numbers:
+def _points(file: BinaryIO, judge: Judge) -> Numbers:
     """The points as a map: x along the columns, y from the bottom up, NaN where there is no point.
 
     Raises ValueError where they do not lie on a grid."""
@@ -30,6 +30,7 @@ def _points(file: BinaryIO) -> Numbers:
     shape = row.max() + 1, col.max() + 1
     if min(shape) < 2 or len(z) < _LEAST_COVERED * shape[0] * shape[1]:
         raise ValueError(f"{len(z)} points do not lie on a grid; save the heights as a matrix")
+    judge(shape)
     values = np.full(shape, np.nan)
     values[shape[0] - 1 - row, col] = z
     return Numbers(values, step_y / step_x)

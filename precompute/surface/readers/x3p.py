@@ -1,126 +1,90 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """X3P of ISO 25178-72: a zip archive of main.xml, which describes the axes, and of the heights as one binary file.
 
-Heights are in metres, the first profile first. A bit field may tell which points were measured.
+Heights are in metres, the first profile first. A bit field may tell which points were measured; NaN and infinity are
+missing points too. Few points may stand in main.xml itself.
 """
 
 from __future__ import annotations
 
-import io
 import re
 from functools import partial
-from typing import TYPE_CHECKING, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
 
+from ...base.strict_zip import Archive
 from .channels import Channel
 from .scan_file import OtherFormat, ScanReader, StoredMap
 from .unread import CONVERT, archive_fault, first_member
-
-if TYPE_CHECKING:
-    from xml.etree.ElementTree import Element
-    from zipfile import ZipFile
+from .x3p_xml import XML_MAX, Description
 
 _BEGINNING = b"PK\x03\x04"
 _KINDS = {"I": "<i2", "L": "<i4", "F": "<f4", "D": "<f8"}
-_XML_MAX, _NAMES_MAX = 1 << 20, 10_000
-# Deflate packs at most this many bytes into one.
-_MOST_PACKED = 1032
 
 
-def _archive(file: BinaryIO) -> ZipFile:
-    """The archive. Raises ValueError where it is none, or one of others than X3P."""
-    from zipfile import BadZipFile, ZipFile
-
-    try:
-        archive = ZipFile(file)
-    except (BadZipFile, NotImplementedError) as error:
-        raise ValueError(str(error)) from error
-    if len(archive.namelist()) > _NAMES_MAX:
-        raise ValueError(f"an archive of more than {_NAMES_MAX} files")
-    return archive
-
-
-def _held(archive: ZipFile, name: str, most: int) -> bytes:
-    """A file of the archive of at most `most` bytes. Raises ValueError where it is longer or damaged."""
-    from zipfile import BadZipFile
-
-    info = archive.getinfo(name)
-    if info.file_size > min(most, _MOST_PACKED * info.compress_size + _MOST_PACKED):
-        raise ValueError(f"{name} has {info.file_size} bytes")
-    try:
-        with archive.open(info) as member:
-            data = member.read(most + 1)
-    except (BadZipFile, NotImplementedError, RuntimeError, OSError) as error:
-        raise ValueError(str(error)) from error
-    if len(data) > most:
-        raise ValueError(f"{name} is longer than it says")
-    return data
-
-
-def _described(archive: ZipFile) -> tuple[str, Element]:
-    """The folder of main.xml in the archive, and its root. Raises ValueError where there is none."""
-    from xml.etree import ElementTree
-
-    names = [name for name in archive.namelist() if re.search(r"(^|/)main\.xml$", name)]
+def _described(archive: Archive) -> tuple[str, Description]:
+    """The folder of main.xml in the archive, and what it says. Raises OtherFormat where there is none."""
+    names = [name for name in archive.names if re.search(r"(^|/)main\.xml$", name)]
     names = [name for name in names if not name.startswith("__MACOSX")]
     if not names:
-        fault = archive_fault(archive.namelist())
+        fault = archive_fault(archive.names)
         raise OtherFormat(fault or f"a zip archive without main.xml, thus no X3P; {CONVERT}")
-    text = _held(archive, names[0], _XML_MAX)
-    if b"<!DOCTYPE" in text or b"<!ENTITY" in text:
-        raise ValueError("main.xml declares entities")
-    try:
-        root = ElementTree.parse(io.BytesIO(text)).getroot()
-    except ElementTree.ParseError as error:
-        raise ValueError(f"main.xml: {error}") from error
-    return names[0].removesuffix("main.xml"), root
-
-
-def _text(root: Element, path: str, otherwise: str | None = None) -> str:
-    """The text of the element at a path of names, whatever their namespaces. Raises KeyError where it is missing."""
-    found = root.find("/".join(f"{{*}}{name}" for name in path.split("/")))
-    text = "" if found is None else (found.text or "").strip()
-    if not text and otherwise is None:
-        raise KeyError(path)
-    return text or otherwise
+    return names[0].removesuffix("main.xml"), Description(archive.read(names[0], XML_MAX))
 
 
 def _maps(file: BinaryIO) -> list[StoredMap]:
-    archive = _archive(file)
-    folder, root = _described(archive)
-    if {_text(root, f"Record1/Axes/{axis}/AxisType", "I") for axis in ("CX", "CY")} != {"I"}:
+    archive = Archive(file)
+    folder, said = _described(archive)
+    if {said.text(f"Record1/Axes/{axis}/AxisType", "I") for axis in ("CX", "CY")} != {"I"}:
         raise ValueError("its points do not lie on a grid")
-    cols, rows, layers = (int(_text(root, f"Record3/MatrixDimension/Size{axis}")) for axis in "XYZ")
+    cols, rows, layers = (int(said.text(f"Record3/MatrixDimension/Size{axis}")) for axis in "XYZ")
     if min(rows, cols) < 1 or layers != 1:
         raise ValueError(f"{rows} x {cols} points in {layers} layers")
-    pixel = tuple(float(_text(root, f"Record1/Axes/{axis}/Increment")) for axis in ("CY", "CX"))
-    kind = _KINDS[_text(root, "Record1/Axes/CZ/DataType")]
+    pixel = tuple(float(said.text(f"Record1/Axes/{axis}/Increment")) for axis in ("CY", "CX"))
     scale, offset = (
-        float(_text(root, f"Record1/Axes/CZ/{name}", default))
-        for name, default in (("Increment", "1"), ("Offset", "0"))
+        float(said.text(f"Record1/Axes/CZ/{name}", default)) for name, default in (("Increment", "1"), ("Offset", "0"))
     )
-    data = folder + _text(root, "Record3/DataLink/PointDataLink")
-    valid = _text(root, "Record3/DataLink/ValidPointsLink", "")
-    needed = rows * cols * np.dtype(kind).itemsize
-    if archive.getinfo(data).file_size != needed:
-        raise ValueError(f"{rows} x {cols} points declared, and {archive.getinfo(data).file_size} bytes are there")
-    load = partial(_heights, (rows, cols), kind, (scale, offset), (data, valid and folder + valid))
+    if said.values:
+        if len(said.values) != rows * cols:
+            raise ValueError(f"{rows} x {cols} points declared, and {len(said.values)} are there")
+        load = partial(_listed, (rows, cols), (scale, offset), said)
+    else:
+        kind = _KINDS[said.text("Record1/Axes/CZ/DataType")]
+        data = folder + said.text("Record3/DataLink/PointDataLink")
+        valid = said.text("Record3/DataLink/ValidPointsLink", "")
+        held = archive.size(data)
+        if held != rows * cols * np.dtype(kind).itemsize:
+            raise ValueError(f"{rows} x {cols} points declared, and {held} bytes are there")
+        load = partial(_stored, (rows, cols), kind, (scale, offset), (data, valid and folder + valid))
     return [StoredMap(Channel("height", "", "m"), (rows, cols), pixel, load)]
 
 
-def _heights(
+def _listed(shape: tuple[int, int], scaling: tuple[float, float], said: Description, file: BinaryIO) -> np.ndarray:
+    """The points of main.xml."""
+    return _scaled(np.frombuffer(said.values), scaling).reshape(shape)
+
+
+def _stored(
     shape: tuple[int, int], kind: str, scaling: tuple[float, float], names: tuple[str, str], file: BinaryIO
 ) -> np.ndarray:
-    archive = _archive(file)
+    """The points of the binary file; `names` are those of it and of the valid points' file, "" for none."""
+    archive = Archive(file)
     count = shape[0] * shape[1]
-    stored = np.frombuffer(_held(archive, names[0], count * np.dtype(kind).itemsize), kind, count)
-    heights = stored * np.float64(scaling[0])
-    heights += scaling[1]
+    heights = _scaled(np.frombuffer(archive.read(names[0], archive.size(names[0])), kind, count), scaling)
     if names[1]:
-        bits = np.frombuffer(_held(archive, names[1], count // 8 + 1), np.uint8)
+        bits = np.frombuffer(archive.read(names[1], count // 8 + 1), np.uint8)
         heights[np.unpackbits(bits, bitorder="little", count=count) == 0] = np.nan
     return heights.reshape(shape)
+
+
+def _scaled(values: np.ndarray, scaling: tuple[float, float]) -> np.ndarray:
+    """The values times the first number plus the second, NaN where they are infinite."""
+    heights = values * np.float64(scaling[0])
+    heights += scaling[1]
+    if values.dtype.kind == "f":
+        heights[np.isinf(values)] = np.nan
+    return heights
 
 
 def _begins(beginning: bytes) -> bool:

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""main.xml of an X3P: what it says of the axes and the data, and the points where they stand in it.
+
+Entities are refused in every encoding, since they multiply a text's length. Only the elements that are asked for are
+kept.
+"""
+
+from __future__ import annotations
+
+from array import array
+
+# The longest main.xml, and the most elements in it: a map of 1024 x 1024 points.
+XML_MAX, _ELEMENTS_MAX = 64 << 20, (1 << 20) + 10_000
+_DEPTH_MAX = 32
+_AXES = ("AxisType", "DataType", "Increment", "Offset")
+# The paths of the elements that are kept, without the root's name.
+_KEPT = frozenset(
+    [("Record1", "Axes", axis, name) for axis in ("CX", "CY", "CZ") for name in _AXES]
+    + [("Record3", "MatrixDimension", f"Size{axis}") for axis in "XYZ"]
+    + [("Record3", "DataLink", name) for name in ("PointDataLink", "ValidPointsLink")]
+)
+_DATUM = ("Record3", "DataList", "Datum")
+
+
+class Description:
+    """The texts of main.xml by their paths, whatever their namespaces, and the last number of each Datum.
+
+    values  NaN for an empty Datum, which stands for a point that was not measured"""
+
+    def __init__(self, xml: bytes) -> None:
+        """Read main.xml. Raises ValueError if it is damaged, too long, nests too deep or declares entities."""
+        from xml.etree.ElementTree import ParseError, XMLParser
+
+        self.values = array("d")
+        self._texts: dict[tuple[str, ...], str] = {}
+        self._path: list[str] = []
+        self._pieces: list[str] = []
+        self._elements = 0
+        parser = XMLParser(target=self)
+        try:
+            parser.feed(xml)
+            parser.close()
+        except ParseError as error:
+            raise ValueError(f"main.xml: {error}") from error
+
+    def text(self, path: str, otherwise: str | None = None) -> str:
+        """The text of the first element at a path: "Record1/Axes/CX/Increment". Raises KeyError if it is missing and
+        there is no `otherwise`."""
+        found = self._texts.get(tuple(path.split("/"))) or otherwise
+        if found is None:
+            raise KeyError(path)
+        return found
+
+    # What the parser calls.
+
+    def doctype(self, name: str, public: str | None, system: str | None) -> None:
+        raise ValueError("main.xml declares entities")
+
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        self._path.append(tag.rpartition("}")[2])
+        self._elements += 1
+        if len(self._path) > _DEPTH_MAX or self._elements > _ELEMENTS_MAX:
+            raise ValueError(f"main.xml nests too deep, or has more than {_ELEMENTS_MAX} elements")
+        self._pieces.clear()
+
+    def data(self, text: str) -> None:
+        self._pieces.append(text)
+
+    def end(self, tag: str) -> None:
+        path = tuple(self._path[1:])
+        if path == _DATUM:
+            self.values.append(float("".join(self._pieces).rpartition(";")[2].strip() or "nan"))
+        elif path in _KEPT:
+            self._texts.setdefault(path, "".join(self._pieces).strip())
+        self._path.pop()
+        self._pieces.clear()
+
+    def close(self) -> None:
+        pass
