@@ -78,3 +78,19 @@ def _mda_frame(title: str, axes: list, quantities: list, data: bytes, cell: int)
     lengths = (len(title), len(comment), 0, len(view), 0, len(array), 0, len(data))
     head = struct.pack("<II36x8I", 76, 76 + len(title), *lengths)
     return ntmdt_frame(106, b"", head + title.encode() + comment + view + array + data)
+
+
+def sxm(height: np.ndarray, pixel_m: float, *, upward: bool = True, version: int = 2) -> bytes:
+    """A Nanonis scan of the height and a current in both directions, and an amplitude in one; NaN is not scanned."""
+    rows, cols = height.shape
+    pixels = f"{cols} {rows}" if version > 1 else f"{rows} {cols}"
+    channels = (("Current", "A", "both"), ("Z", "m", "both"), ("Amplitude", "m", "forward"))
+    lines = [":NANONIS_VERSION:", str(version), ":SCANIT_TYPE:", "              FLOAT            MSBFIRST"]
+    lines += [":ACQ_TIME:", "       470.3", ":SCAN_PIXELS:", f"       {pixels}", ":SCAN_RANGE:"]
+    lines += [f"  {cols * pixel_m!r}  {rows * pixel_m!r}", ":SCAN_DIR:", "up" if upward else "down", ":COMMENT:", ""]
+    lines += [":DATA_INFO:", "\tChannel\tName\tUnit\tDirection\tCalibration\tOffset"]
+    lines += [f"\t{number}\t{name}\t{unit}\t{way}\t1.0\t0.0" for number, (name, unit, way) in enumerate(channels)]
+    maps = (_columns(height), -_columns(height)[:, ::-1], height, -height[:, ::-1], height)
+    header = "\n".join([*lines, "", ":SCANIT_END:", "\n\n"]).encode()
+    step = -1 if upward else 1
+    return header + b"\x1a\x04" + b"".join(values[::step].astype(">f4").tobytes() for values in maps)

@@ -32,6 +32,7 @@ FORMATS: dict[str, tuple[Callable[[], bytes], ...]] = {
     ".top": _instruments(instruments.wsxm, partial(instruments.wsxm, kind="double")),
     ".mi": _instruments(instruments.agilent),
     ".mdt": _instruments(microscopes.ntmdt, microscopes.ntmdt_mda),
+    ".sxm": _instruments(microscopes.sxm),
     ".gsf": _instruments(instruments.gsf),
     ".txt": _instruments(instruments.gwyddion_text, partial(instruments.gwyddion_text, german=True)),
     ".sur": _instruments(instruments.digital_surf, partial(instruments.digital_surf, packed=True)),

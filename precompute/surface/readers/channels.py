@@ -10,6 +10,8 @@ from ...base.failure import GratingError
 
 # Names that instruments give to the topography. The first name that a file has wins.
 _TOPOGRAPHY = ("z-axis", "topography", "height", "z height", "zsensor", "z-axissensor")
+# Names that are the topography's only where they are the whole name.
+_WHOLE_NAMES = ("z",)
 # What is never taken for the topography unasked, although some instruments give it in metres.
 _NO_TOPOGRAPHY = ("amplitude", "phase", "deflection", "error", "friction", "distance")
 # The way back over a line. It is taken for the topography only where the way forth is not there.
@@ -126,7 +128,7 @@ def _topography(channels: Sequence[Channel]) -> int | None:
     surfaces = [(i, channel.name.casefold()) for i, channel in enumerate(channels) if _may_be_topography(channel)]
     forth = [(i, name) for i, name in surfaces if not channels[i].frame.casefold().startswith(_WAY_BACK)]
     for found in (forth, surfaces):
-        exact = (i for known in _TOPOGRAPHY for i, name in found if name == known)
+        exact = (i for known in (*_TOPOGRAPHY, *_WHOLE_NAMES) for i, name in found if name == known)
         begun = (i for known in _TOPOGRAPHY for i, name in found if name.startswith(known))
         if (first := next(exact, next(begun, None))) is not None:
             return first

@@ -23,6 +23,7 @@ from .gwyddion_text import GWYDDION_TEXT
 from .ibw import ASYLUM
 from .image import BMP, PNG, TIFF
 from .jpk import JPK
+from .nanonis import NANONIS
 from .nanoscope import NANOSCOPE
 from .nid import NANOSURF
 from .npy import NPY
@@ -38,8 +39,8 @@ from .x3p import X3P
 # The first that knows a file's beginning reads it: instruments' TIFFs before pictures, texts with a header before bare
 # numbers.
 READERS: tuple[Reader, ...] = (
-    NANOSURF, GWYDDION, GSF, NANOSCOPE, ASYLUM, JPK, PARK, WSXM, AGILENT, NT_MDT, DIGITAL_SURF, SDF, X3P, GWYDDION_TEXT,
-    PNG, TIFF, BMP, EXR, NPY, XYZ, MATRIX,
+    NANOSURF, GWYDDION, GSF, NANOSCOPE, ASYLUM, JPK, PARK, WSXM, AGILENT, NT_MDT, NANONIS, DIGITAL_SURF, SDF, X3P,
+    GWYDDION_TEXT, PNG, TIFF, BMP, EXR, NPY, XYZ, MATRIX,
 )  # fmt: skip
 
 # The least rows and columns of a map. Fewer are a profile, or the beginning of a scan.

@@ -42,6 +42,9 @@ FORMATS = {
     "nt-mdt of 16-bit mda frames": (
         partial(microscopes.ntmdt_mda, kind="<i2"), ".mdt", "Height forward", SPAN_M / 2**17
     ),
+    "nanonis": (microscopes.sxm, ".sxm", "Z forward", 100e-9 / 2**24),
+    "nanonis, downward": (partial(microscopes.sxm, upward=False), ".sxm", "Z forward", 100e-9 / 2**24),
+    "nanonis of version 1": (partial(microscopes.sxm, version=1), ".sxm", "Z forward", 100e-9 / 2**24),
     "gsf": (instruments.gsf, ".gsf", "Topography", 100e-9 / 2**24),
     "text": (instruments.gwyddion_text, ".txt", "Topography", 1e-19),
     "text in German": (partial(instruments.gwyddion_text, german=True), ".txt", "Topography", 1e-19),
@@ -63,7 +66,7 @@ BARE = {
     # Single precision of up to 100 nm.
     "exr": (instruments.exr, ".exr", 100e-9 / 2**24),
 }
-KEEP_MISSING = ("sur", "sdf", "sdf as text", "x3p", "x3p of integers", "gsf")
+KEEP_MISSING = ("sur", "sdf", "sdf as text", "x3p", "x3p of integers", "gsf", "nanonis")
 
 
 def write(folder, name, data):

@@ -65,3 +65,50 @@ def test_nt_mdt_frames_that_are_beyond_the_file_or_themselves(fails):
     whole = bytearray(microscopes.ntmdt(HEIGHTS, PIXEL_M))
     struct.pack_into("<2H", whole, 33 + 22 + 80 + 2, 40, 4000)
     assert "declares 4000 x 40 values" in fails("high.mdt", bytes(whole))
+
+
+def test_nanonis_directions_are_told_apart(tmp_path):
+    """Lines of the way back begin at their right end; the amplitude is in metres and is not taken unasked."""
+    path = write(tmp_path, "scan.sxm", microscopes.sxm(HEIGHTS, PIXEL_M))
+    listed = ("Current forward", "Current backward", "Z forward", "Z backward", "Amplitude forward")
+    assert read_height_map(path).channels == listed
+    back = read_height_map(path, channel="Z backward")
+    np.testing.assert_allclose(back.height_m, -HEIGHTS, rtol=1e-7, atol=100e-9 / 2**24)
+    with pytest.raises(GratingError, match="'Current forward' is in 'A', not in metres"):
+        read_height_map(path, channel="Current")
+
+
+def test_a_nanonis_scan_that_was_broken_off(tmp_path, fails):
+    """Upward, so that the top lines are missing; a scan without any line is refused."""
+    begun = HEIGHTS.copy()
+    begun[:10] = np.nan
+    height_map = read_height_map(write(tmp_path, "begun.sxm", microscopes.sxm(begun, PIXEL_M)))
+    np.testing.assert_array_equal(np.isnan(height_map.height_m), np.isnan(begun))
+    nothing = microscopes.sxm(np.full_like(HEIGHTS, np.nan), PIXEL_M)
+    assert "every height is missing" in fails("nothing.sxm", nothing)
+
+
+def test_a_nanonis_map_out_of_a_grid_holds_one_direction(tmp_path):
+    """Such a file tells "both" nevertheless, and no time."""
+    whole = microscopes.sxm(HEIGHTS, PIXEL_M)
+    start, size = whole.index(b"\x1a\x04") + 2, 4 * HEIGHTS.size
+    header = whole[:start].replace(b"       470.3", b"N/A")
+    data = whole[start : start + size] + whole[start + 2 * size : start + 3 * size] + whole[start + 4 * size :]
+    height_map = read_height_map(write(tmp_path, "cut.sxm", header + data))
+    assert height_map.channels == ("Current forward", "Z forward", "Amplitude forward")
+    np.testing.assert_allclose(height_map.height_m, HEIGHTS, rtol=1e-7, atol=100e-9 / 2**24)
+
+
+@pytest.mark.parametrize(
+    "old, new, told",
+    [
+        (b"FLOAT            MSBFIRST", b"DOUBLE           MSBFIRST", "values stored as DOUBLE MSBFIRST"),
+        (b"\tUnit\tDirection", b"\tDirection\tUnit", "channels listed by"),
+        (b":SCANIT_END:\n\n\n\x1a\x04", b":SCANIT_END:\n\n\n\x1a\x05", "the header has no end"),
+        (b":SCAN_RANGE:", b":SCAN_ANGLE:", "'SCAN_RANGE' is missing"),
+    ],
+)
+def test_nanonis_headers_that_are_not_understood(fails, old, new, told):
+    whole = microscopes.sxm(HEIGHTS, PIXEL_M)
+    assert old in whole
+    assert told in fails("odd.sxm", whole.replace(old, new, 1))
