@@ -38,6 +38,13 @@ asked for: where the grating's lines run along the scan's rows, it erases them. 
 keeps the rms within 1 %, and alignment warns that it weakens the peak by 100 %
 (`tests/precompute/surface/steps/test_lines.py`).
 
+Three kinds of waves are no gratings, and `info` says so. A *waviness* is too coarse to show colours, and some waves are
+finer than light. *Line noise* comes from the microscope: it shifts each row of the scan by a random amount, and the
+strongest of the many waves in such shifts looks like a grating with its lines along the rows. `info` leaves it out and
+names it. If the surface does have lines along the rows, turn the sample by 90 degrees and scan it again. Pits of random
+lengths in tracks can make half of the tracks' distance stand out more than the distance itself. `info`, `calibrate` and
+`periods` then take the tracks' distance.
+
 ## Two real skins, with and without dust and scar removal
 
 Both scans are 65 x 65 um, of 1332 x 1332 pixels of 8 bits. They are baked for a dE00 of {delta_e:g} after a plane

@@ -9,7 +9,7 @@ from .arguments import add_input, add_level, height_map_of
 from .output import emit
 
 # The facts that people read as sentences.
-_IN_WORDS = ("gratings", "waviness", "fine", "quality", "levelling")
+_IN_WORDS = ("gratings", "waviness", "fine", "line_noise", "quality", "levelling")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

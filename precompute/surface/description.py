@@ -68,13 +68,14 @@ class Description:
             "gratings": list(waves["gratings"]),
             "waviness": waves["waviness"],
             "fine": waves["fine"],
+            "line_noise": waves["noise"],
             "quality": self.quality.as_dict(),
             "channels": list(self.channels),
         }
 
     def in_words(self) -> list[str]:
         """What the relief and its waves are, a line each, with the reason why a wave is or is not the grating."""
-        gratings, waviness, fine = self.waves.gratings, self.waves.waviness, self.waves.fine
+        gratings, waviness, fine, noise = self.waves.gratings, self.waves.waviness, self.waves.fine, self.waves.noise
         band = f"from {length_in_words(FINEST_PERIOD_M)} to {length_in_words(COARSEST_PERIOD_M)}"
         lines = [f"relief: {self.relief_in_words()}"]
         if gratings:
@@ -83,6 +84,11 @@ class Description:
             )
         else:
             lines.append(f"grating: none; no wave {band}, which would show colours, stands out")
+        if noise is not None:
+            lines.append(
+                f"line noise: {_told(noise)}; not taken for a grating, as rows that shift at random show such a wave "
+                "too; if the surface has lines along the rows, turn it by 90 deg and scan it again"
+            )
         if waviness is not None and not (gratings and waviness.amplitude_m <= gratings[0].amplitude_m):
             lines.append(
                 f"waviness: {_told(waviness)}; not the grating though it is higher, for its colours leave closer "

@@ -10,7 +10,8 @@ import numpy as np
 
 from .first_order import COARSEST_PERIOD_M, FINEST_PERIOD_M, visible_share
 from .height_map import HeightMap
-from .holes import fill_missing
+from .height_spectrum import Spectrum, ground_of, refined, spectrum_of
+from .line_noise import line_noise
 
 _MOST_PERIODS = 5
 # Of a larger scan the middle is looked at, of this many pixels a side: 2 s of work instead of minutes.
@@ -27,8 +28,13 @@ _FAINTEST_SHARE = 0.05
 # exponentially distributed: the strongest of 10^7 bins has ln(10^7) = 16 times the mean power, or 23 times the median.
 # The roughness of natural surfaces is such noise at each length, and grows with the length.
 _ABOVE_MEDIAN = 50.0
-# The longest waves are compared with this many of each other, several times as many as the window's lobe covers.
-_FEWEST_COMPARED = 96
+# A wave whose half or third is a peak is at one of 18 places near there. Noise reaches this multiple of its median at
+# one of them once in 3,000 peaks.
+_FUNDAMENTAL_ABOVE_MEDIAN = 16.0
+# How far a harmonic of a regular grating may be off a multiple of its wave's frequency, as both are measured.
+_HARMONIC_BINS = 1.0
+# Line noise is in the columns of the spectrum that the window's lobe about the frequency 0 along the rows covers.
+_NOISE_COLUMNS = 3
 # A wave of less than 1 pm is rounding error, not relief.
 _FAINTEST_AMPLITUDE_M = 1e-12
 # The least share of light that shows. Under the sun, which fills 6.8e-5 sr, an order of this efficiency is a hundredth
@@ -74,49 +80,14 @@ class Waves:
 
     gratings  at most five that diffract visibly, the one that sends out the most light first
     waviness  the highest wave that is too coarse to show colours, None where there is none
-    fine      the highest wave that is too fine for visible light, None where there is none"""
+    fine      the highest wave that is too fine for visible light, None where there is none
+    noise     the strongest wave that is left out of the gratings because it may be line noise of the microscope
+              (line_noise.py), None where there is none"""
 
     gratings: tuple[Wave, ...]
     waviness: Wave | None
     fine: Wave | None
-
-
-@dataclass(frozen=True)
-class _Spectrum:
-    """The power spectrum of windowed heights.
-
-    power   (ny, nx) in square metres; a sine of amplitude a has a peak of about a^2. Rows are the vertical frequencies
-            in the order of np.fft.fftfreq, columns the horizontal frequencies from 0 up, both in cycles per scan
-    size_m  (Ly, Lx), the sides of the scan in metres
-    """
-
-    power: np.ndarray
-    size_m: tuple[float, float]
-
-    @property
-    def ky(self) -> np.ndarray:
-        """Vertical frequency of each row (ny, 1), whole cycles per scan."""
-        return np.round(np.fft.fftfreq(len(self.power)) * len(self.power))[:, None]
-
-    @property
-    def kx(self) -> np.ndarray:
-        """Horizontal frequency of each column (nx,), whole cycles per scan."""
-        return np.arange(self.power.shape[1])
-
-    @property
-    def q(self) -> np.ndarray:
-        """Frequency of each bin (ny, nx), cycles per metre."""
-        return np.hypot(self.ky / self.size_m[0], self.kx / self.size_m[1])
-
-    def at(self, ky: int, kx: int, cols: int) -> float:
-        """The power at any pair of whole frequencies, in cycles per scan; `cols` is the number of columns of the
-        heights.
-
-        The array holds half of the frequencies. The others follow because the spectrum of real heights is even and
-        periodic."""
-        kx = (kx + cols // 2) % cols - cols // 2
-        ky, kx = (ky, kx) if kx >= 0 else (-ky, -kx)
-        return float(self.power[ky % len(self.power), kx])
+    noise: Wave | None = None
 
 
 def waves_of(level: HeightMap, scan_m: tuple[float, float] | None = None) -> Waves:
@@ -130,29 +101,94 @@ def waves_of(level: HeightMap, scan_m: tuple[float, float] | None = None) -> Wav
     would put fine waves first whose order leaves at grazing angles only, if at all."""
     scan_m = scan_m or level.size_m
     middle = replace(level, height_m=level.height_m[middle_of(level)])
-    spectrum = _spectrum(middle)
+    spectrum = spectrum_of(middle)
     q, power = spectrum.q, spectrum.power
-    ground = _ground(power, q)
+    ground = ground_of(power, q)
     stands_out = power > _ABOVE_MEDIAN * ground
-    light = np.where(stands_out, visible_share(q) * power, 0.0)
-    waviness = np.where(q < 1 / COARSEST_PERIOD_M, power, 0.0)
-    fine = np.where(stands_out & (q > 1 / FINEST_PERIOD_M), power, 0.0)
-    gratings = _peaks(spectrum, light, _MOST_PERIODS, least=_FAINTEST_LIGHT)
-    others = [_peaks(spectrum, each, 1, least=_FAINTEST_AMPLITUDE_M**2) for each in (waviness, fine)]
+    light = visible_share(q) * power
+    coarse, fine = np.where(q < 1 / COARSEST_PERIOD_M, power, 0.0), np.where(q > 1 / FINEST_PERIOD_M, power, 0.0)
+    waviness = _peaks(spectrum, coarse, 1, least=_FAINTEST_AMPLITUDE_M**2)
+    # A surface that was made has no noise of a microscope.
+    known = None if level.periodic else waviness
+    gratings, noise = _diffracting(spectrum, np.where(stands_out, light, 0.0), known)
+    gratings = _with_fundamentals(spectrum, gratings, light, ground)
+    fine[~stands_out] = 0.0
+    if noise:
+        fine[:, :_NOISE_COLUMNS] = 0.0
+    others = waviness, _peaks(spectrum, fine, 1, least=_FAINTEST_AMPLITUDE_M**2), noise
 
     def wave(peak: tuple[int, int]) -> Wave:
-        return _wave(spectrum, middle.cols, peak, scan_m=scan_m, ground=ground[peak])
+        return _wave(spectrum, peak, scan_m=scan_m, ground=ground[peak])
 
     return Waves(tuple(map(wave, gratings)), *(wave(peaks[0]) if peaks else None for peaks in others))
 
 
-def _wave(spectrum: _Spectrum, cols: int, peak: tuple[int, int], *, scan_m: tuple[float, float], ground: float) -> Wave:
-    """The wave of a peak (ky, kx) of the spectrum of heights of `cols` columns, which are the middle of a scan of sides
-    scan_m (Ly, Lx); `ground` is the median power of waves of about its length."""
-    ky, kx = _refine(spectrum, cols, peak)
+def _diffracting(
+    spectrum: Spectrum, light: np.ndarray, waviness: list[tuple[int, int]] | None
+) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
+    """The peaks of the light (ny, nx) of waves that stand out: those of gratings, and the strongest that may be line
+    noise, if there is one and no grating runs along the rows as it does.
+
+    `waviness` is the peak of a slower wave, whose harmonics the gratings may be; None where there is no line noise."""
+    found = _peaks(spectrum, light.copy(), _MOST_PERIODS, least=_FAINTEST_LIGHT)
+    noise = [] if waviness is None else line_noise(spectrum, found, waviness)
+    if not noise:
+        return found, []
+    # The noise has peaks at all row frequencies, which must not push gratings out of the list.
+    along = [peak for peak in found if peak not in noise and peak[1] < _NOISE_COLUMNS]
+    beyond = light.copy()
+    beyond[:, :_NOISE_COLUMNS] = 0.0
+    for peak in along:
+        beyond[peak] = light[peak]
+    return _peaks(spectrum, beyond, _MOST_PERIODS, least=_FAINTEST_LIGHT), [] if along else noise[:1]
+
+
+def _with_fundamentals(
+    spectrum: Spectrum, peaks: list[tuple[int, int]], light: np.ndarray, ground: np.ndarray
+) -> list[tuple[int, int]]:
+    """The peaks, and the waves of two and three times their lengths that send out more light than they do.
+
+    Pits of random lengths in tracks scatter light at all lengths about that of the tracks, and much less at half of it:
+    there the harmonic stands out of all waves, and the tracks' own wave does not. What lies at a fraction of another
+    peak's frequency needs to stand out less: it is one of a few places, and not one of all."""
+    found = list(peaks)
+    for peak in peaks:
+        for fraction in (2, 3):
+            fast = refined(spectrum, peak)
+            slow = _highest_near(spectrum, (fast[0] / fraction, fast[1] / fraction))
+            off = math.dist([fraction * each for each in refined(spectrum, slow)], fast)
+            if (
+                off <= _HARMONIC_BINS
+                and math.hypot(*slow) >= _LEAST_REPEATS
+                and spectrum.power[slow] > _FUNDAMENTAL_ABOVE_MEDIAN * ground[slow]
+                and light[slow] > light[peak]
+                and _is_alone(slow, [each for each in found if each != peak])
+            ):
+                found.append(slow)
+    found.sort(key=lambda each: -light[each])
+    return [each for each in found if light[each] > _FAINTEST_SHARE * light[found[0]]][:_MOST_PERIODS]
+
+
+def _is_alone(peak: tuple[int, int], others: list[tuple[int, int]]) -> bool:
+    """Whether a peak is distinct from others, as _peaks takes it."""
+    reach = max(_DISTINCT_BINS, _DISTINCT_SHARE * math.hypot(*peak))
+    return all(math.hypot(peak[0] - sign * ky, peak[1] - sign * kx) > reach for ky, kx in others for sign in (1, -1))
+
+
+def _highest_near(spectrum: Spectrum, place: tuple[float, float]) -> tuple[int, int]:
+    """The bin of the highest power next to a place (ky, kx) of the spectrum."""
+    ky, kx = (round(each) for each in place)
+    near = [(ky + dy, kx + dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if kx + dx >= 0]
+    return max(near, key=lambda each: spectrum.at(*each))
+
+
+def _wave(spectrum: Spectrum, peak: tuple[int, int], *, scan_m: tuple[float, float], ground: float) -> Wave:
+    """The wave of a peak (ky, kx) of the spectrum of heights, which are the middle of a scan of sides scan_m (Ly, Lx);
+    `ground` is the median power of waves of about its length."""
+    ky, kx = refined(spectrum, peak)
     # The row index runs along -B.
     q_b, q_t = -ky / spectrum.size_m[0], kx / spectrum.size_m[1]
-    q, power = math.hypot(q_b, q_t), spectrum.at(*peak, cols)
+    q, power = math.hypot(q_b, q_t), spectrum.at(*peak)
     return Wave(
         period_m=1 / q,
         angle_deg=_angle_deg(q_b, q_t),
@@ -177,17 +213,7 @@ def _angle_deg(q_b: float, q_t: float) -> float:
     return (angle if -90 < angle <= 90 else angle - math.copysign(180, angle)) + 0.0  # no negative zero
 
 
-def _spectrum(level: HeightMap) -> _Spectrum:
-    """The spectrum of the heights under a Hann window; without a window the scan's edges would add a cross of false
-    peaks."""
-    window_y, window_x = (np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2 for n in level.height_m.shape)
-    windowed = fill_missing(level).height_m * window_y[:, None] * window_x
-    transform = np.fft.rfft2(windowed)
-    amplitude = np.abs(transform) * (2 / (window_y.sum() * window_x.sum()))
-    return _Spectrum(np.ascontiguousarray(amplitude**2), level.size_m)
-
-
-def _peaks(spectrum: _Spectrum, strength: np.ndarray, most: int, *, least: float) -> list[tuple[int, int]]:
+def _peaks(spectrum: Spectrum, strength: np.ndarray, most: int, *, least: float) -> list[tuple[int, int]]:
     """The bins (ky, kx) of at most `most` distinct peaks of the power, those of the greatest strength first.
 
     strength (ny, nx) is changed. Peaks of a strength below `least` are left out, and those below _FAINTEST_SHARE of the
@@ -219,22 +245,6 @@ def _clear(strength: np.ndarray, centre: tuple[int, int], reach: float) -> None:
     strength[rows, cols] = np.where(far, near, 0.0)
 
 
-def _ground(power: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """For each bin (ny, nx) the median power of all waves of about its own length.
-
-    q (ny, nx) is the frequency of each bin."""
-    power = power.ravel()
-    ground = np.zeros(power.size)
-    by_length = np.argsort(q, axis=None)
-    start, stop = 0, _FEWEST_COMPARED
-    while start < power.size:
-        # Each group has as many waves as all coarser ones together: in two dimensions it is half an octave wide.
-        group = by_length[start:stop]
-        ground[group] = np.median(power[group])
-        start, stop = stop, 2 * stop
-    return ground.reshape(q.shape)
-
-
 def _is_summit(power: np.ndarray) -> np.ndarray:
     """Whether each bin (ny, nx) has at least as much power as each of its four neighbours.
 
@@ -244,23 +254,3 @@ def _is_summit(power: np.ndarray) -> np.ndarray:
     summit[:, 1:] &= power[:, 1:] >= power[:, :-1]
     summit[:, :-1] &= power[:, :-1] >= power[:, 1:]
     return summit
-
-
-def _refine(spectrum: _Spectrum, cols: int, peak: tuple[int, int]) -> tuple[float, float]:
-    """The frequencies (ky, kx) of a peak between the bins, as if it were one wave's."""
-    ky, kx = peak
-    centre = spectrum.at(ky, kx, cols)
-    return (
-        ky + _between(spectrum.at(ky - 1, kx, cols), centre, spectrum.at(ky + 1, kx, cols)),
-        kx + _between(spectrum.at(ky, kx - 1, cols), centre, spectrum.at(ky, kx + 1, cols)),
-    )
-
-
-def _between(below: float, centre: float, above: float) -> float:
-    """Offset in bins, from -0.5 to 0.5, of a wave's frequency from the bin of the peak, from the powers of that bin and
-    of its neighbours.
-
-    A wave d bins away has the amplitude sin(pi d) / (pi d (1 - d^2)) under a Hann window, so that of the amplitudes
-    a, b, c of three bins 2 (c - a) / (a + 2 b + c) is d (Grandke 1983, by three points)."""
-    a, b, c = (math.sqrt(power) for power in (below, centre, above))
-    return min(0.5, max(-0.5, 2 * (c - a) / (a + 2 * b + c))) if b else 0.0

@@ -150,8 +150,12 @@ def _finite_mean(values: np.ndarray) -> float:
 
 
 def _period(waves: Waves) -> Finding:
+    noise = ""
+    if waves.noise is not None:
+        noise = f"{waves.noise.in_words()} may be line noise of the microscope, and is left out"
     if not waves.gratings:
-        return Finding("period", "poor", "no wave stands out that would show colours; scan another place", 0.0)
+        remedy = f"; {noise}; turn the sample by 90 deg and scan it again" if noise else "; scan another place"
+        return Finding("period", "poor", f"no wave stands out that would show colours{remedy}", 0.0)
     first, *others = waves.gratings
     light = max(_light(first.contrast, _CONTRAST), _light(first.repeats, _REPEATS), key=LIGHTS.index)
     sure = {"good": "sure", "usable": "likely", "poor": "a guess"}[light]
@@ -162,6 +166,8 @@ def _period(waves: Waves) -> Finding:
     )
     if others:
         sentence += f"; fainter ones: {', '.join(wave.in_words() for wave in others)}"
+    if noise:
+        sentence += f"; {noise}"
     return Finding("period", light, sentence, first.contrast)
 
 

@@ -21,7 +21,8 @@ def test_info_as_json(run, scan):
     facts = json.loads(out)
     assert set(facts) == {
         "rows", "cols", "pixel_size_m", "height_range_m", "height_rms_m", "source_range_m", "periods_m",
-        "period_angles_deg", "gratings", "waviness", "fine", "quality", "levelling", "channels",
+        "period_angles_deg", "gratings", "waviness", "fine", "line_noise", "quality", "levelling",
+        "channels",
     }  # fmt: skip
     assert (facts["rows"], facts["cols"]) == (48, 48)
     assert facts["periods_m"][0] == pytest.approx(0.8e-6, rel=0.1)

@@ -22,6 +22,7 @@ KEYS = [
     "gratings",
     "waviness",
     "fine",
+    "line_noise",
     "quality",
     "channels",
 ]
