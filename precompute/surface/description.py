@@ -100,7 +100,10 @@ class Description:
 
     def relief_in_words(self) -> str:
         """The height of the relief: "375 nm", or where levelling changed it, "408 nm levelled (375 nm as scanned)"."""
-        level, source = (f"{height_m * 1e9:.0f} nm" for height_m in (self.height_range_m, self.source_range_m))
+        level, source = (
+            f"{nm:.0f} nm" if nm >= 10 else f"{nm:.2g} nm"
+            for nm in (self.height_range_m * 1e9, self.source_range_m * 1e9)
+        )
         return level if level == source else f"{level} levelled ({source} as scanned)"
 
 

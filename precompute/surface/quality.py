@@ -44,8 +44,10 @@ _SHARPEST = 99.9
 _SIDE = 512
 # A step in the heights below this share of their range is rounding.
 _ROUNDING = 1e-7
-# Steps below this are called finer than it: a tenth of an atom's height.
+# Steps below this are called finer than it: a tenth of an atom's height. No microscope resolves a relief below it.
 _FINE_STEP_M = 1e-11
+# A relief below this is rounding.
+_NO_RELIEF_M = 1e-15
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,8 @@ class Finding:
     sentence  what was found, and what to do about it
     figure    the number that decided: of "pixel" its side in metres, of "slopes" the share of steep ones, of "period"
               how many times its peak is as high as the waves of its length, of "tilt" degrees, of "dirt" its share of
-              the scan, of "steps" metres, of "tip" how many times sharper valleys are than tops"""
+              the scan, of "steps" metres, of "tip" how many times sharper valleys are than tops, of "size" the
+              relief in metres"""
 
     topic: str
     light: str
@@ -91,8 +94,10 @@ def judge(height_map: HeightMap, plane: Plane, waves: Waves) -> Quality:
     of_surface = _pixel(height_map, waves), _slopes(centre, height_map), _period(waves)
     if height_map.periodic:  # made, not measured
         return Quality(of_surface)
-    dirt = _dirt(height_map, _coarse(height_map, plane), centre)
-    return Quality((*of_surface, _tilt(height_map, plane), dirt, _steps(height_map), _tip(centre, height_map)))
+    coarse = _coarse(height_map, plane)
+    dirt = _dirt(height_map, coarse, centre)
+    measured = _tilt(height_map, plane), dirt, _steps(height_map), _tip(centre, height_map)
+    return Quality((*_odd_size(coarse, height_map), *of_surface, *measured))
 
 
 def _light(value: float, limits: tuple[float, float]) -> str:
@@ -112,6 +117,22 @@ def _coarse(height_map: HeightMap, plane: Plane) -> np.ndarray:
     """Levelled heights of all of the scan, of every so manyth pixel, at most _SIDE a side."""
     rows, cols = (slice(None, None, -(-n // _SIDE)) for n in height_map.height_m.shape)
     return plane.level_part(height_map, (rows, cols))
+
+
+def _odd_size(coarse: np.ndarray, height_map: HeightMap) -> tuple[Finding, ...]:
+    """A finding if no scan has such a relief, since its width or unit is wrong then; else none."""
+    relief, side = float(np.nanmax(coarse) - np.nanmin(coarse)), max(height_map.size_m)
+    if relief > side:
+        sentence = (
+            f"the relief of {length_in_words(relief)} is larger than the scan, {length_in_words(height_map.size_m[1])} "
+            "wide; is the width right, and the unit of height?"
+        )
+    elif relief < _FINE_STEP_M:
+        found = f"the relief of {relief * 1e12:.2g} pm is finer than an atom" if relief > _NO_RELIEF_M else "no relief"
+        sentence = f"{found}; is the unit of height right?"
+    else:
+        return ()
+    return (Finding("size", "poor", sentence, relief),)
 
 
 def _pixel(height_map: HeightMap, waves: Waves) -> Finding:

@@ -182,3 +182,31 @@ def test_the_real_skins(shared_data):
     assert "545.4 nm at 4 deg" in found["period"].sentence
     assert found["steps"].figure == pytest.approx(818.69e-9 / 255, rel=1e-6)
     assert found["dirt"].light == "usable" and found["dirt"].sentence.endswith("--level plane,dust")
+
+
+@pytest.mark.parametrize(
+    "scale, side, told",
+    [
+        (1e-5, 1.0, "the relief of 0.85 pm is finer than an atom; is the unit of height right?"),
+        (0.0, 1.0, "no relief; is the unit of height right?"),
+        (10.0, 1e-3, "the relief of 849 nm is larger than the scan, 12.8 nm wide; is the width right, and the"),
+    ],
+)
+def test_a_relief_that_no_scan_has_asks_for_its_size(scale, side, told):
+    quality, found = findings(grating() * scale, PIXEL * side)
+    assert quality.light == found["size"].light == "poor"
+    assert told in found["size"].sentence
+    assert found["size"] is quality.findings[0]
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 100.0])
+def test_a_relief_that_a_scan_may_have_is_not_questioned(scale):
+    """80 pm to 8 um over 12.8 um."""
+    assert "size" not in findings(grating() * scale)[1]
+
+
+def test_the_relief_of_the_real_skin_over_a_thousandth_of_its_width(shared_data):
+    path = str(shared_data / "snake" / "xenopeltis_65um.png")
+    quality = describe(read_height_map(path, 0.065, 818.69)).quality
+    assert quality.findings[0].sentence.endswith("65 nm wide; is the width right, and the unit of height?")
+    assert not [each for each in describe(read_height_map(path, 65, 818.69)).quality.findings if each.topic == "size"]
