@@ -33,10 +33,10 @@ same steps. Name several files to `bake`, or choose One Grating in the import di
 not fit together, nor be of one size. No coherence length is longer than a tile allows.
 
 A step that takes out what the grating is made of says so: `lines`, `poly`, `scars`, `outliers` and `dust` compare the
-main peak of the spectrum before and after, and warn from a loss of 5 % on. Line alignment is never done unless it is
-asked for: where the grating's lines run along the scan's rows, it erases them. On the real grid, turned so, a plane
-keeps the rms within 1 %, and alignment warns that it weakens the peak by 100 %
-(`tests/precompute/surface/steps/test_lines.py`).
+waves that `info` lists before and after. They warn if the strongest wave loses 5 % of its light, and if a fainter one
+loses as much light or the half of its own. Line alignment is never done unless it is asked for: where the grating's
+lines run along the scan's rows, it erases them. On the real grid, turned so, a plane keeps the rms within 1 %, and
+alignment warns that it weakens the peak by 100 % (`tests/precompute/surface/steps/test_lines.py`).
 
 Three kinds of waves are no gratings, and `info` says so. A *waviness* is too coarse to show colours, and some waves are
 finer than light. *Line noise* comes from the microscope: it shifts each row of the scan by a random amount, and the

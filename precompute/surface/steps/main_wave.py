@@ -1,15 +1,34 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The grating of a scan, for steps that need one."""
 
+import cmath
+import math
+
 from ...base.failure import GratingError
 from ..height_map import HeightMap
 from ..levelling import level_plane
 from ..periods import Wave, waves_of
 
+# A harmonic is at twice or three times the frequency of its grating, to about a bin of the spectrum.
+_HARMONICS = (3, 2)
+_BINS = 1.0
+
 
 def main_wave(height_map: HeightMap, step: str) -> Wave:
-    """The wave that sends out the most light. Raises GratingError, naming the step, where there is none."""
-    gratings = waves_of(level_plane(height_map)).gratings
-    if not gratings:
+    """The wave by whose period the grating repeats: the one that sends out the most light, or where this is a harmonic
+    of another, the other. Raises GratingError, naming the step, where there is none."""
+    waves = waves_of(level_plane(height_map))
+    if not waves.gratings:
         raise GratingError(f"{height_map.source}: {step}: no grating stands out of the scan; leave {step} out")
-    return gratings[0]
+    first, *others = waves.gratings
+    slower = [*others]
+    if waves.waviness is not None and waves.waviness.amplitude_m > first.amplitude_m:
+        slower.append(waves.waviness)
+    found = (wave for times in _HARMONICS for wave in slower if _is_harmonic(first, wave, times))
+    return next(found, first)
+
+
+def _is_harmonic(fast: Wave, slow: Wave, times: int) -> bool:
+    """Whether a wave has so many times the frequency of a slower one, in the same direction."""
+    bins = [wave.repeats * cmath.exp(1j * math.radians(wave.angle_deg)) for wave in (fast, slow)]
+    return min(abs(bins[0] - sign * times * bins[1]) for sign in (1, -1)) <= _BINS

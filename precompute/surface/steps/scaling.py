@@ -10,8 +10,9 @@ from ..height_map import HeightMap
 from .main_wave import main_wave
 from .step import Done
 
-# A microscope's scale is off by some percent. A factor beyond this is another grating than the one that is meant.
-_FACTOR_MAX = 2.0
+# A microscope's scale is off by some percent. A factor beyond the first is worth a look; one beyond the second means
+# another grating, or a harmonic of this one.
+_FACTOR_USUAL, _FACTOR_MAX = 1.1, 1.5
 
 
 def invert(height_map: HeightMap) -> Done:
@@ -31,8 +32,11 @@ def calibrate(height_map: HeightMap, period_nm: float) -> Done:
     if not 1 / _FACTOR_MAX <= factor <= _FACTOR_MAX:
         raise GratingError(
             f"{height_map.source}: calibrate: its grating measures {measured_m * 1e9:.4g} nm, far from {period_nm:g} "
-            "nm; give the period of that grating"
+            "nm; give the period of that grating, or leave calibrate out"
         )
     pixel = tuple(side * factor for side in height_map.pixel_size_m)
     told = f"the grating of {measured_m * 1e9:.4g} nm has {period_nm:g} nm now, by pixels {factor:.4g} times as large"
-    return Done(replace(height_map, pixel_size_m=pixel), told)
+    unusual = not 1 / _FACTOR_USUAL <= factor <= _FACTOR_USUAL
+    if unusual:
+        told += f"; a microscope errs by less, so check that this is the grating of {period_nm:g} nm"
+    return Done(replace(height_map, pixel_size_m=pixel), told, warns=unusual)

@@ -27,10 +27,29 @@ def test_calibration_gives_the_grating_its_known_period(levelled):
     assert told[0].endswith("has 840 nm now, by pixels 1.05 times as large")
 
 
-@pytest.mark.parametrize("period", [300, 2000])
+@pytest.mark.parametrize("period", [300, 420, 1590, 2000])
 def test_another_grating_is_refused(levelled, period):
+    """A harmonic too, at a factor of nearly two."""
     with pytest.raises(GratingError, match=f"scan: calibrate: its grating measures .* nm, far from {period} nm; give"):
         levelled(wave(), f"calibrate:{period}")
+
+
+@pytest.mark.parametrize(("period", "warned"), [(730, False), (870, False), (720, True), (890, True)])
+def test_a_calibration_by_more_than_a_tenth_is_warned_of(levelled, period, warned):
+    (told,) = levelled(wave(), f"calibrate:{period}")[2]
+    assert told.startswith("warning: ") is warned
+    assert told.endswith(f"check that this is the grating of {period} nm") is warned
+
+
+@pytest.mark.parametrize("period", [1200, 7200])
+def test_a_grating_is_calibrated_by_its_own_wave_and_not_by_a_stronger_harmonic(levelled, period):
+    """The harmonic sends out more light. A wave of more than 6.7 um shows no colours, and its half does."""
+    pixel = (period * 1e-9 / 32,) * 2
+    height = wave(period=period * 1e-9, amplitude=20e-9, pixel=pixel) + wave(
+        period=period * 0.5e-9, amplitude=15e-9 if period > 6700 else 40e-9, pixel=pixel
+    )
+    height_map, told = levelled(np.tile(height, (1, 2)), f"calibrate:{1.02 * period:g}", pixel=pixel)[1:]
+    assert height_map.pixel_size_m[0] == pytest.approx(1.02 * pixel[0], rel=0.01) and "warning" not in told[0]
 
 
 def dilated(height, radius, pixel):
