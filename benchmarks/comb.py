@@ -32,7 +32,7 @@ def main(argv: list[str] | None = None) -> int:
         mesh = torus(faces)
         for guide in arguments.guide or GUIDES:
             begun = time.perf_counter()
-            combed = comb("torus", mesh, {"guide": np.array(guide), **_given(mesh)})
+            combed = comb("torus", mesh, {"guide": np.array(guide), **given(mesh)})
             row = {
                 "faces": len(mesh.face), "guide": guide, "seconds": time.perf_counter() - begun,
                 "residual": combed.residual, "singular": int((combed.index != 0).sum()),
@@ -67,7 +67,7 @@ def torus(faces: int) -> Polygons:
     return Polygons(points, point, normals.reshape(-1, 3)[point], corners, np.arange(len(corners)))
 
 
-def _given(mesh: Polygons) -> dict[str, np.ndarray]:
+def given(mesh: Polygons) -> dict[str, np.ndarray]:
     """What the guides need: an axis, UV around and across, and a stroke around a quarter of the torus."""
     at = mesh.points[mesh.point]
     uv = np.stack([np.arctan2(at[:, 1], at[:, 0]), np.arctan2(at[:, 2], np.hypot(at[:, 0], at[:, 1]) - 1)], axis=1)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +32,14 @@ def start_bake(
     key = hashlib.sha256(asked(request).encode()).hexdigest()[:16]
     folder = Path(bpy.path.abspath(directory)) if directory else cache_folder() / "bakes" / key
     options = () if use_cache else ("--no-cache",)
-    return Job("bake", options, folder, request=request_record(request))
+    record = json.dumps(request_record(request))
+
+    def words(private: Path) -> list[str]:
+        path = private / "request.json"
+        path.write_text(record, encoding="utf-8")
+        return [*options, "--request", str(path)]
+
+    return Job("bake", words, folder)
 
 
 def finished_bake(

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Combing the selected meshes, in a process beside Blender."""
 
-import tempfile
 from pathlib import Path
 
 import bpy
@@ -21,7 +20,7 @@ _MAPS_MAX = 8
 
 
 class CombJob(Job):
-    """The process that combs some meshes, and the folder of what it reads and writes.
+    """The process that combs some meshes.
 
     meshes  the names of the objects and of their meshes
     label   the source's"""
@@ -29,26 +28,18 @@ class CombJob(Job):
     def __init__(self, requests: dict[tuple[str, str], dict[str, np.ndarray]], label: str) -> None:
         """Start it for the requests of the meshes. Raises GratingError where no file can be written."""
         self.meshes, self.label = list(requests), label
-        self._held = tempfile.TemporaryDirectory(prefix="natural-gratings-", ignore_cleanup_errors=True)
-        folder = Path(self._held.name)
-        files = [folder / f"{number}.npz" for number in range(len(requests))]
-        for file, ((_, mesh), request) in zip(files, requests.items(), strict=True):
-            write_mesh(file, combed.polygons_of(bpy.data.meshes[mesh]), request)
-        self._combed = [folder / "combed" / file.name for file in files]
-        super().__init__("comb", [str(file) for file in files], folder / "combed")
+
+        def words(private: Path) -> list[str]:
+            files = [private / f"{number}.npz" for number in range(len(requests))]
+            for file, ((_, mesh), request) in zip(files, requests.items(), strict=True):
+                write_mesh(file, combed.polygons_of(bpy.data.meshes[mesh]), request)
+            return [str(file) for file in files]
+
+        super().__init__("comb", words)
 
     def fields(self) -> list[dict[str, np.ndarray]]:
         """The combed meshes, once the process has ended. Raises GratingError with its own line if it failed."""
-        try:
-            self.result()
-            return [read_combed(file) for file in self._combed]
-        finally:
-            self._held.cleanup()
-
-    def cancel(self) -> None:
-        """Stop the process and remove all files."""
-        super().cancel()
-        self._held.cleanup()
+        return self.result(lambda facts: [read_combed(Path(each["file"])) for each in facts["meshes"]])
 
 
 def start_comb(scene: bpy.types.Scene, objects: list[bpy.types.Object], source: str) -> CombJob:

@@ -3,7 +3,6 @@
 turns its islands as it likes, so no direction is taken from it."""
 
 import hashlib
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,32 +28,24 @@ class Unwrapping:
         """Start it. Raises GratingError if the mesh cannot be unwrapped."""
         triangles = _triangles(mesh)
         self.mesh_name, self._faces = mesh.name, _faces(mesh.data)
-        self._folder = tempfile.TemporaryDirectory(prefix="natural-gratings-", ignore_cleanup_errors=True)
-        path = Path(self._folder.name) / "mesh.npz"
-        try:
+        options = {"--size": packing.size, "--padding": packing.padding, "--density": packing.density}
+
+        def words(private: Path) -> list[str]:
+            path = private / "mesh.npz"
             write_mesh(path, triangles)
-            options = {"--size": packing.size, "--padding": packing.padding, "--density": packing.density}
-            words = [f"{name}={value}" for name, value in options.items()]
-            self.job = Job("unwrap", [str(path), *words], path.parent / "out")
-        except BaseException:
-            self._folder.cleanup()
-            raise
+            return [str(path), *(f"{name}={value}" for name, value in options.items())]
+
+        self.job = Job("unwrap", words)
 
     def cancel(self) -> None:
         """Stop it; nothing is left."""
         self.job.cancel()
-        self._folder.cleanup()
 
     def finish(self) -> list[str]:
         """Give the mesh its new map, once the process has ended. Returns lines to report.
 
         Raises GratingError, with nothing changed, if it failed, or if the mesh is not as it was."""
-        try:
-            facts = self.job.result()
-            with np.load(facts["files"][0]) as file:
-                uv = file["uv"]
-        finally:
-            self._folder.cleanup()
+        facts, uv = self.job.result(lambda facts: (facts, _written_map(facts["files"][0])))
         mesh = bpy.data.objects.get(self.mesh_name)
         if mesh is None or mesh.type != "MESH" or mesh.mode == "EDIT" or _faces(mesh.data) != self._faces:
             raise GratingError(f"{self.mesh_name}: its faces are no longer those that were unwrapped; unwrap it again")
@@ -106,6 +97,11 @@ def unwrap_by_blender(context: bpy.types.Context, mesh: bpy.types.Object, packin
             other.select_set(True)
         layer.objects.active = active
     return _add_map(mesh, uv[_loops(mesh.data)], f"{count} triangles, by Blender's Minimum Stretch")
+
+
+def _written_map(path: str) -> np.ndarray:
+    with np.load(path) as file:
+        return file["uv"]
 
 
 def triangle_count(mesh: bpy.types.Mesh) -> int:

@@ -7,39 +7,35 @@ import json
 import os
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 from ...precompute.bake.cache import FOLDER_VARIABLE
+from ...precompute.base.child_process import PYTHON_FLAGS, ChildProcess, inherited_environment, lines_of
 from ...precompute.base.failure import GratingError
 from ...precompute.base.strict_json import read_json
 from ..scene.gratings import cache_folder
-from .process import ChildProcess, inherited_environment, lines_of
 
 ROOT = Path(__file__).resolve().parents[2]
-# No import from the working folder, which may be anyone's, nor from the user's own site-packages; no bytecode beside
-# the extension's sources.
-_PYTHON_FLAGS = ("-P", "-s", "-B")
 
 
 class Job(ChildProcess):
-    """`python -m precompute VERB ... -o FOLDER` with JSON progress. A request for `bake` is handed to it as a file in
-    the private folder."""
+    """`python -m precompute VERB ... -o FOLDER` with JSON progress.
+
+    Without a folder it writes into the private one, which is removed with the job."""
 
     def __init__(
-        self, verb: str, arguments: Sequence[str], folder: Path, *, request: Mapping[str, Any] | None = None
+        self, verb: str, arguments: Sequence[str] | Callable[[Path], Sequence[str]], folder: Path | None = None
     ) -> None:
-        self._written = folder
+        """Start it. Arguments may be made by a function, which is given the private folder to write files there for
+        the verb to read. Raises GratingError where no file can be written, or a package is missing."""
 
         def prepare(private: Path) -> list[str]:
-            command = [sys.executable, *_PYTHON_FLAGS, "-m", "precompute", verb, *arguments]
-            command += ["-o", str(folder), "--json", "-", "--progress", "json"]
-            if request is not None:
-                path = private / "request.json"
-                path.write_text(json.dumps(request), encoding="utf-8")
-                command += ["--request", str(path)]
-            return command
+            self._written = folder or private / "written"
+            words = arguments(private) if callable(arguments) else arguments
+            command = [sys.executable, *PYTHON_FLAGS, "-m", "precompute", verb, *words]
+            return [*command, "-o", str(self._written), "--json", "-", "--progress", "json"]
 
         super().__init__(prepare, child_environment())
 
@@ -51,12 +47,13 @@ class Job(ChildProcess):
                 return report["stage"], report["fraction"]
         return "starting", 0.0
 
-    def result(self) -> dict[str, Any]:
-        """The facts of the run, once it has ended. Raises GratingError with the process's own line if it failed."""
+    def result(self, take: Callable[[dict[str, Any]], Any] = lambda facts: facts) -> Any:
+        """What `take` makes of the facts of the run, once it has ended; by default the facts. It may read files in the
+        private folder, which is removed after it. Raises GratingError with the process's own line if it failed."""
         told = lines_of(self.err_path)
         try:
             if self.status == 0:
-                return read_json(self.out_path, "try again")
+                return take(read_json(self.out_path, "try again"))
         finally:
             self.clean_up()
         lines = [line for line in told if line.strip() and not line.startswith("{")]

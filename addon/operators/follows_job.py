@@ -4,7 +4,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ..jobs.process import ChildProcess
+    from ...precompute.base.child_process import ChildProcess
 
 _POLL_SECONDS = 0.2
 

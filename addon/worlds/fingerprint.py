@@ -63,7 +63,9 @@ def _facts(owner: bpy.types.bpy_struct, own: bpy.types.Property, seen: set[bpy.t
     if own.type in _PLAIN:
         yield tuple(value) if getattr(own, "is_array", False) else value
     elif isinstance(value, bpy.types.Image):
-        yield value.name_full, *_file_facts(value), tuple(value.size)
+        yield value.name_full, *_file_facts(value)
+        if value.source == "GENERATED" or value.is_dirty:  # of another, Blender would load the file, however long
+            yield tuple(value.size)
         yield value.is_dirty, value.source, value.colorspace_settings.name, value.alpha_mode
     elif isinstance(value, bpy.types.NodeTree):
         yield value.name_full, list(_tree_facts(value, seen))

@@ -12,7 +12,6 @@ import bpy
 import mathutils
 import numpy as np
 
-from ...precompute.base.job import remove_if_forsaken
 from ...precompute.base.strict_json import read_json
 from ...precompute.lights.panorama import crop_frame
 from ...precompute.lights.refine import fit_closely
@@ -55,7 +54,6 @@ def render_and_fit(request_path: Path) -> None:
     ]
     report = {"sources": found, "missed": missed(panorama, sources)}
     (folder / "fit.json").write_text(json.dumps(report), encoding="utf-8")
-    remove_if_forsaken()
 
 
 def _trees(world: bpy.types.World) -> Iterator[bpy.types.NodeTree]:

@@ -7,7 +7,6 @@ where it has small bright parts (inside.py).
 """
 
 import json
-import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,10 +15,10 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ...precompute.base.child_process import PYTHON_FLAGS, ChildProcess, inherited_environment, lines_of
 from ...precompute.base.failure import GratingError
 from ...precompute.base.strict_json import read_json
 from ...precompute.lights.sources import Source
-from ..jobs.process import ChildProcess, inherited_environment, lines_of
 from ..scene.rendering import is_rendering
 from .stand_alone import stand_alone
 
@@ -55,20 +54,16 @@ class Probe(ChildProcess):
             _write_request(world, scene, {"folder": str(private), "count": count})
             return [*_blender(), str(private / "request.json")]
 
-        super().__init__(prepare, inherited_environment())
-
-    def wait(self) -> None:
-        """Return when it has ended. It is stopped where the wait is interrupted or takes beyond reason."""
-        try:
-            super().wait(_LONGEST_SECONDS)
-        except subprocess.TimeoutExpired as error:
-            raise GratingError(
-                f"world {self._name}: not rendered within {_LONGEST_SECONDS} s; use smaller pictures in it"
-            ) from error
+        super().__init__(prepare, inherited_environment(), longest_seconds=_LONGEST_SECONDS)
 
     def result(self) -> Fit:
-        """What was found, once it has ended. Raises GratingError if the second Blender failed."""
+        """What was found, once it has ended. Raises GratingError if the second Blender failed or took too long."""
         try:
+            if self.is_late:
+                raise GratingError(
+                    f"world {self._name}: not rendered within {_LONGEST_SECONDS} s; use smaller pictures, and none "
+                    "from a drive that does not answer"
+                )
             if self.status == 0:
                 found = read_json(self.folder / "fit.json", "try again")
                 sources = [
@@ -95,7 +90,7 @@ def _blender() -> list[str]:
     if bpy.app.binary_path:
         background = ("--background", "--factory-startup", "--python-exit-code", "1")
         return [bpy.app.binary_path, *background, "--python", str(_START), "--"]
-    return [sys.executable, "-P", "-s", "-B", str(_START)]
+    return [sys.executable, *PYTHON_FLAGS, str(_START)]
 
 
 def _write_request(world: bpy.types.World, scene: bpy.types.Scene, request: dict[str, Any]) -> None:

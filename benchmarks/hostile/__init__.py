@@ -16,12 +16,14 @@ from benchmarks.report import add_json, say, write
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 
-from . import arguments, headers, readers, runner
+from . import arguments, headers, meshes, readers, records, runner
 
 # The suites by their names. Each makes its cases from the count, the seed and a folder for the files of all cases.
 SUITES: dict[str, Callable[[int, int, Path], Iterable[runner.Case]]] = {
     "readers": readers.cases,
     "headers": headers.cases,
+    "meshes": meshes.cases,
+    "records": records.cases,
     "arguments": arguments.cases,
 }
 

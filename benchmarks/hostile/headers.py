@@ -88,7 +88,13 @@ def _with_lie(draw: random.Random, whole: Path, data: bytes) -> tuple[str, bytes
     if draw.random() < 0.15:
         what, text = mutated(draw, json.dumps(record).encode())
         return f"JSON {what}", with_record(whole, data, text)
-    lies, told = {}, []
+    what, text = with_lies(draw, record)
+    return what, with_record(whole, data, text)
+
+
+def with_lies(draw: random.Random, truth: dict) -> tuple[str, bytes]:
+    """What was put in place of one to three values of a record, and the record's JSON with it."""
+    record, lies, told = json.loads(json.dumps(truth)), {}, []
     for path in draw.sample(list(_paths(record)), k=draw.choice((1, 1, 1, 2, 3))):
         marker = f"lie {len(lies)}"
         lies[f'"{marker}"'], value = _lie(draw, _at(record, path))
@@ -97,7 +103,7 @@ def _with_lie(draw: random.Random, whole: Path, data: bytes) -> tuple[str, bytes
     text = json.dumps(record)
     for marker, lie in lies.items():
         text = text.replace(marker, lie, 1)
-    return ", ".join(told), with_record(whole, data, text.encode())
+    return ", ".join(told), text.encode()
 
 
 def _lie(draw: random.Random, truth: object) -> tuple[str, str]:

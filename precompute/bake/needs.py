@@ -86,7 +86,9 @@ def needs_of(record: object, source: str) -> Needs:
     if not isinstance(record, dict) or not _is_number(record.get("format")) or record["format"] != FORMAT:
         raise GratingError(f'{source}: not a needs file of format {FORMAT}; it begins {{"format": {FORMAT}, ...')
     if not isinstance(record.get("measured", {}), dict):
-        raise GratingError(f"{source}: measured: give an object that says how the file was made, or leave it out")
+        raise GratingError(
+            f"{source}: measured: is no object; give an object that says how the file was made, or leave it out"
+        )
     unknown = sorted(set(record) - {"format", *_LIMITS, "light_radius_deg", "footprint", "measured"})
     if unknown:
         raise GratingError(
@@ -101,14 +103,17 @@ def _range(source: str, name: str, value) -> tuple[float, float]:
     low, high = _LIMITS[name]
     numbers = isinstance(value, (list, tuple)) and len(value) == 2 and all(_is_number(x) for x in value)
     if not (numbers and low <= value[0] and value[1] <= high and value[1] - value[0] >= WIDTH_MIN):
-        raise GratingError(f"{source}: {name}: give two numbers from {low:g} to {high:g}, at least {WIDTH_MIN} apart")
+        raise GratingError(
+            f"{source}: {name}: cannot be {value!r:.30}; give two numbers from {low:g} to {high:g}, at least "
+            f"{WIDTH_MIN} apart"
+        )
     return float(value[0]), float(value[1])
 
 
 def _size(source: str, name: str, record: dict, most: float) -> float:
     value = record.get(name, 0.0)
     if not (_is_number(value) and 0 <= value <= most):
-        raise GratingError(f"{source}: {name}: give a number from 0 to {most}")
+        raise GratingError(f"{source}: {name}: cannot be {value!r:.30}; give a number from 0 to {most}")
     return float(value)
 
 

@@ -131,10 +131,10 @@ def _scans(source: str, records: list) -> tuple[Scan, ...]:
 
 def _scan(source: str, record: Any) -> Scan:
     if not isinstance(record, Mapping) or not isinstance(record.get("source"), str):
-        raise GratingError(f"{source}: scans: give each scan as an object with its `source`")
+        raise GratingError(f"{source}: scans: cannot be {record!r:.30}; give each scan as an object with its `source`")
     channel = record.get("channel")
     if channel is not None and not isinstance(channel, str):
-        raise GratingError(f"{source}: scans: channel: give a name")
+        raise GratingError(f"{source}: scans: channel: cannot be {channel!r:.30}; give a name")
     if not can_be_a_path(record["source"]):
         raise GratingError(f"{source}: scans: source: no name of a file; give the scan's")
     sizes = [
@@ -146,26 +146,26 @@ def _scan(source: str, record: Any) -> Scan:
 
 def _list(source: str, key: str, value: Any) -> list:
     if not isinstance(value, list):
-        raise GratingError(f"{source}: {key}: give a list")
+        raise GratingError(f"{source}: {key}: cannot be {value!r:.30}; give a list")
     return value
 
 
 def _number(source: str, key: str, value: Any, limits: tuple[float, float]) -> float:
     low, high = limits
     if type(value) not in (int, float) or not low <= value <= high:
-        raise GratingError(f"{source}: {key}: give a number from {low:g} to {high:g}")
+        raise GratingError(f"{source}: {key}: cannot be {value!r:.30}; give a number from {low:g} to {high:g}")
     return float(value)
 
 
 def _illuminant(source: str, value: Any) -> str:
     if not is_illuminant(value):
-        raise GratingError(f"{source}: illuminant: give {ILLUMINANTS_TOLD}")
+        raise GratingError(f"{source}: illuminant: cannot be {value!r:.30}; give {ILLUMINANTS_TOLD}")
     return value
 
 
 def _one_of(source: str, key: str, value: Any, known: tuple[str, ...]) -> str:
     if value not in known:
-        raise GratingError(f"{source}: {key}: give one of {', '.join(known)}")
+        raise GratingError(f"{source}: {key}: cannot be {value!r:.30}; give one of {', '.join(known)}")
     return value
 
 

@@ -12,6 +12,9 @@ from .arguments import add_json
 from .option_types import path_argument
 from .output import Progress, emit
 
+# The letters of a mesh's name that are shown; Blender has no longer ones.
+_NAME_MAX = 255
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `comb`."""
@@ -38,7 +41,7 @@ def run(arguments: argparse.Namespace) -> None:
     for number, path in enumerate(arguments.mesh):
         polygons, request = read_mesh(path)
         part = part_of(progress, "combing", done=number, total=len(names))
-        name = str(request.get("name", path.stem))
+        name = str(request.get("name", path.stem))[:_NAME_MAX]
         combed[path.name] = comb(name, polygons, request, progress=part)
     arguments.output.mkdir(parents=True, exist_ok=True)
     for name, field in combed.items():

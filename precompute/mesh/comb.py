@@ -9,6 +9,7 @@ import numpy as np
 from ..base.failure import GratingError
 from ..base.progress import Progress, silent, span_of
 from . import guide
+from .arrays import FARTHEST_M
 from .field import guided_field, smoothest_field
 from .head_to_tail import head_to_tail
 from .layout import Polygons, corner_directions, lay, uv_directions
@@ -21,6 +22,9 @@ GUIDES = {
     "axis": "axis", "uv": "uv", "copy": "uv", "bones": "segments", "strokes": "segments", "tail": None,
     "smoothest": None,
 }  # fmt: skip
+
+# The length of all strokes or bones in edges of the mesh. A stroke is cut into pieces of half an edge.
+_LONGEST_STROKES = 1e6
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,8 @@ def comb(name: str, polygons: Polygons, request: Mapping[str, np.ndarray], *, pr
         raise GratingError(f"{name}: no faces to comb; choose a mesh with faces")
     if not np.isfinite(polygons.points).all():
         raise GratingError(f"{name}: points that are not numbers; use Mesh > Clean Up > Delete Loose, or make it anew")
+    if np.abs(polygons.points).max() > FARTHEST_M:
+        raise GratingError(f"{name}: points more than {FARTHEST_M / 1e3:g} km away; delete them, or scale it down")
     surface = surface_of(polygons.points, polygons.triangles)
     if not len(surface.triangles):
         raise GratingError(f"{name}: its faces have no area; scale it up, or choose another mesh")
@@ -89,4 +95,6 @@ def _pull(
     if not len(segments):
         what = "bones" if kind == "bones" else "strokes"
         raise GratingError(f"{name}: no {what} to follow; draw some along the body, or choose another source")
+    if np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum() > _LONGEST_STROKES * surface.length:
+        raise GratingError(f"{name}: strokes or bones of more than a million edges' length; draw shorter ones")
     return (guide.along_bones if kind == "bones" else guide.along_strokes)(surface, segments)

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A mesh to comb and a combed one as files, by which Blender and the process beside it speak: NumPy's .npz."""
 
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -9,11 +8,22 @@ import numpy as np
 
 from ..base.failure import GratingError
 from ..base.files import write_whole
+from .arrays import FARTHEST_M, Wanted, read_arrays
 from .comb import GUIDES, Combed
 from .layout import Polygons
 
-_MESH = ("points", "point", "normals", "corners", "face")
-_COMBED = ("uv", "turn", "triangle", "index", "residual")
+_MESH: dict[str, Wanted] = {
+    "points": ("f", (None, 3)), "point": ("iu", (None,)), "normals": ("f", (None, 3)), "corners": ("iu", (None, 3)),
+    "face": ("iu", (None,)),
+}  # fmt: skip
+_REQUEST: dict[str, Wanted] = {
+    "guide": ("U", ()), "name": ("U", ()), "axis": ("f", (3,)), "uv": ("f", (None, 2)), "segments": ("f", (None, 2, 3)),
+}  # fmt: skip
+_COMBED: dict[str, Wanted] = {
+    "uv": ("f", (None, 2)), "turn": ("f", (None, 3)), "triangle": ("iu", (None,)), "index": ("iuf", (None,)),
+    "residual": ("f", ()),
+}  # fmt: skip
+_REMEDY = "let Comb Grating write it"
 
 
 def write_mesh(path: Path, polygons: Polygons, request: Mapping[str, np.ndarray]) -> None:
@@ -24,19 +34,22 @@ def write_mesh(path: Path, polygons: Polygons, request: Mapping[str, np.ndarray]
 
 def read_mesh(path: Path) -> tuple[Polygons, dict[str, np.ndarray]]:
     """A mesh and how it is to be combed. Raises GratingError, naming the file, if they are not in it."""
-    arrays = _arrays(path)
+    arrays = _arrays(path, _MESH | _REQUEST, _REMEDY)
     needed = GUIDES.get(str(arrays.get("guide")))
     if "guide" not in arrays or str(arrays["guide"]) not in GUIDES or (needed and needed not in arrays):
-        raise GratingError(f"{path}: tells of no guide for a comb; let Comb Grating write it")
+        raise GratingError(f"{path}: tells of no guide for a comb; {_REMEDY}")
     if any(name not in arrays for name in _MESH):
-        raise GratingError(f"{path}: holds no mesh; let Comb Grating write it")
+        raise GratingError(f"{path}: holds no mesh; {_REMEDY}")
     polygons = Polygons(*(arrays.pop(name) for name in _MESH))
     corners = len(polygons.point)
-    shapes = (polygons.points.shape[1:], polygons.normals.shape, polygons.corners.shape[1:], polygons.face.shape)
-    fits = shapes == ((3,), (corners, 3), (3,), (len(polygons.corners),))
-    inside = fits and _below(polygons.point, len(polygons.points)) and _below(polygons.corners, corners)
+    fits = (len(polygons.normals), len(polygons.face)) == (corners, len(polygons.corners))
+    uv_fits = len(arrays.get("uv", polygons.normals)) == corners
+    inside = fits and uv_fits and _below(polygons.point, len(polygons.points)) and _below(polygons.corners, corners)
     if not inside or not _below(polygons.face, max(1, corners)):
         raise GratingError(f"{path}: its mesh contradicts itself; let Comb Grating write it anew")
+    for name, array in {"normals": polygons.normals, **arrays}.items():
+        if array.dtype.kind == "f" and array.size and not np.abs(array).max() <= FARTHEST_M:
+            raise GratingError(f"{path}: its {name} hold what is no number or too large a one; {_REMEDY}")
     return polygons, arrays
 
 
@@ -47,7 +60,7 @@ def write_combed(path: Path, combed: Combed) -> None:
 
 def read_combed(path: Path) -> dict[str, np.ndarray]:
     """The arrays of a combed mesh, as Combed has them, without its directions. Raises GratingError if it is none."""
-    arrays = _arrays(path)
+    arrays = _arrays(path, _COMBED, "comb it anew")
     if any(name not in arrays for name in _COMBED):
         raise GratingError(f"{path}: no combed mesh; comb it anew")
     return arrays
@@ -58,9 +71,9 @@ def _below(numbers: np.ndarray, limit: int) -> bool:
     return numbers.dtype.kind in "iu" and (not numbers.size or (numbers.min() >= 0 and numbers.max() < limit))
 
 
-def _arrays(path: Path) -> dict[str, np.ndarray]:
+def _arrays(path: Path, wanted: Mapping[str, Wanted], remedy: str) -> dict[str, np.ndarray]:
     try:
-        with np.load(path) as held:
-            return {name: held[name] for name in held.files}
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile, AttributeError) as error:
-        raise GratingError(f"{path}: cannot be read as a mesh; let Comb Grating write it") from error
+        return read_arrays(path, wanted)
+    except (OSError, ValueError) as error:
+        fault = getattr(error, "strerror", None) or error
+        raise GratingError(f"{path}: cannot be read as a mesh ({fault}); {remedy}") from error

@@ -2,31 +2,32 @@
 """Unwrapping a mesh: a UV map whose islands do not overlap, by xatlas.
 
 xatlas can crash, and can take hours on a million faces, in which it tells nothing and hears no signal. So it works in a
-process of its own (xatlas_worker.py), which is ended with this one."""
+process of its own (xatlas_worker.py), which is ended with this one and at a deadline."""
 
 import importlib.util
 import os
-import subprocess
 import sys
-import tempfile
 import time
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from ..base.child_process import PYTHON_FLAGS, ChildProcess, lines_of
 from ..base.failure import GratingError
-from ..base.files import partial_folder, write_whole
+from ..base.files import write_whole
 from ..base.progress import Progress, silent
+from .arrays import FARTHEST_M, read_arrays
 
-# The greatest size of a mesh's file, unpacked: some 40 million triangles.
-_LARGEST = 1 << 31
 # Measured on two busy cores: 4 thousand triangles in 0.5 s, 488 thousand in 600 s.
 _SECONDS_PER_TRIANGLE, _GROWTH = 2.7e-6, 1.47
+# xatlas is given so many times the time that it is expected to take, and so many seconds.
+_PATIENCE, _LEAST_PATIENCE_SECONDS = 20, 30
 _POLL_SECONDS = 0.1
-# Of a file of triangles: name, kind of number and columns of each array.
-_ARRAYS = {"points": ("f", (3,)), "triangles": ("iu", (3,)), "polygons": ("iu", ())}
+# The names of the files between this process and xatlas's.
+_MESH, _MAP = "mesh.npz", "uv.npz"
+# The arrays of a mesh's file.
+_ARRAYS = {"points": ("f", (None, 3)), "triangles": ("iu", (None, 3)), "polygons": ("iu", (None,))}
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,8 @@ class Mesh:
             raise GratingError("the mesh: no faces to unwrap; choose a mesh with faces")
         if not np.isfinite(self.points).all():
             raise GratingError("the mesh: a point that is nowhere (not a number); delete it")
+        if len(self.points) and np.abs(self.points).max() > FARTHEST_M:
+            raise GratingError(f"the mesh: a point more than {FARTHEST_M / 1e3:g} km away; delete it, or scale it down")
         if self.triangles.min() < 0 or self.triangles.max() >= len(self.points):
             raise GratingError("the mesh: a face of a point that is not there; write the file again")
         if not (self.areas() > 0).any():
@@ -94,34 +97,49 @@ def unwrap(mesh: Mesh, packing: Packing, *, progress: Progress = silent) -> Unwr
     if not has_xatlas():
         version = ".".join(map(str, sys.version_info[:2]))
         raise GratingError(f"xatlas: there is none for Python {version}; choose Blender's own Minimum Stretch")
-    with partial_folder(Path(tempfile.gettempdir()), "unwrap") as folder:
-        write_mesh(folder / "mesh.npz", mesh)
-        _work(folder, packing, expected_seconds(len(mesh.triangles)), progress)
-        with np.load(folder / "uv.npz") as found:
-            return Unwrapped(found["uv"], int(found["islands"]), float(found["filled"]))
-
-
-def _work(folder: Path, packing: Packing, expected: float, progress: Progress) -> None:
-    """Run xatlas on a folder's mesh.npz, to its uv.npz. Whatever ends this, ends xatlas."""
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    numbers = (packing.size, packing.padding, packing.density)
-    command = [sys.executable, "-P", "-s", "-B", "-m", f"{__package__}.xatlas_worker", str(folder), *map(str, numbers)]
-    with (folder / "told.txt").open("wb") as told:
-        worker = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=told, env=environment
-        )
+    worker = _started(mesh, packing)
     try:
-        begun = time.monotonic()
-        while worker.poll() is None:
-            progress("unwrap", min(0.99, (time.monotonic() - begun) / expected))
-            time.sleep(_POLL_SECONDS)
+        _wait(worker, expected_seconds(len(mesh.triangles)), progress)
+        with np.load(worker.folder / _MAP) as found:
+            return Unwrapped(found["uv"], int(found["islands"]), float(found["filled"]))
     finally:
-        worker.kill()
-        worker.wait()
-    if worker.returncode:
-        lines = (folder / "told.txt").read_text(errors="replace").split("\n")
-        message = next((line for line in lines if line.startswith("error: ")), "")
-        crash = f"xatlas: crashed on this mesh (status {worker.returncode}); choose Blender's own Minimum Stretch"
+        worker.cancel()
+
+
+def _started(mesh: Mesh, packing: Packing) -> ChildProcess:
+    """xatlas at work on a mesh. It ends if this process does."""
+    numbers = (packing.size, packing.padding, packing.density)
+
+    def prepare(folder: Path) -> list[str]:
+        write_mesh(folder / _MESH, mesh)
+        worker = f"{__package__}.xatlas_worker"
+        return [
+            sys.executable,
+            *PYTHON_FLAGS,
+            "-m",
+            worker,
+            str(folder / _MESH),
+            str(folder / _MAP),
+            *map(str, numbers),
+        ]
+
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    longest = _LEAST_PATIENCE_SECONDS + _PATIENCE * expected_seconds(len(mesh.triangles))
+    return ChildProcess(prepare, environment, longest_seconds=longest)
+
+
+def _wait(worker: ChildProcess, expected: float, progress: Progress) -> None:
+    """Return once xatlas has written its map. Raises GratingError if it has not."""
+    begun = time.monotonic()
+    while worker.running:
+        progress("unwrap", min(0.99, (time.monotonic() - begun) / expected))
+        time.sleep(_POLL_SECONDS)
+    remedy = "choose Blender's own Minimum Stretch"
+    if worker.is_late:
+        raise GratingError(f"xatlas: no map of this mesh after {time.monotonic() - begun:.0f} s; {remedy}")
+    if worker.status:
+        message = next((line for line in lines_of(worker.err_path) if line.startswith("error: ")), "")
+        crash = f"xatlas: crashed on this mesh (status {worker.status}); {remedy}"
         raise GratingError(message.removeprefix("error: ") or crash)
     progress("unwrap", 1.0)
 
@@ -134,19 +152,15 @@ def write_mesh(path: Path, mesh: Mesh) -> None:
 
 def read_mesh(path: Path) -> Mesh:
     """The mesh in a file. Raises GratingError, naming the file, if it holds none."""
-    wanted = f"{path}: no mesh to unwrap; give an .npz with the arrays {', '.join(_ARRAYS)}"
     try:
-        with zipfile.ZipFile(path) as packed:
-            if sum(each.file_size for each in packed.infolist()) > _LARGEST:
-                raise GratingError(f"{path}: more than 40 million triangles; give a smaller mesh")
-        with np.load(path) as file:
-            arrays = {name: file[name] for name in _ARRAYS}
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, NotImplementedError) as error:
-        raise GratingError(wanted) from error
-    for name, (kinds, columns) in _ARRAYS.items():
-        array = arrays[name]
-        if array.dtype.kind not in kinds or array.shape[1:] != columns or array.ndim != len(columns) + 1:
-            raise GratingError(wanted)
-    if len(arrays["polygons"]) != len(arrays["triangles"]):
-        raise GratingError(wanted)
+        arrays = read_arrays(path, _ARRAYS)
+        if missing := [name for name in _ARRAYS if name not in arrays]:
+            raise ValueError(f"{missing[0]} is missing")
+        if len(arrays["polygons"]) != len(arrays["triangles"]):
+            raise ValueError("polygons and triangles are of different lengths")
+    except (OSError, ValueError) as error:
+        fault = getattr(error, "strerror", None) or error
+        raise GratingError(
+            f"{path}: no mesh to unwrap ({fault}); give an .npz with the arrays {', '.join(_ARRAYS)}"
+        ) from error
     return Mesh(**arrays)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`python -m precompute.mesh.xatlas_worker FOLDER SIZE PADDING DENSITY`: xatlas on a folder's mesh.npz, to its uv.npz.
+"""`python -m precompute.mesh.xatlas_worker MESH.npz UV.npz SIZE PADDING DENSITY`: xatlas on a mesh's file.
 
 The process of unwrap.py that may crash."""
 
@@ -105,9 +105,9 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def main(arguments: list[str]) -> None:
-    folder, size, padding, density = arguments
-    found = unwrapped(read_mesh(Path(folder) / "mesh.npz"), Packing(int(size), int(padding), float(density)))
-    np.savez(Path(folder) / "uv.npz", uv=found.uv, islands=found.islands, filled=found.filled)
+    mesh, target, size, padding, density = arguments
+    found = unwrapped(read_mesh(Path(mesh)), Packing(int(size), int(padding), float(density)))
+    np.savez(target, uv=found.uv, islands=found.islands, filled=found.filled)
 
 
 if __name__ == "__main__":

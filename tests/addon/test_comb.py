@@ -260,7 +260,7 @@ def test_a_mesh_that_changed_meanwhile_is_left_alone(monkey, scene, addon):
 
 def test_a_cancelled_comb_leaves_nothing(monkey, scene, addon):
     job = addon.comb.start_comb(scene, [monkey], "SMOOTHEST")
-    held = job._held.name
+    held = job._private.name
     job.cancel()
     assert not job.running and not os.path.exists(held) and is_bare(monkey)
 

@@ -2,8 +2,10 @@
 """Worlds rendered by a second Blender. Each render takes seconds, so that a test asks for more than one thing."""
 
 import math
+import os
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 import numpy as np
@@ -246,6 +248,26 @@ def test_one_that_takes_beyond_reason_is_ended(addon, scene, hdri, monkeypatch, 
     with pytest.raises(Exception, match="not rendered within 0.2 s; use smaller pictures"):
         addon.probe.fit_of(hdri[0], scene, 8)
     assert not list(temporary.iterdir())
+
+
+def test_a_picture_that_never_ends_is_ended_in_a_window_too(addon, scene, hdri, monkeypatch, temporary):
+    """A pipe that nobody writes to, in place of the world's picture. It is polled, as a window does."""
+    import bpy
+
+    world, node = hdri
+    node.image = bpy.data.images.new("endless", 4, 4)
+    node.image.source, node.image.filepath = "FILE", str(temporary / "pipe.exr")
+    os.mkfifo(temporary / "pipe.exr")
+    monkeypatch.setattr(addon.probe, "_LONGEST_SECONDS", 6)
+    assert addon.fingerprint.fingerprint(world)
+    probe = addon.probe.Probe(world, scene, 8)
+    until = time.monotonic() + 60
+    while probe.running:
+        assert time.monotonic() < until, "it is never stopped"
+        time.sleep(0.1)
+    with pytest.raises(Exception, match="not rendered within 6 s; use smaller pictures.* that does not answer$"):
+        probe.result()
+    assert [path.name for path in temporary.iterdir()] == ["pipe.exr"]
 
 
 def test_a_file_that_cannot_be_written_is_told(addon, scene, hdri, monkeypatch, temporary):

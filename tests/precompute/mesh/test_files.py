@@ -31,7 +31,9 @@ def test_a_mesh_and_a_combed_one_come_back(tmp_path):
 @pytest.mark.parametrize(("changes", "fault"), [
     ({"guide": np.array("wish")}, "no guide"), ({"guide": np.array("uv")}, "no guide"),
     ({"point": np.arange(3) + 10**6}, "contradicts itself"), ({"corners": np.full((1, 3), -1)}, "contradicts itself"),
-    ({"normals": np.zeros((1, 3))}, "contradicts itself"), ({"face": np.array([1e300])}, "contradicts itself"),
+    ({"normals": np.zeros((1, 3))}, "contradicts itself"), ({"face": np.array([1e300])}, "face is of kind float64"),
+    ({"guide": np.array("copy"), "uv": np.zeros((2, 2))}, "contradicts itself"),
+    ({"axis": np.zeros(2)}, r"axis is of kind float64 and shape \(2,\)"),
 ])  # fmt: skip
 def test_a_mesh_that_contradicts_itself_is_refused(tmp_path, changes, fault):
     polygons = polygons_of(np.eye(3), np.array([[0, 1, 2]]))

@@ -2,9 +2,11 @@
 """Unwrapping: islands that do not overlap, faces in one piece, and every fault in one line."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -144,7 +146,8 @@ def changed(**arrays):
     (changed(triangles=np.zeros((0, 3), int), polygons=np.zeros(0, int)), "no faces to unwrap; choose a mesh"),
     (changed(triangles=np.full((528, 3), 9999)), "no mesh to unwrap|a face of a point that is not there"),
     (changed(points=np.full((264, 3), np.nan)), "a point that is nowhere"),
-    (changed(points=np.zeros((264, 2))), "no mesh to unwrap; give an .npz with the arrays points, triangles, polygons"),
+    (changed(points=np.zeros((264, 2))), r"no mesh to unwrap \(points is of kind float64 and shape \(264, 2\)\); give"),
+    (changed(points=np.full((264, 3), 1e30)), r"a point more than 1000 km away; delete it, or scale it down"),
     (changed(polygons=np.zeros(3, int)), "no mesh to unwrap"),
     (changed(triangles=np.array([["a"]])), "no mesh to unwrap"),
     ({"points": np.zeros((3, 3))}, "no mesh to unwrap"),
@@ -187,34 +190,65 @@ def test_without_xatlas_the_remedy_is_told(monkeypatch):
         unwrap(ball(), Packing())
 
 
-def test_a_crash_is_one_line_and_nothing_is_left(monkeypatch, tmp_path):
-    """The worker is killed as it works, as a crash would end it."""
-    monkeypatch.setattr(module.tempfile, "gettempdir", lambda: str(tmp_path))
-    start = subprocess.Popen
+@pytest.fixture
+def temporary(tmp_path, monkeypatch):
+    """The folder in which private folders are made."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    return tmp_path
 
-    def start_and_kill(*arguments, **settings):
-        worker = start(*arguments, **settings)
-        worker.send_signal(signal.SIGSEGV)
-        return worker
 
-    monkeypatch.setattr(module.subprocess, "Popen", start_and_kill)
-    with pytest.raises(GratingError, match=r"xatlas: crashed on this mesh \(status -11\); choose Blender's own"):
+def with_worker(monkeypatch, code):
+    """Run some code in place of xatlas."""
+    start = module.ChildProcess
+    monkeypatch.setattr(
+        module, "ChildProcess",
+        lambda prepare, environment, **rest: start(
+            lambda folder: (prepare(folder), [sys.executable, "-c", code])[1], environment, **rest
+        ),
+    )  # fmt: skip
+
+
+def test_a_crash_is_one_line_and_nothing_is_left(monkeypatch, temporary):
+    with_worker(monkeypatch, "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
+    with pytest.raises(GratingError, match=r"xatlas: crashed on this mesh \(status 139\); choose Blender's own"):
         unwrap(ball(), Packing())
-    assert list(tmp_path.iterdir()) == []
+    assert list(temporary.iterdir()) == []
+
+
+def test_an_unwrap_that_never_ends_is_ended(monkeypatch, temporary):
+    with_worker(monkeypatch, "import time; time.sleep(60)")
+    monkeypatch.setattr(module, "_LEAST_PATIENCE_SECONDS", 0.1)
+    monkeypatch.setattr(module, "_PATIENCE", 0)
+    with pytest.raises(GratingError, match=r"xatlas: no map of this mesh after \d+ s; choose Blender's own"):
+        unwrap(ball(), Packing())
+    assert list(temporary.iterdir()) == []
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="asks Linux for the processes")
-def test_an_interrupt_ends_xatlas_too(tmp_path):
-    """A mesh that takes long; the verb is asked to end, as a cancelled job is."""
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+def test_xatlas_ends_with_the_verb(tmp_path, number):
+    """A mesh that takes long; the verb is asked to end, as a cancelled job is, or is killed."""
     write_mesh(tmp_path / "mesh.npz", ball(400, 200, dents=0.05))
+    (tmp_path / "temporary").mkdir()
     command = [sys.executable, "-m", "precompute", "unwrap", str(tmp_path / "mesh.npz"), "-o", str(tmp_path / "out")]
-    verb = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True)
-    children = Path(f"/proc/{verb.pid}/task/{verb.pid}/children")
+    environment = os.environ | {"TMPDIR": str(tmp_path / "temporary")}
+    verb = subprocess.Popen(command, cwd=ROOT, env=environment, stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 60
-    while not children.read_text().split():
+    while not (workers := [each for keeper in children(verb.pid) for each in children(keeper)]):
         assert time.monotonic() < deadline
         time.sleep(0.05)
-    (worker,) = children.read_text().split()
-    verb.send_signal(signal.SIGTERM)
-    assert "stopped by SIGTERM" in verb.communicate(timeout=60)[1]
-    assert not Path(f"/proc/{worker}").exists() and not (tmp_path / "out").exists()
+    verb.send_signal(number)
+    told = verb.communicate(timeout=60)[1]
+    assert number == signal.SIGKILL or "stopped by SIGTERM" in told
+    while any(Path(f"/proc/{worker}").exists() for worker in workers) or any((tmp_path / "temporary").iterdir()):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    assert not (tmp_path / "out").exists()
+
+
+def children(process):
+    """The numbers of a process's children, as texts."""
+    try:
+        return Path(f"/proc/{process}/task/{process}/children").read_text().split()
+    except FileNotFoundError:
+        return []

@@ -1,38 +1,53 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A process beside Blender: its private folder, its end, and what it leaves."""
+"""A process beside this one, which may be Blender: its private folder, its deadline, its end, and what it leaves.
 
+It runs under a keeper (keeper.py). The keeper ends it and removes its folder if this program is killed, and ends it at
+its deadline even if it hangs in code that hears no signal."""
+
+import math
 import os
 import subprocess
+import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from ...precompute.base.files import told_of
-from ...precompute.base.job import JOB_VARIABLE, LOCK
-from ...precompute.base.locks import try_lock
+from .files import told_of
+from .job import JOB_VARIABLE, LOCK
+from .keeper import GRACE_SECONDS, LATE
+from .locks import try_lock
 
-# Time in seconds for a process to remove what it has written; after that, it is killed.
-_GRACE_SECONDS = 5
+# No import from the working folder, which may be anyone's, nor from the user's own site-packages; no bytecode beside
+# the extension's sources.
+PYTHON_FLAGS = ("-P", "-s", "-B")
+_KEEPER = Path(__file__).with_name("keeper.py")
 
 
 class ChildProcess:
     """A running process. Poll `running`, or `wait`; then it has ended, and `out_path` and `err_path` are what it said.
 
-    It writes to files in a private temporary folder and not to pipes, which could fill up and block it. Blender holds a
-    lock there: where Blender ends without a word, the process notices it and ends too (precompute/base/job.py)."""
+    It writes to files in a private temporary folder and not to pipes, which could fill up and block it. This program
+    holds a lock there. The keeper sees by this lock whether this program still lives and still wants the process."""
 
-    def __init__(self, prepare: Callable[[Path], Sequence[str]], environment: Mapping[str, str]) -> None:
+    def __init__(
+        self,
+        prepare: Callable[[Path], Sequence[str]],
+        environment: Mapping[str, str],
+        *,
+        longest_seconds: float = math.inf,
+    ) -> None:
         """Start the command that `prepare` returns. It is given the private folder, to write there what the process is
-        to read. Raises GratingError where no file can be written."""
+        to read. After `longest_seconds` the process is ended. Raises GratingError where no file can be written."""
         with told_of(Path(tempfile.gettempdir())):
             self._private = tempfile.TemporaryDirectory(prefix="natural-gratings-", ignore_cleanup_errors=True)
             self.folder = Path(self._private.name)
             self._lock = try_lock(self.folder / LOCK)
             self.out_path, self.err_path = self.folder / "out.txt", self.folder / "err.txt"
+            keeper = [sys.executable, *PYTHON_FLAGS, str(_KEEPER), str(longest_seconds)]
             command = prepare(self.folder)
             with self.out_path.open("wb") as out, self.err_path.open("wb") as err:
                 self._process = subprocess.Popen(
-                    command, stdin=subprocess.DEVNULL, stdout=out, stderr=err,
+                    [*keeper, *command], stdin=subprocess.DEVNULL, stdout=out, stderr=err,
                     env={**environment, JOB_VARIABLE: str(self.folder)},
                 )  # fmt: skip
 
@@ -43,23 +58,27 @@ class ChildProcess:
 
     @property
     def status(self) -> int | None:
-        """Its exit status, once it has ended; negative where a signal ended it."""
+        """Its exit status, once it has ended; 128 more than the number of the signal that ended it."""
         return self._process.returncode
 
-    def wait(self, longest_seconds: float | None = None) -> None:
-        """Return when the process has ended. Where the wait is interrupted, or takes longer, the process is stopped;
-        the latter raises subprocess.TimeoutExpired."""
+    @property
+    def is_late(self) -> bool:
+        """Whether the process was ended at its deadline."""
+        return self.status == LATE
+
+    def wait(self) -> None:
+        """Return when the process has ended. Where the wait is interrupted, the process is stopped."""
         try:
-            self._process.wait(longest_seconds)
+            self._process.wait()
         except BaseException:
             self.cancel()
             raise
 
     def cancel(self) -> None:
         """Stop the process and remove what it has written so far."""
-        self._process.terminate()
+        self._lock.close()
         try:
-            self._process.wait(_GRACE_SECONDS)
+            self._process.wait(3 * GRACE_SECONDS)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
@@ -72,7 +91,7 @@ class ChildProcess:
 
 
 def inherited_environment() -> dict[str, str]:
-    """Blender's environment. What the user's says to other Pythons is left out, as Blender itself does."""
+    """This program's environment. What the user's says to other Pythons is left out, as Blender itself does."""
     return {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
 
 

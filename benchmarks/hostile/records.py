@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files of JSON for the verb `bake` that lie in a value or whose bytes are spoiled: needs files and requests.
+
+A bake takes seconds. So the reading alone is run where a lie may still be a bake that can be made."""
+
+import json
+import random
+from argparse import Namespace
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+
+from precompute.bake.needs import EVERYTHING, read_needs
+from precompute.bake.request import BakeRequest, Scan
+from precompute.cli.bake import request_of
+
+from .headers import with_lies
+from .mutations import mutated
+from .runner import Case
+
+_SCAN = Scan("sample:blazed")
+
+
+def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
+    """`count` files of each kind."""
+    request = BakeRequest(delta_e=5.0, coherence_length_m=4e-6, scans=(_SCAN, _SCAN))
+    kinds: dict[str, tuple[dict, Callable[[Path], object]]] = {
+        "needs": ({**EVERYTHING.as_dict(), "measured": {"cameras": ["Camera"]}}, read_needs),
+        "request": (request.as_dict(), lambda file: request_of(Namespace(request=file, files=[]))),
+    }
+    for group, (record, read) in kinds.items():
+        _take(folder / f"{group}.json", json.dumps(record).encode(), read)
+        for number in range(count):
+            draw = random.Random(f"{seed} {group} {number}")
+            whole = json.dumps(record, indent=1).encode()
+            what, data = mutated(draw, whole) if number % 3 == 2 else with_lies(draw, record)
+            file = folder / f"{group}{number}.json"
+            yield Case(f"{group} {number}: {what}", group, partial(_take, file, data, read), str(file))
+
+
+def _take(file: Path, data: bytes, read: Callable[[Path], object]) -> None:
+    file.write_bytes(data)
+    try:
+        read(file)
+    finally:
+        file.unlink()
