@@ -21,13 +21,15 @@ from .vary import prepare_meshes
 def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
     """Put the active grating's material into the active slot of the meshes among the objects.
 
-    Raises GratingError, with nothing assigned, if a mesh has no UV map or is another file's, or if there is no bake."""
+    Raises GratingError, with nothing assigned, if a mesh has no UV map, is in Edit Mode or is another file's, or if
+    there is no bake."""
     grating = active_grating(scene)
     meshes = meshes_among(scene, objects, grating.frame_source())
+    seams = _seams(objects, meshes, grating)
     material = working_material(scene, grating)
     selection = Selection(objects)
     kept = [line for mesh in meshes if (line := _put_in_active_slot(selection, mesh, material))]
-    return [f"{material.name}: on {_names(meshes)}", *_warnings(objects, meshes, grating), *kept, *_further(scene)]
+    return [f"{material.name}: on {_names(meshes)}", *seams, *_prepared(meshes, grating), *kept, *_further(scene)]
 
 
 def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
@@ -48,10 +50,11 @@ def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> li
         materials.update(dict.fromkeys(filter(None, shown)))
     for material in materials:
         check_can_add(material)
+    seams = _seams(objects, meshes, grating)
     group = group_of(scene, grating)
     for material in materials:
         add_diffraction(material, group)
-    return [f"{grating.name}: over {_names(materials)}", *_warnings(objects, meshes, grating), *bare, *_further(scene)]
+    return [f"{grating.name}: over {_names(materials)}", *seams, *_prepared(meshes, grating), *bare, *_further(scene)]
 
 
 def _further(scene: bpy.types.Scene) -> list[str]:
@@ -81,10 +84,16 @@ def _put_in_active_slot(selection: Selection, mesh: bpy.types.Object, material: 
     return f"{mesh.name}: only slot {index + 1} of {count} ({name}) was replaced; Add to Materials serves all slots"
 
 
-def _warnings(objects: list[bpy.types.Object], meshes: list[bpy.types.Object], grating: Grating) -> list[str]:
+def _seams(objects: list[bpy.types.Object], meshes: list[bpy.types.Object], grating: Grating) -> list[str]:
+    """A line for each mesh whose UV islands turn the direction, and for each object that is passed over. Nothing is
+    changed, so this comes before all changes."""
     source = grating.frame_source()
-    seams = [line for mesh in meshes if (line := seam_warning(mesh, source))]
-    return seams + no_meshes(objects) + prepare_meshes(grating.group, meshes) + lamps_alone(grating)
+    return [line for mesh in meshes if (line := seam_warning(mesh, source))] + no_meshes(objects)
+
+
+def _prepared(meshes: list[bpy.types.Object], grating: Grating) -> list[str]:
+    """Have the meshes store what the grating's variation needs. Returns lines on what it lacks."""
+    return prepare_meshes(grating.group, meshes) + lamps_alone(grating)
 
 
 def _names(things) -> str:

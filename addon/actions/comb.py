@@ -13,7 +13,7 @@ from ..frames.uv_maps import has_comb, rendering_map
 from ..jobs.child import Job
 from ..scene.frame_source import COMB_SOURCES, COMB_UV
 from .material import read_combs
-from .meshes import check_can_change, data_is_fixed, no_meshes
+from .meshes import check_can_change, check_not_edited, data_is_fixed, no_meshes
 
 # Blender keeps no more UV maps of a mesh.
 _MAPS_MAX = 8
@@ -89,8 +89,7 @@ def _check(thing: bpy.types.Object) -> None:
     mesh = thing.data
     if data_is_fixed(thing):
         raise GratingError(f"{thing.name}: its mesh {mesh.name} is another file's; make it local to comb it")
-    if mesh.is_editmode:
-        raise GratingError(f"{thing.name}: in Edit Mode; go to Object Mode to comb it")
+    check_not_edited(thing)
     if not mesh.polygons:
         raise GratingError(f"{thing.name}: no faces to comb; choose a mesh with faces")
     if COMB_UV in mesh.uv_layers and not has_comb(mesh):

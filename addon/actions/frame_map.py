@@ -20,6 +20,7 @@ from ..materials.material import diffraction_nodes
 from ..materials.skin import frame_of
 from ..scene.frame_source import FRAME_MAP, FrameSource
 from .frame_source import choose_frame
+from .meshes import check_not_edited
 
 # How far a map may lie outside of the unit square: single precision.
 _RIM = 1e-4
@@ -64,8 +65,7 @@ def bake_frame_map(
 def _map_of(mesh: bpy.types.Object, uv_map: str) -> bpy.types.MeshUVLoopLayer:
     """A mesh's UV map of a name, or its active one. Raises GratingError unless a picture can be on it."""
     data = mesh.data
-    if mesh.mode == "EDIT":
-        raise GratingError(f"{mesh.name}: it is in Edit Mode; leave it first")
+    check_not_edited(mesh)
     if not data.polygons:
         raise GratingError(f"{mesh.name}: no faces to bake a frame map of; choose a mesh with faces")
     layer = data.uv_layers.get(uv_map) if uv_map else data.uv_layers.active

@@ -59,8 +59,15 @@ def check_can_change(thing: bpy.types.Object) -> None:
         )
 
 
+def check_not_edited(mesh: bpy.types.Object) -> None:
+    """Raise GratingError for a mesh in Edit Mode, whose faces and UV maps cannot be read meanwhile."""
+    if mesh.data.is_editmode:
+        raise GratingError(f"{mesh.name}: in Edit Mode; switch to Object Mode first")
+
+
 def check_frame(mesh: bpy.types.Object, source: FrameSource) -> None:
     """Raise GratingError unless the mesh has faces, and what a source of the tangent needs."""
+    check_not_edited(mesh)
     if not mesh.data.polygons and (mesh.data.uv_layers or source.kind != STORED):
         raise GratingError(f"{mesh.name}: no faces to put a material on; choose a mesh with faces")
     if not has_uv_map(mesh.data, source):

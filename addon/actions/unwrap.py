@@ -15,6 +15,7 @@ from ..frames.uv_maps import has_comb, rendering_map
 from ..jobs.child import Job
 from ..scene.frame_source import STORED, UV_MAP
 from .frame_source import choose_frame, meshes_that_show
+from .meshes import check_not_edited
 
 NEW_MAP = "Unwrapped"
 # As many UV maps as a mesh can have.
@@ -115,8 +116,7 @@ def _triangles(mesh: bpy.types.Object) -> Mesh:
     if data.library is not None or data.override_library is not None:
         file = (data.library or data.override_library.reference.library).filepath
         raise GratingError(f"{mesh.name}: its mesh is linked from {file}; use Object > Relations > Make Local")
-    if mesh.mode == "EDIT":
-        raise GratingError(f"{mesh.name}: it is in Edit Mode; leave it first")
+    check_not_edited(mesh)
     if not data.polygons:
         raise GratingError(f"{mesh.name}: no faces to unwrap; choose a mesh with faces")
     if len(data.uv_layers) >= _MAPS_MAX:

@@ -20,8 +20,6 @@ def seam_warning(mesh: bpy.types.Object, source: FrameSource) -> str:
     tangent is no U of a UV map."""
     if source.kind not in (STORED, UV_MAP) or (source.kind == STORED and has_comb(mesh.data)):
         return ""
-    if mesh.data.is_editmode:
-        mesh.update_from_editmode()
     seams = Seams(mesh.data, source.named_uv_map)
     if not seams.turned.any():
         return ""

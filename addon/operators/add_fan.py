@@ -5,6 +5,7 @@ import bpy
 from bpy.props import FloatProperty, StringProperty
 
 from ...precompute.base.failure import GratingError
+from .polls import in_object_mode
 from .report import report_failure, report_lines
 
 
@@ -33,8 +34,10 @@ class AddDiffractionLamp(bpy.types.Operator):
     def poll(cls, context):
         from ..actions.fan import shows_grating
 
-        if context.mode != "OBJECT" or not shows_grating(context.active_object):
-            cls.poll_message_set("In Object Mode, make a mesh that shows a grating the active object")
+        if not in_object_mode(cls, context):
+            return False
+        if not shows_grating(context.active_object):
+            cls.poll_message_set("Make a mesh that shows a grating the active object first")
             return False
         return True
 

@@ -5,6 +5,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
 from ...precompute.base.failure import GratingError
+from .polls import in_object_mode
 from .report import report_failure, report_lines
 
 _SPECIES = (
@@ -55,10 +56,7 @@ class AddSnake(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        if context.mode != "OBJECT":
-            cls.poll_message_set("Switch to Object Mode first")
-            return False
-        return True
+        return in_object_mode(cls, context)
 
     def execute(self, context):
         from ..actions.add_snake import add_snake
@@ -92,7 +90,7 @@ class AddShedSkin(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        return AddSnake.poll.__func__(cls, context)
+        return in_object_mode(cls, context)
 
     def execute(self, context):
         from ..actions.add_snake import add_shed_skin

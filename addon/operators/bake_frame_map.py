@@ -7,6 +7,7 @@ import bpy
 from bpy.props import BoolProperty, IntProperty, StringProperty
 
 from ...precompute.base.failure import GratingError
+from .polls import has_active_mesh, in_object_mode
 from .report import report_failure, report_lines
 
 
@@ -31,10 +32,7 @@ class BakeFrameMap(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        if context.mode != "OBJECT" or context.active_object is None or context.active_object.type != "MESH":
-            cls.poll_message_set("In Object Mode, make a mesh the active object")
-            return False
-        return True
+        return in_object_mode(cls, context) and has_active_mesh(cls, context)
 
     def execute(self, context):
         from ..actions.frame_map import bake_frame_map

@@ -7,6 +7,7 @@ from bpy.props import BoolProperty
 from ...precompute.base.failure import GratingError, printable
 from ..scene.gratings import active_grating
 from .follows_bake import FollowsBake
+from .polls import in_object_mode
 from .report import report_failure
 
 
@@ -22,6 +23,10 @@ class BakeNeeds(FollowsBake, bpy.types.Operator):
     everything: BoolProperty(
         name="Everything", description="Bake every direction again, whatever the scene shows", default=False
     )
+
+    @classmethod
+    def poll(cls, context):
+        return in_object_mode(cls, context) and super().poll(context)
 
     @classmethod
     def description(cls, context, properties):

@@ -7,6 +7,7 @@ from bpy.props import EnumProperty, StringProperty
 from ...precompute.base.failure import GratingError
 from ..scene.frame_source import AXES, AXIS, FRAME_MAP, KINDS, RADIAL, UV_MAP, FrameSource
 from ..scene.gratings import active_grating
+from .polls import has_grating, in_object_mode
 from .report import report_failure, report_lines
 
 
@@ -30,10 +31,7 @@ class ChooseFrame(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        if context.scene.natural_gratings.active() is None:
-            cls.poll_message_set("Import a height map first")
-            return False
-        return True
+        return in_object_mode(cls, context) and has_grating(cls, context)
 
     def draw(self, context):
         layout, thing = self.layout, context.object

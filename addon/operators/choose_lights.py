@@ -7,6 +7,7 @@ from bpy.props import EnumProperty
 from ...precompute.base.failure import GratingError
 from ..scene.gratings import active_grating
 from ..scene.lights import LIGHTS
+from .polls import has_grating
 from .report import report_failure
 
 
@@ -18,6 +19,10 @@ class ChooseLights(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     lights: EnumProperty(name="Lights", description="Which lights the diffraction answers to", items=LIGHTS)
+
+    @classmethod
+    def poll(cls, context):
+        return has_grating(cls, context)
 
     def execute(self, context):
         from ..actions.material import choose_lights

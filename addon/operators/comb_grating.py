@@ -9,6 +9,7 @@ from bpy.props import EnumProperty
 from ...precompute.base.failure import GratingError
 from ..scene.frame_source import COMB_SOURCES
 from .follows_job import FollowsJob
+from .polls import has_selected_mesh, in_object_mode
 from .report import report_failure, report_lines
 
 if TYPE_CHECKING:
@@ -31,10 +32,7 @@ class CombGrating(FollowsJob, bpy.types.Operator):
         if CombGrating.job is not None:
             cls.poll_message_set("A comb is running")
             return False
-        if not any(o.type == "MESH" for o in context.selected_objects):
-            cls.poll_message_set("Select a mesh first")
-            return False
-        return True
+        return in_object_mode(cls, context) and has_selected_mesh(cls, context)
 
     def execute(self, context):
         """Comb and wait, for scripts."""

@@ -14,6 +14,13 @@ class FitWorld(bpy.types.Operator):
     bl_label = "Fit World"
     bl_options = {"REGISTER"}
 
+    @classmethod
+    def poll(cls, context):
+        if context.scene.world is None:
+            cls.poll_message_set("The scene has no world")
+            return False
+        return True
+
     def execute(self, context):
         """Fit and wait, for scripts."""
         from ..actions.fit_world import fit_world

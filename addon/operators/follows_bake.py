@@ -8,6 +8,7 @@ import bpy
 from ...precompute.base.failure import GratingError
 from ..scene.gratings import unused_name
 from .follows_job import FollowsJob
+from .polls import has_grating
 from .report import report_failure, report_lines
 
 if TYPE_CHECKING:
@@ -24,10 +25,7 @@ class FollowsBake(FollowsJob):
         if running_bake() is not None:
             cls.poll_message_set("A bake is running")
             return False
-        if context.scene.natural_gratings.active() is None:
-            cls.poll_message_set("Import a height map first")
-            return False
-        return True
+        return has_grating(cls, context)
 
     def follow_bake(self, context, grating: "Grating", job: "Job") -> set[str]:
         """Let Blender call modal() while a grating's bake runs."""

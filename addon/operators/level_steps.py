@@ -8,6 +8,7 @@ from bpy.props import EnumProperty, StringProperty
 
 from ...precompute.base.failure import GratingError
 from ..scene.gratings import active_grating
+from .polls import has_grating
 from .report import report_failure
 
 
@@ -26,10 +27,7 @@ class _OnSteps:
 
     @classmethod
     def poll(cls, context):
-        if context.scene.natural_gratings.active() is None:
-            cls.poll_message_set("Import a height map first")
-            return False
-        return True
+        return has_grating(cls, context)
 
 
 class _OnActiveStep(_OnSteps):
@@ -37,8 +35,10 @@ class _OnActiveStep(_OnSteps):
 
     @classmethod
     def poll(cls, context):
+        if not has_grating(cls, context):
+            return False
         grating = context.scene.natural_gratings.active()
-        if grating is None or not 0 <= grating.active_step < len(grating.steps):
+        if not 0 <= grating.active_step < len(grating.steps):
             cls.poll_message_set("No step in the list")
             return False
         return True

@@ -5,6 +5,7 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ..scene.gratings import active_grating
+from .polls import has_bake
 from .report import report_failure, report_lines
 
 
@@ -17,11 +18,7 @@ class NewDiffractionMaterial(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        grating = context.scene.natural_gratings.active()
-        if grating is None or not grating.bake_path:
-            cls.poll_message_set("Bake a grating first")
-            return False
-        return True
+        return has_bake(cls, context)
 
     def execute(self, context):
         from ..actions.material import make_material

@@ -4,6 +4,7 @@
 import bpy
 
 from ...precompute.base.failure import GratingError
+from .polls import in_object_mode
 from .report import report_failure, report_lines
 
 
@@ -18,6 +19,8 @@ class RemoveDiffraction(bpy.types.Operator):
     def poll(cls, context):
         from ..actions.remove import slots_with_diffraction
 
+        if not in_object_mode(cls, context):
+            return False
         if not any(slots_with_diffraction(thing) for thing in context.selected_objects):
             cls.poll_message_set("Select a mesh whose material has diffraction")
             return False

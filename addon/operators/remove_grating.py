@@ -3,6 +3,8 @@
 
 import bpy
 
+from .polls import has_grating
+
 
 class RemoveGrating(bpy.types.Operator):
     """Remove the grating from the list; its materials and its bake stay"""
@@ -13,10 +15,7 @@ class RemoveGrating(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        if context.scene.natural_gratings.active() is None:
-            cls.poll_message_set("No grating in the list")
-            return False
-        return True
+        return has_grating(cls, context)
 
     def execute(self, context):
         gratings = context.scene.natural_gratings

@@ -7,6 +7,7 @@ import bpy
 from bpy.props import EnumProperty, FloatProperty, IntProperty
 
 from ...precompute.base.failure import GratingError
+from .polls import has_active_mesh, in_object_mode
 from .report import report_failure, report_lines
 
 XATLAS, MINIMUM_STRETCH = "XATLAS", "MINIMUM_STRETCH"
@@ -49,10 +50,7 @@ class Unwrap(bpy.types.Operator):
         if Unwrap.running is not None:
             cls.poll_message_set("An unwrap is running")
             return False
-        if context.mode != "OBJECT" or context.active_object is None or context.active_object.type != "MESH":
-            cls.poll_message_set("In Object Mode, make a mesh the active object")
-            return False
-        return True
+        return in_object_mode(cls, context) and has_active_mesh(cls, context)
 
     def execute(self, context):
         """Unwrap and wait, for scripts."""

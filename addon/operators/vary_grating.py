@@ -9,6 +9,7 @@ from bpy.props import EnumProperty, FloatProperty, StringProperty
 from ...precompute.base.failure import GratingError
 from ..scene.gratings import active_grating
 from ..scene.variation import ATTRIBUTE, PATTERNS, Variation
+from .polls import has_bake, in_object_mode
 from .report import report_failure, report_lines
 
 
@@ -49,11 +50,7 @@ class VaryGrating(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        grating = context.scene.natural_gratings.active()
-        if grating is None or not grating.bake_path:
-            cls.poll_message_set("Bake the grating first")
-            return False
-        return True
+        return in_object_mode(cls, context) and has_bake(cls, context)
 
     def draw(self, context):
         layout, gratings = self.layout, context.scene.natural_gratings

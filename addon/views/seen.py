@@ -52,7 +52,7 @@ def seen_by(
     scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, rays: tuple[np.ndarray, np.ndarray]
 ) -> list[Places]:
     """The places with a grating that rays meet first, rays being origins and unit directions (n, 3). Objects that no
-    render shows to the camera are looked through."""
+    render shows to the camera are looked through, and meshes in Edit Mode show nothing."""
     origins, directions = rays
     foreign = _own_instances(depsgraph)
     meshes: dict[bpy.types.Object, _Mesh] = {}
@@ -60,6 +60,8 @@ def seen_by(
     for number, (origin, direction) in enumerate(zip(origins.tolist(), directions.tolist(), strict=True)):
         hit, point, face, thing, matrix = _first(scene, depsgraph, Vector(origin), Vector(direction))
         if not hit or thing.type != "MESH" or (thing, tuple(map(tuple, matrix))) in foreign:
+            continue
+        if thing.original.data.is_editmode:  # its faces cannot be read
             continue
         if thing not in meshes:
             meshes[thing] = _Mesh(thing, depsgraph)

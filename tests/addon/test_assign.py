@@ -289,11 +289,15 @@ def test_what_is_no_mesh_is_named_with_the_remedy(scene, grating, addon, capfd, 
         bpy.ops.grating.assign()
 
 
-def test_a_mesh_in_edit_mode_can_be_assigned(scene, grating, addon):
+def test_a_mesh_in_edit_mode_is_left_alone(scene, grating, addon):
+    """Also by the command line, which has no button to be grey."""
     plane = bpy.context.object
     bpy.ops.object.mode_set(mode="EDIT")
     try:
-        assert bpy.ops.grating.assign() == {"FINISHED"}
+        with pytest.raises(RuntimeError, match="Switch to Object Mode first"):
+            bpy.ops.grating.assign()
+        with pytest.raises(Exception, match="Plane: in Edit Mode; switch to Object Mode first"):
+            addon.assign.assign_to_meshes(scene, [plane])
     finally:
         bpy.ops.object.mode_set(mode="OBJECT")
-    assert plane.active_material == grating.material
+    assert not plane.material_slots and grating.material is None and not bpy.data.materials

@@ -206,7 +206,7 @@ def test_what_cannot_be_combed_is_told_and_nothing_changes(monkey, tmp_path):
     faults("Suzanne: no hair", source="HAIR")
     faults("Suzanne: no bones", source="BONES")
     bpy.ops.object.mode_set(mode="EDIT")
-    faults("Suzanne: in Edit Mode", source="X")
+    faults("Switch to Object Mode first", source="X")
     bpy.ops.object.mode_set(mode="OBJECT")
     while len(mesh.uv_layers) < 8:
         mesh.uv_layers.new()

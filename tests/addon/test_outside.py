@@ -99,3 +99,16 @@ def test_a_scene_without_a_camera_has_nothing_to_notice(scene, narrowed, addon):
     turn_camera(scene)
     scene.camera = None
     assert addon.outside.notice_outside(scene) == []
+
+
+@pytest.mark.parametrize("mode", ["EDIT", "SCULPT", "WEIGHT_PAINT"])
+def test_a_scene_is_saved_in_any_mode(scene, narrowed, addon, tmp_path, capfd, mode):
+    """Where Blender lets the faces be read, what they show is noticed; in Edit Mode nothing is said."""
+    turn_camera(scene)
+    bpy.ops.object.mode_set(mode=mode)
+    try:
+        assert bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"), copy=True) == {"FINISHED"}
+        assert "Traceback" not in "".join(capfd.readouterr())
+        assert len(addon.outside.notice_outside(scene)) == (mode != "EDIT")
+    finally:
+        bpy.ops.object.mode_set(mode="OBJECT")

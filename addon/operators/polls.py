@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What operators need before their button can be pressed. Each function says whether it is there; if not, the grey
+button's tooltip says what is missing."""
+
+import bpy
+
+Operator = type[bpy.types.Operator]
+
+
+def in_object_mode(operator: Operator, context: bpy.types.Context) -> bool:
+    """Whether Blender is in Object Mode. In the others a mesh cannot be read or changed as it is: in Edit Mode its
+    faces and UV maps are elsewhere."""
+    if context.mode != "OBJECT":
+        operator.poll_message_set("Switch to Object Mode first")
+        return False
+    return True
+
+
+def has_grating(operator: Operator, context: bpy.types.Context) -> bool:
+    """Whether the scene has an active grating."""
+    if context.scene.natural_gratings.active() is None:
+        operator.poll_message_set("No grating in the list; import a height map, or add a sample")
+        return False
+    return True
+
+
+def has_bake(operator: Operator, context: bpy.types.Context) -> bool:
+    """Whether the active grating is baked."""
+    if not has_grating(operator, context):
+        return False
+    if not context.scene.natural_gratings.active().bake_path:
+        operator.poll_message_set("Bake the grating first")
+        return False
+    return True
+
+
+def has_active_mesh(operator: Operator, context: bpy.types.Context) -> bool:
+    """Whether the active object is a mesh."""
+    if context.active_object is None or context.active_object.type != "MESH":
+        operator.poll_message_set("Make a mesh the active object first")
+        return False
+    return True
+
+
+def has_selected_mesh(operator: Operator, context: bpy.types.Context) -> bool:
+    """Whether a mesh is among the selected objects."""
+    if not any(o.type == "MESH" for o in context.selected_objects):
+        from ..actions.meshes import no_meshes
+
+        operator.poll_message_set("; ".join(no_meshes(context.selected_objects)) or "Select a mesh first")
+        return False
+    return True
