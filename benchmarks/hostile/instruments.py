@@ -270,6 +270,19 @@ def x3p(height: np.ndarray, pixel_m: float, *, packed: bool = True, folder: str 
     return out.getvalue()
 
 
+def x3p_listed(height: np.ndarray, pixel_m: float) -> bytes:
+    """An X3P whose points stand in main.xml, which is in UTF-16; the archive has no other file."""
+    with zipfile.ZipFile(io.BytesIO(x3p(height, pixel_m))) as archive:
+        xml = archive.read("main.xml").decode()
+    points = "".join("<Datum/>" if z != z else f"<Datum>{z!r}</Datum>" for z in map(float, height.ravel()))
+    head, tail = xml.split("<DataLink>")[0], xml.split("</DataLink>")[1]
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        listed = f"{head}<DataList>{points}</DataList>{tail}".replace("UTF-8", "UTF-16")
+        archive.writestr("main.xml", listed.encode("utf-16"))
+    return out.getvalue()
+
+
 def xyz(height: np.ndarray, pixel_m: float) -> bytes:
     """The points of a grid in nanometres, x and y in micrometres; y points up."""
     rows, cols = height.shape

@@ -2,6 +2,7 @@
 """Ways to spoil the bytes of a file: each takes a random generator and the bytes, and returns other bytes."""
 
 import io
+import lzma
 import random
 import re
 import struct
@@ -99,13 +100,25 @@ def with_member(draw: random.Random, data: bytes) -> bytes:
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             members = {name: archive.read(name) for name in archive.namelist()}
-    except (zipfile.BadZipFile, zlib.error, struct.error, ValueError, EOFError, NotImplementedError, RuntimeError):
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        lzma.LZMAError,
+        OSError,
+        struct.error,
+        ValueError,
+        EOFError,
+        NotImplementedError,
+        RuntimeError,
+    ):
         return flipped(draw, data)
     name = draw.choice(sorted(members))
     way = draw.choice((truncated, flipped, overwritten, with_integer, with_number)) if members[name] else with_tail
     members[name] = way(draw, members[name])
     out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", draw.choice((zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED))) as archive:
+    # The last two are refused unread, so that most files are packed otherwise.
+    packings = (*3 * (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED), zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA)
+    with zipfile.ZipFile(out, "w", draw.choice(packings)) as archive:
         for each, content in members.items():
             archive.writestr(each, content)
     return out.getvalue()

@@ -38,7 +38,10 @@ FORMATS: dict[str, tuple[Callable[[], bytes], ...]] = {
     ".sur": _instruments(instruments.digital_surf, partial(instruments.digital_surf, packed=True)),
     ".sdf": _instruments(instruments.sdf, partial(instruments.sdf, text=True)),
     ".x3p": _instruments(
-        instruments.x3p, partial(instruments.x3p, packed=False), partial(instruments.x3p, packed=False, kind="L")
+        instruments.x3p,
+        partial(instruments.x3p, packed=False),
+        partial(instruments.x3p, packed=False, kind="L"),
+        instruments.x3p_listed,
     ),
     ".xyz": _instruments(instruments.xyz),
     ".asc": _instruments(instruments.matrix),
@@ -51,7 +54,8 @@ BOMBS: tuple[tuple[str, Callable[[], bytes]], ...] = (
     (".tif", scans.tiff_of_shared_tags), (".bmp", scans.bmp_of_long_skips), (".gwy", scans.gwy_of_many_components),
     (".x3p", scan_bombs.x3p_of_zeros), (".sur", scan_bombs.sur_of_zeros), (".asc", scan_bombs.text_of_one_row),
     (".asc", scan_bombs.text_of_many_rows), (".xyz", scan_bombs.points_far_apart), (".jpk", scan_bombs.jpk_in_a_circle),
-    (".jpk", scan_bombs.jpk_of_long_strips),
+    (".jpk", scan_bombs.jpk_of_long_strips), (".x3p", scan_bombs.x3p_of_entities), (".x3p", scan_bombs.x3p_of_elements),
+    (".npy", scan_bombs.npy_of_zeros),
 )  # fmt: skip
 _TAIL_BYTES = 4 << 30
 _SIZES = ("--size-um", "1", "--height-nm", "200")

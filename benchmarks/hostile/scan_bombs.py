@@ -28,6 +28,32 @@ def x3p_of_zeros() -> bytes:
     return out.getvalue()
 
 
+def _zipped_xml(xml: bytes) -> bytes:
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("main.xml", xml)
+    return out.getvalue()
+
+
+def x3p_of_entities() -> bytes:
+    """Nine entities of ten of each other, in UTF-16: 3 GB."""
+    pairs = zip("abcdefgh", "bcdefghi", strict=True)
+    declared = "".join(f'<!ENTITY {name} "{10 * f"&{before};"}">' for before, name in pairs)
+    xml = f'<?xml version="1.0" encoding="UTF-16"?><!DOCTYPE p [<!ENTITY a "lol">{declared}]><p>&i;</p>'
+    return _zipped_xml(xml.encode("utf-16"))
+
+
+def x3p_of_elements() -> bytes:
+    """Ten million elements in 40 KB."""
+    return _zipped_xml(b"<p>" + b"<a/>" * 10_000_000 + b"</p>")
+
+
+def npy_of_zeros() -> bytes:
+    """15000 x 15000 small integers: 1.8 GB of heights."""
+    header = b"{'descr': '|i1', 'fortran_order': False, 'shape': (15000, 15000), }".ljust(117) + b"\n"
+    return b"\x93NUMPY\1\0" + struct.pack("<H", len(header)) + header + bytes(15000**2)
+
+
 def sur_of_zeros() -> bytes:
     """9000 x 9000 heights of zero in 160 KB: 1.2 GiB to read."""
     packer = zlib.compressobj()

@@ -56,6 +56,7 @@ FORMATS = {
     "sdf as text": (partial(instruments.sdf, text=True), ".sdf", "height", 1e-17),
     "x3p": (instruments.x3p, ".x3p", "height", 0),
     "x3p, not packed": (partial(instruments.x3p, packed=False), ".x3p", "height", 0),
+    "x3p of points in its XML": (instruments.x3p_listed, ".x3p", "height", 0),
     "x3p of integers": (partial(instruments.x3p, kind="L"), ".x3p", "height", 0.5e-12),
 }  # fmt: skip
 # Bare numbers: nanometres, with nine digits behind the point in text.
