@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
-from . import instruments, microscopes, scan_bombs, scans
+from . import hdf5, instruments, microscopes, scan_bombs, scans
 from .mutations import mutated
 from .runner import Case, run_verb
 
@@ -33,6 +33,8 @@ FORMATS: dict[str, tuple[Callable[[], bytes], ...]] = {
     ".mi": _instruments(instruments.agilent),
     ".mdt": _instruments(microscopes.ntmdt, microscopes.ntmdt_mda),
     ".sxm": _instruments(microscopes.sxm),
+    ".nhf": _instruments(hdf5.nhf, partial(hdf5.nhf, version=2, packed=True)),
+    ".h5-jpk": _instruments(hdf5.h5_jpk),
     ".gsf": _instruments(instruments.gsf),
     ".txt": _instruments(instruments.gwyddion_text, partial(instruments.gwyddion_text, german=True)),
     ".sur": _instruments(instruments.digital_surf, partial(instruments.digital_surf, packed=True)),
@@ -55,7 +57,7 @@ BOMBS: tuple[tuple[str, Callable[[], bytes]], ...] = (
     (".x3p", scan_bombs.x3p_of_zeros), (".sur", scan_bombs.sur_of_zeros), (".asc", scan_bombs.text_of_one_row),
     (".asc", scan_bombs.text_of_many_rows), (".xyz", scan_bombs.points_far_apart), (".jpk", scan_bombs.jpk_in_a_circle),
     (".jpk", scan_bombs.jpk_of_long_strips), (".x3p", scan_bombs.x3p_of_entities), (".x3p", scan_bombs.x3p_of_elements),
-    (".npy", scan_bombs.npy_of_zeros),
+    (".npy", scan_bombs.npy_of_zeros), (".nhf", hdf5.nhf_continued_in_a_circle), (".nhf", hdf5.nhf_of_zeros),
 )  # fmt: skip
 _TAIL_BYTES = 4 << 30
 _SIZES = ("--size-um", "1", "--height-nm", "200")

@@ -20,6 +20,7 @@ from .exr_picture import EXR
 from .gsf import GSF
 from .gwy import GWYDDION
 from .gwyddion_text import GWYDDION_TEXT
+from .hdf5 import HDF5
 from .ibw import ASYLUM
 from .image import BMP, PNG, TIFF
 from .jpk import JPK
@@ -39,7 +40,7 @@ from .x3p import X3P
 # The first that knows a file's beginning reads it: instruments' TIFFs before pictures, texts with a header before bare
 # numbers.
 READERS: tuple[Reader, ...] = (
-    NANOSURF, GWYDDION, GSF, NANOSCOPE, ASYLUM, JPK, PARK, WSXM, AGILENT, NT_MDT, NANONIS, DIGITAL_SURF, SDF, X3P,
+    NANOSURF, GWYDDION, GSF, NANOSCOPE, ASYLUM, JPK, PARK, WSXM, AGILENT, NT_MDT, NANONIS, HDF5, DIGITAL_SURF, SDF, X3P,
     GWYDDION_TEXT, PNG, TIFF, BMP, EXR, NPY, XYZ, MATRIX,
 )  # fmt: skip
 

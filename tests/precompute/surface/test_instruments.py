@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from benchmarks.hostile import instruments, microscopes
+from benchmarks.hostile import hdf5, instruments, microscopes
 from benchmarks.hostile.instruments import SPAN_M
 from precompute.base.failure import GratingError
 from precompute.surface.readers.registry import read_height_map, reader_of
@@ -45,6 +45,11 @@ FORMATS = {
     "nanonis": (microscopes.sxm, ".sxm", "Z forward", 100e-9 / 2**24),
     "nanonis, downward": (partial(microscopes.sxm, upward=False), ".sxm", "Z forward", 100e-9 / 2**24),
     "nanonis of version 1": (partial(microscopes.sxm, version=1), ".sxm", "Z forward", 100e-9 / 2**24),
+    "nhf": (hdf5.nhf, ".nhf", "Topography forward", SPAN_M / 2**32),
+    "nhf of version 2": (partial(hdf5.nhf, version=2, packed=True), ".nhf", "Topography forward", SPAN_M / 2**32),
+    "h5-jpk": (hdf5.h5_jpk, ".h5-jpk", "Height trace 1", SPAN_M / 2**33),
+    "h5-jpk, reflected": (partial(hdf5.h5_jpk, reflected=True), ".h5-jpk", "Height trace 1", SPAN_M / 2**33),
+    "h5-jpk of one frame": (partial(hdf5.h5_jpk, frames=1), ".h5-jpk", "Height trace", SPAN_M / 2**33),
     "gsf": (instruments.gsf, ".gsf", "Topography", 100e-9 / 2**24),
     "text": (instruments.gwyddion_text, ".txt", "Topography", 1e-19),
     "text in German": (partial(instruments.gwyddion_text, german=True), ".txt", "Topography", 1e-19),
@@ -67,7 +72,7 @@ BARE = {
     # Single precision of up to 100 nm.
     "exr": (instruments.exr, ".exr", 100e-9 / 2**24),
 }
-KEEP_MISSING = ("sur", "sdf", "sdf as text", "x3p", "x3p of integers", "gsf", "nanonis")
+KEEP_MISSING = ("sur", "sdf", "sdf as text", "x3p", "x3p of integers", "gsf", "nanonis", "nhf of version 2")
 
 
 def write(folder, name, data):

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Datasets of an HDF5 file: numbers in one piece or in chunks, deflated, shuffled, or as they are.
+
+Every number of a header is held against what the file holds before memory is taken. (Format: The HDF Group, "HDF5 File
+Format Specification", version 3.)
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import BinaryIO
+
+import numpy as np
+
+from .scan_file import read_exactly
+
+UNDEFINED = 2**64 - 1
+# The most bytes of structures, and the most structures, that are read of one file: a scan has a hundredth of them.
+_STRUCTURES_MAX, _READS_MAX = 1 << 24, 1 << 18
+# A chunk may be larger than what is wanted: datasets grow, and several frames may share one.
+_CHUNK_MAX, _CHUNK_TIMES = 1 << 20, 4
+_DEFLATE, _SHUFFLE, _FLETCHER = 1, 2, 3
+
+
+class Structures:
+    """The structures of an open HDF5 file, as bytes and numbers."""
+
+    def __init__(self, file: BinaryIO):
+        self._file, self._bytes, self._reads = file, 0, 0
+
+    def read(self, start: int, count: int) -> bytes:
+        """Bytes of a structure. Raises ValueError where structures are more than a scan has."""
+        self._bytes, self._reads = self._bytes + count, self._reads + 1
+        if self._bytes > _STRUCTURES_MAX or self._reads > _READS_MAX:
+            raise ValueError("more HDF5 structures than a scan has, or in a circle")
+        return read_exactly(self._file, start, count)
+
+    def unpack(self, form: str, start: int) -> tuple:
+        """Numbers of a structure."""
+        return struct.unpack(form, self.read(start, struct.calcsize(form)))
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """Numbers of one kind, on disk. `filters` in the order in which they were put on."""
+
+    file: Structures
+    shape: tuple[int, ...]
+    kind: np.dtype
+    layout: bytes
+    filters: tuple[int, ...]
+
+    def read(self, file: BinaryIO, column: int | None = None, *, missing: float | None = None) -> np.ndarray:
+        """All values, or those whose last index is `column`.
+
+        Those that are not stored are `missing`; where this is None, they raise ValueError."""
+        shape = self.shape if column is None else self.shape[:-1]
+        values = np.empty(shape, self.kind) if missing is None else np.full(shape, missing, self.kind)
+        filled = sum(self._fill(values, corner, part, column) for corner, part in self._parts(file, column))
+        if missing is None and filled != values.size:
+            raise ValueError(f"{filled} of {values.size} values are stored")
+        return values
+
+    def _fill(self, values: np.ndarray, corner: tuple[int, ...], part: np.ndarray, column: int | None) -> int:
+        if column is not None:
+            part, corner = part[..., column - corner[-1]], corner[:-1]
+        place = tuple(slice(at, at + side) for at, side in zip(corner, part.shape, strict=True))
+        inside = values[place]
+        inside[...] = part[tuple(slice(side) for side in inside.shape)]
+        return inside.size
+
+    def _parts(self, file: BinaryIO, column: int | None) -> Iterator[tuple[tuple[int, ...], np.ndarray]]:
+        """The stored parts that hold wanted values, each with the indices of its corner."""
+        version, form = self.layout[:2]
+        zero = (0,) * len(self.shape)
+        nbytes = math.prod(self.shape) * self.kind.itemsize
+        if version not in (3, 4) or form > 2 or (version == 4 and form == 2):
+            raise ValueError(f"HDF5 values laid out in way {form} of version {version}")
+        if form == 0:
+            (size,) = struct.unpack_from("<H", self.layout, 2)
+            yield zero, self._decoded(self.layout[4 : 4 + size], self.shape, nbytes, 0)
+        elif form == 1:
+            start, size = struct.unpack_from("<2Q", self.layout, 2)
+            if start == UNDEFINED or size != nbytes:
+                raise ValueError(f"{size} bytes are stored for {nbytes}")
+            yield zero, np.frombuffer(read_exactly(file, start, size), self.kind).reshape(self.shape)
+        else:
+            yield from self._chunks(file, column)
+
+    def _chunks(self, file: BinaryIO, column: int | None) -> Iterator[tuple[tuple[int, ...], np.ndarray]]:
+        (rank,) = struct.unpack_from("<B", self.layout, 2)
+        if rank != len(self.shape) + 1:
+            raise ValueError(f"HDF5 chunks of {rank - 1} dimensions for {len(self.shape)}")
+        root, *sides = struct.unpack_from(f"<Q{rank - 1}I", self.layout, 3)
+        size = math.prod(sides) * self.kind.itemsize
+        wanted = math.prod(self.shape if column is None else self.shape[:-1]) * self.kind.itemsize
+        if not 0 < size <= max(_CHUNK_MAX, _CHUNK_TIMES * wanted):
+            raise ValueError(f"an HDF5 chunk of {size} bytes for {wanted}")
+        key = struct.Struct(f"<2I{rank}Q")
+        for head, start in tree(self.file, root, kind=1, key=key):
+            stored, skipped, *corner = key.unpack(head)
+            if any(at >= side for at, side in zip(corner, self.shape, strict=False)):
+                raise ValueError("an HDF5 chunk outside of its dataset")
+            if column is None or corner[-2] <= column < corner[-2] + sides[-1]:
+                data = self._decoded(read_exactly(file, start, stored), tuple(sides), size, skipped)
+                yield tuple(corner[:-1]), data
+
+    def _decoded(self, data: bytes, shape: tuple[int, ...], size: int, skipped: int) -> np.ndarray:
+        """Numbers out of bytes as they are stored; the bits of `skipped` tell filters that were not put on."""
+        for number, each in reversed(list(enumerate(self.filters))):
+            if skipped >> number & 1:
+                continue
+            if each == _DEFLATE:
+                # One byte more than there may be, a checksum with it: a bomb is not unpacked.
+                data = zlib.decompressobj().decompress(data, size + 5)
+                if len(data) > size + 4:
+                    raise ValueError(f"an HDF5 chunk unpacks to more than its {size} bytes")
+            elif each == _SHUFFLE:
+                data = np.frombuffer(data, "u1").reshape(self.kind.itemsize, -1).T.tobytes()
+            elif each == _FLETCHER:
+                data = data[:-4]
+        if len(data) != size:
+            raise ValueError(f"an HDF5 chunk holds {len(data)} bytes instead of {size}")
+        return np.frombuffer(data, self.kind).reshape(shape)
+
+
+def tree(file: Structures, root: int, *, kind: int, key: struct.Struct) -> Iterator[tuple[bytes, int]]:
+    """The leaves of a B-tree of version 1: the key before each, and its address. An undefined root has none."""
+    nodes = [] if root == UNDEFINED else [root]
+    while nodes:
+        address = nodes.pop()
+        signature, found, level, count = file.unpack("<4s2BH", address)
+        if signature != b"TREE" or found != kind:
+            raise ValueError("no HDF5 tree")
+        entry = key.size + 8
+        entries = file.read(address + 24, count * entry)
+        children = []
+        for at in range(0, len(entries), entry):
+            (child,) = struct.unpack_from("<Q", entries, at + key.size)
+            if level:
+                children.append(child)
+            else:
+                yield entries[at : at + key.size], child
+        nodes += reversed(children)
+
+
+def shape_of(data: bytes) -> tuple[int, ...] | None:
+    """The sides of a dataspace: () of one value, None of none."""
+    version, rank = data[:2]
+    if version not in (1, 2) or (version == 2 and data[3] == 2):
+        return None
+    return struct.unpack_from(f"<{rank}Q", data, 8 if version == 1 else 4)
+
+
+def number_of(data: bytes) -> np.dtype | None:
+    """NumPy's type of a datatype of numbers; None of any other."""
+    form, bits, size = data[0] & 15, data[1], struct.unpack_from("<I", data, 4)[0]
+    order = ">" if bits & 1 else "<"
+    if form == 0 and size in (1, 2, 4, 8):
+        return np.dtype(f"{order}{'i' if bits & 8 else 'u'}{size}")
+    if form == 1 and size in (4, 8) and not bits & 64:
+        return np.dtype(f"{order}f{size}")
+    return None
+
+
+def filters_of(data: bytes | None) -> tuple[int, ...]:
+    """The numbers of a pipeline's filters. Raises ValueError where one is not read."""
+    if data is None:
+        return ()
+    version, count = data[:2]
+    at, found = 8 if version == 1 else 2, []
+    for _ in range(count):
+        (number,) = struct.unpack_from("<H", data, at)
+        named = version == 1 or number >= 256
+        length = struct.unpack_from("<H", data, at + 2)[0] if named else 0
+        at += 4 if named else 2
+        (values,) = struct.unpack_from("<2xH", data, at)
+        at += 4 + length + 4 * (values + (values & 1 if version == 1 else 0))
+        found.append(number)
+    if unknown := set(found) - {_DEFLATE, _SHUFFLE, _FLETCHER}:
+        raise ValueError(f"HDF5 filter {min(unknown)}")
+    return tuple(found)

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""JPK .h5-jpk: HDF5 of high-speed scans, many frames of one place.
+
+Each group "Measurement_N" tells the grid, each group "Channel_N" in it a quantity and a direction. The dataset of a
+channel has a column for each frame. A column has the points of the grid, line by line from the scan's bottom to its
+top, unless the grid is reflected. The attributes "net-encoder.scaling" scale its integers to the default calibration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import BinaryIO
+
+import numpy as np
+
+from .channels import Channel
+from .hdf5_dataset import Dataset
+from .hdf5_file import Node
+from .scan_file import StoredMap
+from .units import in_base_units
+
+FORMAT = ("file-format-info", "JPK SCAN")
+_GRID, _SCALING = "position-pattern.grid", "net-encoder.scaling"
+_THUMBNAIL = "thumbnail"
+_MAPS_MAX = 1 << 16
+
+
+def jpk_maps(root: Node) -> list[StoredMap]:
+    """The frames of all channels, the first frame of each channel before the second."""
+    measured = [node for name, node in root.members.items() if name.startswith("Measurement_")]
+    channels = [
+        (measurement, channel)
+        for measurement in measured
+        for name, channel in measurement.members.items()
+        if name.startswith("Channel_")
+    ]
+    maps: list[tuple[int, StoredMap]] = []
+    for measurement, channel in channels:
+        for number, each in enumerate(_frames(measurement.attributes, channel)):
+            maps.append((number, each))
+            if len(maps) > _MAPS_MAX:
+                raise ValueError(f"more than {_MAPS_MAX} frames")
+    return [each for _, each in sorted(maps, key=lambda pair: pair[0])]
+
+
+def _frames(grid: dict[str, object], channel: Node) -> Iterator[StoredMap]:
+    facts = channel.attributes
+    datasets = [node.dataset for name, node in channel.members.items() if name != _THUMBNAIL]
+    name = str(facts.get("channel.fancy-name") or facts["channel.name"])
+    direction = "retrace" if str(facts["retrace"]).lower() == "true" else "trace"
+    size, base = in_base_units(str(facts[f"{_SCALING}.unit.unit"]))
+    shape = int(grid[f"{_GRID}.jlength"]), int(grid[f"{_GRID}.ilength"])
+    length, _ = in_base_units(str(grid[f"{_GRID}.unit.unit"]))
+    sides = float(grid[f"{_GRID}.vlength"]) * length, float(grid[f"{_GRID}.ulength"]) * length
+    factor, offset = (float(facts[f"{_SCALING}.{each}"]) * size for each in ("multiplier", "offset"))
+    reflected = str(grid[f"{_GRID}.reflect"]).lower() == "true"
+    for dataset in datasets:
+        if dataset is None or len(dataset.shape) != 2 or min(shape) < 1 or dataset.shape[0] != shape[0] * shape[1]:
+            raise ValueError(f"{shape[0]} x {shape[1]} points, and a dataset of {dataset and dataset.shape}")
+        for frame in range(dataset.shape[1]):
+            yield StoredMap(
+                Channel(name, direction if dataset.shape[1] == 1 else f"{direction} {frame + 1}", base),
+                shape,
+                (sides[0] / shape[0], sides[1] / shape[1]),
+                partial(_values, dataset, shape, frame, (factor, offset), reflected),
+            )
+
+
+def _values(
+    dataset: Dataset,
+    shape: tuple[int, int],
+    frame: int,
+    scaling: tuple[float, float],
+    reflected: bool,
+    file: BinaryIO,
+) -> np.ndarray:
+    values = dataset.read(file, frame).reshape(shape) * np.float64(scaling[0])
+    values += scaling[1]
+    return values if reflected else values[::-1]

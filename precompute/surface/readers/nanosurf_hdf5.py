@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Nanosurf .nhf: HDF5 of the software Studio, in its versions 1 and 2.
+
+A group is a measurement, a group in it a segment, "Forward" or "Backward", and a dataset in that a channel. Points are
+stored line by line from the scan's bottom to its top. A channel's calibration gives the values of the lowest and the
+highest integer of its type. Version 2 keeps one integer of a type for missing points. (Format: Nanosurf's own reader in
+the package nanosurf-utils, which is open.)
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import BinaryIO
+
+import numpy as np
+
+from .channels import Channel
+from .hdf5_dataset import Dataset
+from .hdf5_file import Node
+from .scan_file import StoredMap
+from .units import in_base_units
+
+VERSION = "nsf_file_version_major"
+# The names of attributes in versions 1 and 2: of a measurement, a segment and a channel; the calibration's prefix.
+_NAMES = {
+    1: ("name", "name", "name", "base_calibration"),
+    2: ("measurement_name", "segment_name", "signal_name", "signal_calibration"),
+}
+_NO_IMAGES = ("spectroscopy", "spectroscopy_grid", "calibration")
+_IN_BRACKETS = re.compile(r"\(([^)]+)\)")
+
+
+@dataclass(frozen=True)
+class _Scale:
+    """How integers become values: those from `lowest` on, times `factor`, plus `offset`; what is beyond is missing."""
+
+    lowest: float
+    highest: float
+    factor: float
+    offset: float
+
+
+def nanosurf_maps(root: Node) -> list[StoredMap]:
+    """All channels of all segments. Raises ValueError where the version is another."""
+    version = int(root.attributes[VERSION])
+    if version not in _NAMES:
+        raise ValueError(f"a .nhf of version {version}")
+    measured = [node for node in root.members.values() if _NAMES[version][0] in node.attributes]
+    return [each for number, node in enumerate(measured, 1) for each in _maps(node, version, number, len(measured) > 1)]
+
+
+def _maps(measurement: Node, version: int, number: int, is_one_of_many: bool) -> Iterator[StoredMap]:
+    _, segment_name, channel_name, _ = _NAMES[version]
+    kind = str(measurement.attributes.get("group_type" if version == 2 else "measurement_type", ""))
+    for segment in measurement.members.values():
+        if segment.dataset is not None or segment_name not in segment.attributes:
+            continue
+        facts = measurement.attributes | segment.attributes
+        frame = str(segment.attributes[segment_name]).lower() + (f" of {number}" if is_one_of_many else "")
+        for node in segment.members.values():
+            if (dataset := node.dataset) is not None and channel_name in node.attributes:
+                yield _map(facts, dataset, node.attributes, (version, frame, kind not in _NO_IMAGES))
+
+
+def _map(
+    facts: dict[str, object], dataset: Dataset, channel: dict[str, object], known: tuple[int, str, bool]
+) -> StoredMap:
+    version, frame, may_be_image = known
+    shape, sides = _grid(facts)
+    # Such a dataset holds one value for each point; others hold a wave for each, and are no maps.
+    is_image = may_be_image and min(shape) > 0 and dataset.shape in (shape, (shape[0] * shape[1],))
+    scale, unit = _scale(dataset, channel, version)
+    size, base = in_base_units(unit)
+    # Version 1 has no number for a missing point.
+    acquired = int(facts.get("image_number_of_lines_acquired", shape[0])) if version == 1 else shape[0]
+    rows, cols = shape if is_image else (1, 1)
+    return StoredMap(
+        Channel(str(channel[_NAMES[version][2]]), frame, base, is_image),
+        (rows, cols),
+        (sides[0] / rows, sides[1] / cols),
+        partial(_values, dataset, (rows, cols), scale, size)
+        if acquired >= rows
+        else partial(_broken_off, acquired, rows),
+    )
+
+
+def _grid(facts: dict[str, object]) -> tuple[tuple[int, int], tuple[float, float]]:
+    """(rows, cols) and (Ly, Lx); zeros where a measurement tells none."""
+    # Either may stand at the measurement or the segment, in either spelling.
+    rows, cols = facts.get("rect_axis_size") or (
+        facts.get("image_number_of_lines", 0),
+        facts.get("image_points_per_line", 0),
+    )
+    height, width = facts.get("rect_axis_range") or (facts.get("image_size_y", 0), facts.get("image_size_x", 0))
+    return (int(rows), int(cols)), (float(height), float(width))
+
+
+def _scale(dataset: Dataset, channel: dict[str, object], version: int) -> tuple[_Scale, str]:
+    """The calibration of a channel's integers and its unit; floating numbers run from 0 to 1."""
+    prefix = _NAMES[version][3]
+    if dataset.kind.kind == "f":
+        lowest, highest = 0.0, 1.0
+    else:
+        limits = np.iinfo(dataset.kind)
+        # Version 2 keeps the lowest signed and the highest unsigned integer for missing points.
+        lowest = float(limits.min) + (version == 2 and limits.min < 0)
+        highest = float(limits.max) - (version == 2 and limits.min == 0)
+    if channel.get("signal_selected", channel.get("signal_id")) != channel.get("signal_id"):
+        return _Scale(lowest, highest, 1.0, 0.0), f"the calibration '{channel['signal_selected']}'"
+    low, high = float(channel.get(f"{prefix}_min", 0.0)), float(channel.get(f"{prefix}_max", 1.0))
+    unit = str(channel.get(f"{prefix}_unit", ""))
+    named = _IN_BRACKETS.search(unit)
+    return _Scale(lowest, highest, (high - low) / (highest - lowest), low), named[1] if named else unit
+
+
+def _values(dataset: Dataset, shape: tuple[int, int], scale: _Scale, size: float, file: BinaryIO) -> np.ndarray:
+    stored = dataset.read(file).reshape(shape)[::-1]
+    values = stored.astype(np.float64)
+    if dataset.kind.kind != "f":
+        values[(values < scale.lowest) | (values > scale.highest)] = np.nan
+    values -= scale.lowest
+    values *= scale.factor * size
+    values += scale.offset * size
+    return values
+
+
+def _broken_off(acquired: int, rows: int, file: BinaryIO) -> np.ndarray:
+    raise ValueError(f"{acquired} of {rows} lines were scanned")
