@@ -47,7 +47,8 @@ def _map(file: BinaryIO, page: dict[int, Tag], sides: tuple[float, float]) -> St
 
 
 def _scaling(file: BinaryIO, page: dict[int, Tag]) -> tuple[str, float, float]:
-    """Unit, factor and offset of the default slot. Raises ValueError where there is no such slot."""
+    """Unit, factor and offset of the default slot. Without such a slot the unit is no length: the other channels are
+    whole."""
     wanted = page[_DEFAULT].text(file)
     for slot in range(min(int(page[_SLOTS].number(file)), _SLOTS_MAX)):
         at = _SLOT + slot * _SLOT_STEP
@@ -56,7 +57,7 @@ def _scaling(file: BinaryIO, page: dict[int, Tag]) -> tuple[str, float, float]:
                 return "", 1.0, 0.0
             unit, factor, offset = page[at + _UNIT], page[at + _FACTOR], page[at + _OFFSET]
             return unit.text(file), factor.number(file), offset.number(file)
-    raise ValueError(f"no scaling '{wanted}'")
+    return "an unknown unit", 1.0, 0.0
 
 
 def _values(strips: list[Block], factor: float, offset: float, reflected: bool, file: BinaryIO) -> np.ndarray:

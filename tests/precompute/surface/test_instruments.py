@@ -159,6 +159,16 @@ def test_trace_and_retrace_are_told_apart(tmp_path, name, listed):
             read_height_map(path, channel=other)
 
 
+def test_a_jpk_channel_without_its_scaling_is_left_out_alone(tmp_path):
+    whole = instruments.jpk(HEIGHTS, PIXEL_M)
+    # The default slot of the last channel, an amplitude.
+    at = whole.rindex(b"nominal\0", 0, whole.rindex(b"nominal\0"))
+    path = write(tmp_path, "slot.jpk", whole[:at] + b"another" + whole[at + 7 :])
+    assert read_height_map(path).channel == "Height trace"
+    with pytest.raises(GratingError, match="'Lock-In Amplitude trace' is in 'an unknown unit', not in metres; "):
+        read_height_map(path, channel="Lock-In")
+
+
 def test_what_is_no_topography_is_never_taken_for_it(fails, tmp_path):
     """An amplitude in metres, alone in its file."""
     whole = instruments.ibw(HEIGHTS, PIXEL_M, labels=("AmplitudeTrace", "DeflectionTrace", "PhaseTrace"))
