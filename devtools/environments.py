@@ -63,7 +63,7 @@ def is_ready(environment: Environment) -> bool:
         stamped = json.loads(environment.stamp.read_text())
     except (OSError, ValueError):
         return False
-    return stamped == dependency_group(environment.name) and environment.python.exists()
+    return sorted(stamped) == sorted(dependency_group(environment.name)) and environment.python.exists()
 
 
 @contextlib.contextmanager

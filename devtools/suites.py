@@ -30,7 +30,7 @@ SUITES = (
 )
 FOLDERS = tuple(dict.fromkeys(name for name, _ in SUITES))
 # The tests of precompute that also run under the newer Python and NumPy. Precompute is pure Python over NumPy, so only
-# the rooms where versions can differ are tested twice. The tests of readers and files meet Pillow, gwyfile and OpenEXR.
+# the rooms where versions can differ are tested twice. The tests of readers and files meet Pillow and OpenEXR.
 # The others mix single and double precision, for which NumPy 2 has other promotion rules. The golden bake passes
 # through all of it.
 PRECOMPUTE_AGAIN = ("surface", "table", "maths", "colour", "spectra", "bake/test_golden.py", "bake/test_cache.py")

@@ -29,7 +29,7 @@ class Job(ChildProcess):
         self, verb: str, arguments: Sequence[str] | Callable[[Path], Sequence[str]], folder: Path | None = None
     ) -> None:
         """Start it. Arguments may be made by a function, which is given the private folder to write files there for
-        the verb to read. Raises GratingError where no file can be written, or a package is missing."""
+        the verb to read. Raises GratingError where no file can be written."""
 
         def prepare(private: Path) -> list[str]:
             self._written = folder or private / "written"
@@ -71,15 +71,12 @@ class Job(ChildProcess):
 
 def child_environment() -> dict[str, str]:
     """The process's environment: it finds precompute in this extension, the packages where this Blender has them, and
-    the extension's cache.
-
-    Raises GratingError if a package is missing."""
-    packages = ("numpy", "OpenEXR", "PIL", "gwyfile")
+    the extension's cache. What needs a package that is missing or broken fails there with one line."""
     folders = [str(ROOT)]
-    for package in packages:
+    for package in ("numpy", "OpenEXR", "PIL", "xatlas"):
         spec = importlib.util.find_spec(package)
         if spec is None or spec.origin is None:
-            raise GratingError(f"{package}: missing from this Blender; reinstall the extension for this platform")
+            continue
         origin = Path(spec.origin)
         folders.append(str(origin.parents[1] if origin.name == "__init__.py" else origin.parent))
     path = os.pathsep.join(dict.fromkeys(folders))

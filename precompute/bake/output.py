@@ -16,7 +16,7 @@ from ..surface.height_map import HeightMap
 from ..surface.relief import Relief, relief_of
 from ..surface.steps.pipeline import level
 from ..table import sample_set
-from ..table.atlas_file import write_together
+from ..table.atlas_file import check_can_write, write_together
 from ..table.sample_set import path_beside
 from .kernel import extent
 from .make import Made, make
@@ -31,7 +31,8 @@ def bake_to_folder(height_maps: Sequence[HeightMap], request: BakeRequest, folde
     """Bake height maps and write the table's file and the sample set's file into a folder.
 
     Returns the facts of the run, as `--json` gives them. Under `files` the table's file comes first. Raises
-    GratingError as `make` and `write_together` do."""
+    GratingError as `check_can_write`, `make` and `write_together` do."""
+    check_can_write()
     reliefs, told = _levelled(height_maps, request)
     made = make(reliefs, request, progress=progress, source=", ".join(height_map.source for height_map in height_maps))
     provenance = provenance_of(height_maps, reliefs, request, made=made)

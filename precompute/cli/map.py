@@ -10,6 +10,7 @@ from ..bake.ensemble import bake, plan
 from ..bake.request import BakeRequest
 from ..base.failure import GratingError
 from ..base.files import write_whole
+from ..base.packages import bundled
 from ..methods import baked, exact
 from ..methods.method import Settings
 from ..methods.registry import MAP_METHODS, METHODS
@@ -71,6 +72,7 @@ def run(arguments: argparse.Namespace) -> None:
     """The `map` verb: a PNG to look at or an EXR of linear Rec.709 radiance under unit irradiance."""
     if arguments.output.suffix.lower() not in (".png", ".exr"):
         raise GratingError(f"{arguments.output}: neither PNG nor EXR; name the file .png or .exr")
+    bundled("PIL.Image" if arguments.output.suffix.lower() == ".png" else "OpenEXR")  # before the map takes its time
     progress = Progress(arguments.progress)
     with naming(arguments.file):
         xyz, illuminant = brdf_map_of(arguments, progress)
@@ -122,9 +124,7 @@ def method_map(relief: Relief, length_m: float | None, arguments, *, progress: P
 def write_picture(path: Path, xyz: np.ndarray, illuminant: str) -> None:
     """Write XYZ (size, size, 3) as a PNG to look at, or as an EXR of linear Rec.709."""
     if path.suffix.lower() == ".png":
-        from PIL import Image
-
-        write_whole(path, Image.fromarray(brdf_map.picture(xyz, illuminant)).save)
+        write_whole(path, bundled("PIL.Image").fromarray(brdf_map.picture(xyz, illuminant)).save)
         return
     rgb = np.nan_to_num(brdf_map.linear_rgb(xyz, illuminant)).astype(np.float32)
     write_whole(path, lambda partial: atlas_file.write_exr(partial, rgb, {}))

@@ -19,6 +19,8 @@ from ..base.files import write_whole
 from ..base.progress import Progress, silent
 from .arrays import FARTHEST_M, read_arrays
 
+# What to do without xatlas.
+BY_BLENDER = "choose Blender's own Minimum Stretch"
 # Measured on two busy cores: 4 thousand triangles in 0.5 s, 488 thousand in 600 s.
 _SECONDS_PER_TRIANGLE, _GROWTH = 2.7e-6, 1.47
 # xatlas is given so many times the time that it is expected to take, and so many seconds.
@@ -81,7 +83,7 @@ class Unwrapped:
 
 
 def has_xatlas() -> bool:
-    """Whether this Python has xatlas."""
+    """Whether this Python has xatlas, which may yet fail as it is loaded: a panel asks at every redraw."""
     return importlib.util.find_spec("xatlas") is not None
 
 
@@ -96,7 +98,7 @@ def unwrap(mesh: Mesh, packing: Packing, *, progress: Progress = silent) -> Unwr
     Raises GratingError if there is no xatlas, if it crashes, or if the map is too small for the density."""
     if not has_xatlas():
         version = ".".join(map(str, sys.version_info[:2]))
-        raise GratingError(f"xatlas: there is none for Python {version}; choose Blender's own Minimum Stretch")
+        raise GratingError(f"xatlas: there is none for Python {version}; {BY_BLENDER}")
     worker = _started(mesh, packing)
     try:
         _wait(worker, expected_seconds(len(mesh.triangles)), progress)
@@ -134,7 +136,7 @@ def _wait(worker: ChildProcess, expected: float, progress: Progress) -> None:
     while worker.running:
         progress("unwrap", min(0.99, (time.monotonic() - begun) / expected))
         time.sleep(_POLL_SECONDS)
-    remedy = "choose Blender's own Minimum Stretch"
+    remedy = BY_BLENDER
     if worker.is_late:
         raise GratingError(f"xatlas: no map of this mesh after {time.monotonic() - begun:.0f} s; {remedy}")
     if worker.status:

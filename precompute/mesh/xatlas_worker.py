@@ -3,14 +3,21 @@
 
 The process of unwrap.py that may crash."""
 
+from __future__ import annotations
+
 import sys
 from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xatlas
 
 from ..base.failure import GratingError
-from .unwrap import Mesh, Packing, Unwrapped, read_mesh
+from ..base.packages import bundled
+from .unwrap import BY_BLENDER, Mesh, Packing, Unwrapped, read_mesh
+
+if TYPE_CHECKING:
+    import xatlas
 
 # Two triangles of a face agree on a corner's place if it differs by less, in shares of the map.
 _SAME = 1e-6
@@ -18,7 +25,7 @@ _SAME = 1e-6
 
 def unwrapped(mesh: Mesh, packing: Packing) -> Unwrapped:
     """A new UV map of a mesh. Raises GratingError if the map is too small for the density."""
-    charts = xatlas.Atlas()
+    charts = _xatlas().Atlas()
     charts.add_mesh(mesh.points.astype(np.float32), mesh.triangles.astype(np.uint32))
     charts.generate(_cut(), _options(packing))
     uv = _corners(charts)
@@ -29,21 +36,25 @@ def unwrapped(mesh: Mesh, packing: Packing) -> Unwrapped:
     # the others, and all islands are packed anew.
     whole = uv * (charts.width, charts.height) / charts.texels_per_unit  # metres
     whole[torn] = _laid_out(mesh, torn) + (whole.max() + 1.0, 0.0)
-    packed = xatlas.Atlas()
+    packed = _xatlas().Atlas()
     corners = np.arange(3 * len(whole), dtype=np.uint32).reshape(-1, 3)
     packed.add_uv_mesh(whole.reshape(-1, 2).astype(np.float32), corners)
     packed.generate(_cut(), _options(packing))
     return _checked(packed, _corners(packed))
 
 
+def _xatlas() -> ModuleType:
+    return bundled("xatlas", BY_BLENDER)
+
+
 def _cut() -> xatlas.ChartOptions:
-    options = xatlas.ChartOptions()
+    options = _xatlas().ChartOptions()
     options.fix_winding = True  # else islands may be mirrored
     return options
 
 
 def _options(packing: Packing) -> xatlas.PackOptions:
-    options = xatlas.PackOptions()
+    options = _xatlas().PackOptions()
     options.resolution, options.padding = packing.size, packing.padding
     options.texels_per_unit = packing.density
     # xatlas exchanges u and v for a rotation, which mirrors the island.

@@ -30,7 +30,7 @@ from ..surface.height_map import HeightMap
 from ..surface.relief import Relief, prepare
 from ..surface.steps.pipeline import DEFAULT
 from ..surface.steps.step import Step
-from ..table.atlas_file import write_together
+from ..table.atlas_file import check_can_write, write_together
 from .dft_layout import TEXELS_MAX, Layout
 from .method import Method, Settings
 from .registry import METHODS
@@ -129,7 +129,8 @@ def images_to_folder(
     """Write the images of a method of a height map, levelled by steps, into a folder, which is made if need be.
 
     Where the settings ask for 0 texels, texels_for chooses their number. Raises GratingError, naming the source, for a
-    relief that the method cannot take."""
+    relief that the method cannot take, and as `check_can_write` does."""
+    check_can_write()
     progress("transforms", 0.0)
     relief = prepare(height_map, levelling)
     if settings.texels == 0:

@@ -11,11 +11,11 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-import OpenEXR
 
 from ..base import files
 from ..base.exr import Picture, open_picture
 from ..base.failure import GratingError
+from ..base.packages import bundled
 from ..base.strict_json import LARGEST_BYTES, parse_json
 from .atlas import Layout, unpack
 from .table import Table
@@ -49,12 +49,18 @@ def write_together(pictures: Mapping[Path, tuple[np.ndarray, object]], provenanc
 def write_exr(path: Path, image: np.ndarray, attributes: Mapping[str, str]) -> None:
     """Write an image (height, width, 3 or 4), row 0 at the bottom, as OpenEXR with attributes in its header.
 
-    Raises OSError if it cannot be written."""
+    Raises OSError if it cannot be written, GratingError if OpenEXR cannot be loaded."""
+    OpenEXR = bundled("OpenEXR")
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **attributes}
     channels = {"RGBA"[: image.shape[2]]: np.ascontiguousarray(image[::-1])}
     # Given a path, OpenEXR takes none outside UTF-8, and has its own words for the system's errors.
     with OpenEXR.File(header, channels) as picture, path.open("wb") as file:
         picture.write(file)
+
+
+def check_can_write() -> None:
+    """Raise GratingError if no picture can be written, before a bake takes its time."""
+    bundled("OpenEXR")
 
 
 def read_header(path: Path) -> tuple[Layout, dict]:

@@ -29,7 +29,7 @@ with tempfile.TemporaryDirectory() as folder:
     before = set(sys.modules)
     assert addon_utils.enable(EXTENSION) is not None
     own = [name for name in set(sys.modules) - before if name.startswith(EXTENSION)]
-    packages = sorted({"OpenEXR", "PIL", "gwyfile"} & (set(sys.modules) - before))
+    packages = sorted({"OpenEXR", "PIL", "xatlas"} & (set(sys.modules) - before))
     print(json.dumps([len(own), packages]))
 """
 
@@ -206,7 +206,7 @@ def test_the_import_dialog_names_every_format_that_can_be_read(scene):
 
 def test_enabling_loads_no_reader_and_no_optics():
     """In a process of its own: what costs time at Blender's start is loaded when it is used. Half a second was 145
-    modules of this project, OpenEXR, Pillow and gwyfile among them."""
+    modules of this project, OpenEXR and Pillow among them."""
     done = subprocess.run([sys.executable, "-c", ENABLE], cwd=ROOT, check=True, capture_output=True, text=True)
     count, packages = json.loads(done.stdout.splitlines()[-1])
     assert packages == []

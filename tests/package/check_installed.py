@@ -20,5 +20,5 @@ def check(name: str, folder: Path) -> None:
 
 
 check("bl_ext.user_default.natural_gratings", Path("user_default", "natural_gratings"))
-for package in ("OpenEXR", "PIL", "gwyfile"):
+for package in ("OpenEXR", "PIL"):
     check(package, Path(".local"))

@@ -10,7 +10,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 BLENDER = {"bpy", "bpy_extras", "mathutils", "gpu", "bl_ui", "bl_operators", "bmesh", "addon_utils", "_bpy", "blf"}
 # Wheels of blender_manifest.toml, and NumPy, which is Blender's own.
-ALLOWED = {"numpy", "OpenEXR", "PIL", "gwyfile", "xatlas"}
+ALLOWED = {"numpy", "OpenEXR", "PIL", "xatlas"}
 FORBIDDEN_CALLS = {"eval", "exec", "compile", "__import__", "breakpoint"}
 FORBIDDEN_MODULES = {
     "pickle", "marshal", "shelve", "threading", "_thread", "concurrent", "multiprocessing", "asyncio", "socket", "ssl",

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
 
+from ...base.packages import bundled
 from ...surface.height_map import HeightMap
 from ...surface.readers.registry import read_height_map
 from ...surface.relief import Relief, prepare
@@ -121,6 +121,6 @@ def as_file(height_map: HeightMap, folder: Path) -> list[str]:
     reads it."""
     low, span = height_map.height_m.min(), np.ptp(height_map.height_m)
     path = folder / "piece.png"
-    Image.fromarray(np.rint((height_map.height_m - low) / span * 65535).astype(np.uint16)).save(path)
+    bundled("PIL.Image").fromarray(np.rint((height_map.height_m - low) / span * 65535).astype(np.uint16)).save(path)
     width_m = height_map.height_m.shape[1] * height_map.pixel_size_m[1]
     return [str(path), "--size-um", repr(float(width_m * 1e6)), "--height-nm", repr(float(span * 1e9))]

@@ -14,6 +14,7 @@ import numpy as np
 
 from ...base.failure import GratingError
 from ...base.memory import refuse_beyond_memory
+from ...base.packages import bundled
 from ..height_map import HeightMap
 from .channels import Channel, shortened
 from .given_size import HIGHEST_NM, METRE_NM, given_height, given_width
@@ -114,8 +115,7 @@ BMP = PictureReader("BMP", (".bmp",), (b"BM",), beside_bmp)
 
 def _grey(source: str) -> np.ndarray:
     """The picture as (rows, cols) float64: 0 black, 1 white, NaN transparent."""
-    from PIL import Image
-
+    Image = bundled("PIL.Image")
     try:
         with warnings.catch_warnings():
             # Pillow warns of pictures over 89 million pixels (9459 squared) and refuses pictures over twice that

@@ -151,7 +151,7 @@ def test_files_that_are_counted_are_known(fails, extension):
 
 def test_the_registry_imports_no_decoder():
     """Blender loads the registry at its start; a decoder is loaded with the first file that needs it."""
-    code = "import sys, precompute.surface.readers.registry; print({'PIL', 'gwyfile'} & set(sys.modules))"
+    code = "import sys, precompute.surface.readers.registry; print({'PIL', 'OpenEXR'} & set(sys.modules))"
     root = Path(__file__).resolve().parents[3]
     answer = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
     assert answer.stdout.strip() == "set()"
