@@ -20,6 +20,8 @@ WORDS = {
     "--needs": "a needs file, which the command line takes",
     "--model": "the model of coherence, which the command line takes:",
     "--period-nm": "a period, which the command line takes",
+    # Of Gwyddion's command line, which is the same for everyone.
+    "--convert-to-gwy": "--convert-to-gwy",
 }
 # An option, and after it the capital letter that stands for its value.
 _OPTION = re.compile(r"(--[a-z][a-z-]*)(?: [A-Z]\b)?")
