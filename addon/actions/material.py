@@ -20,9 +20,9 @@ from ..materials.skin import (
 )
 from ..scene.gratings import Grating
 from ..scene.lights import LAMPS_ONLY, NO_SAMPLE_SET, REST
+from ..scene.own_names import follow_name, note_own
 from ..scene.region import note_region
 from .lamps import update_all_lamps
-from .slots import note_own
 
 
 def make_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Material:
@@ -55,11 +55,13 @@ def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
     update_all_lamps()
     if response is not None:
         grating.group = group_around(grating.name, response, shadows=grating.shadows, lights=grating.lights)
+        note_own(grating.group)
     elif is_in_other_space(response_in(grating.group)):
         replace_response(grating.group, _response_of(bake))
     set_lighting(grating.group, shadows=grating.shadows, lights=grating.lights)
     set_frame(grating.group, grating.frame_source())
     set_footprint(grating.group, grating.footprint)
+    follow_name(grating)  # a file of an earlier version may hold an old name
     # By default EEVEE holds a normal in ten bits. On a sphere this changes colours by 1.5 % (median) to 10 % (95th
     # percentile).
     scene.render.use_high_quality_normals = True

@@ -4,10 +4,8 @@ back."""
 
 import bpy
 
+from ..scene.own_names import is_own
 from .meshes import data_is_fixed
-
-# A custom property of a material, also in saved files.
-_OWN = "ng_own"
 
 
 class Selection:
@@ -34,18 +32,12 @@ class Selection:
         slot.material = material
 
 
-def note_own(material: bpy.types.Material) -> None:
-    """Note that a material is made from a grating, which may be removed before the material. The note holds its name,
-    so that a copy is none."""
-    material[_OWN] = material.name
-
-
 def own_materials() -> set[bpy.types.Material]:
     """The materials that were made from gratings."""
     items = (grating for scene in bpy.data.scenes for grating in scene.natural_gratings.items)
     # Earlier versions noted nothing.
     of_gratings = {grating.material for grating in items if grating.material is not None}
-    return of_gratings | {material for material in bpy.data.materials if material.get(_OWN) == material.name}
+    return of_gratings | {material for material in bpy.data.materials if is_own(material)}
 
 
 def note_replaced(thing: bpy.types.Object, index: int) -> None:

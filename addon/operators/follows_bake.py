@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The base class of the operators that bake the active grating. One of them runs at a time."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
@@ -42,7 +43,10 @@ class FollowsBake(FollowsJob):
             scene = bpy.data.scenes.get(self._scene)
             grating = scene and scene.natural_gratings.items.get(self._name)
             if not grating:
-                raise GratingError(f"{self._name}: no longer in the scene; its bake is {facts['files'][0]}")
+                file = Path(facts["files"][0]).name
+                raise GratingError(
+                    f"{self._name}: no longer in the scene; its bake {file} is kept, and baking the scan again is quick"
+                )
             return self.report_bake(grating, facts)
         except GratingError as error:
             return report_failure(self, error)

@@ -22,6 +22,7 @@ from ...precompute.base.failure import GratingError
 from .frame_source import AXES, KINDS, STORED, FrameSource, file_has_comb
 from .levelling import LevellingStep
 from .lights import LIGHTS
+from .own_names import follow_name
 
 if TYPE_CHECKING:
     from ...precompute.bake.needs import Needs
@@ -34,6 +35,11 @@ _SAMPLE = "sample:"
 class Grating(bpy.types.PropertyGroup):
     """One height map and its bake."""
 
+    name: StringProperty(
+        name="Name",
+        description="The grating's name. Its material and node group follow it, unless you gave them another",
+        update=lambda grating, _: follow_name(grating),
+    )
     source: StringProperty(name="Height Map", description="The scan's file, or sample:NAME for a shipped sample")
     size_um: FloatProperty(
         name="Width", description="Width of the scan in micrometres; 0 if the file holds its own", min=0
@@ -133,7 +139,8 @@ class Grating(bpy.types.PropertyGroup):
             raise GratingError(f"{self.name}: not baked yet; press Bake Grating first")
         path = Path(bpy.path.abspath(self.bake_path))
         if not path.is_file():
-            raise GratingError(f"{self.name}: its bake {path} is gone; press Bake Grating again")
+            place = "the cache" if path.is_relative_to(cache_folder()) else f"the folder {path.parent.name}"
+            raise GratingError(f"{self.name}: its bake {path.name} is gone from {place}; press Bake Grating again")
         return path
 
     def source_file(self) -> str:
