@@ -18,6 +18,8 @@ from .steps import clean_environment, run_step, run_together, say
 
 WHEELS = ROOT / "wheels"
 HASHES = ROOT / "devtools" / "wheels.sha256"
+# The date of every file in a zip, the earliest that there can be, and its mode.
+_DATE, _UNIX, _MODE = (1980, 1, 1, 0, 0, 0), 3, 0o644
 
 
 def wheel_names() -> list[str]:
@@ -126,8 +128,24 @@ def validate(package: Path, environment: Environment) -> None:
         raise DevError(f"{package.name}: wheels missing in the zip: {', '.join(missing)}")
 
 
+def make_reproducible(package: Path) -> None:
+    """Write a zip anew so that its bytes depend on its files' names and contents alone.
+
+    Files are in the order of their names and have one date and mode. Blender's tool takes both from the disk, where a
+    checkout and the manifest that it makes for each platform have others every time."""
+    with tempfile.TemporaryDirectory(dir=package.parent) as folder:
+        plain = Path(folder) / package.name
+        with zipfile.ZipFile(package) as given, zipfile.ZipFile(plain, "w") as made:
+            for item in sorted(given.infolist(), key=lambda item: item.filename):
+                entry = zipfile.ZipInfo(item.filename, _DATE)
+                entry.create_system, entry.external_attr, entry.compress_type = _UNIX, _MODE << 16, item.compress_type
+                made.writestr(entry, given.read(item))
+        plain.replace(package)
+
+
 def build(environment: Environment, output: Path, lock: bool = False) -> list[Path]:
-    """Build and validate the zip of each platform; their paths. Nothing half-made is left in `output`."""
+    """Build and validate the zip of each platform; their paths. The same sources give the same bytes. Nothing half-made is left in
+    `output`."""
     fetch_wheels(environment, lock)
     output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=output, prefix=".build-") as folder:
@@ -135,5 +153,6 @@ def build(environment: Environment, output: Path, lock: bool = False) -> list[Pa
         extension_tool(environment, "build", "--source-dir", ROOT, "--output-dir", folder, "--split-platforms")
         packages = sorted(Path(folder).glob("*.zip"))
         for package in packages:
+            make_reproducible(package)
             validate(package, environment)
         return [Path(shutil.move(package, output / package.name)) for package in packages]

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is in the zips, and that a zip with something amiss does not pass."""
 
+import os
 import tomllib
 import zipfile
 from pathlib import Path
@@ -67,6 +68,33 @@ def test_zip_is_valid_for_both_blenders(built, platform, environment):
     if not environments.is_ready(environment):
         pytest.skip(f"{environment.name} is not made: Python {environment.python_version} is missing")
     packages.validate(built[platform], environment)
+
+
+def test_two_builds_are_the_same_bytes(built, tmp_path):
+    """Also where the second is made by a user whose new files nobody else may read."""
+    before = os.umask(0o077)
+    try:
+        again = packages.build(environments.require(environments.PY311), tmp_path)
+    finally:
+        os.umask(before)
+    assert {path.name: packages.sha256(path) for path in again} == {
+        path.name: packages.sha256(path) for path in built.values()
+    }
+
+
+def test_a_zip_s_bytes_do_not_depend_on_dates_order_and_modes(tmp_path):
+    files = {"a/b.py": b"1", "a.txt": b"2" * 999}
+    for number, names in enumerate((list(files), list(files)[::-1])):
+        with zipfile.ZipFile(tmp_path / f"{number}.zip", "w") as package:
+            for name in names:
+                item = zipfile.ZipInfo(name, (2000 + number, 1, 1, 0, 0, 0))
+                item.external_attr, item.compress_type = (0o600 + number) << 16, zipfile.ZIP_DEFLATED
+                package.writestr(item, files[name])
+        packages.make_reproducible(tmp_path / f"{number}.zip")
+    assert (tmp_path / "0.zip").read_bytes() == (tmp_path / "1.zip").read_bytes()
+    with zipfile.ZipFile(tmp_path / "0.zip") as package:
+        assert {name: package.read(name) for name in package.namelist()} == files
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["0.zip", "1.zip"]
 
 
 def test_zip_without_a_promised_wheel_is_refused(built, tmp_path):
