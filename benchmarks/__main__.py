@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable
 
 import benchmarks
+from precompute.cli.program import keep_the_terminal_to_python
 
 
 def found() -> dict[str, Callable]:
@@ -36,4 +37,6 @@ def main(argv: list[str]) -> int:
 
 
 if __name__ == "__main__":
+    # Blender prints a line for each tile and picture, thousands around a table.
+    keep_the_terminal_to_python()
     sys.exit(main(sys.argv[1:]))

@@ -144,8 +144,9 @@ def make_reproducible(package: Path) -> None:
 
 
 def build(environment: Environment, output: Path, lock: bool = False) -> list[Path]:
-    """Build and validate the zip of each platform; their paths. The same sources give the same bytes. Nothing half-made is left in
-    `output`."""
+    """Build and validate the zip of each platform; their paths. The same sources give the same bytes.
+
+    Nothing half-made is left in `output`."""
     fetch_wheels(environment, lock)
     output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=output, prefix=".build-") as folder:

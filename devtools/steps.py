@@ -7,13 +7,15 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from . import ROOT, DevError
 
 HEARTBEAT_SECONDS = 15
+# How long a command that is told to end may take for it.
+GRACE_SECONDS = 10
 running: set[subprocess.Popen] = set()
 
 
@@ -85,17 +87,25 @@ def run_step(title: str, command: Sequence[str | Path], log: Path, **changes: st
     say(f"{title}: done in {time.monotonic() - start:.0f} s")
 
 
-def run_together(tasks: Sequence[Callable[[], None]]) -> None:
-    """Run tasks side by side; raise the first fault of any. An interrupt ends the commands that they run."""
-    with ThreadPoolExecutor(4) as pool:
+def run_together(tasks: Sequence[Callable[[], Any]], workers: int = 4) -> list[Any]:
+    """Run tasks side by side; their results. Raises the first fault of any. An interrupt ends the commands that they
+    run, and begins no more."""
+    with ThreadPoolExecutor(workers) as pool:
         jobs = [pool.submit(task) for task in tasks]
         try:
             wait(jobs)
         except BaseException:
             for job in jobs:
                 job.cancel()
-            for process in list(running):
-                process.terminate()
+            _end_running(jobs)
             raise
-    for job in jobs:
-        job.result()
+    return [job.result() for job in jobs]
+
+
+def _end_running(jobs: Sequence[Future]) -> None:
+    """End the commands of jobs: as Ctrl-C does, which lets a test clean up, and then by force."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+        for process in list(running):
+            process.send_signal(number)
+        if not wait(jobs, GRACE_SECONDS).not_done:
+            return

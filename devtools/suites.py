@@ -6,14 +6,14 @@ import subprocess
 import threading
 import time
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree
 
 from . import ENVIRONMENTS, ROOT
 from .environments import PY311, PY313, Environment
-from .steps import project_environment, say
+from .steps import project_environment, run_together, running, say
 
 NO_TESTS_COLLECTED = 5
 # A suite that takes so long hangs: the slowest takes a fifth of it, on a slow machine half.
@@ -110,10 +110,12 @@ def run_suite(
         command, cwd=ROOT, env=project_environment(**variables), stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT, text=True, errors="replace",
     ) as process:  # fmt: skip
+        running.add(process)
         clock = threading.Timer(LIMIT_SECONDS, process.kill)
         clock.start()
         output, _ = process.communicate()
         clock.cancel()
+        running.remove(process)
     print(f"\n{title}\n{output}", flush=True)
     status = process.returncode
     if status == NO_TESTS_COLLECTED and options:
@@ -152,8 +154,8 @@ def run(environments: Sequence[Environment], arguments: Sequence[str], blender: 
         for name, environment in SUITES
         if environment in environments and (targets := targets_of(name, environment, paths))
     ]
-    with ThreadPoolExecutor(2) as pool:
-        results = list(pool.map(lambda each: run_suite(*each, options=options, variables=variables), wanted))
+    suites = [partial(run_suite, *each, options=options, variables=variables) for each in wanted]
+    results = run_together(suites, workers=2)
     print_summary(results)
     if not results:
         print(f"error: no tests in {os.path.relpath(ROOT / 'tests')} match; remedy: name a path under tests/")

@@ -19,7 +19,8 @@ _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
 
 def run() -> int:
     """Run the verb that the program's arguments name; the exit status."""
-    _keep_the_terminal_to_ourselves()
+    warnings.simplefilter("ignore")
+    keep_the_terminal_to_python()
     for name in _SIGNALS:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) != signal.SIG_IGN:  # which nohup asks for
@@ -37,12 +38,11 @@ def _stop(number: int, _: FrameType | None) -> None:
     raise KeyboardInterrupt(number)
 
 
-def _keep_the_terminal_to_ourselves() -> None:
-    """Let only what this program prints reach standard output and standard error.
+def keep_the_terminal_to_python() -> None:
+    """Let only what Python prints reach standard output and standard error.
 
-    libtiff, OpenEXR and others write warnings there too, past Python: their lines go nowhere. A character that the
+    libtiff, OpenEXR, Blender and others write lines there too, past Python: these go nowhere. A character that the
     terminal's encoding does not have is written as an escape."""
-    warnings.simplefilter("ignore")
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for number, name in ((1, "stdout"), (2, "stderr")):
         stream = getattr(sys, name)

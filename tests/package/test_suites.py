@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`./dev test` that is told to end: its suites end, and none begins after it."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from devtools.steps import project_environment
+
+# A test that tells when it begins and when it is cleaned up.
+SLOW = """
+import os, time
+from pathlib import Path
+
+def test_slow():
+    here = Path(__file__).parent
+    (here / f"began-{os.getpid()}").touch()
+    try:
+        time.sleep(60)
+    finally:
+        (here / f"ended-{os.getpid()}").touch()
+"""
+# `./dev test` with four suites of this one test.
+DEV_TEST = """
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from devtools import cli, environments, suites
+
+folder = Path(sys.argv[1])
+one = SimpleNamespace(python=Path(sys.executable), python_version="3", blender_version="4", name="one")
+suites.ENVIRONMENTS, suites.SUITES = folder, tuple((f"suite{number}", one) for number in range(4))
+suites.targets_of = lambda *_: [folder / "test_slow.py"]
+cli.VERBS["test"] = lambda *_: suites.run([one], ["-p", "no:cacheprovider"], None)
+sys.exit(cli.main(["test"]))
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a process without asking it")
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_suites_end_and_no_other_begins(tmp_path, number):
+    (tmp_path / "test_slow.py").write_text(SLOW)
+    command = [sys.executable, "-c", DEV_TEST, str(tmp_path)]
+    with subprocess.Popen(command, env=project_environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE) as dev:
+        deadline = time.monotonic() + 60
+        while len(list(tmp_path.glob("began-*"))) < 2:
+            assert dev.poll() is None and time.monotonic() < deadline
+            time.sleep(0.05)
+        dev.send_signal(number)
+        assert dev.wait(30) == 130
+    assert len(list(tmp_path.glob("began-*"))) == len(list(tmp_path.glob("ended-*"))) == 2
