@@ -22,6 +22,7 @@ import hashlib
 import json
 import math
 import os
+import platform
 import shutil
 import sys
 import time
@@ -56,7 +57,7 @@ WAITING = "waiting for another bake of the same surface"
 
 
 def key_of(height_maps: Sequence[HeightMap], request: BakeRequest) -> str:
-    """The key of a bake: the SHA-256, in hexadecimal, of heights, pixel size, request and versions.
+    """The key of a bake: the SHA-256, in hexadecimal, of heights, pixel size, request, versions and kind of processor.
 
     The names of the source and of its channel are part of the key, because the header of the bake holds them. The
     folder of the source is no part of it."""
@@ -71,7 +72,9 @@ def key_of(height_maps: Sequence[HeightMap], request: BakeRequest) -> str:
         for one in height_maps
     ]
     parameters = {key: value for key, value in request.as_dict().items() if key != "scans"}
-    content = {"versions": [FORMAT, BAKE_VERSION], "surfaces": surfaces, "parameters": parameters}
+    # Another NumPy, or another kind of processor, rounds sums in another order.
+    versions = [FORMAT, BAKE_VERSION, np.__version__, platform.machine()]
+    content = {"versions": versions, "surfaces": surfaces, "parameters": parameters}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 

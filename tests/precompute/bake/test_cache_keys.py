@@ -55,6 +55,10 @@ def test_each_part_of_the_content_changes_the_key(height_map, monkeypatch):
     keys.append(cache.key_of([height_map], request()))
     monkeypatch.setattr(cache, "FORMAT", atlas_file.FORMAT + 1)
     keys.append(cache.key_of([height_map], request()))
+    monkeypatch.setattr(np, "__version__", "1.0")
+    keys.append(cache.key_of([height_map], request()))
+    monkeypatch.setattr(cache.platform, "machine", lambda: "abacus")
+    keys.append(cache.key_of([height_map], request()))
     assert len(set(keys)) == len(keys)
 
 
