@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.progress import Progress
+from ..base.progress import Progress, span_of
 from ..measure.forms import FORM_NAMES
 from ..optics import coherence
 from ..surface.height_map import HeightMap
@@ -22,6 +22,8 @@ from .kernel import extent
 from .make import Made, make
 from .request import BakeRequest
 
+# The share of a bake's time after which the scans are levelled, about.
+_LEVELLED = 0.01
 # Of what bake_to_folder tells: the figures that are shown, and those of each form in `delta_e`.
 _FIGURES = ("seconds", "check_seconds", "blender_bytes", "tiles", "resolution", "coherence_um")
 _ERRORS = ("mean", "p95", "p99", "max", "pairs")
@@ -33,8 +35,9 @@ def bake_to_folder(height_maps: Sequence[HeightMap], request: BakeRequest, folde
     Returns the facts of the run, as `--json` gives them. Under `files` the table's file comes first. Raises
     GratingError as `check_can_write`, `make` and `write_together` do."""
     check_can_write()
-    reliefs, told = _levelled(height_maps, request)
-    made = make(reliefs, request, progress=progress, source=", ".join(height_map.source for height_map in height_maps))
+    reliefs, told = _levelled(height_maps, request, progress=span_of(progress, 0, _LEVELLED))
+    source = ", ".join(height_map.source for height_map in height_maps)
+    made = make(reliefs, request, progress=span_of(progress, _LEVELLED, 1), source=source)
     provenance = provenance_of(height_maps, reliefs, request, made=made)
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{bake_name(height_maps)}.exr"
@@ -60,10 +63,13 @@ def bake_to_folder(height_maps: Sequence[HeightMap], request: BakeRequest, folde
     }
 
 
-def _levelled(height_maps: Sequence[HeightMap], request: BakeRequest) -> tuple[list[Relief], list[str]]:
+def _levelled(
+    height_maps: Sequence[HeightMap], request: BakeRequest, *, progress: Progress
+) -> tuple[list[Relief], list[str]]:
     """The reliefs, and what the steps of levelling told, a line each; of several scans each line names its scan."""
     reliefs, told = [], []
-    for height_map in height_maps:
+    for number, height_map in enumerate(height_maps):
+        progress("levelling", number / len(height_maps))
         levelled = level(height_map, request.levelling)
         reliefs.append(relief_of(levelled.height_map))
         told += [f"{height_map.source_name}: {line}" if len(height_maps) > 1 else line for line in levelled.told]

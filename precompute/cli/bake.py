@@ -10,12 +10,16 @@ from ..bake.needs import EVERYTHING, read_needs
 from ..bake.output import are_facts, bake_to_folder
 from ..bake.request import BakeRequest, Scan, request_from
 from ..base.failure import GratingError
+from ..base.progress import span_of
 from ..base.strict_json import read_json
 from ..measure.forms import FORM_NAMES
 from ..table import atlas_file
 from .arguments import add_bake_options, add_input
 from .option_types import path_argument
 from .output import Progress, emit
+
+# The share of a run's time after which its scans are read, about.
+_READ = 0.01
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,8 +38,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Run the verb `bake`: read the scans, bake them, measure the error, write the files."""
     request = request_of(arguments)
-    height_maps = [scan.read() for scan in request.scans]
-    progress = Progress(arguments.progress)
+    told = Progress(arguments.progress)
+    height_maps = []
+    for number, scan in enumerate(request.scans):
+        told("reading the scan", _READ * number / len(request.scans))
+        height_maps.append(scan.read())
+    progress = span_of(told, _READ, 1)
 
     def make(folder: Path) -> dict:
         return bake_to_folder(height_maps, request, folder, progress=progress)

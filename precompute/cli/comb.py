@@ -39,6 +39,7 @@ def run(arguments: argparse.Namespace) -> None:
         raise GratingError("MESH.npz: two have one name; give them different names")
     combed = {}
     for number, path in enumerate(arguments.mesh):
+        progress("reading the mesh", number / len(names))
         polygons, request = read_mesh(path)
         part = part_of(progress, "combing", done=number, total=len(names))
         name = str(request.get("name", path.stem))[:_NAME_MAX]
