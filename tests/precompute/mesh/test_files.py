@@ -1,13 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Meshes as files, and the verb that combs them."""
 
+import io
 import json
+import os
+import sys
+import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from precompute.base.failure import GratingError
 from precompute.cli.parser import main
+from precompute.mesh import unwrap
 from precompute.mesh.comb import comb
 from precompute.mesh.files import read_combed, read_mesh, write_combed, write_mesh
 
@@ -51,6 +57,39 @@ def test_what_is_no_mesh_is_refused(tmp_path, content):
     for read in (read_mesh, read_combed):
         with pytest.raises(GratingError, match=r"bad\.npz: "):
             read(path)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such files")
+@pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("/dev/zero"), Path.mkdir])
+def test_what_never_ends_is_not_waited_for(tmp_path, make):
+    make(tmp_path / "bad.npz")
+    for read in (read_mesh, read_combed, unwrap.read_mesh):
+        with pytest.raises(GratingError, match=r"bad\.npz: .*\(it is no file\); "):
+            read(tmp_path / "bad.npz")
+
+
+BOMB = {"points": np.zeros((2, 3)), "triangles": np.zeros((1, 3), int), "polygons": np.zeros(1, int)}
+
+
+@pytest.mark.parametrize(("old", "new", "told"), [
+    (b"(2, 3)", b"(9999999999, 3)", "points is not as long as its header says"),
+    (b"'<f8'", b"'|O'", "points is no array of numbers"), (b"'<f8'", b"'<c16'", "points is no array of numbers"),
+    (b"{'descr'", b"{1:'descr'", "points is no array of numbers"), (b"NUMPY", b"MUNPY", "points is no array"),
+])  # fmt: skip
+def test_what_an_array_declares_is_not_believed(tmp_path, old, new, told):
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w") as archive:
+        for name, array in BOMB.items():
+            member = io.BytesIO()
+            np.save(member, array)
+            data = member.getvalue()
+            if name == "points":  # the header's padding makes up for what is longer
+                longer = len(new) - len(old)
+                data = data.replace(old, new, 1).replace(b" " * longer + b"\n", b"\n", 1)
+            archive.writestr(f"{name}.npy", data)
+    (tmp_path / "bad.npz").write_bytes(out.getvalue())
+    with pytest.raises(GratingError, match=rf"bad\.npz: no mesh to unwrap \({told}"):
+        unwrap.read_mesh(tmp_path / "bad.npz")
 
 
 def test_a_file_of_something_else_is_refused(tmp_path):
