@@ -104,7 +104,7 @@ class DropHeightMap(bpy.types.FileHandler):
         ".nid;.gwy;.gsf;.spm;.di;"
         ".000;.001;.002;.003;.004;.005;.006;.007;.008;.009;"
         ".010;.011;.012;.013;.014;.015;.016;.017;.018;.019;"
-        ".ibw;.jpk;.jpk-qi-image;.stp;.top;.mi;.mdt;.sxm;.nhf;.h5-jpk;.sur;.pro;.sdf;.x3p"
+        ".ibw;.jpk;.jpk-qi-image;.stp;.top;.mi;.mdt;.sxm;.nhf;.h5-jpk;.asd;.sur;.pro;.sdf;.x3p"
     )
 
     @classmethod

@@ -35,6 +35,7 @@ FORMATS: dict[str, tuple[Callable[[], bytes], ...]] = {
     ".sxm": _instruments(microscopes.sxm),
     ".nhf": _instruments(hdf5.nhf, partial(hdf5.nhf, version=2, packed=True)),
     ".h5-jpk": _instruments(hdf5.h5_jpk),
+    ".asd": _instruments(microscopes.asd, partial(microscopes.asd, version=0)),
     ".gsf": _instruments(instruments.gsf),
     ".txt": _instruments(instruments.gwyddion_text, partial(instruments.gwyddion_text, german=True)),
     ".sur": _instruments(instruments.digital_surf, partial(instruments.digital_surf, packed=True)),

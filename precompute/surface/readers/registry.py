@@ -15,6 +15,7 @@ from ...base.failure import GratingError
 from ..height_map import SAMPLE_PREFIX, HeightMap
 from ..samples.catalogue import make_sample
 from .agilent import AGILENT
+from .asd import ASD
 from .digital_surf import DIGITAL_SURF
 from .exr_picture import EXR
 from .gsf import GSF
@@ -40,8 +41,8 @@ from .x3p import X3P
 # The first that knows a file's beginning reads it: instruments' TIFFs before pictures, texts with a header before bare
 # numbers.
 READERS: tuple[Reader, ...] = (
-    NANOSURF, GWYDDION, GSF, NANOSCOPE, ASYLUM, JPK, PARK, WSXM, AGILENT, NT_MDT, NANONIS, HDF5, DIGITAL_SURF, SDF, X3P,
-    GWYDDION_TEXT, PNG, TIFF, BMP, EXR, NPY, XYZ, MATRIX,
+    NANOSURF, GWYDDION, GSF, NANOSCOPE, ASYLUM, JPK, PARK, WSXM, AGILENT, NT_MDT, NANONIS, HDF5, ASD, DIGITAL_SURF, SDF,
+    X3P, GWYDDION_TEXT, PNG, TIFF, BMP, EXR, NPY, XYZ, MATRIX,
 )  # fmt: skip
 
 # The least rows and columns of a map. Fewer are a profile, or the beginning of a scan.

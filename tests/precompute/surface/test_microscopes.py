@@ -112,3 +112,27 @@ def test_nanonis_headers_that_are_not_understood(fails, old, new, told):
     whole = microscopes.sxm(HEIGHTS, PIXEL_M)
     assert old in whole
     assert told in fails("odd.sxm", whole.replace(old, new, 1))
+
+
+@pytest.mark.parametrize("version", [0, 1, 2])
+def test_frames_of_a_high_speed_movie(tmp_path, version):
+    path = write(tmp_path, "movie.asd", microscopes.asd(HEIGHTS, PIXEL_M, version=version))
+    assert read_height_map(path).channels == ("Topography 1", "Phase 1", "Topography 2", "Phase 2")
+    second = read_height_map(path, channel="topography 2")
+    np.testing.assert_allclose(second.height_m, HEIGHTS / 2, atol=SPAN_M / 2**16 * 1.001)
+    with pytest.raises(GratingError, match="'Phase 1' is in 'deg', not in metres"):
+        read_height_map(path, channel="Phase")
+
+
+def test_a_converter_whose_sign_is_not_known_is_told(fails):
+    """Code 3 is 0 V to 9.99 V."""
+    line = fails("unipolar.asd", microscopes.asd(HEIGHTS, PIXEL_M, range_code=3))
+    assert "'Topography 1' is in 'levels of a unipolar converter', not in metres" in line
+
+
+def test_high_speed_movies_that_promise_more_than_they_hold(fails):
+    whole = bytearray(microscopes.asd(HEIGHTS, PIXEL_M))
+    struct.pack_into("<i", whole, 36, 3)
+    assert "values declared, and" in fails("frames.asd", bytes(whole))
+    struct.pack_into("<i", whole, 36, 2**30)
+    assert "frames of 2 channels" in fails("movie.asd", bytes(whole))
