@@ -34,9 +34,16 @@ not fit together, nor be of one size. No coherence length is longer than a tile 
 
 A step that takes out what the grating is made of says so: `lines`, `poly`, `scars`, `outliers` and `dust` compare the
 waves that `info` lists before and after. They warn if the strongest wave loses 5 % of its light, and if a fainter one
-loses as much light or the half of its own. Line alignment is never done unless it is asked for: where the grating's
-lines run along the scan's rows, it erases them. On the real grid, turned so, a plane keeps the rms within 1 %, and
-alignment warns that it weakens the peak by 100 % (`tests/precompute/surface/steps/test_lines.py`).
+loses as much light or half of its own. Holes take their share of the area from every wave, and this share is no reason
+for a warning. Line alignment is never done unless it is asked for: where the grating's lines run along the scan's rows,
+it erases them. On the real grid, turned so, a plane keeps the rms within 1 %, and alignment warns that it weakens the
+peak by 100 % (`tests/precompute/surface/steps/test_lines.py`).
+
+`info` tries each step against dirt before it advises the step, on a part or a thinned copy of the scan. It advises no
+step that takes light from a wave on its list. Ridges and pits of a grating can look like scars or dust; `info` then
+says which step to leave out. Dust counts by its area and by its height, since a bake grows with the height of the whole
+scan: a scan is usable where dust stands off the relief by more than the relief's own height, and poor from ten times
+that on.
 
 Three kinds of waves are no gratings, and `info` says so. A *waviness* is too coarse to show colours, and some waves are
 finer than light. *Line noise* comes from the microscope: it shifts each row of the scan by a random amount, and the

@@ -121,7 +121,7 @@ def describe(height_map: HeightMap) -> Description:
         height_rms_m=rms,
         source_range_m=float(np.nanmax(height_map.height_m) - np.nanmin(height_map.height_m)),
         waves=waves,
-        quality=judge(height_map, plane, waves),
+        quality=judge(height_map, plane, waves, reach_m=(low, high)),
         channels=height_map.channels,
     )
 

@@ -9,11 +9,11 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from ..colour.observer import WAVELENGTH_MIN_M
+from .dirt import SIDE, Surface, defects_of, spike_of
 from .first_order import FINEST_PERIOD_M
 from .height_map import HeightMap
 from .levelling import Plane
 from .periods import Waves, length_in_words
-from .steps.defects import dust, scars
 
 LIGHTS = ("good", "usable", "poor")
 # Half of the finest period that diffracts visible light, which two pixels must resolve.
@@ -32,16 +32,15 @@ _PLAIN = 1000.0
 _TILT_DEG = (2.0, 10.0)
 # The share of the scan that is dust, scratches, scars or missing.
 _DIRT_SHARE = (1e-3, 0.05)
-# What stands off more than this share of the scan is its relief.
-_RELIEF_SHARE = 0.1
+# How many times as far off the relief as it is high its dust stands. Twice the height takes twice the bake, and so on.
+_SPIKE_TIMES = (1.0, 10.0)
+_NAMES = {"dust": "dust or scratches"}
 # The phase in radians by which a step of the heights turns violet light that leaves as it came.
 _STEP_RADIANS = (0.1, 0.5)
 # How many times sharper valleys are than tops, where a blunt tip has rounded the tops.
 _ROUNDED = (3.0, 30.0)
 # The share of all curvatures that is beyond "the sharpest": dust and noise are fewer.
 _SHARPEST = 99.9
-# Sides of the parts that are looked at, in pixels, so that a large scan takes no longer than a small one.
-_SIDE = 512
 # A step in the heights below this share of their range is rounding.
 _ROUNDING = 1e-7
 # Steps below this are called finer than it: a tenth of an atom's height. No microscope resolves a relief below it.
@@ -88,16 +87,16 @@ class Quality:
         return [f"quality: {self.light}", *(f"  {each.topic}: {each.light}; {each.sentence}" for each in self.findings)]
 
 
-def judge(height_map: HeightMap, plane: Plane, waves: Waves) -> Quality:
-    """Judge a scan by its heights as measured, the plane through them, and the waves of the levelled heights."""
-    centre = plane.level_part(height_map, _centre(height_map))
+def judge(height_map: HeightMap, plane: Plane, waves: Waves, *, reach_m: tuple[float, float]) -> Quality:
+    """Judge a scan by its heights as measured, the plane through them, and the waves, the lowest and the highest of the
+    levelled heights."""
+    surface = Surface(height_map, plane, reach_m, waves.gratings)
+    centre = surface.levelled(surface.around(tuple(n // 2 for n in height_map.height_m.shape)))
     of_surface = _pixel(height_map, waves), _slopes(centre, height_map), _period(waves)
     if height_map.periodic:  # made, not measured
         return Quality(of_surface)
-    coarse = _coarse(height_map, plane)
-    dirt = _dirt(height_map, coarse, centre)
-    measured = _tilt(height_map, plane), dirt, _steps(height_map), _tip(centre, height_map)
-    return Quality((*_odd_size(coarse, height_map), *of_surface, *measured))
+    measured = _tilt(height_map, plane), _dirt(surface), _steps(height_map), _tip(centre, height_map)
+    return Quality((*_odd_size(reach_m[1] - reach_m[0], height_map), *of_surface, *measured))
 
 
 def _light(value: float, limits: tuple[float, float]) -> str:
@@ -107,22 +106,9 @@ def _light(value: float, limits: tuple[float, float]) -> str:
     return LIGHTS[sum(sign * value > sign * limit for limit in limits)]
 
 
-def _centre(height_map: HeightMap) -> tuple[slice, slice]:
-    """The middle of the scan, of at most _SIDE pixels a side."""
-    starts = [max(0, (n - _SIDE) // 2) for n in height_map.height_m.shape]
-    return slice(starts[0], starts[0] + _SIDE), slice(starts[1], starts[1] + _SIDE)
-
-
-def _coarse(height_map: HeightMap, plane: Plane) -> np.ndarray:
-    """Levelled heights of all of the scan, of every so manyth pixel, at most _SIDE a side."""
-    rows, cols = (slice(None, None, -(-n // _SIDE)) for n in height_map.height_m.shape)
-    return plane.level_part(height_map, (rows, cols))
-
-
-def _odd_size(coarse: np.ndarray, height_map: HeightMap) -> tuple[Finding, ...]:
+def _odd_size(relief: float, height_map: HeightMap) -> tuple[Finding, ...]:
     """A finding if no scan has such a relief, since its width or unit is wrong then; else none."""
-    relief, side = float(np.nanmax(coarse) - np.nanmin(coarse)), max(height_map.size_m)
-    if relief > side:
+    if relief > max(height_map.size_m):
         sentence = (
             f"the relief of {length_in_words(relief)} is larger than the scan, {length_in_words(height_map.size_m[1])} "
             "wide; is the width right, and the unit of height?"
@@ -204,24 +190,38 @@ def _tilt(height_map: HeightMap, plane: Plane) -> Finding:
     return Finding("tilt", light, sentence, degrees)
 
 
-def _dirt(height_map: HeightMap, coarse: np.ndarray, centre: np.ndarray) -> Finding:
-    missing = float(np.isnan(height_map.height_m).mean())
-    found = {"dust": float(dust(coarse, 5.0).mean()), "scars": float(scars(centre, 1.0).mean())}
-    # What stands off a tenth of the scan is its relief, not dust on it.
-    found = {what: share for what, share in found.items() if 0 < share <= _RELIEF_SHARE}
-    share = missing + sum(found.values())
-    light = _light(share, _DIRT_SHARE)
-    told = {"missing": missing} if missing else {}
-    told |= {f"like {'dust or scratches' if what == 'dust' else what}": part for what, part in found.items()}
-    sentence = ", ".join(f"{part:.2%} of it is {what}" for what, part in told.items()) or "none is seen"
-    if found and light != "good":
-        sentence += f"; bake it with --level plane,{','.join(found)}"
-    return Finding("dirt", light, sentence, share)
+def _dirt(surface: Surface) -> Finding:
+    missing = float(np.isnan(surface.height_map.height_m).mean())
+    found = defects_of(surface)
+    dirt = [each for each in found if not each.belongs]
+    spike = spike_of(surface, found, least=_SPIKE_TIMES[0])
+    share = missing + sum(each.share for each in dirt)
+    lights = _light(share, _DIRT_SHARE), _light(spike.times, _SPIKE_TIMES)
+    stands = lights[1] != LIGHTS[0]
+    parts = [f"{missing:.2%} of it is missing"] if missing else []
+    if stands:
+        off, relief = length_in_words(spike.off_m), length_in_words(spike.relief_m)
+        parts.append(f"dust or a spike stands {off} off the relief of {relief}, which makes bakes larger")
+    parts += [f"{each.share:.2%} of it is like {_NAMES.get(each.step, each.step)}" for each in dirt]
+    sentence = ", ".join(parts) or "none is seen"
+    remedies = []
+    if max(lights, key=LIGHTS.index) != LIGHTS[0]:
+        steps = [each.step for each in dirt if not each.harm]
+        steps += [spike.step] if stands and spike.step and spike.step not in steps else []
+        remedies = [f"bake it with --level plane,{','.join(steps)}"] if steps else []
+        if not steps and (stands or dirt):
+            remedies.append("clean the sample and scan it again")
+    remedies += [
+        f"leave out the step {each.step}, which {'takes the grating out' if each.belongs else each.harm}"
+        for each in found
+        if each.harm
+    ]
+    return Finding("dirt", max(lights, key=LIGHTS.index), "; ".join([sentence, *remedies]), share)
 
 
 def _steps(height_map: HeightMap) -> Finding:
     """How fine the steps of the heights as measured are: the least difference between any two of some of them."""
-    rows, cols = (slice(None, None, -(-n // (_SIDE // 2))) for n in height_map.height_m.shape)
+    rows, cols = (slice(None, None, -(-n // (SIDE // 2))) for n in height_map.height_m.shape)
     values = np.unique(height_map.height_m[rows, cols])
     gaps = np.diff(values[np.isfinite(values)])
     gaps = gaps[gaps > _ROUNDING * gaps.sum()]

@@ -38,7 +38,7 @@ def remove_scars(height_map: HeightMap, times: float) -> Done:
 def remove_outliers(height_map: HeightMap, sigmas: float) -> Done:
     """Make holes of single pixels that stand over, or under, all eight neighbours by more than `sigmas` robust standard
     deviations of what pixels are off their neighbours' middle."""
-    return _removed(height_map, _outliers(height_map.height_m, sigmas), "outliers", sigmas)
+    return _removed(height_map, outliers(height_map.height_m, sigmas), "outliers", sigmas)
 
 
 def remove_dust(height_map: HeightMap, sigmas: float) -> Done:
@@ -57,7 +57,7 @@ def _removed(height_map: HeightMap, mask: np.ndarray, what: str, number: float) 
     if not share:
         return Done(height_map, "nothing found")
     holed = replace(height_map, height_m=np.where(mask, np.nan, height_map.height_m))
-    return told_loss(height_map, holed, f"{share:.2%} of the pixels are made holes, which are filled")
+    return told_loss(height_map, holed, f"{share:.2%} of the pixels are made holes, which are filled", holes=share)
 
 
 def scars(height: np.ndarray, times: float) -> np.ndarray:
@@ -92,12 +92,14 @@ def _runs(marked: np.ndarray, length: int) -> np.ndarray:
     return kept
 
 
-def _outliers(height: np.ndarray, sigmas: float) -> np.ndarray:
+def outliers(height: np.ndarray, sigmas: float) -> np.ndarray:
     """Where a pixel stands out of all its neighbours, (rows, cols); see remove_outliers."""
     parts = [_of_neighbours(part) for part in _with_neighbours(height)]
     off, out = (np.concatenate(each) for each in zip(*parts, strict=True))
-    sigma = max(SIGMA_OF_MAD * np.nanmedian(off), _SPIKE_FLOOR * np.nanstd(height))
-    return out > sigmas * sigma
+    known = off[np.isfinite(off)]
+    if not known.size:
+        return np.zeros(height.shape, bool)
+    return out > sigmas * max(SIGMA_OF_MAD * np.median(known), _SPIKE_FLOOR * np.nanstd(height))
 
 
 def _with_neighbours(height: np.ndarray) -> Iterator[np.ndarray]:

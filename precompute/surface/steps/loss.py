@@ -20,38 +20,48 @@ _SEEN = 0.05
 _HALF = 0.5
 
 
-def told_loss(before: HeightMap, after: HeightMap, told: str = "") -> Done:
+def told_loss(before: HeightMap, after: HeightMap, told: str = "", *, holes: float = 0.0) -> Done:
     """The heights `after` a step, and how much it weakens the peaks of the grating's spectrum.
 
-    Both maps have the same pixels. `told` is what else there is to tell of the step."""
+    Both maps have the same pixels. `told` is what else there is to tell of the step, `holes` the share of the scan that
+    it made holes of."""
     level = level_plane(before)
-    gratings = waves_of(level).gratings
-    kept = kept_shares(level, level_plane(after), gratings)
-    weakens = loss_in_words([(wave, 1 - share) for wave, share in zip(gratings, kept, strict=True)])
+    weakens = loss_in_words(losses_of(level, level_plane(after), waves_of(level).gratings), holes)
     if not weakens:
         return Done(after, told)
     weakens += "; leave this step out to keep the colours"
     return Done(after, f"{told}; {weakens}" if told else weakens, warns=True)
 
 
-def kept_shares(before: HeightMap, after: HeightMap, waves: Sequence[Wave]) -> list[float]:
-    """The share of each wave's power that levelled heights still have after a step; both maps have the same pixels."""
+def losses_of(before: HeightMap, after: HeightMap, waves: Sequence[Wave]) -> list[tuple[Wave, float]]:
+    """Each wave and the share of its power that levelled heights lose by a step; both maps have the same pixels."""
     # Filled as for a bake.
     heights = [fill_missing(each).height_m for each in (before, after)] if waves else []
     powers = [[_power(height, before.pixel_size_m, wave) for height in heights] for wave in waves]
-    return [last / first if first else 1.0 for first, last in powers]
+    return [(wave, 1 - last / first if first else 0.0) for wave, (first, last) in zip(waves, powers, strict=True)]
 
 
-def loss_in_words(losses: Sequence[tuple[Wave, float]]) -> str:
-    """Which waves lose light that is seen, by their shares of power that are lost, the strongest wave first; "" where
-    none does."""
-    seen = [(wave, loss) for wave, loss in losses if loss >= min(_HALF, _SEEN * losses[0][0].light / wave.light)]
-    main = f"the main peak of the grating ({losses[0][0].in_words()}) by {losses[0][1]:.0%}" if losses else ""
-    fainter = [f"{wave.in_words()} by {loss:.0%}" for wave, loss in seen if wave is not losses[0][0]]
-    parts = [main] if len(fainter) < len(seen) else []
-    if fainter:
-        parts.append(f"fainter waves of the grating ({', '.join(fainter)})")
+def loss_in_words(losses: Sequence[tuple[Wave, float]], holes: float = 0.0) -> str:
+    """Which waves, the strongest first, lose light that is seen by a step that made holes of a share of the scan; ""
+    where none does."""
+    seen = [
+        (wave, loss)
+        for wave, loss in losses
+        if _beyond(wave, loss, holes) >= min(_HALF, _SEEN * losses[0][0].light / wave.light)
+    ]
+    main = [f"the main peak of the grating ({wave.in_words()}) by {loss:.0%}" for wave, loss in seen[:1]
+            if wave is losses[0][0]]  # fmt: skip
+    fainter = ", ".join(f"{wave.in_words()} by {loss:.0%}" for wave, loss in seen[len(main) :])
+    parts = [*main, *([f"fainter waves of the grating ({fainter})"] if fainter else [])]
     return f"weakens {' and '.join(parts)}" if parts else ""
+
+
+def _beyond(wave: Wave, loss: float, holes: float) -> float:
+    """The share of a wave's power that is lost beyond what holes of a share of the scan take wherever they are.
+
+    They are filled smoothly, so they take their share of the amplitude. What else was in them, dust say, is in the peak
+    as it is in the waves about it: their amplitude, once there and once not, changes the power by twice its share."""
+    return 1 - (1 - loss) / (1 - holes) ** 2 - 2 / math.sqrt(wave.contrast) if holes else loss
 
 
 def _power(height: np.ndarray, pixel_size_m: tuple[float, float], wave: Wave) -> float:

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Dust, scars and spikes of a scan, and which steps remove them without harm to its grating: each is tried."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .height_map import HeightMap
+from .levelling import Plane
+from .periods import Wave
+from .steps.defects import dust, outliers, scars
+from .steps.loss import loss_in_words, losses_of
+
+# What stands off more than this share of the scan is its relief.
+_RELIEF_SHARE = 0.1
+# What takes half of a wave with it is what the grating is made of.
+_HALF = 0.5
+# Sides of the parts that are looked at, in pixels, so that a large scan takes no longer than a small one.
+SIDE = 512
+_ROWS_AT_ONCE = 256
+# The steps with the numbers that they take by default.
+_FIND = {
+    "dust": lambda height: dust(height, 5.0),
+    "scars": lambda height: scars(height, 1.0),
+    "outliers": lambda height: outliers(height, 8.0),
+}
+
+
+@dataclass(frozen=True)
+class Defect:
+    """What a step would remove of a scan.
+
+    step   the step
+    share  the share of the scan that it would remove
+    harm   what it would do to the grating, "" where it would do none
+    loss   the greatest share of a wave's power that it would take"""
+
+    step: str
+    share: float
+    harm: str
+    loss: float
+
+    @property
+    def belongs(self) -> bool:
+        """Whether the grating is made of it."""
+        return bool(self.harm) and self.loss >= _HALF
+
+
+@dataclass(frozen=True)
+class Spike:
+    """What stands farthest off the relief of a scan.
+
+    off_m     how far it stands over the highest, or under the lowest, of the rest, in metres
+    relief_m  highest minus lowest height of the rest in metres
+    step      the step that removes it and does the grating no harm; "" where there is none"""
+
+    off_m: float
+    relief_m: float
+    step: str = ""
+
+    @property
+    def times(self) -> float:
+        """How many times as far off as the rest is high."""
+        return self.off_m / self.relief_m if self.relief_m else 0.0
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A scan, the plane that levels it, its lowest and highest levelled height in metres, and its gratings."""
+
+    height_map: HeightMap
+    plane: Plane
+    reach_m: tuple[float, float]
+    gratings: Sequence[Wave]
+
+    def around(self, place: tuple[int, int]) -> tuple[slice, slice]:
+        """The rows and columns around a place, at most SIDE each."""
+        shape = self.height_map.height_m.shape
+        starts = [min(max(0, at - SIDE // 2), max(0, n - SIDE)) for at, n in zip(place, shape, strict=True)]
+        return slice(starts[0], starts[0] + SIDE), slice(starts[1], starts[1] + SIDE)
+
+    def levelled(self, part: tuple[slice, slice]) -> np.ndarray:
+        """The levelled heights of a part."""
+        return self.plane.level_part(self.height_map, part)
+
+    def coarse(self) -> tuple[slice, slice]:
+        """All of the scan: every so manyth row and column, at most SIDE each."""
+        rows, cols = (slice(None, None, -(-n // SIDE)) for n in self.height_map.height_m.shape)
+        return rows, cols
+
+
+def defects_of(surface: Surface) -> tuple[Defect, ...]:
+    """The dust and the scars of a scan."""
+    rows, cols = surface.height_map.height_m.shape
+    places = {"dust": surface.coarse(), "scars": surface.around((rows // 2, cols // 2))}
+    found = (_tried(surface, step, part) for step, part in places.items())
+    return tuple(each for each in found if each is not None)
+
+
+def spike_of(surface: Surface, defects: Sequence[Defect], *, least: float) -> Spike:
+    """The spike of a scan of these defects. Of one of more than `least` times the relief it is known which step removes
+    it."""
+    coarse = surface.levelled(surface.coarse())
+    dusty = any(each.step == "dust" and not each.belongs for each in defects)
+    # Where the grating itself is like dust, single pixels alone can be told from it.
+    off = _FIND["dust" if dusty else "outliers"](coarse)
+    rest = coarse[np.isfinite(coarse) & ~off]
+    if not rest.size:
+        return Spike(0.0, 0.0)
+    low, high = float(rest.min()), float(rest.max())
+    spike = Spike(max(0.0, low - surface.reach_m[0], surface.reach_m[1] - high), high - low)
+    if spike.times <= least:
+        return spike
+    return replace(spike, step=_removes(surface, _farthest(surface, low, high)))
+
+
+def _tried(surface: Surface, step: str, part: tuple[slice, slice]) -> Defect | None:
+    """What a step would remove of a part of the scan, and what this does to the grating; None where it would remove
+    nothing, or so much that it is the relief."""
+    height = surface.levelled(part)
+    mask = _FIND[step](height)
+    share = float(mask.mean())
+    if not 0 < share <= _RELIEF_SHARE or mask[np.isfinite(height)].all():
+        return None
+    pixel = tuple(side * (each.step or 1) for side, each in zip(surface.height_map.pixel_size_m, part, strict=True))
+    before = HeightMap(height, pixel, surface.height_map.source)
+    after = replace(before, height_m=np.where(mask, np.nan, height))
+    losses = losses_of(before, after, surface.gratings)
+    return Defect(step, share, loss_in_words(losses, share), max((loss for _, loss in losses), default=0.0))
+
+
+def _farthest(surface: Surface, low: float, high: float) -> tuple[int, int]:
+    """The row and column that are farthest over `high` or under `low`, in metres."""
+    off, place = -math.inf, (0, 0)
+    for start in range(0, surface.height_map.rows, _ROWS_AT_ONCE):
+        level = surface.levelled((slice(start, start + _ROWS_AT_ONCE), slice(None)))
+        beyond = np.nan_to_num(np.maximum(level - high, low - level), nan=-math.inf)
+        row, col = np.unravel_index(np.argmax(beyond), beyond.shape)
+        if beyond[row, col] > off:
+            off, place = float(beyond[row, col]), (start + int(row), int(col))
+    return place
+
+
+def _removes(surface: Surface, place: tuple[int, int]) -> str:
+    """The step that removes what is at a place and does the grating no harm; "" where there is none."""
+    part = surface.around(place)
+    at = place[0] - part[0].start, place[1] - part[1].start
+    height = surface.levelled(part)
+    for step in ("dust", "outliers"):
+        tried = _tried(surface, step, part) if _FIND[step](height)[at] else None
+        if tried is not None and not tried.harm:
+            return step
+    return ""
