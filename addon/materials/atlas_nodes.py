@@ -55,7 +55,8 @@ class AtlasTable:
         # The middle of the first inner texel of the first term's tile on level 0.
         self.first = _over(tuple(n + TILE_PADDING + 0.5 for n in layout.tile_origin(0)), self.size)
         x, y, _ = _over(1 / layout.texel, self.size)
-        self.place = inner.times_plus((x, y, 0.0), (-u_low * x, -v_low * y, 0.0))
+        place = tree.node("ShaderNodeSeparateXYZ", inner.times_plus((x, y, 0.0), (-u_low * x, -v_low * y, 0.0)))
+        self.place = tuple(tree.value(place.outputs[axis]) for axis in "XY")
         half_range = (layout.w_max - layout.w_min) / 2
         t = w.times_plus(1 / half_range, -(layout.w_min + layout.w_max) / 2 / half_range)
         self.t = tree.maximum(tree.minimum(t, 1.0), -1.0)
@@ -80,34 +81,41 @@ class AtlasTable:
         shrink = tree.math("POWER", layout.cell.shrink, level)
         steps = 1 / (layout.level_ratio - 1)
         share = (ratio * tree.squared(shrink)).times_plus(steps, -steps)
-        finer = self._read(self._at(level, shrink))
-        return finer, self._read(self._at(level + 1.0, shrink * layout.cell.shrink)), share
+        finer = self._read(*self._at(level, shrink))
+        return finer, self._read(*self._at(level + 1.0, shrink * layout.cell.shrink)), share
 
     def sharp(self) -> Value:
         """The table under the bake's own kernel."""
-        return self._read(self.place + self.first)
+        return self._read(self.place[0] + self.first[0], self.place[1] + self.first[1])
 
-    def _at(self, level: Value, shrink: Value) -> Value:
+    def _at(self, level: Value, shrink: Value) -> tuple[Value, Value]:
         """The place in the picture where the first term is read at a level. `shrink` is the ratio of the level's number
         of texels along an axis to level 0's. precompute/table/tiling.py has the rule."""
         tree, cell = self.tree, self.layout.cell
         along = level.times_plus(float(COLUMNS_BESIDE), shrink.times_plus(-cell.geometric, cell.geometric + cell.phase))
-        corner = tree.math("FLOOR", along).times_plus((1 / self.size[0], 0.0, 0.0), self.first)
+        x, y = tree.math("FLOOR", along).times_plus(1 / self.size[0], self.first[0]), self.first[1]
         if cell.shelf < cell.levels:
-            left, upward = cell.upper
+            left, upward, _ = _over(cell.upper, self.size)
             above = tree.math("GREATER_THAN", level, cell.shelf - 0.5)
-            corner = above.times_plus(_over((-left, upward), self.size), corner)
-        return self.place.times_plus(shrink, corner)
+            x, y = above.times_plus(-left, x), above.times_plus(upward, y)
+        return self.place[0].times_plus(shrink, x), self.place[1].times_plus(shrink, y)
 
-    def _read(self, first: Value) -> Value:
-        """The sum, where the first term is read at a place in the picture."""
+    def _read(self, x: Value, y: Value) -> Value:
+        """The sum, where the first term is read at a place in the picture.
+
+        The terms' tiles stand in columns and rows. So there is one sum for each column and each row, and none of
+        vectors for each term: EEVEE has 64 KiB for all constants of a material."""
         tree, layout = self.tree, self.layout
-        x, y = layout.cell_origin(0)
+        first = layout.cell_origin(0)
+        columns, rows = {first[0]: x}, {first[1]: y}
         terms = []
         for k in range(layout.terms):
             column, row = layout.cell_origin(k)
-            place = first + _over((column - x, row - y), self.size) if k else first
-            terms.append(tree.image(self.image, place, label=f"B{k}"))
+            if column not in columns:
+                columns[column] = x + (column - first[0]) / self.size[0]
+            if row not in rows:
+                rows[row] = y + (row - first[1]) / self.size[1]
+            terms.append(tree.image(self.image, tree.vector(columns[column], rows[row], 0.0), label=f"B{k}"))
         if self.functions is None:
             return _chebyshev_sum(terms, self.t) * self.inside
         total = terms[0] * self.functions[0]

@@ -70,20 +70,31 @@ _SPACE = "ng_space"
 
 @dataclass(frozen=True)
 class Shown:
-    """What a material shows: its shader, and the diffracted radiance in it as a colour (for the AOV)."""
+    """What a material shows: its shader, and the diffracted radiance in it as a colour (for the AOV), which is
+    `colour` times `share` and is multiplied only in a sum: EEVEE has 64 KiB for all constants of a material."""
 
     shader: Value
-    radiance: Value
+    colour: Value
+    share: Value | None = None
+
+    @property
+    def radiance(self) -> Value:
+        """The diffracted radiance."""
+        return self.colour if self.share is None else self.colour * self.share
 
     def dimmed(self, share: Operand) -> Shown:
         """The shader and the colour, both times a share from 0 to 1. Cycles evaluates nothing where the share is 0."""
-        return Shown(self.shader.tree.mix_shader(share, None, self.shader), self.radiance * share)
+        shader = self.shader.tree.mix_shader(share, None, self.shader)
+        return Shown(shader, self.colour, share if self.share is None else self.share * share)
 
     def added_to(self, other: Shown | None) -> Shown:
         """The sum of this and the other; this alone if there is no other."""
         if other is None:
             return self
-        return Shown(self.shader.tree.add_shader(other.shader, self.shader), other.radiance + self.radiance)
+        shader = self.shader.tree.add_shader(other.shader, self.shader)
+        if self.share is None:
+            return Shown(shader, other.radiance + self.colour)
+        return Shown(shader, self.colour.times_plus(self.share, other.radiance))
 
 
 @dataclass(frozen=True)
