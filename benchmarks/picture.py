@@ -219,7 +219,7 @@ class Stage:
     def wear_bake(self, budget: float, needs: Needs, footprint: bool) -> None:
         """Direct as nodes."""
         response = self.addon.direct.direct_response(self.bake(budget, needs))
-        self.addon.skin.replace_response(self.group, response)
+        self.addon.replace.replace_response(self.group, response)
         self.count_footprint(footprint)
 
     def count_footprint(self, counts: bool) -> None:
@@ -231,7 +231,7 @@ class Stage:
         """Direct as a shader in OSL, which evaluates the formula exactly."""
         made = direct_shader_response(self.addon, self.bake(budget))
         self.count_footprint(False)
-        self.addon.skin.replace_response(self.group, made)
+        self.addon.replace.replace_response(self.group, made)
 
     def wear_thesis(self, name: str) -> None:
         """A method of the thesis as a shader in OSL, with its 81 wavelengths; as many texels as leave out a
@@ -242,12 +242,12 @@ class Stage:
         path = self.folder / f"{self.of.name}_{name}.exr"
         made = thesis_response(self.addon, name, relief, settings, path=path)
         self.count_footprint(False)
-        self.addon.skin.replace_response(self.group, made)
+        self.addon.replace.replace_response(self.group, made)
 
     def wear_rainbow(self) -> None:
         """GPU Gems' rainbow in place of the table's answer."""
         self.count_footprint(False)
-        self.addon.skin.replace_response(self.group, rainbow_response(self.addon, self.period_m()))
+        self.addon.replace.replace_response(self.group, rainbow_response(self.addon, self.period_m()))
 
     def wear_lobes(self) -> None:
         """Three glossy closures over the base, in place of the diffraction."""

@@ -8,6 +8,7 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ..frames.seams import seam_warning
+from ..materials.lost import lost
 from ..materials.material import add_diffraction, check_can_add
 from ..scene.gratings import Grating, active_grating
 from .fit_world import want_fit
@@ -93,7 +94,10 @@ def _seams(objects: list[bpy.types.Object], meshes: list[bpy.types.Object], grat
 
 def _prepared(meshes: list[bpy.types.Object], grating: Grating) -> list[str]:
     """Have the meshes store what the grating's variation needs. Returns lines on what it lacks."""
-    return prepare_meshes(grating.group, meshes) + lamps_alone(grating)
+    lines = prepare_meshes(grating.group, meshes) + lamps_alone(grating) + lost([grating.group])
+    if grating.frame_source().kind != grating.frame_kind:
+        lines.append(f"{grating.name}: its frame map was deleted, and the UV map taken instead; choose its Frame again")
+    return lines
 
 
 def _names(things) -> str:

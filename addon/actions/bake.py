@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,8 +12,9 @@ import bpy
 from ...precompute.surface.steps.pipeline import WARNING
 from ..jobs.child import Job
 from ..scene.bakes import asked, note_bake
-from ..scene.gratings import Grating, cache_folder, request_record
+from ..scene.gratings import Grating, request_record
 from .material import refresh_group
+from .restore import bakes_folder
 
 if TYPE_CHECKING:
     from ...precompute.bake.request import BakeRequest
@@ -29,8 +29,7 @@ def start_bake(
 
     Raises GratingError if what is asked of the bake is not possible."""
     request = request or grating.bake_request()
-    key = hashlib.sha256(asked(request).encode()).hexdigest()[:16]
-    folder = Path(bpy.path.abspath(directory)) if directory else cache_folder() / "bakes" / key
+    folder = Path(bpy.path.abspath(directory)) if directory else bakes_folder(asked(request))
     options = () if use_cache else ("--no-cache",)
     record = json.dumps(request_record(request))
 

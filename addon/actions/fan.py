@@ -9,6 +9,7 @@ from ..frames.place import Place, own_angle, place_nearest
 from ..lamps.find import brightest, lamps_of
 from ..lamps.follow import followed_lamps
 from ..materials.fan import new_fan_lamp
+from ..materials.lost import lost
 from ..materials.material import diffraction_nodes
 from ..materials.response import SETTINGS, response_in
 from ..materials.skin import frame_of, lights_of
@@ -33,6 +34,8 @@ def add_fan(
         mesh, depsgraph, to=near, source_at=lambda slot: frame_of(_diffraction_in(mesh, slot).node_tree)
     )
     node = _diffraction_in(mesh, place.slot)
+    if missing := lost([node.node_tree]):
+        raise GratingError(missing[0])
     values = {name: node.inputs[name].default_value for name in ("Strength", "Base Blend", "Rotation")}
     fan = new_fan_lamp(
         scene, response_in(node.node_tree), lamp, size_m=size_m,

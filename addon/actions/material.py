@@ -8,12 +8,14 @@ import bpy
 from ...precompute.base.failure import GratingError, printable
 from ...precompute.table.atlas_file import read_header
 from ..materials.direct.response import direct_response
+from ..materials.lost import lost, lost_of_nodes, lost_of_own
 from ..materials.material import add_diffraction, new_diffraction_material
-from ..materials.response import Response, is_in_other_space, response_in
+from ..materials.replace import replace_response
+from ..materials.response import Response, is_in_other_space, response_in, responses_in
 from ..materials.skin import (
     answers_to_world,
     group_around,
-    replace_response,
+    refill,
     set_footprint,
     set_frame,
     set_lighting,
@@ -23,6 +25,7 @@ from ..scene.lights import LAMPS_ONLY, NO_SAMPLE_SET, REST
 from ..scene.own_names import follow_name, note_own
 from ..scene.region import note_region
 from .lamps import update_all_lamps
+from .restore import bake_of
 
 
 def make_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Material:
@@ -48,16 +51,18 @@ def working_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Mate
 def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
     """The Diffraction group of a baked grating, made if need be. All scenes follow their lamps from now on.
 
-    Raises GratingError, with nothing changed, if there is no sound bake."""
-    bake = grating.baked_file()
-    is_new = grating.own_group is None
-    response = _response_of(bake) if is_new else None  # first, since it is what may be refused
+    A group that lost a part, as an artist deleted a picture, is mended from the bake. Raises GratingError, with nothing
+    changed, if there is no sound bake for what is to be made."""
+    group, bake = grating.own_group, needed_bake(grating)
+    response = None if bake is None else response_of(bake)  # first, since it is what may be refused
     update_all_lamps()
-    if response is not None:
+    if group is None:
         grating.group = group_around(grating.name, response, shadows=grating.shadows, lights=grating.lights)
         note_own(grating.group)
-    elif is_in_other_space(response_in(grating.group)):
-        replace_response(grating.group, _response_of(bake))
+    elif response is not None:
+        replace_response(group, response)
+    elif lost_of_nodes(group):
+        refill(group, responses_in(group))
     set_lighting(grating.group, shadows=grating.shadows, lights=grating.lights)
     set_frame(grating.group, grating.frame_source())
     set_footprint(grating.group, grating.footprint)
@@ -66,6 +71,15 @@ def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
     # percentile).
     scene.render.use_high_quality_normals = True
     return grating.group
+
+
+def needed_bake(grating: Grating) -> Path | None:
+    """The file of a grating's bake where its Diffraction group must be made or mended from it, else None. Raises
+    GratingError as bake_of does."""
+    group = grating.own_group
+    if group is None or lost_of_own(group) or is_in_other_space(response_in(group)):
+        return bake_of(grating)
+    return None
 
 
 def read_combs() -> None:
@@ -82,7 +96,7 @@ def refresh_group(grating: Grating) -> None:
 
     Raises GratingError, with nothing changed, if the file is not a bake."""
     if grating.own_group is not None:
-        replace_response(grating.group, _response_of(grating.baked_file()))
+        replace_response(grating.group, response_of(bake_of(grating)))
         set_lighting(grating.group, shadows=grating.shadows, lights=grating.lights)
 
 
@@ -93,7 +107,7 @@ def choose_lights(grating: Grating, lights: str) -> list[str]:
     if group is None:
         return []
     set_lighting(group, shadows=grating.shadows, lights=lights)
-    return lamps_alone(grating)
+    return lamps_alone(grating) + lost([group])
 
 
 def lamps_alone(grating: Grating) -> list[str]:
@@ -105,10 +119,10 @@ def lamps_alone(grating: Grating) -> list[str]:
 
 def new_diffraction_group(path: Path, shadows: bool = True, lights: str = REST) -> bpy.types.NodeTree:
     """A new Diffraction group of a bake's file. Raises GratingError if the file is not a bake."""
-    return group_around(printable(path.stem), _response_of(path), shadows=shadows, lights=lights)
+    return group_around(printable(path.stem), response_of(path), shadows=shadows, lights=lights)
 
 
-def _response_of(path: Path) -> Response:
+def response_of(path: Path) -> Response:
     """The response of a bake's file, with a note of the region that it holds. Raises GratingError if the file is not a
     bake."""
     response = direct_response(path)

@@ -7,11 +7,14 @@ from typing import Any
 
 import bpy
 
+from ...precompute.bake.expected import expected_table_bytes
 from ...precompute.bake.needs import EVERYTHING, Needs
 from ...precompute.bake.request import BakeRequest, request_from
 from ...precompute.bake.shown import MARGIN, SHARE, held_share, joined, needs_of
 from ...precompute.base.failure import GratingError
+from ...precompute.table.atlas import Layout
 from ...precompute.table.atlas_file import read_header
+from ...precompute.table.tiling import BYTES_PER_TEXEL
 from ..lamps.follow import followed_lamps
 from ..materials.material import diffraction_nodes
 from ..materials.response import response_in, responses_in
@@ -19,19 +22,29 @@ from ..materials.skin import is_diffraction
 from ..scene.gratings import Grating
 from ..views.look import Look, answers_to_everything, look, unknown_inputs
 from ..views.moving import frames_between, is_animated, moves
+from .restore import bake_of
 
 # The most frames of a range that are looked at beside the cuts to other cameras; of one frame, how many rays, and at
 # least how many of each of several.
 FRAMES_MAX, _RAYS, _RAYS_LEAST = 16, 12000, 2000
 
 
+# The least share of a whole bake's memory that makes a bake for the scene worth its time, and worth losing all other
+# directions. A bake measures how fine it must be at other places than the whole bake did, so it may come out larger
+# than estimated: by 2 % (samples CD and Elaphe), 1 % (Xenopeltis) and 7 % (Blazed) for ranges that hold 0.9 to 0.99 of
+# all (u, v).
+SAVING_MIN = 0.1
+
+
 @dataclass(frozen=True)
 class Measured:
-    """The needs of a scene, how they were measured as a needs file tells it, and lines to report."""
+    """The needs of a scene, how they were measured as a needs file tells it, and lines to report. `pointless` is a line
+    that says why the scene has nothing to gain from a bake for them alone; empty if it has."""
 
     needs: Needs
     facts: dict[str, Any]
     lines: list[str]
+    pointless: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """What a needs file holds."""
@@ -76,7 +89,45 @@ def measure_needs(scene: bpy.types.Scene, grating: Grating, frames: tuple[int, i
         "lights": "everywhere" if any(answers_to_everything(node.node_tree) for node in nodes) else "lamps",
         "objects": sorted({thing.name for thing in nodes.values()}),
     }  # fmt: skip
-    return Measured(needs, facts, [_told(grating, needs, facts), *reasons, *_unseen(scene, carriers, nodes)])
+    lines = [_told(grating, needs, facts), *reasons, *_unseen(scene, carriers, nodes)]
+    return Measured(needs, facts, lines, pointless(grating, needs))
+
+
+def pointless(grating: Grating, needs: Needs) -> str:
+    """A line if a bake of the needs would save too little of the grating's present bake; empty if it is worth its time,
+    or if the present bake holds a part of the directions itself."""
+    layout = _whole_layout(grating)
+    if layout is None:
+        return ""
+    part, whole = expected_table_bytes(layout, needs)
+    if part <= (1 - SAVING_MIN) * whole:
+        return ""
+    return (
+        f"{grating.name}: nothing to gain: the scene shows {needs.region.share_of_disc:.0%} of all directions, and a "
+        f"bake for it would take about {part / 2**20:.0f} of {whole / 2**20:.0f} MiB; the present bake stays"
+    )
+
+
+def no_smaller(grating: Grating, facts: dict[str, Any]) -> str:
+    """A line if a bake for the scene, by its facts, takes no less memory than the grating's present whole bake; empty
+    if it does."""
+    layout = _whole_layout(grating)
+    whole = 0 if layout is None else layout.width * layout.height * BYTES_PER_TEXEL
+    if layout is None or facts["blender_bytes"] < whole:
+        return ""
+    return (
+        f"{grating.name}: nothing gained: the bake for this scene takes {facts['blender_bytes'] / 2**20:.0f} MiB for "
+        f"{whole / 2**20:.0f} MiB; the present bake stays"
+    )
+
+
+def _whole_layout(grating: Grating) -> Layout | None:
+    """The layout of the grating's present bake, if that is there and holds every direction."""
+    try:
+        layout, _ = read_header(grating.baked_file())
+    except GratingError:
+        return None
+    return layout if layout.whole else None
 
 
 def request_with(grating: Grating, needs: Needs) -> BakeRequest:
@@ -86,7 +137,7 @@ def request_with(grating: Grating, needs: Needs) -> BakeRequest:
     Raises GratingError as Grating.bake_request does, or if the header names a scan whose place it does not tell."""
     if grating.source:
         return replace(grating.bake_request(), needs=needs)
-    path = grating.baked_file()
+    path = bake_of(grating)
     _, record = read_header(path)
     request = request_from(record.get("request", {}), str(path))
     if not request.scans or not all(scan.source.startswith("sample:") for scan in request.scans):

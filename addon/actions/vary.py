@@ -11,7 +11,7 @@ from ..materials.skin import set_variation, variation_of
 from ..scene.gratings import Grating
 from ..scene.variation import ATTRIBUTE, Variation
 from .frame_source import meshes_that_show
-from .material import group_of
+from .material import group_of, needed_bake
 
 
 def vary(scene: bpy.types.Scene, grating: Grating, choice: Variation, *, others: Sequence[Grating]) -> list[str]:
@@ -30,7 +30,7 @@ def vary(scene: bpy.types.Scene, grating: Grating, choice: Variation, *, others:
     if choice.shares and choice.pattern == ATTRIBUTE and not choice.attribute:
         raise GratingError(f"{grating.name}: no attribute is named for its pattern; name one, such as scale_random")
     for each in (grating, *others):
-        each.baked_file()
+        needed_bake(each)
     group = group_of(scene, grating)
     set_variation(group, choice, [response_in(group_of(scene, other)) for other in others])
     meshes = meshes_that_show(group)

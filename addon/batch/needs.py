@@ -3,6 +3,7 @@
 
 import argparse
 import json
+import sys
 
 import bpy
 
@@ -10,8 +11,8 @@ from ...precompute.base.failure import GratingError, printable
 from ...precompute.base.files import write_whole
 from ...precompute.cli.option_types import count, name_argument, path_argument
 from ...precompute.cli.output import emit
-from ..actions.bake import bake_and_wait
-from ..actions.needs import measure_needs, request_with
+from ..actions.bake import finished_bake, record_bake
+from ..actions.needs import measure_needs, no_smaller, request_with
 from ..scene.gratings import Grating, active_grating
 from .save import add_save, save
 
@@ -31,7 +32,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="look at this range; default: the scene's range where something moves, else the present frame",
     )  # fmt: skip
     parser.add_argument(
-        "--bake", action="store_true", help="bake only that, show this bake in its stead, and save the file"
+        "--bake",
+        action="store_true",
+        help="bake only that, show this bake in its stead, and save the file; not if it saves less than a tenth",
     )
     parser.add_argument("--json", type=name_argument, metavar="FILE|-", help="write what was found as JSON")
     add_save(parser)
@@ -53,10 +56,20 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.output is not None:
         text = json.dumps(measured.as_dict(), indent=1) + "\n"
         write_whole(arguments.output, lambda partial: partial.write_text(text, encoding="utf-8"))
-    if arguments.bake:
-        facts["bake"] = bake_and_wait(grating, request=request_with(grating, measured.needs))
-        lines = [*lines, f"{grating.name}: {grating.bake_summary}"]
-        save(arguments.save)
+    told = measured.pointless
+    if arguments.bake and not told:
+        request = request_with(grating, measured.needs)
+        facts["bake"] = finished_bake(grating, request=request)
+        told = no_smaller(grating, facts["bake"])
+        if not told:
+            record_bake(grating, facts["bake"], request, taken_over=True)
+            lines = [*lines, f"{grating.name}: {grating.bake_summary}"]
+            save(arguments.save)
+    facts["nothing_to_gain"] = bool(told)
+    if told:
+        print(printable(told), file=sys.stderr)
+        if arguments.save is not None:
+            save(arguments.save)
     emit(facts, arguments.json, lambda: map(printable, lines))
 
 

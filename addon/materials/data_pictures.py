@@ -14,8 +14,13 @@ from .skin import is_diffraction
 
 
 def wrong_colours(scene: bpy.types.Scene) -> list[str]:
-    """One line for each setting under which the file's gratings show wrong colours, with the remedy."""
-    return resampled_pictures(scene) + in_other_spaces(filter(is_diffraction, bpy.data.node_groups))
+    """One line for each thing for which the file's gratings show wrong colours, with the remedy."""
+    groups = list(filter(is_diffraction, bpy.data.node_groups))
+    if not groups:  # most files load no more than this
+        return []
+    from .lost import lost
+
+    return resampled_pictures(scene) + in_other_spaces(groups) + lost(groups)
 
 
 def resampled_pictures(scene: bpy.types.Scene) -> list[str]:

@@ -18,6 +18,8 @@ _TOLD = {"emission_sampling": "NONE", "use_bump_map_correction": False}
 _BEFORE = "ng_"
 # By how much a Material Output makes room for a Diffraction node, in the node editor's units.
 _STEP = 220
+# The label of Diffraction nodes in materials, also in saved files.
+_LABEL = "Diffraction"
 
 
 def new_diffraction_material(name: str, group: bpy.types.NodeTree) -> bpy.types.Material:
@@ -31,7 +33,7 @@ def new_diffraction_material(name: str, group: bpy.types.NodeTree) -> bpy.types.
     skin.inputs["Roughness"].default_value = 0.6
     # The diffraction is the surface's specular reflection: the skin below keeps only its diffuse part.
     skin.inputs["Specular IOR Level"].default_value = 0.0
-    shader = tree.group(group, {"Base": tree.value(skin.outputs[0])}, label="Diffraction")["Shader"]
+    shader = tree.group(group, {"Base": tree.value(skin.outputs[0])}, label=_LABEL)["Shader"]
     tree.node("ShaderNodeOutputMaterial", shader)
     arrange(material.node_tree)
     tell_cycles(material)
@@ -55,6 +57,8 @@ def add_diffraction(material: bpy.types.Material, group: bpy.types.NodeTree) -> 
     Every Material Output shows it then. Raises GratingError where a material cannot be changed."""
     check_can_add(material)
     compat.enable_nodes(material)
+    for node in empty_nodes(material):
+        _fill(node, group)
     present = diffraction_nodes(material)
     for node in present:
         node.node_tree, node.mute = group, False
@@ -65,7 +69,7 @@ def add_diffraction(material: bpy.types.Material, group: bpy.types.NodeTree) -> 
         if _shows_diffraction(output):
             continue
         surface = output.inputs["Surface"]
-        node = loose.pop() if loose else tree.node("ShaderNodeGroup", node_tree=group, label="Diffraction")
+        node = loose.pop() if loose else tree.node("ShaderNodeGroup", node_tree=group, label=_LABEL)
         node.location = output.location
         output.location.x += _STEP
         if surface.is_linked:
@@ -111,6 +115,26 @@ def tell_cycles(material: bpy.types.Material) -> None:
 def diffraction_nodes(material: bpy.types.Material | None) -> list[bpy.types.Node]:
     """The material's nodes of Diffraction groups, also those that an artist put into a group."""
     return [] if material is None else list(_diffraction_nodes(material.node_tree))
+
+
+def empty_nodes(material: bpy.types.Material | None) -> list[bpy.types.Node]:
+    """The Diffraction nodes in a material's own node tree whose group an artist has deleted."""
+    tree = None if material is None else material.node_tree
+    nodes = tree.nodes if tree is not None else ()
+    return [node for node in nodes if node.type == "GROUP" and node.node_tree is None and node.label == _LABEL]
+
+
+def _fill(node: bpy.types.Node, group: bpy.types.NodeTree) -> None:
+    """Give an empty node a Diffraction group. Blender may have removed its links with the former group. The one shader
+    that nothing shows any more was its base."""
+    tree = node.id_data
+    node.node_tree = group
+    if node.inputs["Base"].is_linked:
+        return
+    shaders = [socket for each in tree.nodes for socket in each.outputs if socket.type == "SHADER" and each != node]
+    unshown = [socket for socket in shaders if not socket.is_linked]
+    if len(unshown) == 1:
+        tree.links.new(unshown[0], node.inputs["Base"])
 
 
 def _diffraction_nodes(tree: bpy.types.NodeTree | None) -> Iterator[bpy.types.Node]:

@@ -11,6 +11,7 @@ Saved .blend files hold these groups, so the names of their sockets stay as they
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import count, takewhile
@@ -64,6 +65,7 @@ LOBE_DIRECTION = Socket("Lobe Direction", "Vector", "Unit vector to where the or
 WORLD_ANSWER = (MIRROR, MIRROR_ROUGHNESS, LOBE, LOBE_NORMAL, LOBE_ROUGHNESS, LOBE_DIRECTION)
 
 _LABEL, _WORLD_LABEL = "Response", "World Response"
+_NUMBERED = re.compile("(?:World )?Response(?: ([1-9][0-9]*))?")
 # A custom property of a response's node group, also in saved files.
 _SPACE = "ng_space"
 
@@ -197,16 +199,52 @@ class Response:
         return WorldAnswer(*(outputs[socket.name] for socket in WORLD_ANSWER))
 
 
-def response_in(group: bpy.types.NodeTree) -> Response:
-    """The response around which a Diffraction group was made; the group may have been loaded from a file."""
-    return responses_in(group)[0]
+def response_in(group: bpy.types.NodeTree) -> Response | None:
+    """The response around which a Diffraction group was made; the group may have been loaded from a file. None if an
+    artist has deleted it."""
+    return next(iter(responses_in(group)), None)
 
 
 def responses_in(group: bpy.types.NodeTree) -> tuple[Response, ...]:
-    """The responses of a Diffraction group: its own, and those of further gratings that it is varied by."""
-    found = {node.label: node.node_tree for node in group.nodes if node.label.startswith((_LABEL, _WORLD_LABEL))}
-    numbers = takewhile(lambda number: _numbered(_LABEL, number) in found, count(1))
-    return tuple(Response(found[_numbered(_LABEL, k)], found.get(_numbered(_WORLD_LABEL, k))) for k in numbers)
+    """The responses of a Diffraction group: its own, and those of further gratings that it is varied by. Responses that
+    an artist has deleted are left out, and so are the ones after them; without its own response, a group has none."""
+    found = _trees(group)
+    numbers = takewhile(lambda number: found.get(_numbered(_LABEL, number)) is not None, count(1))
+    return tuple(_response(found, number) for number in numbers)
+
+
+def further_responses(group: bpy.types.NodeTree) -> tuple[Response, ...]:
+    """The responses by which a Diffraction group is varied, also if its own response was deleted."""
+    found = _trees(group)
+    numbers = takewhile(lambda number: found.get(_numbered(_LABEL, number)) is not None, count(2))
+    return tuple(_response(found, number) for number in numbers)
+
+
+def is_response(node: bpy.types.Node) -> bool:
+    """Whether a node of a Diffraction group shows a response."""
+    return node.type == "GROUP" and _NUMBERED.fullmatch(node.label) is not None
+
+
+def trees_at(group: bpy.types.NodeTree) -> list[tuple[int, bpy.types.NodeTree | None]]:
+    """The number of each node of a response in a Diffraction group, of which 1 is the group's own, and what it shows:
+    None where that was deleted."""
+    return [(int(_NUMBERED.fullmatch(label)[1] or 1), tree) for label, tree in _trees(group).items()]
+
+
+def own_trees(group: bpy.types.NodeTree) -> tuple[bpy.types.NodeTree | None, bpy.types.NodeTree | None]:
+    """The node groups of a Diffraction group's own response, to lamps and to a world. None for one that was deleted, or
+    that never was."""
+    found = _trees(group)
+    return found.get(_LABEL), found.get(_WORLD_LABEL)
+
+
+def _trees(group: bpy.types.NodeTree) -> dict[str, bpy.types.NodeTree | None]:
+    """What the nodes of responses in a Diffraction group show, by the labels of the nodes."""
+    return {node.label: node.node_tree for node in group.nodes if is_response(node)}
+
+
+def _response(found: Mapping[str, bpy.types.NodeTree | None], number: int) -> Response:
+    return Response(found[_numbered(_LABEL, number)], found.get(_numbered(_WORLD_LABEL, number)))
 
 
 def _numbered(label: str, number: int) -> str:

@@ -64,6 +64,7 @@ from .response import (
     VARIANCE,
     ZERO_ORDER,
     Response,
+    further_responses,
     response_in,
     responses_in,
 )
@@ -112,28 +113,6 @@ def group_around(name: str, response: Response, *, shadows: bool = True, lights:
     return group
 
 
-def replace_response(group: bpy.types.NodeTree, response: Response) -> None:
-    """Build a Diffraction group anew around another response, under the old one's names, and all groups that are varied
-    by it. The old response and its images go, unless something else uses them."""
-    old = response_in(group)
-    names = [
-        (kept, former.name)
-        for new_group, old_group in ((response.group, old.group), (response.world, old.world))
-        for kept, former in zip(_parts(new_group), _parts(old_group), strict=False)
-    ]
-    left = [part for each in (old.group, old.world) for part in _parts(each)]
-    for each in filter(is_diffraction, bpy.data.node_groups):
-        present = responses_in(each)
-        if old in present and each.library is None:
-            _refill(each, tuple(response if one == old else one for one in present))
-    old.group.user_remap(response.group)  # in Diffraction Lamps
-    for each in left:
-        if each.users == 0:
-            bpy.data.batch_remove([each])
-    for kept, name in names:
-        kept.name = name
-
-
 def set_lighting(group: bpy.types.NodeTree, *, shadows: bool, lights: str) -> None:
     """Have a Diffraction group trace shadow rays or none, and answer to the lights of a choice (scene/lights.py)."""
     if (bool(group[_SHADOWS]), lights_of(group)) != (shadows, lights):
@@ -145,22 +124,22 @@ def set_frame(group: bpy.types.NodeTree, source: FrameSource) -> None:
     """Have a Diffraction group take the tangent from a source."""
     if frame_of(group) != source:
         group[_FRAME] = source.as_property()
-        _refill(group, responses_in(group))
+        refill(group, responses_in(group))
 
 
 def set_footprint(group: bpy.types.NodeTree, counts: bool) -> None:
     """Have a Diffraction group blur colours that are finer than a pixel, or not (footprint.py)."""
     if bool(group.get(_FOOTPRINT)) != counts:
         group[_FOOTPRINT] = counts
-        _refill(group, responses_in(group))
+        refill(group, responses_in(group))
 
 
 def set_variation(group: bpy.types.NodeTree, variation: Variation, others: Iterable[Response]) -> None:
     """Have a Diffraction group vary over the surface, between its own response and the others: one for each share."""
-    own, *present = responses_in(group)
-    if (variation_of(group), present) != (variation, list(others)):
+    own, others = response_in(group), list(others)
+    if own is not None and (variation_of(group), list(further_responses(group))) != (variation, others):
         group[_VARIATION] = variation.as_property()
-        _refill(group, (own, *others))
+        refill(group, (own, *others))
 
 
 def variation_of(group: bpy.types.NodeTree) -> Variation:
@@ -189,7 +168,7 @@ def answers_to_world(group: bpy.types.NodeTree) -> bool:
     return all(response.world is not None for response in responses_in(group))
 
 
-def _refill(group: bpy.types.NodeTree, responses: tuple[Response, ...]) -> None:
+def refill(group: bpy.types.NodeTree, responses: tuple[Response, ...]) -> None:
     """Make a Diffraction group's nodes anew around responses, for the lamps and sources that it has."""
     fill_group(group, responses, list(group[_LAMPS]), sources=group.get(_SOURCES, 0))
 
@@ -198,12 +177,15 @@ def fill_group(
     group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps: list[bool], *, sources: int = 0
 ) -> None:
     """Make a Diffraction group's nodes anew, for lamps with and without light linking and a number of sources of the
-    world. Its sockets and the links to them stay."""
+    world. Its sockets and the links to them stay. A group whose own response was deleted stays as it is, until
+    replace_response gives it another; a relief whose response was deleted leaves its share to the group's own."""
+    if not responses:
+        return
     group.nodes.clear()
     group[_LAMPS], group[_SOURCES] = lamps, sources
     tree = Tree(group)
     inputs = tree.inputs()
-    areas, turn = variation_nodes(tree, variation_of(group))
+    areas, turn = variation_nodes(tree, variation_of(group).of_others(len(responses) - 1))
     if turn is not None:
         inputs["Rotation"] = inputs["Rotation"] + turn
     n, t = frame_nodes(tree, inputs, frame_of(group))
@@ -252,13 +234,6 @@ def fill_group(
     tree.node("ShaderNodeOutputAOV", radiance, aov_name=AOV_NAME)
     tree.output(shader, radiance)
     arrange(group)
-
-
-def _parts(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
-    """A response's node group and the images that it reads, each once: what uses the other comes first."""
-    if tree is None:
-        return []
-    return [tree, *dict.fromkeys(node.image for node in tree.nodes if node.type == "TEX_IMAGE")]
 
 
 def is_diffraction(group: bpy.types.NodeTree | None) -> bool:

@@ -13,7 +13,8 @@ from .report import report_failure
 
 class BakeNeeds(FollowsBake, bpy.types.Operator):
     """Look through the scene's camera, in all its frames where something moves, bake only the directions in which it
-    sees the active grating lit, and show this smaller bake. Esc cancels, and one undo brings the former bake back"""
+    sees the active grating lit, and show this smaller bake. It stops early where that saves little memory. Esc cancels,
+    and one undo brings the former bake back"""
 
     bl_idname = "grating.needs"
     bl_label = "Bake for This Scene"
@@ -37,7 +38,8 @@ class BakeNeeds(FollowsBake, bpy.types.Operator):
         from ..actions.bake import finished_bake
 
         try:
-            grating = self._measure(context)
+            if (grating := self._measure(context)) is None:
+                return {"CANCELLED"}
             return self.report_bake(grating, finished_bake(grating, request=self._request))
         except GratingError as error:
             return report_failure(self, error)
@@ -47,20 +49,24 @@ class BakeNeeds(FollowsBake, bpy.types.Operator):
         from ..actions.bake import start_bake
 
         try:
-            grating = self._measure(context)
+            if (grating := self._measure(context)) is None:
+                return {"CANCELLED"}
             return self.follow_bake(context, grating, start_bake(grating, request=self._request))
         except GratingError as error:
             return report_failure(self, error)
 
     def record(self, grating, facts):
         from ..actions.bake import record_bake
+        from ..actions.needs import no_smaller
         from ..actions.outside import notice_outside
 
+        if not self.everything and (line := no_smaller(grating, facts)):
+            raise GratingError(line)
         record_bake(grating, facts, self._request, taken_over=True)
         return [*self._lines, *notice_outside(bpy.context.scene)]
 
     def _measure(self, context):
-        """Find out what to ask of the bake; the grating. Nothing is changed yet."""
+        """Find out what to ask of the bake; the grating, None if there is nothing to gain. Nothing is changed yet."""
         from ...precompute.bake.needs import EVERYTHING
         from ..actions.needs import measure_needs, request_with
 
@@ -70,6 +76,9 @@ class BakeNeeds(FollowsBake, bpy.types.Operator):
             measured = measure_needs(context.scene, grating)
             found, *self._lines = measured.lines
             self.report({"INFO"}, printable(found))
+            if measured.pointless:
+                self.report({"WARNING"}, printable(measured.pointless))
+                return None
             needs = measured.needs
         self._request = request_with(grating, needs)
         return grating

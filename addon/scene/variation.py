@@ -3,7 +3,7 @@
 Saved .blend files hold these names: they must stay."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from math import degrees
 from typing import Any
 
@@ -38,6 +38,10 @@ class Variation:
     def pattern_attribute(self) -> str:
         """The name of the attribute by which the gratings are laid out; empty for none."""
         return self.attribute if self.shares and self.pattern == ATTRIBUTE else ""
+
+    def of_others(self, count: int) -> "Variation":
+        """The choice with this number of further gratings at most: the first has the others' shares as well."""
+        return replace(self, shares=self.shares[:count])
 
     @property
     def summary(self) -> str:

@@ -21,6 +21,7 @@ from ..operators.comb_grating import CombGrating
 from ..operators.fit_world import FitWorld
 from ..operators.follows_bake import running_bake
 from ..operators.import_height_map import ImportHeightMap
+from ..operators.mend import MendMaterials
 from ..operators.new_material import NewDiffractionMaterial
 from ..operators.osl_reference import NewOslReference
 from ..operators.remove_diffraction import RemoveDiffraction
@@ -223,8 +224,11 @@ def _draw_lamps(layout, context, grating) -> None:
         draw_note(column, context, line, icon="INFO")
     if instanced:
         draw_note(column, context, f"Instanced: {', '.join(instanced)}; Apply > Make Instances Real", icon="ERROR")
-    for line in wrong_colours(scene):
+    wrong = wrong_colours(scene)
+    for line in wrong:
         draw_note(column, context, line, icon="ERROR")
+    if any(MendMaterials.bl_label in line for line in wrong):
+        column.operator(MendMaterials.bl_idname, icon="FILE_REFRESH")
     note = layout.column(align=True)
     note.active = False
     draw_note(note, context, _LIT_BY[lights])

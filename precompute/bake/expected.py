@@ -6,10 +6,16 @@ cores of a server, on pictures of 512 to 1024 pixels that are 40 to 200 um wide 
 up to a third above what is taken; time is right to a factor of two there, and in proportion on other machines.
 """
 
+import math
+
 from ..base.memory import in_words, refuse_beyond_memory
 from ..base.progress import Progress
 from ..spectra.fast import Work
 from ..surface.relief import SMALLER
+from ..table.atlas import Layout
+from ..table.tiling import BYTES_PER_TEXEL, TILE_PADDING, cell_for, grid
+from .needs import Needs
+from .resolution import texel_middles
 
 # Bytes for each byte of the series, for each bin of a transform, for each transform (the probe), and for tables.
 _PER_SERIES_BYTE, _PER_FINE_BIN, _PER_TRANSFORM, _ALWAYS = 3.6, 16, 4 << 20, 100 << 20
@@ -36,3 +42,25 @@ def tell(work: Work, wavelengths: int, *, scans: int, progress: Progress) -> Non
     refuse_beyond_memory(needed, "the bake", SMALLER)
     duration = f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"
     progress(f"expects {in_words(needed)} and about {duration}", 0.0)
+
+
+def expected_table_bytes(layout: Layout, needs: Needs) -> tuple[int, int]:
+    """Bytes in Blender of a table that holds only the needs, estimated from the layout of a whole table of the same
+    surface; and the whole table's bytes.
+
+    The tiles are cropped to the region. Their texels grow with the kernel, where the lights and pixels of the scene are
+    wider than it. Of the functions of w, two are a constant and a slope; the others are taken to be in proportion to
+    the range of w."""
+    sigma_b = max(layout.sigma_b, needs.kernel)
+    texel = layout.texel * sigma_b / layout.sigma_b
+    tile = tuple(len(texel_middles(*side, texel)) for side in (needs.region.v, needs.region.u))
+    side = math.ceil(4 / texel - 1e-9) + 1
+    low, high = needs.w
+    terms = min(layout.terms, math.ceil(2 + (layout.terms - 2) * (high - low) / 2))
+    inner = tuple(count - 2 * TILE_PADDING for count in tile)
+    cell = cell_for(terms, inner, sigma_b, whole=(side, side), ratios=(layout.level_ratio,))
+    width_min = layout.zero_order_samples + 1
+    down, across = grid(terms, cell.size, width_min=width_min)
+    width = max(across * cell.size[1], width_min)
+    texels = (down * cell.size[0] + layout.strip_rows) * width
+    return BYTES_PER_TEXEL * texels, BYTES_PER_TEXEL * layout.width * layout.height

@@ -23,6 +23,15 @@ class Region(NamedTuple):
         return max(abs(end) for end in (*self.u, *self.v))
 
     @property
+    def share_of_disc(self) -> float:
+        """The share of all (u, v) that the region holds: of the disc |(u, v)| <= 2."""
+        ends = np.linspace(-FARTHEST, FARTHEST, 401)
+        middles = (ends[1:] + ends[:-1]) / 2
+        u, v = np.meshgrid(middles, middles)
+        disc = u**2 + v**2 <= FARTHEST**2
+        return float((self.contains(u, v) & disc).sum() / disc.sum())
+
+    @property
     def is_whole(self) -> bool:
         """Whether the region holds every pair of directions, up to rounding."""
         return all(low <= 1e-9 - FARTHEST and high >= FARTHEST - 1e-9 for low, high in self)

@@ -2,6 +2,7 @@
 """The bake of what a scene needs: by one click or the verb, shown, undone, and refused in one line."""
 
 import json
+import math
 
 import bpy
 import numpy as np
@@ -104,3 +105,63 @@ def test_a_bake_of_a_sample_alone_tells_what_to_bake(addon, scene, watched, tmp_
     assert bpy.ops.grating.needs() == {"FINISHED"}
     grating = scene.natural_gratings.active()
     assert grating.source == "sample:cd" and grating.for_scene and grating.coherence_um == pytest.approx(3)
+
+
+@pytest.fixture
+def ball(scene, coarse, watched):
+    """A ball in place of the plane: it shows nearly all directions."""
+    material = watched.active_material
+    bpy.data.objects.remove(watched)
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32)
+    thing = bpy.context.object
+    thing.data.materials.append(material)
+    for polygon in thing.data.polygons:
+        polygon.use_smooth = True
+    bpy.ops.grating.lights(lights="REST")
+    scene.camera.location, scene.camera.rotation_euler = (10, 0, 0), (math.pi / 2, 0, math.pi / 2)
+    bpy.context.view_layer.update()
+    return thing
+
+
+def test_a_ball_has_nothing_to_gain(addon, scene, coarse, ball, capfd, monkeypatch):
+    before = coarse.bake_path, coarse.request, shown_pixels(addon, coarse)
+    monkeypatch.setattr(addon.child.Job, "__init__", lambda *_, **__: pytest.fail("a bake was started"))
+    assert bpy.ops.grating.needs() == {"CANCELLED"}
+    assert "waves: nothing to gain: the scene shows 100%" in capfd.readouterr().out
+    assert (coarse.bake_path, coarse.request, shown_pixels(addon, coarse)) == before
+
+
+def test_the_verb_says_that_there_is_nothing_to_gain(addon, scene, coarse, ball, tmp_path, capfd):
+    report, path = tmp_path / "report.json", coarse.bake_path
+    capfd.readouterr()
+    assert addon.commands.execute(["needs", "--bake", "--json", str(report)]) == 0
+    (line,) = [each for each in capfd.readouterr().err.splitlines() if "nothing to gain" in each]
+    assert line.endswith("MiB; the present bake stays")
+    facts = json.loads(report.read_text())
+    assert facts["nothing_to_gain"] and "bake" not in facts and coarse.bake_path == path
+
+
+def test_a_bake_that_comes_out_no_smaller_is_not_taken(addon, coarse, monkeypatch):
+    before = coarse.bake_path
+    bake = addon.package.actions.bake
+    larger = bake.finished_bake
+    monkeypatch.setattr(bake, "finished_bake", lambda *a, **k: larger(*a, **k) | {"blender_bytes": 1 << 40})
+    with pytest.raises(RuntimeError, match="nothing gained: the bake for this scene takes 1048576 MiB for"):
+        bpy.ops.grating.needs()
+    assert coarse.bake_path == before and not coarse.for_scene
+
+
+def test_the_estimate_is_that_of_a_bake(addon, scene, coarse, watched):
+    """A bake's texels come out up to 7 % apart (actions/needs.py), which is 15 % of its bytes."""
+    from precompute.bake.expected import expected_table_bytes
+    from precompute.bake.needs import EVERYTHING
+    from precompute.table.atlas_file import read_header
+
+    layout, _ = read_header(coarse.baked_file())
+    part, whole = expected_table_bytes(layout, EVERYTHING)
+    assert part == pytest.approx(whole, rel=0.02)
+    needs = addon.needs.measure_needs(scene, coarse).needs
+    part, _ = expected_table_bytes(layout, needs)
+    bpy.ops.grating.needs()
+    made, _ = read_header(coarse.baked_file())
+    assert part == pytest.approx(16 * made.width * made.height, rel=0.15)

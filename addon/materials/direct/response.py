@@ -14,6 +14,7 @@ from ....precompute.table.sample_set import read_sound_header as read_sound_set_
 from ...scene import compat
 from ..lobes.draw import SampleSetNodes, wavelengths_image
 from ..lobes.group import build_world_group
+from ..pictures import content_of, note_content, note_pictures, picture_of
 from ..response import Response, note_working_space
 from .group import build_direct_group
 
@@ -37,6 +38,7 @@ def direct_response(path: Path) -> Response:
     name = printable(path.stem)
     response = build_direct_group(name, image, layout, rgb_from_xyz=matrix)
     note_working_space(response)
+    note_pictures(response.group)
     if draws_layout is None:
         return response
     draws = SampleSetNodes(
@@ -44,12 +46,18 @@ def direct_response(path: Path) -> Response:
         draws_layout,
         wavelengths_image(layout.illuminant, draws_layout.wavelength),
     )
-    return replace(response, world=build_world_group(name, image, layout, draws=draws, rgb_from_xyz=matrix))
+    world = build_world_group(name, image, layout, draws=draws, rgb_from_xyz=matrix)
+    note_pictures(world)
+    return replace(response, world=world)
 
 
 def load_atlas(path: Path, *, half: bool, alpha: str = "NONE") -> bpy.types.Image:
     """The bake's image, packed into the .blend so that it renders wherever that file goes. `half`: a graphics card may
-    hold it in half floats, as the file itself does. Raises GratingError if Blender cannot open the file."""
+    hold it in half floats, as the file itself does. Gratings that show the same bake share it. Raises GratingError if
+    Blender cannot open the file."""
+    content = content_of(path)
+    if (present := picture_of(content)) is not None:
+        return present
     try:
         image = bpy.data.images.load(str(path), check_existing=False)
     except RuntimeError as error:  # Blender takes a backslash for a slash
@@ -59,4 +67,5 @@ def load_atlas(path: Path, *, half: bool, alpha: str = "NONE") -> bpy.types.Imag
     image.alpha_mode = alpha
     image.use_half_precision = half
     image.pack()
+    note_content(image, content)
     return image

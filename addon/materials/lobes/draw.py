@@ -15,6 +15,7 @@ import bpy
 from ....precompute.colour.draw import wavelength_quantiles
 from ....precompute.table.sample_set import SampleSetLayout
 from ...nodes.builder import Tree, Value
+from ..pictures import fault_of, note_content
 
 _WAVELENGTHS = 512
 # A custom property of the picture of wavelengths: the illuminant that it was made for.
@@ -81,13 +82,14 @@ class SampleSetNodes:
 def wavelengths_image(illuminant: str, reference_m: float) -> bpy.types.Image:
     """The file's picture of wavelengths over a reference, each of equal probability, made if need be."""
     for image in bpy.data.images:
-        if image.get(_ILLUMINANT) == illuminant and image.library is None:
+        if image.get(_ILLUMINANT) == illuminant and image.library is None and not fault_of(image):
             return image
     ratios = wavelength_quantiles(_WAVELENGTHS, illuminant) / reference_m
     image = bpy.data.images.new(f"Wavelengths {illuminant}", _WAVELENGTHS, 1, float_buffer=True, is_data=True)
     image.pixels.foreach_set([float(v) for ratio in ratios for v in (ratio, ratio, ratio, 1.0)])
     image[_ILLUMINANT] = illuminant
     image.pack()
+    note_content(image, f"wavelengths {illuminant}")
     return image
 
 

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Mending the file's diffraction materials after an artist deleted, exchanged or edited data-blocks in them."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import bpy
+
+from ...precompute.base.failure import GratingError
+from ..materials.lost import lost, lost_of_nodes, lost_of_own
+from ..materials.material import add_diffraction, empty_nodes
+from ..materials.pictures import pictures_of
+from ..materials.replace import replace_response
+from ..materials.response import own_trees, responses_in
+from ..materials.skin import is_diffraction, refill
+from ..scene.gratings import Grating
+from .lamps import update_all_lamps
+from .material import group_of, response_of
+from .restore import unpacked_bake
+
+
+def is_broken() -> bool:
+    """Whether a diffraction material of the file lacks something that can be mended in this file."""
+    return any(_is_broken(group) for group in _groups()) or any(map(empty_nodes, _materials()))
+
+
+def mend_materials() -> list[str]:
+    """Mend the file's Diffraction groups from their bakes, and the materials whose Diffraction node is empty. Returns
+    lines to report: what was done, then what could not be mended, with the remedy.
+
+    Raises GratingError if nothing could be mended."""
+    mended, faults = [], []
+    owners = {grating.own_group: (scene, grating) for scene, grating in _gratings()}
+    update_all_lamps()
+    for group in filter(_is_broken, _groups()):
+        try:
+            _mend(group, owners.get(group))
+            mended.append(group.name)
+        except GratingError as error:
+            faults.append(str(error))
+    for material in filter(empty_nodes, _materials()):
+        try:
+            add_diffraction(material, _group_for(material))
+            mended.append(material.name)
+        except GratingError as error:
+            faults.append(str(error))
+    faults += lost(_groups())
+    if not mended and faults:
+        raise GratingError("; ".join(dict.fromkeys(faults[:1])))
+    return [f"mended: {', '.join(mended)}" if mended else "every diffraction material is whole", *dict.fromkeys(faults)]
+
+
+def _mend(group: bpy.types.NodeTree, owner: tuple[bpy.types.Scene, Grating] | None) -> None:
+    if not lost_of_own(group):
+        refill(group, responses_in(group))
+    elif owner is not None:
+        group_of(*owner)
+    else:
+        replace_response(group, response_of(_bake_shown_by(group)))
+
+
+def _bake_shown_by(group: bpy.types.NodeTree) -> Path:
+    """The file of the bake that a Diffraction group of no grating shows. Raises GratingError if there is none."""
+    pictures = [image for tree in own_trees(group) if tree is not None for image in pictures_of(tree)]
+    files = (Path(bpy.path.abspath(image.filepath)) for image in pictures if image is not None and image.filepath)
+    found = unpacked_bake(group) or next((file for file in files if file.is_file()), None)
+    if found is None:
+        raise GratingError(f"{group.name}: the bake that it shows is lost; assign another grating to its objects")
+    return found
+
+
+def _group_for(material: bpy.types.Material) -> bpy.types.NodeTree:
+    """The Diffraction group of the grating that a material showed before its node was emptied. Raises GratingError if
+    that is not known."""
+    gratings = list(_gratings())
+    owners = [(scene, grating) for scene, grating in gratings if grating.material == material] or [
+        (scene, grating) for scene, grating in gratings if len(gratings) == 1
+    ]
+    if not owners:
+        raise GratingError(f"{material.name}: its Diffraction node is empty; choose a grating, then Add to Materials")
+    return group_of(*owners[0])
+
+
+def _gratings() -> Iterator[tuple[bpy.types.Scene, Grating]]:
+    for scene in bpy.data.scenes:
+        for grating in scene.natural_gratings.items if scene.library is None else ():
+            yield scene, grating
+
+
+def _groups() -> list[bpy.types.NodeTree]:
+    return [group for group in bpy.data.node_groups if is_diffraction(group) and group.library is None]
+
+
+def _materials() -> list[bpy.types.Material]:
+    return [material for material in bpy.data.materials if material.library is None]
+
+
+def _is_broken(group: bpy.types.NodeTree) -> bool:
+    return bool(lost_of_own(group) or lost_of_nodes(group))

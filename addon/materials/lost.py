@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What Diffraction groups have lost: data-blocks that they need, and that an artist deleted, exchanged or edited."""
+
+from collections.abc import Iterable
+
+import bpy
+
+from ..scene.frame_source import is_frame_map
+from .pictures import fault_in
+from .response import further_responses, is_response, own_trees, trees_at
+from .skin import is_diffraction, variation_of
+
+_DELETED = "a node group in it was deleted"
+
+
+def lost_of_own(group: bpy.types.NodeTree) -> str:
+    """What a Diffraction group lacks of its own response, in a few words; empty if it is whole. A new response mends it
+    (replace.py)."""
+    shown = trees_at(group)
+    if own_trees(group)[0] is None or any(tree is None for number, tree in shown if number == 1):
+        return _DELETED
+    return _fault_of(tree for number, tree in shown if number == 1)
+
+
+def lost_of_others(group: bpy.types.NodeTree) -> str:
+    """What a Diffraction group lacks of the responses by which it is varied, in a few words; empty if it has them."""
+    others = [tree for number, tree in trees_at(group) if number > 1]
+    is_missing = None in others or len(further_responses(group)) < len(variation_of(group).shares)
+    return _DELETED if is_missing else _fault_of(others)
+
+
+def lost_of_nodes(group: bpy.types.NodeTree) -> str:
+    """What a Diffraction group lacks of all else, in a few words; empty if it is whole. Filling it again mends it."""
+    for node in group.nodes:
+        if node.type == "GROUP" and node.node_tree is None and not is_response(node):
+            return _DELETED
+        if node.type == "TEX_IMAGE" and not is_frame_map(node.image):
+            return "its frame map was deleted"
+        if node.type == "SCRIPT" and node.mode == "INTERNAL" and node.script is None:
+            return "its script was deleted"
+    return ""
+
+
+def lost(groups: Iterable[bpy.types.NodeTree]) -> list[str]:
+    """A line for each Diffraction group among the node groups that lacks something, with the remedy."""
+    lines = []
+    for group in filter(is_diffraction, groups):
+        own, others = lost_of_own(group) or lost_of_nodes(group), lost_of_others(group)
+        if own or others:
+            remedy = "press Mend Materials" if own or others != _DELETED else "choose its Variation again"
+            remedy = f"mend it in {group.library.filepath}" if group.library else remedy
+            lines.append(f"{group.name}: {own or others}; {remedy}")
+    return lines
+
+
+def _fault_of(trees: Iterable[bpy.types.NodeTree]) -> str:
+    return next(filter(None, map(fault_in, trees)), "")

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The pictures that responses read, and what an artist may have done to them: deleted, exchanged, edited, unpacked.
+
+Each picture notes what it was made from, and each node group notes of which pictures it was made. A file of an earlier
+version has no notes. Then only what can be seen without them is noticed."""
+
+import hashlib
+from pathlib import Path
+
+import bpy
+
+# Custom properties of pictures, also in saved files: what the picture was made from, and the bytes that are packed.
+_MADE_FROM, _BYTES = "ng_picture", "ng_picture_bytes"
+# A custom property of a node group: what its pictures were made from.
+_PICTURES = "ng_pictures"
+
+
+def content_of(path: Path) -> str:
+    """What a picture that is loaded from a file is made from: the SHA-256 of the file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def note_content(image: bpy.types.Image, content: str) -> None:
+    """Note on a packed picture what it was made from."""
+    image[_MADE_FROM], image[_BYTES] = content, str(image.packed_file.size)
+
+
+def picture_of(content: str) -> bpy.types.Image | None:
+    """The file's own sound picture that was made from this; None if there is none."""
+    for image in bpy.data.images:
+        if image.library is None and image.get(_MADE_FROM) == content and not fault_of(image):
+            return image
+    return None
+
+
+def note_pictures(tree: bpy.types.NodeTree | None) -> None:
+    """Note on a response's node group of which pictures it is made."""
+    if tree is not None:
+        tree[_PICTURES] = _made_from(pictures_of(tree))
+
+
+def pictures_of(tree: bpy.types.NodeTree) -> list[bpy.types.Image | None]:
+    """The pictures that a node group reads, each once; None for those that were deleted."""
+    return list(dict.fromkeys(node.image for node in tree.nodes if node.type == "TEX_IMAGE"))
+
+
+def fault_in(tree: bpy.types.NodeTree) -> str:
+    """What is wrong with the pictures of a node group in a few words; empty if all is well."""
+    pictures = pictures_of(tree)
+    for picture in pictures:
+        if fault := fault_of(picture):
+            return fault
+    if tree.get(_PICTURES, _made_from(pictures)) != _made_from(pictures):
+        return f"{', '.join(picture.name for picture in pictures)} took the place of its own picture"
+    return ""
+
+
+def fault_of(image: bpy.types.Image | None) -> str:
+    """What is wrong with a picture in a few words; empty if all is well."""
+    if image is None:
+        return "its picture was deleted"
+    if image.is_dirty:
+        return f"the picture {image.name} was edited"
+    packed = image.packed_file
+    if packed is None:
+        path = bpy.path.abspath(image.filepath, library=image.library)
+        is_there = image.source == "FILE" and image.filepath and Path(path).is_file()
+        return "" if is_there and _is_file_of(image, path) else f"the picture {image.name} is not packed, and lost"
+    if image.get(_BYTES, str(packed.size)) != str(packed.size):
+        return f"the picture {image.name} was edited"
+    return "" if image.colorspace_settings.is_data else f"the picture {image.name} is no longer Non-Color data"
+
+
+def _is_file_of(image: bpy.types.Image, path: str) -> bool:
+    """Whether a file is as large as that of which a picture was made, as far as this was noted."""
+    size = str(Path(path).stat().st_size)
+    return image.get(_BYTES, size) == size
+
+
+def _made_from(pictures: list[bpy.types.Image | None]) -> str:
+    """What pictures were made from, as one text."""
+    return " ".join(sorted(str(picture.get(_MADE_FROM, "")) for picture in pictures if picture is not None))

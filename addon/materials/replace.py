@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Another response in place of a Diffraction group's own: of a new bake, or after an artist deleted parts of it."""
+
+from collections.abc import Iterable
+
+import bpy
+
+from .response import Response, further_responses, own_trees, response_in
+from .skin import is_diffraction, refill
+
+
+def replace_response(group: bpy.types.NodeTree, response: Response) -> None:
+    """Build a Diffraction group anew around another response, under the old one's names, and all groups that are varied
+    by it. The old response and its images go, unless something else uses them; an artist may have deleted parts of
+    it."""
+    old_group, old_world = own_trees(group)
+    names = _names_to_keep(response, (old_group, old_world))
+    left = [part for each in (old_group, old_world) for part in _parts(each)]
+    for each in filter(is_diffraction, bpy.data.node_groups):
+        own = (response if each == group else response_in(each),)
+        further = further_responses(each)
+        if each.library is None and None not in own and (each == group or _is_among(old_group, further)):
+            refill(each, (*own, *(response if one.group == old_group else one for one in further)))
+    if old_group is not None:
+        old_group.user_remap(response.group)  # in Diffraction Lamps
+    for each in left:
+        if each.users == 0:
+            bpy.data.batch_remove([each])
+    for kept, name in names:
+        kept.name = name
+
+
+def _is_among(tree: bpy.types.NodeTree | None, responses: Iterable[Response]) -> bool:
+    return tree is not None and any(response.group == tree for response in responses)
+
+
+def _names_to_keep(
+    response: Response, old: tuple[bpy.types.NodeTree | None, bpy.types.NodeTree | None]
+) -> list[tuple[bpy.types.ID, str]]:
+    """The data-blocks of a new response, each with the name that an old one has in its place. An image that something
+    else shows already keeps its own name."""
+    found = {}
+    for new_tree, old_tree in zip((response.group, response.world), old, strict=True):
+        if new_tree is None or old_tree is None:
+            continue
+        found[new_tree] = old_tree.name
+        former = {node.label: node.image for node in _picture_nodes(old_tree)}
+        for node in _picture_nodes(new_tree):
+            if former.get(node.label) is not None and node.image.users == _uses(response, node.image):
+                found[node.image] = former[node.label].name
+    return list(found.items())
+
+
+def _uses(response: Response, image: bpy.types.Image) -> int:
+    """How many nodes of a response read an image."""
+    trees = filter(None, (response.group, response.world))
+    return sum(node.image == image for tree in trees for node in _picture_nodes(tree))
+
+
+def _parts(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
+    """A response's node group and the images that it reads, each once: what uses the other comes first."""
+    if tree is None:
+        return []
+    return [tree, *dict.fromkeys(node.image for node in _picture_nodes(tree) if node.image is not None)]
+
+
+def _picture_nodes(tree: bpy.types.NodeTree) -> list[bpy.types.Node]:
+    return [node for node in tree.nodes if node.type == "TEX_IMAGE"]

@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Mend diffraction materials from which something was deleted."""
+
+import bpy
+
+from ...precompute.base.failure import GratingError
+from .report import report_failure, report_lines
+
+
+class MendMaterials(bpy.types.Operator):
+    """Bring back what diffraction materials need and what was deleted, unpacked or edited: pictures and node groups,
+    from their bakes"""
+
+    bl_idname = "grating.mend"
+    bl_label = "Mend Materials"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        from ..actions.mend import mend_materials
+
+        try:
+            return report_lines(self, mend_materials())
+        except GratingError as error:
+            return report_failure(self, error)
