@@ -44,7 +44,7 @@ from .request import BakeRequest
 
 # Part of every key. Raise it with every change of the bake's results that leaves atlas_file.FORMAT as it is. The keys
 # of older entries are then never asked for again, and the eviction removes these entries in time.
-BAKE_VERSION = 9
+BAKE_VERSION = 10
 # The environment variables that set the cache's folder and its size limit in MiB.
 FOLDER_VARIABLE = "NATURAL_GRATINGS_CACHE"
 LIMIT_VARIABLE = "NATURAL_GRATINGS_CACHE_MB"

@@ -210,7 +210,7 @@ def test_enabling_loads_no_reader_and_no_optics():
     done = subprocess.run([sys.executable, "-c", ENABLE], cwd=ROOT, check=True, capture_output=True, text=True)
     count, packages = json.loads(done.stdout.splitlines()[-1])
     assert packages == []
-    assert count <= 78
+    assert count <= 79
 
 
 def test_the_cache_of_an_add_on_that_is_no_extension(addon, monkeypatch):
@@ -333,8 +333,10 @@ def test_a_lamp_costs_no_more_than_its_budget_of_nodes(scene, baked):
     lamp = bpy.data.objects.new("Second", bpy.data.lights.new("Second", "POINT"))
     scene.collection.objects.link(lamp)
     bpy.context.view_layer.update()
-    # Measured: 201 nodes with four terms, eight of them for each term. The test makes any growth visible.
-    assert len(nodes()) - len(one) <= 170 + 8 * layout.terms
+    # Measured: 196 nodes with three terms, eight of them for each term. Places in the table are sums of numbers and not
+    # of vectors: two nodes more, and fewer bytes of the 64 KiB that EEVEE has for a material's constants. The test makes
+    # any growth visible.
+    assert len(nodes()) - len(one) <= 172 + 8 * layout.terms
     lamps_only = len(nodes())
     bpy.ops.grating.lights(lights="REST")
     rest = nodes()
