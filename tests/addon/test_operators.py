@@ -333,9 +333,7 @@ def test_a_lamp_costs_no_more_than_its_budget_of_nodes(scene, baked):
     lamp = bpy.data.objects.new("Second", bpy.data.lights.new("Second", "POINT"))
     scene.collection.objects.link(lamp)
     bpy.context.view_layer.update()
-    # Measured: 196 nodes with three terms, eight of them for each term. Places in the table are sums of numbers and not
-    # of vectors: two nodes more, and fewer bytes of the 64 KiB that EEVEE has for a material's constants. The test makes
-    # any growth visible.
+    # Measured: 196 nodes with three terms, eight of them for each term. The test makes any growth visible.
     assert len(nodes()) - len(one) <= 172 + 8 * layout.terms
     lamps_only = len(nodes())
     bpy.ops.grating.lights(lights="REST")

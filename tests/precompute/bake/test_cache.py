@@ -2,6 +2,7 @@
 """The cache of bakes: a bake that is taken from it, damage, folders that cannot be used, and its size limit."""
 
 import errno
+import json
 import os
 import shutil
 from pathlib import Path
@@ -30,7 +31,8 @@ def test_the_second_bake_of_a_surface_is_taken(run_bake, picture, tmp_path, cach
     assert read_header(tmp_path / "renamed" / "scale.exr")[1]["source"] == "scale.png"
     monkeypatch.setattr(ensemble, "plan", never)
     again, err = run_bake(tmp_path / "second", file=moved)
-    assert err == ""
+    # The scan is read, to know its heights; nothing else is done.
+    assert [json.loads(line)["stage"] for line in err.splitlines()] == ["reading the scan"]
     assert again.pop("cached") is True
     assert again.pop("files") == [str(tmp_path / "second" / name) for name in SKIN]
     assert again == {fact: value for fact, value in facts.items() if fact not in ("cached", "files")}
