@@ -13,13 +13,17 @@ from ..base.failure import GratingError, printable
 from ..base.files import told_of, write_whole
 from ..base.job import is_forsaken
 
+# Stages in which a run may still be refused. A refusal is one line, so they are not told as text.
+_BEFORE_WORK = ("reading the scan", "reading the mesh", "levelling")
+
 
 class Progress:
     """Reports progress on standard error: as lines of text for people, as lines of JSON for the program that started
     this one, or not at all.
 
-    A line is printed when a stage begins, when it ends, and after every step of 1 % (JSON) or 25 % (text). Here a run
-    also ends, as if interrupted, if the program that it works for is no longer there."""
+    A line is printed when a stage begins, when it ends, and after every step of 1 % (JSON) or 25 % (text). Text begins
+    when the files are read and levelled: a run that is refused until then prints one line. Here a run also ends, as if
+    interrupted, if the program that it works for is no longer there."""
 
     def __init__(self, style: str):
         self.style = style
@@ -30,6 +34,8 @@ class Progress:
             raise KeyboardInterrupt
         last_stage, last_fraction = self._last
         step = 0.01 if self.style == "json" else 0.25
+        if self.style == "text" and stage in _BEFORE_WORK:
+            return
         if self.style == "none" or (stage == last_stage and fraction < min(1.0, last_fraction + step)):
             return
         self._last = (stage, fraction)

@@ -59,7 +59,8 @@ def test_simplify_spoils_a_table_and_is_told(lit, addon, setting, value, remedy)
     """The picture of 600 x 868 texels is read as one of 128 or 217. Nothing is told before Simplify is on."""
     set_to(lit.scene.cycles, **{setting: value})()
     changed, told = change_and_told(lit, addon, "cycles", set_to(lit.scene.render, use_simplify=True))
-    assert changed > 0.1 and len(told) == 1 and remedy in told[0]
+    # Less than a quarter of a step of 8 bits.
+    assert changed < 1e-3 and len(told) == 1 and remedy in told[0]
     assert addon.lamps.warnings_about(lit.scene, bpy.context.evaluated_depsgraph_get()) == told
     lit.scene.render.use_simplify = False
     assert addon.data_pictures.resampled_pictures(lit.scene) == []
@@ -80,9 +81,11 @@ def test_a_limit_that_is_large_enough_is_none(lit, addon):
     assert change_and_told(lit, addon, "cycles", set_to(lit.scene.render, use_simplify=True)) == (0, [])
 
 
-def test_the_texture_cache_spoils_a_picture_that_is_not_packed(lit, addon):
+def test_the_texture_cache_reads_a_table_that_is_not_packed_at_its_full_size(lit, addon):
     """The extension packs its pictures, which the cache leaves alone. A picture that an artist unpacks is read from a
-    file with smaller sizes of it beside."""
+    file with smaller sizes of it beside. Cycles chooses the size by how fast the place turns from pixel to pixel. Of a
+    table's place it does not know this, since numbers, not vectors, are summed to it. Other pictures may be spoiled,
+    so the artist is warned."""
     cache = set_to(lit.scene.render, use_texture_cache=True, use_auto_generate_texture_cache=True)
     assert change_and_told(lit, addon, "cycles", cache) == (0, [])
     picture = bpy.data.images["table"]
