@@ -23,13 +23,14 @@ def test_slow():
     finally:
         (here / f"ended-{os.getpid()}").touch()
 """
-# `./dev test` with four suites of this one test.
+# `./dev test` with four suites of this one test. A shell's background jobs ignore SIGINT, and so would these.
 DEV_TEST = """
-import sys
+import signal, sys
 from pathlib import Path
 from types import SimpleNamespace
 from devtools import cli, environments, suites
 
+signal.signal(signal.SIGINT, signal.default_int_handler)
 folder = Path(sys.argv[1])
 one = SimpleNamespace(python=Path(sys.executable), python_version="3", blender_version="4", name="one")
 suites.ENVIRONMENTS, suites.SUITES = folder, tuple((f"suite{number}", one) for number in range(4))
