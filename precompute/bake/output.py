@@ -24,6 +24,8 @@ from .request import BakeRequest
 
 # The share of a bake's time after which the scans are levelled, about.
 _LEVELLED = 0.01
+# The stage in which a scan is levelled, and may still be refused.
+LEVELLING = "levelling"
 # Of what bake_to_folder tells: the figures that are shown, and those of each form in `delta_e`.
 _FIGURES = ("seconds", "check_seconds", "blender_bytes", "tiles", "resolution", "coherence_um")
 _ERRORS = ("mean", "p95", "p99", "max", "pairs")
@@ -69,7 +71,7 @@ def _levelled(
     """The reliefs, and what the steps of levelling told, a line each; of several scans each line names its scan."""
     reliefs, told = [], []
     for number, height_map in enumerate(height_maps):
-        progress("levelling", number / len(height_maps))
+        progress(LEVELLING, number / len(height_maps))
         levelled = level(height_map, request.levelling)
         reliefs.append(relief_of(levelled.height_map))
         told += [f"{height_map.source_name}: {line}" if len(height_maps) > 1 else line for line in levelled.told]

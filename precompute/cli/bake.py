@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..bake import cache
 from ..bake.needs import EVERYTHING, read_needs
-from ..bake.output import are_facts, bake_to_folder
+from ..bake.output import LEVELLING, are_facts, bake_to_folder
 from ..bake.request import BakeRequest, Scan, request_from
 from ..base.failure import GratingError
 from ..base.progress import span_of
@@ -20,6 +20,7 @@ from .output import Progress, emit
 
 # The share of a run's time after which its scans are read, about.
 _READ = 0.01
+_READING = "reading the scan"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,10 +39,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Run the verb `bake`: read the scans, bake them, measure the error, write the files."""
     request = request_of(arguments)
-    told = Progress(arguments.progress)
+    told = Progress(arguments.progress, may_be_refused=(_READING, LEVELLING))
     height_maps = []
     for number, scan in enumerate(request.scans):
-        told("reading the scan", _READ * number / len(request.scans))
+        told(_READING, _READ * number / len(request.scans))
         height_maps.append(scan.read())
     progress = span_of(told, _READ, 1)
 

@@ -14,6 +14,8 @@ from .output import Progress, emit
 
 # The letters of a mesh's name that are shown; Blender has no longer ones.
 _NAME_MAX = 255
+# The stage in which a mesh may still be refused.
+_READING = "reading the mesh"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,13 +35,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """The `comb` verb."""
-    progress = Progress(arguments.progress)
+    progress = Progress(arguments.progress, may_be_refused=(_READING,))
     names = [path.name for path in arguments.mesh]
     if len(set(names)) < len(names):
         raise GratingError("MESH.npz: two have one name; give them different names")
     combed = {}
     for number, path in enumerate(arguments.mesh):
-        progress("reading the mesh", number / len(names))
+        progress(_READING, number / len(names))
         polygons, request = read_mesh(path)
         part = part_of(progress, "combing", done=number, total=len(names))
         name = str(request.get("name", path.stem))[:_NAME_MAX]

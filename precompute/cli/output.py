@@ -5,7 +5,7 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 from typing import TextIO
 
@@ -13,20 +13,18 @@ from ..base.failure import GratingError, printable
 from ..base.files import told_of, write_whole
 from ..base.job import is_forsaken
 
-# Stages in which a run may still be refused. A refusal is one line, so they are not told as text.
-_BEFORE_WORK = ("reading the scan", "reading the mesh", "levelling")
-
 
 class Progress:
     """Reports progress on standard error: as lines of text for people, as lines of JSON for the program that started
     this one, or not at all.
 
-    A line is printed when a stage begins, when it ends, and after every step of 1 % (JSON) or 25 % (text). Text begins
-    when the files are read and levelled: a run that is refused until then prints one line. Here a run also ends, as if
-    interrupted, if the program that it works for is no longer there."""
+    A line is printed when a stage begins, when it ends, and after every step of 1 % (JSON) or 25 % (text). The stages
+    `may_be_refused`, in which a verb may still refuse its files, are not printed as text: a refusal is one line. Here a
+    run also ends, as if interrupted, if the program that it works for is no longer there."""
 
-    def __init__(self, style: str):
+    def __init__(self, style: str, may_be_refused: Collection[str] = ()):
         self.style = style
+        self._quiet = may_be_refused if style == "text" else ()
         self._last = (None, -1.0)
 
     def __call__(self, stage: str, fraction: float) -> None:
@@ -34,9 +32,11 @@ class Progress:
             raise KeyboardInterrupt
         last_stage, last_fraction = self._last
         step = 0.01 if self.style == "json" else 0.25
-        if self.style == "text" and stage in _BEFORE_WORK:
-            return
-        if self.style == "none" or (stage == last_stage and fraction < min(1.0, last_fraction + step)):
+        if (
+            self.style == "none"
+            or stage in self._quiet
+            or (stage == last_stage and fraction < min(1.0, last_fraction + step))
+        ):
             return
         self._last = (stage, fraction)
         if self.style == "json":
