@@ -70,6 +70,7 @@ MODULES = {
     "bakes": "scene.bakes",
     "compat": "scene.compat",
     "gratings": "scene.gratings",
+    "guard": "scene.guard",
     "snake_body": "snakes.body",
     "snake_lattice": "snakes.lattice",
     "snake_shape": "snakes.shape",

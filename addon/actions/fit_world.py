@@ -18,6 +18,7 @@ import bpy
 from ...precompute.base.failure import GratingError
 from ..lamps.sky import SOURCES_MAX, fitted_world, forget_sources, hold_sources
 from ..materials.skin import follows_world, show_lamps
+from ..scene.guard import guarded
 
 if TYPE_CHECKING:
     from ..worlds.probe import Fit, Probe
@@ -122,6 +123,7 @@ def stop_fitting() -> None:
         bpy.app.timers.unregister(_go_on)
 
 
+@guarded
 def _go_on() -> float | None:
     """A step of the running fit; the seconds until the next, or None at its end."""
     from ..worlds.probe import Probe

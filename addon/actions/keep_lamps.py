@@ -24,12 +24,14 @@ from ..lamps.follow import follow_lamps, followed_lamps, stop_following, update_
 from ..lamps.shown import show_as_rendered
 from ..materials.data_pictures import wrong_colours
 from ..materials.skin import is_diffraction
+from ..scene.guard import guarded
 from ..scene.rendering import is_rendering
 from .fit_world import drop_stale_sources, note_change, stop_fitting, unfitted_world, want_fit
 from .lamps import update_lamps
 
 
 @persistent
+@guarded
 def follow_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """After Blender has evaluated a scene anew. Whatever concerns its lamps changes the scene too."""
     note_change()
@@ -46,18 +48,21 @@ def follow_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Non
 
 
 @persistent
+@guarded
 def follow_file(*_: object) -> None:
     """After a file was opened: nothing is compiled yet, so groups get no more lamps than there are."""
     _follow_all(exactly=True)
 
 
 @persistent
+@guarded
 def follow_again(*_: object) -> None:
     """After an undo, a redo, an import or a save."""
     _follow_all(exactly=False)
 
 
 @persistent
+@guarded
 def let_go(*_: object) -> None:
     """Before an undo or a redo."""
     for scene in _scenes():
@@ -65,6 +70,7 @@ def let_go(*_: object) -> None:
 
 
 @persistent
+@guarded
 def show_what_renders(scene: bpy.types.Scene, *_: object) -> None:
     """Before a render. What only the viewport hides is shown."""
     if scene.library is not None or not _has_diffraction():
@@ -79,6 +85,7 @@ def show_what_renders(scene: bpy.types.Scene, *_: object) -> None:
 
 
 @persistent
+@guarded
 def show_what_is_saved(*_: object) -> None:
     """Before a file is saved: it renders as it should without this extension."""
     for scene in _scenes():

@@ -12,6 +12,7 @@ import bpy.utils.previews
 
 from ...precompute.base.failure import GratingError
 from ..scene.gratings import Grating
+from ..scene.guard import guarded
 
 if TYPE_CHECKING:
     import numpy as np
@@ -68,6 +69,7 @@ def shown(grating: Grating) -> Shown | None:
     return None
 
 
+@guarded
 def refresh() -> None:
     """Make the preview that was asked for last, and draw the panels anew. Blender's timer calls it."""
     for asked in _wanted:

@@ -13,6 +13,7 @@ from gpu_extras.batch import batch_for_shader
 
 from ...precompute.base.failure import printable
 from ..scene.frame_source import FrameSource
+from ..scene.guard import guarded
 from .direction_lines import Lines, direction_lines
 
 
@@ -67,6 +68,7 @@ def parts_of(lines: Lines) -> list[Part]:
 
 
 @persistent
+@guarded
 def _forget(*_: object) -> None:
     """What was drawn may no longer be true."""
     _Shown.name, _Shown.batches = "", ()
@@ -85,6 +87,7 @@ def _draw() -> None:
         bpy.app.timers.register(_switch_off)
 
 
+@guarded
 def _switch_off() -> None:
     """Take the overlay away after a fault, and say so."""
     if not _Shown.fault:  # it was switched off and on meanwhile

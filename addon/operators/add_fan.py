@@ -5,6 +5,7 @@ import bpy
 from bpy.props import FloatProperty, StringProperty
 
 from ...precompute.base.failure import GratingError
+from ..scene.guard import guarded, guarded_draw
 from .polls import in_object_mode
 from .report import report_failure, report_lines
 
@@ -41,6 +42,7 @@ class AddDiffractionLamp(bpy.types.Operator):
             return False
         return True
 
+    @guarded_draw
     def draw(self, context):
         self.layout.prop(self, "size_mm")
         self.layout.prop_search(self, "lamp", context.scene, "objects", icon="LIGHT")
@@ -58,6 +60,7 @@ class AddDiffractionLamp(bpy.types.Operator):
         return report_lines(self, lines)
 
 
+@guarded
 def menu_entry(menu: bpy.types.Menu, _: bpy.types.Context) -> None:
     """The entry of the menu Add > Light."""
     menu.layout.operator(AddDiffractionLamp.bl_idname, icon="LIGHT_AREA")

@@ -5,6 +5,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
 from ...precompute.base.failure import GratingError
+from ..scene.guard import guarded
 from .polls import in_object_mode
 from .report import report_failure, report_lines
 
@@ -104,6 +105,7 @@ class AddShedSkin(bpy.types.Operator):
         return report_lines(self, lines)
 
 
+@guarded
 def menu_entry(menu: bpy.types.Menu, _: bpy.types.Context) -> None:
     """The entries of the menu Add > Mesh."""
     menu.layout.operator(AddSnake.bl_idname, icon="MOD_CURVE")

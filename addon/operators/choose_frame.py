@@ -7,6 +7,7 @@ from bpy.props import EnumProperty, StringProperty
 from ...precompute.base.failure import GratingError
 from ..scene.frame_source import AXES, AXIS, FRAME_MAP, KINDS, RADIAL, UV_MAP, FrameSource
 from ..scene.gratings import active_grating
+from ..scene.guard import guarded_draw
 from .polls import has_grating, in_object_mode
 from .report import report_failure, report_lines
 
@@ -33,6 +34,7 @@ class ChooseFrame(bpy.types.Operator):
     def poll(cls, context):
         return in_object_mode(cls, context) and has_grating(cls, context)
 
+    @guarded_draw
     def draw(self, context):
         layout, thing = self.layout, context.object
         layout.prop(self, "kind")

@@ -3,6 +3,8 @@
 
 from typing import TYPE_CHECKING
 
+from ..scene.guard import guarded_modal
+
 if TYPE_CHECKING:
     from ...precompute.base.child_process import ChildProcess
 
@@ -30,6 +32,7 @@ class FollowsJob:
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
+    @guarded_modal
     def modal(self, context, event):
         cls = type(self)
         if event.type == "ESC" or cls.job is None:

@@ -9,6 +9,7 @@ from bpy_extras.io_utils import ImportHelper
 
 from ...precompute.base.failure import GratingError, printable
 from ..scene.gratings import scan_record
+from ..scene.guard import guarded
 from .report import report_failure
 
 
@@ -113,6 +114,7 @@ class DropHeightMap(bpy.types.FileHandler):
         return context.area is not None and context.area.type == "VIEW_3D"
 
 
+@guarded
 def menu_entry(menu, context):
     """Draw the entry in File > Import."""
     menu.layout.operator(ImportHeightMap.bl_idname, text="Height Map (.nid, .spm, .gwy, .png, ...)")

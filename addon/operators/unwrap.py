@@ -7,6 +7,7 @@ import bpy
 from bpy.props import EnumProperty, FloatProperty, IntProperty
 
 from ...precompute.base.failure import GratingError
+from ..scene.guard import guarded_modal
 from .polls import has_active_mesh, in_object_mode
 from .report import report_failure, report_lines
 
@@ -79,6 +80,7 @@ class Unwrap(bpy.types.Operator):
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
+    @guarded_modal
     def modal(self, context, event):
         if event.type == "ESC" or Unwrap.running is None:
             self.cancel(context)

@@ -8,6 +8,7 @@ from bpy.props import EnumProperty, FloatProperty, StringProperty
 
 from ...precompute.base.failure import GratingError
 from ..scene.gratings import active_grating
+from ..scene.guard import guarded_draw
 from ..scene.variation import ATTRIBUTE, PATTERNS, Variation
 from .polls import has_bake, in_object_mode
 from .report import report_failure, report_lines
@@ -52,6 +53,7 @@ class VaryGrating(bpy.types.Operator):
     def poll(cls, context):
         return in_object_mode(cls, context) and has_bake(cls, context)
 
+    @guarded_draw
     def draw(self, context):
         layout, gratings = self.layout, context.scene.natural_gratings
         layout.use_property_split = True

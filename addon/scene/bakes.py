@@ -13,6 +13,7 @@ from bpy.app.handlers import persistent
 
 from ...precompute.base.failure import GratingError
 from .gratings import Grating, request_record
+from .guard import guarded
 
 if TYPE_CHECKING:
     from ...precompute.bake.request import BakeRequest
@@ -51,6 +52,7 @@ def _settings(request: "BakeRequest") -> str:
 
 
 @persistent
+@guarded
 def recall_bakes(*_: object) -> None:
     """Called after undo and redo: a grating without a bake takes the bake that it has had with the same settings."""
     for scene in bpy.data.scenes if _known else ():

@@ -6,6 +6,7 @@ import bpy
 from ..operators.bake_frame_map import BakeFrameMap
 from ..operators.show_direction import ShowDirection
 from ..operators.unwrap import MINIMUM_STRETCH, XATLAS, Unwrap
+from ..scene.guard import guarded_draw
 from .notes import draw_note
 from .panel import GratingPanel
 
@@ -21,6 +22,7 @@ class DirectionPanel(bpy.types.Panel):
     bl_parent_id = GratingPanel.bl_idname
     bl_options = {"DEFAULT_CLOSED"}
 
+    @guarded_draw
     def draw(self, context):
         settings = context.scene.natural_gratings
         self.layout.operator(ShowDirection.bl_idname, icon="ORIENTATION_LOCAL", depress=ShowDirection.on)

@@ -30,6 +30,7 @@ from ..operators.report import in_words
 from ..operators.vary_grating import VaryGrating
 from ..scene import compat
 from ..scene.frame_source import KINDS
+from ..scene.guard import guarded_draw, guarded_item
 from ..scene.lights import ALL, LAMPS_ONLY, LIGHTS, NO_SAMPLE_SET, REST
 from ..scene.variation import Variation
 from .notes import draw_note
@@ -53,6 +54,7 @@ class SampleMenu(bpy.types.Menu):
     bl_idname = "GRATING_MT_samples"
     bl_label = "Add Sample"
 
+    @guarded_draw
     def draw(self, context):
         from ...precompute.surface.samples.catalogue import SAMPLES, title_of
 
@@ -67,6 +69,7 @@ class GratingList(bpy.types.UIList):
 
     bl_idname = "GRATING_UL_gratings"
 
+    @guarded_item
     def draw_item(self, context, layout, data, item, icon, active_data, active_property):
         layout.prop(item, "name", text="", emboss=False, icon="TEXTURE" if item.bake_path else "IMAGE_DATA")
 
@@ -80,6 +83,7 @@ class GratingPanel(bpy.types.Panel):
     bl_region_type = "UI"
     bl_category = "Grating"
 
+    @guarded_draw
     def draw(self, context):
         layout = self.layout
         gratings = context.scene.natural_gratings
@@ -109,6 +113,7 @@ class ReferencePanel(bpy.types.Panel):
     bl_parent_id = GratingPanel.bl_idname
     bl_options = {"DEFAULT_CLOSED"}
 
+    @guarded_draw
     def draw(self, context):
         from ..materials.osl.script import missing_for_osl
 

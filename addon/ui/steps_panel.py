@@ -8,6 +8,7 @@ import bpy
 from ...precompute.base.failure import GratingError
 from ..operators.level_steps import AddLevellingStep, LevellingAsText, MoveLevellingStep, RemoveLevellingStep
 from ..operators.report import in_words
+from ..scene.guard import guarded_item
 from .notes import draw_note
 
 # Of a picture in the sidebar, in units of a row's height.
@@ -21,6 +22,7 @@ class StepList(bpy.types.UIList):
 
     bl_idname = "GRATING_UL_steps"
 
+    @guarded_item
     def draw_item(self, context, layout, data, item, icon, active_data, active_property):
         layout.label(text=item.text, icon="MODIFIER")
 
