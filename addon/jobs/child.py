@@ -31,6 +31,8 @@ class Job(ChildProcess):
         """Start it. Arguments may be made by a function, which is given the private folder to write files there for
         the verb to read. Raises GratingError where no file can be written."""
 
+        self._verb = verb
+
         def prepare(private: Path) -> list[str]:
             self._written = folder or private / "written"
             words = arguments(private) if callable(arguments) else arguments
@@ -59,7 +61,7 @@ class Job(ChildProcess):
         lines = [line for line in told if line.strip() and not line.startswith("{")]
         message = next((line for line in lines if line.startswith("error: ")), lines[-1] if lines else None)
         if message is None:
-            message = f"{self._written}: its process ended without a word (status {self.status}); try again"
+            message = f"{self._verb}: its process ended without a word (status {self.status}); try again"
         raise GratingError(message.removeprefix("error: "))
 
     def clean_up(self) -> None:

@@ -6,6 +6,7 @@ import re
 import bpy
 
 from ...precompute.base.failure import GratingError, printable
+from ..scene.gratings import cache_folder
 
 # Precompute names its settings as its command line does. Here each is named as the panel and the dialogs name it.
 WORDS = {
@@ -36,12 +37,15 @@ def report_failure(operator: bpy.types.Operator, error: GratingError) -> set[str
 def report_lines(operator: bpy.types.Operator, lines: list[str]) -> set[str]:
     """Report what was done, the first line, and warnings, the others. Returns what execute() returns then."""
     for line in lines[:1]:
-        operator.report({"INFO"}, printable(line))
+        operator.report({"INFO"}, in_words(printable(line)))
     for line in lines[1:]:
-        operator.report({"WARNING"}, printable(line))
+        operator.report({"WARNING"}, in_words(printable(line)))
     return {"FINISHED"}
 
 
 def in_words(message: str) -> str:
-    """A message of precompute with the options of its command line named as an artist knows them."""
+    """A message of precompute in an artist's words: options of the command line have the names of the panel, and a file
+    in the cache has its name for its path, which takes more than 100 letters."""
+    in_cache = re.escape(str(cache_folder())) + r"[/\\](?:[^/\\:;]+[/\\])*([^/\\:;]+)"
+    message = re.sub(in_cache, r"\1 in the cache", message)
     return _OPTION.sub(lambda found: WORDS.get(found[1], found[0]), message)

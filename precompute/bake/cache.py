@@ -333,6 +333,5 @@ def _remove(folder: Path) -> None:
 
 
 def _warn(error: OSError) -> None:
-    place = error.filename2 or error.filename  # of a copy, the target
-    what = f"{place}: {error.strerror}" if place else error
+    what = f"{default_folder()}: {error.strerror}" if error.filename else error
     print(printable(f"warning: the cache of bakes cannot be used ({what}); set {FOLDER_VARIABLE}"), file=sys.stderr)

@@ -120,7 +120,7 @@ def test_a_killed_process_is_told_in_words(addon, job):
     (process,) = Path(f"/proc/{keeper}/task/{keeper}/children").read_text().split()
     os.kill(int(process), signal.SIGKILL)
     job.wait()
-    with pytest.raises(addon.child.GratingError, match=r"out: .* ended without a word \(status 137\); "):
+    with pytest.raises(addon.child.GratingError, match=r"bake: .* ended without a word \(status 137\); "):
         job.result()
 
 

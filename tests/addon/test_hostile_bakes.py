@@ -127,6 +127,16 @@ def test_the_reference_by_images_refuses_them(scene, tmp_path, fault):
         refused(bpy.ops.grating.osl_reference, path, "", method="FLSS", filepath=str(path))
 
 
+def test_a_damaged_bake_in_the_cache_is_named_without_its_path(addon, scene):
+    path = addon.gratings.cache_folder() / "bakes" / "0123456789abcdef" / "cut.exr"
+    path.parent.mkdir(parents=True)
+    path.write_bytes(b"cut")
+    grating = scene.natural_gratings.items.add()
+    grating.name, grating.bake_path = "cut", str(path)
+    with pytest.raises(RuntimeError, match="Error: cut.exr in the cache: not a readable OpenEXR file; bake it again"):
+        bpy.ops.grating.assign()
+
+
 def test_a_damaged_bake_is_refused(scene, baked, tmp_path):
     path = Path(tmp_path / "cut.exr")
     whole = baked.read_bytes()
