@@ -22,7 +22,7 @@ from precompute.table.atlas_file import HEADER_KEY, read_sound_header
 from precompute.table.tiling import TERMS_MAX
 
 from .mutations import mutated
-from .runner import Case, run_verb
+from .runner import Case, read_written, run_verb
 
 _SIZES = ("--size-um", "2", "--height-nm", "60")
 _QUIET = ("--progress", "none")
@@ -53,7 +53,7 @@ def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
             draw = random.Random(f"{seed} {group} {number}")
             what, spoiled = mutated(draw, data) if number % 3 == 2 else _with_lie(draw, whole, data)
             file = folder / f"{group.replace(' ', '_')}{number}.exr"
-            yield Case(f"{group} {number}: {what}", group, partial(_take, file, spoiled, read), str(file))
+            yield Case(f"{group} {number}: {what}", group, partial(read_written, file, spoiled, read), str(file))
 
 
 def with_record(whole: Path, data: bytes, text: bytes) -> bytes:
@@ -146,11 +146,3 @@ def _read_for_material(file: Path) -> None:
         for term in range(layout.terms):
             rows, columns = layout.tile_block(term, level)
             assert 0 <= rows.start < rows.stop <= height and 0 <= columns.start < columns.stop <= width, layout
-
-
-def _take(file: Path, data: bytes, read: Callable[[Path], object]) -> None:
-    file.write_bytes(data)
-    try:
-        read(file)
-    finally:
-        file.unlink()

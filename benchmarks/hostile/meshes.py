@@ -16,7 +16,7 @@ from benchmarks.comb import given, torus
 from precompute.mesh.comb import GUIDES
 
 from .mutations import mutated
-from .runner import Case, run_verb
+from .runner import Case, read_written, run_verb
 
 _FLOATS = (0.0, -1.0, 1e9, 1e30, 1e38, 1e300, 1e-30, 1e-300, 5e-324, float("nan"), float("inf"), -float("inf"))
 _INTEGERS = (-1, 0, 1, 2**15, 2**31 - 1, -(2**31), 2**40, 2**63 - 1, -(2**63))
@@ -35,12 +35,12 @@ def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
     combs = [{**arrays, **given(mesh), "guide": np.array(guide), "name": np.array("ring")} for guide in GUIDES]
     for verb, wholes in (("unwrap", [triangles]), ("comb", combs)):
         for number, whole in enumerate(wholes):  # whatever is whole is taken, which loads modules before the first fork
-            _take(verb, folder / f"whole{number}.npz", _packed(whole))
+            read_written(folder / f"whole{number}.npz", _packed(whole), partial(_run, verb))
         for number in range(count):
             draw = random.Random(f"{seed} {verb} {number}")
             what, data = _spoiled(draw, wholes[number % len(wholes)])
             file = folder / f"{verb}{number}.npz"
-            yield Case(f"{verb} {number}: {what}", verb, partial(_take, verb, file, data))
+            yield Case(f"{verb} {number}: {what}", verb, partial(read_written, file, data, partial(_run, verb)))
 
 
 def _spoiled(draw: random.Random, whole: dict[str, np.ndarray]) -> tuple[str, bytes]:
@@ -108,9 +108,5 @@ def _packed(
     return out.getvalue()
 
 
-def _take(verb: str, file: Path, data: bytes) -> None:
-    file.write_bytes(data)
-    try:
-        run_verb([verb, file, "-o", file.with_suffix(""), "--progress", "none"])
-    finally:
-        file.unlink()
+def _run(verb: str, file: Path) -> None:
+    run_verb([verb, file, "-o", file.with_suffix(""), "--progress", "none"])

@@ -16,7 +16,7 @@ from precompute.cli.bake import request_of
 
 from .headers import with_lies
 from .mutations import mutated
-from .runner import Case
+from .runner import Case, read_written
 
 _SCAN = Scan("sample:blazed")
 
@@ -29,18 +29,10 @@ def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
         "request": (request.as_dict(), lambda file: request_of(Namespace(request=file, files=[]))),
     }
     for group, (record, read) in kinds.items():
-        _take(folder / f"{group}.json", json.dumps(record).encode(), read)
+        read_written(folder / f"{group}.json", json.dumps(record).encode(), read)
         for number in range(count):
             draw = random.Random(f"{seed} {group} {number}")
             whole = json.dumps(record, indent=1).encode()
             what, data = mutated(draw, whole) if number % 3 == 2 else with_lies(draw, record)
             file = folder / f"{group}{number}.json"
-            yield Case(f"{group} {number}: {what}", group, partial(_take, file, data, read), str(file))
-
-
-def _take(file: Path, data: bytes, read: Callable[[Path], object]) -> None:
-    file.write_bytes(data)
-    try:
-        read(file)
-    finally:
-        file.unlink()
+            yield Case(f"{group} {number}: {what}", group, partial(read_written, file, data, read), str(file))

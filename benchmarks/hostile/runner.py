@@ -62,6 +62,15 @@ class Outcome:
     peak_bytes: int
 
 
+def read_written(file: Path, data: bytes, read: Callable[[Path], object]) -> None:
+    """Write a file, give it to `read`, and remove it, for a case's `run`."""
+    file.write_bytes(data)
+    try:
+        read(file)
+    finally:
+        file.unlink()
+
+
 def run_verb(argv: Sequence[object]) -> None:
     """Run a command line in this process, for a case's `run`.
 

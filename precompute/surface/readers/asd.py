@@ -28,6 +28,8 @@ _BITS_MAX, _FRAMES_MAX = 16, 1 << 16
 _UNIPOLAR = "levels of a unipolar converter"
 # Where version 0 has the operator's name, and what follows this name before the comment.
 _NAME_0, _AFTER_NAME_0 = 105, 12
+# Bytes of the header of versions 1 and 2 before its texts.
+_HEADER_BYTES = 165
 
 
 @dataclass(frozen=True)
@@ -45,48 +47,25 @@ class _Header:
     nm_per_volt: float
 
 
-def _header_0(file: BinaryIO) -> _Header:
-    """The header of version 0, whose length is not always what it tells."""
-    head = read_exactly(file, 0, _NAME_0)
-    frame_header_bytes, *texts = struct.unpack_from("<4i", head, 12)
-    cols, rows, width, height = struct.unpack_from("<4h", head, 28)
-    extension, gain, range_code, bits = struct.unpack_from("<2fIi", head, 40)
-    (frames,) = struct.unpack_from("<i", head, 95)
-    return _Header(
-        _NAME_0 + _AFTER_NAME_0 + sum(texts),
-        frame_header_bytes,
-        (head[4:6], head[6:8]),
-        frames,
-        (rows, cols),
-        (height, width),
-        range_code,
-        bits,
-        extension * gain,
-    )
-
-
 def _header(file: BinaryIO) -> _Header:
     (version,) = struct.unpack("<i", read_exactly(file, 0, 4))
+    head = read_exactly(file, 0, _NAME_0 if version == 0 else _HEADER_BYTES)
     if version == 0:
-        return _header_0(file)
-    head = read_exactly(file, 0, 165)
-    start, frame_header_bytes = struct.unpack_from("<2i", head, 4)
-    first, second = head[24:26], head[28:30]
-    (frames,) = struct.unpack_from("<i", head, 36)
-    cols, rows, width, height = struct.unpack_from("<4i", head, 48)
-    range_code, bits = struct.unpack_from("<Ii", head, 133)
-    extension, gain = struct.unpack_from("<2f", head, 157)
-    return _Header(
-        start,
-        frame_header_bytes,
-        (first, second),
-        frames,
-        (rows, cols),
-        (height, width),
-        range_code,
-        bits,
-        extension * gain,
-    )
+        # The length of this header is not always what it tells.
+        frame_header_bytes, *texts = struct.unpack_from("<4i", head, 12)
+        start = _NAME_0 + _AFTER_NAME_0 + sum(texts)
+        channels = head[4:6], head[6:8]
+        cols, rows, width, height = struct.unpack_from("<4h", head, 28)
+        extension, gain, range_code, bits = struct.unpack_from("<2fIi", head, 40)
+        (frames,) = struct.unpack_from("<i", head, 95)
+    else:
+        start, frame_header_bytes = struct.unpack_from("<2i", head, 4)
+        channels = head[24:26], head[28:30]
+        (frames,) = struct.unpack_from("<i", head, 36)
+        cols, rows, width, height = struct.unpack_from("<4i", head, 48)
+        range_code, bits, extension, gain = struct.unpack_from("<Ii16x2f", head, 133)
+    sizes = (rows, cols), (height, width)
+    return _Header(start, frame_header_bytes, channels, frames, *sizes, range_code, bits, extension * gain)
 
 
 def _maps(file: BinaryIO) -> list[StoredMap]:
