@@ -23,7 +23,7 @@ from bpy.app.handlers import persistent
 from ..lamps.follow import follow_lamps, followed_lamps, stop_following, update_shown
 from ..lamps.shown import show_as_rendered
 from ..materials.data_pictures import wrong_colours
-from ..materials.skin import is_diffraction
+from ..materials.skin import is_diffraction, renew_outdated
 from ..scene.guard import guarded
 from ..scene.rendering import is_rendering
 from .fit_world import drop_stale_sources, note_change, stop_fitting, unfitted_world, want_fit
@@ -125,6 +125,7 @@ def unregister() -> None:
 
 def _follow_all(*, exactly: bool) -> None:
     note_change()
+    _print(renew_outdated())
     for scene in _scenes():
         _follow_world(scene)
         update_lamps(scene, exactly=exactly, in_viewport=_has_viewport())

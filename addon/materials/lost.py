@@ -8,9 +8,10 @@ import bpy
 from ..scene.frame_source import is_frame_map
 from .pictures import fault_in
 from .response import further_responses, is_response, own_trees, trees_at
-from .skin import is_diffraction, variation_of
+from .skin import is_diffraction, is_outdated, variation_of
 
 _DELETED = "a node group in it was deleted"
+_OUTDATED = "another version of Blender saved its shadows"
 
 
 def lost_of_own(group: bpy.types.NodeTree) -> str:
@@ -31,6 +32,8 @@ def lost_of_others(group: bpy.types.NodeTree) -> str:
 
 def lost_of_nodes(group: bpy.types.NodeTree) -> str:
     """What a Diffraction group lacks of all else, in a few words; empty if it is whole. Filling it again mends it."""
+    if is_outdated(group):
+        return _OUTDATED
     for node in group.nodes:
         if node.type == "GROUP" and node.node_tree is None and not is_response(node):
             return _DELETED
@@ -48,7 +51,10 @@ def lost(groups: Iterable[bpy.types.NodeTree]) -> list[str]:
         own, others = lost_of_own(group) or lost_of_nodes(group), lost_of_others(group)
         if own or others:
             remedy = "press Mend Materials" if own or others != _DELETED else "choose its Variation again"
-            remedy = f"mend it in {group.library.filepath}" if group.library else remedy
+            if group.library is not None:
+                # Mended in its own file, its shadows would be those of that Blender again.
+                file = group.library.filepath
+                remedy = f"make it local, as {file} cannot be changed" if own == _OUTDATED else f"mend it in {file}"
             lines.append(f"{group.name}: {own or others}; {remedy}")
     return lines
 

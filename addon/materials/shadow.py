@@ -14,6 +14,9 @@ from ..nodes.builder import Operand, Tree, Value
 from ..scene import compat
 
 _TEXT = "Diffraction Shadow.osl"
+_RAYCAST = "ShaderNodeRaycast"
+# What Blender makes of a node that it does not have. Its outputs are 0.5.
+_UNDEFINED = "NodeUndefined"
 _SOURCE = Path(__file__).parent / "osl" / "shadow.osl"
 
 
@@ -30,7 +33,7 @@ def hit(tree: Tree, start: Value, direction: Value, *, distance: Operand) -> Val
 
     In a Blender that has neither a Raycast node nor Open Shading Language it is the constant 0."""
     if compat.HAS_RAYCAST:
-        return tree.value(tree.node("ShaderNodeRaycast", start, direction, distance).outputs["Is Hit"])
+        return tree.value(tree.node(_RAYCAST, start, direction, distance).outputs["Is Hit"])
     node = tree.node("ShaderNodeScript", label="Shadow")
     render = bpy.context.scene.render
     chosen = render.engine
@@ -49,6 +52,15 @@ def hit(tree: Tree, start: Value, direction: Value, *, distance: Operand) -> Val
     add = tree.node("ShaderNodeMath", 0.0, 0.0, operation="ADD")
     tree.feed(add.inputs[0], tree.value(node.outputs["Hit"]))
     return tree.value(add.outputs[0])
+
+
+def is_of_other_version(group: bpy.types.NodeTree, *, traced: bool) -> bool:
+    """Whether a Diffraction group was saved by a Blender that traces shadow rays in another way than this one does:
+    this Blender has no such node, or it has the Raycast node and the group lacks it. `traced`: the group has shadows.
+
+    A group in which an earlier Blender could not compile the script has no node for shadows, which is right there."""
+    kinds = {node.bl_idname for node in group.nodes}
+    return _UNDEFINED in kinds or (traced and compat.HAS_RAYCAST and _RAYCAST not in kinds)
 
 
 def _text() -> bpy.types.Text:

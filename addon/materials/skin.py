@@ -68,7 +68,7 @@ from .response import (
     response_in,
     responses_in,
 )
-from .shadow import hit, ray_start
+from .shadow import hit, is_of_other_version, ray_start
 from .variation import variation_nodes
 
 AOV_NAME = "Diffraction"
@@ -118,6 +118,11 @@ def set_lighting(group: bpy.types.NodeTree, *, shadows: bool, lights: str) -> No
     if (bool(group[_SHADOWS]), lights_of(group)) != (shadows, lights):
         group[_SHADOWS], group[_LIGHTS] = shadows, lights
         fill_group(group, responses_in(group), list(group[_LAMPS]), sources=_sources_of_file())
+
+
+def is_outdated(group: bpy.types.NodeTree) -> bool:
+    """Whether another version of Blender made a Diffraction group's nodes, in a way that this one shows wrongly."""
+    return is_of_other_version(group, traced=bool(group.get(_SHADOWS)))
 
 
 def set_frame(group: bpy.types.NodeTree, source: FrameSource) -> None:
@@ -266,6 +271,17 @@ def show_lamps(*, exactly: bool) -> None:
             count = held
         if (present, held) != (lamps, count):
             fill_group(group, responses_in(group), lamps, sources=count)
+
+
+def renew_outdated() -> list[str]:
+    """Make the nodes of each Diffraction group anew that another version of Blender saved, for the shadows of this one.
+    Returns a line to print if there was one. A group of another file stays (lost.py tells of it)."""
+    outdated = [g for g in bpy.data.node_groups if is_diffraction(g) and g.library is None and is_outdated(g)]
+    for group in outdated:
+        refill(group, responses_in(group))
+    renewed = ", ".join(group.name for group in outdated if not is_outdated(group))
+    version = "{}.{}".format(*bpy.app.version)
+    return [f"{renewed}: shadows made anew, as another Blender than {version} saved them"] if renewed else []
 
 
 def follows_light_linking() -> bool:

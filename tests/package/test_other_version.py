@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files that one version of Blender saved, opened and rendered by another, which traces shadows in another way."""
+
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+import pytest
+
+from precompute.bake.ensemble import bake
+from precompute.bake.request import BakeRequest
+from precompute.surface.readers.registry import read_height_map
+from precompute.surface.relief import prepare
+from precompute.table import atlas, atlas_file
+
+from .conftest import COMMANDS, Blender
+
+HERE = Path(__file__).parent
+VERSIONS = ("bpy-4.5", "bpy-5.2")
+
+
+@pytest.fixture(scope="module")
+def blenders(built, tmp_path_factory) -> dict[str, Blender]:
+    """Both versions, with the extension installed from its zip."""
+    made = {name: Blender(COMMANDS[name](), tmp_path_factory.mktemp("user")) for name in VERSIONS}
+    for blender in made.values():
+        blender.run_script(HERE / "install.py", built["linux_x64"])
+    return made
+
+
+@pytest.fixture(scope="module")
+def blazed(tmp_path_factory) -> Path:
+    """A quick bake."""
+    image, layout = atlas.pack(bake(prepare(read_height_map("sample:blazed")), BakeRequest(coherence_length_m=8e-6)))
+    path = tmp_path_factory.mktemp("bake") / "blazed.exr"
+    atlas_file.write_together({path: (image, layout)}, {})
+    return path
+
+
+def halves(picture: Path) -> tuple[np.ndarray, np.ndarray]:
+    """The colours (rows, columns, 3) of a render's left half, which is lit, and of its right half, which is shaded."""
+    with OpenEXR.File(str(picture)) as file:
+        colours = next(each.pixels[..., :3] for each in file.channels().values() if each.pixels.ndim == 3)
+    middle = colours.shape[1] // 2
+    return colours[:, :middle], colours[:, middle:]
+
+
+@pytest.mark.parametrize(("saves", "opens"), [VERSIONS, VERSIONS[::-1]])
+def test_a_file_of_another_version_shows_the_same(blenders, blazed, tmp_path, saves, opens):
+    """4.5 has no Raycast node: its highlights had half of their light. 5.2 runs no script: nothing was shaded."""
+    file, by_saver, by_opener = tmp_path / "file.blend", tmp_path / "saved.exr", tmp_path / "opened.exr"
+    script = HERE / "other_version.py"
+    blenders[saves].run_script(script, file, by_saver, blazed)
+    answer = blenders[opens].start("--background", "--python-exit-code", "1", "--python", script, "--", file, by_opener)
+    assert answer.returncode == 0, answer.stderr
+    assert answer.stderr.count("Diffraction waves: shadows made anew") == 1
+    (lit, _), (found, shaded) = halves(by_saver), halves(by_opener)
+    assert lit.max() > 0.1
+    # The versions of Cycles round single precision in their own ways. Half the light, or none of the shadow, is 50 %.
+    np.testing.assert_allclose(found.mean(axis=(0, 1)), lit.mean(axis=(0, 1)), rtol=0.01)
+    # But for the columns that the pixel filter mixes with the lit half.
+    assert shaded[:, 2:].max() < 0.01 * lit.max()
