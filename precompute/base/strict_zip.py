@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 # A directory's length in bytes, and its files.
 _DIRECTORY_MAX, NAMES_MAX = 2 << 20, 10_000
 # Deflate packs at most this many bytes into one.
-_MOST_PACKED = 1032
+MOST_PACKED = 1032
 # The record at an archive's end, without its comment of up to 64 KiB, and what stands before it where sizes need 64
 # bits (PKWARE, "APPNOTE.TXT", sections 4.3.15 and 4.3.16).
 _END, _END_BYTES, _COMMENT_MAX = b"PK\5\6", 22, (1 << 16) - 1
@@ -43,7 +43,7 @@ class Archive:
         """The bytes of a file, as the directory says. Raises KeyError if it is not there, ValueError if no file of so
         few packed bytes can be so long."""
         info = self._zip.getinfo(name)
-        packed_at_most = info.file_size if info.compress_type == 0 else _MOST_PACKED * (info.compress_size + 1)
+        packed_at_most = info.file_size if info.compress_type == 0 else MOST_PACKED * (info.compress_size + 1)
         if info.file_size > packed_at_most or (info.compress_type == 0 and info.file_size > info.compress_size):
             raise ValueError(f"{_shown(name)} has {info.file_size} bytes")
         return info.file_size

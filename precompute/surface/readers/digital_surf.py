@@ -15,6 +15,7 @@ from typing import BinaryIO
 
 import numpy as np
 
+from ...base.strict_zip import MOST_PACKED
 from .channels import Channel, unit_over
 from .number_text import decoded
 from .scan_file import Block, ScanReader, StoredMap, read_exactly
@@ -25,8 +26,6 @@ _HEADER_BYTES = 512
 # The types of objects that are a single surface (2, 5) or a single profile.
 _SINGLE = (1, 2, 4, 5)
 _KINDS = {16: "<i2", 32: "<i4"}
-# Deflate packs at most this many bytes into one.
-_MOST_PACKED = 1032
 _STREAMS_MAX = 10_000
 # What was inverted: nothing, the heights, and with the heights the columns or the rows.
 _HEIGHTS_INVERTED, _COLUMNS_TOO, _ROWS_TOO = (1, 2, 3), 2, 3
@@ -91,7 +90,7 @@ def _streams(file: BinaryIO, block: Block) -> tuple[int, list[tuple[int, int]]]:
     lengths = list(zip(numbers[::2], numbers[1::2], strict=True))
     if sum(unpacked for unpacked, _ in lengths) != block.nbytes:
         raise ValueError("the streams hold another number of values than the header declares")
-    if any(unpacked > _MOST_PACKED * packed + _MOST_PACKED for unpacked, packed in lengths):
+    if any(unpacked > MOST_PACKED * packed + MOST_PACKED for unpacked, packed in lengths):
         raise ValueError("the streams are too short for the values that the header declares")
     return block.start + 4 + 8 * count, lengths
 

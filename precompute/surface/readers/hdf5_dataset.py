@@ -8,6 +8,7 @@ Format Specification", version 3.)
 from __future__ import annotations
 
 import math
+import os
 import struct
 import zlib
 from collections.abc import Iterator
@@ -16,6 +17,7 @@ from typing import BinaryIO
 
 import numpy as np
 
+from ...base.strict_zip import MOST_PACKED
 from .scan_file import read_exactly
 
 UNDEFINED = 2**64 - 1
@@ -54,14 +56,15 @@ class Dataset:
     layout: bytes
     filters: tuple[int, ...]
 
-    def read(self, file: BinaryIO, column: int | None = None, *, missing: float | None = None) -> np.ndarray:
-        """All values, or those whose last index is `column`.
-
-        Those that are not stored are `missing`; where this is None, they raise ValueError."""
+    def read(self, file: BinaryIO, column: int | None = None) -> np.ndarray:
+        """All values, or those whose last index is `column`. Raises ValueError where one is not stored."""
         shape = self.shape if column is None else self.shape[:-1]
-        values = np.empty(shape, self.kind) if missing is None else np.full(shape, missing, self.kind)
+        nbytes, held = math.prod(shape) * self.kind.itemsize, file.seek(0, os.SEEK_END)
+        if nbytes > MOST_PACKED * held:
+            raise ValueError(f"{nbytes} bytes of values in a file of {held}")
+        values = np.empty(shape, self.kind)
         filled = sum(self._fill(values, corner, part, column) for corner, part in self._parts(file, column))
-        if missing is None and filled != values.size:
+        if filled != values.size:
             raise ValueError(f"{filled} of {values.size} values are stored")
         return values
 
@@ -115,6 +118,8 @@ class Dataset:
             if skipped >> number & 1:
                 continue
             if each == _DEFLATE:
+                if size > MOST_PACKED * (len(data) + 1):
+                    raise ValueError(f"a chunk of {size} bytes in {len(data)}")
                 # One byte more than there may be, a checksum with it: a bomb is not unpacked.
                 data = zlib.decompressobj().decompress(data, size + 5)
                 if len(data) > size + 4:

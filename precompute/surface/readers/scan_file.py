@@ -173,8 +173,8 @@ class Block:
 
 def read_exactly(file: BinaryIO, start: int, count: int) -> bytes:
     """`count` bytes from `start` on. Raises EOFError where the file ends before them."""
+    held = max(0, file.seek(0, os.SEEK_END) - start)
+    if count > held:  # Python would take the memory before it reads
+        raise EOFError(f"{count - held} bytes are missing")
     file.seek(start)
-    data = file.read(count)
-    if len(data) < count:
-        raise EOFError(f"{count - len(data)} bytes are missing")
-    return data
+    return file.read(count)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """HDF5 of microscopes: frames, directions and calibrations, and files whose structures are not what they should be."""
 
+import io
 import re
 import struct
 import zlib
@@ -11,6 +12,7 @@ import pytest
 from benchmarks.hostile import hdf5
 from benchmarks.hostile.instruments import SPAN_M
 from precompute.base.failure import GratingError
+from precompute.surface.readers.hdf5_dataset import Dataset, Structures
 from precompute.surface.readers.registry import read_height_map
 from tests.precompute.surface.scan_files import PIXEL_M, TILTED
 
@@ -31,6 +33,12 @@ def test_frames_of_a_jpk_movie_are_channels(tmp_path):
     np.testing.assert_allclose(read_height_map(path).height_m, HEIGHTS, atol=HALF_STEP)
     np.testing.assert_allclose(read_height_map(path, channel="height trace 2").height_m, HEIGHTS / 2, atol=HALF_STEP)
     np.testing.assert_allclose(read_height_map(path, channel="height retrace").height_m, -HEIGHTS, atol=HALF_STEP)
+
+
+def test_a_jpk_scan_of_one_frame_names_no_frame(tmp_path):
+    path = write(tmp_path, "scan.h5-jpk", hdf5.h5_jpk(HEIGHTS, PIXEL_M, reflected=True, frames=1))
+    assert read_height_map(path).channels == ("Height retrace", "Height trace", "Lock-In Amplitude trace")
+    np.testing.assert_allclose(read_height_map(path).height_m, HEIGHTS, atol=HALF_STEP)
 
 
 @pytest.mark.parametrize("version", [1, 2])
@@ -111,3 +119,19 @@ def test_a_chunk_that_unpacks_to_more_than_it_says(fails):
     struct.pack_into("<I", whole, at + 24, len(bomb))
     struct.pack_into("<Q", whole, at + 24 + 24, len(whole))
     assert "an HDF5 chunk unpacks to more than its 160 bytes" in fails("bomb.nhf", bytes(whole) + bomb)
+
+
+@pytest.mark.parametrize("stored, told", [(0, "a chunk of 1600 bytes in 0"), (2**32 - 1, "bytes are missing")])
+def test_the_length_of_a_chunk_is_judged_before_memory_is_taken(fails, stored, told):
+    """Deflate packs at most 1032 bytes into one, and no chunk is longer than its file."""
+    whole = bytearray(hdf5.nhf(np.zeros((8, 400)), PIXEL_M, packed=True))
+    at = [found.start() for found in re.finditer(rb"TREE\x01", whole)][1]
+    struct.pack_into("<I", whole, at + 24, stored)
+    assert told in fails("chunk.nhf", bytes(whole))
+
+
+def test_values_that_no_file_of_so_few_bytes_holds():
+    file = io.BytesIO(bytes(1000))
+    dataset = Dataset(Structures(file), (20_000_000,), np.dtype("<i4"), struct.pack("<2B2Q", 3, 1, 0, 8), (1,))
+    with pytest.raises(ValueError, match="80000000 bytes of values in a file of 1000"):
+        dataset.read(file)

@@ -78,6 +78,12 @@ def test_nanonis_directions_are_told_apart(tmp_path):
         read_height_map(path, channel="Current")
 
 
+@pytest.mark.parametrize("upward", [True, False])
+def test_nanonis_of_version_1_tells_rows_before_columns(tmp_path, upward):
+    path = write(tmp_path, "old.sxm", microscopes.sxm(HEIGHTS, PIXEL_M, version=1, upward=upward))
+    np.testing.assert_allclose(read_height_map(path).height_m, HEIGHTS, rtol=1e-7, atol=100e-9 / 2**24)
+
+
 def test_a_nanonis_scan_that_was_broken_off(tmp_path, fails):
     """Upward, so that the top lines are missing; a scan without any line is refused."""
     begun = HEIGHTS.copy()
