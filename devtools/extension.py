@@ -41,6 +41,7 @@ MODULES = {
     "field": "frames.field",
     "frame": "frames.frame",
     "sky": "lamps.sky",
+    "constants": "nodes.constants",
     "fit_world": "actions.fit_world",
     "follow": "lamps.follow",
     "lamps": "actions.lamps",

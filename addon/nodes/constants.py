@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How many bytes the constants of a material take in EEVEE, which has 64 KiB for them and draws a material with more in
+magenta.
+
+EEVEE flattens all groups, and holds a constant for each input socket that nothing links to, also if the node's
+operation does not use it. A colour takes 16 bytes, a vector 12 with a gap of 4 that a number may fill, and a number 4.
+What does not lead to an output of the material takes nothing.
+"""
+
+from collections import Counter, defaultdict
+
+import bpy
+
+ROOM = 65536
+_OUTPUTS = {"GROUP_OUTPUT", "OUTPUT_MATERIAL", "OUTPUT_AOV"}
+_KINDS = {"VALUE": "VALUE", "INT": "VALUE", "BOOLEAN": "VALUE", "VECTOR": "VECTOR", "RGBA": "RGBA"}
+# What a node has besides its sockets, in numbers. EEVEE turns the mixing of shaders into Math nodes, and Texture
+# Coordinate has a matrix.
+_BESIDES = {"MIX_SHADER": 6, "ADD_SHADER": 2, "TEX_COORD": 16, "VALUE": 1, "RGB": 4}
+
+
+def constant_bytes(tree: bpy.types.NodeTree) -> int:
+    """The bytes of constants of a material's node tree; of a group, as of a material that shows nothing else."""
+    found = _constants(tree, None, None, {})
+    return 16 * (found["RGBA"] + found["VECTOR"]) + 4 * max(0, found["VALUE"] - found["VECTOR"])
+
+
+def _constants(
+    tree: bpy.types.NodeTree, asked: frozenset[str] | None, fixed: frozenset[str] | None, known: dict
+) -> Counter[str]:
+    """The constants of a tree by their kinds. `asked` are the outputs of a group that something links to, and `fixed`
+    its inputs that nothing links to, by their identifiers; None is all. `known` holds what was counted before."""
+    if (found := known.get((tree, asked, fixed))) is not None:
+        return found
+    found = known[tree, asked, fixed] = Counter()
+    sources = {link.to_socket: link.from_socket for link in tree.links if not link.is_muted}
+
+    def is_fixed(socket: bpy.types.NodeSocket) -> bool:
+        source = sources.get(socket)
+        held = source is not None and source.node.type == "GROUP_INPUT"
+        return source is None or held and (fixed is None or source.identifier in fixed)
+
+    outputs = defaultdict(set)  # those that are linked to, by their nodes
+    ends = [socket for node in tree.nodes if node.type in _OUTPUTS for socket in node.inputs]
+    waiting = [s for s in ends if asked is None or s.node.type != "GROUP_OUTPUT" or s.identifier in asked]
+    while waiting:
+        socket = waiting.pop()
+        if is_fixed(socket):
+            if socket.node.type != "GROUP" and not socket.hide_value and socket.type in _KINDS:
+                found[_KINDS[socket.type]] += 1
+            continue
+        source = sources[socket]
+        if source.node not in outputs:
+            waiting += source.node.inputs
+            found["VALUE"] += _BESIDES.get(source.node.type, 0)
+        outputs[source.node].add(source.identifier)
+    for node, linked in outputs.items():
+        if node.type == "GROUP" and node.node_tree is not None:
+            given = frozenset(socket.identifier for socket in node.inputs if is_fixed(socket))
+            found.update(_constants(node.node_tree, frozenset(linked), given, known))
+    return found
