@@ -9,7 +9,8 @@ import bpy
 from ...precompute.base.failure import GratingError
 from ..frames.seams import seam_warning
 from ..materials.lost import lost
-from ..materials.material import add_diffraction, check_can_add
+from ..materials.material import add_diffraction, check_can_add, overfull
+from ..materials.skin import crowded
 from ..scene.gratings import Grating, active_grating
 from .fit_world import want_fit
 from .material import group_of, lamps_alone, working_material
@@ -55,17 +56,19 @@ def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> li
     group = group_of(scene, grating)
     for material in materials:
         add_diffraction(material, group)
-    return [f"{grating.name}: over {_names(materials)}", *seams, *_prepared(meshes, grating), *bare, *_further(scene)]
+    lines = [*seams, *_prepared(meshes, grating), *bare, *_further(scene), *overfull(materials)]
+    return [f"{grating.name}: over {_names(materials)}", *lines]
 
 
 def _further(scene: bpy.types.Scene) -> list[str]:
     """Have the world's sources fitted, if the materials read any; a line if that fails, and lines if the scene shows
-    what a bake does not hold."""
+    what a bake does not hold, or if EEVEE has no room for what the active grating answers to."""
+    failed = []
     try:
         want_fit(scene)
     except GratingError as error:
-        return [str(error), *notice_outside(scene)]
-    return notice_outside(scene)
+        failed = [str(error)]
+    return [*failed, *notice_outside(scene), *crowded(active_grating(scene).group)]
 
 
 def _put_in_active_slot(selection: Selection, mesh: bpy.types.Object, material: bpy.types.Material) -> str:

@@ -14,6 +14,7 @@ from ..materials.replace import replace_response
 from ..materials.response import Response, is_in_other_space, response_in, responses_in
 from ..materials.skin import (
     answers_to_world,
+    crowded,
     group_around,
     refill,
     set_footprint,
@@ -107,7 +108,7 @@ def choose_lights(grating: Grating, lights: str) -> list[str]:
     if group is None:
         return []
     set_lighting(group, shadows=grating.shadows, lights=lights)
-    return lamps_alone(grating) + lost([group])
+    return lamps_alone(grating) + lost([group]) + crowded(group)
 
 
 def lamps_alone(grating: Grating) -> list[str]:

@@ -7,7 +7,7 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ..materials.response import response_in, responses_in
-from ..materials.skin import set_variation, variation_of
+from ..materials.skin import crowded, set_variation, variation_of
 from ..scene.gratings import Grating
 from ..scene.variation import ATTRIBUTE, Variation
 from .frame_source import meshes_that_show
@@ -35,7 +35,7 @@ def vary(scene: bpy.types.Scene, grating: Grating, choice: Variation, *, others:
     set_variation(group, choice, [response_in(group_of(scene, other)) for other in others])
     meshes = meshes_that_show(group)
     unseen = [] if meshes else [f"{grating.name}: no mesh shows it yet; press Assign to Selected"]
-    return [f"{grating.name}: {choice.summary}", *prepare_meshes(group, meshes), *unseen]
+    return [f"{grating.name}: {choice.summary}", *prepare_meshes(group, meshes), *unseen, *crowded(group)]
 
 
 def varied_with(scene: bpy.types.Scene, grating: Grating) -> list[Grating]:

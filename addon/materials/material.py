@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Diffraction in materials: made new, laid over an existing material, removed from it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import bpy
 
 from ...precompute.base.failure import GratingError
 from ..nodes.arrange import arrange
 from ..nodes.builder import Tree
+from ..nodes.constants import ROOM, constant_bytes
 from ..scene import compat
-from .skin import is_diffraction
+from .skin import is_diffraction, too_large
 
 _SKIN = (0.012, 0.010, 0.009, 1.0)
 # What Cycles is told of a material with diffraction. The prefix names the material's custom properties that hold what
@@ -161,3 +162,8 @@ def _shows_diffraction(output: bpy.types.Node) -> bool:
             return True
         pending += [link.from_node for socket in node.inputs for link in socket.links]
     return False
+
+
+def overfull(materials: Iterable[bpy.types.Material]) -> list[str]:
+    """A line for each material whose own nodes leave EEVEE no room for the Diffraction group in it."""
+    return [too_large(each.name) for each in materials if constant_bytes(each.node_tree) > ROOM]

@@ -25,12 +25,16 @@ Which lights count is one of scene/lights.py:
           the mirror images of everything; and one for the scattered light of all that is no such lamp or source |
 | ALL   | closures for the mirror images and for the scattered light of everything; there is no Lo |
 
+EEVEE has room for 64 KiB of a material's constants (nodes/constants.py). If the answers to all sources do not fit, the
+dimmest are not read, and the closures take their light; in Cycles as well, since both engines render one material.
+
 No light counts twice. In REST the closure of the scattered light is a perfect mirror around a random normal, so its one
 direction is known, and it is black where that direction leads to a followed lamp. A lamp's cone has the radius
 sqrt(6) standard deviations of its disc: the corner of a square lamp, and 1.22 radii of a round one. A light that is so
 wide that a Gaussian is no likeness of it is the closure's, and between there and compact lights both have a share.
 """
 
+import math
 from collections.abc import Iterable
 from itertools import zip_longest
 
@@ -43,6 +47,7 @@ from ..lamps.link import is_linked
 from ..lamps.sky import source_count, source_light
 from ..nodes.arrange import arrange
 from ..nodes.builder import Tree
+from ..nodes.constants import ROOM, constant_bytes
 from ..nodes.interface import Socket, add_interface
 from ..scene.frame_source import FrameSource
 from ..scene.lights import ALL, LAMPS_ONLY, REST
@@ -77,8 +82,15 @@ AOV_NAME = "Diffraction"
 _LAMPS, _SHADOWS = "ng_keys", "ng_shadows"
 # A third holds which lights count. A group without it, of an earlier version, knows lamps alone.
 _LIGHTS = "ng_lights"
-# A fourth holds how many sources of the world are read.
+# A fourth holds how many sources of the world there are for it to read.
 _SOURCES = "ng_sources"
+# Two more hold how many of the sources are read, and the bytes of its constants. A group without them, of an earlier
+# version, reads all sources and was not counted.
+_READ, _CONSTANTS = "ng_sources_read", "ng_constants"
+# The bytes of constants that a Diffraction group leaves to the rest of a material: ten Principled BSDFs or a hundred
+# other nodes.
+_LEFT = 2048
+_REMEDY = "use fewer lamps, or fewer gratings in its Variation"
 # A fifth holds where the tangent comes from. A group without it, of an earlier version, knows the default.
 _FRAME = "ng_frame"
 # A sixth holds how the grating varies over the surface.
@@ -186,8 +198,23 @@ def fill_group(
     replace_response gives it another; a relief whose response was deleted leaves its share to the group's own."""
     if not responses:
         return
-    group.nodes.clear()
     group[_LAMPS], group[_SOURCES] = lamps, sources
+    read = sources
+    while True:
+        _make_nodes(group, responses, lamps, sources=read)
+        held = constant_bytes(group)
+        excess = held - (ROOM - _LEFT)
+        if excess <= 0 or read == 0 or lights_of(group) != REST:
+            break
+        # A source has at most its share of the constants, so that never more sources than must be are given up.
+        read -= min(read, math.ceil(excess / held * (len(lamps) + read)))
+    group[_READ], group[_CONSTANTS] = read, held
+    arrange(group)
+
+
+def _make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps: list[bool], *, sources: int) -> None:
+    """Make a Diffraction group's nodes anew, for lamps and a number of sources."""
+    group.nodes.clear()
     tree = Tree(group)
     inputs = tree.inputs()
     areas, turn = variation_nodes(tree, variation_of(group).of_others(len(responses) - 1))
@@ -238,7 +265,6 @@ def fill_group(
     radiance = coat.radiance * strength
     tree.node("ShaderNodeOutputAOV", radiance, aov_name=AOV_NAME)
     tree.output(shader, radiance)
-    arrange(group)
 
 
 def is_diffraction(group: bpy.types.NodeTree | None) -> bool:
@@ -252,6 +278,23 @@ def linked_with_fewer_lamps(scene: bpy.types.Scene) -> list[str]:
     count = lamp_count(scene)
     groups = [g for g in bpy.data.node_groups if is_diffraction(g) and g.library is not None and len(g[_LAMPS]) < count]
     return [f"{g.name}: linked, it knows {len(g[_LAMPS])} of {count} lamps; make it local" for g in groups]
+
+
+def crowded(group: bpy.types.NodeTree) -> list[str]:
+    """A line if the constants of a Diffraction group leave no room in EEVEE for all sources, or for all lamps."""
+    held, sources = group.get(_CONSTANTS, 0), group.get(_SOURCES, 0)
+    if held > ROOM - _LEFT:
+        return [too_large(group.name)]
+    left_out = sources - group.get(_READ, sources)
+    if left_out == 0 or lights_of(group) != REST:
+        return []
+    told = f"{left_out} of the world's {sources} sources are left to the noisy rest, as EEVEE has no room for them"
+    return [f"{group.name}: {told}; {_REMEDY}"]
+
+
+def too_large(name: str) -> str:
+    """The line for a group or a material that EEVEE has no room for."""
+    return f"{name}: too large for EEVEE, which may show it magenta; {_REMEDY}, or render with Cycles"
 
 
 def show_lamps(*, exactly: bool) -> None:

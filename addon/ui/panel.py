@@ -8,7 +8,7 @@ from ..lamps.find import brightest, instanced_lamps, lamps_of, unfollowed_featur
 from ..lamps.follow import followed_lamps, is_on
 from ..lamps.sky import missed_share, source_count
 from ..materials.data_pictures import wrong_colours
-from ..materials.skin import answers_to_world, follows_world, linked_with_fewer_lamps, variation_of
+from ..materials.skin import answers_to_world, crowded, follows_world, linked_with_fewer_lamps, variation_of
 from ..operators.add_diffraction import AddDiffraction
 from ..operators.add_fan import AddDiffractionLamp
 from ..operators.add_sun import AddSun
@@ -224,6 +224,8 @@ def _draw_lamps(layout, context, grating) -> None:
         if lights == LAMPS_ONLY:
             draw_note(column, context, "No lamp lights the scene, so the diffraction is dark", icon="INFO")
         column.operator(AddSun.bl_idname, icon="LIGHT_SUN")
+    for line in crowded(grating.group) if grating.group is not None else ():
+        draw_note(column, context, line, icon="ERROR")
     instanced = instanced_lamps(context.evaluated_depsgraph_get())
     for line in unfollowed_features(scene) + linked_with_fewer_lamps(scene):
         draw_note(column, context, line, icon="INFO")

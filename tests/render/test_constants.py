@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The room that EEVEE has for a material's constants: they are counted as Blender has them, and a world whose sources
+have no room is shown right."""
+
+import json
+import subprocess
+import sys
+
+import bpy
+import numpy as np
+import pytest
+
+from devtools import ROOT
+from precompute.lights.sources import Source
+
+from .test_variation import answering
+from .world_scenes import add_ball, add_soft_boxes, assign, look_at_ball
+
+
+def test_the_count_is_never_below_blenders_own(tmp_path):
+    """A material that is counted to fit must not be magenta. What Blender computes from constants alone is counted,
+    too: 10 % of the smallest material, and less of larger ones (benchmarks/constants.py has more cases)."""
+    asked = ["--case", "sources over a base", "--json", str(tmp_path / "found.json")]
+    subprocess.run([sys.executable, "-m", "benchmarks", "constants", *asked], cwd=ROOT, check=True, capture_output=True)
+    (row,) = json.loads((tmp_path / "found.json").read_text())["rows"]
+    if row["blender"] is None:
+        pytest.skip("this driver does not write shaders to files")
+    assert row["blender"] <= row["counted"] <= 1.1 * row["blender"]
+
+
+def test_sources_without_room_are_the_closures(stage, skin, monkeypatch):
+    """A world's light is all there, and none of it twice, where its dimmest source is left to the closures."""
+    path, _ = skin
+    add_soft_boxes(stage)
+    add_ball()
+    look_at_ball(stage)
+    group, made = assign(stage, path, "REST").group, stage.addon.skin
+    monkeypatch.setattr(made, "ROOM", group["ng_constants"] - 1 + made._LEFT)
+    made.refill(group, made.responses_in(group))
+    assert group["ng_sources_read"] == group["ng_sources"] - 1
+    fewer = stage.rgb("cycles", 48, 96)[9:-9, 9:-9]
+    stage.addon.sky.forget_sources(stage.scene)
+    none = stage.rgb("cycles", 48, 96)[9:-9, 9:-9]
+    assert np.abs(fewer - none).max() > 0.05 * none.max()
+    # As in test_every_light.py, by noise and by what a Gaussian in place of a disc sends below the horizon.
+    np.testing.assert_allclose(fewer.mean(axis=(0, 1)), none.mean(axis=(0, 1)), rtol=0.015)
+
+
+def test_eevee_shows_as_many_sources_as_it_has_room_for(stage):
+    """A response with 10 KB of constants, under a sun and eight sources overhead: each that is read adds 0.1 to what is
+    shown. With all of them it would be magenta."""
+    made, contract = stage.addon, stage.addon.response
+
+    def answer(tree, _):
+        shown = tree.dot(tree.value(tree.node("ShaderNodeNewGeometry").outputs["Position"]), (0.0, 0.0, 1.0))
+        for _ in range(110):
+            ranged = tree.node("ShaderNodeMapRange", shown, 0.0, 1.0, 0.0, 1.0, clamp=False)
+            shown = tree.value(ranged.outputs["Result"])
+        shown = tree.minimum(tree.maximum(shown, 0.1), 0.1)
+        return tree.vector(shown, shown, shown)
+
+    world = bpy.data.node_groups.new("dark", "ShaderNodeTree")
+    made.interface.add_interface(world, contract.WORLD_QUESTION, contract.WORLD_ANSWER)
+    dark, up = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+    made.builder.Tree(world).output((*dark, 1.0), 0.0, (*dark, 1.0), up, 0.0, up)
+    response = contract.Response(answering(made, "large", answer).group, world)
+    bpy.ops.mesh.primitive_plane_add(size=4)
+    stage.camera((0, 0, 3), ortho=2.0).rotation_euler = (0, 0, 0)
+    stage.lamp("SUN", to=(0, 0, 1), energy=1.0, angle=0.0)
+    made.follow.follow_lamps(stage.scene)
+    source = Source(np.array(up), np.ones(3), 0.0)
+    made.sky.hold_sources(stage.scene, [source] * 8, fingerprint="", missed=0.0)
+    group = made.skin.group_around("large", response, shadows=False)
+    read = group["ng_sources_read"]
+    assert 2 < read < 8
+    material, tree = stage.material("Large")
+    tree.node("ShaderNodeOutputMaterial", tree.group(group, {"Base Blend": 0.0})["Shader"])
+    bpy.context.object.data.materials.append(material)
+    # EEVEE renders to half floats, of eleven bits.
+    np.testing.assert_allclose(stage.rgb("eevee", 8), 0.1 * (1 + read), rtol=2e-3)
