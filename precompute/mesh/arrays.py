@@ -65,7 +65,7 @@ def _array(name: str, data: bytes, wanted: Wanted) -> np.ndarray:
     kind, sizes = np.dtype(header[1]), tuple(int(size) for size in re.findall(r"\d+", header[3]))
     fits = len(sizes) == len(shape) and all(want in (None, size) for size, want in zip(sizes, shape, strict=True))
     if kind.kind not in kinds or not fits:
-        raise ValueError(f"{name} is of kind {kind} and shape {sizes}")
+        raise ValueError(f"{name} is of kind {kind} and shape {str(sizes):.60}")
     if math.prod(sizes) * kind.itemsize != len(data) - first - length:
         raise ValueError(f"{name} is not as long as its header says")
     array = np.frombuffer(data, kind, offset=first + length).reshape(sizes, order="F" if header[2] == "True" else "C")

@@ -4,6 +4,7 @@
 import io
 import json
 import os
+import struct
 import sys
 import zipfile
 from pathlib import Path
@@ -69,6 +70,15 @@ def test_what_never_ends_is_not_waited_for(tmp_path, make):
 
 
 BOMB = {"points": np.zeros((2, 3)), "triangles": np.zeros((1, 3), int), "polygons": np.zeros(1, int)}
+
+
+def test_a_shape_of_many_sides_is_not_printed_whole(tmp_path):
+    head = b"{'descr': '<f8', 'fortran_order': False, 'shape': (" + 400 * b"9, " + b"9), }\n"
+    with zipfile.ZipFile(tmp_path / "bad.npz", "w") as archive:
+        archive.writestr("points.npy", b"\x93NUMPY\1\0" + struct.pack("<H", len(head)) + head)
+    with pytest.raises(GratingError, match=r"points is of kind float64 and shape \(9, ") as caught:
+        read_mesh(tmp_path / "bad.npz")
+    assert len(str(caught.value)) < len(str(tmp_path)) + 200
 
 
 @pytest.mark.parametrize(("old", "new", "told"), [
