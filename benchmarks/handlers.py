@@ -71,7 +71,7 @@ def measured(addon: SimpleNamespace, repeat: int) -> dict[str, float]:
 
     scene = bpy.context.scene
     lamp = scene.objects["Sun"]
-    context = _context(scene)
+    context = context_of(scene)
     spent: dict[str, list[float]] = {column: [] for column in _COLUMNS}
     handlers = bpy.app.handlers.depsgraph_update_post
     own = [handler for handler in handlers if handler.__module__.startswith(addon.package.__name__)]
@@ -121,7 +121,7 @@ def with_window(addon: SimpleNamespace) -> None:
     addon.keep_lamps._has_viewport = lambda: True
 
 
-def _context(scene) -> SimpleNamespace:
+def context_of(scene) -> SimpleNamespace:
     """What the panel reads of Blender's context."""
     import bpy
 

@@ -9,7 +9,7 @@ import numpy as np
 from ..frames.arrows import arrows, rings, seam_lines
 from ..frames.combed import singular_faces
 from ..frames.place import own_angle
-from ..materials.material import diffraction_nodes
+from ..materials.material import diffraction_nodes, linked_among, number_in
 from ..materials.skin import frame_of
 from ..scene.frame_source import STORED, FrameSource
 
@@ -57,5 +57,6 @@ def _frame(thing: bpy.types.Object, slot: bpy.types.MaterialSlot, default: Frame
     nodes = diffraction_nodes(slot.material)
     if not nodes:
         return default, own_angle(thing, default)
-    source, rotation = frame_of(nodes[0].node_tree), nodes[0].inputs["Rotation"]
-    return source, own_angle(thing, source) + (0.0 if rotation.is_linked else rotation.default_value)
+    node = nodes[0]
+    source = frame_of(node.node_tree)
+    return source, own_angle(thing, source) + (0.0 if linked_among(node, ["Rotation"]) else number_in(node, "Rotation"))

@@ -10,7 +10,7 @@ from ..lamps.find import brightest, lamps_of
 from ..lamps.follow import followed_lamps
 from ..materials.fan import new_fan_lamp
 from ..materials.lost import lost
-from ..materials.material import diffraction_nodes
+from ..materials.material import diffraction_nodes, number_in
 from ..materials.response import SETTINGS, response_in
 from ..materials.skin import frame_of, lights_of
 from ..scene.lights import LAMPS_ONLY
@@ -36,11 +36,11 @@ def add_fan(
     node = _diffraction_in(mesh, place.slot)
     if missing := lost([node.node_tree]):
         raise GratingError(missing[0])
-    values = {name: node.inputs[name].default_value for name in ("Strength", "Base Blend", "Rotation")}
+    values = {name: number_in(node, name) for name in ("Strength", "Base Blend", "Rotation")}
     fan = new_fan_lamp(
         scene, response_in(node.node_tree), lamp, size_m=size_m,
         strength=values["Strength"] * (1.0 - values["Base Blend"]),
-        settings={socket: node.inputs[socket.name].default_value for socket in SETTINGS},
+        settings={socket: number_in(node, socket.name) for socket in SETTINGS},
     )  # fmt: skip
     scene.collection.objects.link(fan)
     fan.parent, fan.matrix_parent_inverse = mesh, mesh.matrix_world.inverted_safe()

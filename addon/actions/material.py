@@ -20,6 +20,7 @@ from ..materials.skin import (
     set_footprint,
     set_frame,
     set_lighting,
+    take_back,
 )
 from ..scene.gratings import Grating
 from ..scene.lights import LAMPS_ONLY, NO_SAMPLE_SET, REST
@@ -54,17 +55,17 @@ def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
 
     A group that lost a part, as an artist deleted a picture, is mended from the bake. Raises GratingError, with nothing
     changed, if there is no sound bake for what is to be made."""
-    group, bake = grating.own_group, needed_bake(grating)
+    group, bake = take_back(grating.own_group), needed_bake(grating)
     response = None if bake is None else response_of(bake)  # first, since it is what may be refused
     update_all_lamps()
     if group is None:
-        grating.group = group_around(grating.name, response, shadows=grating.shadows, lights=grating.lights)
+        grating.group = group_around(grating.name, response, shadows=grating.shadows, lights=grating.lit_by)
         note_own(grating.group)
     elif response is not None:
         replace_response(group, response)
     elif lost_of_nodes(group):
         refill(group, responses_in(group))
-    set_lighting(grating.group, shadows=grating.shadows, lights=grating.lights)
+    set_lighting(grating.group, shadows=grating.shadows, lights=grating.lit_by)
     set_frame(grating.group, grating.frame_source())
     set_footprint(grating.group, grating.footprint)
     follow_name(grating)  # a file of an earlier version may hold an old name
@@ -77,7 +78,7 @@ def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
 def needed_bake(grating: Grating) -> Path | None:
     """The file of a grating's bake where its Diffraction group must be made or mended from it, else None. Raises
     GratingError as bake_of does."""
-    group = grating.own_group
+    group = take_back(grating.own_group)
     if group is None or lost_of_own(group) or is_in_other_space(response_in(group)):
         return bake_of(grating)
     return None
@@ -87,7 +88,7 @@ def read_combs() -> None:
     """Have all gratings of the file read the combs of its meshes, now that there are some."""
     for scene in bpy.data.scenes:
         for grating in scene.natural_gratings.items:
-            if grating.own_group is not None:
+            if take_back(grating.own_group) is not None:
                 set_frame(grating.own_group, grating.frame_source())
 
 
@@ -96,15 +97,15 @@ def refresh_group(grating: Grating) -> None:
     use it keep their links and what artists set on them.
 
     Raises GratingError, with nothing changed, if the file is not a bake."""
-    if grating.own_group is not None:
+    if take_back(grating.own_group) is not None:
         replace_response(grating.group, response_of(bake_of(grating)))
-        set_lighting(grating.group, shadows=grating.shadows, lights=grating.lights)
+        set_lighting(grating.group, shadows=grating.shadows, lights=grating.lit_by)
 
 
 def choose_lights(grating: Grating, lights: str) -> list[str]:
     """Have a grating's materials answer to the lights of a choice (scene/lights.py). Returns lines to report."""
     grating.lights = lights
-    group = grating.own_group
+    group = take_back(grating.own_group)
     if group is None:
         return []
     set_lighting(group, shadows=grating.shadows, lights=lights)
@@ -114,7 +115,7 @@ def choose_lights(grating: Grating, lights: str) -> list[str]:
 def lamps_alone(grating: Grating) -> list[str]:
     """A line if a grating is to answer to more than lamps, and its bake cannot."""
     group = grating.group
-    lacking = group is not None and grating.lights != LAMPS_ONLY and not answers_to_world(group)
+    lacking = group is not None and grating.lit_by != LAMPS_ONLY and not answers_to_world(group)
     return [f"{grating.name}: {NO_SAMPLE_SET}"] if lacking else []
 
 

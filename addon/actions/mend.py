@@ -12,7 +12,7 @@ from ..materials.material import add_diffraction, empty_nodes
 from ..materials.pictures import pictures_of
 from ..materials.replace import replace_response
 from ..materials.response import own_trees, responses_in
-from ..materials.skin import is_diffraction, refill
+from ..materials.skin import is_diffraction, refill, take_back
 from ..scene.gratings import Grating
 from .lamps import update_all_lamps
 from .material import group_of, response_of
@@ -30,6 +30,9 @@ def mend_materials() -> list[str]:
 
     Raises GratingError if nothing could be mended."""
     mended, faults = [], []
+    for tree in bpy.data.node_groups:
+        if tree.library is None:
+            take_back(tree)
     owners = {grating.own_group: (scene, grating) for scene, grating in _gratings()}
     update_all_lamps()
     for group in filter(_is_broken, _groups()):

@@ -57,7 +57,7 @@ def measure_needs(scene: bpy.types.Scene, grating: Grating, frames: tuple[int, i
     frame is the same afterwards.
 
     Raises GratingError if there is no camera, or if it sees nothing of the grating that is lit."""
-    if scene.camera is None:
+    if scene.camera is None or scene.camera.type != "CAMERA":
         raise GratingError(f"scene {scene.name}: no camera; add one and make it the scene's camera")
     carriers = list(_carriers(scene, grating))
     if not carriers:

@@ -13,7 +13,7 @@ from ...precompute.table.sample_set import path_beside
 from ..materials.pictures import fault_of, pictures_of
 from ..materials.response import own_trees
 from ..scene.bakes import asked
-from ..scene.gratings import Grating, cache_folder
+from ..scene.gratings import Grating, cache_folder, is_there
 
 # How an OpenEXR file begins.
 _EXR = b"\x76\x2f\x31\x01"
@@ -47,7 +47,7 @@ def _kept(grating: Grating) -> Path | None:
         path = bakes_folder(asked(grating.bake_request())) / name
     except GratingError:  # its settings are of no bake
         return None
-    return path if path.is_file() else None
+    return path if is_there(path) else None
 
 
 def _unpacked(grating: Grating) -> Path | None:
@@ -59,7 +59,7 @@ def unpacked_bake(group: bpy.types.NodeTree) -> Path | None:
     """The bake that a Diffraction group shows, written as files from its packed pictures, without its sample set if
     that is lost; None if the table is lost. Raises GratingError if a file cannot be written."""
     tree, world = own_trees(group)
-    (table,) = _packed(tree) or (None,)
+    table = next(iter(_packed(tree)), None)
     if table is None:
         return None
     others = [image for image in _packed(world) if image != table]

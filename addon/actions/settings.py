@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..materials.skin import lights_of, set_footprint, set_lighting
+from ..materials.skin import is_diffraction, lights_of, set_footprint, set_lighting
 
 
 def follow_settings(first: bpy.types.Scene | None = None) -> None:
@@ -14,7 +14,7 @@ def follow_settings(first: bpy.types.Scene | None = None) -> None:
     for scene in sorted(bpy.data.scenes, key=lambda scene: scene != first):
         for grating in scene.natural_gratings.items if scene.library is None else ():
             group = grating.own_group
-            if group is not None and group not in done:
+            if is_diffraction(group) and group not in done:
                 done.add(group)
                 set_lighting(group, shadows=grating.shadows, lights=lights_of(group))
                 set_footprint(group, grating.footprint)

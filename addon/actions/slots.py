@@ -4,6 +4,7 @@ back."""
 
 import bpy
 
+from ..scene import stored
 from ..scene.own_names import is_own
 from .meshes import data_is_fixed
 
@@ -54,7 +55,9 @@ def was_replaced(thing: bpy.types.Object, index: int) -> bool:
 
 def take_replaced(thing: bpy.types.Object, index: int) -> bpy.types.Material | None:
     """The material that was noted for a slot, None for an empty slot or a deleted material; the note is removed."""
-    return thing.pop(_replaced(index)) or None
+    material = stored.block(thing, _replaced(index), bpy.types.Material)
+    del thing[_replaced(index)]
+    return material
 
 
 def _replaced(index: int) -> str:

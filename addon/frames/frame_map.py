@@ -9,7 +9,7 @@ import bpy
 from ...precompute.base.failure import GratingError
 from ..nodes.builder import Tree
 from ..scene import compat
-from ..scene.frame_source import BAKED_OF, FrameSource
+from ..scene.frame_source import BAKED_OF, FrameSource, baked_of
 from .frame import across, tangent_nodes, uv_tangent
 from .uv_maps import fingerprint
 
@@ -46,7 +46,7 @@ def note_mesh(image: bpy.types.Image, mesh: bpy.types.Object, uv_map: str) -> No
 
 def check_frame_map(mesh: bpy.types.Object, image: bpy.types.Image) -> None:
     """Raise GratingError unless a frame map was baked of this mesh, which has its UV map, as both are now."""
-    noted = image[BAKED_OF]
+    noted = baked_of(image)
     if fingerprint(mesh.data, noted["uv_map"]) != noted["fingerprint"]:
         raise GratingError(
             f"{mesh.name}: the frame map {image.name} was baked of {noted['mesh']}, with other faces or another "

@@ -3,13 +3,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import cos, sin
+from math import cos, isnan, nan, sin
 
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
 from ...precompute.base.failure import GratingError
+from ..scene import stored
 from ..scene.frame_source import DIRECTION_REMEDY, FrameSource
 from .field import frame_field
 from .uv_maps import has_uv_map
@@ -42,8 +43,8 @@ class Place:
 def own_angle(thing: bpy.types.Object, source: FrameSource) -> float:
     """The angle in radians by which an object turns its scan, beside Rotation. As in a renderer it is the object's
     custom property, or else its data's, and 0 where neither is a number."""
-    held = (owner.get(source.angle) for owner in (thing, thing.data))
-    return next((float(value) for value in held if isinstance(value, int | float)), 0.0) if source.angle else 0.0
+    held = (stored.number(owner, source.angle, nan) for owner in (thing, thing.data))
+    return next((float(value) for value in held if not isnan(value)), 0.0) if source.angle else 0.0
 
 
 def place_nearest(

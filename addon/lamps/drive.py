@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import bpy
 
+from ..scene import stored
+
 # What holds a value that a driver reads: a data-block, or the view layer that is being evaluated.
 VIEW_LAYER = "view layer"
 Holder = bpy.types.ID | str
@@ -43,7 +45,7 @@ class Drivers:
         used = [_used(expression, variables) for expression in wanted]
         path = f'["{name}"]'
         present = [self._present.get((path, index)) for index in range(len(wanted))]
-        if name in self.holder and all(map(_is_as_wanted, present, wanted, used)):
+        if stored.has_floats(self.holder, name, len(wanted)) and all(map(_is_as_wanted, present, wanted, used)):
             return False
         self.holder[name] = [0.0] * len(wanted)
         self.holder.driver_remove(path)
@@ -72,16 +74,18 @@ def _used(expression: str, variables: Sequence[Variable]) -> list[Variable]:
 
 
 def _is_as_wanted(driver: bpy.types.Driver | None, expression: str, variables: list[Variable]) -> bool:
-    if driver is None or driver.expression != expression or len(driver.variables) != len(variables):
+    if driver is None or (driver.type, driver.expression) != ("SCRIPTED", expression):
         return False
-    return all(map(_reads, driver.variables, variables))
+    return len(driver.variables) == len(variables) and all(map(_reads, driver.variables, variables))
 
 
 def _reads(made: bpy.types.DriverVariable, wanted: Variable) -> bool:
     target = made.targets[0]
     if made.name != wanted.name or target.data_path != wanted.path:
         return False
-    return made.type == "CONTEXT_PROP" if wanted.holder == VIEW_LAYER else target.id == wanted.holder
+    if wanted.holder == VIEW_LAYER:
+        return made.type == "CONTEXT_PROP"
+    return made.type == "SINGLE_PROP" and target.id == wanted.holder
 
 
 def _add(driver: bpy.types.Driver, wanted: Variable) -> None:

@@ -5,6 +5,7 @@ A scene without lamps has no such properties. Nodes then read 0, and the diffrac
 
 import bpy
 
+from ..scene import stored
 from .drive import Drivers
 from .find import LAMPS_MAX, brightest, lamps_of
 from .pack import ON, PROPERTIES, drive_properties, property_name
@@ -20,8 +21,14 @@ def followed_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     found = {}
     for curve in scene.animation_data.drivers:
         if curve.array_index == 0 and curve.data_path in _FIRST:
-            found[_FIRST[curve.data_path]] = curve.driver.variables[0].targets[0].id
+            found[_FIRST[curve.data_path]] = _lamp_of(curve.driver)
     return [found[index] for index in sorted(found) if found[index] is not None]
+
+
+def _lamp_of(driver: bpy.types.Driver) -> bpy.types.Object | None:
+    """The lamp that a driver reads first; None where it is gone, or where an artist edited the driver."""
+    read = [target.id for variable in driver.variables for target in variable.targets][:1]
+    return next((each for each in read if isinstance(each, bpy.types.Object) and each.type == "LIGHT"), None)
 
 
 def follow_lamps(scene: bpy.types.Scene, *, in_viewport: bool = False) -> list[bpy.types.Object]:
@@ -64,7 +71,7 @@ def _forget(drivers: Drivers, first: int) -> bool:
 
 def is_on(scene: bpy.types.Scene, index: int) -> bool:
     """Whether the followed lamp of this index was shown when Blender last evaluated the scene."""
-    return scene[property_name(index, ON)][0] > 0
+    return (stored.numbers(scene, property_name(index, ON), 1) or (0.0,))[0] > 0
 
 
 def lamp_count(scene: bpy.types.Scene) -> int:

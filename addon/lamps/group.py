@@ -24,7 +24,9 @@ import bpy
 
 from ..nodes.arrange import arrange
 from ..nodes.builder import Operand, Tree, Value
-from ..nodes.interface import Socket, add_interface
+from ..nodes.interface import Socket, add_interface, has_sockets
+from ..nodes.parts import has_parts, note_parts
+from ..scene import stored
 from .link import read_unlinked
 from .pack import PROPERTIES, PackedLamp, property_name, unpack
 from .read import read_property
@@ -90,7 +92,7 @@ def light_from(tree: Tree, packed: Sequence[Operand], *, label: str) -> Light:
 def lamp_group() -> bpy.types.NodeTree:
     """The file's Lamp group, made if need be."""
     for group in bpy.data.node_groups:
-        if group.get(_LAMP) == _NAME and group.library is None:
+        if stored.text(group, _LAMP) == _NAME and group.library is None and _is_whole(group):
             return group
     group = bpy.data.node_groups.new(_NAME, "ShaderNodeTree")
     group[_LAMP] = _NAME
@@ -108,7 +110,12 @@ def lamp_group() -> bpy.types.NodeTree:
     far = (1.0 - lamp.is_local).times_plus(FAR, distance)
     tree.output(wi, irradiance, lamp.variance / squared_distance, far, lamp.casts_shadow)
     arrange(group)
+    note_parts(group)
     return group
+
+
+def _is_whole(group: bpy.types.NodeTree) -> bool:
+    return has_sockets(group, _INPUTS, _OUTPUTS) and has_parts(group)
 
 
 def _cone(tree: Tree, lamp: PackedLamp, wi: Value) -> Value:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from ..scene import stored
 from .follow import lamp_count
 from .link import is_unlinked
 from .pack import PROPERTIES, property_name
@@ -33,7 +34,10 @@ def lamps_sent(scene: bpy.types.Scene, thing: bpy.types.Object, places: np.ndarr
     space; lamps that are dark, or that light linking keeps from the object, are left out."""
     found = []
     for index in range(lamp_count(scene)):
-        packed = np.array([scene[property_name(index, what)][:] for what in PROPERTIES])
+        held = [stored.numbers(scene, property_name(index, what), 4) for what in PROPERTIES]
+        if None in held:
+            continue
+        packed = np.array(held)
         if (packed[1, :3] > 0).any() and not is_unlinked(thing, index):
             found.append(_from_lamp(packed, places))
     return found

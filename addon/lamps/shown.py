@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 
 import bpy
 
+from ..scene import stored
 from .drive import VIEW_LAYER, Drivers, Variable
 
 _SHOWN = "ng_key_shown"
@@ -51,12 +52,11 @@ def note_shown(scene: bpy.types.Scene, lamps: Sequence[bpy.types.Object], *, in_
         wanted = _shown(layer, lamps)
         if in_viewport:
             wanted = [shown * lamp.visible_get(view_layer=layer) for shown, lamp in zip(wanted, lamps, strict=True)]
-        noted = layer.get(_SHOWN)
         if all(wanted):
-            if noted is not None:
+            if _SHOWN in layer:
                 del layer[_SHOWN]
                 changed = True
-        elif noted is None or list(noted) != wanted:
+        elif stored.numbers(layer, _SHOWN, len(wanted)) != tuple(wanted):
             layer[_SHOWN] = wanted
             changed = True
     return changed
@@ -67,10 +67,9 @@ def show_as_rendered(scene: bpy.types.Scene, lamps: Sequence[bpy.types.Object]) 
 
     Called beside Blender's main thread too, so numbers change in place: nothing is made or freed."""
     for layer in scene.view_layers:
-        noted = layer.get(_SHOWN, ())
-        if len(noted) == len(lamps):
+        if stored.has_floats(layer, _SHOWN, len(lamps)):
             for index, shown in enumerate(_shown(layer, lamps)):
-                noted[index] = shown
+                layer[_SHOWN][index] = shown
 
 
 def _shown(layer: bpy.types.ViewLayer, lamps: Sequence[bpy.types.Object]) -> list[float]:

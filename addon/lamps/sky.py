@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..nodes.builder import Tree
+from ..scene import stored
 from .group import FAR, Light
 from .read import read_property
 
@@ -57,13 +58,21 @@ def source_count(scene: bpy.types.Scene) -> int:
 
 
 def fitted_world(scene: bpy.types.Scene) -> str:
-    """The fingerprint of the world whose sources the scene notes; empty if it notes none."""
-    return scene.get(_FINGERPRINT, "")
+    """The fingerprint of the world whose sources the scene notes; empty if it notes none, or if a note of them was
+    deleted or edited."""
+    return stored.text(scene, _FINGERPRINT) if _is_whole(scene) else ""
+
+
+def _is_whole(scene: bpy.types.Scene) -> bool:
+    """Whether the notes of the sources are as hold_sources makes them."""
+    noted = [[_name(index, what) in scene for what in ("place", "power")] for index in range(SOURCES_MAX)]
+    names = [_name(index, what) for index in range(sum(map(any, noted))) for what in ("place", "power")]
+    return all(stored.numbers(scene, name, 4) is not None for name in names)
 
 
 def missed_share(scene: bpy.types.Scene) -> float:
     """The share of the world's light that is bright and compact but in no source."""
-    return scene.get(_MISSED, 0.0)
+    return stored.number(scene, _MISSED, low=0.0, high=1.0)
 
 
 def source_light(tree: Tree, index: int) -> Light:

@@ -5,10 +5,11 @@ from collections.abc import Iterable
 
 import bpy
 
+from ..nodes.parts import has_parts
 from ..scene.frame_source import is_frame_map
 from .pictures import fault_in
 from .response import further_responses, is_response, own_trees, trees_at
-from .skin import is_diffraction, is_outdated, variation_of
+from .skin import is_diffraction, is_outdated, is_whole, variation_of
 
 _DELETED = "a node group in it was deleted"
 _OUTDATED = "another version of Blender saved its shadows"
@@ -34,9 +35,14 @@ def lost_of_nodes(group: bpy.types.NodeTree) -> str:
     """What a Diffraction group lacks of all else, in a few words; empty if it is whole. Filling it again mends it."""
     if is_outdated(group):
         return _OUTDATED
+    if not is_whole(group):
+        return "nodes, links or sockets of it were deleted"
     for node in group.nodes:
-        if node.type == "GROUP" and node.node_tree is None and not is_response(node):
-            return _DELETED
+        if node.type == "GROUP" and not is_response(node):
+            if node.node_tree is None:
+                return _DELETED
+            if not has_parts(node.node_tree):
+                return f"nodes or links were deleted in {node.node_tree.name}"
         if node.type == "TEX_IMAGE" and not is_frame_map(node.image):
             return "its frame map was deleted"
         if node.type == "SCRIPT" and node.mode == "INTERNAL" and node.script is None:

@@ -2,6 +2,7 @@
 """Diffraction in materials: made new, laid over an existing material, removed from it."""
 
 from collections.abc import Iterable, Iterator
+from math import isfinite
 
 import bpy
 
@@ -9,8 +10,8 @@ from ...precompute.base.failure import GratingError
 from ..nodes.arrange import arrange
 from ..nodes.builder import Tree
 from ..nodes.constants import ROOM, constant_bytes
-from ..scene import compat
-from .skin import is_diffraction, too_large
+from ..scene import compat, stored
+from .skin import SETTABLE, is_diffraction, too_large
 
 _SKIN = (0.012, 0.010, 0.009, 1.0)
 # What Cycles is told of a material with diffraction. The prefix names the material's custom properties that hold what
@@ -48,6 +49,8 @@ def check_can_add(material: bpy.types.Material) -> None:
         raise GratingError(
             f"{material.name}: linked from {foreign.filepath}; use Make Local in the material's menu, or assign another"
         )
+    if material.is_grease_pencil:
+        raise GratingError(f"{material.name}: it draws strokes, which show no diffraction; assign another material")
     if material.node_tree is not None and not _outputs(material):
         raise GratingError(f"{material.name}: it has no Material Output node; add one, and link a shader to it")
 
@@ -87,8 +90,8 @@ def remove_diffraction(material: bpy.types.Material) -> None:
     """Remove diffraction from a material and leave the material as it was before."""
     for node in diffraction_nodes(material):
         tree = node.id_data
-        base = node.inputs["Base"].links[0].from_socket if node.inputs["Base"].is_linked else None
-        for link in list(node.outputs["Shader"].links):
+        base = node.inputs["Base"].links[0].from_socket if linked_among(node, ["Base"]) else None
+        for link in list(node.outputs["Shader"].links) if "Shader" in node.outputs else ():
             output = link.to_node
             if base is not None:
                 tree.links.new(base, link.to_socket)
@@ -96,8 +99,16 @@ def remove_diffraction(material: bpy.types.Material) -> None:
         tree.nodes.remove(node)
     for setting in _TOLD:
         if _BEFORE + setting in material:
-            setattr(material.cycles, setting, material[_BEFORE + setting])
+            setattr(material.cycles, setting, _before(material, setting))
             del material[_BEFORE + setting]
+
+
+def _before(material: bpy.types.Material, setting: str) -> object:
+    """What Cycles was told before; Blender's default where the note of it was edited."""
+    own = material.cycles.bl_rna.properties[setting]
+    if own.type == "ENUM":
+        return stored.choice(material.get(_BEFORE + setting), own.enum_items.keys(), own.default)
+    return stored.flag(material, _BEFORE + setting, own.default)
 
 
 def tell_cycles(material: bpy.types.Material) -> None:
@@ -116,6 +127,19 @@ def tell_cycles(material: bpy.types.Material) -> None:
 def diffraction_nodes(material: bpy.types.Material | None) -> list[bpy.types.Node]:
     """The material's nodes of Diffraction groups, also those that an artist put into a group."""
     return [] if material is None else list(_diffraction_nodes(material.node_tree))
+
+
+def number_in(node: bpy.types.Node, name: str) -> float:
+    """What an artist set at an input of a Diffraction node; the input's default where it was deleted, or holds no
+    number."""
+    value = getattr(node.inputs.get(name), "default_value", None)
+    is_number = isinstance(value, float) and isfinite(value)
+    return value if is_number else SETTABLE[name].default
+
+
+def linked_among(node: bpy.types.Node, names: Iterable[str]) -> list[str]:
+    """The inputs of a Diffraction node, among these names, to which something is linked."""
+    return [name for name in names if name in node.inputs and node.inputs[name].is_linked]
 
 
 def empty_nodes(material: bpy.types.Material | None) -> list[bpy.types.Node]:

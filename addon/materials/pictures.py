@@ -9,6 +9,9 @@ from pathlib import Path
 
 import bpy
 
+from ..nodes.parts import has_parts, note_parts
+from ..scene import stored
+
 # Custom properties of pictures, also in saved files: what the picture was made from, and the bytes that are packed.
 _MADE_FROM, _BYTES = "ng_picture", "ng_picture_bytes"
 # A custom property of a node group: what its pictures were made from.
@@ -29,14 +32,15 @@ def note_content(image: bpy.types.Image, content: str) -> None:
 def picture_of(content: str) -> bpy.types.Image | None:
     """The file's own sound picture that was made from this; None if there is none."""
     for image in bpy.data.images:
-        if image.library is None and image.get(_MADE_FROM) == content and not fault_of(image):
+        if image.library is None and stored.text(image, _MADE_FROM) == content and not fault_of(image):
             return image
     return None
 
 
 def note_pictures(tree: bpy.types.NodeTree | None) -> None:
-    """Note on a response's node group of which pictures it is made."""
+    """Note on a response's node group of which pictures and how many nodes it is made."""
     if tree is not None:
+        note_parts(tree)
         tree[_PICTURES] = _made_from(pictures_of(tree))
 
 
@@ -46,13 +50,15 @@ def pictures_of(tree: bpy.types.NodeTree) -> list[bpy.types.Image | None]:
 
 
 def fault_in(tree: bpy.types.NodeTree) -> str:
-    """What is wrong with the pictures of a node group in a few words; empty if all is well."""
+    """What is wrong with the nodes and pictures of a node group in a few words; empty if all is well."""
+    if not has_parts(tree):
+        return f"nodes or links were deleted in {tree.name}"
     pictures = pictures_of(tree)
     for picture in pictures:
         if fault := fault_of(picture):
             return fault
-    if tree.get(_PICTURES, _made_from(pictures)) != _made_from(pictures):
-        return f"{', '.join(picture.name for picture in pictures)} took the place of its own picture"
+    if stored.text(tree, _PICTURES, _made_from(pictures)) != _made_from(pictures):
+        return f"{', '.join(picture.name for picture in pictures) or 'no picture'} took the place of its own picture"
     return ""
 
 
@@ -67,7 +73,7 @@ def fault_of(image: bpy.types.Image | None) -> str:
         path = bpy.path.abspath(image.filepath, library=image.library)
         is_there = image.source == "FILE" and image.filepath and Path(path).is_file()
         return "" if is_there and _is_file_of(image, path) else f"the picture {image.name} is not packed, and lost"
-    if image.get(_BYTES, str(packed.size)) != str(packed.size):
+    if stored.text(image, _BYTES, str(packed.size)) != str(packed.size):
         return f"the picture {image.name} was edited"
     return "" if image.colorspace_settings.is_data else f"the picture {image.name} is no longer Non-Color data"
 
@@ -75,9 +81,9 @@ def fault_of(image: bpy.types.Image | None) -> str:
 def _is_file_of(image: bpy.types.Image, path: str) -> bool:
     """Whether a file is as large as that of which a picture was made, as far as this was noted."""
     size = str(Path(path).stat().st_size)
-    return image.get(_BYTES, size) == size
+    return stored.text(image, _BYTES, size) == size
 
 
 def _made_from(pictures: list[bpy.types.Image | None]) -> str:
     """What pictures were made from, as one text."""
-    return " ".join(sorted(str(picture.get(_MADE_FROM, "")) for picture in pictures if picture is not None))
+    return " ".join(sorted(stored.text(picture, _MADE_FROM) for picture in pictures if picture is not None))

@@ -20,8 +20,8 @@ import bpy
 
 from ...precompute.optics.fresnel import KERATIN_IOR
 from ..nodes.builder import Operand, Tree, Value
-from ..nodes.interface import Socket
-from ..scene import compat
+from ..nodes.interface import INPUT, Socket, has_sockets, sockets_of
+from ..scene import compat, stored
 
 NORMAL = Socket("Normal", "Vector", "Shading normal")
 TANGENT = Socket("Tangent", "Vector", "Direction of the scan's columns on the surface")
@@ -154,7 +154,7 @@ def in_other_spaces(groups: Iterable[bpy.types.NodeTree]) -> list[str]:
     now = compat.working_space()
     lines = []
     for group in groups:
-        made = {response.group[_SPACE] for response in responses_in(group) if is_in_other_space(response)}
+        made = {stored.text(response.group, _SPACE) for response in responses_in(group) if is_in_other_space(response)}
         if made:
             told = " and ".join(sorted(made))
             lines.append(f"{group.name}: its colours are of {told}, and the file's of {now}; bake or assign it again")
@@ -164,7 +164,7 @@ def in_other_spaces(groups: Iterable[bpy.types.NodeTree]) -> list[str]:
 def is_in_other_space(response: Response) -> bool:
     """Whether a response's colours are in another linear space than the file's."""
     now = compat.working_space()
-    return response.group.get(_SPACE, now) != now
+    return stored.text(response.group, _SPACE, now) != now
 
 
 @dataclass(frozen=True)
@@ -178,7 +178,7 @@ class Response:
     @property
     def inputs(self) -> tuple[Socket, ...]:
         """The part of the question that this response needs."""
-        names = {item.name for item in self.group.interface.items_tree if item.in_out == "INPUT"}
+        names = {item.name for item in sockets_of(self.group, INPUT)}
         return tuple(socket for socket in QUESTION if socket.name in names)
 
     def to_lamp(self, tree: Tree, question: Mapping[Socket, Operand], *, number: int = 1) -> Emission:
@@ -208,14 +208,14 @@ def response_in(group: bpy.types.NodeTree) -> Response | None:
 def responses_in(group: bpy.types.NodeTree) -> tuple[Response, ...]:
     """The responses of a Diffraction group: its own, and those of further gratings that it is varied by. Responses that
     an artist has deleted are left out, and so are the ones after them; without its own response, a group has none."""
-    found = _trees(group)
+    found = _sound_trees(group)
     numbers = takewhile(lambda number: found.get(_numbered(_LABEL, number)) is not None, count(1))
     return tuple(_response(found, number) for number in numbers)
 
 
 def further_responses(group: bpy.types.NodeTree) -> tuple[Response, ...]:
     """The responses by which a Diffraction group is varied, also if its own response was deleted."""
-    found = _trees(group)
+    found = _sound_trees(group)
     numbers = takewhile(lambda number: found.get(_numbered(_LABEL, number)) is not None, count(2))
     return tuple(_response(found, number) for number in numbers)
 
@@ -227,8 +227,8 @@ def is_response(node: bpy.types.Node) -> bool:
 
 def trees_at(group: bpy.types.NodeTree) -> list[tuple[int, bpy.types.NodeTree | None]]:
     """The number of each node of a response in a Diffraction group, of which 1 is the group's own, and what it shows:
-    None where that was deleted."""
-    return [(int(_NUMBERED.fullmatch(label)[1] or 1), tree) for label, tree in _trees(group).items()]
+    None where that, or a socket of it, was deleted."""
+    return [(int(_NUMBERED.fullmatch(label)[1] or 1), tree) for label, tree in _sound_trees(group).items()]
 
 
 def own_trees(group: bpy.types.NodeTree) -> tuple[bpy.types.NodeTree | None, bpy.types.NodeTree | None]:
@@ -241,6 +241,18 @@ def own_trees(group: bpy.types.NodeTree) -> tuple[bpy.types.NodeTree | None, bpy
 def _trees(group: bpy.types.NodeTree) -> dict[str, bpy.types.NodeTree | None]:
     """What the nodes of responses in a Diffraction group show, by the labels of the nodes."""
     return {node.label: node.node_tree for node in group.nodes if is_response(node)}
+
+
+def _sound_trees(group: bpy.types.NodeTree) -> dict[str, bpy.types.NodeTree | None]:
+    """The same, with None for a node group that lacks a socket of a response, or is none."""
+    return {label: tree if tree and _has_answer(label, tree) else None for label, tree in _trees(group).items()}
+
+
+def _has_answer(label: str, tree: bpy.types.NodeTree) -> bool:
+    """Whether a node group has the sockets of what a label says it is."""
+    if label.startswith(_WORLD_LABEL):
+        return has_sockets(tree, WORLD_QUESTION, WORLD_ANSWER)
+    return has_sockets(tree, (), TWO_RADIANCES) or has_sockets(tree, (), ONE_RADIANCE)
 
 
 def _response(found: Mapping[str, bpy.types.NodeTree | None], number: int) -> Response:

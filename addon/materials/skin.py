@@ -48,12 +48,25 @@ from ..lamps.sky import source_count, source_light
 from ..nodes.arrange import arrange
 from ..nodes.builder import Tree
 from ..nodes.constants import ROOM, constant_bytes
-from ..nodes.interface import Socket, add_interface
+from ..nodes.interface import Socket, add_interface, has_sockets, restore_interface
+from ..nodes.parts import has_parts, note_parts
+from ..scene import stored
 from ..scene.frame_source import FrameSource
 from ..scene.lights import ALL, LAMPS_ONLY, REST
 from ..scene.variation import Variation
+from . import noted
 from .counted import is_lit, is_unseen, left_by_table, table_share
 from .footprint import with_footprint
+from .noted import (
+    counts_footprint,
+    frame_of,
+    is_diffraction,
+    lamps_in,
+    lights_of,
+    sources_in,
+    traces_shadows,
+    variation_of,
+)
 from .response import (
     CONSERVING,
     HEIGHT_SCALE,
@@ -77,26 +90,10 @@ from .shadow import hit, is_of_other_version, ray_start
 from .variation import variation_nodes
 
 AOV_NAME = "Diffraction"
-# The names of two custom properties on a Diffraction group, also in saved files. The first holds for each lamp whether
-# light linking keeps it from some object, the second whether shadow rays are traced.
-_LAMPS, _SHADOWS = "ng_keys", "ng_shadows"
-# A third holds which lights count. A group without it, of an earlier version, knows lamps alone.
-_LIGHTS = "ng_lights"
-# A fourth holds how many sources of the world there are for it to read.
-_SOURCES = "ng_sources"
-# Two more hold how many of the sources are read, and the bytes of its constants. A group without them, of an earlier
-# version, reads all sources and was not counted.
-_READ, _CONSTANTS = "ng_sources_read", "ng_constants"
 # The bytes of constants that a Diffraction group leaves to the rest of a material: ten Principled BSDFs or a hundred
 # other nodes.
 _LEFT = 2048
 _REMEDY = "use fewer lamps, or fewer gratings in its Variation"
-# A fifth holds where the tangent comes from. A group without it, of an earlier version, knows the default.
-_FRAME = "ng_frame"
-# A sixth holds how the grating varies over the surface.
-_VARIATION = "ng_variation"
-# A seventh holds whether the footprint of a pixel counts. A group without it, of an earlier version, has none.
-_FOOTPRINT = "ng_footprint"
 _BASE = Socket("Base", "Shader", "The material under the relief")
 _BASE_BLEND = Socket(
     "Base Blend", "Float", "0: a physical coat. 0.1: the thesis's texture blending", 0.0, 0.0, 1.0, "FACTOR"
@@ -120,34 +117,48 @@ def group_around(name: str, response: Response, *, shadows: bool = True, lights:
     """A new Diffraction group around a response, for the lamps that the file's scenes follow."""
     group = bpy.data.node_groups.new(f"Diffraction {name}", "ShaderNodeTree")
     add_interface(group, _INPUTS, _OUTPUTS)
-    group[_SHADOWS], group[_LIGHTS] = shadows, lights
+    group[noted.SHADOWS], group[noted.LIGHTS] = shadows, lights
     fill_group(group, (response,), _lamps_of_file(), sources=_sources_of_file())
     return group
 
 
 def set_lighting(group: bpy.types.NodeTree, *, shadows: bool, lights: str) -> None:
     """Have a Diffraction group trace shadow rays or none, and answer to the lights of a choice (scene/lights.py)."""
-    if (bool(group[_SHADOWS]), lights_of(group)) != (shadows, lights):
-        group[_SHADOWS], group[_LIGHTS] = shadows, lights
-        fill_group(group, responses_in(group), list(group[_LAMPS]), sources=_sources_of_file())
+    if (traces_shadows(group), lights_of(group)) != (shadows, lights):
+        group[noted.SHADOWS], group[noted.LIGHTS] = shadows, lights
+        fill_group(group, responses_in(group), lamps_in(group), sources=_sources_of_file())
 
 
 def is_outdated(group: bpy.types.NodeTree) -> bool:
     """Whether another version of Blender made a Diffraction group's nodes, in a way that this one shows wrongly."""
-    return is_of_other_version(group, traced=bool(group.get(_SHADOWS)))
+    return is_of_other_version(group, traced=traces_shadows(group))
+
+
+def is_whole(group: bpy.types.NodeTree) -> bool:
+    """Whether a Diffraction group has its sockets, and as many nodes and links as it was made with."""
+    return has_sockets(group, _INPUTS, _OUTPUTS) and has_parts(group)
+
+
+def take_back(group: bpy.types.NodeTree | None) -> bpy.types.NodeTree | None:
+    """A node group if it is a Diffraction group, else None. One that lost its custom properties is marked again."""
+    if group is None or group.bl_idname != "ShaderNodeTree":
+        return None
+    if not is_diffraction(group) and responses_in(group):
+        group[noted.LAMPS] = [False]
+    return group if is_diffraction(group) else None
 
 
 def set_frame(group: bpy.types.NodeTree, source: FrameSource) -> None:
     """Have a Diffraction group take the tangent from a source."""
     if frame_of(group) != source:
-        group[_FRAME] = source.as_property()
+        group[noted.FRAME] = source.as_property()
         refill(group, responses_in(group))
 
 
 def set_footprint(group: bpy.types.NodeTree, counts: bool) -> None:
     """Have a Diffraction group blur colours that are finer than a pixel, or not (footprint.py)."""
-    if bool(group.get(_FOOTPRINT)) != counts:
-        group[_FOOTPRINT] = counts
+    if counts_footprint(group) != counts:
+        group[noted.FOOTPRINT] = counts
         refill(group, responses_in(group))
 
 
@@ -155,23 +166,8 @@ def set_variation(group: bpy.types.NodeTree, variation: Variation, others: Itera
     """Have a Diffraction group vary over the surface, between its own response and the others: one for each share."""
     own, others = response_in(group), list(others)
     if own is not None and (variation_of(group), list(further_responses(group))) != (variation, others):
-        group[_VARIATION] = variation.as_property()
+        group[noted.VARIATION] = variation.as_property()
         refill(group, (own, *others))
-
-
-def variation_of(group: bpy.types.NodeTree) -> Variation:
-    """How a Diffraction group varies over the surface."""
-    return Variation.from_property(group.get(_VARIATION))
-
-
-def frame_of(group: bpy.types.NodeTree) -> FrameSource:
-    """Where a Diffraction group takes the tangent from."""
-    return FrameSource.from_property(group.get(_FRAME))
-
-
-def lights_of(group: bpy.types.NodeTree) -> str:
-    """Which lights count for a Diffraction group (scene/lights.py)."""
-    return group.get(_LIGHTS, LAMPS_ONLY)
 
 
 def needs_lamps() -> bool:
@@ -187,7 +183,7 @@ def answers_to_world(group: bpy.types.NodeTree) -> bool:
 
 def refill(group: bpy.types.NodeTree, responses: tuple[Response, ...]) -> None:
     """Make a Diffraction group's nodes anew around responses, for the lamps and sources that it has."""
-    fill_group(group, responses, list(group[_LAMPS]), sources=group.get(_SOURCES, 0))
+    fill_group(group, responses, lamps_in(group), sources=sources_in(group))
 
 
 def fill_group(
@@ -198,7 +194,9 @@ def fill_group(
     replace_response gives it another; a relief whose response was deleted leaves its share to the group's own."""
     if not responses:
         return
-    group[_LAMPS], group[_SOURCES] = lamps, sources
+    group.nodes.clear()
+    restore_interface(group, _INPUTS, _OUTPUTS)
+    group[noted.LAMPS], group[noted.SOURCES] = lamps, sources
     read = sources
     while True:
         _make_nodes(group, responses, lamps, sources=read)
@@ -208,8 +206,9 @@ def fill_group(
             break
         # A source has at most its share of the constants, so that never more sources than must be are given up.
         read -= min(read, math.ceil(excess / held * (len(lamps) + read)))
-    group[_READ], group[_CONSTANTS] = read, held
+    group[noted.READ], group[noted.CONSTANTS] = read, held
     arrange(group)
+    note_parts(group)
 
 
 def _make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps: list[bool], *, sources: int) -> None:
@@ -218,6 +217,7 @@ def _make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamp
     tree = Tree(group)
     inputs = tree.inputs()
     areas, turn = variation_nodes(tree, variation_of(group).of_others(len(responses) - 1))
+    responses = responses[: len(areas)]  # the others' shares may have been lost
     if turn is not None:
         inputs["Rotation"] = inputs["Rotation"] + turn
     n, t = frame_nodes(tree, inputs, frame_of(group))
@@ -226,8 +226,10 @@ def _make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamp
     unseen = is_unseen(tree)
     strength = inputs["Strength"] * (1.0 - inputs["Base Blend"])
     settings = {socket: inputs[socket.name] for socket in SETTINGS}
-    start = ray_start(tree, geometry) if group[_SHADOWS] else None
-    to_lamps = settings | {ROUGHNESS: with_footprint(tree, settings[ROUGHNESS])} if group.get(_FOOTPRINT) else settings
+    start = ray_start(tree, geometry) if traces_shadows(group) else None
+    to_lamps = dict(settings)
+    if counts_footprint(group):
+        to_lamps[ROUGHNESS] = with_footprint(tree, settings[ROUGHNESS])
     reliefs = list(enumerate(zip(responses, areas, strict=True), start=1))
     # A node that nothing links to costs nothing: it keeps the answer in the file while it is not asked for.
     lights = lights_of(group) if all(response.world is not None for response in responses) else LAMPS_ONLY
@@ -267,26 +269,22 @@ def _make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamp
     tree.output(shader, radiance)
 
 
-def is_diffraction(group: bpy.types.NodeTree | None) -> bool:
-    """Whether a node group is a Diffraction group."""
-    return group is not None and _LAMPS in group
-
-
 def linked_with_fewer_lamps(scene: bpy.types.Scene) -> list[str]:
     """One line for each Diffraction group that is linked from another file, so that it cannot be changed, and knows
     fewer lamps than the scene follows."""
     count = lamp_count(scene)
-    groups = [g for g in bpy.data.node_groups if is_diffraction(g) and g.library is not None and len(g[_LAMPS]) < count]
-    return [f"{g.name}: linked, it knows {len(g[_LAMPS])} of {count} lamps; make it local" for g in groups]
+    linked = [group for group in bpy.data.node_groups if is_diffraction(group) and group.library is not None]
+    groups = [group for group in linked if len(lamps_in(group)) < count]
+    return [f"{g.name}: linked, it knows {len(lamps_in(g))} of {count} lamps; make it local" for g in groups]
 
 
 def crowded(group: bpy.types.NodeTree) -> list[str]:
     """A line if the constants of a Diffraction group leave no room in EEVEE for all sources, or for all lamps."""
-    held, sources = group.get(_CONSTANTS, 0), group.get(_SOURCES, 0)
+    held, sources = stored.count(group, noted.CONSTANTS, 2**31), sources_in(group)
     if held > ROOM - _LEFT:
         return [too_large(group.name)]
-    left_out = sources - group.get(_READ, sources)
-    if left_out == 0 or lights_of(group) != REST:
+    left_out = sources - (stored.count(group, noted.READ, sources) if noted.READ in group else sources)
+    if left_out <= 0 or lights_of(group) != REST:
         return []
     told = f"{left_out} of the world's {sources} sources are left to the noisy rest, as EEVEE has no room for them"
     return [f"{group.name}: {told}; {_REMEDY}"]
@@ -307,7 +305,7 @@ def show_lamps(*, exactly: bool) -> None:
         return
     wanted, sources = _lamps_of_file(), _sources_of_file()
     for group in groups:
-        present, held = [bool(linked) for linked in group[_LAMPS]], group.get(_SOURCES, 0)
+        present, held = lamps_in(group), sources_in(group)
         lamps = wanted if exactly else [a or b for a, b in zip_longest(wanted, present, fillvalue=False)]
         count = sources if exactly else max(sources, held)
         if lights_of(group) != REST:  # it reads none
@@ -329,7 +327,7 @@ def renew_outdated() -> list[str]:
 
 def follows_light_linking() -> bool:
     """Whether some Diffraction group of the file reads the marks of light linking."""
-    return any(is_diffraction(group) and any(group[_LAMPS]) for group in bpy.data.node_groups)
+    return any(is_diffraction(group) and any(lamps_in(group)) for group in bpy.data.node_groups)
 
 
 def follows_world() -> bool:

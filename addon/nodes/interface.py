@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -28,20 +29,72 @@ class Socket:
     subtype: str | None = None
 
 
+INPUT, OUTPUT = "INPUT", "OUTPUT"
+
+
 def add_interface(group: bpy.types.NodeTree, inputs: tuple[Socket, ...], outputs: tuple[Socket, ...]) -> None:
     """Give a new group its sockets. An input without a default hides its value."""
-    for in_out, sockets in (("INPUT", inputs), ("OUTPUT", outputs)):
+    for in_out, sockets in ((INPUT, inputs), (OUTPUT, outputs)):
         for socket in sockets:
-            made = group.interface.new_socket(
-                socket.name, in_out=in_out, socket_type=f"NodeSocket{socket.kind}", description=socket.text
-            )
-            if in_out == "OUTPUT" or socket.kind == "Shader":
-                continue
-            if socket.default is None:
-                made.hide_value = True
-                continue
-            if socket.subtype:
-                made.subtype = socket.subtype
-            made.default_value = socket.default
-            if socket.low is not None:
-                made.min_value, made.max_value = socket.low, socket.high
+            _add(group, in_out, socket)
+
+
+def sockets_of(group: bpy.types.NodeTree, in_out: str) -> list[bpy.types.NodeTreeInterfaceSocket]:
+    """The inputs or the outputs of a group, in their order."""
+    items = group.interface.items_tree
+    return [item for item in items if item.item_type == "SOCKET" and item.in_out == in_out]
+
+
+def has_sockets(group: bpy.types.NodeTree, inputs: Sequence[Socket], outputs: Sequence[Socket]) -> bool:
+    """Whether a group has these inputs, among others, and these outputs, in this order and no others."""
+    items = [item for item in group.interface.items_tree if item.item_type == "SOCKET"]  # gone through once: it is slow
+    present = [(item.in_out, item.name, item.socket_type) for item in items]
+    names = [name for in_out, name, _ in present if in_out == INPUT]
+    are_in = all((INPUT, socket.name, _kind(socket)) in present and names.count(socket.name) == 1 for socket in inputs)
+    given = [each for each in present if each[0] == OUTPUT]
+    return are_in and given == [(OUTPUT, socket.name, _kind(socket)) for socket in outputs]
+
+
+def restore_interface(group: bpy.types.NodeTree, inputs: tuple[Socket, ...], outputs: tuple[Socket, ...]) -> None:
+    """Give a group the sockets that an artist deleted, renamed or made another kind of. The others keep their links,
+    and one that was renamed in its place keeps its own. Outputs that are none of the group's go."""
+    if has_sockets(group, inputs, outputs):
+        return
+    for in_out, wanted in ((INPUT, inputs), (OUTPUT, outputs)):
+        names = {socket.name for socket in wanted}
+        for socket, item in zip(wanted, sockets_of(group, in_out), strict=False):
+            if item.name not in names and all(each.name != socket.name for each in sockets_of(group, in_out)):
+                item.name = socket.name
+        kept: dict[str, bpy.types.NodeTreeInterfaceSocket] = {}
+        for item in sockets_of(group, in_out):
+            if item.name in kept or (in_out == OUTPUT and item.name not in names):
+                group.interface.remove(item)
+            else:
+                kept[item.name] = item
+        for socket in wanted:
+            item = kept.get(socket.name)
+            if item is not None and item.socket_type != _kind(socket):
+                group.interface.remove(item)
+                item = None
+            item = item or _add(group, in_out, socket)
+            # To the end, so that all of them come in their order.
+            group.interface.move(item, len(group.interface.items_tree))
+
+
+def _kind(socket: Socket) -> str:
+    return f"NodeSocket{socket.kind}"
+
+
+def _add(group: bpy.types.NodeTree, in_out: str, socket: Socket) -> bpy.types.NodeTreeInterfaceSocket:
+    made = group.interface.new_socket(socket.name, in_out=in_out, socket_type=_kind(socket), description=socket.text)
+    if in_out == OUTPUT or socket.kind == "Shader":
+        return made
+    if socket.default is None:
+        made.hide_value = True
+        return made
+    if socket.subtype:
+        made.subtype = socket.subtype
+    made.default_value = socket.default
+    if socket.low is not None:
+        made.min_value, made.max_value = socket.low, socket.high
+    return made

@@ -8,6 +8,8 @@ from typing import Any
 
 import bpy
 
+from . import stored
+
 STORED, UV_MAP, RADIAL, AXIS, FRAME_MAP = "STORED", "UV_MAP", "RADIAL", "AXIS", "FRAME_MAP"
 # Name, label and tooltip, as Blender's enumerations want them.
 KINDS = (
@@ -18,6 +20,7 @@ KINDS = (
     (AXIS, "Object Axis", "An axis of the object, laid on the surface"),
     (FRAME_MAP, "Frame Map", "The picture that Bake Frame Map made of the mesh"),
 )  # fmt: skip
+FRAMES = {name for name, _, _ in KINDS}
 # What Comb Grating can follow, in the same form.
 COMB_SOURCES = (
     ("TAIL", "Head to Tail", "Along the body from its thicker end, found by the shape alone"),
@@ -75,7 +78,7 @@ class FrameSource:
     def named_uv_map(self) -> str:
         """The name of the UV map on which T rests; empty for the one that renders."""
         if self.kind == FRAME_MAP:
-            return self.frame_map[BAKED_OF]["uv_map"]
+            return baked_of(self.frame_map)["uv_map"]
         return self.uv_map if self.kind == UV_MAP else ""
 
     def as_property(self) -> dict[str, Any]:
@@ -87,9 +90,20 @@ class FrameSource:
     @classmethod
     def from_property(cls, held: Mapping[str, Any] | None) -> "FrameSource":
         """The choice that a custom property holds; the default where there is none, or its picture is gone."""
-        if held is None or (held["kind"] == FRAME_MAP and not is_frame_map(held.get("frame_map"))):
+        if held is None:
             return cls()
-        return cls(**dict(held.items()))
+        kind = stored.choice(held.get("kind"), FRAMES, STORED)
+        picture = stored.block(held, "frame_map", bpy.types.Image)
+        if kind == FRAME_MAP and not is_frame_map(picture):
+            return cls()
+        return cls(
+            kind=kind,
+            uv_map=stored.text(held, "uv_map"),
+            axis=stored.choice(held.get("axis"), {name for name, _, _ in AXES}, "Z"),
+            frame_map=picture,
+            angle=stored.text(held, "angle"),
+            combed=stored.flag(held, "combed"),
+        )
 
 
 def file_has_comb() -> bool:
@@ -99,4 +113,12 @@ def file_has_comb() -> bool:
 
 def is_frame_map(image: bpy.types.Image | None) -> bool:
     """Whether a picture is one that Bake Frame Map made."""
-    return image is not None and BAKED_OF in image
+    return image is not None and bool(baked_of(image))
+
+
+def baked_of(image: bpy.types.Image) -> dict[str, str]:
+    """The names of the UV map and of the mesh of which a frame map was baked, and the fingerprint of both; empty for
+    another picture."""
+    held = stored.record(image, BAKED_OF)
+    noted = {name: stored.text(held, name) for name in ("uv_map", "mesh", "fingerprint")} if held is not None else {}
+    return noted if noted and noted["uv_map"] else {}

@@ -19,9 +19,10 @@ from bpy.props import (
 )
 
 from ...precompute.base.failure import GratingError
+from . import stored
 from .frame_source import AXES, KINDS, STORED, FrameSource, file_has_comb
 from .levelling import LevellingStep
-from .lights import LIGHTS
+from .lights import CHOICES, LIGHTS, REST
 from .own_names import follow_name
 
 if TYPE_CHECKING:
@@ -129,6 +130,11 @@ class Grating(bpy.types.PropertyGroup):
         self.active_step = min(self.active_step, max(len(steps) - 1, 0))
 
     @property
+    def lit_by(self) -> str:
+        """Which lights the diffraction answers to; the default where the file holds no such choice."""
+        return stored.choice(self.lights, CHOICES, REST)
+
+    @property
     def own_group(self) -> bpy.types.ShaderNodeTree | None:
         """The node group, if there is one and it can be changed: one that is linked is another file's."""
         return None if self.group is None or self.group.library is not None else self.group
@@ -138,7 +144,7 @@ class Grating(bpy.types.PropertyGroup):
         if not self.bake_path:
             raise GratingError(f"{self.name}: not baked yet; press Bake Grating first")
         path = Path(bpy.path.abspath(self.bake_path))
-        if not path.is_file():
+        if not is_there(path):
             place = "the cache" if path.is_relative_to(cache_folder()) else f"the folder {path.parent.name}"
             raise GratingError(f"{self.name}: its bake {path.name} is gone from {place}; press Bake Grating again")
         return path
@@ -282,6 +288,14 @@ def cache_folder() -> Path:
     if EXTENSION.startswith("bl_ext.") and not os.environ.get(cache.FOLDER_VARIABLE):
         return Path(bpy.utils.extension_path_user(EXTENSION, path="cache"))
     return cache.default_folder()
+
+
+def is_there(path: Path) -> bool:
+    """Whether a path leads to a file. One that no system can have, as it is too long, does not."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def kept_path(path: str) -> str:

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 import bpy
 from bpy.props import EnumProperty, FloatProperty, IntProperty, StringProperty
 
+from ...precompute.base.failure import GratingError
+
 if TYPE_CHECKING:
     from ...precompute.surface.steps.step import Step
 
@@ -43,8 +45,7 @@ def _read(name: str) -> Callable[["LevellingStep"], float]:
     """Reads an argument from a step's text; of a word, its place among the words."""
 
     def read(self: "LevellingStep") -> float:
-        step = self.step()
-        for argument, value in zip(step.kind.arguments, step.values, strict=True):
+        for argument, value in self._arguments():
             if ARGUMENTS[argument.name] == name:
                 if isinstance(value, str):
                     return argument.words.index(value)
@@ -58,12 +59,12 @@ def _write(name: str) -> Callable[["LevellingStep", float], None]:
     """Writes an argument into a step's text, the nearest that the step takes."""
 
     def write(self: "LevellingStep", shown: float) -> None:
-        step = self.step()
         values = [
             _taken(argument, shown) if ARGUMENTS[argument.name] == name else value
-            for argument, value in zip(step.kind.arguments, step.values, strict=True)
+            for argument, value in self._arguments()
         ]
-        self.text = replace(step, values=tuple(values)).text
+        if values:
+            self.text = replace(self.step(), values=tuple(values)).text
 
     return write
 
@@ -123,6 +124,14 @@ class LevellingStep(bpy.types.PropertyGroup):
 
         (step,) = steps_of([self.text], "Levelling")
         return step
+
+    def _arguments(self) -> list[tuple[Any, float | str]]:
+        """The step's arguments, each with its value; none if the text is no step."""
+        try:
+            step = self.step()
+        except GratingError:
+            return []
+        return list(zip(step.kind.arguments, step.values, strict=True))
 
     def shown(self) -> list[str]:
         """The names of the properties that show the step's arguments. Raises GratingError as `step` does."""

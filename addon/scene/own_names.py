@@ -3,6 +3,8 @@
 
 import bpy
 
+from . import stored
+
 # A custom property of a material or node group that was made for a grating, also in saved files. It holds the name that
 # was given then, so that a copy, or one that an artist renamed, has none of its own.
 _OWN = "ng_own"
@@ -15,7 +17,7 @@ def note_own(made: bpy.types.ID) -> None:
 
 def is_own(made: bpy.types.ID) -> bool:
     """Whether it was made for a grating and still has the name that it was given."""
-    return made.get(_OWN) == made.name
+    return stored.text(made, _OWN) == made.name
 
 
 def own_name(grating: bpy.types.PropertyGroup) -> str:

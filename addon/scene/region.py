@@ -6,12 +6,16 @@ from typing import TYPE_CHECKING
 
 import bpy
 
+from . import stored
+
 if TYPE_CHECKING:
     from ...precompute.bake.needs import Needs
     from ...precompute.table.atlas import Layout
 
 # The lowest and the highest u, v and w, one after the other. A group without it holds every direction.
 _REGION = "ng_region"
+# No bound is farther from 0, up to rounding.
+_FARTHEST = 2.0 + 1e-6
 # What was noticed, by the scenes' full names, for the panel.
 _noticed: dict[str, list[str]] = {}
 
@@ -28,10 +32,16 @@ def noted_region(group: bpy.types.NodeTree) -> "Needs | None":
     from ...precompute.bake.needs import Needs
     from ...precompute.optics.region import Region
 
-    if _REGION not in group:
+    held = stored.numbers(group, _REGION, 6)
+    if held is None or not _is_region(held):
         return None
-    u_low, u_high, v_low, v_high, w_low, w_high = group[_REGION]
+    u_low, u_high, v_low, v_high, w_low, w_high = held
     return Needs(Region((u_low, u_high), (v_low, v_high)), (w_low, w_high))
+
+
+def _is_region(held: tuple[float, ...]) -> bool:
+    """Whether the bounds are in the order and the range of (u, v, w)."""
+    return all(-_FARTHEST <= low < high <= _FARTHEST for low, high in zip(held[::2], held[1::2], strict=True))
 
 
 def has_regions() -> bool:

@@ -7,6 +7,8 @@ from dataclasses import asdict, dataclass, replace
 from math import degrees
 from typing import Any
 
+from . import stored
+
 NOISE, ATTRIBUTE = "NOISE", "ATTRIBUTE"
 # Name, label and tooltip, as Blender's enumerations want them.
 PATTERNS = (
@@ -14,6 +16,9 @@ PATTERNS = (
     (ATTRIBUTE, "Attribute", "By a number from 0 to 1 that the mesh holds, such as scale_random, one for each scale of "
      "Add > Mesh > Snake, or a painted one"),
 )  # fmt: skip
+
+# More further gratings than any button or verb offers.
+_SHARES_MAX = 8
 
 
 @dataclass(frozen=True)
@@ -62,4 +67,13 @@ class Variation:
         """The choice that a custom property holds; no variation where there is none."""
         if held is None:
             return cls()
-        return cls(**dict(held.items()) | {"shares": tuple(held["shares"])})
+        shares = stored.some_numbers(held, "shares", _SHARES_MAX)
+        is_sound = all(share >= 0 for share in shares) and sum(shares) <= 1.0 + 1e-6
+        return cls(
+            shares=shares if is_sound else (),
+            pattern=stored.choice(held.get("pattern"), (NOISE, ATTRIBUTE), NOISE),
+            attribute=stored.text(held, "attribute"),
+            softness=stored.number(held, "softness", low=0.0),
+            turn=stored.number(held, "turn"),
+            size_m=stored.number(held, "size_m", 1.0, low=1e-9),
+        )

@@ -28,8 +28,8 @@ from ..operators.remove_diffraction import RemoveDiffraction
 from ..operators.remove_grating import RemoveGrating
 from ..operators.report import in_words
 from ..operators.vary_grating import VaryGrating
-from ..scene import compat
-from ..scene.frame_source import KINDS
+from ..scene import compat, stored
+from ..scene.frame_source import FRAMES, KINDS, STORED
 from ..scene.guard import guarded_draw, guarded_item
 from ..scene.lights import ALL, LAMPS_ONLY, LIGHTS, NO_SAMPLE_SET, REST
 from ..scene.variation import Variation
@@ -158,7 +158,7 @@ def _draw_quality(layout, context, grating) -> None:
         return
     light, *findings = grating.quality.splitlines()
     column = layout.column(align=True)
-    column.label(text=f"Quality: {light}", icon=_LIGHT_ICONS[light])
+    column.label(text=f"Quality: {light}", icon=_LIGHT_ICONS.get(light, "QUESTION"))
     for finding in findings:
         draw_note(column, context, in_words(finding))
 
@@ -177,11 +177,11 @@ def _draw_material(layout, grating) -> None:
     row = column.row(align=True)
     row.operator(AddDiffraction.bl_idname, icon="ADD")
     row.operator(RemoveDiffraction.bl_idname, icon="REMOVE", text="Remove")
-    chosen = next(label for name, label, _ in LIGHTS if name == grating.lights)
+    chosen = next(label for name, label, _ in LIGHTS if name == grating.lit_by)
     row = layout.row()
     row.label(text="Lights")
     row.operator_menu_enum(ChooseLights.bl_idname, "lights", text=chosen)
-    chosen = next(label for name, label, _ in KINDS if name == grating.frame_kind)
+    chosen = {name: label for name, label, _ in KINDS}[stored.choice(grating.frame_kind, FRAMES, STORED)]
     row = layout.row()
     row.label(text="Frame")
     row.operator(ChooseFrame.bl_idname, text=chosen, icon="ORIENTATION_LOCAL")
@@ -205,7 +205,7 @@ def _draw_comb(layout) -> None:
 
 def _draw_lamps(layout, context, grating) -> None:
     scene = context.scene
-    lights = grating.lights
+    lights = grating.lit_by
     if lights != LAMPS_ONLY and grating.group is not None and not answers_to_world(grating.group):
         draw_note(layout, context, f"{grating.name}: {NO_SAMPLE_SET}", icon="ERROR")
         lights = LAMPS_ONLY

@@ -9,6 +9,7 @@ import numpy as np
 from ...precompute.bake.shown import Shown, joined, least_change, under_everything, under_lamp
 from ...precompute.table.radiance import Skin
 from ..lamps.sent import lamps_sent
+from ..materials.material import linked_among, number_in
 from ..materials.response import HEIGHT_SCALE, IOR, PERIOD_SCALE, ROUGHNESS, Response, responses_in
 from ..materials.skin import answers_to_world, lights_of, variation_of
 from ..scene.lights import LAMPS_ONLY
@@ -72,7 +73,7 @@ class Look:
 def look(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, *, rays: int, footprints: bool = False) -> Look | None:
     """Look through the scene's camera, as it is evaluated, by about this number of rays at the part of the picture in
     which meshes with gratings are; None without a camera."""
-    if scene.camera is None:
+    if scene.camera is None or scene.camera.type != "CAMERA":  # Blender looks through any object
         return None
     pixels = Pixels(scene, scene.camera.evaluated_get(depsgraph))
     window = pixels.window_of(boxes_with_gratings(depsgraph))
@@ -93,12 +94,11 @@ def answers_to_everything(group: bpy.types.NodeTree) -> bool:
 
 def unknown_inputs(node: bpy.types.Node) -> list[str]:
     """The inputs of a Diffraction node whose links say what only a renderer knows."""
-    return [name for name in _LINKABLE if node.inputs[name].is_linked]
+    return linked_among(node, _LINKABLE)
 
 
 def _skin_of(node: bpy.types.Node) -> Skin:
-    values = (node.inputs[socket.name].default_value for socket in (ROUGHNESS, PERIOD_SCALE, HEIGHT_SCALE, IOR))
-    return Skin(*map(float, values))
+    return Skin(*(number_in(node, socket.name) for socket in (ROUGHNESS, PERIOD_SCALE, HEIGHT_SCALE, IOR)))
 
 
 def _in_frames(places: Places, directions: np.ndarray) -> np.ndarray:

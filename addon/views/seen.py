@@ -13,7 +13,7 @@ from mathutils import Matrix, Vector
 from ..frames.field import frame_field
 from ..frames.place import own_angle
 from ..frames.uv_maps import has_uv_map
-from ..materials.material import diffraction_nodes
+from ..materials.material import diffraction_nodes, number_in
 from ..materials.skin import frame_of
 
 # How many objects that no render shows a ray goes through, and how far behind one it goes on, in its own length.
@@ -164,7 +164,7 @@ def _placed(hits: _Hits, mesh: _Mesh, directions: np.ndarray) -> Places:
     along = field.tangents @ world[:3, :3].T
     along = _unit(along - normals * (along * normals).sum(axis=1, keepdims=True))
     across = np.cross(normals, along)
-    turn = hits.node.inputs["Rotation"].default_value + own_angle(hits.thing, source)
+    turn = number_in(hits.node, "Rotation") + own_angle(hits.thing, source)
     tangents = along * cos(turn) + across * sin(turn)
     frames = np.stack([tangents, np.cross(normals, tangents), normals], axis=1)
     known = np.isfinite(frames).all(axis=(1, 2))

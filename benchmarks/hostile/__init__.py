@@ -5,7 +5,8 @@
 
 A suite is a module with `cases(count, seed, folder)`, which yields the cases of about `count` inputs a group, always
 the same ones for the same seed. runner.py runs each case in a child process of its own, under limits of time and
-memory, and judges it; the program ends with status 1 if any case failed. tests/hostile runs a few cases of every suite.
+memory, and judges it; the program ends with status 1 if any case failed. tests/precompute/hostile runs a few cases of
+every suite. The suite `blends` tells its lies in .blend files: blends.py says how.
 """
 
 import tempfile
@@ -16,7 +17,7 @@ from benchmarks.report import add_json, say, write
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 
-from . import arguments, headers, meshes, readers, records, runner
+from . import arguments, blends, headers, meshes, readers, records, runner
 
 # The suites by their names. Each makes its cases from the count, the seed and a folder for the files of all cases.
 SUITES: dict[str, Callable[[int, int, Path], Iterable[runner.Case]]] = {
@@ -26,12 +27,14 @@ SUITES: dict[str, Callable[[int, int, Path], Iterable[runner.Case]]] = {
     "records": records.cases,
     "arguments": arguments.cases,
 }
+# The suite whose cases Blender runs.
+BLENDS = "blends"
 
 
 def main(argv: list[str]) -> int:
     """Run suites; the exit status: 1 if any case failed."""
     parser = OneLineParser(prog="hostile", description=__doc__.splitlines()[0])
-    parser.add_argument("suites", nargs="*", metavar="SUITE", help=f"of {', '.join(SUITES)}; default all")
+    parser.add_argument("suites", nargs="*", metavar="SUITE", help=f"of {', '.join((*SUITES, BLENDS))}; default all")
     parser.add_argument(
         "--count", type=count(1, 10**6), default=300, metavar="N", help="inputs of each group; default 300"
     )
@@ -42,14 +45,17 @@ def main(argv: list[str]) -> int:
     add_json(parser)
     asked = parser.parse_args(argv)
     for name in asked.suites:
-        if name not in SUITES:
-            parser.error(f"{name}: no such suite; choose from {', '.join(SUITES)}")
+        if name not in (*SUITES, BLENDS):
+            parser.error(f"{name}: no such suite; choose from {', '.join((*SUITES, BLENDS))}")
     facts: dict[str, object] = {"count": asked.count, "seed": asked.seed, "suites": {}}
     failed = False
-    for name in asked.suites or SUITES:
+    for name in asked.suites or (*SUITES, BLENDS):
         with tempfile.TemporaryDirectory(prefix="hostile-") as folder:
-            found = SUITES[name](asked.count, asked.seed, Path(folder))
-            outcomes = [runner.run(case) for case in found if case.name.startswith(asked.only)]
+            if name == BLENDS:
+                outcomes = blends.outcomes(asked.only, Path(folder))
+            else:
+                found = SUITES[name](asked.count, asked.seed, Path(folder))
+                outcomes = [runner.run(case) for case in found if case.name.startswith(asked.only)]
         say(f"{name}, {asked.count} a group, seed {asked.seed}", asked.json)
         say(runner.table(outcomes), asked.json)
         facts["suites"][name] = runner.facts(outcomes)

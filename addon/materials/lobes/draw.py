@@ -15,6 +15,7 @@ import bpy
 from ....precompute.colour.draw import wavelength_quantiles
 from ....precompute.table.sample_set import SampleSetLayout
 from ...nodes.builder import Tree, Value
+from ...scene import stored
 from ..pictures import fault_of, note_content
 
 _WAVELENGTHS = 512
@@ -82,7 +83,7 @@ class SampleSetNodes:
 def wavelengths_image(illuminant: str, reference_m: float) -> bpy.types.Image:
     """The file's picture of wavelengths over a reference, each of equal probability, made if need be."""
     for image in bpy.data.images:
-        if image.get(_ILLUMINANT) == illuminant and image.library is None and not fault_of(image):
+        if stored.text(image, _ILLUMINANT) == illuminant and image.library is None and not fault_of(image):
             return image
     ratios = wavelength_quantiles(_WAVELENGTHS, illuminant) / reference_m
     image = bpy.data.images.new(f"Wavelengths {illuminant}", _WAVELENGTHS, 1, float_buffer=True, is_data=True)
