@@ -12,6 +12,7 @@ LINKED = ("__init__.py", "addon", "precompute")
 # The add-on's modules that tests and benchmarks call, by short names.
 MODULES = {
     "add_snake": "actions.add_snake",
+    "adopt": "actions.adopt",
     "assign": "actions.assign",
     "bake": "actions.bake",
     "comb": "actions.comb",
@@ -63,6 +64,7 @@ MODULES = {
     "restore": "actions.restore",
     "response": "materials.response",
     "skin": "materials.skin",
+    "users": "materials.users",
     "builder": "nodes.builder",
     "interface": "nodes.interface",
     "report": "operators.report",

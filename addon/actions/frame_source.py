@@ -4,8 +4,8 @@
 import bpy
 
 from ...precompute.base.failure import GratingError
-from ..materials.material import diffraction_nodes
 from ..materials.skin import set_frame
+from ..materials.users import shown_by
 from ..scene.frame_source import FRAME_MAP, UV_MAP, FrameSource, is_frame_map
 from ..scene.gratings import Grating
 from .meshes import check_frame
@@ -45,7 +45,4 @@ def described(source: FrameSource) -> str:
 
 def meshes_that_show(group: bpy.types.NodeTree | None) -> list[bpy.types.Object]:
     """The mesh objects of the file that have a Diffraction group among their materials."""
-    if group is None:
-        return []
-    shown = {m for m in bpy.data.materials if any(node.node_tree == group for node in diffraction_nodes(m))}
-    return [o for o in bpy.data.objects if o.type == "MESH" and any(s.material in shown for s in o.material_slots)]
+    return [thing for thing in shown_by(group) if thing.type == "MESH"]

@@ -14,7 +14,9 @@ from ...precompute.surface.quality import LIGHTS
 from ...precompute.surface.readers.registry import read_height_map
 from ...precompute.surface.samples.catalogue import title_of
 from ...precompute.surface.steps.pipeline import DEFAULT
+from ..materials.skin import variation_of
 from ..scene.gratings import Grating, kept_path, scan_record, unused_name
+from ..scene.variation import Variation
 
 
 def add_grating(
@@ -39,6 +41,37 @@ def add_averaged(scene: bpy.types.Scene, records: Sequence[dict[str, Any]]) -> G
     """Read scans of one skin, or tiles of one area, as a request's record has them, and add them to the scene as one
     grating, the active one: a bake averages their spectra. Raises GratingError as add_each does."""
     return _add(scene, records, _read(records))
+
+
+def import_scans(scene: bpy.types.Scene, records: Sequence[dict[str, Any]], *, averaged: bool = False) -> list[str]:
+    """Read scans and add each to the scene as add_each does, or all as add_averaged does. Where the list has the same
+    grating already, with the settings of a new one, that grating becomes the active one instead: a second would only
+    bring a second bake and material. Returns a line for each to report.
+
+    Raises GratingError as add_each does."""
+    known = _read(records)
+    each = [(records, known)] if averaged else [([r], [k]) for r, k in zip(records, known, strict=True)]
+    return [_import(scene, *one) for one in each]
+
+
+def _import(scene: bpy.types.Scene, records: Sequence[dict[str, Any]], known: Sequence[tuple[str, Description]]) -> str:
+    new = _settings(_add(scene, records, known))
+    gratings = scene.natural_gratings
+    last = len(gratings.items) - 1
+    same = next(index for index, grating in enumerate(gratings.items) if _settings(grating) == new)
+    if same == last:
+        return f"{gratings.items[last].name}: {gratings.items[last].summary}"
+    gratings.items.remove(last)
+    gratings.active_index = same
+    return f"{gratings.items[same].name}: selected, as it is in the list already; for a second, first change this one"
+
+
+def _settings(grating: Grating) -> tuple[Any, ...]:
+    """All that an artist sets on a grating but its name."""
+    scan = (bpy.path.abspath(grating.source), grating.channel, grating.size_um, grating.height_nm)
+    bake = (grating.levelling, grating.delta_e, grating.coherence_um, grating.request)
+    variation = Variation() if grating.group is None else variation_of(grating.group)
+    return *scan, *bake, grating.lights, grating.shadows, grating.footprint, grating.frame_source(), variation
 
 
 def _read(records: Sequence[dict[str, Any]]) -> list[tuple[str, Description]]:

@@ -2,21 +2,19 @@
 """Mending the file's diffraction materials after an artist deleted, exchanged or edited data-blocks in them."""
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import bpy
 
 from ...precompute.base.failure import GratingError
 from ..materials.lost import lost, lost_of_nodes, lost_of_own
 from ..materials.material import add_diffraction, empty_nodes
-from ..materials.pictures import pictures_of
 from ..materials.replace import replace_response
-from ..materials.response import own_trees, responses_in
+from ..materials.response import responses_in
 from ..materials.skin import is_diffraction, refill, take_back
 from ..scene.gratings import Grating
 from .lamps import update_all_lamps
 from .material import group_of, response_of
-from .restore import unpacked_bake
+from .restore import bake_shown_by
 
 
 def is_broken() -> bool:
@@ -59,17 +57,7 @@ def _mend(group: bpy.types.NodeTree, owner: tuple[bpy.types.Scene, Grating] | No
     elif owner is not None:
         group_of(*owner)
     else:
-        replace_response(group, response_of(_bake_shown_by(group)))
-
-
-def _bake_shown_by(group: bpy.types.NodeTree) -> Path:
-    """The file of the bake that a Diffraction group of no grating shows. Raises GratingError if there is none."""
-    pictures = [image for tree in own_trees(group) if tree is not None for image in pictures_of(tree)]
-    files = (Path(bpy.path.abspath(image.filepath)) for image in pictures if image is not None and image.filepath)
-    found = unpacked_bake(group) or next((file for file in files if file.is_file()), None)
-    if found is None:
-        raise GratingError(f"{group.name}: the bake that it shows is lost; assign another grating to its objects")
-    return found
+        replace_response(group, response_of(bake_shown_by(group)))
 
 
 def _group_for(material: bpy.types.Material) -> bpy.types.NodeTree:

@@ -77,6 +77,16 @@ def unpacked_bake(group: bpy.types.NodeTree) -> Path | None:
     return path
 
 
+def bake_shown_by(group: bpy.types.NodeTree) -> Path:
+    """The file of the bake that a Diffraction group of no grating shows. Raises GratingError if there is none."""
+    pictures = [image for tree in own_trees(group) if tree is not None for image in pictures_of(tree)]
+    files = (Path(bpy.path.abspath(image.filepath)) for image in pictures if image is not None and image.filepath)
+    found = unpacked_bake(group) or next((file for file in files if file.is_file()), None)
+    if found is None:
+        raise GratingError(f"{group.name}: the bake that it shows is lost; assign another grating to its objects")
+    return found
+
+
 def _packed(tree: bpy.types.NodeTree | None) -> list[bpy.types.Image]:
     """The sound pictures of a node group that are packed as OpenEXR files of a bake."""
     pictures = [] if tree is None else [image for image in pictures_of(tree) if not fault_of(image)]

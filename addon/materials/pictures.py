@@ -44,6 +44,11 @@ def note_pictures(tree: bpy.types.NodeTree | None) -> None:
         tree[_PICTURES] = _made_from(pictures_of(tree))
 
 
+def made_from(tree: bpy.types.NodeTree | None) -> str:
+    """What the pictures of a response's node group were made from, as it was noted; empty if it was not."""
+    return "" if tree is None else stored.text(tree, _PICTURES)
+
+
 def pictures_of(tree: bpy.types.NodeTree) -> list[bpy.types.Image | None]:
     """The pictures that a node group reads, each once; None for those that were deleted."""
     return list(dict.fromkeys(node.image for node in tree.nodes if node.type == "TEX_IMAGE"))

@@ -15,7 +15,7 @@ def replace_response(group: bpy.types.NodeTree, response: Response) -> None:
     it."""
     old_group, old_world = own_trees(group)
     names = _names_to_keep(response, (old_group, old_world))
-    left = [part for each in (old_group, old_world) for part in _parts(each)]
+    left = [part for each in (old_group, old_world) for part in parts_of(each)]
     for each in filter(is_diffraction, bpy.data.node_groups):
         own = (response if each == group else response_in(each),)
         further = further_responses(each)
@@ -57,7 +57,7 @@ def _uses(response: Response, image: bpy.types.Image) -> int:
     return sum(node.image == image for tree in trees for node in _picture_nodes(tree))
 
 
-def _parts(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
+def parts_of(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
     """A response's node group and the images that it reads, each once: what uses the other comes first."""
     if tree is None:
         return []

@@ -73,18 +73,15 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):
         return super().invoke(context, event)
 
     def execute(self, context):
-        from ..actions.import_height_map import add_averaged, add_each
+        from ..actions.import_height_map import import_scans
 
         records = [scan_record(p, self.size_um, self.height_nm, channel=self.channel) for p in self._paths()]
         try:
-            if self.several == "AVERAGE":
-                added = [add_averaged(context.scene, records)]
-            else:
-                added = add_each(context.scene, records)
+            lines = import_scans(context.scene, records, averaged=self.several == "AVERAGE")
         except GratingError as error:
             return report_failure(self, error)
-        for grating in added:
-            self.report({"INFO"}, printable(f"{grating.name}: {grating.summary}"))
+        for line in lines:
+            self.report({"INFO"}, printable(line))
         return {"FINISHED"}
 
     def _paths(self) -> list[str]:

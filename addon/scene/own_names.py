@@ -8,6 +8,7 @@ from . import stored
 # A custom property of a material or node group that was made for a grating, also in saved files. It holds the name that
 # was given then, so that a copy, or one that an artist renamed, has none of its own.
 _OWN = "ng_own"
+_PREFIX = "Diffraction "
 
 
 def note_own(made: bpy.types.ID) -> None:
@@ -20,9 +21,22 @@ def is_own(made: bpy.types.ID) -> bool:
     return stored.text(made, _OWN) == made.name
 
 
+def was_own(made: bpy.types.ID) -> bool:
+    """Whether it, or what it is a copy of, was made for a grating."""
+    return _OWN in made
+
+
+def name_in(made: bpy.types.ID) -> str:
+    """The name of the grating that a material or node group has, without the number by which Blender tells copies
+    apart."""
+    name = made.name.removeprefix(_PREFIX)
+    stem, _, number = name.rpartition(".")
+    return stem if stem and number.isdecimal() else name
+
+
 def own_name(grating: bpy.types.PropertyGroup) -> str:
     """The name of a grating's material and node group."""
-    return f"Diffraction {grating.name}"
+    return f"{_PREFIX}{grating.name}"
 
 
 def follow_name(grating: bpy.types.PropertyGroup) -> None:

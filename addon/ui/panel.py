@@ -8,10 +8,18 @@ from ..lamps.find import brightest, instanced_lamps, lamps_of, unfollowed_featur
 from ..lamps.follow import followed_lamps, is_on
 from ..lamps.sky import missed_share, source_count
 from ..materials.data_pictures import wrong_colours
-from ..materials.skin import answers_to_world, crowded, follows_world, linked_with_fewer_lamps, variation_of
+from ..materials.skin import (
+    answers_to_world,
+    crowded,
+    follows_world,
+    is_diffraction,
+    linked_with_fewer_lamps,
+    variation_of,
+)
 from ..operators.add_diffraction import AddDiffraction
 from ..operators.add_fan import AddDiffractionLamp
 from ..operators.add_sun import AddSun
+from ..operators.adopt import AdoptMaterials
 from ..operators.assign import AssignToSelected
 from ..operators.bake_grating import BakeGrating
 from ..operators.bake_needs import BakeNeeds
@@ -93,6 +101,7 @@ class GratingPanel(bpy.types.Panel):
         buttons.operator(ImportHeightMap.bl_idname, text="", icon="ADD")
         buttons.menu(SampleMenu.bl_idname, text="", icon="DOWNARROW_HLT")
         buttons.operator(RemoveGrating.bl_idname, text="", icon="REMOVE")
+        _draw_strays(layout, context)
         grating = gratings.active()
         if grating is None:
             layout.label(text="Import a height map, or add a sample", icon="INFO")
@@ -121,6 +130,21 @@ class ReferencePanel(bpy.types.Panel):
         missing = missing_for_osl(context.scene)
         if missing:
             draw_note(self.layout, context, missing[0].upper() + missing[1:], icon="INFO")
+
+
+def _draw_strays(layout, context) -> None:
+    """Draw which diffraction materials of the file the list does not hold, and the button that brings them there."""
+    if not any(map(is_diffraction, bpy.data.node_groups)):  # most files load no more than this
+        return
+    from ..materials.users import linked_strays, strays
+
+    found = strays(context.scene)
+    adoptable = [group.name for group in found if group.library is None]
+    if adoptable:
+        draw_note(layout, context, f"Not in the list: {', '.join(adoptable)}", icon="INFO")
+        layout.operator(AdoptMaterials.bl_idname, icon="IMPORT")
+    for line in linked_strays(found):
+        draw_note(layout, context, line, icon="INFO")
 
 
 def _draw_bake(layout, context, grating) -> None:
@@ -171,6 +195,10 @@ def _draw_lines(layout, summary: str) -> None:
 
 
 def _draw_material(layout, grating) -> None:
+    if grating.group is not None:
+        from ..materials.users import on_objects, shown_by
+
+        layout.label(text=on_objects(shown_by(grating.group)), icon="OBJECT_DATA")
     column = layout.column(align=True)
     column.operator(NewDiffractionMaterial.bl_idname, icon="MATERIAL")
     column.operator(AssignToSelected.bl_idname, icon="BRUSH_DATA")

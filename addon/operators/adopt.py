@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Adopt diffraction materials that are in no grating's reach."""
+
+import bpy
+
+from ...precompute.base.failure import GratingError
+from .report import report_failure, report_lines
+
+
+class AdoptMaterials(bpy.types.Operator):
+    """Bring appended and pasted diffraction materials into the list. A copy of a grating in the list follows that
+    grating from now on; of each other one a grating is made"""
+
+    bl_idname = "grating.adopt"
+    bl_label = "Adopt"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        from ..materials.users import strays
+
+        if not strays(context.scene):
+            cls.poll_message_set("Every diffraction material has its grating in the list")
+            return False
+        return True
+
+    def execute(self, context):
+        from ..actions.adopt import adopt
+
+        try:
+            return report_lines(self, adopt(context.scene))
+        except GratingError as error:
+            return report_failure(self, error)
