@@ -28,6 +28,7 @@ def scene(first_engine):
     data.batch_remove([other for other in data.scenes if other != scene])
     scene.render.engine = first_engine
     scene.natural_gratings.items.clear()
+    scene.natural_gratings.active_index = 0
     if scene.animation_data:
         scene.animation_data_clear()
     for key in [key for key, _ in scene.items() if key.startswith("ng_")]:

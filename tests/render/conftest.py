@@ -149,6 +149,7 @@ def clear(addon, scene) -> None:
     if scene.animation_data:
         scene.animation_data_clear()
     addon.follow.stop_following(scene)
+    addon.sky.forget_sources(scene)
     scene.world = None
     scene.frame_set(1)
 

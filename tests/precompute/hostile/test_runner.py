@@ -86,6 +86,6 @@ def test_a_failed_case_ends_the_program_with_status_1(monkeypatch, tmp_path, cap
         case = runner.Case(f"{name} 0: nothing", name, cases[name])
         monkeypatch.setattr(hostile, "SUITES", {"suite": lambda count, seed, folder, case=case: [case]})
         facts = tmp_path / f"{name}.json"
-        assert hostile.main(["--count", "1", "--json", str(facts)]) == status
+        assert hostile.main(["suite", "--count", "1", "--json", str(facts)]) == status
         assert json.loads(facts.read_text())["suites"]["suite"][0]["name"] == case.name
         assert f"FAILED {name} 0" in capsys.readouterr().out or name == "good"
