@@ -92,6 +92,8 @@ MODULES = {
     "moving": "views.moving",
     "seen": "views.seen",
     "sent": "lamps.sent",
+    "shown": "lamps.shown",
+    "strength": "lamps.strength",
     "fingerprint": "worlds.fingerprint",
     "probe": "worlds.probe",
     "stand_alone": "worlds.stand_alone",

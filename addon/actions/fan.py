@@ -6,8 +6,8 @@ from mathutils import Vector
 
 from ...precompute.base.failure import GratingError
 from ..frames.place import Place, own_angle, place_nearest
-from ..lamps.find import brightest, lamps_of
-from ..lamps.follow import followed_lamps
+from ..lamps.find import lamps_of
+from ..lamps.follow import counted_lamps
 from ..materials.fan import new_fan_lamp
 from ..materials.lost import lost
 from ..materials.material import diffraction_nodes, number_in
@@ -62,7 +62,7 @@ def _lamp_named(scene: bpy.types.Scene, name: str) -> bpy.types.Object:
     if not lamps:
         raise GratingError(f"scene {scene.name}: no lamp lights the grating; add a sun")
     if not name:
-        return (followed_lamps(scene) or brightest(lamps))[0]
+        return counted_lamps(scene)[0]
     found = next((lamp for lamp in lamps if lamp.name == name), None)
     if found is None:
         raise GratingError(f"{name}: no lamp of the scene; there are {', '.join(sorted(lamp.name for lamp in lamps))}")

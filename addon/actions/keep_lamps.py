@@ -27,7 +27,7 @@ from ..materials.skin import is_diffraction, renew_outdated
 from ..scene.guard import guarded
 from ..scene.rendering import is_rendering
 from .fit_world import drop_stale_sources, note_change, stop_fitting, unfitted_world, want_fit
-from .lamps import update_lamps
+from .lamps import lit_boxes, update_lamps
 
 
 @persistent
@@ -89,7 +89,7 @@ def show_what_renders(scene: bpy.types.Scene, *_: object) -> None:
 def show_what_is_saved(*_: object) -> None:
     """Before a file is saved: it renders as it should without this extension."""
     for scene in _scenes():
-        follow_lamps(scene)
+        follow_lamps(scene, lit=lit_boxes)
         _print(_outside(scene))
 
 

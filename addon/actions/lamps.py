@@ -2,29 +2,41 @@
 """Making diffraction follow a scene's lamps."""
 
 from math import radians
+from typing import TYPE_CHECKING
 
 import bpy
 
 from ..lamps.find import instanced_lamps, instances_are_not_followed, lamps_of, unfollowed_features
-from ..lamps.follow import follow_lamps
+from ..lamps.follow import counted_lamps, follow_lamps
 from ..lamps.link import is_linked, mark_unlinked
 from ..materials.data_pictures import wrong_colours
 from ..materials.skin import follows_light_linking, linked_with_fewer_lamps, needs_lamps, show_lamps
 from .fit_world import unfitted_world
+
+if TYPE_CHECKING:
+    import numpy as np
 
 # Of the sun that the panel offers: W/m2, and the turn of its axis from the vertical.
 _SUN_STRENGTH, _SUN_TURN = 3.0, (radians(40), 0.0, radians(30))
 
 
 def update_lamps(scene: bpy.types.Scene, *, exactly: bool = True, in_viewport: bool = False) -> None:
-    """Follow the lamps that the scene has now, and give the file's Diffraction groups enough lamps.
+    """Follow the lamps that the scene has now, and give the file's Diffraction groups enough lamps. If the scene has
+    more than LAMPS_MAX lamps, the brightest are chosen anew.
 
     `exactly`: not more lamps than needed either (skin.show_lamps). `in_viewport`: a lamp that only the viewport hides
     is dark."""
-    lamps = follow_lamps(scene, in_viewport=in_viewport)
+    lamps = follow_lamps(scene, in_viewport=in_viewport, lit=lit_boxes)
     show_lamps(exactly=exactly)
     if any(is_linked(lamp) for lamp in lamps) or follows_light_linking():
         mark_unlinked(scene, lamps)
+
+
+def lit_boxes(scene: bpy.types.Scene) -> "np.ndarray":
+    """The bounding boxes of the scene's objects that show diffraction (users.boxes_showing)."""
+    from ..materials.users import boxes_showing  # most files load no more than this
+
+    return boxes_showing(scene)
 
 
 def update_all_lamps(*, exactly: bool = True, in_viewport: bool = False) -> None:
@@ -49,6 +61,7 @@ def warnings_about(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> li
     which it shows wrong colours."""
     dark = not lamps_of(scene) and needs_lamps()
     lines = [f"scene {scene.name}: no lamp lights it, so diffraction is dark; add a sun"] if dark else []
-    lines += unfollowed_features(scene) + unfitted_world(scene) + linked_with_fewer_lamps(scene) + wrong_colours(scene)
+    lines += unfollowed_features(scene, counted_lamps(scene)) + unfitted_world(scene)
+    lines += linked_with_fewer_lamps(scene) + wrong_colours(scene)
     instanced = instanced_lamps(depsgraph)
     return [*lines, instances_are_not_followed(instanced)] if instanced else lines

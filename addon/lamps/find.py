@@ -2,20 +2,33 @@
 """The lamps of a scene: which of them light diffraction, and which of their features it does not follow."""
 
 import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import bpy
 
 from ..scene import compat
+from .shown import rendered
 
+if TYPE_CHECKING:
+    import numpy as np
+
+# Finds the bounding boxes (n, 2, 3) of what the lamps light (strength.py). Called only if there are too many lamps.
+LitBoxes = Callable[[bpy.types.Scene], "np.ndarray"]
 # Every lamp costs time in every pixel, so only the brightest are followed.
 LAMPS_MAX = 8
+# A lamp takes the place of a followed one if it is brighter by more than this factor. Without it, a lamp that moves to
+# and fro where two are equally bright would have drivers written at each step. A factor of 1.5 is half a stop of a
+# camera, or 22 % of a distance: the choice loses little light by it.
+_LEAD = 1.5
 # A custom property of a lamp's data, also in saved files: it is a Diffraction Lamp, which sends diffracted light
 # (materials/fan.py).
 FAN = "ng_fan"
 
 
 def lamps_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """All lamps of the scene, also those that are hidden now: they may be shown later. Diffraction Lamps are none."""
+    """All lamps of the scene, also those that are hidden now: they may be shown later. Diffraction Lamps are not
+    counted."""
     return [o for o in scene.collection.all_objects if o.type == "LIGHT" and not is_fan(o)]
 
 
@@ -24,9 +37,32 @@ def is_fan(lamp: bpy.types.Object) -> bool:
     return FAN in lamp.data
 
 
-def brightest(lamps: list[bpy.types.Object]) -> list[bpy.types.Object]:
-    """The lamps that count, at most LAMPS_MAX of them: suns first, then by strength, then by name."""
-    return sorted(lamps, key=lambda o: (o.data.type != "SUN", -o.data.energy, o.name))[:LAMPS_MAX]
+def brightest(
+    scene: bpy.types.Scene, *, followed: Sequence[bpy.types.Object] = (), lit: LitBoxes | None = None
+) -> list[bpy.types.Object]:
+    """The lamps that light diffraction, at most LAMPS_MAX of them, in the order of the panel's list: suns first, then
+    by strength, then by name.
+
+    If there are more lamps, those that the render shows are chosen before hidden ones, then those that send the most
+    light to the boxes that `lit` finds. A lamp that is followed already gives its place only to one that is clearly
+    brighter."""
+    lamps = lamps_of(scene)
+    if len(lamps) > LAMPS_MAX:
+        lamps = _chosen(scene, lamps, set(followed), lit)
+    return sorted(lamps, key=lambda o: (o.data.type != "SUN", -o.data.energy, o.name))
+
+
+def _chosen(
+    scene: bpy.types.Scene, lamps: list[bpy.types.Object], followed: set[bpy.types.Object], lit: LitBoxes | None
+) -> list[bpy.types.Object]:
+    from .strength import irradiances  # most files load no more than this
+
+    strengths = irradiances(lamps, lit(scene) if lit is not None else ()).tolist()
+    order = [
+        (not shown, -strength * (_LEAD if lamp in followed else 1.0), lamp.name, index)
+        for index, (lamp, shown, strength) in enumerate(zip(lamps, rendered(scene, lamps), strengths, strict=True))
+    ]
+    return [lamps[index] for *_, index in sorted(order)[:LAMPS_MAX]]
 
 
 def instanced_lamps(depsgraph: bpy.types.Depsgraph) -> list[str]:
@@ -42,15 +78,18 @@ def instances_are_not_followed(names: list[str]) -> str:
     return f"instanced lamps do not light diffraction: {', '.join(names)}; use Object > Apply > Make Instances Real"
 
 
-def unfollowed_features(scene: bpy.types.Scene) -> list[str]:
-    """One line for each feature of the lamps that diffraction does not follow."""
+def unfollowed_features(scene: bpy.types.Scene, counted: Sequence[bpy.types.Object]) -> list[str]:
+    """One line for each feature of the lamps that diffraction does not follow. `counted`: the lamps that light
+    diffraction, of which there are LAMPS_MAX at most.
+
+    Lamps that are left out are named if the render shows them."""
     lamps = lamps_of(scene)
     lines = []
-    counted = brightest(lamps)
-    left_out = sorted(lamp.name for lamp in lamps if lamp not in counted)
-    if left_out:
-        names = ", ".join(left_out)
-        lines.append(f"only {LAMPS_MAX} lamps light diffraction, hidden ones among them; left out: {names}")
+    if len(lamps) > LAMPS_MAX:
+        left_out = [lamp for lamp in lamps if lamp not in counted]
+        names = sorted(lamp.name for lamp, shown in zip(left_out, rendered(scene, left_out), strict=True) if shown)
+        if names:
+            lines.append(f"diffraction uses at most {LAMPS_MAX} lamps; left out: {', '.join(names)}")
     for lamp in lamps:
         if _has_own_nodes(lamp.data):
             lines.append(f"{lamp.name}: its shader nodes are not followed")

@@ -7,7 +7,7 @@ import bpy
 
 from ..scene import stored
 from .drive import Drivers
-from .find import LAMPS_MAX, brightest, lamps_of
+from .find import LAMPS_MAX, LitBoxes, brightest
 from .pack import ON, PROPERTIES, drive_properties, property_name
 from .shown import note_shown
 
@@ -31,13 +31,22 @@ def _lamp_of(driver: bpy.types.Driver) -> bpy.types.Object | None:
     return next((each for each in read if isinstance(each, bpy.types.Object) and each.type == "LIGHT"), None)
 
 
-def follow_lamps(scene: bpy.types.Scene, *, in_viewport: bool = False) -> list[bpy.types.Object]:
+def counted_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """The lamps that the scene's properties follow; if they follow none, those that they would follow."""
+    return followed_lamps(scene) or brightest(scene)
+
+
+def follow_lamps(
+    scene: bpy.types.Scene, *, in_viewport: bool = False, lit: LitBoxes | None = None
+) -> list[bpy.types.Object]:
     """Make the scene's properties follow its lamps, at most LAMPS_MAX of them; the lamps that are followed.
 
     What is as it should be is not written. Lamps that are followed already stay before new ones, so that another
-    strength does not change their order. `in_viewport`: what only the viewport hides is hidden too."""
-    chosen = brightest(lamps_of(scene))
-    before = [lamp for lamp in followed_lamps(scene) if lamp in chosen]
+    strength does not change their order. `in_viewport`: what only the viewport hides is hidden too. `lit` finds what
+    the lamps light: of too many lamps, the brightest there are chosen (find.brightest)."""
+    followed = followed_lamps(scene)
+    chosen = brightest(scene, followed=followed, lit=lit)
+    before = [lamp for lamp in followed if lamp in chosen]
     lamps = before + [lamp for lamp in chosen if lamp not in before]
     drivers = Drivers(scene)
     changed = False

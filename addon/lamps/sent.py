@@ -11,9 +11,7 @@ from ..scene import stored
 from .follow import lamp_count
 from .link import is_unlinked
 from .pack import PROPERTIES, property_name
-
-# The luminance of linear Rec.709. For a choice among lamps it is near enough in other working spaces.
-_LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
+from .strength import LUMINANCE
 
 
 @dataclass(frozen=True)
@@ -57,4 +55,4 @@ def _from_lamp(packed: np.ndarray, places: np.ndarray) -> Sent:
     share = np.clip((along - rim_outer) / (rim_inner - rim_outer), 0, 1)
     cone = share * share * (3 - 2 * share) * np.maximum(direction @ axis, rim_outer < 1.5)
     variance = abs(disc + 1.0) if is_sun else disc
-    return Sent(direction, cone * max(power @ _LUMINANCE, 0.0) / squared, variance / squared)
+    return Sent(direction, cone * max(power @ LUMINANCE, 0.0) / squared, variance / squared)

@@ -16,6 +16,8 @@ from ..scene import stored
 from .drive import VIEW_LAYER, Drivers, Variable
 
 _SHOWN = "ng_key_shown"
+# Lamps that Blender leaves out if they have no extent along one of their axes.
+_WITH_EXTENT = {"AREA", "SPOT"}
 _Held = bpy.types.Collection | bpy.types.LayerCollection
 
 
@@ -34,8 +36,7 @@ def drive_on(drivers: Drivers, index: int, lamp: bpy.types.Object, *, name: str)
     if drivers.holder == drivers.scene:  # view layers note only the lamps that the scene follows
         factors.insert(0, "shown")
         variables.append(Variable("shown", VIEW_LAYER, f'["{_SHOWN}"][{index}]', otherwise=1.0))
-    if lamp.data.type in {"AREA", "SPOT"}:
-        # Blender leaves out an area lamp or spot that has no extent along one of its axes.
+    if lamp.data.type in _WITH_EXTENT:
         for axis, letter in enumerate("xyz"):
             cells = [f"{letter}{i}" for i in range(3)]
             variables += [Variable(cell, lamp, f"matrix_world[{axis}][{i}]") for i, cell in enumerate(cells)]
@@ -70,6 +71,55 @@ def show_as_rendered(scene: bpy.types.Scene, lamps: Sequence[bpy.types.Object]) 
         if stored.has_floats(layer, _SHOWN, len(lamps)):
             for index, shown in enumerate(_shown(layer, lamps)):
                 layer[_SHOWN][index] = shown
+
+
+def rendered(scene: bpy.types.Scene, lamps: Sequence[bpy.types.Object]) -> list[bool]:
+    """For each lamp of the scene whether a render of some view layer shows it. A lamp that is hidden now counts as
+    shown if what hides it is animated: it may be shown in another frame."""
+    held = _in_shown_collections(scene)
+    return [(held is None or lamp in held) and _renders(lamp) for lamp in lamps]
+
+
+def _in_shown_collections(scene: bpy.types.Scene) -> set[bpy.types.Object] | None:
+    """The objects of the collections that some view layer renders; None where it renders every collection."""
+    met, shown = set(), set()
+    pending = [(layer.layer_collection, False) for layer in scene.view_layers]
+    while pending:
+        held, hidden = pending.pop()
+        collection = held.collection
+        hidden = hidden or (collection.hide_render and not _is_animated(collection, "hide_render"))
+        met.add(collection)
+        if not (hidden or held.exclude):
+            shown.add(collection)
+        pending += [(child, hidden) for child in held.children]
+    return None if shown == met else {thing for collection in shown for thing in collection.objects}
+
+
+def _renders(lamp: bpy.types.Object) -> bool:
+    """Whether a render shows a lamp whose collections it shows."""
+    if lamp.hide_render and not _is_animated(lamp, "hide_render"):
+        return False
+    if not lamp.visible_glossy and not _is_animated(lamp, "visible_glossy"):
+        return False
+    has_extent = lamp.data.type not in _WITH_EXTENT or all(lamp.matrix_world.to_scale())
+    return has_extent or _is_animated(lamp, "scale")
+
+
+def _is_animated(holder: bpy.types.ID, path: str) -> bool:
+    """Whether keys or a driver set a property of a data-block."""
+    animation = getattr(holder, "animation_data", None)
+    if animation is None:
+        return False
+    strips = [strip for track in animation.nla_tracks for strip in track.strips]
+    curves = [*animation.drivers, *(curve for each in (animation, *strips) for curve in _keyed(each))]
+    return any(curve.data_path == path for curve in curves)
+
+
+def _keyed(holder: bpy.types.AnimData | bpy.types.NlaStrip) -> Iterator[bpy.types.FCurve]:
+    """The curves of an action, as what has the action uses it."""
+    if holder.action is not None:
+        bags = (bag for layer in holder.action.layers for strip in layer.strips for bag in strip.channelbags)
+        yield from (curve for bag in bags if bag.slot == holder.action_slot for curve in bag.fcurves)
 
 
 def _shown(layer: bpy.types.ViewLayer, lamps: Sequence[bpy.types.Object]) -> list[float]:

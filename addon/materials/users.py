@@ -4,6 +4,7 @@
 from pathlib import Path
 
 import bpy
+import numpy as np
 
 from .material import diffraction_nodes
 from .pictures import pictures_of
@@ -16,23 +17,46 @@ _NAMES_MAX = 3
 
 def materials_with(group: bpy.types.NodeTree) -> list[bpy.types.Material]:
     """The file's materials with a node of a Diffraction group, also one in a group in them, by name."""
-    found, seen, pending = set(), set(), {group}
+    return sorted(_materials_of({group}), key=lambda material: material.name_full)
+
+
+def _materials_of(groups: set[bpy.types.NodeTree]) -> set[bpy.types.Material]:
+    """The file's materials with a node of one of these Diffraction groups."""
+    found, seen, pending = set(), set(), groups
     while pending:
         seen |= pending
         users = _users(pending, "MATERIAL", "NODETREE")
         found |= {user for user in users if isinstance(user, bpy.types.Material)}
         pending = {user for user in users if isinstance(user, bpy.types.NodeTree)} - seen
-    shown = (material for material in found if any(node.node_tree == group for node in diffraction_nodes(material)))
-    return sorted(shown, key=lambda material: material.name_full)
+    return {m for m in found if any(node.node_tree in groups for node in diffraction_nodes(m))}
 
 
 def shown_by(group: bpy.types.NodeTree | None) -> list[bpy.types.Object]:
     """The file's objects that have a Diffraction group among their materials, by name."""
-    materials = set() if group is None else set(materials_with(group))
+    shown = set() if group is None else _objects_with(_materials_of({group}))
+    return sorted(shown, key=lambda thing: thing.name_full)
+
+
+def _objects_with(materials: set[bpy.types.Material]) -> set[bpy.types.Object]:
+    """The file's objects that have one of these among their materials."""
     users = _users(materials)
     objects = {user for user in users | _users(users, "OBJECT") if isinstance(user, bpy.types.Object)}
-    shown = (thing for thing in objects if any(slot.material in materials for slot in thing.material_slots))
-    return sorted(shown, key=lambda thing: thing.name_full)
+    return {thing for thing in objects if any(slot.material in materials for slot in thing.material_slots)}
+
+
+def boxes_showing(scene: bpy.types.Scene) -> np.ndarray:
+    """The bounding boxes of the scene's objects that have diffraction among their materials: least and greatest corners
+    (n, 2, 3) in the scene's space. An object that only an instance of its collection shows has none."""
+    shown = _objects_with(_materials_of({group for group in bpy.data.node_groups if is_diffraction(group)}))
+    things = shown & set(scene.collection.all_objects) if shown else ()
+    corners = np.array([_corners(thing) for thing in things]).reshape(-1, 8, 3)
+    return np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1)
+
+
+def _corners(thing: bpy.types.Object) -> np.ndarray:
+    """The corners (8, 3) of an object's bounding box in the scene's space, as it was last evaluated."""
+    matrix = np.array(thing.matrix_world)
+    return np.array([corner[:] for corner in thing.bound_box]) @ matrix[:3, :3].T + matrix[:3, 3]
 
 
 def on_objects(objects: list[bpy.types.Object]) -> str:

@@ -4,7 +4,7 @@
 import bpy
 
 from ..actions.fit_world import is_fitting, last_failure, world_is_animated, world_is_fitted
-from ..lamps.find import brightest, instanced_lamps, lamps_of, unfollowed_features
+from ..lamps.find import brightest, instanced_lamps, unfollowed_features
 from ..lamps.follow import followed_lamps, is_on
 from ..lamps.sky import missed_share, source_count
 from ..materials.data_pictures import wrong_colours
@@ -240,7 +240,7 @@ def _draw_lamps(layout, context, grating) -> None:
     layout.label(text="Lit by")
     column = layout.column(align=True)
     followed = followed_lamps(scene)
-    lamps = followed or brightest(lamps_of(scene))
+    lamps = followed or brightest(scene)
     for index, lamp in enumerate(lamps):
         hidden = bool(followed) and not is_on(scene, index)
         row = column.row()
@@ -255,7 +255,7 @@ def _draw_lamps(layout, context, grating) -> None:
     for line in crowded(grating.group) if grating.group is not None else ():
         draw_note(column, context, line, icon="ERROR")
     instanced = instanced_lamps(context.evaluated_depsgraph_get())
-    for line in unfollowed_features(scene) + linked_with_fewer_lamps(scene):
+    for line in unfollowed_features(scene, lamps) + linked_with_fewer_lamps(scene):
         draw_note(column, context, line, icon="INFO")
     if instanced:
         draw_note(column, context, f"Instanced: {', '.join(instanced)}; Apply > Make Instances Real", icon="ERROR")

@@ -123,7 +123,7 @@ def test_diffraction_does_not_follow_it(scene, carrier, addon):
     added().data.energy = 1e6
     addon.lamps.update_all_lamps()
     assert [lamp.name for lamp in addon.follow.followed_lamps(scene)] == ["Sun"]
-    assert not addon.find.unfollowed_features(scene)
+    assert not addon.find.unfollowed_features(scene, addon.follow.followed_lamps(scene))
     holder = bpy.data.collections.new("Held")
     scene.collection.children.link(holder)
     holder.objects.link(added())

@@ -129,8 +129,11 @@ def test_only_nodes_that_change_a_lamp_are_reported(stage, kind):
     lamp = bpy.context.object
     if bpy.app.version < (5, 0, 0):
         lamp.data.use_nodes = True
-    told = stage.addon.find.unfollowed_features
-    assert told(stage.scene) == []
+
+    def told():
+        return stage.addon.find.unfollowed_features(stage.scene, stage.addon.follow.counted_lamps(stage.scene))
+
+    assert told() == []
     emission = next(n for n in lamp.data.node_tree.nodes if n.type == "EMISSION")
     emission.inputs["Strength"].default_value = 2.0
-    assert told(stage.scene) == [f"{lamp.name}: its shader nodes are not followed"]
+    assert told() == [f"{lamp.name}: its shader nodes are not followed"]
