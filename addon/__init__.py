@@ -35,7 +35,7 @@ from .operators import (
     vary_grating,
 )
 from .scene import bakes, gratings, levelling
-from .ui import direction_panel, panel, steps_panel
+from .ui import direction_panel, facts, panel, steps_panel
 
 # In the order of registration: a property group comes before the property groups that hold it.
 CLASSES = (
@@ -103,6 +103,7 @@ def unregister() -> None:
         following.stop()
     unwrap.stop_running_unwrap()
     level_preview.stop()
+    facts.stop()
     show_direction.set_shown(False)
     keep_lamps.unregister()
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):

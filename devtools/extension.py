@@ -44,6 +44,8 @@ MODULES = {
     "sky": "lamps.sky",
     "constants": "nodes.constants",
     "fit_world": "actions.fit_world",
+    "facts": "ui.facts",
+    "changes": "scene.changes",
     "follow": "lamps.follow",
     "lamps": "actions.lamps",
     "keep_lamps": "actions.keep_lamps",

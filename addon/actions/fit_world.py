@@ -18,6 +18,7 @@ import bpy
 from ...precompute.base.failure import GratingError
 from ..lamps.sky import SOURCES_MAX, fitted_world, forget_sources, hold_sources
 from ..materials.skin import follows_world, show_lamps
+from ..scene import compat
 from ..scene.guard import guarded
 
 if TYPE_CHECKING:
@@ -39,19 +40,51 @@ class _Running:
 _running: _Running | None = None
 # Why the last fit of a scene's world came to nothing, by the scene's full name.
 _failed: dict[str, str] = {}
-# The fingerprints of scenes' worlds by the scenes' full names, since the last change.
-_known: dict[str, str] = {}
 
 
-def note_change() -> None:
-    """Blender told of some change: what is known of worlds may no longer be so."""
+@dataclass(frozen=True)
+class _Known:
+    """What was found out about a scene's world.
+
+    world        its address; 0 for a scene without a world
+    space        the file's working space then
+    fingerprint  empty where there is nothing to fit
+    animated     whether it has bright parts that may change from frame to frame
+    blocks       the addresses of the data-blocks that all this depends on"""
+
+    world: int
+    space: str
+    fingerprint: str
+    animated: bool
+    blocks: frozenset[int]
+
+
+# What is known of scenes' worlds, by the scenes' full names, since they last changed.
+_known: dict[str, _Known] = {}
+
+
+def forget_worlds() -> None:
+    """Worlds may have changed in any way: find out anew when next asked."""
     _known.clear()
+
+
+def forget_worlds_of(changed: set[bpy.types.ID]) -> None:
+    """Forget what is known of worlds that depend on one of these data-blocks."""
+    addresses = set(map(_address, changed))
+    for name in [name for name, known in _known.items() if known.blocks & addresses]:
+        del _known[name]
+
+
+def world_is_known(scene: bpy.types.Scene) -> bool:
+    """Whether the scene's world is as it was when it was last looked at, as far as Blender tells of changes."""
+    known = _known.get(scene.name_full)
+    return known is not None and (known.world, known.space) == (_address(scene.world), compat.working_space())
 
 
 def world_is_fitted(scene: bpy.types.Scene) -> bool:
     """Whether the scene's sources are those of its world, as it was after the last change that Blender told of. A world
     of one colour needs none, and an animated one can have none."""
-    return fitted_world(scene) == _known_fingerprint(scene)
+    return fitted_world(scene) == _known_world(scene).fingerprint
 
 
 def drop_stale_sources(scene: bpy.types.Scene) -> str:
@@ -77,10 +110,7 @@ def unfitted_world(scene: bpy.types.Scene) -> list[str]:
 
 def world_is_animated(scene: bpy.types.Scene) -> bool:
     """Whether the scene's world has bright parts that may change from frame to frame."""
-    from ..worlds.animated import is_animated
-    from ..worlds.stand_alone import is_even
-
-    return scene.world is not None and not is_even(scene.world) and is_animated(scene.world)
+    return _known_world(scene).animated
 
 
 def last_failure(scene: bpy.types.Scene) -> str:
@@ -101,7 +131,7 @@ def want_fit(scene: bpy.types.Scene) -> None:
     global _running
     if bpy.app.background:
         fit_world(scene)
-    elif now := drop_stale_sources(scene):
+    elif (now := drop_stale_sources(scene)) and not _is_fitting(scene, now):
         stop_fitting()
         _failed.pop(scene.name_full, None)
         _running = _Running(scene.name, now)
@@ -111,6 +141,11 @@ def want_fit(scene: bpy.types.Scene) -> None:
 def is_fitting() -> bool:
     """Whether a fit is wanted or running."""
     return _running is not None
+
+
+def _is_fitting(scene: bpy.types.Scene, fingerprint: str) -> bool:
+    """Whether a fit of the scene's world as it is now is wanted or running."""
+    return _running is not None and (_running.scene, _running.fingerprint) == (scene.name, fingerprint)
 
 
 def stop_fitting() -> None:
@@ -168,17 +203,34 @@ def _take(scene: bpy.types.Scene, fit: Fit, fingerprint: str) -> None:
 
 def _fingerprint(scene: bpy.types.Scene) -> str:
     """Of the scene's world as it is; empty where there is nothing to fit."""
+    return _found_world(scene).fingerprint
+
+
+def _known_world(scene: bpy.types.Scene) -> _Known:
+    """What is known of the scene's world, found out if need be."""
+    return _known[scene.name_full] if world_is_known(scene) else _found_world(scene)
+
+
+def _found_world(scene: bpy.types.Scene) -> _Known:
+    """Find out about the scene's world."""
     from ..worlds.animated import is_animated
     from ..worlds.fingerprint import fingerprint
     from ..worlds.stand_alone import is_even
 
     world = scene.world
-    has_sources = world is not None and not is_even(world) and not is_animated(world)
-    now = _known[scene.name_full] = fingerprint(world) if has_sources else ""
-    return now
+    text, animated = "", False
+    followed: set[bpy.types.ID] = set()
+    read: set[bpy.types.ID] = {world, compat.world_nodes(world)} - {None} if world is not None else set()
+    if world is not None and not is_even(world):
+        animated = is_animated(world, followed)
+        if not animated:
+            read = set()
+            text = fingerprint(world, read)
+    blocks = frozenset(map(_address, followed | read))
+    found = _Known(_address(world), compat.working_space(), text, animated, blocks)
+    _known[scene.name_full] = found
+    return found
 
 
-def _known_fingerprint(scene: bpy.types.Scene) -> str:
-    """The same, taken at most once between changes: a panel asks whenever it is drawn."""
-    known = _known.get(scene.name_full)
-    return _fingerprint(scene) if known is None else known
+def _address(block: bpy.types.ID | None) -> int:
+    return 0 if block is None else block.as_pointer()

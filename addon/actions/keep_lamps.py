@@ -6,6 +6,10 @@ Drivers follow the values of a lamp by themselves. These functions notice that l
 move between collections, are hidden or are linked to objects. They write only what differs from what is wanted, so that
 a change that concerns no lamp makes Blender evaluate and compile nothing.
 
+With a window, Blender calls them at each step of a lamp that is dragged. Then they look only at what the change
+concerns. Once nothing has changed for a moment, a timer looks at all of it: which of too many lamps are the brightest
+now, and changes that Blender does not tell of. A render and a save look at all of it, too.
+
 What is set on a grating reaches its materials here too.
 
 Writes after a change are in no step of Blender's undo. Undo keeps a data-block as it is, with what was written since,
@@ -16,17 +20,28 @@ that point to what they pointed to before.
 
 import sys
 from collections.abc import Callable
+from itertools import islice
 
 import bpy
 from bpy.app.handlers import persistent
 
-from ..lamps.follow import follow_lamps, followed_lamps, stop_following, update_shown
+from ..lamps.follow import follow_lamps, followed_lamps, stop_following
 from ..lamps.shown import show_as_rendered
 from ..materials.data_pictures import wrong_colours
 from ..materials.skin import is_diffraction, renew_outdated
+from ..scene.changes import STILL, note_change, seconds_until_still
 from ..scene.guard import guarded
 from ..scene.rendering import is_rendering
-from .fit_world import drop_stale_sources, note_change, stop_fitting, unfitted_world, want_fit
+from ..scene.window import has_window
+from .fit_world import (
+    drop_stale_sources,
+    forget_worlds,
+    forget_worlds_of,
+    stop_fitting,
+    unfitted_world,
+    want_fit,
+    world_is_known,
+)
 from .lamps import lit_boxes, update_lamps
 
 
@@ -35,16 +50,38 @@ from .lamps import lit_boxes, update_lamps
 def follow_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """After Blender has evaluated a scene anew. Whatever concerns its lamps changes the scene too."""
     note_change()
-    if depsgraph.mode == "RENDER" or not (depsgraph.id_type_updated("SCENE") or depsgraph.id_type_updated("WORLD")):
+    if depsgraph.mode == "RENDER":
+        return
+    changed = {update.id.original for update in islice(depsgraph.updates, _LOOKED_AT)}
+    came_or_went = depsgraph.id_type_updated("COLLECTION") and (
+        scene.collection in changed or len(changed) == _LOOKED_AT
+    )
+    if came_or_went or depsgraph.id_type_updated("IMAGE"):
+        forget_worlds()
+    else:
+        forget_worlds_of(changed)
+    if not (depsgraph.id_type_updated("SCENE") or depsgraph.id_type_updated("WORLD")):
         return
     if scene.library is not None or is_rendering() or not _has_diffraction():
         return
-    _follow_world(scene)
+    if not (has_window() and world_is_known(scene)):
+        _follow_world(scene)
     _follow_settings(scene)
-    if depsgraph.id_type_updated("COLLECTION") or depsgraph.id_type_updated("LIGHT"):
-        update_lamps(scene, exactly=False, in_viewport=_has_viewport())
-    elif _has_viewport():
-        update_shown(scene, followed_lamps(scene), in_viewport=True)
+    # Without a timer that looks at everything, another strength may have another lamp be among the brightest.
+    brightest_may_be_others = not has_window() and depsgraph.id_type_updated("LIGHT")
+    if came_or_went or brightest_may_be_others or _noticed.get(scene.name_full) != _state(scene):
+        _update_lamps(scene)
+    if has_window() and not bpy.app.timers.is_registered(_follow_when_still):
+        bpy.app.timers.register(_follow_when_still, first_interval=STILL)
+
+
+@guarded
+def _follow_when_still() -> float | None:
+    """Once nothing has changed for a moment, look at everything. The seconds to wait if it is not yet so, or None."""
+    wait = STILL if is_rendering() else seconds_until_still()
+    if wait == 0:
+        _follow_all(exactly=False)
+    return wait or None
 
 
 @persistent
@@ -93,6 +130,10 @@ def show_what_is_saved(*_: object) -> None:
         _print(_outside(scene))
 
 
+# So many of the data-blocks that changed at once are looked at: a thousand take a millisecond.
+_LOOKED_AT = 256
+# The state of each scene's followed lamps when all of it was last looked at, by the scenes' full names.
+_noticed: dict[str, tuple[object, ...]] = {}
 HANDLERS: dict[str, Callable[..., None]] = {
     "depsgraph_update_post": follow_change,
     "frame_change_post": follow_change,
@@ -119,21 +160,40 @@ def register() -> None:
 def unregister() -> None:
     """Undo register()."""
     stop_fitting()
+    if bpy.app.timers.is_registered(_follow_when_still):
+        bpy.app.timers.unregister(_follow_when_still)
     for event, function in HANDLERS.items():
         getattr(bpy.app.handlers, event).remove(function)
 
 
 def _follow_all(*, exactly: bool) -> None:
-    note_change()
+    forget_worlds()
     _print(renew_outdated())
     for scene in _scenes():
         _follow_world(scene)
-        update_lamps(scene, exactly=exactly, in_viewport=_has_viewport())
+        _update_lamps(scene, exactly=exactly)
+
+
+def _update_lamps(scene: bpy.types.Scene, *, exactly: bool = False) -> None:
+    update_lamps(scene, exactly=exactly, in_viewport=has_window())
+    _noticed[scene.name_full] = _state(scene)
+
+
+def _state(scene: bpy.types.Scene) -> tuple[object, ...]:
+    """What drivers cannot follow of the lamps that a scene follows: their kinds, the objects that they are linked to,
+    and which view layers show them."""
+    return tuple(_state_of(lamp, scene) for lamp in followed_lamps(scene))
+
+
+def _state_of(lamp: bpy.types.Object, scene: bpy.types.Scene) -> tuple[object, ...]:
+    linked_to = lamp.light_linking.receiver_collection
+    shown = [lamp.visible_get(view_layer=layer) for layer in scene.view_layers]
+    return lamp.name_full, lamp.data.type, getattr(lamp.data, "shape", ""), linked_to and linked_to.name_full, *shown
 
 
 def _follow_world(scene: bpy.types.Scene) -> None:
     """Sources of a world that has changed are given up; with a window, they are fitted anew."""
-    if _has_viewport():
+    if has_window():
         want_fit(scene)
     else:
         drop_stale_sources(scene)
@@ -168,7 +228,3 @@ def _scenes() -> list[bpy.types.Scene]:
 
 def _has_diffraction() -> bool:
     return any(is_diffraction(group) for group in bpy.data.node_groups)
-
-
-def _has_viewport() -> bool:
-    return not bpy.app.background

@@ -11,8 +11,10 @@ import bpy
 import bpy.utils.previews
 
 from ...precompute.base.failure import GratingError
+from ..scene.changes import STILL
 from ..scene.gratings import Grating
 from ..scene.guard import guarded
+from ..scene.window import redraw_views
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,8 +22,6 @@ if TYPE_CHECKING:
     from ...precompute.surface.height_map import HeightMap
     from ...precompute.surface.preview import Preview
 
-# Seconds without another change before a preview is made: a slider that is dragged changes more often.
-_REST = 0.2
 # More previews than an artist goes to and fro between; then the memory is given back.
 _KEPT_MAX = 32
 
@@ -65,7 +65,7 @@ def shown(grating: Grating) -> Shown | None:
         _wanted[:] = [asked]
         if bpy.app.timers.is_registered(refresh):
             bpy.app.timers.unregister(refresh)
-        bpy.app.timers.register(refresh, first_interval=_REST)
+        bpy.app.timers.register(refresh, first_interval=STILL)
     return None
 
 
@@ -77,10 +77,7 @@ def refresh() -> None:
             forget()
         _shown[asked] = _made(asked)
     _wanted.clear()
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                area.tag_redraw()
+    redraw_views()
 
 
 def forget() -> None:

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 LitBoxes = Callable[[bpy.types.Scene], "np.ndarray"]
 # Every lamp costs time in every pixel, so only the brightest are followed.
 LAMPS_MAX = 8
+# So many lamps that are left out are named.
+_NAMED_MAX = 8
 # A lamp takes the place of a followed one if it is brighter by more than this factor. Without it, a lamp that moves to
 # and fro where two are equally bright would have drivers written at each step. A factor of 1.5 is half a stop of a
 # camera, or 22 % of a distance: the choice loses little light by it.
@@ -69,8 +71,33 @@ def instanced_lamps(depsgraph: bpy.types.Depsgraph) -> list[str]:
     """Names of the lamps that instances of collections or particles show.
 
     Such a lamp is one object at many places, and no driver can follow all of them."""
+    if not _may_be_instanced(list(bpy.data.lights)):
+        return []
     instances = [i.object.original for i in depsgraph.object_instances if i.is_instance and i.object.type == "LIGHT"]
     return sorted({lamp.name for lamp in instances if not is_fan(lamp)})
+
+
+def _may_be_instanced(lights: list[bpy.types.Light]) -> bool:
+    """Whether instances may show a lamp of the file: it, or a collection that holds it, is used by something that is
+    neither a scene nor a collection, or a parent of it shows instances. To look through all instances takes long."""
+    found: set[bpy.types.ID] = set(lights)
+    pending = found
+    while pending:
+        users = set().union(*bpy.data.user_map(subset=pending).values()) - found
+        lamps = {user for user in users if isinstance(user, bpy.types.Object) and user.type == "LIGHT"}
+        holders = {user for user in users if isinstance(user, bpy.types.Collection)}
+        if users - lamps - holders - set(bpy.data.scenes) or any(map(_has_instancer_above, lamps)):
+            return True
+        pending = lamps | holders
+        found |= pending
+    return False
+
+
+def _has_instancer_above(thing: bpy.types.Object) -> bool:
+    while (thing := thing.parent) is not None:
+        if thing.is_instancer:
+            return True
+    return False
 
 
 def instances_are_not_followed(names: list[str]) -> str:
@@ -89,7 +116,8 @@ def unfollowed_features(scene: bpy.types.Scene, counted: Sequence[bpy.types.Obje
         left_out = [lamp for lamp in lamps if lamp not in counted]
         names = sorted(lamp.name for lamp, shown in zip(left_out, rendered(scene, left_out), strict=True) if shown)
         if names:
-            lines.append(f"diffraction uses at most {LAMPS_MAX} lamps; left out: {', '.join(names)}")
+            listed = [*names[:_NAMED_MAX], f"and {len(names) - _NAMED_MAX} more"] if len(names) > _NAMED_MAX else names
+            lines.append(f"diffraction uses at most {LAMPS_MAX} lamps; left out: {', '.join(listed)}")
     for lamp in lamps:
         if _has_own_nodes(lamp.data):
             lines.append(f"{lamp.name}: its shader nodes are not followed")

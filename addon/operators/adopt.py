@@ -4,6 +4,7 @@
 import bpy
 
 from ...precompute.base.failure import GratingError
+from ..materials.skin import is_diffraction
 from .report import report_failure, report_lines
 
 
@@ -17,10 +18,9 @@ class AdoptMaterials(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        from ..materials.users import strays
-
-        if not strays(context.scene):
-            cls.poll_message_set("Every diffraction material has its grating in the list")
+        # The panel draws the button only if there is something to adopt, and asks this at each redraw.
+        if not any(map(is_diffraction, bpy.data.node_groups)):
+            cls.poll_message_set("The file has no diffraction material")
             return False
         return True
 

@@ -3,19 +3,7 @@
 
 import bpy
 
-from ..actions.fit_world import is_fitting, last_failure, world_is_animated, world_is_fitted
-from ..lamps.find import brightest, instanced_lamps, unfollowed_features
-from ..lamps.follow import followed_lamps, is_on
-from ..lamps.sky import missed_share, source_count
-from ..materials.data_pictures import wrong_colours
-from ..materials.skin import (
-    answers_to_world,
-    crowded,
-    follows_world,
-    is_diffraction,
-    linked_with_fewer_lamps,
-    variation_of,
-)
+from ..actions.fit_world import is_fitting, last_failure
 from ..operators.add_diffraction import AddDiffraction
 from ..operators.add_fan import AddDiffractionLamp
 from ..operators.add_sun import AddSun
@@ -39,8 +27,8 @@ from ..operators.vary_grating import VaryGrating
 from ..scene import compat, stored
 from ..scene.frame_source import FRAMES, KINDS, STORED
 from ..scene.guard import guarded_draw, guarded_item
-from ..scene.lights import ALL, LAMPS_ONLY, LIGHTS, NO_SAMPLE_SET, REST
-from ..scene.variation import Variation
+from ..scene.lights import ALL, LAMPS_ONLY, LIGHTS, REST
+from .facts import NOT_FITTED, Facts, GratingFacts, SceneFacts, facts_of
 from .notes import draw_note
 from .steps_panel import draw_scans, draw_steps
 
@@ -52,8 +40,6 @@ _LIT_BY = {
     REST: "These lamps without noise. The world, and light from other objects, as smooth light with little noise.",
     ALL: "Every light, by random samples. Small lamps need many.",
 }
-# The least share of bright light in no source that is worth a word.
-_MISSED_MIN = 0.01
 
 
 class SampleMenu(bpy.types.Menu):
@@ -101,14 +87,15 @@ class GratingPanel(bpy.types.Panel):
         buttons.operator(ImportHeightMap.bl_idname, text="", icon="ADD")
         buttons.menu(SampleMenu.bl_idname, text="", icon="DOWNARROW_HLT")
         buttons.operator(RemoveGrating.bl_idname, text="", icon="REMOVE")
-        _draw_strays(layout, context)
+        facts = facts_of(context)
+        _draw_strays(layout, context, facts.scene)
         grating = gratings.active()
         if grating is None:
             layout.label(text="Import a height map, or add a sample", icon="INFO")
             return
-        _draw_bake(layout, context, grating)
-        _draw_material(layout, grating)
-        _draw_lamps(layout, context, grating)
+        _draw_bake(layout, context, grating, facts=facts.grating)
+        _draw_material(layout, grating, facts.grating)
+        _draw_lamps(layout, context, grating, facts=facts)
 
 
 class ReferencePanel(bpy.types.Panel):
@@ -132,26 +119,20 @@ class ReferencePanel(bpy.types.Panel):
             draw_note(self.layout, context, missing[0].upper() + missing[1:], icon="INFO")
 
 
-def _draw_strays(layout, context) -> None:
+def _draw_strays(layout, context, facts: SceneFacts) -> None:
     """Draw which diffraction materials of the file the list does not hold, and the button that brings them there."""
-    if not any(map(is_diffraction, bpy.data.node_groups)):  # most files load no more than this
-        return
-    from ..materials.users import linked_strays, strays
-
-    found = strays(context.scene)
-    adoptable = [group.name for group in found if group.library is None]
-    if adoptable:
-        draw_note(layout, context, f"Not in the list: {', '.join(adoptable)}", icon="INFO")
+    if facts.strays:
+        draw_note(layout, context, f"Not in the list: {', '.join(facts.strays)}", icon="INFO")
         layout.operator(AdoptMaterials.bl_idname, icon="IMPORT")
-    for line in linked_strays(found):
+    for line in facts.linked:
         draw_note(layout, context, line, icon="INFO")
 
 
-def _draw_bake(layout, context, grating) -> None:
+def _draw_bake(layout, context, grating, *, facts: GratingFacts) -> None:
     _draw_lines(layout, grating.summary)
-    draw_scans(layout, context, grating)
+    draw_scans(layout, context, facts)
     _draw_quality(layout, context, grating)
-    draw_steps(layout, context, grating)
+    draw_steps(layout, context, grating, several=bool(facts.scans))
     settings = layout.column(align=True)
     settings.prop(grating, "delta_e")
     settings.prop(grating, "coherence_um", text="Coherence (um)" if grating.coherence_um else "Coherence (auto)")
@@ -166,10 +147,9 @@ def _draw_bake(layout, context, grating) -> None:
             if grating.for_scene:
                 row.operator(BakeNeeds.bl_idname, text="", icon="X").everything = True
     _draw_lines(layout, grating.bake_summary)
-    from ..scene.bakes import is_asked_otherwise
     from ..scene.region import noticed_outside
 
-    if running_bake() is None and is_asked_otherwise(grating):
+    if running_bake() is None and facts.outdated:
         draw_note(layout, context, "Settings changed since this bake; press Bake Grating", icon="ERROR")
 
     for line in noticed_outside(context.scene):
@@ -194,11 +174,9 @@ def _draw_lines(layout, summary: str) -> None:
         column.label(text=fact)
 
 
-def _draw_material(layout, grating) -> None:
-    if grating.group is not None:
-        from ..materials.users import on_objects, shown_by
-
-        layout.label(text=on_objects(shown_by(grating.group)), icon="OBJECT_DATA")
+def _draw_material(layout, grating, facts: GratingFacts) -> None:
+    if facts.objects:
+        layout.label(text=facts.objects, icon="OBJECT_DATA")
     column = layout.column(align=True)
     column.operator(NewDiffractionMaterial.bl_idname, icon="MATERIAL")
     column.operator(AssignToSelected.bl_idname, icon="BRUSH_DATA")
@@ -216,8 +194,7 @@ def _draw_material(layout, grating) -> None:
     _draw_comb(layout)
     row = layout.row()
     row.label(text="Variation")
-    choice = Variation() if grating.group is None else variation_of(grating.group)
-    row.operator(VaryGrating.bl_idname, text=choice.summary, icon="MOD_NOISE")
+    row.operator(VaryGrating.bl_idname, text=facts.variation, icon="MOD_NOISE")
     layout.prop(grating, "footprint")
     layout.prop(grating, "shadows")
     layout.operator(AddDiffractionLamp.bl_idname, text="Add Diffraction Lamp", icon="LIGHT_AREA")
@@ -231,38 +208,34 @@ def _draw_comb(layout) -> None:
         layout.operator_menu_enum(CombGrating.bl_idname, "source", text=CombGrating.bl_label, icon="FORCE_WIND")
 
 
-def _draw_lamps(layout, context, grating) -> None:
-    scene = context.scene
+def _draw_lamps(layout, context, grating, *, facts: Facts) -> None:
+    scene = facts.scene
     lights = grating.lit_by
-    if lights != LAMPS_ONLY and grating.group is not None and not answers_to_world(grating.group):
-        draw_note(layout, context, f"{grating.name}: {NO_SAMPLE_SET}", icon="ERROR")
+    if facts.grating.no_set:
+        draw_note(layout, context, facts.grating.no_set, icon="ERROR")
         lights = LAMPS_ONLY
     layout.label(text="Lit by")
     column = layout.column(align=True)
-    followed = followed_lamps(scene)
-    lamps = followed or brightest(scene)
-    for index, lamp in enumerate(lamps):
-        hidden = bool(followed) and not is_on(scene, index)
+    for lamp in scene.lamps:
         row = column.row()
-        row.active = not hidden
-        row.label(text=f"{lamp.name} (hidden)" if hidden else lamp.name, icon=_ICONS[lamp.data.type])
-    if lights == REST and follows_world():
-        _draw_world(column, context)
-    if not lamps:
+        row.active = not lamp.hidden
+        row.label(text=f"{lamp.name} (hidden)" if lamp.hidden else lamp.name, icon=_ICONS[lamp.kind])
+    if lights == REST and scene.world:
+        _draw_world(column, context, scene.world)
+    if not scene.lamps:
         if lights == LAMPS_ONLY:
             draw_note(column, context, "No lamp lights the scene, so the diffraction is dark", icon="INFO")
         column.operator(AddSun.bl_idname, icon="LIGHT_SUN")
-    for line in crowded(grating.group) if grating.group is not None else ():
+    for line in facts.grating.crowded:
         draw_note(column, context, line, icon="ERROR")
-    instanced = instanced_lamps(context.evaluated_depsgraph_get())
-    for line in unfollowed_features(scene, lamps) + linked_with_fewer_lamps(scene):
+    for line in scene.features:
         draw_note(column, context, line, icon="INFO")
-    if instanced:
-        draw_note(column, context, f"Instanced: {', '.join(instanced)}; Apply > Make Instances Real", icon="ERROR")
-    wrong = wrong_colours(scene)
-    for line in wrong:
+    if scene.instanced:
+        names = ", ".join(scene.instanced)
+        draw_note(column, context, f"Instanced: {names}; Apply > Make Instances Real", icon="ERROR")
+    for line in scene.wrong:
         draw_note(column, context, line, icon="ERROR")
-    if any(MendMaterials.bl_label in line for line in wrong):
+    if scene.can_be_mended:
         column.operator(MendMaterials.bl_idname, icon="FILE_REFRESH")
     note = layout.column(align=True)
     note.active = False
@@ -272,24 +245,12 @@ def _draw_lamps(layout, context, grating) -> None:
         draw_note(note, context, shade)
 
 
-def _draw_world(column, context) -> None:
-    """What lights the diffraction of the scene's world."""
-    scene = context.scene
-    if scene.world is None:
-        return
-    if world_is_animated(scene):
-        text = "animated, so its bright parts light with noise"
-    elif is_fitting():
+def _draw_world(column, context, text: str) -> None:
+    """Draw what lights the diffraction of the scene's world."""
+    if is_fitting():
         text = "fitting its sources ..."
-    elif not world_is_fitted(scene):
-        text = "not fitted"
-    else:
-        count = source_count(scene)
-        text = f"{count} source{'s' * (count != 1)} and the rest"
-        if missed_share(scene) >= _MISSED_MIN:
-            text += f", {missed_share(scene):.0%} of bright light in none"
-    draw_note(column, context, f"{scene.world.name}: {text}", icon="WORLD")
-    if text == "not fitted":
-        if last_failure(scene):
-            draw_note(column, context, last_failure(scene), icon="ERROR")
+    draw_note(column, context, f"{context.scene.world.name}: {text}", icon="WORLD")
+    if text == NOT_FITTED:
+        if last_failure(context.scene):
+            draw_note(column, context, last_failure(context.scene), icon="ERROR")
         column.operator(FitWorld.bl_idname, icon="FILE_REFRESH")

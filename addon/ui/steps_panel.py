@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The part Levelling of the panel: the steps as a list, and what they make of the scan."""
 
-from pathlib import Path
-
 import bpy
 
 from ...precompute.base.failure import GratingError
 from ..operators.level_steps import AddLevellingStep, LevellingAsText, MoveLevellingStep, RemoveLevellingStep
 from ..operators.report import in_words
 from ..scene.guard import guarded_item
+from .facts import GratingFacts
 from .notes import draw_note
 
 # Of a picture in the sidebar, in units of a row's height.
@@ -27,8 +26,9 @@ class StepList(bpy.types.UIList):
         layout.label(text=item.text, icon="MODIFIER")
 
 
-def draw_steps(layout, context, grating) -> None:
-    """Draw the list of a grating's steps, the arguments of the active one, and the preview."""
+def draw_steps(layout, context, grating, *, several: bool) -> None:
+    """Draw the list of a grating's steps, the arguments of the active one, and the preview. `several`: the grating
+    averages several scans."""
     if not grating.source:  # made from a bake alone
         return
     # Open while the scan is levelled, and out of the way once it is baked. Blender remembers what the artist opens or
@@ -48,23 +48,20 @@ def draw_steps(layout, context, grating) -> None:
     buttons.operator(LevellingAsText.bl_idname, text="", icon="TEXT")
     try:
         _draw_arguments(body, grating)
-        _draw_preview(body, context, grating)
+        _draw_preview(body, context, grating, several=several)
     except GratingError as error:
         draw_note(body, context, in_words(str(error)), icon="ERROR")
 
 
-def draw_scans(layout, context, grating) -> None:
+def draw_scans(layout, context, facts: GratingFacts) -> None:
     """Draw the files of a grating that averages several scans."""
-    try:
-        scans = grating.bake_request().scans if grating.further_scans() else ()
-    except GratingError as error:
-        draw_note(layout, context, in_words(str(error)), icon="ERROR")
-        return
+    if facts.fault:
+        draw_note(layout, context, in_words(facts.fault), icon="ERROR")
     column = layout.column(align=True)
-    for scan in scans[:_FILES_MAX]:
-        column.label(text=Path(scan.source).name, icon="FILE")
-    if len(scans) > _FILES_MAX:
-        column.label(text=f"and {len(scans) - _FILES_MAX} more", icon="BLANK1")
+    for name in facts.scans[:_FILES_MAX]:
+        column.label(text=name, icon="FILE")
+    if len(facts.scans) > _FILES_MAX:
+        column.label(text=f"and {len(facts.scans) - _FILES_MAX} more", icon="BLANK1")
 
 
 def _draw_arguments(layout, grating) -> None:
@@ -75,7 +72,7 @@ def _draw_arguments(layout, grating) -> None:
             column.prop(step, name)
 
 
-def _draw_preview(layout, context, grating) -> None:
+def _draw_preview(layout, context, grating, *, several: bool) -> None:
     from ...precompute.surface.steps.pipeline import WARNING
     from ..actions.level_preview import shown
 
@@ -95,7 +92,7 @@ def _draw_preview(layout, context, grating) -> None:
         for line in look.in_words():
             column.label(text=line)
     notes = layout.column(align=True)
-    if grating.further_scans():
+    if several:
         draw_note(notes, context, "Preview of the first scan")
     for line in found.preview.told:
         warned = line.startswith(WARNING)

@@ -12,10 +12,12 @@ _FOLLOWED_LAMP = '["ng_'
 _MOVING_PICTURES = {"MOVIE", "SEQUENCE"}
 
 
-def is_animated(world: bpy.types.World) -> bool:
+def is_animated(world: bpy.types.World, blocks: set[bpy.types.ID] | None = None) -> bool:
     """Whether the world, its nodes, or what they refer to (node groups, objects and what these follow) has keys or
-    strips, a driver that reads the frame or something that is itself animated, or a picture of many frames."""
-    return _changes(world, set())
+    strips, a driver that reads the frame or something that is itself animated, or a picture of many frames.
+
+    The data-blocks that the answer depends on are added to `blocks`."""
+    return _changes(world, set() if blocks is None else blocks)
 
 
 def _changes(holder: bpy.types.ID | None, seen: set[bpy.types.ID]) -> bool:

@@ -16,19 +16,20 @@ _FRAME = "frame_current"
 _PLAIN = {"BOOLEAN", "INT", "FLOAT", "STRING", "ENUM"}
 
 
-def fingerprint(world: bpy.types.World) -> str:
+def fingerprint(world: bpy.types.World, blocks: set[bpy.types.ID] | None = None) -> str:
     """Of the world's nodes, their links, values, pictures (name, path, size, whether painted on), mappings, curves and
     ramps, and the places of objects that they refer to, all at the present frame.
 
     Strokes on a picture that was painted on before are not noticed, nor a file that another program writes, nor the
-    frames of a movie."""
-    seen: set[bpy.types.NodeTree] = set()
+    frames of a movie. The data-blocks that the text depends on are added to `blocks`."""
+    seen = set() if blocks is None else blocks
+    seen.add(world)
     facts = [compat.working_space(), tuple(world.color), world.cycles_visibility.glossy]
     facts += _tree_facts(compat.world_nodes(world), seen)
     return hashlib.sha256(repr(facts).encode()).hexdigest()
 
 
-def _tree_facts(tree: bpy.types.NodeTree | None, seen: set[bpy.types.NodeTree]) -> Iterator[object]:
+def _tree_facts(tree: bpy.types.NodeTree | None, seen: set[bpy.types.ID]) -> Iterator[object]:
     if tree is None or tree in seen:
         return
     seen.add(tree)
@@ -55,11 +56,13 @@ def _file_facts(image: bpy.types.Image) -> tuple[str, int]:
     return bpy.path.basename(image.filepath), size
 
 
-def _facts(owner: bpy.types.bpy_struct, own: bpy.types.Property, seen: set[bpy.types.NodeTree]) -> Iterator[object]:
-    """The values of one property, and of all that it holds."""
+def _facts(owner: bpy.types.bpy_struct, own: bpy.types.Property, seen: set[bpy.types.ID]) -> Iterator[object]:
+    """The values of one property, and of all that it holds. The data-blocks on the way are added to `seen`."""
     if own.identifier in ("rna_type", _FRAME):
         return
     value = getattr(owner, own.identifier)
+    if isinstance(value, bpy.types.ID) and not isinstance(value, bpy.types.NodeTree):
+        seen.add(value)
     if own.type in _PLAIN:
         yield tuple(value) if getattr(own, "is_array", False) else value
     elif isinstance(value, bpy.types.Image):
