@@ -3,6 +3,7 @@
 
 import json
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import bpy
@@ -11,7 +12,7 @@ from ...precompute.base.failure import printable
 from ...precompute.surface.description import Description, describe
 from ...precompute.surface.height_map import SAMPLE_PREFIX, HeightMap
 from ...precompute.surface.quality import LIGHTS
-from ...precompute.surface.readers.registry import read_height_map
+from ...precompute.surface.readers.registry import read_height_map, read_other_way
 from ...precompute.surface.samples.catalogue import title_of
 from ...precompute.surface.steps.pipeline import DEFAULT
 from ..materials.skin import variation_of
@@ -80,7 +81,7 @@ def _read(records: Sequence[dict[str, Any]]) -> list[tuple[str, Description]]:
     def read(record: dict[str, Any]) -> tuple[str, Description]:
         sizes = record["size_um"], record["height_nm"]
         height_map = read_height_map(kept_path(record["source"]), *sizes, channel=record["channel"])
-        return name_of(height_map), describe(height_map)
+        return name_of(height_map), describe(height_map, partial(read_other_way, height_map))
 
     return [read(record) for record in records]
 

@@ -4,6 +4,8 @@
 import argparse
 
 from ..surface import description
+from ..surface.height_map import HeightMap
+from ..surface.readers.registry import read_other_way
 from ..surface.steps.pipeline import level
 from .arguments import add_input, add_level, height_map_of
 from .output import emit
@@ -20,8 +22,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """The `info` verb."""
-    levelled = level(height_map_of(arguments), arguments.level)
-    described = description.describe(levelled.height_map)
+    height_map = height_map_of(arguments)
+    levelled = level(height_map, arguments.level)
+
+    def other_way() -> HeightMap | None:
+        found = read_other_way(height_map)
+        return found and level(found, arguments.level).height_map
+
+    described = description.describe(levelled.height_map, other_way)
     facts = {**described.as_dict(), "levelling": list(levelled.told)}
     others = (f"{key}: {value}" for key, value in facts.items() if key not in _IN_WORDS)
     lines = [*levelled.told, *described.in_words(), *described.quality.in_words(), *others]

@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
+from ..base.failure import GratingError
 from .first_order import COARSEST_PERIOD_M, FINEST_PERIOD_M
 from .height_map import HeightMap
 from .levelling import Plane, plane_of
@@ -85,9 +87,13 @@ class Description:
         else:
             lines.append(f"grating: none; no wave {band}, which would show colours, stands out")
         if noise is not None:
+            reason = (
+                "the scan in the other direction lacks it; compare its channel, or turn the sample"
+                if self.waves.one_way
+                else "rows that shift at random show such a wave too; if the surface has lines along the rows, turn it"
+            )
             lines.append(
-                f"line noise: {_told(noise)}; not taken for a grating, as rows that shift at random show such a wave "
-                "too; if the surface has lines along the rows, turn it by 90 deg and scan it again"
+                f"line noise: {_told(noise)}; not taken for a grating, as {reason} by 90 deg and scan it again"
             )
         if waviness is not None and not (gratings and waviness.amplitude_m <= gratings[0].amplitude_m):
             lines.append(
@@ -107,11 +113,22 @@ class Description:
         return level if level == source else f"{level} levelled ({source} as scanned)"
 
 
-def describe(height_map: HeightMap) -> Description:
-    """Measure a height map: its relief before and after plane levelling, its waves, and its quality."""
+def describe(height_map: HeightMap, other_way: Callable[[], HeightMap | None] | None = None) -> Description:
+    """Measure a height map: its relief before and after plane levelling, its waves, and its quality.
+
+    `other_way` reads the scan on the other way over the lines, which took the same steps of levelling, or gives None
+    (`read_other_way` of readers/registry.py). It is called only if a wave is taken for a grating. If it raises
+    GratingError, the scan is described by itself."""
     plane = plane_of(height_map)
-    middle = replace(height_map, height_m=plane.level_part(height_map, middle_of(height_map)))
-    waves = waves_of(middle, height_map.size_m)
+
+    def other() -> HeightMap | None:
+        try:
+            found = other_way() if other_way else None
+        except GratingError:
+            return None
+        return found and _middle(found, plane_of(found))
+
+    waves = waves_of(_middle(height_map, plane), height_map.size_m, other=other)
     low, high, rms = _levelled(height_map, plane)
     return Description(
         rows=height_map.rows,
@@ -124,6 +141,11 @@ def describe(height_map: HeightMap) -> Description:
         quality=judge(height_map, plane, waves, reach_m=(low, high)),
         channels=height_map.channels,
     )
+
+
+def _middle(height_map: HeightMap, plane: Plane) -> HeightMap:
+    """The middle of a scan without the plane through the whole scan."""
+    return replace(height_map, height_m=plane.level_part(height_map, middle_of(height_map)))
 
 
 def _levelled(height_map: HeightMap, plane: Plane) -> tuple[float, float, float]:

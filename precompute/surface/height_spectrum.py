@@ -64,6 +64,22 @@ def spectrum_of(level: HeightMap) -> Spectrum:
     return Spectrum(np.ascontiguousarray(amplitude**2), level.size_m, level.cols)
 
 
+def amplitude_at(height: np.ndarray, cycles: tuple[float, float]) -> complex:
+    """The transform of heights (rows, cols) without holes under a Hann window, at a wave of (ky, kx) cycles per scan.
+
+    Its phase is the wave's in the middle of the scan; its size is not normalised."""
+    along_y, along_x = (_transformed(*each) for each in zip(height.shape, cycles, strict=True))
+    # Real heights times complex numbers would be copied as complex numbers.
+    real, imaginary = (height @ np.stack([along_x.real, along_x.imag], axis=1)).T
+    return complex(along_y @ real + 1j * (along_y @ imaginary))
+
+
+def _transformed(count: int, cycles: float) -> np.ndarray:
+    """A Hann window (count,) times the conjugate of a wave of so many cycles in it."""
+    place = (np.arange(count) + 0.5) / count
+    return np.sin(np.pi * place) ** 2 * np.exp(-2j * np.pi * cycles * (place - 0.5))
+
+
 def ground_of(power: np.ndarray, q: np.ndarray) -> np.ndarray:
     """For each bin (ny, nx) the median power of all waves of about its own length.
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from .first_order import COARSEST_PERIOD_M, FINEST_PERIOD_M, visible_share
 from .height_map import HeightMap
 from .height_spectrum import Spectrum, ground_of, refined, spectrum_of
 from .line_noise import line_noise
+from .other_way import confirms
 
 _MOST_PERIODS = 5
 # Of a larger scan the middle is looked at, of this many pixels a side: 2 s of work instead of minutes.
@@ -35,6 +37,8 @@ _FUNDAMENTAL_ABOVE_MEDIAN = 16.0
 _HARMONIC_BINS = 1.0
 # Line noise is in the columns of the spectrum that the window's lobe about the frequency 0 along the rows covers.
 _NOISE_COLUMNS = 3
+# How often waves that the other way lacks are left out and the next ones found, five at a time.
+_ROUNDS = 8
 # A wave of less than 1 pm is rounding error, not relief.
 _FAINTEST_AMPLITUDE_M = 1e-12
 # The least share of light that shows. Under the sun, which fills 6.8e-5 sr, an order of this efficiency is a hundredth
@@ -42,6 +46,8 @@ _FAINTEST_AMPLITUDE_M = 1e-12
 _FAINTEST_LIGHT = 2.2e-7
 # A contrast beyond this is that of an exact wave on nothing but rounding errors.
 _CONTRAST_MAX = 1e12
+# The bins (ky, kx) of peaks.
+_Peaks = list[tuple[int, int]]
 
 
 @dataclass(frozen=True)
@@ -81,19 +87,29 @@ class Waves:
     gratings  at most five that diffract visibly, the one that sends out the most light first
     waviness  the highest wave that is too coarse to show colours, None where there is none
     fine      the highest wave that is too fine for visible light, None where there is none
-    noise     the strongest wave that is left out of the gratings because it may be line noise of the microscope
-              (line_noise.py), None where there is none"""
+    noise     the strongest wave that is left out of the gratings because it is, or may be, line noise of the
+              microscope, None where there is none
+    one_way   whether `noise` is a wave that the other way over the lines lacks (other_way.py); else it is one of those
+              that lines that shift at random have too (line_noise.py)"""
 
     gratings: tuple[Wave, ...]
     waviness: Wave | None
     fine: Wave | None
     noise: Wave | None = None
+    one_way: bool = False
 
 
-def waves_of(level: HeightMap, scan_m: tuple[float, float] | None = None) -> Waves:
+def waves_of(
+    level: HeightMap,
+    scan_m: tuple[float, float] | None = None,
+    *,
+    other: Callable[[], HeightMap | None] | None = None,
+) -> Waves:
     """The waves of levelled heights, of their middle where the scan is large; holes are filled first.
 
-    Where `level` is a part of a scan, scan_m (Ly, Lx) are the scan's sides, in which repeats are counted.
+    Where `level` is a part of a scan, scan_m (Ly, Lx) are the scan's sides, in which repeats are counted. `other` gives
+    the same part as scanned on the other way over the lines, levelled alike, or None; it is called only if a wave is
+    taken for a grating, and a grating must be in both.
 
     A wave that diffracts visibly is one that visible light leaves at an angle of its own (FINEST_PERIOD_M), with its
     colours so far apart that they can be told apart under the sun (COARSEST_PERIOD_M). Such waves are ordered by the
@@ -110,17 +126,37 @@ def waves_of(level: HeightMap, scan_m: tuple[float, float] | None = None) -> Wav
     waviness = _peaks(spectrum, coarse, 1, least=_FAINTEST_AMPLITUDE_M**2)
     # A surface that was made has no noise of a microscope.
     known = None if level.periodic else waviness
-    gratings, noise = _diffracting(spectrum, np.where(stands_out, light, 0.0), known)
-    gratings = _with_fundamentals(spectrum, gratings, light, ground)
+
+    def find() -> tuple[_Peaks, _Peaks]:
+        found, chance = _diffracting(spectrum, np.where(stands_out, light, 0.0), known)
+        return _with_fundamentals(spectrum, found, light, ground), chance
+
+    gratings, noise = find()
+    missing: _Peaks = []
+    way_back = other() if gratings and other is not None else None
+    if way_back is not None:
+        is_shown = confirms(middle, spectrum, way_back)
+        for _ in range(_ROUNDS):
+            lacking = [peak for peak in gratings if not is_shown(peak)]
+            if not lacking:
+                break
+            missing += lacking
+            for ky, kx in lacking:
+                # The frequencies (ky, 0) and (-ky, 0) are one wave.
+                light[[ky, ky if kx else -ky], kx] = 0.0
+            gratings, noise = find()
+        gratings = list(filter(is_shown, gratings))
+        noise = missing[:1] or noise
     fine[~stands_out] = 0.0
-    if noise:
+    if any(kx < _NOISE_COLUMNS for _, kx in noise):
         fine[:, :_NOISE_COLUMNS] = 0.0
     others = waviness, _peaks(spectrum, fine, 1, least=_FAINTEST_AMPLITUDE_M**2), noise
 
     def wave(peak: tuple[int, int]) -> Wave:
         return _wave(spectrum, peak, scan_m=scan_m, ground=ground[peak])
 
-    return Waves(tuple(map(wave, gratings)), *(wave(peaks[0]) if peaks else None for peaks in others))
+    told = (wave(peaks[0]) if peaks else None for peaks in others)
+    return Waves(tuple(map(wave, gratings)), *told, one_way=bool(missing))
 
 
 def _diffracting(

@@ -159,7 +159,10 @@ def _finite_mean(values: np.ndarray) -> float:
 def _period(waves: Waves) -> Finding:
     noise = ""
     if waves.noise is not None:
-        noise = f"{waves.noise.in_words()} may be line noise of the microscope, and is left out"
+        is_noise = "may be line noise of the microscope"
+        if waves.one_way:
+            is_noise = "is line noise of the microscope, as the scan in the other direction lacks it"
+        noise = f"{waves.noise.in_words()} {is_noise}, and is left out"
     if not waves.gratings:
         remedy = f"; {noise}; turn the sample by 90 deg and scan it again" if noise else "; scan another place"
         return Finding("period", "poor", f"no wave stands out that would show colours{remedy}", 0.0)

@@ -16,6 +16,8 @@ _WHOLE_NAMES = ("z",)
 _NO_TOPOGRAPHY = ("amplitude", "phase", "deflection", "error", "friction", "distance")
 # The way back over a line. It is taken for the topography only where the way forth is not there.
 _WAY_BACK = ("retrace", "backward")
+# The words for the two ways over a line, back and forth.
+_WAYS = tuple(zip(_WAY_BACK, ("trace", "forward"), strict=True))
 # The most characters of a file's own text that a message quotes, and the most channels that it lists or explains.
 _QUOTED, _LISTED, _EXPLAINED = 80, 20, 5
 
@@ -87,6 +89,20 @@ def choose_channel(source: str, channels: Sequence[Channel], wanted: str | None)
     if not chosen.is_surface:
         raise GratingError(f"{source}: channel '{chosen.label}' {_fault_of(chosen)}; {_other_than(surfaces)}")
     return found
+
+
+def other_way(label: str, labels: Sequence[str]) -> str | None:
+    """The label among `labels` of the same quantity on the other way over the lines: "Height retrace" for "Height
+    trace", "Z-Axis forward" for "Z-Axis backward". None where there is none.
+
+    Gwyddion's files write both in one word: "HeightTrace"."""
+    for words in _WAYS:
+        # "retrace" ends with "trace".
+        old, new = words if words[0] in label.casefold() else words[::-1]
+        head, found, tail = label.casefold().rpartition(old)
+        if found:
+            return next((each for each in labels if each.casefold() == head + new + tail), None)
+    return None
 
 
 def _fault_of(channel: Channel) -> str:

@@ -16,6 +16,7 @@ from ..height_map import SAMPLE_PREFIX, HeightMap
 from ..samples.catalogue import make_sample
 from .agilent import AGILENT
 from .asd import ASD
+from .channels import other_way
 from .digital_surf import DIGITAL_SURF
 from .exr_picture import EXR
 from .gsf import GSF
@@ -85,6 +86,17 @@ def read_height_map(
         raise GratingError(f"{source}: larger than the memory that is free; crop or reduce the scan") from error
     _refuse_beyond_reason(height_map)
     return height_map
+
+
+def read_other_way(height_map: HeightMap) -> HeightMap | None:
+    """The scan of the same quantity on the other way over the lines, out of the same file; None where the file holds
+    none.
+
+    Both lie alike: a place of the surface is at the same row and column. So do the real files of Nanosurf, NanoScope,
+    Asylum and JPK, and a reader turns back what its format stores mirrored (nanonis.py). Raises GratingError as
+    `read_height_map` does."""
+    label = other_way(height_map.channel, height_map.channels)
+    return None if label is None else read_height_map(height_map.source, channel=label)
 
 
 def reader_of(source: str) -> Reader:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..height_map import HeightMap
+from ..height_spectrum import amplitude_at
 from ..holes import fill_missing
 from ..levelling import level_plane
 from ..periods import Wave, waves_of
@@ -37,7 +38,7 @@ def losses_of(before: HeightMap, after: HeightMap, waves: Sequence[Wave]) -> lis
     """Each wave and the share of its power that levelled heights lose by a step; both maps have the same pixels."""
     # Filled as for a bake.
     heights = [fill_missing(each).height_m for each in (before, after)] if waves else []
-    powers = [[_power(height, before.pixel_size_m, wave) for height in heights] for wave in waves]
+    powers = [[_power(height, before.size_m, wave) for height in heights] for wave in waves]
     return [(wave, 1 - last / first if first else 0.0) for wave, (first, last) in zip(waves, powers, strict=True)]
 
 
@@ -64,18 +65,9 @@ def _beyond(wave: Wave, loss: float, holes: float) -> float:
     return 1 - (1 - loss) / (1 - holes) ** 2 - 2 / math.sqrt(wave.contrast) if holes else loss
 
 
-def _power(height: np.ndarray, pixel_size_m: tuple[float, float], wave: Wave) -> float:
-    """The power of a wave in levelled heights (rows, cols) under a Hann window."""
-    rows, cols = height.shape
-    dy, dx = pixel_size_m
+def _power(height: np.ndarray, size_m: tuple[float, float], wave: Wave) -> float:
+    """The power of a wave in levelled heights (rows, cols) under a Hann window; size_m (Ly, Lx) are their sides."""
     angle = math.radians(wave.angle_deg)
     # The row index runs along -B.
-    along_y = _transformed(rows, -math.sin(angle) * dy / wave.period_m)
-    along_x = _transformed(cols, math.cos(angle) * dx / wave.period_m)
-    return abs(along_y @ (height @ along_x)) ** 2
-
-
-def _transformed(count: int, cycles: float) -> np.ndarray:
-    """A Hann window (count,) times the conjugate of a wave of so many cycles a pixel."""
-    index = np.arange(count)
-    return np.sin(np.pi * (index + 0.5) / count) ** 2 * np.exp(-2j * np.pi * cycles * index)
+    cycles = -math.sin(angle) * size_m[0] / wave.period_m, math.cos(angle) * size_m[1] / wave.period_m
+    return abs(amplitude_at(height, cycles)) ** 2

@@ -26,8 +26,10 @@ NID_CHANNELS = (
 )
 
 
-def nid_bytes(height_m, bits=32, signed=True, points=None, lines=None, channels=NID_CHANNELS):
-    """A .nid file: the heights in the forward Z-Axis, their negatives in the backward one, zeros in other channels."""
+def nid_bytes(height_m, bits=32, signed=True, points=None, lines=None, channels=NID_CHANNELS, backward=None):
+    """A .nid file: the heights in the forward Z-Axis, `backward` or their negatives in the backward one, zeros in other
+    channels."""
+    backward = -height_m if backward is None else backward
     rows, cols = height_m.shape
     header = ["[DataSet]", "Version=2", "GroupCount=2", "Gr0-Count=8", "Gr1-Count=8"]
     header += [f"Gr{int('back' in frame)}-Ch{i}=DataSet-{i}" for i, (_, _, frame) in enumerate(channels)]
@@ -52,7 +54,7 @@ def nid_bytes(height_m, bits=32, signed=True, points=None, lines=None, channels=
             f"SaveSign={'Signed' if signed else 'Unsigned'}",
             "SaveOrder=Intel",
         ]
-        value = {"Scan forward": 1, "Scan backward": -1}[frame] * height_m if unit == "m" else 0 * height_m
+        value = {"Scan forward": height_m, "Scan backward": backward}[frame] if unit == "m" else 0 * height_m
         fraction = value / 8e-7 if signed else value / 8e-7 + 0.5
         kind = f"<{'i' if signed else 'u'}{bits // 8}"
         blocks.append(np.round(fraction[::-1] * 2**bits).astype(kind).tobytes())
