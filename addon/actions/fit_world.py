@@ -49,13 +49,11 @@ class _Known:
     world        its address; 0 for a scene without a world
     space        the file's working space then
     fingerprint  empty where there is nothing to fit
-    animated     whether it has bright parts that may change from frame to frame
     blocks       the addresses of the data-blocks that all this depends on"""
 
     world: int
     space: str
     fingerprint: str
-    animated: bool
     blocks: frozenset[int]
 
 
@@ -110,7 +108,10 @@ def unfitted_world(scene: bpy.types.Scene) -> list[str]:
 
 def world_is_animated(scene: bpy.types.Scene) -> bool:
     """Whether the scene's world has bright parts that may change from frame to frame."""
-    return _known_world(scene).animated
+    from ..worlds.animated import is_animated
+    from ..worlds.stand_alone import is_even
+
+    return scene.world is not None and not is_even(scene.world) and is_animated(scene.world)
 
 
 def last_failure(scene: bpy.types.Scene) -> str:
@@ -218,16 +219,15 @@ def _found_world(scene: bpy.types.Scene) -> _Known:
     from ..worlds.stand_alone import is_even
 
     world = scene.world
-    text, animated = "", False
+    text = ""
     followed: set[bpy.types.ID] = set()
     read: set[bpy.types.ID] = {world, compat.world_nodes(world)} - {None} if world is not None else set()
     if world is not None and not is_even(world):
-        animated = is_animated(world, followed)
-        if not animated:
+        if not is_animated(world, followed):
             read = set()
             text = fingerprint(world, read)
     blocks = frozenset(map(_address, followed | read))
-    found = _Known(_address(world), compat.working_space(), text, animated, blocks)
+    found = _Known(_address(world), compat.working_space(), text, blocks)
     _known[scene.name_full] = found
     return found
 

@@ -14,7 +14,7 @@ SUN = Source(np.array((0.0, 0.6, 0.8)), np.array((3.0, 2.0, 1.0)), 1e-4)
 def taken(addon, monkeypatch):
     """The fingerprints that were taken."""
     found, fingerprint = [], addon.fingerprint.fingerprint
-    monkeypatch.setattr(addon.fingerprint, "fingerprint", lambda world: found.append(fingerprint(world)) or found[-1])
+    monkeypatch.setattr(addon.fingerprint, "fingerprint", lambda *given: found.append(fingerprint(*given)) or found[-1])
     return found
 
 
