@@ -218,14 +218,12 @@ def _found_world(scene: bpy.types.Scene) -> _Known:
     from ..worlds.fingerprint import fingerprint
     from ..worlds.stand_alone import is_even
 
-    world = scene.world
-    text = ""
+    world, text = scene.world, ""
     followed: set[bpy.types.ID] = set()
-    read: set[bpy.types.ID] = {world, compat.world_nodes(world)} - {None} if world is not None else set()
-    if world is not None and not is_even(world):
-        if not is_animated(world, followed):
-            read = set()
-            text = fingerprint(world, read)
+    read: set[bpy.types.ID] = set() if world is None else {world, compat.world_nodes(world)} - {None}
+    if not (world is None or is_even(world) or is_animated(world, followed)):
+        read = set()
+        text = fingerprint(world, read)
     blocks = frozenset(map(_address, followed | read))
     found = _Known(_address(world), compat.working_space(), text, blocks)
     _known[scene.name_full] = found

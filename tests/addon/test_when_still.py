@@ -123,7 +123,7 @@ def noted(scene):
     layers = [
         {name: [*value] for name, value in layer.items() if name.startswith("ng_")} for layer in scene.view_layers
     ]
-    marks = {thing.name: [name for name in thing.keys() if name.startswith("ng_")] for thing in scene.objects}
+    marks = {thing.name: [name for name, _ in thing.items() if name.startswith("ng_")] for thing in scene.objects}
     lamps = [len(group["ng_lamps"]) for group in bpy.data.node_groups if "ng_lamps" in group]
     return drivers, own, layers, marks, lamps
 
