@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 # Hours for each scan of a bake. On two cores 8192 x 8192 pixels are baked and checked in 142 s
 # (docs/speed_against_error.md), so the largest scan that a reader takes, of 90 million pixels, in 190 s, and in twice
-# that if the bake is refined. A day is 200 times as long: for a deep relief, a slow computer, or a wait for another bake.
+# that if the bake is refined. A day is 200 times as long, for deep reliefs, slow computers and waits for other bakes.
 _LONGEST_HOURS = 24
 
 
