@@ -129,7 +129,7 @@ def test_a_job_that_hangs_is_ended_at_its_deadline(addon, scene, tmp_path):
 
 
 def test_every_job_has_a_deadline(addon, scene, monkeypatch):
-    """Which a bake of two scans has at two days, and meshes at hours."""
+    """A bake has a day for each of its scans. Meshes have minutes."""
     ended = []
 
     class Started(Exception):
