@@ -162,7 +162,7 @@ def _stations(skin: Skin, lying: Path, *, buttons: Sequence[str], render: bool) 
         "panel": lambda: _draw(skin),
         "edit": lambda: _edit(skin),
         "frame": lambda: skin.scene.frame_set(3),
-        "render": lambda: bpy.ops.render.render() if render else handlers["render_init"](skin.scene),
+        "render": lambda: _operated(bpy.ops.render.render) if render else handlers["render_init"](skin.scene),
         "undo": lambda: (handlers["undo_pre"](), handlers["undo_post"](), skin.addon.bakes.recall_bakes()),
         "bake": lambda: _asked(skin),
     }
@@ -184,10 +184,13 @@ def _pressed(name: str) -> str | None:
     import bpy
 
     button = getattr(bpy.ops.grating, name)
-    if not button.poll():
-        return None
+    return _operated(button, **_BUTTONS[name]) if button.poll() else None
+
+
+def _operated(operator: Callable[..., object], **options: object) -> str | None:
+    """Run an operator; the one line by which it or Blender refuses. Raises whatever else it raises."""
     try:
-        button(**_BUTTONS[name])
+        operator(**options)
     except RuntimeError as fault:
         lines = str(fault).strip().splitlines()
         if len(lines) > 1 or "Traceback" in lines[0]:
