@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
 
 from ...precompute.surface.steps.pipeline import WARNING
-from ..jobs.child import Job
+from ..jobs.child import Deadline, Job
 from ..scene.bakes import asked, note_bake
 from ..scene.gratings import Grating, request_record
 from .material import refresh_group
@@ -18,6 +19,12 @@ from .restore import bakes_folder
 
 if TYPE_CHECKING:
     from ...precompute.bake.request import BakeRequest
+
+
+# Hours for each scan of a bake. On two cores 8192 x 8192 pixels are baked and checked in 142 s
+# (docs/speed_against_error.md), so the largest scan that a reader takes, of 90 million pixels, in 190 s, and in twice
+# that if the bake is refined. A day is 200 times as long, for deep reliefs, slow computers and waits for other bakes.
+_LONGEST_HOURS = 24
 
 
 def start_bake(
@@ -38,7 +45,15 @@ def start_bake(
         path.write_text(record, encoding="utf-8")
         return [*options, "--request", str(path)]
 
-    return Job("bake", words, folder)
+    return Job("bake", words, folder, deadline=deadline_of([scan.source for scan in request.scans], "baked"))
+
+
+def deadline_of(sources: Sequence[str], done: str) -> Deadline:
+    """The deadline of work on some scans, named by their files; `done` is what was not done: "baked"."""
+    hours = _LONGEST_HOURS * max(1, len(sources))
+    named = ", ".join(dict.fromkeys(Path(source).name for source in sources))
+    line = f"{named}: not {done} within {hours} h; copy the scan to a disk of this computer, or crop it"
+    return Deadline(3600.0 * hours, line)
 
 
 def finished_bake(

@@ -10,11 +10,14 @@ from ...precompute.base.failure import GratingError
 from ...precompute.mesh.files import read_combed, write_mesh
 from ..frames import combed, lines
 from ..frames.uv_maps import has_comb, rendering_map
-from ..jobs.child import Job
+from ..jobs.child import Deadline, Job
 from ..scene.frame_source import COMB_SOURCES, COMB_UV
 from .material import read_combs
 from .meshes import check_can_change, check_not_edited, data_is_fixed, no_meshes
 
+# Seconds for a comb, and for each face corner: 100 times what a million triangles take at most, which is 28 s on two
+# cores (docs/frames.md).
+_LONGEST_SECONDS, _SECONDS_PER_CORNER = 600, 100 * 28e-6
 # Blender keeps no more UV maps of a mesh.
 _MAPS_MAX = 8
 
@@ -35,7 +38,11 @@ class CombJob(Job):
                 write_mesh(file, combed.polygons_of(bpy.data.meshes[mesh]), request)
             return [str(file) for file in files]
 
-        super().__init__("comb", words)
+        named = ", ".join(thing for thing, _ in self.meshes)
+        corners = sum(len(bpy.data.meshes[mesh].loops) for _, mesh in self.meshes)
+        seconds = _LONGEST_SECONDS + _SECONDS_PER_CORNER * corners
+        line = f"{named}: not combed within {seconds / 60:.0f} min; comb a mesh of fewer faces"
+        super().__init__("comb", words, deadline=Deadline(seconds, line))
 
     def fields(self) -> list[dict[str, np.ndarray]]:
         """The combed meshes, once the process has ended. Raises GratingError with its own line if it failed."""

@@ -18,6 +18,7 @@ from ..materials.response import Response
 from ..materials.skin import group_around
 from ..scene import compat
 from ..scene.gratings import Grating, cache_folder
+from .bake import deadline_of
 from .lamps import update_lamps
 
 
@@ -28,7 +29,8 @@ def write_images(grating: Grating, method: str) -> Path:
     arguments = [*_images_arguments(grating), "--method", method, "--texels", "0"]
     # Shaders read the file where it is. Each setting has a folder of its own, so that no file is written over.
     key = hashlib.sha256("\0".join(arguments).encode()).hexdigest()[:16]
-    job = Job("dft", arguments, cache_folder() / "dft" / key)
+    deadline = deadline_of([grating.source], "evaluated")
+    job = Job("dft", arguments, cache_folder() / "dft" / key, deadline=deadline)
     job.wait()
     return Path(job.result()["files"][0])
 

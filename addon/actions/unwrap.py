@@ -10,14 +10,16 @@ import bpy
 import numpy as np
 
 from ...precompute.base.failure import GratingError
-from ...precompute.mesh.unwrap import Mesh, Packing, write_mesh
+from ...precompute.mesh.unwrap import BY_BLENDER, Mesh, Packing, longest_seconds, write_mesh
 from ..frames.uv_maps import has_comb, rendering_map
-from ..jobs.child import Job
+from ..jobs.child import Deadline, Job
 from ..scene.frame_source import STORED, UV_MAP
 from .frame_source import choose_frame, meshes_that_show
 from .meshes import check_not_edited
 
 NEW_MAP = "Unwrapped"
+# Seconds for the process around xatlas to read a mesh and to write its map. A million triangles take a few.
+_AROUND_SECONDS = 600
 # As many UV maps as a mesh can have.
 _MAPS_MAX = 8
 
@@ -36,7 +38,9 @@ class Unwrapping:
             write_mesh(path, triangles)
             return [str(path), *(f"{name}={value}" for name, value in options.items())]
 
-        self.job = Job("unwrap", words)
+        seconds = longest_seconds(len(triangles.triangles)) + _AROUND_SECONDS
+        line = f"{mesh.name}: not unwrapped within {seconds / 60:.0f} min; {BY_BLENDER}"
+        self.job = Job("unwrap", words, deadline=Deadline(seconds, line))
 
     def cancel(self) -> None:
         """Stop it; nothing is left."""

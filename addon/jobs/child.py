@@ -8,6 +8,7 @@ import os
 import shutil
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,18 +21,34 @@ from ..scene.gratings import cache_folder
 ROOT = Path(__file__).resolve().parents[2]
 
 
+@dataclass(frozen=True)
+class Deadline:
+    """Ends a job that hangs, such as one that reads a scan from a drive that does not answer.
+
+    seconds  after which the job is ended; longer than any honest job takes
+    line     what the user then reads: the file or mesh, what was not done, and the remedy"""
+
+    seconds: float
+    line: str
+
+
 class Job(ChildProcess):
     """`python -m precompute VERB ... -o FOLDER` with JSON progress.
 
     Without a folder it writes into the private one, which is removed with the job."""
 
     def __init__(
-        self, verb: str, arguments: Sequence[str] | Callable[[Path], Sequence[str]], folder: Path | None = None
+        self,
+        verb: str,
+        arguments: Sequence[str] | Callable[[Path], Sequence[str]],
+        folder: Path | None = None,
+        *,
+        deadline: Deadline,
     ) -> None:
         """Start it. Arguments may be made by a function, which is given the private folder to write files there for
         the verb to read. Raises GratingError where no file can be written."""
 
-        self._verb = verb
+        self._verb, self._deadline = verb, deadline
 
         def prepare(private: Path) -> list[str]:
             self._written = folder or private / "written"
@@ -39,7 +56,7 @@ class Job(ChildProcess):
             command = [sys.executable, *PYTHON_FLAGS, "-m", "precompute", verb, *words]
             return [*command, "-o", str(self._written), "--json", "-", "--progress", "json"]
 
-        super().__init__(prepare, child_environment())
+        super().__init__(prepare, child_environment(), longest_seconds=deadline.seconds)
 
     def progress(self) -> tuple[str, float]:
         """The stage and the fraction of it that is done, as last reported."""
@@ -51,13 +68,16 @@ class Job(ChildProcess):
 
     def result(self, take: Callable[[dict[str, Any]], Any] = lambda facts: facts) -> Any:
         """What `take` makes of the facts of the run, once it has ended; by default the facts. It may read files in the
-        private folder, which is removed after it. Raises GratingError with the process's own line if it failed."""
+        private folder, which is removed after it. Raises GratingError with the process's own line if it failed, or with
+        the deadline's line if it was late."""
         told = lines_of(self.err_path)
         try:
             if self.status == 0:
                 return take(read_json(self.out_path, "try again"))
         finally:
             self.clean_up()
+        if self.is_late:
+            raise GratingError(self._deadline.line)
         lines = [line for line in told if line.strip() and not line.startswith("{")]
         message = next((line for line in lines if line.startswith("error: ")), lines[-1] if lines else None)
         if message is None:

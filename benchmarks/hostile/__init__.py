@@ -17,11 +17,12 @@ from benchmarks.report import add_json, say, write
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 
-from . import arguments, blends, headers, meshes, readers, records, runner
+from . import arguments, blends, headers, meshes, readers, records, runner, verbs
 
 # The suites by their names. Each makes its cases from the count, the seed and a folder for the files of all cases.
 SUITES: dict[str, Callable[[int, int, Path], Iterable[runner.Case]]] = {
     "readers": readers.cases,
+    "verbs": verbs.cases,
     "headers": headers.cases,
     "meshes": meshes.cases,
     "records": records.cases,

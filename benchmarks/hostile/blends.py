@@ -30,8 +30,22 @@ LIES = lies.lies() | lies_edits.of_parts() | lies_edits.of_trees()
 _SUBJECT = re.compile(r"ng_\w+|grating's \w+|a step")
 # What a fault that was caught or printed looks like.
 _FAULTS = ("Traceback", "report this line")
-# What is pressed, one after the other.
-_BUTTONS = ("assign", "mend", "vary", "lights", "add_lamp", "frame", "add_diffraction", "remove_diffraction")
+# What is pressed, one after the other, each with what it is given. Of "needs" only the measuring is done, not the bake.
+# Fit World is not pressed: it starts a Blender of its own.
+_BUTTONS: dict[str, dict[str, object]] = {
+    "needs": {},
+    "assign": {},
+    "adopt": {},
+    "mend": {},
+    "vary": {"turn": 0.2},
+    "lights": {"lights": "LAMPS"},
+    "add_lamp": {},
+    "frame": {"kind": "AXIS"},
+    "unwrap": {"size": 16, "method": "MINIMUM_STRETCH"},
+    "comb": {"source": "X"},
+    "add_diffraction": {},
+    "remove_diffraction": {},
+}
 # Seconds without a word from Blender.
 _PATIENCE = 300
 
@@ -87,7 +101,7 @@ def outcome(addon: SimpleNamespace, blend: Path, name: str, *, render: bool) -> 
     """Tell a lie in a file and use the file."""
     _forget_peak()
     before, start = _memory("VmRSS"), time.process_time()
-    faults, refusals = told(addon, blend, [name], buttons=_BUTTONS, render=render)
+    faults, refusals = told(addon, blend, [name], buttons=tuple(_BUTTONS), render=render)
     seconds, peak = time.process_time() - start, max(0, _memory("VmHWM") - before)
     verdict = FAILED if faults else REFUSED if refusals else ACCEPTED
     return Outcome(name, "blends", verdict, "; ".join(faults or refusals), seconds, peak)
@@ -148,12 +162,12 @@ def _stations(skin: Skin, lying: Path, *, buttons: Sequence[str], render: bool) 
         "panel": lambda: _draw(skin),
         "edit": lambda: _edit(skin),
         "frame": lambda: skin.scene.frame_set(3),
-        "render": lambda: bpy.ops.render.render() if render else handlers["render_init"](skin.scene),
+        "render": lambda: _operated(bpy.ops.render.render) if render else handlers["render_init"](skin.scene),
         "undo": lambda: (handlers["undo_pre"](), handlers["undo_post"](), skin.addon.bakes.recall_bakes()),
         "bake": lambda: _asked(skin),
     }
     for button in buttons:
-        steps[f"press {button}"] = lambda button=button: _pressed(button)
+        steps[f"press {button}"] = lambda button=button: _needed(skin) if button == "needs" else _pressed(button)
     steps["panel again"] = lambda: _draw(skin)
     steps["save"] = lambda: bpy.ops.wm.save_as_mainfile(filepath=str(lying), copy=True)
     return {name: lambda step=step: _refusal(step) for name, step in steps.items()}
@@ -166,15 +180,17 @@ def _refusal(step: Callable[[], object]) -> str | None:
 
 
 def _pressed(name: str) -> str | None:
-    """Press a button, with its defaults."""
+    """Press a button."""
     import bpy
 
-    options = {"vary": {"turn": 0.2}, "lights": {"lights": "LAMPS"}, "frame": {"kind": "AXIS"}}.get(name, {})
     button = getattr(bpy.ops.grating, name)
-    if not button.poll():
-        return None
+    return _operated(button, **_BUTTONS[name]) if button.poll() else None
+
+
+def _operated(operator: Callable[..., object], **options: object) -> str | None:
+    """Run an operator; the one line by which it or Blender refuses. Raises whatever else it raises."""
     try:
-        button(**options)
+        operator(**options)
     except RuntimeError as fault:
         lines = str(fault).strip().splitlines()
         if len(lines) > 1 or "Traceback" in lines[0]:
@@ -219,6 +235,18 @@ def _asked(skin: Skin) -> str | None:
         return None
     try:
         skin.addon.bakes.asked(grating.bake_request())
+    except skin.addon.child.GratingError as fault:
+        return str(fault)
+    return None
+
+
+def _needed(skin: Skin) -> str | None:
+    """What the button Bake for This Scene measures before it bakes."""
+    grating = skin.scene.natural_gratings.active()
+    if grating is None:
+        return None
+    try:
+        skin.addon.needs.measure_needs(skin.scene, grating)
     except skin.addon.child.GratingError as fault:
         return str(fault)
     return None

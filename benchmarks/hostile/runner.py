@@ -36,17 +36,19 @@ _ADDRESS_SPACE, _RESIDENT = 0, 1
 class Case:
     """One hostile input.
 
-    name   "GROUP NUMBER: what was done to it"; the same for the same seed
-    group  the row of the table that counts it: a reader's, a verb's
-    run    takes the input: returns where it is accepted, raises GratingError where it is refused. Whatever else it
-           raises fails the case
-    names  what the line of a refusal must hold, such as the file's name; None for nothing
+    name         "GROUP NUMBER: what was done to it"; the same for the same seed
+    group        the row of the table that counts it: a reader's, a verb's
+    run          takes the input: returns where it is accepted, raises GratingError where it is refused. Whatever else
+                 it raises fails the case
+    names        what the line of a refusal must hold, such as the file's name; None for nothing
+    seconds_max  the processor seconds that it may cost; None for SECONDS_MAX
     """
 
     name: str
     group: str
     run: Callable[[], object]
     names: str | None = None
+    seconds_max: int | None = None
 
 
 @dataclass(frozen=True)
@@ -111,7 +113,7 @@ def run(case: Case) -> Outcome:
         verdict, line = FAILED, f"not over after {_CLOCK_SECONDS} s"
     elif os.WIFSIGNALED(status):
         name = signal.Signals(os.WTERMSIG(status)).name
-        verdict, line = FAILED, f"over {SECONDS_MAX} s of the processor" if name == "SIGXCPU" else f"died of {name}"
+        verdict, line = FAILED, f"over {_limit(case)} s of the processor" if name == "SIGXCPU" else f"died of {name}"
     elif not verdict:
         verdict, line = FAILED, f"left with status {os.waitstatus_to_exitcode(status)}"
     elif verdict == REFUSED and (fault := _fault_of(line, case.names)):
@@ -149,7 +151,7 @@ def _in_child(case: Case, said: int) -> None:
     for stream in (1, 2):
         os.dup2(nowhere, stream)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_CPU, (SECONDS_MAX, SECONDS_MAX + 1))
+    resource.setrlimit(resource.RLIMIT_CPU, (_limit(case), _limit(case) + 1))
     limit = _own_bytes(_ADDRESS_SPACE) + BYTES_MAX
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     os.write(said, f"{_own_bytes(_RESIDENT)}\n".encode())
@@ -165,6 +167,11 @@ def _in_child(case: Case, said: int) -> None:
         sys.stderr.flush()
     os.write(said, f"{verdict}\n{line}".encode("utf-8", "backslashreplace"))
     os._exit(0)
+
+
+def _limit(case: Case) -> int:
+    """Seconds that a case may cost the processor."""
+    return case.seconds_max or SECONDS_MAX
 
 
 def _wait(child: int) -> tuple[bool, resource.struct_rusage, int]:

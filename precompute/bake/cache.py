@@ -57,7 +57,7 @@ WAITING = "waiting for another bake of the same surface"
 
 
 def key_of(height_maps: Sequence[HeightMap], request: BakeRequest) -> str:
-    """The key of a bake: the SHA-256, in hexadecimal, of heights, pixel size, request, versions and kind of processor.
+    """The key of a bake: the SHA-256, in hexadecimal, of heights, pixel size, request, versions and the processor.
 
     The names of the source and of its channel are part of the key, because the header of the bake holds them. The
     folder of the source is no part of it."""
@@ -72,10 +72,15 @@ def key_of(height_maps: Sequence[HeightMap], request: BakeRequest) -> str:
         for one in height_maps
     ]
     parameters = {key: value for key, value in request.as_dict().items() if key != "scans"}
-    # Another NumPy, or another kind of processor, rounds sums in another order.
-    versions = [FORMAT, BAKE_VERSION, np.__version__, platform.machine()]
+    versions = [FORMAT, BAKE_VERSION, np.__version__, *_processor()]
     content = {"versions": versions, "surfaces": surfaces, "parameters": parameters}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def _processor() -> list[str]:
+    """The kind of processor, and the vector instructions that NumPy found on it. NumPy chooses its code by them, as
+    does its library of matrix products, and other code rounds sums in another order."""
+    return [platform.machine(), *np.show_config(mode="dicts").get("SIMD Extensions", {}).get("found", ())]
 
 
 def bake_once(

@@ -174,7 +174,8 @@ def _refuse_another_surface(bake: Path, record: dict, height_maps: Sequence[Heig
     pixel = record.get("pixel_size_m", height_maps[0].pixel_size_m)
     if not np.allclose(pixel, height_maps[0].pixel_size_m, rtol=1e-6, atol=0):
         raise GratingError(
-            f"{bake}: baked from pixels of {pixel[1] * 1e9:.4g} nm; give the --size-um that it was given"
+            f"{bake}: baked from pixels of {pixel[1] * 1e9:.4g} nm, and those of {height_maps[0].source} are "
+            f"{height_maps[0].pixel_size_m[1] * 1e9:.4g} nm; give the scan that was baked, with its --size-um"
         )
 
 

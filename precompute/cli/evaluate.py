@@ -111,7 +111,8 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.output is not None:
         plots.pyplot()
     relief = prepare(evaluation.turned(height_map_of(arguments), arguments.azimuth))
-    first_order = FirstOrder(np.radians(arguments.theta_i), grating_period(relief, asked_m))
+    with naming(arguments.file):
+        first_order = FirstOrder(np.radians(arguments.theta_i), grating_period(relief, asked_m))
     progress = Progress(arguments.progress)
     report = Report(
         source=arguments.file,

@@ -34,6 +34,7 @@ VERBS = {
 _DASHES_AS_VALUE = re.compile(r"--[^=]+=--|-[^-]=?--")
 # Characters of an error message of argparse that are shown: it repeats what was given, however long that was.
 _SHOWN = 400
+_NO_MEMORY = "not enough memory; crop the scan or ask for a shorter coherence length"
 
 
 class OneLineParser(argparse.ArgumentParser):
@@ -61,7 +62,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     def run() -> None:
         arguments = build_parser(argv).parse_args(argv)
         check_targets(arguments)
-        arguments.run(arguments)
+        try:
+            arguments.run(arguments)
+        except MemoryError as error:
+            scans = getattr(arguments, "files", None) or [getattr(arguments, "file", None)]
+            if scans[0] is None:
+                raise
+            raise GratingError(f"{scans[0]}: {_NO_MEMORY}") from error
 
     return exit_status(run)
 
@@ -74,7 +81,7 @@ def exit_status(run: Callable[[], object]) -> int:
         print(f"error: {error}", file=sys.stderr)
         return 1
     except MemoryError:
-        print("error: not enough memory; crop the scan or ask for a shorter coherence length", file=sys.stderr)
+        print(f"error: {_NO_MEMORY}", file=sys.stderr)
         return 1
     except BrokenPipeError:  # the reader of our output stopped reading, as `head` does
         leave_to_nobody(sys.stdout)

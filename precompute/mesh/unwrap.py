@@ -92,6 +92,11 @@ def expected_seconds(triangles: int) -> float:
     return 0.5 + _SECONDS_PER_TRIANGLE * triangles**_GROWTH
 
 
+def longest_seconds(triangles: int) -> float:
+    """After how long xatlas is ended at a number of triangles."""
+    return _LEAST_PATIENCE_SECONDS + _PATIENCE * expected_seconds(triangles)
+
+
 def unwrap(mesh: Mesh, packing: Packing, *, progress: Progress = silent) -> Unwrapped:
     """A new UV map of a mesh. Progress is the share of the expected time that is gone.
 
@@ -126,8 +131,7 @@ def _started(mesh: Mesh, packing: Packing) -> ChildProcess:
         ]
 
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    longest = _LEAST_PATIENCE_SECONDS + _PATIENCE * expected_seconds(len(mesh.triangles))
-    return ChildProcess(prepare, environment, longest_seconds=longest)
+    return ChildProcess(prepare, environment, longest_seconds=longest_seconds(len(mesh.triangles)))
 
 
 def _wait(worker: ChildProcess, expected: float, progress: Progress) -> None:

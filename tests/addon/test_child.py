@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The process beside Blender: what it imports, and its end by Esc, by a kill, and with Blender."""
 
+import math
 import os
 import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -23,7 +25,7 @@ import bpy
 import addon_utils
 assert addon_utils.enable(EXTENSION) is not None
 child = importlib.import_module(f"{{EXTENSION}}.addon.jobs.child")
-job = child.Job("bake", ["sample:elaphe", "--no-cache"], Path(sys.argv[1]))
+job = child.Job("bake", ["sample:elaphe", "--no-cache"], Path(sys.argv[1]), deadline=child.Deadline(600, ""))
 while job.progress()[0] == "starting":
     time.sleep(0.05)
 keeper = job._process.pid
@@ -113,6 +115,48 @@ def test_an_interrupted_wait_stops_the_process(job, tmp_path, monkeypatch):
         job.wait()
     assert not job.running
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_job_that_hangs_is_ended_at_its_deadline(addon, scene, tmp_path):
+    """In one line that names its file, with nothing left."""
+    deadline = addon.child.Deadline(0.5, "elaphe.png: not baked within 0.5 s; crop it")
+    job = addon.child.Job("bake", ["sample:elaphe", "--no-cache"], tmp_path / "out", deadline=deadline)
+    private = Path(job._private.name)
+    job.wait()
+    with pytest.raises(addon.child.GratingError, match="^elaphe.png: not baked within 0.5 s; crop it$"):
+        job.result()
+    assert not private.exists() and list(tmp_path.iterdir()) == []
+
+
+def test_every_job_has_a_deadline(addon, scene, monkeypatch):
+    """A bake has a day for each of its scans. Meshes have minutes."""
+    ended = []
+
+    class Started(Exception):
+        pass
+
+    def start(self, prepare, environment, *, longest_seconds=math.inf):
+        ended.append(longest_seconds)
+        raise Started
+
+    monkeypatch.setattr(addon.child.ChildProcess, "__init__", start)
+    mesh = bpy.context.object
+    bpy.ops.grating.import_height_map(filepath="sample:elaphe")
+    grating = scene.natural_gratings.active()
+    request = grating.bake_request()
+    works = {
+        "bake": (lambda: addon.bake.start_bake(grating), 24 * 3600),
+        "bake of two": (
+            lambda: addon.bake.start_bake(grating, request=replace(request, scans=2 * request.scans)), 48 * 3600,
+        ),
+        "images": (lambda: addon.osl_reference.write_images(grating, "flss"), 24 * 3600),
+        "comb": (lambda: addon.comb.start_comb(scene, [mesh], "X"), 600),
+        "unwrap": (lambda: addon.unwrap.Unwrapping(mesh, addon.unwrap.Packing()), 640),
+    }  # fmt: skip
+    for name, (work, seconds) in works.items():
+        with pytest.raises(Started):
+            work()
+        assert ended.pop() == pytest.approx(seconds, rel=0.01), name
 
 
 def test_a_killed_process_is_told_in_words(addon, job):

@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The room that EEVEE has for a material's constants: what takes it, and what is left out where it does not suffice."""
 
+from pathlib import Path
+
 import bpy
 import numpy as np
 import pytest
 
+from precompute.bake.output import bake_to_folder
+from precompute.bake.request import BakeRequest
 from precompute.lights.sources import Source
+from precompute.surface.readers.registry import read_height_map
 
 from .conftest import reports
 from .layout import Layout, context_of
@@ -82,6 +87,34 @@ def test_sources_that_do_not_fit_are_left_to_the_rest(addon, scene, grating, gro
     assert answers(group) == 1
     (line,) = addon.skin.crowded(group)
     assert line.startswith("Diffraction waves: too large for EEVEE") and "use fewer lamps" in line
+
+
+@pytest.fixture(scope="module")
+def skins(tmp_path_factory):
+    """The bakes of two snakes, with about as many constants as bakes of a dE of 1 have."""
+    folder, request = tmp_path_factory.mktemp("skins"), BakeRequest(coherence_length_m=6e-6, delta_e=5)
+    surfaces = (read_height_map(f"sample:{name}") for name in ("elaphe", "xenopeltis"))
+    return [bake_to_folder([each], request, folder, progress=lambda *_: None)["files"][0] for each in surfaces]
+
+
+def test_a_snake_of_two_bakes_reads_all_eight_sources(addon, scene, skins):
+    """Its constants once took 67,264 of the 65,536 bytes that EEVEE has, and it was magenta."""
+    gratings = scene.natural_gratings
+    for path in skins:
+        made = gratings.items.add()
+        made.name, made.bake_path = Path(path).stem, path
+    gratings.active_index = 0
+    scene.world = bpy.data.worlds.new("World")
+    addon.compat.enable_nodes(scene.world)
+    source = Source(np.array((0.0, 0.6, 0.8)), np.array((3.0, 2.0, 1.0)), 1e-4)
+    addon.sky.hold_sources(scene, [source] * 8, fingerprint=addon.fit_world._fingerprint(scene), missed=0.0)
+    assert bpy.ops.grating.assign() == {"FINISHED"}
+    addon.vary.vary(scene, gratings.items[0], addon.variation.Variation(shares=(0.4,)), others=[gratings.items[1]])
+    group = gratings.items[0].group
+    scene.world = None
+    assert len(addon.response.responses_in(group)) == 2 and answers(group) == 1 + 8
+    assert group["ng_sources_read"] == 8 and addon.skin.crowded(group) == []
+    assert addon.constants.constant_bytes(gratings.items[0].material.node_tree) <= addon.constants.ROOM
 
 
 def test_a_base_that_leaves_no_room_is_told(addon, grating, group, monkeypatch, capfd):

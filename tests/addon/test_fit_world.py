@@ -73,6 +73,38 @@ def test_a_world_that_is_exchanged_is_noticed(addon, scene, sky):
     assert addon.sky.source_count(scene) == 0
 
 
+def test_the_panel_offers_a_fit_that_has_work_and_tells_one_that_failed(addon, scene, grating, sky, monkeypatch):
+    """A fit has work if a grating follows the world, and if the world was not fitted as it is now."""
+    import bpy
+
+    from .layout import Layout, context_of
+
+    def drawn():
+        layout, context = Layout(), context_of()
+        context.scene, context.evaluated_depsgraph_get = scene, bpy.context.evaluated_depsgraph_get
+        addon.panel._draw_lamps(layout, context, grating)
+        return layout
+
+    assert "grating.fit_world" not in drawn().operators
+    sky.inputs["Strength"].default_value = 2.0
+    bpy.context.view_layer.update()
+    assert "grating.fit_world" in drawn().operators and drawn().noted("ERROR") == ""
+
+    def fail(*_):
+        raise addon.child.GratingError("world World: not rendered; try again")
+
+    # As with a window, where nobody waits for the fit.
+    monkeypatch.setattr(addon.probe, "Probe", fail)
+    running = addon.fit_world._Running(scene.name, addon.fit_world._fingerprint(scene))
+    monkeypatch.setattr(addon.fit_world, "_running", running)
+    assert addon.fit_world._go_on() is None
+    assert "grating.fit_world" in drawn().operators
+    assert drawn().noted("ERROR") == "world World: not rendered; try again"
+    addon.fit_world._failed.clear()
+    bpy.ops.grating.lights(lights="LAMPS")
+    assert "grating.fit_world" not in drawn().operators
+
+
 @pytest.mark.parametrize("kind", ["ShaderNodeRGB", "ShaderNodeBlackbody"])
 def test_an_even_world_needs_no_render(addon, scene, sky, monkeypatch, kind):
     monkeypatch.setattr(addon.probe, "fit_of", None)

@@ -12,7 +12,7 @@ from devtools import ROOT, DevError, environments, packages
 
 PLATFORMS = ("linux_x64", "windows_x64", "macos_arm64")
 SYSTEM_OF_WHEEL = {"linux_x64": "manylinux", "windows_x64": "win", "macos_arm64": "macosx"}
-TOP_LEVEL = {"__init__.py", "blender_manifest.toml", "LICENSE", "README.md", "addon", "precompute", "wheels"}
+TOP_LEVEL = {"__init__.py", "blender_manifest.toml", "LICENSE", "addon", "precompute", "wheels"}
 
 
 def names(package: Path) -> list[str]:

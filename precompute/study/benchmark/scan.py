@@ -2,7 +2,7 @@
 """The bake of a scan beside exact transforms, and a map by the bake beside the same map by FLSS."""
 
 import json
-import subprocess
+import os
 import sys
 import tempfile
 import time
@@ -13,6 +13,7 @@ import numpy as np
 
 from ...bake.ensemble import plan
 from ...bake.plan import Plan
+from ...base.child_process import PYTHON_FLAGS, ChildProcess, lines_of
 from ...base.failure import GratingError
 from ...base.progress import Progress
 from ...colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, spectral_weights, wavelengths
@@ -34,6 +35,8 @@ from .surfaces import Effort, as_file
 
 _PROJECT = Path(__file__).resolve().parents[3]
 _MAP_REPEATS = 7
+# The largest scan that is measured, 8192 x 8192 pixels, is baked and checked in 142 s on two cores.
+_LONGEST_SECONDS = 24 * 3600
 
 
 def transform_seconds(shape: tuple[int, int], repeats: int = 5) -> float:
@@ -54,13 +57,22 @@ def scan_in_child(pixels: int) -> SizeResult:
 
 
 def _child(module: str, arguments: list[str]) -> dict:
-    done = subprocess.run(
-        [sys.executable, "-m", module, *arguments], cwd=_PROJECT, capture_output=True, text=True, check=False
-    )
-    if done.returncode != 0:
-        said = (done.stderr.strip().splitlines() or ["no word of why"])[-1]
-        raise GratingError(f"{module}: a child process failed: {said}")
-    return json.loads(done.stdout)
+    """The JSON that a module prints, run in a process that ends with this one.
+
+    Raises GratingError with the process's last line if it fails."""
+    command = [sys.executable, *PYTHON_FLAGS, "-m", module, *arguments]
+    path = os.pathsep.join(filter(None, (str(_PROJECT), *sys.path)))
+    child = ChildProcess(lambda _: command, os.environ | {"PYTHONPATH": path}, longest_seconds=_LONGEST_SECONDS)
+    try:
+        child.wait()
+        if child.is_late:
+            raise GratingError(f"{module}: not over after {_LONGEST_SECONDS // 3600} h; measure a smaller scan")
+        if child.status != 0:
+            said = (lines_of(child.err_path) or ["no word of why"])[-1]
+            raise GratingError(f"{module}: a child process failed: {said}")
+        return json.loads(child.out_path.read_text(encoding="utf-8"))
+    finally:
+        child.clean_up()
 
 
 def naive_seconds(relief: Relief, chosen: Plan, transforms: int) -> tuple[float, int]:

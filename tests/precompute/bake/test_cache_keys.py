@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The keys of the cache: what changes them, and what does not."""
 
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +14,8 @@ from precompute.cli.bake import request_of
 from precompute.cli.parser import build_parser
 from precompute.surface.height_map import HeightMap
 from precompute.table import atlas_file
+
+ROOT = Path(__file__).resolve().parents[3]
 
 
 @pytest.fixture
@@ -59,7 +64,16 @@ def test_each_part_of_the_content_changes_the_key(height_map, monkeypatch):
     keys.append(cache.key_of([height_map], request()))
     monkeypatch.setattr(cache.platform, "machine", lambda: "abacus")
     keys.append(cache.key_of([height_map], request()))
+    monkeypatch.setattr(np, "show_config", lambda mode: {"SIMD Extensions": {"found": ["AVX2"]}})
+    keys.append(cache.key_of([height_map], request()))
     assert len(set(keys)) == len(keys)
+
+
+def test_a_processor_has_one_key_in_every_process():
+    look = "from precompute.bake.cache import _processor; print(_processor())"
+    command = [sys.executable, "-c", look]
+    told = [subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True) for _ in range(2)]
+    assert [(each.stdout, each.stderr) for each in told] == 2 * [(f"{cache._processor()}\n", "")]
 
 
 def test_each_option_of_the_bake_changes_the_key(height_map, tmp_path):

@@ -24,6 +24,7 @@ def test_what_stops_a_run(refused, scan, tmp_path, monkeypatch, fault, status):
     monkeypatch.setattr(ensemble, "plan", stop)
     told = refused("bake", scan, *PICTURE, "-o", tmp_path / "out", status=status)
     assert "None" not in told
+    assert not isinstance(fault, MemoryError) or told.startswith(f"error: {scan}: not enough memory; ")
 
 
 def test_the_module_runs_as_a_program(scan, tmp_path):

@@ -6,7 +6,7 @@ import pytest
 from benchmarks.hostile import SUITES, runner
 
 # Inputs of each group; the readers' suite has a group for each of their many formats.
-COUNTS, SEED = {"readers": 6, "headers": 20, "meshes": 10, "records": 20, "arguments": 20}, 1
+COUNTS, SEED = {"readers": 6, "verbs": 6, "headers": 20, "meshes": 10, "records": 20, "arguments": 20}, 1
 
 
 @pytest.mark.parametrize("suite", SUITES)

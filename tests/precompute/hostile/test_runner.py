@@ -62,6 +62,8 @@ def test_work_without_end_is_stopped(monkeypatch):
         while True:
             pass
 
+    own = runner.run(runner.Case("group 0: done", "group", spin, seconds_max=1))
+    assert own.verdict == runner.FAILED and "over 1 s of the processor" in own.line
     monkeypatch.setattr(runner, "SECONDS_MAX", 1)
     assert "1 s of the processor" in outcome_of(spin).line
     monkeypatch.setattr(runner, "_CLOCK_SECONDS", 0.2)

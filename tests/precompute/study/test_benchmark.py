@@ -3,7 +3,12 @@
 
 import json
 import math
+import os
+import subprocess
+import sys
+import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,6 +32,7 @@ from precompute.surface.relief import prepare
 from precompute.surface.samples.catalogue import make_sample
 from precompute.surface.samples.gratings import blazed
 
+ROOT = Path(__file__).resolve().parents[3]
 TINY = replace(
     QUICK, piece_m=4e-6, coherence_m=3e-6, w_count=1, pairs=60, patch_pairs=20, delta_es=(3,), steps_nm=(20,),
     map_pixels=16, map_pairs=20, reference_nm=20, naive_transforms=2, seconds_timed=0.001, sizes=(64,), scan_m=4e-6,
@@ -167,6 +173,30 @@ def test_a_refusal_is_one_line(arguments, said, tmp_path, monkeypatch, capsys):
 def test_a_child_that_fails_says_why():
     with pytest.raises(GratingError, match="child process failed"):
         _child("precompute", ["bake", "nothing.png", "-o", "x"])
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="asks Linux for the process")
+def test_a_child_ends_with_the_program_that_started_it(tmp_path):
+    """A killed benchmark leaves no bake behind."""
+    (tmp_path / "sleeper.py").write_text(
+        "import os, sys, time\n"
+        "with open(sys.argv[1] + '.part', 'w') as file:\n    file.write(str(os.getpid()))\n"
+        "os.rename(sys.argv[1] + '.part', sys.argv[1])\ntime.sleep(120)\n"
+    )
+    told = tmp_path / "told"
+    code = f"from precompute.study.benchmark.scan import _child; _child('sleeper', [{str(told)!r}])"
+    path = os.pathsep.join((str(ROOT), str(tmp_path)))
+    starter = subprocess.Popen([sys.executable, "-c", code], env=os.environ | {"PYTHONPATH": path})
+    deadline = time.monotonic() + 60
+    while not told.exists():
+        assert starter.poll() is None and time.monotonic() < deadline
+        time.sleep(0.05)
+    starter.kill()
+    starter.wait()
+    process = Path("/proc") / told.read_text() / "stat"
+    while process.exists() and process.read_text().rpartition(")")[2].split()[0] != "Z":
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
 
 
 @pytest.mark.parametrize(

@@ -197,7 +197,7 @@ def test_the_command(tmp_path, capsys, matplotlib):
 @pytest.mark.parametrize(
     ("arguments", "fault"),
     [
-        (["sample:flat", "--methods", "flss"], "no period"),
+        (["sample:flat", "--methods", "flss"], "sample:flat: the relief has no period"),
         (["sample:blazed", "--methods", "gem"], "no spectrum"),
         (["sample:blazed", "-o", "x.pdf"], "not a PNG"),
         (["sample:bluray", "--methods", "stam"], "no first order"),

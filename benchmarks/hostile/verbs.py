@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Spoiled scans for each verb that works with a scan: `bake`, `dft`, `evaluate`, `map`, and `check`, which takes a scan
+after the bake.
+
+`info` takes files of every format (readers.py). Here a few formats are enough: what counts is what a verb does with
+heights and sizes that a reader lets through. The options make an accepted case quick."""
+
+import json
+import random
+import shutil
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from . import instruments, microscopes
+from .mutations import mutated
+from .readers import BARE
+from .runner import Case, run_verb
+
+# 3.2 um of waves 0.8 um long and 120 nm high, none like another.
+_SIDE, _PIXEL_M, _WAVE = 32, 100e-9, 8
+_X = np.arange(_SIDE)
+_HEIGHTS = 60e-9 * np.sin(2 * np.pi * _X / _WAVE + np.sin(2 * np.pi * _X[:, None] / _SIDE) / 4)
+_MAKERS: dict[str, Callable[[np.ndarray, float], bytes]] = {
+    ".gsf": instruments.gsf,
+    ".npy": instruments.npy,
+    ".spm": instruments.nanoscope,
+    ".x3p": instruments.x3p,
+    ".sur": instruments.digital_surf,
+    ".sxm": microscopes.sxm,
+    ".xyz": instruments.xyz,
+}
+# The numbers of .npy and .xyz are nanometres.
+_SIZES = ("--size-um", "3.2", "--height-nm", "1")
+_QUIET = ("--progress", "none")
+_BAKE = ("--delta-e", "20", "--no-cache", "--coherence-um", "1.5")
+# A place of (u, v) beside the zero order, and a part of w.
+_NEEDS = {"format": 1, "u": [0.2, 0.5], "v": [-0.1, 0.2], "w": [1.2, 1.6]}
+# A bake of the ensemble model takes seconds, so that only each of so many cases is one. With several threads NumPy
+# costs the processor a multiple of them.
+_SELDOM, _SECONDS_MAX = 6, 20
+
+
+def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
+    """`count` spoiled scans for each verb."""
+    wholes = [(extension, make(_HEIGHTS, _PIXEL_M)) for extension, make in _MAKERS.items()]
+    needs, whole = folder / "needs.json", folder / "whole.gsf"
+    needs.write_text(json.dumps(_NEEDS))
+    whole.write_bytes(instruments.gsf(_HEIGHTS, _PIXEL_M))
+    run_verb(["bake", whole, *_BAKE, "-o", folder / "whole", *_QUIET])
+    for verb in ("bake", "dft", "evaluate", "map", "check"):
+        for number in (0, 1):  # whatever is whole is taken, which loads modules before the first fork
+            run_verb(_line(verb, whole, number, folder=folder))
+            shutil.rmtree(folder / "out", ignore_errors=True)
+        for number in range(count):
+            draw = random.Random(f"{seed} {verb} {number}")
+            # `check` refuses every surface but the one that was baked, which is a .gsf.
+            extension, data = wholes[0 if verb == "check" else number % len(wholes)]
+            what, spoiled = mutated(draw, data)
+            file = folder / f"{verb}{number}{extension}"
+            run = partial(_take, file, spoiled, _line(verb, file, number, folder=folder))
+            limit = _SECONDS_MAX if number % _SELDOM == 0 else None
+            yield Case(f"{verb} {number}: {extension} {what}", verb, run, str(file), limit)
+
+
+def _line(verb: str, file: Path, number: int, *, folder: Path) -> list[object]:
+    """The command line that gives a scan to a verb. It writes into the folder `out`."""
+    out = folder / "out"
+    options: dict[str, tuple[object, ...]] = {
+        "bake": ("-o", out, *_BAKE, *_quick(number, folder)),
+        "dft": ("-o", out, "--terms", "2", "--coherence-um", "1.5"),
+        "evaluate": ("--methods", "flss,nmm", "--coherence-um", "1.5"),
+        "map": ("-o", out / "map.exr", "--size", "16", "--step-nm", "50", "--coherence-um", "1.5", *_method(number)),
+        "check": ("--pairs", "50", "--groups", "1", "--step-nm", "50"),
+    }
+    given = (folder / "whole",) if verb == "check" else ()
+    return [verb, *given, file, *(_SIZES if file.suffix in BARE else ()), *options[verb], *_QUIET]
+
+
+def _quick(number: int, folder: Path) -> tuple[object, ...]:
+    seldom = ("--illuminant", "532nm")
+    return seldom if number % _SELDOM == 0 else ("--model", "patch", "--needs", folder / "needs.json")
+
+
+def _method(number: int) -> tuple[str, ...]:
+    return () if number % _SELDOM == 0 else ("--method", ("chebyshev", "flss", "stam")[number % 3])
+
+
+def _take(file: Path, data: bytes, line: list[object]) -> None:
+    """Write a scan and give it to a verb. A verb that refuses it must leave nothing.
+
+    Raises as run_verb does."""
+    out = file.with_name("out")
+    file.write_bytes(data)
+    try:
+        run_verb(line)
+    except Exception:
+        assert not [path for path in out.rglob("*") if path.is_file()], "a refused scan left files"
+        raise
+    finally:
+        shutil.rmtree(out, ignore_errors=True)
+        file.unlink()
