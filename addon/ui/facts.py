@@ -108,9 +108,16 @@ class Facts:
 
 @dataclass(frozen=True)
 class _Found:
-    """Facts, the number of changes before them, when they were found, and how many seconds that took."""
+    """Facts that were found.
+
+    of       what the panel showed: the active grating, by what an artist may exchange of it
+    layer    the view layer's name
+    changes  how many changes there were before
+    at       when they were found, and `seconds` how long that took"""
 
     facts: Facts
+    of: tuple[object, ...]
+    layer: str
     changes: int
     at: float
     seconds: float
@@ -122,18 +129,17 @@ class _Found:
         return self.changes != change_count() or time.monotonic() - self.at > old
 
 
-# By what names the scene and its active grating.
-_found: dict[tuple, _Found] = {}
+# By the scenes' full names: each window may show another scene.
+_found: dict[str, _Found] = {}
 
 
 def facts_of(context: bpy.types.Context) -> Facts:
     """The facts of the context's scene, for its panel. Without a window, where no timer runs, they are found at
     each call."""
-    key = _key(context.scene)
-    found = _found.get(key)
-    if found is None or not has_window():
-        _found.clear()  # what is no longer shown may be of a file that was closed
-        found = _found[key] = _find(context.scene, context.evaluated_depsgraph_get())
+    scene = context.scene
+    found = _found.get(scene.name_full)
+    if found is None or found.of != _shown(scene) or not has_window():
+        found = _find(scene, context.view_layer.name, context.evaluated_depsgraph_get())
     elif found.is_former and not bpy.app.timers.is_registered(_find_again):
         bpy.app.timers.register(_find_again, first_interval=STILL)
     return found.facts
@@ -152,29 +158,30 @@ def _find_again() -> float | None:
     changed, else None."""
     if wait := seconds_until_still():
         return wait
-    context = bpy.context
-    key = _key(context.scene)
-    former = _found.get(key)
-    _found.clear()
-    found = _found[key] = _find(context.scene, context.evaluated_depsgraph_get())
-    if former is None or former.facts != found.facts:
-        redraw_views()
+    for name, former in list(_found.items()):
+        scene = next((scene for scene in bpy.data.scenes if scene.name_full == name), None)
+        layer = None if scene is None else scene.view_layers.get(former.layer)
+        if layer is None or layer.depsgraph is None:
+            del _found[name]
+        elif _find(scene, layer.name, layer.depsgraph).facts != former.facts:
+            redraw_views()
     return None
 
 
-def _key(scene: bpy.types.Scene) -> tuple:
+def _shown(scene: bpy.types.Scene) -> tuple[object, ...]:
     gratings = scene.natural_gratings
     grating = gratings.active()
     named = () if grating is None else (grating.name, grating.source, grating.bake_path, grating.lights)
-    return scene.name_full, gratings.active_index, *named
+    return gratings.active_index, *named
 
 
-def _find(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> _Found:
+def _find(scene: bpy.types.Scene, layer: str, depsgraph: bpy.types.Depsgraph) -> _Found:
     changes, start = change_count(), time.monotonic()
     grating = scene.natural_gratings.active()
     facts = Facts(_of_scene(scene, depsgraph), GratingFacts() if grating is None else _of_grating(grating))
     now = time.monotonic()
-    return _Found(facts, changes, now, now - start)
+    found = _found[scene.name_full] = _Found(facts, _shown(scene), layer, changes, now, now - start)
+    return found
 
 
 def _of_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> SceneFacts:
