@@ -54,7 +54,11 @@ class Layout:
 
 
 def context_of(width=300):
-    """What draws need to know of Blender's context."""
+    """What draws need to know of Blender's context, with a region in which a panel is drawn."""
+    import bpy
+
     return SimpleNamespace(
-        region=SimpleNamespace(width=width), preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1))
-    )
+        region=SimpleNamespace(width=width), preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1)),
+        scene=bpy.context.scene, view_layer=bpy.context.view_layer,
+        evaluated_depsgraph_get=bpy.context.evaluated_depsgraph_get,
+    )  # fmt: skip

@@ -42,9 +42,8 @@ def gratings():
 
 
 def drawn(addon):
-    known = {"scene": bpy.context.scene, "evaluated_depsgraph_get": bpy.context.evaluated_depsgraph_get}
     layout = PanelLayout()
-    addon.panel.GratingPanel.draw(SimpleNamespace(layout=layout), SimpleNamespace(**vars(context_of()) | known))
+    addon.panel.GratingPanel.draw(SimpleNamespace(layout=layout), context_of())
     return layout
 
 

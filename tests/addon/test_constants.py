@@ -74,8 +74,7 @@ def test_sources_that_do_not_fit_are_left_to_the_rest(addon, scene, grating, gro
     )
     assert line in reports(bpy.ops.grating.assign, capfd)
     layout, context = Layout(), context_of()
-    context.scene, context.evaluated_depsgraph_get = scene, bpy.context.evaluated_depsgraph_get
-    addon.panel._draw_lamps(layout, context, grating)
+    addon.panel._draw_lamps(layout, context, grating, facts=addon.facts.facts_of(context))
     assert line in layout.noted("ERROR")
     # Nothing changed, so that nothing is built again.
     monkeypatch.setattr(addon.skin, "fill_group", lambda *_, **__: pytest.fail("the group is built again"))

@@ -81,8 +81,7 @@ def test_the_panel_offers_a_fit_that_has_work_and_tells_one_that_failed(addon, s
 
     def drawn():
         layout, context = Layout(), context_of()
-        context.scene, context.evaluated_depsgraph_get = scene, bpy.context.evaluated_depsgraph_get
-        addon.panel._draw_lamps(layout, context, grating)
+        addon.panel._draw_lamps(layout, context, grating, facts=addon.facts.facts_of(context))
         return layout
 
     assert "grating.fit_world" not in drawn().operators

@@ -219,10 +219,8 @@ class PanelLayout(Layout):
 
 def drawn(it):
     """Draw the panel; its lines with a sign of warning, as one text."""
-    known = {"scene": it.scene, "evaluated_depsgraph_get": bpy.context.evaluated_depsgraph_get}
     layout = PanelLayout()
-    context = SimpleNamespace(**vars(context_of()) | known)
-    it.addon.panel.GratingPanel.draw(SimpleNamespace(layout=layout), context)
+    it.addon.panel.GratingPanel.draw(SimpleNamespace(layout=layout), context_of())
     return layout.noted("ERROR")
 
 
