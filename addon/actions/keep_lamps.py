@@ -48,7 +48,7 @@ from .lamps import lit_boxes, update_lamps
 @persistent
 @guarded
 def follow_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    """After Blender has evaluated a scene anew. Whatever concerns its lamps changes the scene too."""
+    """After Blender has evaluated a scene anew. Whatever concerns its followed lamps changes the scene too."""
     note_change()
     if depsgraph.mode == "RENDER":
         return
@@ -60,9 +60,11 @@ def follow_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Non
         forget_worlds()
     else:
         forget_worlds_of(changed)
-    if not (depsgraph.id_type_updated("SCENE") or depsgraph.id_type_updated("WORLD")):
-        return
     if scene.library is not None or is_rendering() or not _has_diffraction():
+        return
+    if has_window() and not bpy.app.timers.is_registered(_follow_when_still):
+        bpy.app.timers.register(_follow_when_still, first_interval=STILL)
+    if not (depsgraph.id_type_updated("SCENE") or depsgraph.id_type_updated("WORLD")):
         return
     if not (has_window() and world_is_known(scene)):
         _follow_world(scene)
@@ -71,8 +73,6 @@ def follow_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Non
     brightest_may_be_others = not has_window() and depsgraph.id_type_updated("LIGHT")
     if came_or_went or brightest_may_be_others or _noticed.get(scene.name_full) != _state(scene):
         _update_lamps(scene)
-    if has_window() and not bpy.app.timers.is_registered(_follow_when_still):
-        bpy.app.timers.register(_follow_when_still, first_interval=STILL)
 
 
 @guarded

@@ -142,6 +142,21 @@ def test_what_changes_of_a_lamp_is_followed_at_once(addon, scene, grating, windo
     assert at_once == noted(scene)
 
 
+def test_looking_at_everything_changes_nothing_and_ends(addon, scene, grating, window):
+    """Else it would call for itself again and again."""
+    assert bpy.ops.grating.assign() == {"FINISHED"}
+    scene.objects["Sun"].location.x = 1.0
+    for _ in range(2):
+        bpy.context.view_layer.update()
+        assert bpy.app.timers.is_registered(addon.keep_lamps._follow_when_still)
+        time.sleep(addon.changes.STILL)
+        assert addon.keep_lamps._follow_when_still() is None
+        bpy.app.timers.unregister(addon.keep_lamps._follow_when_still)  # as Blender does then
+        bpy.context.view_layer.update()
+        assert not bpy.app.timers.is_registered(addon.keep_lamps._follow_when_still)
+        scene.objects["Sun"].data.energy += 1.0
+
+
 def test_of_too_many_lamps_the_brightest_are_chosen_once_it_is_still(addon, scene, grating, window):
     """A lamp beside the plane takes the place of the weakest of eight others."""
     assert bpy.ops.grating.assign() == {"FINISHED"}
@@ -153,6 +168,7 @@ def test_of_too_many_lamps_the_brightest_are_chosen_once_it_is_still(addon, scen
     near.data.energy, near.location = 1.0, (0, 0, 100)
     scene.collection.objects.link(near)
     bpy.context.view_layer.update()
+    be_still(addon)
     assert near not in addon.follow.followed_lamps(scene)
     near.location.z = 0.2
     bpy.context.view_layer.update()
