@@ -19,9 +19,9 @@ bake with the levelled heights), and they are part of the cache's key. Without `
 fills holes, and nothing else. `none` removes nothing; holes are always filled.
 
 In Blender's panel the same steps are the list Levelling. A button shows them as the text that `--level` takes, to copy
-or to paste. The preview updates when you pause. It shows the heights as scanned and levelled, with removed pixels in red,
-the range, the rms and the main period of both, and the messages of the steps. For a scan of more than 768 pixels a side
-the preview uses fewer pixels, and the panel says so; the bake uses all pixels.
+or to paste. The preview updates when you pause. It shows the heights as scanned and levelled, with removed pixels in
+red, the range, the rms and the main period of both, and the messages of the steps. For a scan of more than 768 pixels a
+side the preview uses fewer pixels, and the panel says so; the bake uses all pixels.
 
 | step | what it does |
 |---|---|
@@ -29,26 +29,26 @@ the preview uses fewer pixels, and the panel says so; the bake uses all pixels.
 
 LINES = """
 Several scans of one skin, or tiles of one large area, make one bake: the mean of their spectra, each levelled by the
-same steps. Name several files to `bake`, or choose One Grating in the import dialog; the panel lists them. Tiles may have
-gaps between them and different sizes. The smallest tile limits the coherence length.
+same steps. Name several files to `bake`, or choose One Grating in the import dialog; the panel lists them. Tiles may
+have gaps between them and different sizes. The smallest tile limits the coherence length.
 
 A step warns if it removes the grating: `lines`, `poly`, `scars`, `outliers` and `dust` compare the waves that `info`
 lists before and after. They warn if the strongest wave loses 5 % of its light, or if a fainter wave loses as much light
-or half of its own. Holes take their share of the area from every wave, and this share gives no warning. Lines are aligned
-only if you ask for it, because alignment erases a grating whose lines run along the scan lines (left to right). On the
-real grid, turned this way, a plane keeps the rms within 1 %, and alignment warns that it weakens the peak by 100 %
-(`tests/precompute/surface/steps/test_lines.py`).
+or half of its own. Holes take their share of the area from every wave, and this share gives no warning. Lines are
+aligned only if you ask for it, because alignment erases a grating whose lines run along the scan lines (left to right).
+On the real grid, turned this way, a plane keeps the rms within 1 %, and alignment warns that it weakens the peak by 100
+% (`tests/precompute/surface/steps/test_lines.py`).
 
 Before `info` advises a step against dirt, it tries the step on a part or a thinned copy of the scan. It advises no step
-that takes light from a wave on its list. Ridges and pits of a grating can look like scars or dust; `info` then says which
-step to leave out. Dust counts by its area and by its height, because a bake grows with the height of the whole scan. A
-scan is rated usable if dust stands out from the relief by more than the relief's own height, and poor from ten times that
-height on.
+that takes light from a wave on its list. Ridges and pits of a grating can look like scars or dust; `info` then says
+which step to leave out. Dust counts by its area and by its height, because a bake grows with the height of the whole
+scan. A scan is rated usable if dust stands out from the relief by more than the relief's own height, and poor from ten
+times that height on.
 
 Three kinds of waves are not gratings, and `info` names them. A *waviness* is too coarse to show colours. Some waves are
-finer than light. *Line noise* comes from the microscope: it shifts each scan line (left to right) by a random amount, and
-the strongest wave in these shifts looks like a grating whose lines run along the scan lines. `info` leaves it out and
-names it. If the surface does have lines in this direction, turn the sample by 90 degrees and scan it again.
+finer than light. *Line noise* comes from the microscope: it shifts each scan line (left to right) by a random amount,
+and the strongest wave in these shifts looks like a grating whose lines run along the scan lines. `info` leaves it out
+and names it. If the surface does have lines in this direction, turn the sample by 90 degrees and scan it again.
 
 Many files hold each line twice, as scanned forward (trace) and backward (retrace). `info` and the import then accept a
 wave as a grating only if both directions show it, within the resolution of the scan and with at least half of its
@@ -63,9 +63,9 @@ Pits of random lengths in tracks can make half of the tracks' distance stand out
 ## Two real skins, with and without dust and scar removal
 
 Both scans are 65 x 65 um, of 1332 x 1332 pixels of 8 bits. They are baked for a dE00 of {delta_e:g} after a plane
-alone, and after repairs. dE00 compares the two bakes, on the same pairs of directions. The last column is the bake's own
-error against its exact spectrum. "Terms" are the tiles of the bake: fewer terms take less memory and less work for each
-pixel.
+alone, and after repairs. dE00 compares the two bakes, on the same pairs of directions. The last column is the bake's
+own error against its exact spectrum. "Terms" are the tiles of the bake: fewer terms take less memory and less work for
+each pixel.
 
 | skin | steps | removed | relief | terms | MiB in Blender | dE00 mean | dE00 p99 | light that moves | own p99 |
 |---|---|---|---|---|---|---|---|---|---|
@@ -130,7 +130,7 @@ the tips of fingers for dust. It warns about the light that the grating loses, s
 scars; the scratches run at an angle, and are too low for `dust`.
 
 Measurements: Laboratory of Artificial and Natural Evolution, Geneva, published with the Bachelor thesis of Michael
-Single (MIT licence). Each picture shows the place where the most was removed, 13 um wide. From left to right: as scanned,
-with removed pixels in red, and as filled for the bake; then the colours of both bakes over the hemisphere of views, under
-light from 30 degrees.
+Single (MIT licence). Each picture shows the place where the most was removed, 13 um wide. From left to right: as
+scanned, with removed pixels in red, and as filled for the bake; then the colours of both bakes over the hemisphere of
+views, under light from 30 degrees.
 """
