@@ -171,7 +171,7 @@ class Grating(bpy.types.PropertyGroup):
 
         kept = parse_json(self.request or "{}", f"{self.name}: its request", "import the height map again")
         if not isinstance(kept, dict) or not isinstance(kept.get("scans", []), list):
-            raise GratingError(f"{self.name}: its request is none; import the height map again")
+            raise GratingError(f"{self.name}: its saved request is damaged; import the height map again")
         return kept
 
     def bake_request(self) -> "BakeRequest":
@@ -302,7 +302,7 @@ def kept_path(path: str) -> str:
     try:
         path.encode()
     except UnicodeEncodeError as error:
-        raise GratingError(f"{path}: its name is no text in UTF-8, which Blender needs; rename it") from error
+        raise GratingError(f"{path}: Blender cannot use its name, which is not UTF-8; rename it") from error
     return path
 
 

@@ -13,4 +13,4 @@ LIGHTS = (
 )  # fmt: skip
 CHOICES = {name for name, _, _ in LIGHTS}
 # Of a grating whose bake can answer to nothing else.
-NO_SAMPLE_SET = "only lamps light it, as its bake has no .lobes.exr beside it; bake it again, by the ensemble model"
+NO_SAMPLE_SET = "only lamps light it, because its bake has no .lobes.exr file; bake it with the ensemble model"
