@@ -60,7 +60,8 @@ def warnings_about(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> li
     """One line for each thing about the scene's lamps that diffraction does not follow, and for each setting under
     which it shows wrong colours."""
     dark = not lamps_of(scene) and needs_lamps()
-    lines = [f"scene {scene.name}: no lamp lights it, so diffraction is dark; add a sun"] if dark else []
+    line = f"scene {scene.name}: it has no lamp, so with Lamps Only the diffraction is black; add a sun"
+    lines = [line] if dark else []
     lines += unfollowed_features(scene, counted_lamps(scene)) + unfitted_world(scene)
     lines += linked_with_fewer_lamps(scene) + wrong_colours(scene)
     instanced = instanced_lamps(depsgraph)

@@ -28,7 +28,7 @@ def vary(scene: bpy.types.Scene, grating: Grating, choice: Variation, *, others:
             f"{grating.name}: the others have {sum(choice.shares):.0%} of the surface; lower their shares to 100%"
         )
     if choice.shares and choice.pattern == ATTRIBUTE and not choice.attribute:
-        raise GratingError(f"{grating.name}: no attribute is named for its pattern; name one, such as scale_random")
+        raise GratingError(f"{grating.name}: its Pattern needs an Attribute; name one, such as scale_random")
     for each in (grating, *others):
         needed_bake(each)
     group = group_of(scene, grating)

@@ -32,7 +32,7 @@ class Place:
 
     def lamp_matrix(self, *, rotation: float, height: float) -> Matrix:
         """The world matrix of a lamp that stands `height` above the place and shines along the normal. Its X axis is
-        the direction of the scan's columns: the tangent, turned by `rotation` radians towards B = N x T."""
+        the direction of the scan's x axis: the tangent, turned by `rotation` radians towards B = N x T."""
         across = self.normal.cross(self.tangent)
         columns = self.tangent * cos(rotation) + across * sin(rotation)
         matrix = Matrix((columns, columns.cross(self.normal), -self.normal)).transposed().to_4x4()

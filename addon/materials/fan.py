@@ -9,7 +9,7 @@ the screen, so this one shows the spectrum without noise. It is an area lamp tha
 That is what an area lamp of radiance L does too. Here L is a response's answer Lo (response.py) to one of the scene's
 lamps, as its own material gives it. A lamp without *Normalize* and with the strength pi has the radiance of its
 nodes' emission: Blender divides the strength by pi, as a white surface would. It shines along its own -Z, which is
-therefore the normal N of the patch; its X is the direction T of the scan's columns. Behind the patch it is dark.
+therefore the normal N of the patch; its X is the direction T of the scan's x axis. Behind the patch it is dark.
 
 The lamp's object holds four properties of the lamp that lights the patch (lamps/pack.py). Drivers write them, so it
 follows that lamp without this extension.

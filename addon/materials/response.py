@@ -24,7 +24,7 @@ from ..nodes.interface import INPUT, Socket, has_sockets, sockets_of
 from ..scene import compat, stored
 
 NORMAL = Socket("Normal", "Vector", "Shading normal")
-TANGENT = Socket("Tangent", "Vector", "Direction of the scan's columns on the surface")
+TANGENT = Socket("Tangent", "Vector", "Direction of the scan's x axis (left to right) on the surface")
 TO_LIGHT = Socket("To Light", "Vector", "Unit vector to the lamp")
 IRRADIANCE = Socket("Irradiance", "Vector", "On a surface that faces the lamp, W/m2")
 VARIANCE = Socket("Variance", "Float", "Of the lamp's disc in the sky, rad2", 0.0, 0.0, 10.0)

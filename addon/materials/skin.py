@@ -101,7 +101,9 @@ _BASE_BLEND = Socket(
 _STRENGTH = Socket("Strength", "Float", "Scales the diffraction; 1 is physical", 1.0, 0.0, 1000.0)
 _ROTATION = Socket("Rotation", "Float", "Turns the scan about the normal", 0.0, -1e3, 1e3, "ANGLE")
 _NORMAL = Socket("Normal", "Vector", "Shading normal; the surface's own if nothing is linked")
-_TANGENT = Socket("Tangent", "Vector", "Direction of the scan's columns; the grating's own if nothing is linked")
+_TANGENT = Socket(
+    "Tangent", "Vector", "Direction of the scan's x axis (left to right); the grating's own if nothing is linked"
+)
 _INPUTS = (
     _BASE, _BASE_BLEND, _STRENGTH, ROUGHNESS, IOR, _ROTATION, PERIOD_SCALE, HEIGHT_SCALE, CONSERVING, _NORMAL, _TANGENT,
 )  # fmt: skip

@@ -10,7 +10,7 @@ from .report import report_failure, report_lines
 
 class AdoptMaterials(bpy.types.Operator):
     """Bring appended and pasted diffraction materials into the list. A copy of a grating in the list follows that
-    grating from now on; of each other one a grating is made"""
+    grating from now on; each other material becomes a grating of its own"""
 
     bl_idname = "grating.adopt"
     bl_label = "Adopt"

@@ -7,8 +7,8 @@ from .on_selected_meshes import OnSelectedMeshes
 
 
 class AssignToSelected(OnSelectedMeshes, bpy.types.Operator):
-    """Put the active grating's material into the active slot of the selected meshes. The scan's columns run along the
-    direction of Frame"""
+    """Put the active grating's material into the active slot of the selected meshes. The scan's x axis
+    (left to right) follows the direction that Frame names"""
 
     bl_idname = "grating.assign"
     bl_label = "Assign to Selected"

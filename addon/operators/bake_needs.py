@@ -12,9 +12,8 @@ from .report import report_failure
 
 
 class BakeNeeds(FollowsBake, bpy.types.Operator):
-    """Look through the scene's camera, in all its frames where something moves, bake only the directions in which it
-    sees the active grating lit, and show this smaller bake. It stops early where that saves little memory. Esc cancels,
-    and one undo brings the former bake back"""
+    """Bake only the directions that the scene's camera sees of the active grating, over all frames if something moves.
+    It stops early if that saves little memory. Esc cancels, and one undo brings the former bake back"""
 
     bl_idname = "grating.needs"
     bl_label = "Bake for This Scene"

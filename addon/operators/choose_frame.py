@@ -13,21 +13,21 @@ from .report import report_failure, report_lines
 
 
 class ChooseFrame(bpy.types.Operator):
-    """Where the active grating's materials take the direction of the scan's columns, T, from. Rotation turns T
-    further"""
+    """Choose what the scan's x axis (left to right) follows on the meshes that show the active grating. Rotation turns
+    the scan further"""
 
     bl_idname = "grating.frame"
     bl_label = "Frame Source"
     bl_options = {"REGISTER", "UNDO"}
 
-    kind: EnumProperty(name="Source", description="Where T comes from", items=KINDS)
-    uv_map: StringProperty(name="UV Map", description="Whose U is T")
+    kind: EnumProperty(name="Source", description="What the scan's x axis follows", items=KINDS)
+    uv_map: StringProperty(name="UV Map", description="UV map whose U the scan's x axis follows")
     axis: EnumProperty(name="Axis", description="Of the object's own axes", items=AXES, default="Z")
-    frame_map: StringProperty(name="Frame Map", description="A picture that Bake Frame Map made")
+    frame_map: StringProperty(name="Frame Map", description="A picture made by Bake Frame Map")
     angle: StringProperty(
         name="Object Angle",
-        description="A custom property of objects, such as grating_angle, whose angle in radians turns the scan on "
-        "each object, so that one material serves many; objects without it are not turned. Empty for none",
+        description="A custom property of objects, such as grating_angle, in radians. It turns the scan on each "
+        "object, so that one material serves many. Objects without it are not turned. Empty for none",
     )
 
     @classmethod

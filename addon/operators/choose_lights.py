@@ -12,13 +12,13 @@ from .report import report_failure
 
 
 class ChooseLights(bpy.types.Operator):
-    """Which lights the materials of the active grating answer to"""
+    """Choose which lights the materials of the active grating show"""
 
     bl_idname = "grating.lights"
     bl_label = "Lights"
     bl_options = {"REGISTER", "UNDO"}
 
-    lights: EnumProperty(name="Lights", description="Which lights the diffraction answers to", items=LIGHTS)
+    lights: EnumProperty(name="Lights", description="Which lights the diffraction shows", items=LIGHTS)
 
     @classmethod
     def poll(cls, context):

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 
 class CombGrating(FollowsJob, bpy.types.Operator):
-    """Lay a smooth direction for the scan's columns over the selected meshes and store it on them: a grating whose
-    Frame is Stored follows it, whatever the UV map. It rides with the skin. Esc cancels"""
+    """Lay a smooth direction over the selected meshes and store it on them. The scan's x axis (left to right) follows
+    it if the grating's Frame is Stored, whatever the UV map. It moves with the deformed mesh. Esc cancels"""
 
     bl_idname = "grating.comb"
     bl_label = "Comb Grating"

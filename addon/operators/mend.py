@@ -8,8 +8,8 @@ from .report import report_failure, report_lines
 
 
 class MendMaterials(bpy.types.Operator):
-    """Bring back what diffraction materials need and what was deleted, unpacked or edited: pictures and node groups,
-    from their bakes"""
+    """Rebuild the pictures and node groups of diffraction materials that were deleted, unpacked or edited, from their
+    bakes"""
 
     bl_idname = "grating.mend"
     bl_label = "Mend Materials"

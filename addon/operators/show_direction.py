@@ -7,8 +7,8 @@ from .follows_job import redraw_views
 
 
 class ShowDirection(bpy.types.Operator):
-    """Show the direction of the active object's grating: arrows along the scan's columns, in red the seams where its
-    UV map turns them, and yellow rings where a comb has no direction"""
+    """Show the direction of the active object's grating: arrows along the scan's x axis (left to right), red
+    lines at seams where the UV map turns it, and yellow rings where a comb has no direction"""
 
     bl_idname = "grating.show_direction"
     bl_label = "Show Direction"

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a grating takes the direction of the scan's columns, T, from: the artist's choice. Saved .blend files hold
-these names: they must stay."""
+"""Where a grating takes T, the direction of the scan's x axis, from: the artist's choice. Saved .blend files hold these
+names: they must stay."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,10 +13,10 @@ from . import stored
 STORED, UV_MAP, RADIAL, AXIS, FRAME_MAP = "STORED", "UV_MAP", "RADIAL", "AXIS", "FRAME_MAP"
 # Name, label and tooltip, as Blender's enumerations want them.
 KINDS = (
-    (STORED, "Stored", "What Comb Grating wrote, where the mesh has it; else the U of the UV map that renders"),
-    (UV_MAP, "UV Map", "The U of the UV map of a name, whichever map renders"),
-    (RADIAL, "Radial", "From an axis of the object outwards, so that the tracks of a CD run round it. A Rotation of 90 "
-     "degrees turns the columns to run round the axis themselves"),
+    (STORED, "Stored", "The direction stored by Comb Grating; without one, the U of the UV map that renders"),
+    (UV_MAP, "UV Map", "The U of the UV map that you name, whichever map renders"),
+    (RADIAL, "Radial", "The scan's x axis points away from an axis of the object, so that the tracks of a CD run round "
+     "it. With a Rotation of 90 degrees the x axis itself runs round"),
     (AXIS, "Object Axis", "An axis of the object, laid on the surface"),
     (FRAME_MAP, "Frame Map", "The picture that Bake Frame Map made of the mesh"),
 )  # fmt: skip

@@ -57,8 +57,8 @@ class Grating(bpy.types.PropertyGroup):
     active_step: IntProperty(name="Active Step", description="The step whose arguments are shown")
     delta_e: FloatProperty(
         name="Colour Error",
-        description="Largest colour difference (CIEDE2000, in 99 of 100 directions) between the bake and the exact "
-        "surface",
+        description="Largest colour difference (CIEDE2000) between the bake and the exact surface in 99 of 100 of the "
+        "directions tested. The directions of one view may show more",
         default=1.0,
         min=1e-3,
         max=100.0,
@@ -67,8 +67,8 @@ class Grating(bpy.types.PropertyGroup):
     )
     coherence_um: FloatProperty(
         name="Coherence",
-        description="Coherence length in micrometres. A longer one gives sharper colours, and speckle where the scan "
-        "is too small to average it out. 0 chooses it by the scan's size",
+        description="Coherence length in micrometres: the width over which light interferes. A longer one gives "
+        "sharper colours, and speckle if the scan is too small to average it. 0 chooses it by the scan's size",
         default=0.0,
         min=0.0,
         max=1e4,
@@ -95,14 +95,13 @@ class Grating(bpy.types.PropertyGroup):
     )
     footprint: BoolProperty(
         name="Footprint",
-        description="Blurs colours that are finer than a pixel, as far as its samples do not tell them apart: less "
-        "noise in Cycles and less flicker in EEVEE, for up to a quarter more time on a snake. Not needed by discs and "
-        "close-ups",
+        description="Blur colours that are finer than a pixel. The blur shrinks as samples accumulate. It lowers noise "
+        "in Cycles and flicker in EEVEE, and costs render time. Switch it off for discs and close-ups",
         default=True,
     )
-    lights: EnumProperty(name="Lights", description="Which lights the diffraction answers to", items=LIGHTS)
-    frame_kind: EnumProperty(name="Frame", description="Where the direction of the scan comes from", items=KINDS)
-    frame_uv_map: StringProperty(name="UV Map", description="Whose U is the direction of the scan's columns")
+    lights: EnumProperty(name="Lights", description="Which lights the diffraction shows", items=LIGHTS)
+    frame_kind: EnumProperty(name="Frame", description="What the scan's x axis (left to right) follows", items=KINDS)
+    frame_uv_map: StringProperty(name="UV Map", description="UV map whose U the scan's x axis (left to right) follows")
     frame_axis: EnumProperty(name="Axis", description="Of the object's own axes", items=AXES, default="Z")
     frame_map: PointerProperty(type=bpy.types.Image, name="Frame Map", description="Made by Bake Frame Map")
     frame_angle: StringProperty(
@@ -172,7 +171,7 @@ class Grating(bpy.types.PropertyGroup):
 
         kept = parse_json(self.request or "{}", f"{self.name}: its request", "import the height map again")
         if not isinstance(kept, dict) or not isinstance(kept.get("scans", []), list):
-            raise GratingError(f"{self.name}: its request is none; import the height map again")
+            raise GratingError(f"{self.name}: its saved request is damaged; import the height map again")
         return kept
 
     def bake_request(self) -> "BakeRequest":
@@ -303,7 +302,7 @@ def kept_path(path: str) -> str:
     try:
         path.encode()
     except UnicodeEncodeError as error:
-        raise GratingError(f"{path}: its name is no text in UTF-8, which Blender needs; rename it") from error
+        raise GratingError(f"{path}: Blender cannot use its name, which is not UTF-8; rename it") from error
     return path
 
 

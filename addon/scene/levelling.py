@@ -36,8 +36,8 @@ _FITS = (
     ("robust", "Robust", "The plane through the heights that are no dust"),
 )
 _BYS = (
-    ("median", "Median", "Shift each row to a median of zero"),
-    ("difference", "Difference", "Shift each row to a median difference of zero from the row above"),
+    ("median", "Median", "Shift each scan line, left to right, to a median of zero"),
+    ("difference", "Difference", "Shift each scan line to a median difference of zero from the line above"),
 )
 
 
@@ -84,14 +84,14 @@ class LevellingStep(bpy.types.PropertyGroup):
 
     text: StringProperty(name="Step", description="The step as the command line takes it", options={"HIDDEN"})
     fit: EnumProperty(name="Fit", description="Which heights count", items=_FITS, **_kept("fit"))
-    by: EnumProperty(name="By", description="What of a row is made zero", items=_BYS, **_kept("by"))
+    by: EnumProperty(name="By", description="What becomes zero in each scan line", items=_BYS, **_kept("by"))
     degree: IntProperty(
         name="Degree", description="Degree of the polynomial in x and y", min=1, max=5, **_kept("degree")
     )
     threshold: FloatProperty(
         name="Threshold",
-        description="How far it must stand out to be taken for a defect: of scars, in rms differences of rows; of "
-        "outliers and dust, in standard deviations. A lower one removes more",
+        description="How far heights must stand out to count as a defect: for scars in rms differences of scan lines, "
+        "for outliers and dust in standard deviations. A lower value removes more",
         min=0.1, soft_max=20.0, **_kept("threshold"),
     )  # fmt: skip
     angle_deg: FloatProperty(

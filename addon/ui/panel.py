@@ -36,8 +36,8 @@ _ICONS = {"SUN": "LIGHT_SUN", "POINT": "LIGHT_POINT", "SPOT": "LIGHT_SPOT", "ARE
 _LIGHT_ICONS = {"good": "CHECKMARK", "usable": "INFO", "poor": "ERROR"}
 # What else lights the diffraction, by the choice of lights.
 _LIT_BY = {
-    LAMPS_ONLY: "Only these lamps light the diffraction: not the world, nor the studio light of Material Preview.",
-    REST: "These lamps without noise. The world, and light from other objects, as smooth light with little noise.",
+    LAMPS_ONLY: "Only lamps light the diffraction. The world and Material Preview's studio light have no effect.",
+    REST: "Lamps without noise. The rest of the world, and light from other objects, by random samples, with noise.",
     ALL: "Every light, by random samples. Small lamps need many.",
 }
 
@@ -224,7 +224,7 @@ def _draw_lamps(layout, context, grating, *, facts: Facts) -> None:
         _draw_world(column, context, scene.world)
     if not scene.lamps:
         if lights == LAMPS_ONLY:
-            draw_note(column, context, "No lamp lights the scene, so the diffraction is dark", icon="INFO")
+            draw_note(column, context, "The scene has no lamp, so the diffraction is black", icon="INFO")
         column.operator(AddSun.bl_idname, icon="LIGHT_SUN")
     for line in facts.grating.crowded:
         draw_note(column, context, line, icon="ERROR")

@@ -98,4 +98,4 @@ def _draw_preview(layout, context, grating, *, several: bool) -> None:
         warned = line.startswith(WARNING)
         draw_note(notes, context, line.removeprefix(WARNING), icon="ERROR" if warned else "INFO")
     if found.every > 1:
-        draw_note(notes, context, f"Preview of one row and column in {found.every}; the bake takes all")
+        draw_note(notes, context, f"Preview of 1 pixel in {found.every} along x and y; the bake uses all")

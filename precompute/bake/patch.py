@@ -67,9 +67,7 @@ def plan(
     needs, delta_e = request.needs, request.delta_e
     needs = replace(needs, w=(max(needs.w[0], W_MIN), needs.w[1]))
     if needs.w[1] - needs.w[0] < WIDTH_MIN:
-        raise GratingError(
-            f"w up to {needs.w[1]:g}: the patch model holds none below {W_MIN:g}; give a larger w in the needs"
-        )
+        raise GratingError(f"w up to {needs.w[1]:g}: the patch model begins at {W_MIN:g}; give a larger w in the needs")
     window = PatchWindow(reliefs[0], (request.coherence_length_m or THESIS_COHERENCE_M) / 4)
     series = patch_series(window, needs.region.reach, progress)
     sigma_b = series.sigma_b

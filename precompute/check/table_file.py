@@ -140,7 +140,7 @@ def read_table(path: Path) -> Table:
         raise GratingError(f"{path}: made by another version (format {record['format']!r:.20}); bake it again")
     if record["model"] != "ensemble":
         raise GratingError(
-            f"{path}: holds the {record['model']!r:.20} model, of which there is no check; bake the ensemble model"
+            f"{path}: holds the {record['model']!r:.20} model, which check cannot measure; bake the ensemble model"
         )
     fault = _fault_of_layout(record["layout"], picture) or _fault_of_provenance(record)
     if fault:

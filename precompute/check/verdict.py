@@ -141,7 +141,7 @@ def check(
     reliefs = [prepare(height_map, steps) for height_map in height_maps]
     truth = truths(table, reliefs, groups=groups, pairs=pairs, step_m=step_m, progress=progress)
     if not sum(len(t.scattered_xyz) for t in truth):
-        raise GratingError(f"{bake}: none of {pairs} direction pairs falls in what it covers; give more --pairs")
+        raise GratingError(f"{bake}: none of {pairs} direction pairs lies in its region; give more --pairs")
     errors = _in_both_forms(table, reliefs, truth, progress)
     w = np.linspace(0, 2, _ZERO_ORDER_AT) + 1 / len(table.zero_order)
     w = w[(w >= table.w_range[0]) & (w <= table.w_range[1])]

@@ -47,13 +47,13 @@ class Mesh:
         if not len(self.triangles):
             raise GratingError("the mesh: no faces to unwrap; choose a mesh with faces")
         if not np.isfinite(self.points).all():
-            raise GratingError("the mesh: a point that is nowhere (not a number); delete it")
+            raise GratingError("the mesh: a point has no position (NaN); delete it")
         if len(self.points) and np.abs(self.points).max() > FARTHEST_M:
             raise GratingError(f"the mesh: a point more than {FARTHEST_M / 1e3:g} km away; delete it, or scale it down")
         if self.triangles.min() < 0 or self.triangles.max() >= len(self.points):
             raise GratingError("the mesh: a face of a point that is not there; write the file again")
         if not (self.areas() > 0).any():
-            raise GratingError("the mesh: no face has an area; scale it up, or dissolve what is degenerate")
+            raise GratingError("the mesh: no face has an area; scale it up, or dissolve degenerate faces")
 
     def areas(self) -> np.ndarray:
         """Twice the area (m,) of each triangle."""

@@ -111,7 +111,7 @@ def test_a_bake_without_its_sample_set_is_told_and_anothers_refused(addon, scene
     alone = tmp_path / "waves.exr"
     shutil.copy(baked, alone)
     assert addon.commands.execute(["assign", str(alone), "--object", "Plane", "--save", str(tmp_path / "a.blend")]) == 0
-    assert "only lamps light it, as its bake has no .lobes.exr" in capfd.readouterr().out
+    assert "only lamps light it, because its bake has no .lobes.exr" in capfd.readouterr().out
     words = ["sample:cd", "--delta-e", "9", "--coherence-um", "3"]
     other = addon.child.Job("bake", words, tmp_path / "cd", deadline=addon.child.Deadline(600, ""))
     other.wait()

@@ -185,7 +185,7 @@ def test_a_scene_without_lamps_is_dark_to_lamps_only(addon, scene, grating):
 
     assert told() == []
     assert bpy.ops.grating.lights(lights="LAMPS") == {"FINISHED"}
-    assert told() == ["scene Scene: no lamp lights it, so diffraction is dark; add a sun"]
+    assert told() == ["scene Scene: it has no lamp, so with Lamps Only the diffraction is black; add a sun"]
 
 
 def test_the_drivers_alone_darken_a_lamp_that_is_gone(addon, scene, sun):

@@ -278,4 +278,4 @@ def test_a_large_scan_is_previewed_thinned_and_it_is_said(addon, scene, tmp_path
     bpy.ops.grating.import_height_map(filepath=str(tmp_path / "large.png"), size_um=55, height_nm=100)
     addon.level_preview.shown(active())
     addon.level_preview.refresh()
-    assert "Preview of one row and column in 2; the bake takes all" in drawn(addon).noted("NONE")
+    assert "Preview of 1 pixel in 2 along x and y; the bake uses all" in drawn(addon).noted("NONE")

@@ -134,7 +134,7 @@ def full(scene):
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(("make", "told"), [
     (empty, "Empty Mesh: no faces to unwrap; choose a mesh with faces"),
-    (flat, "Plane: no face has an area; scale it up, or dissolve what is degenerate"),
+    (flat, "Plane: no face has an area; scale it up, or dissolve degenerate faces"),
     (full, "Plane: it has 8 UV maps, as many as a mesh can have; remove one"),
 ])  # fmt: skip
 def test_what_cannot_be_unwrapped_is_told_and_unchanged(scene, make, told, method):

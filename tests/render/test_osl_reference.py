@@ -84,7 +84,7 @@ def test_the_surface_is_the_gratings(addon):
     grating.levelling = "none" if grating.levelling != "none" else "plane"
     assert addon.osl_reference.write_images(grating, "pq") != first
     grating.request = '{"scans": [{"source": "sample:cd", "size_um": null, "height_nm": null, "channel": null}]}'
-    with pytest.raises(RuntimeError, match="made of several scans, and the method takes one"):
+    with pytest.raises(RuntimeError, match="averages several scans, and this method needs one"):
         bpy.ops.grating.osl_reference()
 
 

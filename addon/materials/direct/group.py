@@ -4,7 +4,7 @@
 | socket         | symbol | unit    | default | meaning |
 |----------------|--------|---------|---------|---------|
 | Normal         | N      |         |         | shading normal, unit |
-| Tangent        | T      |         |         | direction of the scan's columns, unit, across N |
+| Tangent        | T      |         |         | direction of the scan's x axis, unit, across N  |
 | To Light       | wi     |         |         | unit |
 | Irradiance     | E      | W/m2    |         | on a surface that faces the lamp |
 | Variance       |        | rad2    | 0       | of the lamp's disc in the sky, along one axis |

@@ -4,7 +4,7 @@
 | socket         | symbol | unit    | meaning |
 |----------------|--------|---------|---------|
 | Normal         | N      |         | unit shading normal |
-| Tangent        | T      |         | unit, orthogonal to N, along the scan's columns |
+| Tangent        | T      |         | unit, orthogonal to N, along the scan's x axis  |
 | To Light       | wi     |         | unit vector to the light |
 | Irradiance     | E      | W/m2    | on a surface that faces the light, linear RGB |
 | IOR            | n      |         | of the skin |

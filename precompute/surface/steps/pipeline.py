@@ -31,9 +31,9 @@ KINDS: dict[str, Kind] = {
     for kind in (
         Kind("plane", "take the tilt out; robust: dust does not count", plane, (Word(("least-squares", "robust")),)),
         Kind("poly", "take a polynomial background of a degree out", background, (Number("DEGREE", 1, 5, 2, True),)),
-        Kind("lines", "shift each row to fit; erases lines along the rows", align_lines,
+        Kind("lines", "shift each scan line (left to right) to fit; erases grooves along it", align_lines,
              (Word(("median", "difference")),)),
-        Kind("scars", "streaks along the rows, by K times the rms difference of rows", remove_scars,
+        Kind("scars", "streaks along scan lines, by K times the rms difference of lines", remove_scars,
              (Number("K", 0.1, 100, 1.0),)),
         Kind("outliers", "single pixels, by K standard deviations", remove_outliers, (Number("K", 1, 1000, 8.0),)),
         Kind("dust", "dust and scratches, by K standard deviations of the relief", remove_dust,

@@ -145,7 +145,7 @@ def changed(**arrays):
     (changed(points=np.zeros((264, 3))), "no face has an area; scale it up, or dissolve"),
     (changed(triangles=np.zeros((0, 3), int), polygons=np.zeros(0, int)), "no faces to unwrap; choose a mesh"),
     (changed(triangles=np.full((528, 3), 9999)), "no mesh to unwrap|a face of a point that is not there"),
-    (changed(points=np.full((264, 3), np.nan)), "a point that is nowhere"),
+    (changed(points=np.full((264, 3), np.nan)), "a point has no position"),
     (changed(points=np.zeros((264, 2))), r"no mesh to unwrap \(points is of kind float64 and shape \(264, 2\)\); give"),
     (changed(points=np.full((264, 3), 1e30)), r"a point more than 1000 km away; delete it, or scale it down"),
     (changed(polygons=np.zeros(3, int)), "no mesh to unwrap"),
