@@ -125,7 +125,8 @@ def test_the_panel_shows_which_files_belong_to_a_grating(addon, scene, tmp_path,
         filepath=str(tmp_path / names[0]), directory=f"{tmp_path}/", files=files, several="AVERAGE"
     )
     layout = Layout()
-    addon.steps_panel.draw_scans(layout, context_of(), scene.natural_gratings.active())
+    context = context_of()
+    addon.steps_panel.draw_scans(layout, context, addon.facts.facts_of(context).grating)
     assert layout.labels[0] == "0.gsf" and layout.labels[-1] == last
     assert len(layout.labels) == min(count, 9)
 
@@ -134,7 +135,8 @@ def test_of_one_file_none_is_listed_and_a_broken_request_is_one_line(addon, scen
     for broken in ("", '{"scans": 3}', '{"scans": [3]}'):
         grating.source, grating.request = str(skins / "one.png"), broken
         layout = Layout()
-        addon.steps_panel.draw_scans(layout, context_of(2000), grating)
+        context = context_of(2000)
+        addon.steps_panel.draw_scans(layout, context, addon.facts.facts_of(context).grating)
         assert len(layout.labels) == (1 if broken else 0)
 
 

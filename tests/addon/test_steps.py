@@ -149,7 +149,7 @@ def test_the_dialog_of_the_text_begins_with_the_steps(addon, steps):
 def drawn(addon):
     """What the panel draws of the active grating's levelling."""
     layout = Layout()
-    addon.steps_panel.draw_steps(layout, context_of(2000), active())
+    addon.steps_panel.draw_steps(layout, context_of(2000), active(), several=False)
     return layout
 
 
