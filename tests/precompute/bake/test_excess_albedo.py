@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.albedo import directional_albedo, no_bound, surface_of
+from laboratory.benchmarks.albedo import directional_albedo, no_bound, surface_of
 from precompute.bake import excess_albedo
 from precompute.bake.directional_albedo import albedo_times_cosine, continuum_albedo, find_orders
 from precompute.bake.ensemble import bake
@@ -16,10 +16,10 @@ from precompute.bake.request import BakeRequest
 from precompute.base.progress import silent
 from precompute.check import table_file
 from precompute.colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, spectral_weights
+from precompute.maps import brdf_map
 from precompute.maths import bspline
 from precompute.measure.forms import DELTA_E_OF_BOUND
 from precompute.optics.brdf import obliquity_times_cosine_and_w2
-from precompute.study import brdf_map
 from precompute.surface.relief import prepare
 from precompute.surface.samples.gratings import binary, blazed, flat, sinusoidal
 from precompute.table import atlas

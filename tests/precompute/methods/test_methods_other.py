@@ -7,6 +7,7 @@ import pytest
 from precompute.base.failure import GratingError
 from precompute.cli.parser import main
 from precompute.colour.working_space import rgb_from_xyz
+from precompute.maps import brdf_map
 from precompute.methods import gem
 from precompute.methods.baked import Baked
 from precompute.methods.blending import blend_texture
@@ -16,7 +17,6 @@ from precompute.optics import brdf
 from precompute.optics.coherence import kernel_sigma
 from precompute.optics.fresnel import fresnel_conductor, fresnel_reflectance, fresnel_schlick
 from precompute.reference.ensemble import reference_xyz
-from precompute.study import brdf_map
 from precompute.surface.relief import prepare
 from precompute.surface.samples.gratings import blazed, sinusoidal
 from precompute.table.table import Table

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from laboratory.speed.surfaces import FULL
 from precompute.base.failure import GratingError
 from precompute.methods import registry
 from precompute.methods.method import Settings
 from precompute.methods.registry import ENTRIES
-from precompute.study.benchmark.surfaces import FULL
 from precompute.surface.relief import prepare
 from precompute.surface.samples.gratings import blazed
 

@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The text of docs/evaluation.md. laboratory.benchmarks.evaluation computes the numbers in it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from . import evaluation_text as prose
+from . import terms
+from .evaluation_sheets import Agreement
+
+COLUMNS = 4
+
+
+@dataclass(frozen=True)
+class Facts:
+    """The facts that the page reports.
+
+    They are: whether the skins are the real scans; the rows of each surface; the bakes' colours; the variance of the
+    blaze's period where peaks are samples of a grid; the periods of the pieces of each skin in nanometres; the rows of
+    the table of terms; the agreement of maps with the thesis's pictures."""
+
+    scan: bool
+    tables: dict[str, list]
+    bakes: dict
+    grid_variance: float
+    patches: dict[str, list[float]]
+    terms: list[dict]
+    agreements: list[Agreement]
+
+    def as_dict(self) -> dict:
+        """The facts for JSON."""
+        rows = {
+            name: [{"label": row.label, "thesis": row.thesis, **row.evaluation.as_dict()} for row in table]
+            for name, table in self.tables.items()
+        }
+        bakes = {name: bake.as_dict() for name, bake in self.bakes.items()}
+        return {**vars(self), "tables": rows, "bakes": bakes, "agreements": [vars(one) for one in self.agreements]}
+
+
+def text(facts: Facts, groups: dict) -> str:
+    """The whole page."""
+    scan = facts.scan
+    parts = [
+        prose.INTRODUCTION.format(skins=(prose.SCANS if scan else prose.STAND_INS).strip()),
+        "## The period found back (Algorithm 6)",
+        prose.HOW_PERIODS,
+        "### Table 5.1",
+        prose.TABLE_5_1,
+        thesis_table(facts.tables),
+        "### Blaze, 2500 nm",
+        period_table(facts.tables["blaze"], 2.5e-6),
+        "![Response of the blaze](images/evaluation/response-blaze.png)",
+        prose.BLAZE.format(grid=facts.grid_variance),
+        "### Elaphe",
+        period_table(facts.tables["elaphe"]),
+        "![Response of Elaphe](images/evaluation/response-elaphe.png)",
+        (prose.ELAPHE if scan else prose.SKIN_STAND_IN) + pieces(facts.patches["elaphe"]),
+        "### Xenopeltis, along the fingers",
+        period_table(facts.tables["xenopeltis"]),
+        "![Response of Xenopeltis](images/evaluation/response-xenopeltis.png)",
+        (prose.XENOPELTIS if scan else prose.SKIN_STAND_IN) + pieces(facts.patches["xenopeltis"]),
+        "### The bake, which has no wavelengths",
+        bake_table(facts.bakes),
+        prose.BAKE,
+        "## BRDF maps: every method",
+        prose.MAPS,
+        "### Blaze",
+        map_table(groups["blaze"]),
+        prose.MAPS_BLAZE,
+        "### Elaphe",
+        map_table(groups["elaphe"]),
+        prose.MAPS_ELAPHE,
+        "### Xenopeltis",
+        map_table(groups["xenopeltis"]),
+        prose.MAPS_XENOPELTIS if scan else "",
+        *agreement_section(facts.agreements),
+        "## Length of coherence, on the blaze",
+        map_table(groups["coherence"]),
+        prose.COHERENCE,
+        "## Wavelength step, on Elaphe",
+        map_table(groups["steps"]),
+        prose.STEPS,
+        "## Terms of the Taylor series",
+        "### Elaphe, cut as the thesis, heights from the mean",
+        map_table(groups["taylor-elaphe"]),
+        prose.TAYLOR_ELAPHE if scan else "",
+        "### Xenopeltis, cut as the thesis, heights from the mean",
+        map_table(groups["taylor-xenopeltis"]),
+        prose.TAYLOR_XENOPELTIS if scan else "",
+        "### Float32",
+        prose.FLOAT32,
+        "```\n" + terms.as_text(facts.terms) + "\n```",
+        "![Terms against error](images/evaluation/terms.png)",
+        "## Angle of the light",
+        map_table(groups["incidence"]),
+        prose.INCIDENCE,
+        map_table(groups["incidence-xenopeltis"]),
+        prose.INCIDENCE_XENOPELTIS if scan else "",
+        "## N slits (thesis 5.5, 5.6)",
+        "![N slits](images/evaluation/slits.png)",
+        prose.SLITS,
+        prose.CREDIT,
+    ]
+    return "\n\n".join(part.strip("\n") for part in parts if part) + "\n"
+
+
+def period_table(rows: Sequence, true_m: float | None = None) -> str:
+    """The table of a surface's rows.
+
+    It gives the mean and the variance of the period, and the rms error of the angles against the grating equation:
+    with the method's own mean period and, where it is known, with the true period."""
+    head = ["method", "period, nm", "variance, nm^2", "angle rms, degrees"]
+    head += ["against the true period"] if true_m else []
+    lines = [head + ["thesis, mean / variance", "s"]]
+    for row in rows:
+        own = row.evaluation.as_dict()
+        cells = [row.label, f"{own['period_mean_nm']:.3f}", f"{own['period_variance_nm']:.4g}"]
+        cells.append(f"{own['peak_angle_rms_deg']:.5f}")
+        if true_m:
+            cells.append(f"{replace(row.evaluation, expected_m=true_m).as_dict()['peak_angle_rms_deg']:.5f}")
+        lines.append(cells + [row.thesis or "-", f"{own['seconds']:.1f}"])
+    return table(lines)
+
+
+def thesis_table(tables: dict[str, list]) -> str:
+    """The table of every row that has a mean and a variance of the thesis."""
+    lines = [["surface", "thesis, nm / nm^2", "ours, nm / nm^2", "ours is"]]
+    for surface, rows in tables.items():
+        for row in (row for row in rows if row.thesis):
+            own = row.evaluation.as_dict()
+            ours = f"{own['period_mean_nm']:.2f} / {own['period_variance_nm']:.3g}"
+            lines.append([surface, row.thesis, ours, row.label])
+    return table(lines)
+
+
+def pieces(periods_nm: list[float]) -> str:
+    """The paragraph on the periods of a surface's pieces."""
+    return prose.PIECES.format(
+        low=min(periods_nm), high=max(periods_nm), mean=np.mean(periods_nm), spread=np.std(periods_nm)
+    )
+
+
+def agreement_section(agreements: Sequence[Agreement]) -> list[str]:
+    """The rank correlations of our maps with the thesis's; nothing where its pictures were not there."""
+    if not agreements:
+        return []
+    lines = [["our map", "the thesis's", "red, green, blue", "ours turned by half a turn"]]
+    for one in agreements:
+        upright, turned = (", ".join(f"{value:.2f}" for value in values) for values in (one.upright, one.turned))
+        lines.append([f"`{one.name}`", f"`{one.thesis.removeprefix('brdfmap__')}`", upright, turned])
+    return ["### Agreement with the thesis's maps", table(lines), prose.AGREEMENT]
+
+
+def bake_table(bakes: dict) -> str:
+    """The table that compares each surface's bake with its reference."""
+    lines = [
+        [
+            "surface",
+            "brightest, degrees",
+            "the reference",
+            "dominant wavelength, rms nm",
+            "sum of abs dY / sum of Y",
+        ]
+    ]
+    for name, one in bakes.items():
+        off = one.dominant_wavelength_rms_nm
+        lines.append(
+            [
+                name,
+                f"{one.peak_angle_deg:.3f}",
+                f"{one.reference_peak_angle_deg:.3f}",
+                "none" if off is None else f"{off:.2f}",
+                f"{one.relative_dy:.2%}",
+            ]
+        )
+    return table(lines)
+
+
+def map_table(maps: Sequence) -> str:
+    """A table of pictures with captions. A caption also names the thesis's picture of the same map, where there is
+    one."""
+    cells = []
+    for one in maps:
+        beside = f"<br>thesis: `{one.thesis.removeprefix('brdfmap__')}`" if one.thesis else ""
+        cells.append(f"![{one.caption}](images/evaluation/{one.name}.png)<br>{one.caption}{beside}")
+    width = min(COLUMNS, len(cells))
+    cells += [""] * (-len(cells) % width)
+    lines = [cells[k : k + width] for k in range(0, len(cells), width)]
+    return table([[""] * width, *lines])
+
+
+def table(lines: Sequence[Sequence[str]]) -> str:
+    """A Markdown table of lines of cells; the first line is the head."""
+    head, *rest = lines
+    marked = [head, ["---"] * len(head), *rest]
+    return "\n".join("| " + " | ".join(line) + " |" for line in marked)
