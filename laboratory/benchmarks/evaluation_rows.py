@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from precompute.colour.observer import wavelengths
-from precompute.methods.registry import DEFAULT_METHODS, METHODS
+from precompute.methods.registry import METHODS
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import Relief, prepare
 from precompute.surface.samples.gratings import blazed
@@ -14,6 +14,7 @@ from precompute.surface.unit_cell import grating_period
 
 from ..study import evaluation
 from ..study.response import WINDOW, FirstOrder, first_order_plane, response
+from ..study.traits import DEFAULT_METHODS
 from .evaluation_surfaces import as_the_thesis_cuts
 
 THETA_I = np.radians(75)

@@ -32,10 +32,10 @@ import numpy as np
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 from precompute.table import atlas_file
-from precompute.table.radiance import directional_albedo
 
 from . import lights_scenes as scenes
 from . import report
+from .hemisphere import directional_albedo
 from .lights_fakes import fakes
 from .lights_scattered import scattered
 from .lights_truth import truth

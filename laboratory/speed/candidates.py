@@ -10,15 +10,17 @@ import numpy as np
 
 from precompute.colour.observer import spectral_weights, wavelengths
 from precompute.measure.errors import Errors, Truth, measure
-from precompute.methods.entry import MethodEntry, Trial
+from precompute.methods.entry import MethodEntry
 from precompute.methods.method import Method, Settings
 from precompute.methods.registry import ENTRIES
 
 from ..study import evaluation
 from ..study.response import response
+from ..study.traits import TRAITS
 from .references import Judge, ensemble_xyz
 from .result import Row
 from .surfaces import Effort, Surface
+from .trials import Trial, trials
 
 # A time is the fastest of this many further runs, which is close to what the machine can do when nobody else uses it.
 _REPEATS = 3
@@ -56,7 +58,7 @@ def candidates(effort: Effort) -> list[Candidate]:
     return [
         Candidate(entry, trial, replace(base, **trial.changes))
         for entry in ENTRIES.values()
-        for trial in entry.trials(effort)
+        for trial in trials(entry.name, effort)
     ]
 
 
@@ -102,7 +104,7 @@ def judge(candidate: Candidate, surface: Surface, judge: Judge, *, seconds_timed
 def measured(candidate: Candidate, method: Method, judge: Judge) -> tuple[Errors, float]:
     """Errors of colour, and the angle of the brightest view in degrees."""
     plane, nothing = judge.plane, np.zeros(len(judge.plane.theta_v))
-    if candidate.entry.is_reference:
+    if TRAITS[candidate.method].is_reference:
         # The method itself would take a transform for every pair of w and wavelength. These are the same sums, with the
         # spectra interpolated in s.
         lambdas = wavelengths(candidate.settings.step_m)
@@ -116,7 +118,7 @@ def measured(candidate: Candidate, method: Method, judge: Judge) -> tuple[Errors
     else:
         xyz = method.xyz
         luminance = xyz(plane.u, nothing, plane.w)[:, 1]
-    gain = 1.0 if candidate.entry.has_units else fitted_gain(judge.truths, xyz)
+    gain = 1.0 if TRAITS[candidate.method].has_units else fitted_gain(judge.truths, xyz)
 
     def answer(u, v, w):
         return gain * xyz(u, v, np.full(len(u), w)) / w**2, np.zeros(3)
@@ -132,7 +134,7 @@ def fitted_gain(truths: list[Truth], xyz: Callable) -> float:
 
 def seconds_per_million(candidate: Candidate, method: Method, least: float) -> float:
     """Seconds for a million directions, each of its own w as in a picture, from a run of at least `least` seconds."""
-    if candidate.entry.is_reference:
+    if TRAITS[candidate.method].is_reference:
         # A million would take hours: two directions are timed at a few wavelengths, and the time is scaled up.
         few = replace(method, settings=replace(method.settings, step_m=_COARSE_M))
         share = len(wavelengths(_COARSE_M)) / len(wavelengths(method.settings.step_m))

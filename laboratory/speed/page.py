@@ -8,6 +8,7 @@ from functools import partial
 from precompute.methods.baked import ENTRY
 from precompute.methods.registry import ENTRIES
 
+from ..study.traits import TRAITS
 from .pictures import ERROR_PICTURE, TIME_PICTURE
 from .result import BenchmarkResult
 from .tables import JUST_VISIBLE, NAMES, markdown, mebibytes, n2_log_n, number, table
@@ -209,7 +210,7 @@ transform, and only the transforms grow. The limit is 2 GiB beyond the input."""
 
 
 def _choice(result: BenchmarkResult) -> str:
-    rivals = [name for name, entry in ENTRIES.items() if name != BAKE and not entry.is_reference]
+    rivals = [name for name in ENTRIES if name != BAKE and not TRAITS[name].is_reference]
     lines = []
     for surface in result.front:
         bake = result.cheapest(surface, (BAKE,), JUST_VISIBLE)

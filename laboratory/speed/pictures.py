@@ -9,6 +9,7 @@ from precompute.base.files import write_whole
 from precompute.methods.registry import ENTRIES
 
 from ..study import plots
+from ..study.traits import TRAITS
 from .result import BenchmarkResult, SizeResult
 from .tables import JUST_VISIBLE, NAMES, n2_log_n
 
@@ -31,11 +32,11 @@ def _plot_errors(result: BenchmarkResult, path: Path) -> None:
     )
     for panel, surface in zip(panels[0], surfaces, strict=True):
         rows = [row for row in result.rows_of(surface) if math.isfinite(row.p99)]
-        for entry in sorted(ENTRIES.values(), key=lambda entry: not entry.style.first):
-            mine = [(row.seconds_per_million, max(row.p99, 1e-3)) for row in rows if row.method == entry.name]
+        for name in sorted(ENTRIES, key=lambda name: not TRAITS[name].first):
+            mine = [(row.seconds_per_million, max(row.p99, 1e-3)) for row in rows if row.method == name]
             if mine:
-                look = {"color": entry.style.colour, "label": entry.name, "markersize": 6, "alpha": 0.85}
-                panel.plot(*zip(*mine, strict=True), entry.style.marker, **look)
+                look = {"color": TRAITS[name].colour, "label": name, "markersize": 6, "alpha": 0.85}
+                panel.plot(*zip(*mine, strict=True), TRAITS[name].marker, **look)
         front = [row for row in rows if row.title in result.front[surface]]
         panel.step(
             [row.seconds_per_million for row in front], [max(row.p99, 1e-3) for row in front], "0.5",
@@ -45,7 +46,7 @@ def _plot_errors(result: BenchmarkResult, path: Path) -> None:
             if math.isfinite(row.p99):
                 panel.annotate(
                     row.label, (row.seconds_per_million, row.p99), xytext=(7, 2), textcoords="offset points",
-                    fontsize=7, color=ENTRIES[row.method].style.colour,
+                    fontsize=7, color=TRAITS[row.method].colour,
                 )  # fmt: skip
         panel.set(xscale="log", yscale="log", title=NAMES[surface], xlabel="seconds per million directions")
         panel.axhline(JUST_VISIBLE, color="0.7", linewidth=0.8, linestyle=":")

@@ -13,7 +13,7 @@ from precompute.cli.option_types import count, number, path_argument
 from precompute.cli.output import Progress, emit
 from precompute.methods import baked
 from precompute.methods.method import Settings
-from precompute.methods.registry import DEFAULT_METHODS, ENTRIES
+from precompute.methods.registry import ENTRIES
 from precompute.optics.coherence import THESIS_COHERENCE_M
 from precompute.surface.relief import prepare
 from precompute.surface.unit_cell import grating_period
@@ -21,6 +21,7 @@ from precompute.surface.unit_cell import grating_period
 from ..study import evaluation, evaluation_plot, plots
 from ..study.colour_comparison import ColourComparison, compare_bake
 from ..study.response import FirstOrder
+from ..study.traits import DEFAULT_METHODS, TRAITS
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -57,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def on_request() -> list[str]:
     """The methods that can be evaluated, but are evaluated only if --methods names them."""
-    spectral = [name for name, entry in ENTRIES.items() if entry.has_spectrum and not entry.in_default_evaluation]
+    spectral = [name for name in ENTRIES if TRAITS[name].has_spectrum and not TRAITS[name].by_default]
     return [*spectral, baked.ENTRY.name]
 
 

@@ -6,10 +6,9 @@ import pytest
 
 from laboratory.benchmarks import lights_scenes as scenes
 from laboratory.benchmarks import lights_truth
-from laboratory.benchmarks.hemisphere import Surface, hemisphere
+from laboratory.benchmarks.hemisphere import Surface, directional_albedo, hemisphere
 from laboratory.benchmarks.lights_worlds import Worlds
 from precompute.lights.panorama import panorama_cells
-from precompute.table.radiance import directional_albedo
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 
 from laboratory.benchmarks.albedo import directional_albedo, no_bound, surface_of
 from precompute.bake import excess_albedo
-from precompute.bake.directional_albedo import albedo_times_cosine, continuum_albedo, find_orders
+from precompute.bake.directional_albedo import continuum_albedo, find_orders, orders_albedo, zero_order_albedo
 from precompute.bake.ensemble import bake
 from precompute.bake.excess_albedo import _continuum_table, _excess, excess_at, excess_table
 from precompute.bake.request import BakeRequest
@@ -33,6 +33,15 @@ SURFACES = {
     "binary": binary(periods=8, rows=1),
     "flat": flat(),
 }
+
+
+def albedo_times_cosine(series, sigma_b, directions, *, lambdas):
+    """A = a cos(ti) at R = 1, (rows, cols, n), for light from unit vectors (rows, cols, 3) at n wavelengths."""
+    cosine = directions[..., 2]
+    orders = find_orders(series)
+    total = cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas=lambdas)
+    total += orders_albedo(series, sigma_b, directions=directions, lambdas=lambdas)
+    return total + continuum_albedo(series, orders, sigma_b, directions=directions, lambdas=lambdas)
 
 
 def toward(theta_deg, azimuth_deg=0.0):

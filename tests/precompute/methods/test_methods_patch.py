@@ -6,7 +6,7 @@ import pytest
 
 from precompute.base.failure import GratingError
 from precompute.colour.observer import S_MAX, observer
-from precompute.methods import chebyshev_series, exact, flss, nmm, pq
+from precompute.methods import chebyshev_series, exact, flss, pq
 from precompute.methods.method import Settings
 from precompute.methods.registry import METHODS
 from precompute.methods.windowed_images import left_out
@@ -261,8 +261,6 @@ def test_the_printed_product_is_wrong():
 
 def test_nmm_picks_the_wavelengths_of_the_grating_equation():
     # 2.5 um, u = 0.6: 1500 nm / n, n = 2 (750 nm), 3 (500 nm); n = 1 and n = 4 (375 nm) lie outside 380 to 780 nm.
-    assert nmm.selected_wavelengths(-0.6, 2.5e-6) == pytest.approx([750e-9, 500e-9])
-    assert len(nmm.selected_wavelengths(0.1, 2.5e-6)) == 0
     relief = prepare(blazed(periods=4))
     method = METHODS["nmm"](relief, Settings(coherence_length_m=10e-6))
     assert method.period_m == pytest.approx(2.5e-6)
