@@ -1,16 +1,29 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The text of docs/evaluation.md. laboratory.benchmarks.evaluation computes the numbers in it."""
+"""The figures of docs/evaluation.md, laid out. laboratory.benchmarks.evaluation computes them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from . import evaluation_text as prose
-from . import terms
+from . import report, terms
 from .evaluation_sheets import Agreement
 
 COLUMNS = 4
+SCANS = """
+Elaphe and Xenopeltis are the thesis's own scans, 65 um wide, 375 and 818.69 nm from black to white. The rows of fingers
+of Xenopeltis are 1.5 um apart along B, so its strong orders lie above and below the middle of a map. The fingers of a
+row are 0.53 to 0.58 um apart, which gives the weak orders at the left and the right edge.
+"""
+STAND_INS = """
+The scans were missing when this page was made, and `sample:elaphe` and `sample:xenopeltis` take their places. What the
+page says about the skins of the thesis was seen on the scans.
+"""
+PIECES = """
+How much of the period is chance? The surface was cut into nine pieces, each as long as its coherence length. Their
+periods run from {low:.0f} to {high:.0f} nm (mean {mean:.1f}, standard deviation {spread:.1f}). A rendered skin should
+show an average over 30 coherence areas (the last rows of the table), and the bake takes that average by default.
+"""
 
 
 @dataclass(frozen=True)
@@ -40,70 +53,21 @@ class Facts:
 
 
 def text(facts: Facts, groups: dict) -> str:
-    """The whole page."""
-    scan = facts.scan
-    parts = [
-        prose.INTRODUCTION.format(skins=(prose.SCANS if scan else prose.STAND_INS).strip()),
-        "## The period found back (Algorithm 6)",
-        prose.HOW_PERIODS,
-        "### Table 5.1",
-        prose.TABLE_5_1,
-        thesis_table(facts.tables),
-        "### Blaze, 2500 nm",
-        period_table(facts.tables["blaze"], 2.5e-6),
-        "![Response of the blaze](images/evaluation/response-blaze.png)",
-        prose.BLAZE.format(grid=facts.grid_variance),
-        "### Elaphe",
-        period_table(facts.tables["elaphe"]),
-        "![Response of Elaphe](images/evaluation/response-elaphe.png)",
-        (prose.ELAPHE if scan else prose.SKIN_STAND_IN) + pieces(facts.patches["elaphe"]),
-        "### Xenopeltis, along the fingers",
-        period_table(facts.tables["xenopeltis"]),
-        "![Response of Xenopeltis](images/evaluation/response-xenopeltis.png)",
-        (prose.XENOPELTIS if scan else prose.SKIN_STAND_IN) + pieces(facts.patches["xenopeltis"]),
-        "### The bake, which has no wavelengths",
-        bake_table(facts.bakes),
-        prose.BAKE,
-        "## BRDF maps: every method",
-        prose.MAPS,
-        "### Blaze",
-        map_table(groups["blaze"]),
-        prose.MAPS_BLAZE,
-        "### Elaphe",
-        map_table(groups["elaphe"]),
-        prose.MAPS_ELAPHE,
-        "### Xenopeltis",
-        map_table(groups["xenopeltis"]),
-        prose.MAPS_XENOPELTIS if scan else "",
-        *agreement_section(facts.agreements),
-        "## Length of coherence, on the blaze",
-        map_table(groups["coherence"]),
-        prose.COHERENCE,
-        "## Wavelength step, on Elaphe",
-        map_table(groups["steps"]),
-        prose.STEPS,
-        "## Terms of the Taylor series",
-        "### Elaphe, cut as the thesis, heights from the mean",
-        map_table(groups["taylor-elaphe"]),
-        prose.TAYLOR_ELAPHE if scan else "",
-        "### Xenopeltis, cut as the thesis, heights from the mean",
-        map_table(groups["taylor-xenopeltis"]),
-        prose.TAYLOR_XENOPELTIS if scan else "",
-        "### Float32",
-        prose.FLOAT32,
-        "```\n" + terms.as_text(facts.terms) + "\n```",
-        "![Terms against error](images/evaluation/terms.png)",
-        "## Angle of the light",
-        map_table(groups["incidence"]),
-        prose.INCIDENCE,
-        map_table(groups["incidence-xenopeltis"]),
-        prose.INCIDENCE_XENOPELTIS if scan else "",
-        "## N slits (thesis 5.5, 5.6)",
-        "![N slits](images/evaluation/slits.png)",
-        prose.SLITS,
-        prose.CREDIT,
-    ]
-    return "\n\n".join(part.strip("\n") for part in parts if part) + "\n"
+    """The page with new figures."""
+    figures = {
+        "skins": SCANS if facts.scan else STAND_INS,
+        "table 5.1": thesis_table(facts.tables),
+        "blaze": period_table(facts.tables["blaze"], 2.5e-6),
+        "grid": f"{facts.grid_variance:.3f}",
+        "elaphe": period_table(facts.tables["elaphe"]),
+        "xenopeltis": period_table(facts.tables["xenopeltis"]),
+        "bakes": bake_table(facts.bakes),
+        "agreement": agreement_table(facts.agreements),
+        "terms": "```\n" + terms.as_text(facts.terms) + "\n```",
+    }
+    figures |= {f"pieces of {name}": pieces(periods_nm) for name, periods_nm in facts.patches.items()}
+    figures |= {f"maps of {name}": map_table(maps) for name, maps in groups.items()}
+    return report.filled("evaluation.md", figures)
 
 
 def period_table(rows: Sequence, true_m: float | None = None) -> str:
@@ -137,20 +101,18 @@ def thesis_table(tables: dict[str, list]) -> str:
 
 def pieces(periods_nm: list[float]) -> str:
     """The paragraph on the periods of a surface's pieces."""
-    return prose.PIECES.format(
-        low=min(periods_nm), high=max(periods_nm), mean=np.mean(periods_nm), spread=np.std(periods_nm)
-    )
+    return PIECES.format(low=min(periods_nm), high=max(periods_nm), mean=np.mean(periods_nm), spread=np.std(periods_nm))
 
 
-def agreement_section(agreements: Sequence[Agreement]) -> list[str]:
-    """The rank correlations of our maps with the thesis's; nothing where its pictures were not there."""
+def agreement_table(agreements: Sequence[Agreement]) -> str:
+    """The rank correlations of our maps with the thesis's."""
     if not agreements:
-        return []
+        return "The thesis's maps were missing when this page was made."
     lines = [["our map", "the thesis's", "red, green, blue", "ours turned by half a turn"]]
     for one in agreements:
         upright, turned = (", ".join(f"{value:.2f}" for value in values) for values in (one.upright, one.turned))
         lines.append([f"`{one.name}`", f"`{one.thesis.removeprefix('brdfmap__')}`", upright, turned])
-    return ["### Agreement with the thesis's maps", table(lines), prose.AGREEMENT]
+    return table(lines)
 
 
 def bake_table(bakes: dict) -> str:

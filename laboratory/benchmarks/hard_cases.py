@@ -32,7 +32,6 @@ from precompute.table.table import Table
 
 from . import hard_scenes, report
 from .albedo import greatest, no_bound, surface_of
-from .hard_cases_page import HEAD, SCENES, TAIL
 from .hard_directions import (
     ONE_TEXEL,
     anywhere,
@@ -253,7 +252,7 @@ def page(outcomes: list[Outcome], scenes: list[tuple[hard_scenes.SceneCase, str]
     rows = [f"| {case.name} | {case.asked} | {each.text} |" for case, each in zip(CASES, outcomes, strict=True)]
     in_scenes = [f"| {case.name} | {case.asked} | {text} |" for case, text in scenes]
     head = ["| case | asked | value, error or refusal |", "| --- | --- | --- |"]
-    return "\n".join([HEAD, *head, *rows, "", SCENES, *head, *in_scenes, "", TAIL])
+    return report.filled("hard_cases.md", {"cases": "\n".join(head + rows), "scenes": "\n".join(head + in_scenes)})
 
 
 def main(argv: list[str] | None = None) -> None:
