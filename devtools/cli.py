@@ -20,9 +20,9 @@ verbs:
   scenes [--output DIR]   the sample scenes as .blend files, and their pictures
   test [PYTEST ARGS]      every test that CI runs; a path under tests/ chooses suites
   lint [--fix]            ruff: rules and formatting
-  bench [ARGS]            the benchmarks of benchmarks/
+  bench [ARGS]            the benchmarks of laboratory/benchmarks/
   build [--output DIR]    the extension's zip for each platform, validated
-  grating ARGS            python -m precompute ARGS: info, bake, map, ... without Blender
+  grating ARGS            the command line without Blender: info, bake, map, ...
   blender ARGS            Blender with this working tree as its extension
   walk [--output DIR]     an artist's walk in a Blender with a window, with a picture of each station
   blender-setup           a real Blender on Debian, in .env
@@ -92,12 +92,10 @@ def lint(_: argparse.Namespace, arguments: list[str]) -> int:
 
 
 def bench(options: argparse.Namespace, arguments: list[str]) -> NoReturn:
-    if not (ROOT / "benchmarks" / "__main__.py").exists():
-        raise DevError("there are no benchmarks yet; remedy: add benchmarks/__main__.py")
     machine.ensure_blender_libraries()
     environment = environments.require(chosen(options))
     os.chdir(ROOT)
-    become([environment.python, "-m", "benchmarks", *arguments], project_environment())
+    become([environment.python, "-m", "laboratory.benchmarks", *arguments], project_environment())
 
 
 def build(_: argparse.Namespace, arguments: list[str]) -> int:
@@ -112,8 +110,11 @@ def build(_: argparse.Namespace, arguments: list[str]) -> int:
 
 def grating(_: argparse.Namespace, arguments: list[str]) -> NoReturn:
     environment = environments.require(PY311)
+    own = {path.stem for path in (ROOT / "laboratory" / "verbs").glob("[a-z]*.py")}
+    # The laboratory's program lists the verbs of both.
+    package = "laboratory" if not arguments or arguments[0] in {*own, "-h", "--help"} else "precompute"
     # The working folder stays the caller's, so that the files it names are found.
-    become([environment.python, "-m", "precompute", *arguments], project_environment())
+    become([environment.python, "-m", package, *arguments], project_environment())
 
 
 def run_blender(options: argparse.Namespace, arguments: list[str]) -> NoReturn:

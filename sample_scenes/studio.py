@@ -8,10 +8,9 @@ orders are colours and not white; fill and rim are wide, and show shape.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, radians, sin, tan
+from math import cos, radians, sin
 
 import bpy
-import numpy as np
 from mathutils import Vector
 
 from .snake import plain_material
@@ -117,8 +116,3 @@ def settings(scene: bpy.types.Scene, samples: int = 64) -> None:
     scene.cycles.samples = samples
     scene.cycles.max_bounces = 6
     scene.view_settings.view_transform = VIEW_TRANSFORM
-
-
-def width_at(at: Towards, lens_mm: float) -> float:
-    """How wide the camera's picture is at its target, in metres."""
-    return 2 * at.distance_m * tan(np.arctan(18.0 / lens_mm))

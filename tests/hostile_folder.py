@@ -5,7 +5,7 @@ from pathlib import Path
 
 # Imported early by every Python, by NumPy's users, and by `-m precompute`.
 MODULES = ("json", "numpy", "signal", "sitecustomize", "usercustomize", "PIL", "OpenEXR")
-PACKAGES = ("precompute", "sample_scenes", "benchmarks", "pip", "ruff")
+PACKAGES = ("precompute", "sample_scenes", "laboratory", "pip", "ruff")
 _TRAP = "import os\nopen({mark!r}, 'w').close()\nraise SystemExit('the working folder was run')\n"
 
 

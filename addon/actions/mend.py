@@ -17,11 +17,6 @@ from .material import group_of, response_of
 from .restore import bake_shown_by
 
 
-def is_broken() -> bool:
-    """Whether a diffraction material of the file lacks something that can be mended in this file."""
-    return any(_is_broken(group) for group in _groups()) or any(map(empty_nodes, _materials()))
-
-
 def mend_materials() -> list[str]:
     """Mend the file's Diffraction groups from their bakes, and the materials whose Diffraction node is empty. Returns
     lines to report: what was done, then what could not be mended, with the remedy.

@@ -109,11 +109,6 @@ def _written_map(path: str) -> np.ndarray:
         return file["uv"]
 
 
-def triangle_count(mesh: bpy.types.Mesh) -> int:
-    """The number of triangles of a mesh's faces."""
-    return len(mesh.loops) - 2 * len(mesh.polygons)
-
-
 def _triangles(mesh: bpy.types.Object) -> Mesh:
     """The triangles of a mesh. Raises GratingError if it cannot be unwrapped."""
     data = mesh.data

@@ -37,7 +37,7 @@ _FILTER = 0.0768
 _EEVEE_FEW, _EEVEE_SHARE = 4, 4
 # The greatest variance of the normals, in rad2. Of a needle a tenth of a pixel wide, the light is 4.1 times too much
 # without this limit, and 1.1 times with it; a snake's picture of 16 samples has the same error with it and without
-# (benchmarks/hard_scenes.py, benchmarks/footprint.py).
+# (laboratory/benchmarks/hard_scenes.py, laboratory/benchmarks/footprint.py).
 MOST = 0.005
 # The width of a pixel over its distance, and the width of a pixel where it is one everywhere: of the scene's camera.
 _PIXELS = "(max(width, height) * percent / 100)"

@@ -45,15 +45,6 @@ _TERMS_TOLERANCE = 1e-3
 _BLOCK = 8
 
 
-def albedo_times_cosine(series: SpectrumSeries, sigma_b: float, directions: np.ndarray, *, lambdas) -> np.ndarray:
-    """A = a cos(ti) at R = 1, (rows, cols, n), for light from unit vectors (rows, cols, 3) at n wavelengths."""
-    cosine = directions[..., 2]
-    orders = find_orders(series)
-    total = cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas=lambdas)
-    total += orders_albedo(series, sigma_b, directions=directions, lambdas=lambdas)
-    return total + continuum_albedo(series, orders, sigma_b, directions=directions, lambdas=lambdas)
-
-
 def find_orders(series: SpectrumSeries) -> np.ndarray:
     """Flat indices (n,) of the bins that count as orders. Where bins have been blurred, none counts as an order."""
     if series.blur_q:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The memory and the time that a bake is expected to take, told before its transforms begin.
 
-The constants are measured (`python -m benchmarks memory` prints expected and measured figures side by side) on two
+The constants are measured (`./dev bench memory` prints expected and measured figures side by side) on two
 cores of a server, on pictures of 512 to 1024 pixels that are 40 to 200 um wide and 0.3 to 5 um high. Memory comes out
 up to a third above what is taken; time is right to a factor of two there, and in proportion on other machines.
 """

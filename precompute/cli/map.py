@@ -11,10 +11,10 @@ from ..bake.request import BakeRequest
 from ..base.failure import GratingError
 from ..base.files import write_whole
 from ..base.packages import bundled
+from ..maps import brdf_map
 from ..methods import baked, exact
 from ..methods.method import Settings
 from ..methods.registry import MAP_METHODS, METHODS
-from ..study import brdf_map
 from ..surface.relief import Relief, prepare
 from ..table import atlas, atlas_file
 from .arguments import (

@@ -10,12 +10,12 @@ import importlib
 import re
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from ..base.failure import GratingError, printable
 from .output import check_targets, leave_to_nobody
 
-# The help text of each verb. A verb is a module of this folder with add_arguments(parser) and run(arguments).
+# The help text of each verb.
 VERBS = {
     "info": "size, relief and periods of a height map",
     "bake": "bake height maps into the table that the material reads",
@@ -23,11 +23,10 @@ VERBS = {
     "check": "recompute a bake's error from its files alone",
     "comb": "smooth fields of directions on meshes out of Blender",
     "map": "BRDF map over the hemisphere of view",
-    "evaluate": "the grating period that follows from each method's colours",
-    "efficiency": "a grating's efficiencies against their closed forms",
     "unwrap": "a UV map of a mesh, without overlaps",
-    "benchmark": "speed against error: every method on the same surfaces",
 }
+# The verbs of each package. A verb is a module of its package with add_arguments(parser) and run(arguments).
+PACKAGES = {__package__: VERBS}
 
 
 # The dashes that end the options, given as the value of one: Python's versions differ in what they make of it.
@@ -55,12 +54,12 @@ class OneLineParser(argparse.ArgumentParser):
         sys.exit(2)
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main(argv: Sequence[str] | None = None, packages: Mapping[str, Mapping[str, str]] = PACKAGES) -> int:
     """Run one verb of the command line `argv`, by default the program's own; the exit status."""
     argv = sys.argv[1:] if argv is None else argv
 
     def run() -> None:
-        arguments = build_parser(argv).parse_args(argv)
+        arguments = build_parser(argv, packages).parse_args(argv)
         check_targets(arguments)
         try:
             arguments.run(arguments)
@@ -97,14 +96,18 @@ def exit_status(run: Callable[[], object]) -> int:
     return 0
 
 
-def build_parser(argv: Sequence[str] = tuple(VERBS)) -> OneLineParser:
-    """The parser of every verb. Only the verbs that `argv` names are loaded, and only they know their arguments."""
+def build_parser(
+    argv: Sequence[str] = tuple(VERBS), packages: Mapping[str, Mapping[str, str]] = PACKAGES
+) -> OneLineParser:
+    """The parser of every verb of the packages. Only the verbs that `argv` names are loaded, and only they know their
+    arguments."""
     parser = OneLineParser(prog="grating", description="From a height map to a diffraction table.")
     verbs = parser.add_subparsers(required=True, metavar="VERB", parser_class=OneLineParser)
-    for name, text in VERBS.items():
-        verb = verbs.add_parser(name, help=text)
-        if name in argv:
-            module = importlib.import_module(f".{name}", __package__)
-            module.add_arguments(verb)
-            verb.set_defaults(run=module.run)
+    for package, texts in packages.items():
+        for name, text in texts.items():
+            verb = verbs.add_parser(name, help=text)
+            if name in argv:
+                module = importlib.import_module(f"{package}.{name}")
+                module.add_arguments(verb)
+                verb.set_defaults(run=module.run)
     return parser

@@ -8,24 +8,25 @@ import os
 import signal
 import sys
 import warnings
+from collections.abc import Mapping
 from types import FrameType
 
 from ..base.job import remove_if_forsaken
-from .parser import main
+from .parser import PACKAGES, main
 
 # The names of the signals that ask a program to end. Windows has no SIGHUP.
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
 
 
-def run() -> int:
-    """Run the verb that the program's arguments name; the exit status."""
+def run(packages: Mapping[str, Mapping[str, str]] = PACKAGES) -> int:
+    """Run the verb of the packages that the program's arguments name; the exit status."""
     warnings.simplefilter("ignore")
     keep_the_terminal_to_python()
     for name in _SIGNALS:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) != signal.SIG_IGN:  # which nohup asks for
             signal.signal(number, _stop)
-    status = main()
+    status = main(packages=packages)
     remove_if_forsaken()
     return status
 

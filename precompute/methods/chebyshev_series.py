@@ -17,7 +17,7 @@ import numpy as np
 from ..colour.observer import S_MAX
 from ..maths import chebyshev
 from ..surface.relief import Relief
-from .entry import Extent, MethodEntry, PlotStyle, Trial
+from .entry import MethodEntry
 from .method import Settings
 from .windowed_images import WindowedImages, windowed
 
@@ -74,16 +74,4 @@ def build(relief: Relief, settings: Settings) -> WindowedImages:
     return windowed("chebyshev", relief, expansion_for(relief, settings), settings=settings)
 
 
-def _trials(extent: Extent) -> list[Trial]:
-    found = [Trial(f"N auto, {nm:g} nm", {"step_m": nm * 1e-9}) for nm in extent.steps_nm]
-    found += [Trial("N auto, 5 nm, 7 x 7 texels", {"texels": 7})]
-    if extent.sweeps:
-        found += [Trial(f"N {n}, 5 nm", {"terms": n}) for n in (5, 9)]
-        found += [Trial("N auto, 5 nm, float64", {"dtype": np.float64})]
-        found += [Trial("N auto, 2 nm, 13 x 13 texels", {"texels": 13, "step_m": 2e-9})]
-    return found
-
-
-ENTRY = MethodEntry(
-    "chebyshev", "patch", build, PlotStyle("C1", "D"), in_default_evaluation=True, has_shader=True, trials=_trials
-)
+ENTRY = MethodEntry("chebyshev", "patch", build, has_shader=True)

@@ -5,7 +5,6 @@ Each computes its densities in two ways. `density` sums directly, which takes a 
 wavelength. `densities_in_plane` interpolates in s between exact spectra, which makes a plane of views affordable.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,7 +19,7 @@ from ..spectra.resample import Resampler
 from ..spectra.series import spectrum_series
 from ..spectra.spectrum import phasor, scattered_spectrum
 from ..surface.relief import Relief
-from .entry import Extent, MethodEntry, PlotStyle, Trial
+from .entry import MethodEntry
 from .method import Method, Settings
 
 # Tolerance of the interpolation in s. A test compares the result with the direct sums.
@@ -122,19 +121,8 @@ def build_patch(relief: Relief, settings: Settings) -> Patch:
     return Patch(PatchWindow(relief, settings.patch_sigma_m), settings)
 
 
-def _trials(extent: Extent) -> list[Trial]:
-    return [Trial(f"{nm:g} nm", {"step_m": nm * 1e-9}) for nm in extent.steps_nm if nm >= 5]
-
-
-def _entry(name: str, coherence_model: str, build: Callable, **facts) -> MethodEntry:
-    style = PlotStyle("k", "*")
-    return MethodEntry(
-        name, coherence_model, build, style, is_reference=True, in_default_evaluation=True, **facts
-    )  # fmt: skip
-
-
 ENTRIES = (
-    _entry("reference", "ensemble", build_ensemble, trials=_trials),
+    MethodEntry("reference", "ensemble", build_ensemble),
     # It sums over every pixel for every direction, so that a picture would take hours.
-    _entry("reference-patch", "patch", build_patch, in_maps=False),
+    MethodEntry("reference-patch", "patch", build_patch, in_maps=False),
 )

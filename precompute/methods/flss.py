@@ -18,7 +18,7 @@ import numpy as np
 from ..base.failure import GratingError
 from ..colour.observer import S_MAX
 from ..surface.relief import Relief
-from .entry import Extent, MethodEntry, PlotStyle, Trial
+from .entry import MethodEntry
 from .method import Settings
 from .windowed_images import WindowedImages, windowed
 
@@ -102,18 +102,4 @@ def build(relief: Relief, settings: Settings) -> WindowedImages:
     return windowed("flss", relief, expansion_for(relief, settings), settings=settings)
 
 
-def _trials(extent: Extent) -> list[Trial]:
-    wide = {"terms": THESIS_TERMS, "step_m": 5e-9}
-    found = [
-        Trial(f"N {THESIS_TERMS}, {nm:g} nm", {"terms": THESIS_TERMS, "step_m": nm * 1e-9}) for nm in extent.steps_nm
-    ]
-    found += [Trial(f"N {THESIS_TERMS}, 5 nm, float64", {"dtype": np.float64, **wide})]
-    if extent.sweeps:
-        found += [Trial(f"N {n}, 5 nm", {"terms": n}) for n in (9, 19)]
-        found += [Trial(f"N {THESIS_TERMS}, 5 nm, 7 x 7 texels", {"texels": 7, **wide})]
-    return found
-
-
-ENTRY = MethodEntry(
-    "flss", "patch", build, PlotStyle("C3", "s"), in_default_evaluation=True, has_shader=True, trials=_trials
-)
+ENTRY = MethodEntry("flss", "patch", build, has_shader=True)

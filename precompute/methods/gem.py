@@ -14,7 +14,7 @@ from ..base.failure import GratingError
 from ..colour.working_space import rgb_from_xyz
 from ..surface.relief import Relief
 from ..surface.unit_cell import grating_period
-from .entry import Extent, MethodEntry, PlotStyle, Trial
+from .entry import MethodEntry
 from .method import Method, Settings
 
 ORDERS = 7
@@ -57,8 +57,4 @@ def build(relief: Relief, settings: Settings) -> Gem:
     return Gem(grating_period(relief, settings.period_m), settings)
 
 
-def _trials(extent: Extent) -> list[Trial]:
-    return [Trial("brightness fitted")]
-
-
-ENTRY = MethodEntry("gem", "ensemble", build, PlotStyle("C6", "d"), has_spectrum=False, has_units=False, trials=_trials)
+ENTRY = MethodEntry("gem", "ensemble", build)

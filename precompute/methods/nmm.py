@@ -19,7 +19,7 @@ from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer
 from ..surface.relief import Relief
 from ..surface.unit_cell import grating_period
 from . import flss
-from .entry import Extent, MethodEntry, PlotStyle, Trial
+from .entry import MethodEntry
 from .method import Method, Settings, spectral_sum
 from .term_images import ShaderImages
 from .windowed_images import WindowedImages
@@ -92,13 +92,6 @@ def specular_radius(sigma_f: float) -> float:
     return float(_SPECULAR_REACH * WAVELENGTH_MAX_M * sigma_f / np.sqrt(2))
 
 
-def selected_wavelengths(component: float, period_m: float) -> np.ndarray:
-    """The wavelengths in metres (n,) that a direction's u or v selects, longest first."""
-    path = abs(component) * period_m
-    first, last = int(np.ceil(path / WAVELENGTH_MAX_M)), int(np.floor(path / WAVELENGTH_MIN_M))
-    return path / np.arange(max(first, 1), last + 1)
-
-
 def build(relief: Relief, settings: Settings) -> Nmm:
     """NMM as printed. Raises GratingError where the relief has no period or is too deep for FLSS."""
     return Nmm("nmm", flss.build(relief, settings), grating_period(relief, settings.period_m), False, settings)
@@ -110,13 +103,7 @@ def build_jacobian(relief: Relief, settings: Settings) -> Nmm:
     return Nmm("nmm-jacobian", flss.build(relief, settings), period, True, settings)
 
 
-def _trials(extent: Extent) -> list[Trial]:
-    return [Trial("5 nm")]
-
-
 ENTRIES = (
-    MethodEntry(
-        "nmm", "patch", build, PlotStyle("C2", "v"), in_default_evaluation=True, has_shader=True, trials=_trials
-    ),
-    MethodEntry("nmm-jacobian", "patch", build_jacobian, PlotStyle("C2", "^"), has_shader=True, trials=_trials),
+    MethodEntry("nmm", "patch", build, has_shader=True),
+    MethodEntry("nmm-jacobian", "patch", build_jacobian, has_shader=True),
 )

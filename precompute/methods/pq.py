@@ -18,7 +18,7 @@ from ..optics.coherence import THESIS_COHERENCE_M
 from ..surface.relief import Relief
 from ..surface.unit_cell import unit_cell
 from . import flss
-from .entry import Extent, MethodEntry, PlotStyle, Trial
+from .entry import MethodEntry
 from .method import Method, Settings
 from .term_images import Expansion, ShaderImages, TermImages, make_images, read_spectrum
 
@@ -114,13 +114,7 @@ def build_printed(relief: Relief, settings: Settings) -> Pq:
     return _build("pq-printed", True, relief, settings)
 
 
-def _trials(extent: Extent) -> list[Trial]:
-    return [Trial("5 nm")]
-
-
 ENTRIES = (
-    MethodEntry(
-        "pq", "patch", build, PlotStyle("C4", "P"), in_default_evaluation=True, has_shader=True, trials=_trials
-    ),
-    MethodEntry("pq-printed", "patch", build_printed, PlotStyle("C4", "X"), in_default_evaluation=True, trials=_trials),
+    MethodEntry("pq", "patch", build, has_shader=True),
+    MethodEntry("pq-printed", "patch", build_printed),
 )

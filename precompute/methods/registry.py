@@ -17,6 +17,5 @@ ENTRIES: dict[str, MethodEntry] = {
 }  # fmt: skip
 
 METHODS: dict[str, Build] = {name: entry.build for name, entry in ENTRIES.items()}
-DEFAULT_METHODS: tuple[str, ...] = tuple(name for name, entry in ENTRIES.items() if entry.in_default_evaluation)
 MAP_METHODS: tuple[str, ...] = tuple(name for name, entry in ENTRIES.items() if entry.in_maps)
 SHADER_METHODS: tuple[str, ...] = tuple(name for name, entry in ENTRIES.items() if entry.has_shader)

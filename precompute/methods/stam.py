@@ -19,7 +19,7 @@ from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, spec
 from ..optics import coherence
 from ..surface.relief import Relief
 from ..surface.unit_cell import grating_period
-from .entry import Extent, MethodEntry, PlotStyle, Trial
+from .entry import MethodEntry
 from .method import Method, Settings
 
 _SAMPLES_MAX = 256
@@ -104,8 +104,4 @@ def build(relief: Relief, settings: Settings) -> Stam:
     return Stam(mean_profile(relief, period), period, sigma_b, settings)
 
 
-def _trials(extent: Extent) -> list[Trial]:
-    return [Trial("")]
-
-
-ENTRY = MethodEntry("stam", "ensemble", build, PlotStyle("C5", "h"), in_default_evaluation=True, trials=_trials)
+ENTRY = MethodEntry("stam", "ensemble", build)

@@ -16,7 +16,7 @@ from ..base.memory import refuse_beyond_memory
 from ..colour.observer import S_MAX
 from ..surface.relief import SMALLER, Relief
 
-# What is held for each pixel of the relief while one term is transformed, in bytes (benchmarks/memory.py).
+# What is held for each pixel of the relief while one term is transformed, in bytes (laboratory/benchmarks/memory.py).
 _BYTES_PER_PIXEL = 64
 
 

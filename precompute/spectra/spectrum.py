@@ -17,7 +17,7 @@ from ..surface.relief import SMALLER, Relief
 
 # Zero padding of a scan that does not wrap, in units of 1 / finest_kernel (see frequency_grid).
 _GUARD = 0.4
-# What scattered_spectrum holds for each bin of its transform, in bytes (benchmarks/memory.py).
+# What scattered_spectrum holds for each bin of its transform, in bytes (laboratory/benchmarks/memory.py).
 _BYTES_PER_BIN = 64
 
 

@@ -17,7 +17,7 @@ from .steps.step import Step
 PIXEL_MAX_M = WAVELENGTH_MIN_M / 4
 # What a user can do about a relief of too many pixels.
 SMALLER = "crop the scan, or give its true size if that is smaller"
-# The most that `prepare` holds: 28 bytes for each pixel of the refined relief (benchmarks/memory.py).
+# The most that `prepare` holds: 28 bytes for each pixel of the refined relief (laboratory/benchmarks/memory.py).
 _BYTES_PER_PIXEL = 28
 # Share of the scan's side over which the apodisation window rises at each end.
 _APODISED_FRACTION = 0.125

@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The radiance that a baked surface sends to a viewer, under one lamp or in a white world, by the Direct material's
-formula, in NumPy.
+"""The radiance that a baked surface sends to a viewer under one lamp, by the Direct material's formula, in NumPy.
 
 addon/materials/direct/group.py builds the same formula from nodes, and addon/materials/osl/direct.osl is the formula as
 a shader.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -88,22 +86,3 @@ def lamp_radiance(
     lit = (wi[:, 2] > 0) & (wr[:, 2] > 0)
     rgb = reflected_xyz(table, wi, wr, variance=variance, skin=skin) @ rgb_from_xyz("Rec.709").T
     return np.maximum(rgb, 0) * irradiance * lit[:, None]
-
-
-def directional_albedo(table: Table, theta_r: float) -> np.ndarray:
-    """Radiance in linear Rec.709 (3,) in a world of radiance 1, seen along T at theta_r from the normal, in radians.
-
-    It is the integral of lamp_radiance over the hemisphere, so no direction's colour has a negative component. Across
-    the rings Gauss and Legendre's rule sums up, since equal steps would be off by 1 % at the normal, even at half a
-    kernel. No step is longer than a kernel: on a Gaussian, equal steps around a ring are then off by 2 exp(-2 pi^2) =
-    5e-9."""
-    nodes, weights = np.polynomial.legendre.leggauss(math.ceil(math.pi**2 / 4 / table.sigma_b))
-    steps = math.ceil(2 * math.pi / table.sigma_b)
-    phi = (np.arange(steps) + 0.5) * (2 * math.pi / steps)
-    wr = np.broadcast_to((math.sin(theta_r), 0.0, math.cos(theta_r)), (steps, 3))
-    irradiance, total = np.ones(3), np.zeros(3)
-    for theta, weight in zip((nodes + 1) * (math.pi / 4), weights * (math.pi / 4), strict=True):
-        sine = math.sin(theta)
-        wi = np.stack([sine * np.cos(phi), sine * np.sin(phi), np.full(steps, math.cos(theta))], axis=-1)
-        total += lamp_radiance(table, wi, wr, irradiance=irradiance).sum(axis=0) * (weight * sine)
-    return total * (2 * math.pi / steps)

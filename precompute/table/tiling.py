@@ -37,7 +37,7 @@ COLUMNS_BESIDE = 2 * TILE_PADDING + 2
 # The ratios of the variances of two levels. The smallest one is taken whose picture takes no more than FINE_BYTES, or
 # else the largest. With the rows beside the tiles, and an empty cell beside seven, that is within the 128 MiB for which
 # a coherence is chosen. Midway between two levels the 99th percentile of the dE00 is 2, 5 and 17 on sample:blazed
-# (`python -m benchmarks levels`).
+# (`./dev bench levels`).
 RATIOS = 1.5, 2.0, 4.0
 FINE_BYTES = 110 << 20
 # More levels than any table has: with the smallest ratio, 52 levels lead from a kernel of 8e-6 to one of 0.25.

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.bands import components, measure, thickness_of
+from laboratory.benchmarks.bands import components, measure, thickness_of
 
 
 def test_parts_touch_by_eight_neighbours():

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from benchmarks.hostile import instruments
+from laboratory.benchmarks.hostile import instruments
 from precompute.surface.readers.registry import dropped, extensions
 from precompute.table.atlas_file import read_header
 

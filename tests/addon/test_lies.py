@@ -7,7 +7,7 @@ import shutil
 import bpy
 import pytest
 
-from benchmarks.hostile import blends, lying_scene
+from laboratory.benchmarks.hostile import blends, lying_scene
 
 # What costs least of all buttons, and repairs most.
 BUTTONS = ("assign", "mend")

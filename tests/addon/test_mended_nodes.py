@@ -5,8 +5,8 @@ noticed, and Mend Materials brings them back."""
 import bpy
 import pytest
 
-from benchmarks.hostile import lies_edits
-from benchmarks.hostile.lying_scene import Skin
+from laboratory.benchmarks.hostile import lies_edits
+from laboratory.benchmarks.hostile.lying_scene import Skin
 
 # Edits that leave less than there was.
 NOTICED = ("has no nodes", "has no links", "lost every third node", "has no sockets", "lost its first socket",

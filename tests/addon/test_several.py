@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from benchmarks.hostile import instruments
 from devtools import ROOT
+from laboratory.benchmarks.hostile import instruments
 
 from .layout import Layout, context_of
 

@@ -6,6 +6,7 @@ No test finds the bake of another in its cache.
 
 import pytest
 
+from laboratory.verbs import PACKAGES
 from precompute.cli import parser
 
 
@@ -20,12 +21,12 @@ def cache_folder(tmp_path_factory, monkeypatch):
 
 @pytest.fixture
 def run(capsys):
-    """A function that runs a command line and returns its status, its standard output and its standard error."""
+    """A function that runs a line of `./dev grating` and returns its status, standard output and standard error."""
 
     def run_line(*argv):
         capsys.readouterr()
         try:
-            status = parser.main([str(each) for each in argv])
+            status = parser.main([str(each) for each in argv], PACKAGES)
         except SystemExit as end:
             status = end.code
         return status, *capsys.readouterr()

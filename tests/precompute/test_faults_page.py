@@ -23,7 +23,7 @@ def named_in(page: str) -> Iterator[tuple[Path, str]]:
         cell = line.split("|")[-2] if line.startswith("|") else line  # of a table the last column has the tests
         for name, test in _TEST.findall(cell):
             if name:
-                file = (ROOT if name.startswith(("tests/", "benchmarks/")) else folder) / name
+                file = (ROOT if name.startswith(("tests/", "laboratory/")) else folder) / name
             if name or test:
                 yield file, test
 

@@ -2,7 +2,9 @@
 """What may import what, read off the syntax trees: nothing is imported or run."""
 
 import ast
+import re
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -11,6 +13,9 @@ ROOT = Path(__file__).resolve().parents[2]
 BLENDER = {"bpy", "bpy_extras", "mathutils", "gpu", "bl_ui", "bl_operators", "bmesh", "addon_utils", "_bpy", "blf"}
 # Wheels of blender_manifest.toml, and NumPy, which is Blender's own.
 ALLOWED = {"numpy", "OpenEXR", "PIL", "xatlas"}
+# The packages of the repository that the zip lacks, and their modules' names.
+NOT_SHIPPED = {"laboratory", "sample_scenes", "devtools", "tests"}
+MODULE_NAME = re.compile(rf"({'|'.join(sorted(NOT_SHIPPED))})(\.\w+)*")
 FORBIDDEN_CALLS = {"eval", "exec", "compile", "__import__", "breakpoint"}
 FORBIDDEN_MODULES = {
     "pickle", "marshal", "shelve", "threading", "_thread", "concurrent", "multiprocessing", "asyncio", "socket", "ssl",
@@ -24,11 +29,12 @@ def sources(package):
     return found
 
 
+SHIPPED = [*sources("precompute"), *sources("addon")]
 # The rooms from the ground up: each may import itself and the rooms before it.
 FLOORS = {
     "precompute": (
         "base", "maths", "mesh", "optics", "colour", "lights", "surface", "spectra", "table", "reference", "measure",
-        "bake", "check", "methods", "study", "cli",
+        "bake", "check", "methods", "maps", "cli",
     ),
     "addon": (
         "scene", "nodes", "snakes", "jobs", "worlds", "lamps", "frames", "materials", "views", "actions",
@@ -77,8 +83,23 @@ def test_the_walk_sees_what_is_there():
 
 @each("precompute")
 def test_precompute_knows_nothing_of_blender(path):
-    assert not tops(path) & BLENDER
-    assert not tops(path) & {"addon", "sample_scenes", "devtools", "tests"}
+    assert not tops(path) & (BLENDER | {"addon"})
+
+
+@pytest.mark.parametrize("path", [ROOT / "__init__.py", *SHIPPED], ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_what_ships_imports_nothing_that_does_not_ship(path):
+    """By an import, or by the name of a module given to importlib or to `python -m`."""
+    assert not tops(path) & NOT_SHIPPED
+    texts = [node.value for node in ast.walk(tree_of(path)) if isinstance(node, ast.Constant)]
+    assert not {text for text in texts if isinstance(text, str) and MODULE_NAME.fullmatch(text)}
+
+
+def test_every_package_ships_or_does_not():
+    """The folders that hold Python, and the manifest's patterns for the zip."""
+    folders = {path.parent.name for path in ROOT.glob("[a-z]*/__init__.py")} | {"tests"}
+    assert folders == {"precompute", "addon"} | NOT_SHIPPED
+    excluded = tomllib.loads((ROOT / "blender_manifest.toml").read_text())["build"]["paths_exclude_pattern"]
+    assert NOT_SHIPPED == {name for name in folders if f"/{name}/" in excluded}
 
 
 def room_of(package, path):
@@ -128,7 +149,7 @@ def test_there_are_no_circles(package):
     assert not left
 
 
-@each("precompute", "addon", "tests", "benchmarks", "devtools", "sample_scenes")
+@each("precompute", "addon", "tests", "laboratory", "devtools", "sample_scenes")
 def test_no_file_is_longer_than_350_lines(path):
     assert len(path.read_text(encoding="utf-8").splitlines()) <= 350
 
@@ -147,12 +168,9 @@ def test_no_function_takes_more_than_seven_arguments_nor_more_than_three_by_plac
             assert node.name.startswith("_") or len(places) <= 3, node.name
 
 
-PLOTS = {"plots.py": {"matplotlib"}}
-
-
 @each("precompute")
 def test_precompute_needs_only_what_is_bundled(path):
-    assert tops(path) - {"precompute"} <= ALLOWED | PLOTS.get(path.name, set()) | sys.stdlib_module_names
+    assert tops(path) - {"precompute"} <= ALLOWED | sys.stdlib_module_names
 
 
 @each("precompute", "addon")

@@ -8,8 +8,6 @@ from .test_layering import ROOT, sources, tree_of
 
 # The zip holds none of the repository's pages.
 _PAGE = re.compile(r"\bdocs/|\w\.md\b|\bREADME\b")
-# They write a page of docs/, whose readers have the others.
-_PAGE_WRITERS = {"precompute/study/benchmark/page.py", "precompute/study/benchmark/pictures.py"}
 
 
 def user_texts(tree, *, tooltips):
@@ -26,9 +24,8 @@ def test_no_text_for_users_cites_a_page_that_the_zip_lacks():
     cited = []
     for path in [*sources("addon"), *sources("precompute")]:
         name = path.relative_to(ROOT).as_posix()
-        if name not in _PAGE_WRITERS:
-            texts = user_texts(tree_of(path), tooltips=name.startswith(("addon/operators/", "addon/ui/")))
-            cited += [f"{name}: {text:.90}" for text in texts if _PAGE.search(text)]
+        texts = user_texts(tree_of(path), tooltips=name.startswith(("addon/operators/", "addon/ui/")))
+        cited += [f"{name}: {text:.90}" for text in texts if _PAGE.search(text)]
     assert cited == []
 
 

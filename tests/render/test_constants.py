@@ -19,9 +19,11 @@ from .world_scenes import add_ball, add_soft_boxes, assign, look_at_ball
 
 def test_the_count_is_never_below_blenders_own(tmp_path):
     """A material that is counted to fit must not be magenta. What Blender computes from constants alone is counted,
-    too: 10 % of the smallest material, and less of larger ones (benchmarks/constants.py has more cases)."""
+    too: 10 % of the smallest material, and less of larger ones (laboratory/benchmarks/constants.py has more cases)."""
     asked = ["--case", "sources over a base", "--json", str(tmp_path / "found.json")]
-    subprocess.run([sys.executable, "-m", "benchmarks", "constants", *asked], cwd=ROOT, check=True, capture_output=True)
+    subprocess.run(
+        [sys.executable, "-m", "laboratory.benchmarks", "constants", *asked], cwd=ROOT, check=True, capture_output=True
+    )
     (row,) = json.loads((tmp_path / "found.json").read_text())["rows"]
     if row["blender"] is None:
         pytest.skip("this driver does not write shaders to files")

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import pytest
 
-from precompute.table.radiance import directional_albedo
+from laboratory.benchmarks.hemisphere import directional_albedo
 from tests.addon.worlds.made import world_with
 
 from .world_scenes import add_ball, add_soft_boxes, add_world, assign, look_at_ball

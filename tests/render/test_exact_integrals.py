@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The integrals and the scenes of `benchmarks lights --part truth`: what renders are held against."""
+"""The integrals and the scenes of `./dev bench lights --part truth`: what renders are held against."""
 
 import numpy as np
 import pytest
 
-from benchmarks import lights_scenes as scenes
-from benchmarks import lights_truth
-from benchmarks.hemisphere import Surface, hemisphere
-from benchmarks.lights_worlds import Worlds
+from laboratory.benchmarks import lights_scenes as scenes
+from laboratory.benchmarks import lights_truth
+from laboratory.benchmarks.hemisphere import Surface, directional_albedo, hemisphere
+from laboratory.benchmarks.lights_worlds import Worlds
 from precompute.lights.panorama import panorama_cells
-from precompute.table.radiance import directional_albedo
 
 
 @pytest.fixture

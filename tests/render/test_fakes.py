@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The fakes of `benchmarks lights --part fakes`: that each is what it is said to be, and how they are compared."""
+"""The fakes of `./dev bench lights --part fakes`: that each is what it is said to be, and how they are compared."""
 
 import bpy
 import numpy as np
 import pytest
 
-from benchmarks import lights_fakes as fakes
-from benchmarks import lights_scenes as scenes
-from benchmarks.lights_worlds import Worlds
+from laboratory.benchmarks import lights_fakes as fakes
+from laboratory.benchmarks import lights_scenes as scenes
+from laboratory.benchmarks.lights_worlds import Worlds
 from precompute.colour.working_space import rgb_from_xyz
 from precompute.methods.gem import Gem
 from precompute.methods.method import Settings

@@ -7,8 +7,8 @@ A plane at z = 0 is seen from one metre above and lit by a sun. It has the whole
 import numpy as np
 import pytest
 
-from benchmarks.osl import PlaneView, render, set_up_cycles
 from devtools.extension import addon_modules
+from laboratory.benchmarks.osl import PlaneView, render, set_up_cycles
 from precompute.colour.working_space import rgb_from_xyz
 from precompute.methods import dft_images
 from precompute.methods.dft_images import settings_for

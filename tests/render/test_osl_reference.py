@@ -5,8 +5,8 @@ import bpy
 import numpy as np
 import pytest
 
-from benchmarks.osl import colour_differences, needs_of, render, set_up_cycles, view_of
 from devtools.extension import addon_modules
+from laboratory.benchmarks.osl import colour_differences, needs_of, render, set_up_cycles, view_of
 from precompute.bake.make import make
 from precompute.bake.request import BakeRequest
 from precompute.surface.readers.registry import read_height_map

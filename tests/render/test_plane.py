@@ -17,8 +17,8 @@ from precompute.bake.needs import EVERYTHING, Needs
 from precompute.bake.request import BakeRequest
 from precompute.colour.observer import spectral_weights, wavelengths
 from precompute.colour.working_space import rgb_from_xyz
+from precompute.maps import brdf_map
 from precompute.optics.region import Region
-from precompute.study import brdf_map
 from precompute.surface.readers.registry import read_height_map
 from precompute.surface.relief import Relief, prepare
 from precompute.table import atlas, atlas_file

@@ -12,7 +12,6 @@ import numpy as np
 _TEXT_MAX, _NUMBERS_MAX = 64 << 20, 1 << 23
 _SEPARATORS = (b" ", b"\n", b"\r", b"\t", b";", b",")
 _NUMBER = re.compile(r"[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?|[-+]?nan", re.IGNORECASE)
-_COMMA_SEPARATES = re.compile(r"\d,[ \t]*[-+.\d]")
 
 
 def read_text(file: BinaryIO) -> str:

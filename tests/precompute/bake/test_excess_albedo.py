@@ -7,19 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.albedo import directional_albedo, no_bound, surface_of
+from laboratory.benchmarks.albedo import directional_albedo, no_bound, surface_of
 from precompute.bake import excess_albedo
-from precompute.bake.directional_albedo import albedo_times_cosine, continuum_albedo, find_orders
+from precompute.bake.directional_albedo import continuum_albedo, find_orders, orders_albedo, zero_order_albedo
 from precompute.bake.ensemble import bake
 from precompute.bake.excess_albedo import _continuum_table, _excess, excess_at, excess_table
 from precompute.bake.request import BakeRequest
 from precompute.base.progress import silent
 from precompute.check import table_file
 from precompute.colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, spectral_weights
+from precompute.maps import brdf_map
 from precompute.maths import bspline
 from precompute.measure.forms import DELTA_E_OF_BOUND
 from precompute.optics.brdf import obliquity_times_cosine_and_w2
-from precompute.study import brdf_map
 from precompute.surface.relief import prepare
 from precompute.surface.samples.gratings import binary, blazed, flat, sinusoidal
 from precompute.table import atlas
@@ -33,6 +33,15 @@ SURFACES = {
     "binary": binary(periods=8, rows=1),
     "flat": flat(),
 }
+
+
+def albedo_times_cosine(series, sigma_b, directions, *, lambdas):
+    """A = a cos(ti) at R = 1, (rows, cols, n), for light from unit vectors (rows, cols, 3) at n wavelengths."""
+    cosine = directions[..., 2]
+    orders = find_orders(series)
+    total = cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas=lambdas)
+    total += orders_albedo(series, sigma_b, directions=directions, lambdas=lambdas)
+    return total + continuum_albedo(series, orders, sigma_b, directions=directions, lambdas=lambdas)
 
 
 def toward(theta_deg, azimuth_deg=0.0):

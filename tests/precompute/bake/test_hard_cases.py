@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from benchmarks import hard_cases
-from benchmarks.hard_cases import CASES, COHERENCE_M, PIXEL_M, Case, outcome, scan, skin
+from laboratory.benchmarks import hard_cases
+from laboratory.benchmarks.hard_cases import CASES, COHERENCE_M, PIXEL_M, Case, outcome, scan, skin
 from precompute.bake import tiles
 from precompute.bake.ensemble import bake, plan
 from precompute.bake.kernel import kernel_for
@@ -72,7 +72,7 @@ def test_what_cannot_be_is_refused_in_one_line(name):
 
 
 def test_at_grazing_the_light_is_right_and_no_more_than_was_received():
-    """The quadrature is good to about 1 % (benchmarks/albedo.py)."""
+    """The quadrature is good to about 1 % (laboratory/benchmarks/albedo.py)."""
     found = outcome(BY_NAME["theta of 89.9 degrees"], stored)
     assert_kept(found)
     assert found.figures["albedo of Stam's form"] > 2

@@ -9,7 +9,7 @@ import zipfile
 
 import pytest
 
-from benchmarks.hostile.mutations import mutated
+from laboratory.benchmarks.hostile.mutations import mutated
 from precompute.base.strict_zip import NAMES_MAX, Archive
 
 TEXT = b"one two three four " * 50

@@ -8,9 +8,11 @@ from pathlib import Path
 import pytest
 
 from devtools import ROOT
+from laboratory.verbs import PACKAGES
 from precompute.cli.option_types import count, name_argument, number, path_argument
-from precompute.cli.parser import VERBS, build_parser
+from precompute.cli.parser import build_parser
 
+VERBS = [name for texts in PACKAGES.values() for name in texts]
 NO_NUMBERS = (
     "", " ", "-", "--", "nan", "NaN", "inf", "-inf", "Infinity", "1e400", "-1e400", "1e-308", "5e-324", "0", "-1",
     "1_0", " 2", "2 ", "2\n", "\t2", "0x2", "2,5", "2e", "e2", ".", "1" + "0" * 400, "0." + "0" * 400 + "1", "9" * 5000,
@@ -50,7 +52,7 @@ def test_names_are_not_empty():
 
 def options():
     """Every option of every verb that takes a value: the verb, the option, and its action."""
-    verbs = build_parser()._subparsers._group_actions[0].choices
+    verbs = build_parser(VERBS, PACKAGES)._subparsers._group_actions[0].choices
     assert set(verbs) == set(VERBS)
     for verb, parser in verbs.items():
         for action in parser._actions:
@@ -64,7 +66,7 @@ def test_every_option_has_a_type(verb, action):
     assert action.choices or action.type not in (int, float, Path, None)
 
 
-FOLDERS = "precompute", "addon", "benchmarks", "sample_scenes"
+FOLDERS = "precompute", "addon", "laboratory", "sample_scenes"
 SOURCES = {path.relative_to(ROOT).as_posix(): path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py")}
 
 

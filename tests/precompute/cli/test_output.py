@@ -6,10 +6,10 @@ import math
 
 import pytest
 
+from laboratory.study.colour_comparison import ColourComparison
 from precompute.base.failure import GratingError
 from precompute.cli.output import emit
 from precompute.measure.errors import Errors
-from precompute.study.colour_comparison import ColourComparison
 
 
 @pytest.mark.parametrize("figure", [math.nan, math.inf, -math.inf])

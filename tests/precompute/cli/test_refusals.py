@@ -5,6 +5,9 @@ import shutil
 
 import pytest
 
+from laboratory.verbs import VERBS as VERBS_OF_LABORATORY
+from precompute.cli import parser
+
 from .conftest import PICTURE, SHORT
 
 VERBS = ("info", "bake", "map")
@@ -158,3 +161,11 @@ def test_a_truncated_bake(run, small_bake, tmp_path, share):
     assert status == 1
     assert err.startswith(f"error: {small_bake}: ") and len(err.splitlines()) == 1
     assert not (tmp_path / "map.png").exists()
+
+
+@pytest.mark.parametrize("verb", VERBS_OF_LABORATORY)
+def test_a_verb_of_the_laboratory_is_unknown_to_the_product(capsys, verb):
+    with pytest.raises(SystemExit):
+        parser.main([verb])
+    told = capsys.readouterr().err
+    assert told.startswith(f"error: argument VERB: invalid choice: '{verb}'") and len(told.splitlines()) == 1

@@ -26,7 +26,7 @@ QUICK = (*PICTURE, *SHORT, "--progress", "none")
 CHATTER = """
 import os, sys, warnings
 from precompute.cli import program
-def main():
+def main(packages):
     os.write(1, b"TIFFReadDirectory: Warning\\n")
     os.write(2, b"EXR_ERR_BAD_CHUNK_LEADER\\n")
     warnings.warn("overflow encountered", RuntimeWarning)

@@ -14,8 +14,8 @@ from tests.hostile_folder import set_traps
 
 
 @pytest.mark.parametrize("line", [
-    ("grating", "info", "sample:flat", "--json", "-"), ("bench", "--help"), ("demo", "--help"), ("scenes", "--help"),
-    ("env",), ("lint", "--help"),
+    ("grating", "info", "sample:flat", "--json", "-"), ("grating", "--help"), ("bench", "--help"), ("demo", "--help"),
+    ("scenes", "--help"), ("env",), ("lint", "--help"),
 ])  # fmt: skip
 @pytest.mark.parametrize("python_path", [None, "", os.pathsep])
 def test_nothing_of_the_working_folder_is_run(tmp_path, monkeypatch, line, python_path):

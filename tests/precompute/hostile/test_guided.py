@@ -3,8 +3,8 @@
 
 import random
 
-from benchmarks.hostile import guided
-from benchmarks.hostile.readers import FORMATS
+from laboratory.benchmarks.hostile import guided
+from laboratory.benchmarks.hostile.readers import FORMATS
 from precompute.base.failure import GratingError
 from precompute.surface.readers import number_text
 

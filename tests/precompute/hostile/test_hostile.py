@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every suite of hostile input in small: `python -m benchmarks.hostile` runs them in full."""
+"""Every suite of hostile input in small: `./dev bench hostile` runs them in full."""
 
 import pytest
 
-from benchmarks.hostile import SUITES, runner
+from laboratory.benchmarks.hostile import SUITES, runner
 
 # Inputs of each group; the readers' suite has a group for each of their many formats.
 COUNTS, SEED = {"readers": 6, "verbs": 6, "headers": 20, "meshes": 10, "records": 20, "arguments": 20}, 1

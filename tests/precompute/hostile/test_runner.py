@@ -10,8 +10,8 @@ import time
 import numpy as np
 import pytest
 
-from benchmarks import hostile
-from benchmarks.hostile import runner
+from laboratory.benchmarks import hostile
+from laboratory.benchmarks.hostile import runner
 from precompute.base.failure import GratingError
 
 

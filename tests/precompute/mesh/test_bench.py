@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 
-from benchmarks import comb
+from laboratory.benchmarks import comb
 
 
 def test_it_tells_time_and_residual_of_each_guide(tmp_path, capsys):

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The arrangements in which the benchmark tries the bake."""
 
+from laboratory.speed.trials import FINER
 from precompute.bake.probe import TEXELS_MIN
 from precompute.maths import bspline
-from precompute.methods.baked import FINER
 
 
 def test_every_trial_leaves_a_kernel_to_bake():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The ensemble's reference, Stam's form, the rainbow, the bake as a method; gain and blending; the maps."""
+"""The ensemble's reference, Stam's form, the rainbow, the bake as a method; the maps."""
 
 import numpy as np
 import pytest
@@ -7,16 +7,13 @@ import pytest
 from precompute.base.failure import GratingError
 from precompute.cli.parser import main
 from precompute.colour.working_space import rgb_from_xyz
+from precompute.maps import brdf_map
 from precompute.methods import gem
 from precompute.methods.baked import Baked
-from precompute.methods.blending import blend_texture
 from precompute.methods.method import Settings, spectral_sum
 from precompute.methods.registry import METHODS
-from precompute.optics import brdf
 from precompute.optics.coherence import kernel_sigma
-from precompute.optics.fresnel import fresnel_conductor, fresnel_reflectance, fresnel_schlick
 from precompute.reference.ensemble import reference_xyz
-from precompute.study import brdf_map
 from precompute.surface.relief import prepare
 from precompute.surface.samples.gratings import blazed, sinusoidal
 from precompute.table.table import Table
@@ -112,36 +109,6 @@ def test_the_bake_as_a_method():
     scattered, zero = table.candidate(u, v, w)
     expected = scattered * w[:, None] ** 2 + zero * table.kernel(u, v)[:, None]
     assert Baked(table, Settings()).xyz(u, v, w) == pytest.approx(expected)
-
-
-def test_conductors():
-    c = np.linspace(0, 1, 21)
-    assert fresnel_conductor(c, 1.56, 0.0) == pytest.approx(fresnel_reflectance(c, 1.56))
-    # Aluminium at 550 nm, n = 0.958, k = 6.69 (Rakic 1995): ((n - 1)^2 + k^2) / ((n + 1)^2 + k^2).
-    assert fresnel_conductor(np.ones(1), 0.958, 6.69) == pytest.approx(0.9211, abs=1e-4)
-    assert fresnel_conductor(np.zeros(1), 0.958, 6.69) == pytest.approx(1)
-
-
-def test_schlick_at_both_ends():
-    assert fresnel_schlick(np.array([1.0, 0.0]), 1.5) == pytest.approx([0.04, 1.0])
-
-
-def test_relative_reflectance_of_a_mirror_is_one():
-    samples = 400
-    up = np.array([0.0, 0.0, 1.0])
-    assert brdf.relative_reflectance(up, up, samples) * samples**2 == pytest.approx(1)
-    a, b = np.radians(50), np.radians(20)
-    wi, wr = np.array([-np.sin(a), 0, np.cos(a)]), np.array([np.sin(b), 0, np.cos(b)])
-    c = np.cos((a + b) / 2)
-    f = (0.04 + 0.96 * (1 - c) ** 5) / 0.04
-    expected = f**2 * (1 + wi @ wr) ** 2 / ((np.cos(a) + np.cos(b)) ** 2 * np.cos(b))
-    assert brdf.relative_reflectance(wi, wr, 1) == pytest.approx(expected)
-
-
-def test_blending():
-    diffraction, texture = np.array([[1.0, 0, 0]] * 3), np.array([[0, 1.0, 0]] * 3)
-    mixed = blend_texture(diffraction, texture, np.array([0.0, -0.4, 7.0]))
-    assert mixed == pytest.approx(np.array([[0.9, 1.1, 0], [0.9, 0.7, 0], [0.9, 0.1, 0]]))
 
 
 def test_a_map_by_a_method_is_the_map_by_the_reference():

@@ -6,7 +6,7 @@ import pytest
 
 from precompute.base.failure import GratingError
 from precompute.colour.observer import S_MAX, observer
-from precompute.methods import chebyshev_series, exact, flss, nmm, pq
+from precompute.methods import chebyshev_series, exact, flss, pq
 from precompute.methods.method import Settings
 from precompute.methods.registry import METHODS
 from precompute.methods.windowed_images import left_out
@@ -158,7 +158,7 @@ def test_the_automatic_terms_keep_their_promise(z):
 @pytest.mark.parametrize(("relief_nm", "terms"), [(150, 8), (400, 13), (1000, 25), (2000, 43)])
 def test_chebyshev_terms_of_the_design(relief_nm, terms):
     """docs/theory.md counts the highest order: 7, 12, 24, 42 for an rms error of 1e-3 at 380 nm."""
-    from benchmarks import terms as benchmark
+    from laboratory.benchmarks import terms as benchmark
 
     errors = benchmark.SERIES[2].curve(relief_nm * 1e-9, np.float32)
     assert int(np.argmax(errors <= 1e-3)) + 1 == terms
@@ -166,7 +166,7 @@ def test_chebyshev_terms_of_the_design(relief_nm, terms):
 
 
 def test_taylor_dies_in_float32_where_it_is_said_to():
-    from benchmarks import terms as benchmark
+    from laboratory.benchmarks import terms as benchmark
 
     for relief_nm, least, most in [(150, 0, 1e-6), (400, 5e-4, 5e-3), (1000, 1, np.inf)]:
         error = benchmark.SERIES[0].curve(relief_nm * 1e-9, np.float32)[-1]
@@ -261,8 +261,6 @@ def test_the_printed_product_is_wrong():
 
 def test_nmm_picks_the_wavelengths_of_the_grating_equation():
     # 2.5 um, u = 0.6: 1500 nm / n, n = 2 (750 nm), 3 (500 nm); n = 1 and n = 4 (375 nm) lie outside 380 to 780 nm.
-    assert nmm.selected_wavelengths(-0.6, 2.5e-6) == pytest.approx([750e-9, 500e-9])
-    assert len(nmm.selected_wavelengths(0.1, 2.5e-6)) == 0
     relief = prepare(blazed(periods=4))
     method = METHODS["nmm"](relief, Settings(coherence_length_m=10e-6))
     assert method.period_m == pytest.approx(2.5e-6)

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that the search of benchmarks/hostile/guided.py found, and what they came down to."""
+"""Files that the search of laboratory/benchmarks/hostile/guided.py found, and what they came down to."""
 
 import struct
 
 import numpy as np
 import pytest
 
-from benchmarks.hostile import instruments
+from laboratory.benchmarks.hostile import instruments
 from tests.precompute.surface.scan_files import PIXEL_M, TILTED, picture, read_picture
 
 # A NaN that signals: NumPy warns where it is made a double.

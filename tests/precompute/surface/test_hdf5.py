@@ -9,8 +9,8 @@ import zlib
 import numpy as np
 import pytest
 
-from benchmarks.hostile import hdf5
-from benchmarks.hostile.instruments import SPAN_M
+from laboratory.benchmarks.hostile import hdf5
+from laboratory.benchmarks.hostile.instruments import SPAN_M
 from precompute.base.failure import GratingError
 from precompute.surface.readers.hdf5_dataset import Dataset, Structures
 from precompute.surface.readers.registry import read_height_map

@@ -9,8 +9,8 @@ from functools import partial
 import numpy as np
 import pytest
 
-from benchmarks.hostile import hdf5, instruments, microscopes
-from benchmarks.hostile.instruments import SPAN_M
+from laboratory.benchmarks.hostile import hdf5, instruments, microscopes
+from laboratory.benchmarks.hostile.instruments import SPAN_M
 from precompute.base.failure import GratingError
 from precompute.surface.readers.registry import read_height_map, reader_of
 from tests.precompute.surface.scan_files import COLS, PIXEL_M, ROWS, SIZE_UM, TILTED

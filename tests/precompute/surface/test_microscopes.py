@@ -6,8 +6,8 @@ import struct
 import numpy as np
 import pytest
 
-from benchmarks.hostile import microscopes
-from benchmarks.hostile.instruments import SPAN_M
+from laboratory.benchmarks.hostile import microscopes
+from laboratory.benchmarks.hostile.instruments import SPAN_M
 from precompute.base.failure import GratingError
 from precompute.surface.readers.registry import read_height_map
 from tests.precompute.surface.scan_files import PIXEL_M, TILTED

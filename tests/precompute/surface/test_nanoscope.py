@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.hostile import instruments
+from laboratory.benchmarks.hostile import instruments
 from precompute.base.failure import GratingError
 from precompute.surface.readers.registry import read_height_map
 from tests.precompute.surface.scan_files import PIXEL_M, TILTED

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from benchmarks.hostile import instruments, microscopes
+from laboratory.benchmarks.hostile import instruments, microscopes
 from precompute.base.failure import GratingError
 from precompute.cli.parser import main
 from precompute.surface.description import describe

@@ -10,7 +10,7 @@ import OpenEXR
 import pytest
 from PIL import Image
 
-from benchmarks.hostile import instruments
+from laboratory.benchmarks.hostile import instruments
 from precompute.base.failure import GratingError
 from tests.precompute.surface.scan_files import GREY8, GREY16, TILTED, picture, read_picture
 

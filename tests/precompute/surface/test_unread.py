@@ -8,7 +8,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from benchmarks.hostile import instruments
+from laboratory.benchmarks.hostile import instruments
 from precompute.base.failure import GratingError
 from precompute.surface.readers.registry import read_height_map
 from precompute.surface.readers.unread import CONVERT

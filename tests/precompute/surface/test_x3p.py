@@ -15,7 +15,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from benchmarks.hostile import instruments
+from laboratory.benchmarks.hostile import instruments
 from precompute.base.failure import GratingError
 from precompute.surface.readers import x3p_xml
 from precompute.surface.readers.registry import read_height_map

@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
+from laboratory.benchmarks.hemisphere import directional_albedo
 from precompute.colour.observer import white_xyz
 from precompute.optics.fresnel import fresnel_reflectance
-from precompute.table.radiance import directional_albedo
 from precompute.table.table import Table
 
 SIGMA_B = 0.02

@@ -1,3 +1,0 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
-"""Benchmarks: each module measures one thing (the bake, albedos, hard cases, render times, the thesis's methods)
-and prints its numbers. Some also write the page of docs/ that reports them. `python -m benchmarks NAME` runs one."""

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run one benchmark, or all of them: every module of this package that has a main(argv)."""
+
+import importlib
+import pkgutil
+import sys
+from collections.abc import Callable
+
+from precompute.cli.program import keep_the_terminal_to_python
+
+from .. import benchmarks
+
+
+def found() -> dict[str, Callable]:
+    """Name and main of each benchmark."""
+    names = [module.name for module in pkgutil.iter_modules(benchmarks.__path__) if not module.name.startswith("_")]
+    modules = {name: importlib.import_module(f"{benchmarks.__name__}.{name}") for name in names}
+    return {name: module.main for name, module in modules.items() if hasattr(module, "main")}
+
+
+def main(argv: list[str]) -> int:
+    """Run the benchmark that argv names, `[NAME [ARGUMENTS]]`; without a name, run all with their defaults.
+
+    Returns the status of the last benchmark that returned one other than 0, else 0."""
+    mains = found()
+    if argv and argv[0] in ("-h", "--help"):
+        print(f"usage: bench [NAME [ARGUMENTS]]\n\nNAME: {', '.join(mains)}; without it, all of them")
+        return 0
+    if argv and argv[0] not in mains:
+        print(f"error: {argv[0]}: no such benchmark; choose one of {', '.join(mains)}", file=sys.stderr)
+        return 2
+    status = 0
+    for name in argv[:1] or mains:
+        if not argv:
+            print(f"{name}:", flush=True)
+        status = mains[name](argv[1:]) or status
+    return status
+
+
+if __name__ == "__main__":
+    # Blender prints a line for each tile and picture, thousands around a table.
+    keep_the_terminal_to_python()
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The figures of docs/evaluation.md, laid out. laboratory.benchmarks.evaluation computes them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from . import report, terms
+from .evaluation_sheets import Agreement
+
+COLUMNS = 4
+SCANS = """
+Elaphe and Xenopeltis are the thesis's own scans, 65 um wide, 375 and 818.69 nm from black to white. The rows of fingers
+of Xenopeltis are 1.5 um apart along B, so its strong orders lie above and below the middle of a map. The fingers of a
+row are 0.53 to 0.58 um apart, which gives the weak orders at the left and the right edge.
+"""
+STAND_INS = """
+The scans were missing when this page was made, and `sample:elaphe` and `sample:xenopeltis` take their places. What the
+page says about the skins of the thesis was seen on the scans.
+"""
+PIECES = """
+How much of the period is chance? The surface was cut into nine pieces, each as long as its coherence length. Their
+periods run from {low:.0f} to {high:.0f} nm (mean {mean:.1f}, standard deviation {spread:.1f}). A rendered skin should
+show an average over 30 coherence areas (the last rows of the table), and the bake takes that average by default.
+"""
+
+
+@dataclass(frozen=True)
+class Facts:
+    """The facts that the page reports.
+
+    They are: whether the skins are the real scans; the rows of each surface; the bakes' colours; the variance of the
+    blaze's period where peaks are samples of a grid; the periods of the pieces of each skin in nanometres; the rows of
+    the table of terms; the agreement of maps with the thesis's pictures."""
+
+    scan: bool
+    tables: dict[str, list]
+    bakes: dict
+    grid_variance: float
+    patches: dict[str, list[float]]
+    terms: list[dict]
+    agreements: list[Agreement]
+
+    def as_dict(self) -> dict:
+        """The facts for JSON."""
+        rows = {
+            name: [{"label": row.label, "thesis": row.thesis, **row.evaluation.as_dict()} for row in table]
+            for name, table in self.tables.items()
+        }
+        bakes = {name: bake.as_dict() for name, bake in self.bakes.items()}
+        return {**vars(self), "tables": rows, "bakes": bakes, "agreements": [vars(one) for one in self.agreements]}
+
+
+def text(facts: Facts, groups: dict) -> str:
+    """The page with new figures."""
+    figures = {
+        "skins": SCANS if facts.scan else STAND_INS,
+        "table 5.1": thesis_table(facts.tables),
+        "blaze": period_table(facts.tables["blaze"], 2.5e-6),
+        "grid": f"{facts.grid_variance:.3f}",
+        "elaphe": period_table(facts.tables["elaphe"]),
+        "xenopeltis": period_table(facts.tables["xenopeltis"]),
+        "bakes": bake_table(facts.bakes),
+        "agreement": agreement_table(facts.agreements),
+        "terms": "```\n" + terms.as_text(facts.terms) + "\n```",
+    }
+    figures |= {f"pieces of {name}": pieces(periods_nm) for name, periods_nm in facts.patches.items()}
+    figures |= {f"maps of {name}": map_table(maps) for name, maps in groups.items()}
+    return report.filled("evaluation.md", figures)
+
+
+def period_table(rows: Sequence, true_m: float | None = None) -> str:
+    """The table of a surface's rows.
+
+    It gives the mean and the variance of the period, and the rms error of the angles against the grating equation:
+    with the method's own mean period and, where it is known, with the true period."""
+    head = ["method", "period, nm", "variance, nm^2", "angle rms, degrees"]
+    head += ["against the true period"] if true_m else []
+    lines = [head + ["thesis, mean / variance", "s"]]
+    for row in rows:
+        own = row.evaluation.as_dict()
+        cells = [row.label, f"{own['period_mean_nm']:.3f}", f"{own['period_variance_nm']:.4g}"]
+        cells.append(f"{own['peak_angle_rms_deg']:.5f}")
+        if true_m:
+            cells.append(f"{replace(row.evaluation, expected_m=true_m).as_dict()['peak_angle_rms_deg']:.5f}")
+        lines.append(cells + [row.thesis or "-", f"{own['seconds']:.1f}"])
+    return table(lines)
+
+
+def thesis_table(tables: dict[str, list]) -> str:
+    """The table of every row that has a mean and a variance of the thesis."""
+    lines = [["surface", "thesis, nm / nm^2", "ours, nm / nm^2", "ours is"]]
+    for surface, rows in tables.items():
+        for row in (row for row in rows if row.thesis):
+            own = row.evaluation.as_dict()
+            ours = f"{own['period_mean_nm']:.2f} / {own['period_variance_nm']:.3g}"
+            lines.append([surface, row.thesis, ours, row.label])
+    return table(lines)
+
+
+def pieces(periods_nm: list[float]) -> str:
+    """The paragraph on the periods of a surface's pieces."""
+    return PIECES.format(low=min(periods_nm), high=max(periods_nm), mean=np.mean(periods_nm), spread=np.std(periods_nm))
+
+
+def agreement_table(agreements: Sequence[Agreement]) -> str:
+    """The rank correlations of our maps with the thesis's."""
+    if not agreements:
+        return "The thesis's maps were missing when this page was made."
+    lines = [["our map", "the thesis's", "red, green, blue", "ours turned by half a turn"]]
+    for one in agreements:
+        upright, turned = (", ".join(f"{value:.2f}" for value in values) for values in (one.upright, one.turned))
+        lines.append([f"`{one.name}`", f"`{one.thesis.removeprefix('brdfmap__')}`", upright, turned])
+    return table(lines)
+
+
+def bake_table(bakes: dict) -> str:
+    """The table that compares each surface's bake with its reference."""
+    lines = [
+        [
+            "surface",
+            "brightest, degrees",
+            "the reference",
+            "dominant wavelength, rms nm",
+            "sum of abs dY / sum of Y",
+        ]
+    ]
+    for name, one in bakes.items():
+        off = one.dominant_wavelength_rms_nm
+        lines.append(
+            [
+                name,
+                f"{one.peak_angle_deg:.3f}",
+                f"{one.reference_peak_angle_deg:.3f}",
+                "none" if off is None else f"{off:.2f}",
+                f"{one.relative_dy:.2%}",
+            ]
+        )
+    return table(lines)
+
+
+def map_table(maps: Sequence) -> str:
+    """A table of pictures with captions. A caption also names the thesis's picture of the same map, where there is
+    one."""
+    cells = []
+    for one in maps:
+        beside = f"<br>thesis: `{one.thesis.removeprefix('brdfmap__')}`" if one.thesis else ""
+        cells.append(f"![{one.caption}](images/evaluation/{one.name}.png)<br>{one.caption}{beside}")
+    width = min(COLUMNS, len(cells))
+    cells += [""] * (-len(cells) % width)
+    lines = [cells[k : k + width] for k in range(0, len(cells), width)]
+    return table([[""] * width, *lines])
+
+
+def table(lines: Sequence[Sequence[str]]) -> str:
+    """A Markdown table of lines of cells; the first line is the head."""
+    head, *rest = lines
+    marked = [head, ["---"] * len(head), *rest]
+    return "\n".join("| " + " | ".join(line) + " |" for line in marked)

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Milliseconds that the add-on takes of a lamp's edit and of the panel's redraw, in scenes that are large in one way.
+
+    ./dev bench handlers [--scene NAME] [--repeat 15] [--json FILE|-]
+
+A lamp is moved, and then its strength is set, again and again. Blender evaluates the scene after each edit and calls
+the add-on's handlers, as it does with a window open, and then the panel is drawn with a stand-in for Blender's layout.
+The table gives the median time of the handlers alone and of the panel alone, and last of what timers do once nothing
+has changed for 0.2 seconds. What Blender itself takes to evaluate and to draw is not in it.
+"""
+
+import statistics
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+
+from precompute.bake.output import bake_to_folder
+from precompute.bake.request import BakeRequest
+from precompute.cli.option_types import count
+from precompute.cli.parser import OneLineParser
+from precompute.surface.readers.registry import read_height_map
+
+from . import report
+from .handlers_scenes import SCENES, plain
+from .osl import start_blender
+
+# A grating that bakes in a moment, and at an error at which it has a sample set.
+_SURFACE, _DELTA_E = "sample:blazed", 10.0
+_COLUMNS = ("lamp moved", "lamp's strength", "panel's redraw", "once still")
+
+
+class Layout:
+    """Takes whatever a panel draws, and draws nothing."""
+
+    def __getattr__(self, name: str) -> Callable[..., "Layout"]:
+        return lambda *_, **__: self
+
+    def panel(self, *_: object, **__: object) -> tuple["Layout", "Layout"]:
+        """A sub-panel's header, and its body, as it is while the sub-panel is open."""
+        return self, self
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Print the table; the exit status."""
+    parser = OneLineParser(prog="./dev bench handlers", description=__doc__.splitlines()[0])
+    parser.add_argument("--scene", action="append", choices=SCENES, help="default: all of them")
+    parser.add_argument("--repeat", type=count(3, 1000), default=15, metavar="N", help="edits; default 15")
+    report.add_json(parser)
+    arguments = parser.parse_args(argv)
+    with tempfile.TemporaryDirectory() as folder:
+        addon = start_blender(Path(folder))
+        request = BakeRequest(delta_e=_DELTA_E)
+        bake = bake_to_folder([read_height_map(_SURFACE)], request, Path(folder), progress=lambda *_: None)
+        rows = []
+        report.say(f"{'ms':34}" + "".join(f"{column:>17}" for column in _COLUMNS), arguments.json)
+        for name in arguments.scene or SCENES:
+            plain(addon, Path(bake["files"][0]))
+            SCENES[name](addon)
+            rows.append({"scene": name} | measured(addon, arguments.repeat))
+            told = "".join(f"{rows[-1][column]:17.2f}" for column in _COLUMNS)
+            report.say(f"{name:34}{told}", arguments.json)
+    report.write({"blender": _version(), "rows": rows}, arguments.json)
+    return 0
+
+
+def measured(addon: SimpleNamespace, repeat: int) -> dict[str, float]:
+    """The median milliseconds of the handlers after each kind of edit, and of the panel after any."""
+    import bpy
+
+    scene = bpy.context.scene
+    lamp = scene.objects["Sun"]
+    context = context_of(scene)
+    spent: dict[str, list[float]] = {column: [] for column in _COLUMNS}
+    handlers = bpy.app.handlers.depsgraph_update_post
+    own = [handler for handler in handlers if handler.__module__.startswith(addon.package.__name__)]
+    taken = []
+
+    def timed(*update: object) -> None:
+        start = time.perf_counter()
+        for handler in own:
+            handler(*update)
+        taken.append(time.perf_counter() - start)
+
+    def edited(edit: Callable[[], None]) -> float:
+        taken.clear()
+        edit()
+        bpy.context.view_layer.update()
+        return sum(taken)
+
+    with_window(addon)
+    for handler in own:
+        handlers.remove(handler)
+    handlers.append(timed)
+    try:
+        for number in range(repeat + 2):
+            for column, edit in zip(_COLUMNS, _edits(lamp, number), strict=False):
+                spent[column].append(edited(edit))
+                start = time.perf_counter()
+                addon.panel.GratingPanel.draw(SimpleNamespace(layout=Layout()), context)
+                spent["panel's redraw"].append(time.perf_counter() - start)
+            time.sleep(addon.changes.STILL)
+            start = time.perf_counter()
+            addon.keep_lamps._follow_when_still()
+            addon.facts._find_again()
+            spent["once still"].append(time.perf_counter() - start)
+    finally:
+        handlers.remove(timed)
+        for handler in own:
+            handlers.append(handler)
+    # What the first edits find changed is the scene itself.
+    return {column: 1e3 * statistics.median(times[2:]) for column, times in spent.items()}
+
+
+def _edits(lamp, number: int) -> tuple[Callable[[], None], ...]:
+    """What is done to the lamp in a round: a place and a strength that it did not have."""
+    return (
+        lambda: setattr(lamp, "rotation_euler", (0.1 + 0.01 * number, 0.2, 0.3)),
+        lambda: setattr(lamp.data, "energy", 1.0 + 0.01 * number),
+    )
+
+
+def with_window(addon: SimpleNamespace) -> None:
+    """Have the handlers and the panel do what they do while a window is open."""
+    addon.keep_lamps.has_window = addon.facts.has_window = lambda: True
+
+
+def context_of(scene) -> SimpleNamespace:
+    """What the panel reads of Blender's context."""
+    import bpy
+
+    preferences = SimpleNamespace(system=SimpleNamespace(ui_scale=1.0))  # it is 0 in background
+    return SimpleNamespace(
+        scene=scene, region=SimpleNamespace(width=300), preferences=preferences, active_object=None,
+        view_layer=bpy.context.view_layer, evaluated_depsgraph_get=bpy.context.evaluated_depsgraph_get,
+    )  # fmt: skip
+
+
+def _version() -> str:
+    import bpy
+
+    return bpy.app.version_string

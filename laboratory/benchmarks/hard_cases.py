@@ -1,0 +1,279 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Hard cases: each bake either agrees with the reference, or is refused with a reason.
+
+    ./dev bench hard_cases [--output FILE.md] [--json FILE|-]
+
+Each surface is baked as the verb `bake` bakes it. The table that the bake's file would hold is compared with the
+reference (exact transforms in float64, precompute/reference) on a few hundred direction pairs that the bake's
+self-check does not use.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from precompute.bake.ensemble import plan
+from precompute.bake.make import make
+from precompute.bake.needs import EVERYTHING, Needs
+from precompute.bake.request import BakeRequest
+from precompute.bake.tiles import carry_out
+from precompute.base.failure import GratingError
+from precompute.cli.parser import OneLineParser
+from precompute.colour.observer import spectral_weights, wavelengths
+from precompute.maths import chebyshev
+from precompute.measure.errors import Errors, Truth, measure
+from precompute.reference.ensemble import reference_xyz
+from precompute.surface.height_map import HeightMap
+from precompute.surface.relief import Relief, prepare
+from precompute.surface.samples.gratings import sinusoidal
+from precompute.table.table import Table
+
+from . import hard_scenes, report
+from .albedo import greatest, no_bound, surface_of
+from .hard_directions import (
+    ONE_TEXEL,
+    anywhere,
+    beyond,
+    grazing,
+    horizon,
+    horizon_needs,
+    mirrored,
+    one_place,
+    wavelength_step,
+)  # fmt: skip
+
+PIXEL_M = 80e-9
+# It gives a kernel of 0.12, at which even the small surfaces here hold 30 coherence areas.
+COHERENCE_M = 2e-6
+# It gives a kernel of 0.0062.
+LONG_M = 40e-6
+Baker = Callable[[Relief, float | None, Needs], Table]
+Truths = Callable[[Relief, float], list[Truth]]
+
+
+def skin(rows: int = 128, cols: int = 128, relief_m: float = 200e-9, bump_m: float = 400e-9) -> np.ndarray:
+    """Heights (rows, cols) of bumps on square pixels of PIXEL_M, the lowest at 0. They wrap, and are smoothed by a
+    Gaussian of standard deviation bump_m."""
+    q_y, q_x = np.fft.fftfreq(rows, PIXEL_M)[:, None], np.fft.fftfreq(cols, PIXEL_M)
+    spectrum = np.fft.fft2(np.random.default_rng(0).standard_normal((rows, cols)))
+    height = np.fft.ifft2(spectrum * np.exp(-2 * (np.pi * bump_m) ** 2 * (q_y**2 + q_x**2))).real
+    return relief_m * (height - height.min()) / np.ptp(height)
+
+
+def scan(height_m: np.ndarray, pixel_m: tuple[float, float] = (PIXEL_M, PIXEL_M), periodic: bool = False) -> HeightMap:
+    """A height map of heights in metres, as a microscope gives one."""
+    return HeightMap(height_m, pixel_m, "the scan", periodic=periodic)
+
+
+def tilted() -> HeightMap:
+    """A surface that rises from one side to the other by five times its relief."""
+    y, x = np.indices((128, 128)) / 127
+    return scan(skin() + 1e-6 * x - 0.3e-6 * y)
+
+
+def holed() -> HeightMap:
+    """A surface on which 2 % of the pixels are missing, and a hole of 12 x 10 pixels besides."""
+    height = skin()
+    height[np.random.default_rng(1).random(height.shape) < 0.02] = np.nan
+    height[40:52, 70:80] = np.nan
+    return scan(height)
+
+
+def dusty() -> HeightMap:
+    """A relief of 200 nm with three grains of dust, 1 um high and 380 nm wide."""
+    height = skin()
+    y, x = np.indices(height.shape)
+    for row, col in ((31, 90), (77, 40), (100, 101)):
+        height += 1e-6 * np.exp(-((y - row) ** 2 + (x - col) ** 2) / (2 * 2.0**2))
+    return scan(height)
+
+
+def stepped(step_m: float) -> HeightMap:
+    """Heights rounded to whole steps."""
+    return scan(np.round(skin() / step_m) * step_m)
+
+
+def lines(period_m: float, depth_m: float, samples: int, periods: int) -> HeightMap:
+    """A sinusoidal grating of a few rows, which wraps."""
+    return sinusoidal(period_m, depth_m, periods=periods, samples_per_period=samples, rows=8)
+
+
+def albedo(relief: Relief, baked: Table) -> dict[str, float]:
+    """The greatest albedo at 89.9 degrees, by the quadrature of laboratory/benchmarks/albedo.py."""
+    stam, conserving = greatest(
+        surface_of(relief, baked.sigma_b), [no_bound, baked.albedo_bound_at], 89.9, (390e-9, 550e-9, 700e-9)
+    )
+    return {"albedo of Stam's form": stam, "albedo": conserving}
+
+
+def zero_order(relief: Relief, baked: Table) -> dict[str, float]:
+    """The largest error of the zero order's luminance against J_0(pi w depth / lambda)^2, over all w."""
+    lambdas, w = wavelengths(1e-9), np.linspace(0, 2, 21)
+    weights = spectral_weights(lambdas, baked.illuminant)[:, 1]
+    turns = np.pi * w[:, None] / lambdas * relief.height_range_m
+    exact = np.array([[chebyshev.bessel_j(each, 1)[0] ** 2 for each in row] for row in turns]) @ weights
+    return {"zero order against J0^2": float(np.abs(baked.zero_order_xyz(w)[:, 1] - exact).max())}
+
+
+def brightest(relief: Relief, baked: Table) -> dict[str, float]:
+    """Y over w^2 of the brightest texel, at w = 1."""
+    return {"brightest Y / w^2": float(np.abs(baked.at_w(1.0)[..., 1]).max())}
+
+
+def evanescent(relief: Relief, baked: Table) -> dict[str, float]:
+    """The largest scattered Y of all views along T, for light along the normal and at 80 degrees."""
+    found = {}
+    for name, angle in (("light at 0 degrees", 0.0), ("light at 80 degrees", 80.0)):
+        view = np.linspace(-89, 89, 400)
+        u = np.sin(np.radians(angle)) + np.sin(np.radians(view))
+        w = np.cos(np.radians(angle)) + np.cos(np.radians(view))
+        found[f"Y, {name}"] = float((baked.scattered_over_w2(u, np.zeros(400), w)[:, 1] * w**2).max())
+    return found
+
+
+def fewer_wavelengths(relief: Relief, baked: Table) -> dict[str, float]:
+    """The largest error of Y along T from u = 1.7 to 1.95, relative to the largest Y: of the bake, and of a bake with
+    half of the wavelengths."""
+    chosen = plan(relief, BakeRequest(coherence_length_m=LONG_M))
+    half = carry_out(replace(chosen, wavelengths=chosen.wavelengths[::2]))
+    u, w = np.linspace(1.7, 1.95, 200), 0.3
+    exact = reference_xyz(relief, (u, 0 * u), w=w, sigma_b=baked.sigma_b, step_m=wavelength_step(baked.sigma_b) / 2)[0][
+        :, 1
+    ]
+    ripple = [np.abs(each.scattered_over_w2(u, 0 * u, w)[:, 1] * w**2 - exact).max() for each in (baked, half)]
+    found = {"wavelengths": float(len(chosen.wavelengths)), "off near the rim": ripple[0] / exact.max()}
+    return {**found, "with half of them": ripple[1] / exact.max()}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A surface and the coherence length asked of its bake; None leaves the length to the bake.
+
+    The bake is compared with the reference of `same_as` (None: of the surface itself) on the pairs of `truths`.
+    `figures` gives further numbers of the bake by name, and `needs` is what is asked for of (u, v, w)."""
+
+    name: str
+    asked: str
+    surface: Callable[[], HeightMap]
+    coherence_m: float | None = COHERENCE_M
+    same_as: Callable[[], HeightMap] | None = None
+    truths: Truths = anywhere
+    figures: Callable[[Relief, Table], dict[str, float]] | None = None
+    needs: Needs = EVERYTHING
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Error metrics and further numbers of a case, or the reason of its refusal."""
+
+    errors: Errors | None = None
+    figures: dict[str, float] | None = None
+    refusal: str = ""
+
+    def as_dict(self) -> dict:
+        """The facts for JSON."""
+        errors = None if self.errors is None else self.errors.as_dict()
+        return {"errors": errors, "figures": self.figures or {}, "refusal": self.refusal or None}
+
+    @property
+    def text(self) -> str:
+        """The text of the case's cell in the table."""
+        if self.refusal:
+            return f"refused: {self.refusal}"
+        more = "".join(f"; {name} {value:.3g}" for name, value in (self.figures or {}).items())
+        return f"dE00 {self.errors.p99:.2f}, dY {self.errors.relative_dy:.2%}{more}"
+
+
+CASES = (
+    Case("relief of 1 um", "bumps of 400 nm", lambda: scan(skin(96, 96, 1e-6))),
+    Case("relief of 2 um", "bumps of 400 nm", lambda: scan(skin(96, 96, 2e-6))),
+    Case("theta of 89.9 degrees", "light there, views at 26, 73 and 89.9", lambda: scan(skin()), truths=grazing,
+         figures=albedo),
+    Case("u = v = 0", "mirror views of a sinusoidal grating", lambda: lines(2.56e-6, 150e-9, 32, 2), truths=mirrored,
+         figures=zero_order),
+    Case("flat", "zeros", lambda: scan(np.zeros((96, 96)))),
+    Case("flat, tilted", "1 um over the scan", lambda: scan(np.tile(np.linspace(0, 1e-6, 96), (96, 1)))),
+    Case("one row", "128 pixels", lambda: scan(skin()[:1])),
+    Case("one column", "128 pixels, coherence chosen by itself", lambda: scan(skin()[:, :1]), None),
+    Case("32 x 32", "coherence chosen by itself", lambda: scan(skin()[:32, :32]), None),
+    Case("1 x 1", "a pixel", lambda: scan(np.zeros((1, 1))), None),
+    Case("2 x 2", "four pixels", lambda: scan(np.array([[0, 1e-7], [2e-7, 0]])), None),
+    Case("1 x 1 that wraps", "a mirror", lambda: scan(np.zeros((1, 1)), periodic=True), None),
+    Case("non-square pixels", "80 x 160 nm, against 80 x 80 nm",
+         lambda: scan(skin()[:, ::2], (PIXEL_M, 2 * PIXEL_M), periodic=True),
+         same_as=lambda: scan(skin(), periodic=True)),
+    Case("NaN holes", "2 % of pixels and 12 x 10 more missing, against none", holed, same_as=lambda: scan(skin())),
+    Case("nothing but NaN", "no pixel measured", lambda: scan(np.full((32, 32), np.nan))),
+    Case("dust 5 x the relief", "three grains of 1 um on 200 nm", dusty),
+    Case("tilt 5 x the relief", "1 um over the scan, against none", tilted, same_as=lambda: scan(skin())),
+    Case("8-bit steps", "0.8 nm of 200 nm, against none", lambda: stepped(200e-9 / 255), same_as=lambda: scan(skin())),
+    Case("8-bit steps, range wasted", "7.8 nm of 200 nm, against none", lambda: stepped(2e-6 / 255),
+         same_as=lambda: scan(skin())),
+    Case("period under the shortest wavelength", "250 nm, coherence 4 um", lambda: lines(250e-9, 60e-9, 4, 32),
+         4e-6, truths=beyond, figures=evanescent),
+    Case("period longer than the patch", "24 um in 10 um",
+         lambda: scan(np.tile(100e-9 * np.sin(2 * np.pi * np.arange(128) / 300), (128, 1)))),
+    Case("coherence longer than the patch", "20 um of 10 um", lambda: scan(skin()), 20e-6),
+    Case("coherence longer than a patch that wraps", "20 um of 10 um",
+         lambda: lines(2.56e-6, 150e-9, 32, 4), 20e-6),
+    Case("coherence under a wavelength", "0.2 um", lambda: scan(skin()), 0.2e-6),
+    Case("orders narrower than the wavelength step", "lines of 320 nm, coherence 40 um",
+         lambda: lines(320e-9, 60e-9, 4, 32), LONG_M, figures=fewer_wavelengths),
+    Case("half-float overflow", "300 nm of lines, coherence 40 um", lambda: lines(2.5e-6, 300e-9, 32, 4), LONG_M,
+         figures=brightest),
+    Case("needs of one texel", "u, v and w 0.02 wide", lambda: scan(skin()), truths=one_place, needs=ONE_TEXEL),
+    Case("needs of a lamp at the horizon", "light at 89.9 degrees, views at 45 to 80", lambda: scan(skin()),
+         truths=horizon, needs=horizon_needs()),
+    Case("half-float underflow", "relief of 0.05 nm", lambda: scan(skin(relief_m=0.05e-9)), figures=brightest),
+)  # fmt: skip
+
+
+def as_baked(relief: Relief, coherence_m: float | None, needs: Needs = EVERYTHING) -> Table:
+    """The table that the file of a bake would hold."""
+    return make([relief], BakeRequest(coherence_length_m=coherence_m, needs=needs)).table
+
+
+def outcome(case: Case, baker: Baker = as_baked) -> Outcome:
+    """Bake a case and measure it against its reference."""
+    try:
+        relief = prepare(case.surface())
+        baked = baker(relief, case.coherence_m, case.needs)
+    except GratingError as refusal:
+        return Outcome(refusal=str(refusal))
+    exact = prepare(case.same_as()) if case.same_as else relief
+    errors = measure(case.truths(exact, baked.sigma_b), baked.candidate)
+    return Outcome(errors, case.figures(relief, baked) if case.figures else None)
+
+
+def page(outcomes: list[Outcome], scenes: list[tuple[hard_scenes.SceneCase, str]]) -> str:
+    """The text of docs/hard_cases.md."""
+    rows = [f"| {case.name} | {case.asked} | {each.text} |" for case, each in zip(CASES, outcomes, strict=True)]
+    in_scenes = [f"| {case.name} | {case.asked} | {text} |" for case, text in scenes]
+    head = ["| case | asked | value, error or refusal |", "| --- | --- | --- |"]
+    return report.filled("hard_cases.md", {"cases": "\n".join(head + rows), "scenes": "\n".join(head + in_scenes)})
+
+
+def main(argv: list[str] | None = None) -> None:
+    """Print the table and write the page."""
+    parser = OneLineParser(prog="./dev bench hard_cases", description="Surfaces that are hard.")
+    parser.add_argument("--output", type=Path, default=Path("docs", "hard_cases.md"), metavar="FILE.md")
+    report.add_json(parser)
+    arguments = parser.parse_args(argv)
+    outcomes = []
+    for case in CASES:
+        outcomes.append(outcome(case))
+        report.say(f"{case.name:<42} {case.asked:<52} {outcomes[-1].text}", arguments.json)
+    scenes = hard_scenes.outcomes()
+    for case, text in scenes:
+        report.say(f"{case.name:<42} {case.asked:<52} {text}", arguments.json)
+    arguments.output.write_text(page(outcomes, scenes))
+    cases = zip(CASES, outcomes, strict=True)
+    facts = [{"case": case.name, "asked": case.asked, **each.as_dict()} for case, each in cases]
+    facts += [{"case": case.name, "asked": case.asked, "outcome": text} for case, text in scenes]
+    report.write({"cases": facts}, arguments.json)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,300 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files that lie: each lie is told in a .blend, which is then used as an artist uses it.
+
+Nothing may raise, and nothing may be printed as a traceback; a button may refuse in one line. The lies are told in
+Blenders beside this program, each for many, so that one that crashes costs the lie it was told."""
+
+import contextlib
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict
+from itertools import zip_longest
+from pathlib import Path
+from types import SimpleNamespace
+
+from ..handlers import Layout, context_of
+from . import lies, lies_edits
+from .lying_scene import Skin
+from .runner import ACCEPTED, FAILED, REFUSED, Outcome
+
+LIES = lies.lies() | lies_edits.of_parts() | lies_edits.of_trees()
+# What a lie about a property is about.
+_SUBJECT = re.compile(r"ng_\w+|grating's \w+|a step")
+# What a fault that was caught or printed looks like.
+_FAULTS = ("Traceback", "report this line")
+# What is pressed, one after the other, each with what it is given. Of "needs" only the measuring is done, not the bake.
+# Fit World is not pressed: it starts a Blender of its own.
+_BUTTONS: dict[str, dict[str, object]] = {
+    "needs": {},
+    "assign": {},
+    "adopt": {},
+    "mend": {},
+    "vary": {"turn": 0.2},
+    "lights": {"lights": "LAMPS"},
+    "add_lamp": {},
+    "frame": {"kind": "AXIS"},
+    "unwrap": {"size": 16, "method": "MINIMUM_STRETCH"},
+    "comb": {"source": "X"},
+    "add_diffraction": {},
+    "remove_diffraction": {},
+}
+# Seconds without a word from Blender.
+_PATIENCE = 300
+
+
+def outcomes(only: str, folder: Path) -> list[Outcome]:
+    """Tell each lie whose name begins so; what became of it."""
+    left, found = [name for name in LIES if name.startswith(only)], []
+    while left:
+        told = list(_told_by_blender(left, folder))
+        found += told
+        left = left[len(told) :]
+        if left and len(told) < len(left) + len(told):  # it ended before its time
+            found.append(Outcome(left.pop(0), "blends", FAILED, "Blender ended, or hung", 0.0, 0))
+    return found
+
+
+def _told_by_blender(names: Sequence[str], folder: Path) -> Iterator[Outcome]:
+    """The outcomes of the first of the lies, as far as one Blender gets."""
+    with tempfile.TemporaryDirectory(dir=folder) as own, (Path(own) / "printed").open("wb") as printed:
+        command = [sys.executable, "-m", "laboratory.benchmarks.hostile.blends", own, json.dumps(list(names))]
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            subprocess.run(command, stdout=printed, stderr=printed, timeout=_PATIENCE + 5 * len(names), check=False)
+        path = Path(own) / "outcomes"
+        for line in path.read_text().splitlines() if path.exists() else ():
+            yield Outcome(**json.loads(line))
+
+
+def main(argv: Sequence[str]) -> None:
+    """In a Blender of its own: tell the lies, and write a line for each."""
+    from precompute.bake.output import bake_to_folder
+    from precompute.bake.request import BakeRequest
+    from precompute.surface.readers.registry import read_height_map
+
+    from ..osl import start_blender
+    from .lying_scene import build, write_scan
+
+    folder, names = Path(argv[0]), json.loads(argv[1])
+    os.environ["NATURAL_GRATINGS_CACHE"] = str(folder / "cache")
+    addon = start_blender(folder)
+    (folder / "file").mkdir()
+    scan = write_scan(folder / "file" / "waves.png")
+    surface = read_height_map(str(scan), 4.0, 100.0)
+    bake = bake_to_folder([surface], BakeRequest(), folder, progress=lambda *_: None)
+    blend = build(addon, scan, Path(bake["files"][0]))
+    with (folder / "outcomes").open("w") as written:
+        for name in names:
+            written.write(json.dumps(asdict(outcome(addon, blend, name, render=True))) + "\n")
+            written.flush()
+    os._exit(0)  # Blender 4.5 may wait for ever at its end
+
+
+def outcome(addon: SimpleNamespace, blend: Path, name: str, *, render: bool) -> Outcome:
+    """Tell a lie in a file and use the file."""
+    _forget_peak()
+    before, start = _memory("VmRSS"), time.process_time()
+    faults, refusals = told(addon, blend, [name], buttons=tuple(_BUTTONS), render=render)
+    seconds, peak = time.process_time() - start, max(0, _memory("VmHWM") - before)
+    verdict = FAILED if faults else REFUSED if refusals else ACCEPTED
+    return Outcome(name, "blends", verdict, "; ".join(faults or refusals), seconds, peak)
+
+
+def rounds() -> list[list[str]]:
+    """The lies in as few files as can hold them: those about properties together, of each property one; the edits of
+    node groups each for two of the groups; all others alone."""
+    by_subject: dict[str, list[str]] = {}
+    for name in lies.lies():
+        by_subject.setdefault(_SUBJECT.match(name)[0], []).append(name)
+    together = [[name for name in row if name] for row in zip_longest(*by_subject.values())]
+    trees, edits = lies_edits.TREES, list(lies_edits.of_trees())
+    some = [each for n, each in enumerate(edits) if n % trees in (0, 1 + n // trees % (trees - 1))]
+    return together + [[name] for name in (*lies_edits.of_parts(), *some)]
+
+
+def told(
+    addon: SimpleNamespace, blend: Path, names: Sequence[str], *, buttons: Sequence[str], render: bool
+) -> tuple[list[str], list[str]]:
+    """Tell lies in a file and use the file: what raised or was printed as a traceback, each with the station; and the
+    lines by which buttons refused."""
+    import bpy
+
+    skin = Skin(addon)
+    lying = blend.with_name("lying.blend")
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+    if hasattr(addon, "guard"):
+        addon.guard._printed.clear()
+    with _without_handlers(addon):  # which would mend it before it is saved
+        for name in names:
+            LIES[name](skin)
+        bpy.ops.wm.save_as_mainfile(filepath=str(lying), copy=True)
+    faults, refusals = [], []
+    for station, step in _stations(skin, lying, buttons=buttons, render=render).items():
+        with tempfile.TemporaryFile("w+") as printed:
+            try:
+                with _redirected(printed):
+                    line = step()
+                if line:
+                    refusals.append(f"{station}: {line}")
+            except Exception:
+                faults.append(f"{station}: {_last_line(traceback.format_exc())}")
+            printed.seek(0)
+            text = printed.read()
+        if any(word in text for word in _FAULTS):
+            faults.append(f"{station}: {_last_line(text)}")
+    return faults, refusals
+
+
+def _stations(skin: Skin, lying: Path, *, buttons: Sequence[str], render: bool) -> dict[str, Callable[[], str | None]]:
+    """What an artist does with a file."""
+    import bpy
+
+    handlers = skin.addon.keep_lamps.HANDLERS
+    steps: dict[str, Callable[[], object]] = {
+        "load": lambda: bpy.ops.wm.open_mainfile(filepath=str(lying)),
+        "panel": lambda: _draw(skin),
+        "edit": lambda: _edit(skin),
+        "frame": lambda: skin.scene.frame_set(3),
+        "render": lambda: _operated(bpy.ops.render.render) if render else handlers["render_init"](skin.scene),
+        "undo": lambda: (handlers["undo_pre"](), handlers["undo_post"](), skin.addon.bakes.recall_bakes()),
+        "bake": lambda: _asked(skin),
+    }
+    for button in buttons:
+        steps[f"press {button}"] = lambda button=button: _needed(skin) if button == "needs" else _pressed(button)
+    steps["panel again"] = lambda: _draw(skin)
+    steps["save"] = lambda: bpy.ops.wm.save_as_mainfile(filepath=str(lying), copy=True)
+    return {name: lambda step=step: _refusal(step) for name, step in steps.items()}
+
+
+def _refusal(step: Callable[[], object]) -> str | None:
+    """Do something; the line by which it was refused. Raises whatever is no refusal in one line."""
+    from_addon = step()
+    return from_addon if isinstance(from_addon, str) else None
+
+
+def _pressed(name: str) -> str | None:
+    """Press a button."""
+    import bpy
+
+    button = getattr(bpy.ops.grating, name)
+    return _operated(button, **_BUTTONS[name]) if button.poll() else None
+
+
+def _operated(operator: Callable[..., object], **options: object) -> str | None:
+    """Run an operator; the one line by which it or Blender refuses. Raises whatever else it raises."""
+    try:
+        operator(**options)
+    except RuntimeError as fault:
+        lines = str(fault).strip().splitlines()
+        if len(lines) > 1 or "Traceback" in lines[0]:
+            raise
+        return lines[0]
+    return None
+
+
+def _edit(skin: Skin) -> None:
+    """Move a lamp, change another, hide one."""
+    import bpy
+
+    for number, lamp in enumerate(each for each in skin.scene.objects if each.type == "LIGHT"):
+        lamp.rotation_euler[0] += 0.1
+        lamp.data.energy = 2.0 + number
+        lamp.hide_render = number == 1
+    bpy.context.view_layer.update()
+
+
+def _draw(skin: Skin) -> None:
+    """Draw all panels, and a row of each list."""
+    import bpy
+
+    scene = skin.scene
+    context = context_of(scene)
+    context.active_object = bpy.context.view_layer.objects.active
+    for cls in skin.addon.package.CLASSES:
+        if issubclass(cls, bpy.types.Panel | bpy.types.Menu):
+            cls.draw(SimpleNamespace(layout=Layout()), context)
+    lists = {cls.__name__: cls for cls in skin.addon.package.CLASSES if issubclass(cls, bpy.types.UIList)}
+    for grating in list(scene.natural_gratings.items)[:3]:
+        lists["GratingList"].draw_item(None, context, Layout(), None, grating, 0, None, "")
+        for step in grating.steps:
+            lists["StepList"].draw_item(None, context, Layout(), None, step, 0, None, "")
+    skin.addon.level_preview.refresh()
+
+
+def _asked(skin: Skin) -> str | None:
+    """What the button Bake Grating asks of a bake."""
+    grating = skin.scene.natural_gratings.active()
+    if grating is None:
+        return None
+    try:
+        skin.addon.bakes.asked(grating.bake_request())
+    except skin.addon.child.GratingError as fault:
+        return str(fault)
+    return None
+
+
+def _needed(skin: Skin) -> str | None:
+    """What the button Bake for This Scene measures before it bakes."""
+    grating = skin.scene.natural_gratings.active()
+    if grating is None:
+        return None
+    try:
+        skin.addon.needs.measure_needs(skin.scene, grating)
+    except skin.addon.child.GratingError as fault:
+        return str(fault)
+    return None
+
+
+@contextlib.contextmanager
+def _without_handlers(addon: SimpleNamespace) -> Iterator[None]:
+    addon.keep_lamps.unregister()
+    try:
+        yield
+    finally:
+        addon.keep_lamps.register()
+
+
+@contextlib.contextmanager
+def _redirected(file) -> Iterator[None]:
+    """All that is written to the standard streams, by Python or by C, goes into a file."""
+    kept = [os.dup(stream) for stream in (1, 2)]
+    sys.stdout.flush()
+    sys.stderr.flush()
+    try:
+        with contextlib.redirect_stdout(file), contextlib.redirect_stderr(file):
+            for stream in (1, 2):
+                os.dup2(file.fileno(), stream)
+            yield
+            file.flush()
+    finally:
+        for stream, former in zip((1, 2), kept, strict=True):
+            os.dup2(former, stream)
+            os.close(former)
+
+
+def _last_line(text: str) -> str:
+    """The line of a printed fault that says what it was, and where."""
+    lines = [line.strip() for line in text.strip().splitlines() if line.strip()]
+    noted = [line for line in lines if "report this line" in line]
+    places = [line.split("/")[-1] for line in lines if line.startswith("File ")]
+    return noted[-1] if noted else f"{lines[-1][:300]} ({' < '.join(places[:-4:-1])})"
+
+
+def _forget_peak() -> None:
+    Path("/proc/self/clear_refs").write_text("5")
+
+
+def _memory(what: str) -> int:
+    """Bytes, of a line of /proc/self/status."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return 1024 * next(int(line.split()[1]) for line in lines if line.startswith(what))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Meshes for the verbs `unwrap` and `comb` that lie: in their numbers, in what their arrays declare, and in the zip
+archive around them; or whose bytes are spoiled."""
+
+import io
+import random
+import struct
+import zipfile
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from precompute.mesh.comb import GUIDES
+
+from ..comb import given, torus
+from .mutations import mutated
+from .runner import Case, read_written, run_verb
+
+_FLOATS = (0.0, -1.0, 1e9, 1e30, 1e38, 1e300, 1e-30, 1e-300, 5e-324, float("nan"), float("inf"), -float("inf"))
+_INTEGERS = (-1, 0, 1, 2**15, 2**31 - 1, -(2**31), 2**40, 2**63 - 1, -(2**63))
+_SIZES = (0, 1, 2, 3, 10**6, 2**31, 2**40, 10**10 - 1, 2**63)
+_KINDS = ("<f8", "<f4", "<f2", "<i8", "<u4", "|i1", "|b1", "<c16", "<U4", "|S4", "|O", "<M8[s]", "|V8", "<f16", ">f8")
+_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA)
+# Where an entry of a zip's directory has numbers, by their forms (PKWARE, "APPNOTE.TXT", section 4.3.12).
+_FIELDS = ((8, "<H"), (10, "<H"), (20, "<I"), (24, "<I"), (28, "<H"), (30, "<H"), (42, "<I"))
+
+
+def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
+    """`count` meshes for each verb."""
+    mesh = torus(64)
+    arrays = {name: getattr(mesh, name) for name in ("points", "point", "normals", "corners", "face")}
+    triangles = {"points": mesh.points, "triangles": mesh.triangles, "polygons": mesh.face}
+    combs = [{**arrays, **given(mesh), "guide": np.array(guide), "name": np.array("ring")} for guide in GUIDES]
+    for verb, wholes in (("unwrap", [triangles]), ("comb", combs)):
+        for number, whole in enumerate(wholes):  # whatever is whole is taken, which loads modules before the first fork
+            read_written(folder / f"whole{number}.npz", _packed(whole), partial(_run, verb))
+        for number in range(count):
+            draw = random.Random(f"{seed} {verb} {number}")
+            what, data = _spoiled(draw, wholes[number % len(wholes)])
+            file = folder / f"{verb}{number}.npz"
+            yield Case(f"{verb} {number}: {what}", verb, partial(read_written, file, data, partial(_run, verb)))
+
+
+def _spoiled(draw: random.Random, whole: dict[str, np.ndarray]) -> tuple[str, bytes]:
+    """What was done, and the file."""
+    way = draw.choice(("bytes", "numbers", "numbers", "header", "archive"))
+    if way == "bytes":
+        return mutated(draw, _packed(whole))
+    if way == "numbers":
+        return _with_numbers(draw, whole)
+    return _with_header(draw, whole) if way == "header" else _with_archive(draw, whole)
+
+
+def _with_numbers(draw: random.Random, whole: dict[str, np.ndarray]) -> tuple[str, bytes]:
+    """Some of an array's numbers are others, or all are, or rows are missing."""
+    name = draw.choice(sorted(set(whole) - {"guide", "name"}))
+    array = np.array(whole[name])
+    if draw.random() < 0.2:
+        array = array[: draw.randrange(len(array))]
+        return f"{name} of {len(array)} rows", _packed(whole | {name: array})
+    value = draw.choice(_FLOATS if array.dtype.kind == "f" else _INTEGERS)
+    count = draw.choice((1, 3, array.size))
+    with np.errstate(all="ignore"):
+        array.flat[draw.sample(range(array.size), min(count, array.size))] = value
+    return f"{count} of {name} are {value}", _packed(whole | {name: array})
+
+
+def _with_header(draw: random.Random, whole: dict[str, np.ndarray]) -> tuple[str, bytes]:
+    """An array declares another kind or shape than it has."""
+    name = draw.choice(sorted(whole))
+    shape = [draw.choice((*_SIZES, size)) for size in whole[name].shape]
+    shape = draw.choice((shape, whole[name].shape, shape * draw.choice((2, 40)), []))
+    kind = draw.choice((whole[name].dtype.str, *_KINDS))
+    order = draw.choice(("False", "True", "1", "None"))
+    text = f"{{'descr': '{kind}', 'fortran_order': {order}, 'shape': ({', '.join(map(str, shape))},), }}"
+    return f"{name} declares {text[:60]}", _packed(whole, headers={name: text})
+
+
+def _with_archive(draw: random.Random, whole: dict[str, np.ndarray]) -> tuple[str, bytes]:
+    """The archive is packed by another method, and may lie in a number of its directory."""
+    method = draw.choice(_METHODS)
+    data = bytearray(_packed(whole, method=method))
+    if draw.random() < 0.3:
+        return f"packed by {method}", bytes(data)
+    entries = [at for at in range(len(data)) if data[at : at + 4] == b"PK\1\2"]
+    at, form = draw.choice(_FIELDS)
+    value = draw.choice((0, 1, 9, 99, 2**15, 2**16 - 1, 2**31, 2**32 - 1)) % (1 << 8 * struct.calcsize(form))
+    struct.pack_into(form, data, draw.choice(entries) + at, value)
+    return f"packed by {method}, {value} at {at} of its directory", bytes(data)
+
+
+def _packed(
+    arrays: dict[str, np.ndarray], *, method: int = zipfile.ZIP_STORED, headers: dict[str, str] | None = None
+) -> bytes:
+    """An .npz of arrays; those that are named in `headers` declare that."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", method) as archive:
+        for name, array in arrays.items():
+            member = io.BytesIO()
+            np.save(member, array)
+            data = member.getvalue()
+            if headers and name in headers:
+                text = headers[name].encode("latin-1") + b"\n"
+                data = data[:8] + struct.pack("<H", len(text)) + text + array.tobytes()
+            archive.writestr(f"{name}.npy", data)
+    return out.getvalue()
+
+
+def _run(verb: str, file: Path) -> None:
+    run_verb([verb, file, "-o", file.with_suffix(""), "--progress", "none"])

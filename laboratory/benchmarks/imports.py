@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How long the import of a large scan takes, and how much memory at its peak.
+
+    ./dev bench imports [--side N] [--json FILE|-]
+
+A picture of N x N pixels of 16 bits (4096 by default) is read and described in a child process, as the import dialog
+and `info` do it; the fastest of three counts. It must be done in under 2 s and take at most 3 times the memory of its
+heights, of 8 bytes a pixel; the exit status is 1 where it is not. The processor's own time is told beside it: on a busy
+machine it is the shorter one.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from precompute.bake.output import peak_bytes
+from precompute.cli.option_types import count
+from precompute.cli.parser import OneLineParser
+from precompute.surface.description import describe
+from precompute.surface.readers.registry import read_height_map
+
+from . import report
+from .memory import write_scan
+
+SECONDS_MAX, TIMES_MAX = 2.0, 3.0
+RUNS = 3
+# The scan's width and height: waves of some micrometres.
+WIDTH_UM, HEIGHT_NM = 200.0, 300.0
+
+
+def measure(file: Path) -> dict[str, float]:
+    """Seconds of reading and of describing in this process, and its growth in times the memory of the heights."""
+    before, started, processor = peak_bytes(), time.perf_counter(), time.process_time()
+    height_map = read_height_map(str(file), WIDTH_UM, HEIGHT_NM)
+    read = time.perf_counter()
+    describe(height_map)
+    return {
+        "read_seconds": read - started,
+        "seconds": time.perf_counter() - started,
+        "processor_seconds": time.process_time() - processor,
+        "times_the_heights": (peak_bytes() - before) / height_map.height_m.nbytes,
+    }
+
+
+def measured(file: Path) -> dict[str, float]:
+    """What `measure` finds in a process of its own."""
+    child = [sys.executable, "-m", "laboratory.benchmarks", "imports", "--one", str(file)]
+    return json.loads(subprocess.run(child, capture_output=True, text=True, check=True).stdout)
+
+
+def main(argv: list[str]) -> int:
+    """Measure one import and print it. Returns 1 where it is too slow or too large."""
+    parser = OneLineParser(prog="./dev bench imports", description=__doc__.splitlines()[0])
+    parser.add_argument("--side", type=count(64, 8192), default=4096, metavar="N", help="pixels a side; default 4096")
+    parser.add_argument("--one", type=Path, help=argparse.SUPPRESS)
+    report.add_json(parser)
+    arguments = parser.parse_args(argv)
+    if arguments.one:
+        print(json.dumps(measure(arguments.one)))
+        return 0
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "large.png"
+        write_scan(file, arguments.side, WIDTH_UM)
+        found = min((measured(file) for _ in range(RUNS)), key=lambda run: run["seconds"])
+    report.say(
+        f"{arguments.side} x {arguments.side} of 16 bits: {found['seconds']:.2f} s (at most {SECONDS_MAX:g}), "
+        f"{found['processor_seconds']:.2f} s of the processor, {found['read_seconds']:.2f} s to read; "
+        f"{found['times_the_heights']:.2f} times the heights (at most {TIMES_MAX:g})",
+        arguments.json,
+    )
+    report.write({"side": arguments.side, **found}, arguments.json)
+    return int(found["seconds"] > SECONDS_MAX or found["times_the_heights"] > TIMES_MAX)

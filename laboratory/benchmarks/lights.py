@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Light of every kind: a white furnace, and noise at equal time beside an ordinary coat.
+
+    ./dev bench lights [--part furnace|noise|scattered|truth|fakes ...] [--pixels 192] [--json FILE|-]
+
+**Furnace**: a plane in a white world shows the directional albedo of its relief. What Cycles shows is divided by the
+integral of the bake's own table over the hemisphere. Of the surfaces, the real scans are left out where their files are
+not there.
+
+**Noise**: the sample snake on its ground under worlds, as an artist renders it, with each choice of lights and, for
+comparison, with an ordinary Principled coat of IOR 1.56 and roughness 0.3 over the same skin. The figure is the RMSE of
+the whole picture against the material's own picture of many samples, times the square root of the processor time: what
+is left of the noise at equal time. Pixels are clipped at a display's white, and samples are not: a clipped sample takes
+light away, and less of it the more a footprint blurs. `us` is the processor time of a sample of
+a pixel, in microseconds, and `clean` the number of samples that leave an RMSE of 2 % of a display's white. The sharp
+coat has the roughness of the relief's own mirror image, 0.08. `denoised` is the RMSE after Cycles' denoiser, and `dE`
+the median CIEDE2000 of what it leaves, over the pixels that are lit.
+
+**Scattered**: the noise of the scattered light alone, beside that of a coat alone (lights_scattered.py).
+
+**Truth**: renders under worlds and a large lamp against integrals of the table (lights_truth.py).
+
+**Fakes**: what artists use instead, against the same integrals (lights_fakes.py).
+"""
+
+import argparse
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from precompute.cli.option_types import count
+from precompute.cli.parser import OneLineParser
+from precompute.table import atlas_file
+
+from . import lights_scenes as scenes
+from . import report
+from .hemisphere import directional_albedo
+from .lights_fakes import fakes
+from .lights_scattered import scattered
+from .lights_truth import truth
+from .lights_worlds import SAMPLES, SURFACES, WORLDS, Worlds
+
+PARTS = ("furnace", "noise", "scattered", "truth", "fakes")
+ANGLES_DEG = (0, 30, 60, 75, 80, 85)
+MATERIALS = ("coat", "sharp coat", "LAMPS", "REST", "ALL")
+# The RMSE that counts as clean, of a display's white.
+_CLEAN = 0.02
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Print the tables; the exit status."""
+    parser = OneLineParser(prog="./dev bench lights", description=__doc__.splitlines()[0])
+    parser.add_argument("--part", action="append", choices=PARTS)
+    parser.add_argument("--pixels", type=count(4, 8192), default=192)
+    parser.add_argument("--points", type=count(1, 100_000), default=200, help="of a subject, in truth and fakes")
+    parser.add_argument("--samples", type=count(2, 1 << 20), default=1024, help="of a pixel, in truth and fakes")
+    parser.add_argument("--subject", action="append", choices=scenes.SUBJECTS, help="in truth and fakes")
+    parser.add_argument("--world", action="append", choices=scenes.WORLDS, help="in scattered, truth and fakes")
+    parser.add_argument("--surface", action="append", choices=SURFACES, help="in scattered, truth and fakes")
+    report.add_json(parser)
+    arguments = parser.parse_args(argv)
+    facts = {}
+    with tempfile.TemporaryDirectory() as folder:
+        studio = Worlds.started(Path(folder), arguments.pixels)
+        for part in arguments.part or PARTS:
+            measure = {"furnace": furnace, "noise": noise, "scattered": scattered, "truth": truth, "fakes": fakes}[part]
+            facts[part] = measure(studio, arguments)
+    report.write(facts, arguments.json)
+    return 0
+
+
+def furnace(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
+    """A row for each surface, choice of lights and angle: the render over the directional albedo, in linear RGB."""
+    rows = []
+    report.say(f"{'surface':24}{'lights':>7}{'angle':>7}   render / albedo in R, G, B", arguments.json)
+    for name, bake in studio.bakes():
+        table = atlas_file.read(bake)[0]
+        albedo = {angle: directional_albedo(table, np.radians(angle)) for angle in ANGLES_DEG}
+        for lights in ("REST", "ALL"):
+            for angle in ANGLES_DEG:
+                found = studio.furnace(bake, lights, np.radians(angle))
+                rows.append(
+                    {
+                        "surface": name,
+                        "lights": lights,
+                        "angle_deg": angle,
+                        "albedo": albedo[angle].tolist(),
+                        "ratio": (found / albedo[angle]).tolist(),
+                    }
+                )
+                ratio = " ".join(f"{each:.4f}" for each in rows[-1]["ratio"])
+                report.say(f"{name:24}{lights:>7}{angle:7}   {ratio}", arguments.json)
+    return rows
+
+
+def noise(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
+    """A row for each world and material."""
+    rows = []
+    report.say(
+        f"{'world':14}{'material':>11}{'us':>7}{'RMSE':>9}{'to coat':>9}{'clean':>7}{'denoised':>10}{'dE':>6}",
+        arguments.json,
+    )
+    for world in WORLDS:
+        studio.build("snake")
+        studio.light_by(world)
+        coat = None
+        for material in MATERIALS:
+            studio.dress(material)
+            row = studio.noise()
+            figure = row["rmse"] * row["us"] ** 0.5
+            coat = figure if coat is None else coat
+            row |= {
+                "world": world,
+                "material": material,
+                "to_coat": figure / coat,
+                "clean": SAMPLES * (row["rmse"] / _CLEAN) ** 2,
+                "sources": studio.addon.sky.source_count(studio.scene),
+            }
+            rows.append(row)
+            report.say(
+                f"{world:14}{material:>11}{row['us']:7.2f}{row['rmse']:9.5f}{row['to_coat']:9.2f}{row['clean']:7.1f}"
+                f"{row['denoised']:10.5f}{row['denoised_de']:6.2f}",
+                arguments.json,
+            )
+    return rows

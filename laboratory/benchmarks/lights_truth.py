@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Renders under worlds and a large lamp, against integrals of the table at points of the subject.
+
+For each subject, world and surface a row tells the CIEDE2000 between render and integral: median and 95th percentile
+over the points, at the exposure that puts the 99th percentile of the integrals' Y at a display's white. `light` is the
+render's whole Y over that of the integrals. Both are given for all the light, and for the scattered light without the
+mirror image, whose bake has a zero order of zero. `noise` is what the render's own noise adds: half the median
+difference between two renders of half the samples each (`--samples`).
+"""
+
+import argparse
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from precompute.colour.working_space import rgb_from_xyz
+from precompute.table import atlas, atlas_file
+from precompute.table.sample_set import path_beside
+
+from . import lights_scenes as scenes
+from . import report
+from .hemisphere import Surface, without_mirror
+from .lights_worlds import SURFACES, Worlds
+from .osl import colour_differences
+
+# Pixels to a side of a subject's picture.
+PIXELS = {"snake": 56, "sphere": 28, "disc": 20}
+# Where All has no noise to speak of with these samples.
+_ALL_CONVERGES = ("studio", "overcast sky")
+_LUMINANCE = np.linalg.inv(rgb_from_xyz("Rec.709"))[1]
+_WORST = 5
+
+
+def truth(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
+    """A row for each subject, world, surface, choice of lights and part of the light."""
+    rows = []
+    report.say(
+        f"{'subject':8}{'world':14}{'surface':20}{'lights':7}{'part':11}{'dE50':>6}{'dE95':>6}{'light':>7}"
+        f"{'noise':>7}{'sources':>9}{'missed':>8}", arguments.json,
+    )  # fmt: skip
+    worlds = arguments.world or scenes.WORLDS
+    bakes = list(studio.bakes(arguments.surface or SURFACES))
+    for subject in arguments.subject or scenes.SUBJECTS:
+        scenes.build(studio, subject)
+        points = scenes.free_points(studio, PIXELS[subject], arguments.points)
+        lights = {world: scenes.light_by(studio, world) for world in worlds}
+        wanted = {name: integrals(Surface.of(atlas_file.read(bake)[0]), points, lights) for name, bake in bakes}
+        for world in worlds:
+            scenes.light_by(studio, world)
+            for name, bake in bakes:
+                scattered, mirrored = wanted[name][world]
+                for lights, part, picture in pictures(
+                    studio, bake, world=world, size=(PIXELS[subject], arguments.samples)
+                ):
+                    expected = scattered if part == "scattered" else scattered + mirrored
+                    row = {"subject": subject, "world": world, "surface": name, "lights": lights, "part": part}
+                    row |= compared(picture[:, *points.pixels], expected)
+                    row |= {
+                        "points": len(expected),
+                        "sources": studio.addon.sky.source_count(studio.scene),
+                        "missed": studio.addon.sky.missed_share(studio.scene),
+                    }
+                    rows.append(row)
+                    report.say(
+                        f"{subject:8}{world:14}{name:20}{lights:7}{part:11}{row['de_median']:6.2f}{row['de_p95']:6.2f}"
+                        f"{row['light']:7.3f}{row['noise']:7.2f}{row['sources']:9}{row['missed']:8.3f}",
+                        arguments.json,
+                    )
+    return rows
+
+
+def integrals(surface: Surface, points: scenes.Points, lights: dict[str, scenes.Light]) -> dict[str, np.ndarray]:
+    """Scattered and mirrored radiance (2, n, 3) at points, by the name of the light."""
+    found = np.zeros((len(lights), 2, len(points.positions), 3))
+    panoramas = np.concatenate([light.panorama for light in lights.values()], axis=2)
+    for index, (position, frame, wr) in enumerate(zip(points.positions, points.frames, points.views, strict=True)):
+        wi, mirrored = surface.mirrored(wr)
+        parts = (surface.directions @ frame, surface.scattered(wr)), (wi @ frame, mirrored)
+        for part, (directions, answers) in enumerate(parts):
+            seen = scenes.looked_up(panoramas, directions).reshape(len(directions), -1, 3)
+            found[:, part, index] = np.einsum("nlc,nc->lc", seen, answers)
+            for which, light in enumerate(lights.values()):
+                if light.square is not None:
+                    found[which, part, index] += light.of_lamp(directions, position, surface.mirror.sigma_b) @ answers
+        for which, light in enumerate(lights.values()):
+            if len(light.directions):
+                found[which, :, index] += surface.lit(light.directions @ frame.T, wr, light.irradiance)
+    return dict(zip(lights, found, strict=True))
+
+
+def compared(pictures: np.ndarray, expected: np.ndarray) -> dict:
+    """What a row tells of two renders (2, n, 3) of the points and their integrals (n, 3)."""
+    picture = pictures.mean(axis=0)
+    differences = colour_differences(picture, expected)
+    errors = np.abs(picture - expected) @ _LUMINANCE
+    noise = colour_differences(*pictures) if pictures.any() else np.zeros(1)
+    worst = np.argsort(errors)[::-1][:_WORST]
+    return {
+        "de_median": float(np.median(differences)),
+        "de_p95": float(np.percentile(differences, 95)),
+        "light": float((picture @ _LUMINANCE).sum() / (expected @ _LUMINANCE).sum()),
+        "noise": float(np.median(noise) / 2),
+        "counted": len(differences),
+        "worst": [{"point": int(i), "render": picture[i].tolist(), "integral": expected[i].tolist()} for i in worst],
+    }
+
+
+def pictures(studio: Worlds, bake: Path, *, world: str, size: tuple[int, int]) -> Iterator[tuple[str, str, np.ndarray]]:
+    """The choice of lights, the part of the light, and two renders (2, rows, columns, 3) of a bake. `size` tells the
+    pixels to a side, and the samples of both together."""
+    scattering = scattering_bake(studio, bake)
+    choices = [("REST", "whole", bake), ("REST", "scattered", scattering)]
+    if world in _ALL_CONVERGES:
+        choices.append(("ALL", "whole", bake))
+    for lights, part, path in choices:
+        material, skin = studio.material(path, lights)
+        skin.inputs["Base Color"].default_value = (0, 0, 0, 1)
+        studio.mesh.material_slots[0].material = material
+        studio.addon.fit_world.fit_world(studio.scene)
+        yield lights, part, two_halves(studio, *size)
+
+
+def scattering_bake(studio: Worlds, bake: Path) -> Path:
+    """The bake without its zero order."""
+    scattering = studio.folder / f"{bake.stem}-scattered.exr"
+    if not scattering.is_file():
+        image, layout = atlas.pack(without_mirror(atlas_file.read(bake)[0]))
+        atlas_file.write_together({scattering: (image, layout)}, {"precision": str(image.dtype)})
+        shutil.copyfile(path_beside(bake), path_beside(scattering))
+    return scattering
+
+
+def two_halves(studio: Worlds, pixels: int, samples: int) -> np.ndarray:
+    """Two pictures (2, pixels, pixels, 3), each of half the samples and with noise of its own."""
+    halves = []
+    for studio.scene.cycles.seed in (0, 1):
+        halves.append(studio.render("cycles", (samples + 1) // 2, pixels)[1])
+    return np.stack(halves)

@@ -1,0 +1,297 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Speed against error in the picture: renders by every method, held against a converged one of the same scene.
+
+    ./dev bench picture [--scene hero|macro|cd ...] [--engine cycles|eevee ...] [--width 128]
+        [--reference 2048] [--most 60] [--output docs] [--json FILE|-]
+
+The scenes are those of the benchmark of needs: a snake from afar, scales close by, a disc; lamps alone light their
+gratings. The reference is the mean of two renders by Cycles with different random numbers, in which the OSL shader
+evaluates Direct's exact formula with a bake of dE 0.25. Each method takes the same place in the same material. Error is
+CIEDE2000 over the lit pixels (mean and 95th percentile, at the exposure that puts the 99th percentile of Y at 1), and
+the mean of FLIP (Andersson and others, 2020) at that exposure. Seconds are the processor's of all samples of a picture,
+from the picture with the most samples less one of a few pixels, so that neither compiling nor the scene's preparation
+counts. A method ends with the picture that takes more than a quarter of `--most` of these seconds.
+
+The fakes have no scale of their own. Each is brought to the reference's light before it is compared.
+"""
+
+import argparse
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from precompute.bake.needs import EVERYTHING, Needs
+from precompute.bake.output import bake_to_folder
+from precompute.bake.request import BakeRequest
+from precompute.cli.option_types import count, number
+from precompute.cli.parser import OneLineParser
+from precompute.colour.working_space import rgb_from_xyz
+from precompute.methods import dft_images
+from precompute.optics.coherence import coherence_length
+from precompute.surface.readers.registry import read_height_map
+from precompute.surface.relief import prepare
+from precompute.surface.unit_cell import grating_period
+from precompute.table import atlas_file
+
+from . import report
+from .lights_fakes import lobes, rainbow_response
+from .needs import SCENES, Scene
+from .osl import colour_differences, direct_shader_response, start_blender, thesis_response
+from .picture_page import write_page
+
+SAMPLES = (1, 4, 16, 64, 256)
+ENGINES = ("cycles", "eevee")
+BUDGETS = (3.0, 1.0, 0.3)
+_EXACT = 0.25
+_BASE_PIXELS = 8
+_TO_XYZ = np.linalg.inv(rgb_from_xyz("Rec.709")).T
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to shade the grating: `wear` has the scene's material use it."""
+
+    name: str
+    wear: Callable[[], None]
+    osl: bool = False
+    engines: tuple[str, ...] = ENGINES
+    fake: bool = False
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Print the tables, and write the page if it was asked for; the exit status."""
+    parser = OneLineParser(prog="./dev bench picture", description=__doc__.splitlines()[0])
+    parser.add_argument("--scene", action="append", choices=list(SCENES))
+    parser.add_argument("--engine", action="append", choices=ENGINES)
+    parser.add_argument("--width", type=count(32, 4096), default=128)
+    parser.add_argument("--reference", type=count(2, 1 << 20), default=2048, help="samples of the reference")
+    parser.add_argument("--most", type=number(1, 3600), default=60.0, metavar="S", help="seconds of a picture")
+    parser.add_argument("--output", type=Path, metavar="DIR", help="write the page and its plot here")
+    report.add_json(parser)
+    arguments = parser.parse_args(argv)
+    tables = []
+    with tempfile.TemporaryDirectory() as folder:
+        addon = start_blender(Path(folder))
+        arguments.samples = 1
+        for name in arguments.scene or SCENES:
+            stage = Stage(Scene.built(addon, name, arguments, Path(folder)))
+            truth, own = stage.reference(arguments.reference)
+            report.say(f"\n{name}: the reference's own {as_text(own)}", arguments.json)
+            for engine in arguments.engine or ENGINES:
+                facts = {"scene": name, "engine": engine, "reference": own, "width": arguments.width, "rows": []}
+                for row in stage.rows(engine, truth, arguments):
+                    facts["rows"].append(row)
+                    report.say(f"{engine:7}{row['method']:32}{row['samples']:5} {as_text(row)}", arguments.json)
+                tables.append(facts)
+    report.write({"tables": tables}, arguments.json)
+    if arguments.output:
+        write_page(tables, arguments)
+    return 0
+
+
+class Stage:
+    """A scene whose one grating changes its method."""
+
+    def __init__(self, of: Scene):
+        """Measure what the scene needs, and take note of its material."""
+        import bpy
+
+        self.of, self.addon, self.folder = of, of.addon, of.pictures
+        self.surface = f"sample:{SCENES[of.name][0]}"
+        self.addon.grating_material.choose_lights(of.grating, "LAMPS")
+        # Before Blender 5.1 Cycles traces the material's shadow rays in OSL alone, so that the reference would have
+        # shadows that no method has.
+        of.grating.shadows = False
+        self.needs = self.addon.needs.measure_needs(of.scene, of.grating).needs
+        self.group = of.grating.group
+        materials = bpy.data.objects[SCENES[of.name][1]].data.materials
+        self.material = next(m for m in materials if self.addon.material.diffraction_nodes(m))
+        self.node = self.addon.material.diffraction_nodes(self.material)[0]
+        self.outlet = next(n for n in self.material.node_tree.nodes if n.type == "OUTPUT_MATERIAL").inputs[0]
+        self.whole = self.outlet.links[0].from_socket
+        self.bakes: dict[tuple, Path] = {}
+        # The smaller the error, the shorter the coherence that a table can hold: all take that of the smallest.
+        self.coherence_length_m: float | None = None
+        self.coherence_length_m = coherence_length(atlas_file.read(self.bake(_EXACT))[0].sigma_b)
+
+    def methods(self) -> list[Method]:
+        """Every method, the cheapest first."""
+        direct = [
+            Method(
+                f"Direct dE {budget:g}{', needs' * (needs is not EVERYTHING)}{', footprint' * footprint}",
+                partial(self.wear_bake, budget, needs, footprint),
+                engines=ENGINES if budget == 1 else ENGINES[:1],
+            )
+            for budget in BUDGETS
+            for needs in (EVERYTHING, self.needs)
+            for footprint in (False, True)
+        ]
+        thesis = [
+            Method(f"OSL {m.upper()}", partial(self.wear_thesis, m), True, ENGINES[:1]) for m in ("nmm", "pq", "flss")
+        ]
+        return [
+            Method("three lobes", self.wear_lobes, fake=True),
+            Method("GPU Gems", self.wear_rainbow, fake=True),
+            *direct,
+            Method("OSL Direct dE 1", partial(self.wear_shader, 1.0), True, ENGINES[:1]),
+            *thesis,
+        ]
+
+    def rows(self, engine: str, truth: np.ndarray, arguments: argparse.Namespace) -> Iterator[dict]:
+        """A row for each method and number of samples."""
+        for method in (each for each in self.methods() if engine in each.engines):
+            self.of.scene.cycles.shading_system = method.osl
+            self.node.inputs["Strength"].default_value = 1.0
+            method.wear()
+            if method.fake:
+                self.fit(truth)
+            yield from self.row_of(method, engine, truth, arguments)
+            self.put_off()
+
+    def row_of(self, method: Method, engine: str, truth: np.ndarray, arguments: argparse.Namespace) -> Iterator[dict]:
+        """A row for each number of samples of the method that the material has."""
+        if engine == "eevee":  # it compiles more for the first picture of a size
+            self.render(engine, 1)
+        base = min(self.render(engine, 1, _BASE_PIXELS)[0] for _ in range(2))
+        rows = []
+        for samples in SAMPLES:
+            seconds, picture = self.render(engine, samples)
+            rows.append({"method": method.name, "samples": samples, **errors(picture, truth)})
+            if seconds - base > arguments.most / 4:
+                break
+        for row in rows:
+            yield row | {"seconds": (seconds - base) * row["samples"] / samples}
+
+    def reference(self, samples: int) -> tuple[np.ndarray, dict]:
+        """The picture to compare with, and the errors of one of its halves against the other."""
+        cycles = self.of.scene.cycles
+        cycles.shading_system = True
+        self.wear_shader(_EXACT)
+        halves = []
+        for cycles.seed in (1, 2):
+            seconds, picture = self.render("cycles", samples // 2)
+            halves.append(picture)
+        cycles.seed = 0
+        return np.mean(halves, axis=0), {"seconds": 2 * seconds, "samples": samples, **errors(*halves)}
+
+    def render(self, engine: str, samples: int, width: int | None = None) -> tuple[float, np.ndarray]:
+        """Processor seconds and the linear picture (rows, columns, 3)."""
+        render, scene = self.of.scene.render, self.of.scene
+        render.engine = "CYCLES" if engine == "cycles" else self.addon.compat.eevee_engine()
+        scene.eevee.taa_render_samples, self.of.samples = samples, samples
+        full = render.resolution_percentage
+        render.resolution_percentage = max(100 * width // render.resolution_x, 1) if width else full
+        start = time.process_time()
+        picture = self.of.render("picture")
+        seconds = time.process_time() - start
+        render.resolution_percentage = full
+        return seconds, picture
+
+    def fit(self, truth: np.ndarray) -> None:
+        """Scale a fake to the reference's light."""
+        light = []
+        for strength in (0.0, 1.0):
+            self.gain(strength)
+            light.append(self.render("cycles", 64)[1].mean())
+        self.gain((truth.mean() - light[0]) / (light[1] - light[0]))
+
+    def gain(self, strength: float) -> None:
+        """Set a fake's strength: of the lobes where there are some, else of the group."""
+        tree = self.material.node_tree
+        value = next((n for n in tree.nodes if n.label == "Gain"), None)
+        (value.outputs[0] if value else self.node.inputs["Strength"]).default_value = strength
+
+    def bake(self, budget: float, needs: Needs = EVERYTHING) -> Path:
+        """The file of a bake of the scene's surface."""
+        key = budget, needs is EVERYTHING
+        if key not in self.bakes:
+            request = BakeRequest(delta_e=budget, needs=needs, coherence_length_m=self.coherence_length_m)
+            folder = self.folder / f"{self.of.name}_{budget:g}_{len(self.bakes)}"
+            facts = bake_to_folder([read_height_map(self.surface)], request, folder, progress=lambda *_: None)
+            self.bakes[key] = Path(facts["files"][0])
+        return self.bakes[key]
+
+    def wear_bake(self, budget: float, needs: Needs, footprint: bool) -> None:
+        """Direct as nodes."""
+        response = self.addon.direct.direct_response(self.bake(budget, needs))
+        self.addon.replace.replace_response(self.group, response)
+        self.count_footprint(footprint)
+
+    def count_footprint(self, counts: bool) -> None:
+        """Have the footprint of a pixel count, or not: the add-on keeps the material as the grating is set."""
+        self.of.grating.footprint = counts
+        self.addon.settings.follow_settings()
+
+    def wear_shader(self, budget: float) -> None:
+        """Direct as a shader in OSL, which evaluates the formula exactly."""
+        made = direct_shader_response(self.addon, self.bake(budget))
+        self.count_footprint(False)
+        self.addon.replace.replace_response(self.group, made)
+
+    def wear_thesis(self, name: str) -> None:
+        """A method of the thesis as a shader in OSL, with its 81 wavelengths; as many texels as leave out a
+        thousandth."""
+        relief = prepare(read_height_map(self.surface))
+        settings = dft_images.settings_for(step_m=5e-9, coherence_length_m=self.coherence_length_m)
+        settings = replace(settings, texels=dft_images.texels_for(relief, settings))
+        path = self.folder / f"{self.of.name}_{name}.exr"
+        made = thesis_response(self.addon, name, relief, settings, path=path)
+        self.count_footprint(False)
+        self.addon.replace.replace_response(self.group, made)
+
+    def wear_rainbow(self) -> None:
+        """GPU Gems' rainbow in place of the table's answer."""
+        self.count_footprint(False)
+        self.addon.replace.replace_response(self.group, rainbow_response(self.addon, self.period_m()))
+
+    def wear_lobes(self) -> None:
+        """Three glossy closures over the base, in place of the diffraction."""
+        self.wear_bake(BUDGETS[0], EVERYTHING, False)
+        self.node.inputs["Strength"].default_value = 0.0
+        tree = self.addon.builder.Tree(self.material.node_tree)
+        gain = tree.node("ShaderNodeValue")
+        gain.label = "Gain"
+        shader = lobes(tree, self.period_m(), tree.value(gain.outputs[0]))
+        tree.feed(self.outlet, tree.add_shader(tree.value(self.whole), shader))
+
+    def put_off(self) -> None:
+        """Leave the material as it was before a fake that adds to it."""
+        self.material.node_tree.links.new(self.whole, self.outlet)
+        for node in [n for n in self.material.node_tree.nodes if n.label == "Gain"]:
+            node.label = ""
+
+    def period_m(self) -> float:
+        """The period of the surface's grating."""
+        return grating_period(prepare(read_height_map(self.surface)), None)
+
+
+def errors(picture: np.ndarray, truth: np.ndarray) -> dict:
+    """CIEDE2000 and FLIP of a linear picture against another, at the other's exposure, and the ratio of their light."""
+    import flip_evaluator
+
+    differences = colour_differences(picture, truth)
+    level = np.percentile(truth @ _TO_XYZ[:, 1], 99)
+    shown = [np.clip(each / level, 0, 1).astype(np.float32) for each in (truth, picture)]
+    flip = flip_evaluator.evaluate(*shown, "LDR", inputsRGB=False, applyMagma=False)[1]
+    light = float(picture.mean() / truth.mean())
+    return {
+        "mean": float(differences.mean()), "p95": float(np.percentile(differences, 95)), "flip": float(flip),
+        "light": light,
+    }  # fmt: skip
+
+
+def as_text(row: dict) -> str:
+    """The figures of a row."""
+    return (
+        f"{row['seconds']:9.3f} s  dE00 {row['mean']:6.2f} mean {row['p95']:6.2f} p95  FLIP {row['flip']:.4f}  light "
+        f"{row['light']:.3f}"
+    )
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Speed against error: every method on the same surfaces, in one run, so that ratios mean something.
+
+A method is judged by the error metrics of precompute/measure against the reference of its own model of coherence. The
+zero order is left out, because a patch's window and an ensemble's kernel give it different tails. A method is timed on
+directions that all have a different w.
+"""
+
+import math
+import os
+import platform
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from precompute.base.failure import GratingError
+from precompute.base.progress import Progress, silent
+from precompute.surface.relief import prepare
+
+from .candidates import candidates, judge
+from .references import judges
+from .result import BenchmarkResult, Machine, Refusal, Row
+from .scan import map_result, scan_in_child, scan_result
+from .surfaces import FULL, Effort, middle, skin, surfaces
+
+
+def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
+    """Indices of the points (cost, error) that no other point beats in both, cheapest first."""
+    front, least = [], math.inf
+    for k in sorted(range(len(points)), key=lambda k: points[k]):
+        if points[k][1] < least:
+            front.append(k)
+            least = points[k][1]
+    return front
+
+
+def machine() -> Machine:
+    """The machine that this runs on."""
+    model = platform.processor() or platform.machine()
+    cpus = Path("/proc/cpuinfo")
+    if cpus.is_file():
+        named = [line.split(":", 1)[1].strip() for line in cpus.read_text().splitlines() if line.startswith("model n")]
+        model = named[0] if named else model
+    return Machine(
+        processor=model,
+        cores=os.cpu_count() or 1,
+        system=platform.system(),
+        python=platform.python_version(),
+        numpy=np.__version__,
+        load=f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown",
+    )
+
+
+def run(effort: Effort, shared: Path, progress: Progress = silent) -> BenchmarkResult:
+    """The whole benchmark. `shared` is the folder in which the real scans are looked for."""
+    started = time.perf_counter()
+    scan, xenopeltis = skin(shared, "elaphe"), skin(shared, "xenopeltis")
+    judged = middle(scan, effort.scan_m) if effort.scan_m else replace(scan, periodic=False)
+    on = machine()
+    of_scan, baked = scan_result(judged, effort, progress)
+    of_map = map_result(prepare(judged), baked, effort, progress=progress)
+    rows, refused, pairs = [], [], {}
+    for surface in surfaces(effort, scan, xenopeltis):
+        of_model = judges(surface, effort)
+        pairs = {model: sum(len(truth.pairs.u) for truth in one.truths) for model, one in of_model.items()}
+        wanted = candidates(effort)
+        for k, candidate in enumerate(wanted):
+            try:
+                rows.append(judge(candidate, surface, of_model[candidate.model], seconds_timed=effort.seconds_timed))
+            except GratingError as error:
+                refused.append(Refusal(surface.name, candidate.method, candidate.label, str(error)))
+            progress(surface.name, (k + 1) / len(wanted))
+    sizes = []
+    for k, pixels in enumerate(effort.sizes):
+        sizes.append(scan_in_child(pixels))
+        progress("sizes", (k + 1) / len(effort.sizes))
+    return BenchmarkResult(
+        machine=on,
+        quick=effort is not FULL,
+        surface=scan.source_name,
+        xenopeltis=xenopeltis.source_name,
+        scan=of_scan,
+        map=of_map,
+        rows=rows,
+        refused=refused,
+        front={name: front_of(rows, name) for name in dict.fromkeys(row.surface for row in rows)},
+        sizes=sizes,
+        pairs=pairs,
+        piece_um=effort.piece_m * 1e6,
+        coherence_um=effort.coherence_m * 1e6,
+        seconds=time.perf_counter() - started,
+    )
+
+
+def front_of(rows: Sequence[Row], surface: str) -> list[str]:
+    """Titles of the rows on a surface's Pareto front of seconds against the 99th percentile, cheapest first."""
+    here = [row for row in rows if row.surface == surface]
+    return [here[k].title for k in pareto([(r.seconds_per_million, r.p99) for r in here])]

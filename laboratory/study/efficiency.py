@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Efficiencies of the orders of three gratings: computed from the spectrum, and compared with their closed forms.
+
+The spectrum is taken without a window and with R = O = 1, each order m at its own w = cos(ti) + cos(tm). With
+phi = 2 pi w depth / lambda the closed forms are
+
+    sinusoidal   J_m(phi / 2)^2
+    binary       cos(phi / 2)^2 for m = 0, (2 sin(phi / 2) / (pi m))^2 for odd m, 0 for other even m
+    blazed       sinc(w depth / lambda + m)^2
+
+(Goodman, Introduction to Fourier Optics, 4.4). Each is |c_m|^2, where c_m is a coefficient of the Fourier series of
+exp(-i phi h / depth). The profiles are sampled at the middles of N equal parts of one period. A jump then falls between
+two samples, so that the discrete sum is the mid-point rule of the Fourier integral, whose error falls as 1 / N^2. The
+sinusoidal profile is smooth and periodic, so that its error is rounding alone.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from precompute.base.failure import GratingError
+from precompute.maths import chebyshev
+from precompute.spectra.spectrum import FrequencyGrid, scattered_spectrum
+from precompute.surface.relief import Relief
+
+PROFILES = ("sinusoidal", "binary", "blazed")
+SAMPLES_MIN, SAMPLES_MAX = 16, 1 << 22
+ORDERS_MAX = 1000
+
+
+@dataclass(frozen=True)
+class Order:
+    """An order's efficiency as computed and by the closed form, both as fractions of the reflected power."""
+
+    order: int
+    computed: float
+    analytic: float
+
+    @property
+    def error(self) -> float:
+        """Absolute difference of the two."""
+        return abs(self.computed - self.analytic)
+
+    def as_dict(self) -> dict[str, float]:
+        """Ready for JSON."""
+        return {"order": self.order, "computed": self.computed, "analytic": self.analytic, "error": self.error}
+
+
+def profile(kind: str, depth_m: float, samples: int) -> np.ndarray:
+    """Heights (samples,) of one period in metres: a sine, a ridge in the first half, or a ramp that rises along +T."""
+    x = (np.arange(samples) + 0.5) / samples
+    if kind == "sinusoidal":
+        return depth_m / 2 * np.sin(2 * np.pi * x)
+    if kind == "binary":
+        return np.where(x < 0.5, depth_m, 0.0)
+    return depth_m * x
+
+
+def analytic_efficiency(kind: str, order: int, turns: float) -> float:
+    """The closed form at turns = w * depth / lambda >= 0, in units of 2 pi of phase."""
+    if kind == "sinusoidal":
+        return float(chebyshev.bessel_j(np.pi * turns, abs(order) + 1)[abs(order)] ** 2)
+    if kind == "binary":
+        if order == 0:
+            return float(np.cos(np.pi * turns) ** 2)
+        return float((2 * np.sin(np.pi * turns) / (np.pi * order)) ** 2) if order % 2 else 0.0
+    return float(np.sinc(turns + order) ** 2)
+
+
+def efficiencies(
+    kind: str, *, period_m: float, depth_m: float, wavelength_m: float, theta_i: float = 0.0, orders: int = 3,
+    samples: int = 2048,
+) -> list[Order]:  # fmt: skip
+    """The propagating orders among -orders to orders, for light at theta_i radians from the normal, from the side of
+    -T.
+
+    `kind` is one of PROFILES; its period is sampled at `samples` places. Order m leaves towards +T at
+    sin(tm) = m lambda / period + sin(ti). Raises GratingError for a grating or light outside the allowed ranges."""
+    _check_grating(kind, period_m, depth_m)
+    _check_light(wavelength_m, theta_i)
+    _check_counts(orders, samples)
+    height = profile(kind, depth_m, samples)[None, :]
+    relief = Relief(
+        height - height.mean(), (np.ones(1), np.ones(samples)), (period_m, period_m / samples), periodic=True
+    )
+    wanted = np.arange(-orders, orders + 1)
+    grid = FrequencyGrid(np.zeros(1), wanted / period_m, height.shape)
+    found = []
+    for order in wanted.tolist():
+        sine = order * wavelength_m / period_m + np.sin(theta_i)
+        if abs(sine) >= 1:
+            continue
+        s = (np.cos(theta_i) + np.sqrt(1 - sine**2)) / wavelength_m
+        scattered, zero_order = scattered_spectrum(relief, s, grid)
+        computed = scattered[0, order + orders] if order else zero_order
+        found.append(Order(order, float(computed), analytic_efficiency(kind, order, s * depth_m)))
+    return found
+
+
+def _check_grating(kind: str, period_m: float, depth_m: float) -> None:
+    if kind not in PROFILES:
+        raise GratingError(f"{kind}: not a grating with a closed form; choose one of {', '.join(PROFILES)}")
+    if not 0 < period_m < 1:
+        raise GratingError(f"period of {period_m / 1e-6:g} um: give a length above 0")
+    if not 0 <= depth_m < 1e-3:
+        raise GratingError(f"depth of {depth_m * 1e9:g} nm: give 0 or more, up to a millimetre")
+
+
+def _check_light(wavelength_m: float, theta_i: float) -> None:
+    if not 0 < wavelength_m < 1:
+        raise GratingError(f"wavelength of {wavelength_m / 1e-9:g} nm: give a length above 0")
+    if not abs(theta_i) < np.pi / 2:
+        raise GratingError(f"--theta-i {np.degrees(theta_i):g}: below the surface; give an angle between -90 and 90")
+
+
+def _check_counts(orders: int, samples: int) -> None:
+    if not 0 <= orders <= ORDERS_MAX:
+        raise GratingError(f"--orders {orders}: not a number of orders; give 0 to {ORDERS_MAX}")
+    least = max(SAMPLES_MIN, 2 * orders + 2)
+    if not least <= samples <= SAMPLES_MAX or samples % 2:
+        raise GratingError(f"--samples {samples}: give an even number from {least} to {SAMPLES_MAX}")

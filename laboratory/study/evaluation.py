@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The period that a method's response implies (thesis Algorithm 6).
+
+The peak in u of each wavelength is found by a parabola through the logarithms of the highest sample and its neighbours,
+which is exact for a Gaussian order. The period is then lambda / |u_peak|.
+"""
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from precompute.base.failure import GratingError
+from precompute.methods.method import Settings
+from precompute.methods.registry import METHODS
+from precompute.optics.coherence import THESIS_COHERENCE_M
+from precompute.surface.height_map import HeightMap
+from precompute.surface.relief import Relief
+
+from .response import WINDOW, FirstOrder, Plane, first_order_angle, response
+
+
+def peak(position: np.ndarray, values: np.ndarray) -> float:
+    """The position between the samples where values (n,) >= 0 at ascending or descending positions (n,) are greatest.
+
+    It is the vertex of the parabola through the logarithms of the highest sample and its neighbours. At an end, or
+    beside a dark neighbour (where NMM cuts an order off), it is the sample itself. It is NaN if all values are 0."""
+    k = int(np.argmax(values))
+    if not values[k] > 0:
+        return float("nan")
+    near = slice(k - 1, k + 2)
+    if k == 0 or k == len(values) - 1 or np.any(values[near] <= 0):
+        return float(position[k])
+    x, y = position[near] - position[k], np.log(values[near] / values[k])
+    slopes = y[[0, 2]] / x[[0, 2]]
+    bend = (slopes[1] - slopes[0]) / (x[2] - x[0])
+    # Three equal samples are a plateau, whose middle is its peak.
+    return float(position[k] if bend == 0 else position[k] - (slopes[0] - bend * x[0]) / (2 * bend))
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """One method's response and its peaks. Angles are compared with those of a grating of period `expected_m`."""
+
+    name: str
+    plane: Plane
+    lambdas_m: np.ndarray
+    response: np.ndarray
+    peak_u: np.ndarray
+    expected_m: float
+    seconds: float
+
+    @property
+    def periods_m(self) -> np.ndarray:
+        """lambda / |u_peak| (wavelengths,)."""
+        return self.lambdas_m / np.abs(self.peak_u)
+
+    @property
+    def peak_angles(self) -> np.ndarray:
+        """theta_v of the peaks (wavelengths,), radians."""
+        return np.arcsin(-self.peak_u - np.sin(self.plane.theta_i))
+
+    @property
+    def expected_angles(self) -> np.ndarray:
+        """theta_v (wavelengths,) of the grating equation, radians."""
+        return first_order_angle(self.plane.theta_i, self.lambdas_m, self.expected_m)
+
+    def as_dict(self) -> dict[str, float]:
+        """Ready for JSON: mean and population variance of the periods in nm, rms error of the angles in degrees."""
+        off = np.degrees(self.peak_angles - self.expected_angles)
+        return {
+            "period_mean_nm": float(np.mean(self.periods_m) * 1e9),
+            "period_variance_nm": float(np.var(self.periods_m * 1e9)),
+            "peak_angle_rms_deg": float(np.sqrt(np.mean(off**2))),
+            "seconds": self.seconds,
+        }
+
+    def summary(self) -> str:
+        """A line of the table for people, without the method's name."""
+        one = self.as_dict()
+        return (
+            f"{one['period_mean_nm']:>10.3f} {one['period_variance_nm']:>9.4f} "
+            f"{one['peak_angle_rms_deg']:>10.5f} {self.seconds:>8.2f}"
+        )
+
+
+def evaluate_method(
+    name: str, relief: Relief, settings: Settings, *, first_order: FirstOrder, expected_m: float | None = None
+) -> Evaluation:
+    """Evaluate one of METHODS over a relief. Peaks are sought around the period of `first_order`.
+
+    Angles are compared with those of a grating of period expected_m. Where expected_m is None, it is the mean of the
+    periods found. Raises GratingError for a method without spectrum, or one that leaves a wavelength dark."""
+    started = time.perf_counter()
+    lambdas_m, around_m, plane = first_order.lambdas_m, first_order.period_m, first_order.plane
+    found = response(METHODS[name](relief, settings), plane, lambdas_m)
+    order = np.abs(plane.u) * around_m / lambdas_m[:, None]
+    inside = np.abs(order - 1) <= WINDOW
+    peak_u = np.array([peak(plane.u[at], row[at]) for at, row in zip(inside, found, strict=True)])
+    if np.any(np.isnan(peak_u)):
+        raise GratingError(f"{name}: dark around the first order of {around_m * 1e9:.0f} nm; give --period-nm")
+    return Evaluation(
+        name=name,
+        plane=plane,
+        lambdas_m=lambdas_m,
+        response=found,
+        peak_u=peak_u,
+        expected_m=expected_m or float(np.mean(lambdas_m / np.abs(peak_u))),
+        seconds=time.perf_counter() - started,
+    )
+
+
+def thesis_settings(**changes) -> Settings:
+    """Settings of an evaluation: 65 um of coherence under both models, the steps of the thesis."""
+    return Settings(**{"coherence_length_m": THESIS_COHERENCE_M, **changes})
+
+
+def turned(height_map: HeightMap, azimuth_deg: int) -> HeightMap:
+    """The height map turned so that light from azimuth_deg (a multiple of 90, from T towards B) comes from 180."""
+    quarters = (180 - azimuth_deg) // 90
+    size = height_map.pixel_size_m if quarters % 2 == 0 else height_map.pixel_size_m[::-1]
+    return replace(height_map, height_m=np.rot90(height_map.height_m, quarters), pixel_size_m=size)

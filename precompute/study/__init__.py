@@ -1,3 +1,0 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
-"""Studies of methods and surfaces: BRDF maps, the periods that a method's response implies, the bake's colours, the
-efficiencies of gratings, N slits, and speed against error."""

@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The benchmark: its references, its front, its page, and the verb on pieces so small that it takes seconds."""
+
+import json
+import math
+import os
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from laboratory.speed import page, run
+from laboratory.speed.candidates import _directions
+from laboratory.speed.references import away_from_zero_order, ensemble_truths, exact_series
+from laboratory.speed.run import pareto
+from laboratory.speed.scan import _child
+from laboratory.speed.surfaces import QUICK, SKINS, as_file, middle, skin, surfaces
+from laboratory.speed.synthetic_scan import synthetic_scan
+from laboratory.speed.tables import number, summary
+from laboratory.verbs import PACKAGES
+from laboratory.verbs import benchmark as verb
+from precompute.base.failure import GratingError
+from precompute.cli import parser
+from precompute.colour.observer import wavelengths
+from precompute.measure.pairs import Pairs
+from precompute.optics import coherence
+from precompute.reference.ensemble import reference_xyz
+from precompute.surface.relief import prepare
+from precompute.surface.samples.catalogue import make_sample
+from precompute.surface.samples.gratings import blazed
+
+ROOT = Path(__file__).resolve().parents[3]
+TINY = replace(
+    QUICK, piece_m=4e-6, coherence_m=3e-6, w_count=1, pairs=60, patch_pairs=20, delta_es=(3,), steps_nm=(20,),
+    map_pixels=16, map_pairs=20, reference_nm=20, naive_transforms=2, seconds_timed=0.001, sizes=(64,), scan_m=4e-6,
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def facts(tmp_path_factory, matplotlib):
+    """Those of the verb as JSON, with the result that they were made from."""
+    folder, every, measured, results = tmp_path_factory.mktemp("benchmark"), surfaces, run.run, []
+
+    def kept(*arguments):
+        results.append(measured(*arguments))
+        return results[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(verb, "QUICK", TINY)
+        patch.setattr(run, "run", kept)
+        patch.setattr(run, "surfaces", lambda *arguments: every(*arguments)[2:])
+        arguments = ["benchmark", "--quick", "--output", str(folder), "--json", str(folder / "facts.json")]
+        assert parser.main([*arguments, "--shared", str(folder), "--progress", "none"], PACKAGES) == 0
+    found = json.loads((folder / "facts.json").read_text())
+    return {**found, "folder": folder, "result": results[0]}
+
+
+def test_the_verb_tells_all(facts):
+    assert {"processor", "cores", "numpy", "python"} <= set(facts["machine"])
+    assert {row["surface"] for row in facts["rows"]} == {"xenopeltis"}
+    methods = {row["method"] for row in facts["rows"]}
+    assert {"bake", "reference", "chebyshev", "stam", "gem"} <= methods
+    for row in facts["rows"]:
+        assert row["seconds_per_million"] > 0
+        assert row["preparation_seconds"] >= 0
+        assert row["peak_bytes"] > 0
+        assert {"table_bytes", "mean", "p95", "p99", "max", "relative_rms", "peak_angle_deg"} <= set(row)
+    assert facts["scan"]["bake_to_24_transforms"] == pytest.approx(
+        facts["scan"]["bake_seconds"] / (24 * facts["scan"]["transform_seconds"])
+    )
+    assert facts["map"]["flss_to_bake"] > 1
+    assert [size["pixels"] for size in facts["sizes"]] == [64]
+    assert all(size["beyond_input_bytes"] > 0 for size in facts["sizes"])
+
+
+def test_the_verb_writes_its_page(facts):
+    text = (facts["folder"] / "speed_against_error.md").read_text()
+    assert "A quick run" in text
+    for picture in ("speed_against_error.png", "bake_time.png"):
+        assert f"images/{picture}" in text
+        assert (facts["folder"] / "images" / picture).stat().st_size > 1000
+    for row in facts["result"].rows:
+        assert row.title in text
+    assert all(len(line) < 400 for line in text.splitlines())
+    assert summary(facts["result"]).count("\n") > len(facts["rows"])
+
+
+def test_a_refused_method_is_named(facts):
+    """819 nm of relief are too deep for Taylor in single precision."""
+    refused = {(one["surface"], one["method"]) for one in facts["refused"]}
+    assert ("xenopeltis", "flss") in refused
+    assert "Refused:" in page.text(facts["result"])
+
+
+def test_the_real_skins_are_taken_where_they_are(shared_data, tmp_path):
+    for name in SKINS:
+        assert skin(shared_data, name).source_name == f"{name}_65um.png"
+        assert skin(tmp_path, name).source_name == f"sample:{name}"
+
+
+def test_the_front_holds_what_nothing_beats():
+    points = [(1, 9), (2, 5), (2, 4), (3, 4), (4, 1), (0.5, 20), (9, 1), (10, 0.5)]
+    assert pareto(points) == [5, 0, 2, 4, 7]
+    assert pareto([]) == []
+    assert pareto([(1, math.inf)]) == []
+
+
+def test_the_ensemble_s_reference_is_the_reference():
+    relief = prepare(middle(make_sample("elaphe"), 5e-6))
+    sigma_b = coherence.kernel_sigma(3e-6)
+    truths = ensemble_truths(exact_series(relief, sigma_b), sigma_b, 1, pairs=60, lambdas=wavelengths(20e-9))
+    exact, _ = reference_xyz(
+        relief, (truths[0].pairs.u, truths[0].pairs.v), w=truths[0].w, sigma_b=sigma_b, step_m=20e-9
+    )
+    np.testing.assert_allclose(truths[0].scattered_xyz, exact, atol=1e-8 * exact.max())
+
+
+def test_pairs_are_away_from_the_zero_order():
+    rng = np.random.default_rng(0)
+    wi, wr = (_directions(50).T for _ in range(2))
+    pairs = Pairs(wi, wr, rng.random(50) < 0.5)
+    kept = away_from_zero_order(pairs, 0.05)
+    assert 0 < len(kept.u) < 50
+    assert np.hypot(kept.u, kept.v).min() > 0.4
+
+
+def test_a_middle_piece_keeps_its_pixels():
+    whole = blazed()
+    piece = middle(whole, 10e-6)
+    assert piece.height_m.shape == (128, 128)
+    assert not piece.periodic
+    assert piece.pixel_size_m == whole.pixel_size_m
+    assert middle(piece, 1.0).height_m.shape == (128, 128)
+
+
+def test_a_written_piece_is_read_back(tmp_path):
+    piece = middle(make_sample("elaphe"), 4e-6)
+    file, *units = as_file(piece, tmp_path)
+    assert parser.main(["info", file, *units, "--json", str(tmp_path / "info.json")]) == 0
+    told = json.loads((tmp_path / "info.json").read_text())
+    assert told["height_range_m"] == pytest.approx(np.ptp(piece.height_m), rel=0.2)
+    assert told["pixel_size_m"] == pytest.approx(list(piece.pixel_size_m))
+
+
+def test_the_synthetic_scan_is_rough_and_level():
+    relief = synthetic_scan(128)
+    assert relief.height_m.shape == (128, 128)
+    assert abs(relief.height_m.mean()) < 1e-15
+    assert 20e-9 < relief.height_m.std() < 60e-9
+    np.testing.assert_array_equal(relief.height_m, synthetic_scan(128).height_m)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--shared", "nowhere"], "nowhere: there is no such folder"),
+        (["--output", "README.md"], "is a file; name a folder"),
+        (["--json", "nowhere/facts.json"], "its folder is not there"),
+    ],
+)
+def test_a_refusal_is_one_line(arguments, said, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "README.md").write_text("")
+    assert parser.main(["benchmark", "--quick", *arguments], PACKAGES) == 1
+    told = capsys.readouterr().err
+    assert said in told
+    assert told.count("\n") == 1
+
+
+def test_a_child_that_fails_says_why():
+    with pytest.raises(GratingError, match="child process failed"):
+        _child("precompute", ["bake", "nothing.png", "-o", "x"])
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="asks Linux for the process")
+def test_a_child_ends_with_the_program_that_started_it(tmp_path):
+    """A killed benchmark leaves no bake behind."""
+    (tmp_path / "sleeper.py").write_text(
+        "import os, sys, time\n"
+        "with open(sys.argv[1] + '.part', 'w') as file:\n    file.write(str(os.getpid()))\n"
+        "os.rename(sys.argv[1] + '.part', sys.argv[1])\ntime.sleep(120)\n"
+    )
+    told = tmp_path / "told"
+    code = f"from laboratory.speed.scan import _child; _child('sleeper', [{str(told)!r}])"
+    path = os.pathsep.join((str(ROOT), str(tmp_path)))
+    starter = subprocess.Popen([sys.executable, "-c", code], env=os.environ | {"PYTHONPATH": path})
+    deadline = time.monotonic() + 60
+    while not told.exists():
+        assert starter.poll() is None and time.monotonic() < deadline
+        time.sleep(0.05)
+    starter.kill()
+    starter.wait()
+    process = Path("/proc") / told.read_text() / "stat"
+    while process.exists() and process.read_text().rpartition(")")[2].split()[0] != "Z":
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+
+
+@pytest.mark.parametrize(
+    ("value", "written"),
+    [(0, "0"), (1234.5, "1,230"), (0.01234, "0.0123"), (2e-6, "2e-06"), (math.inf, "-"), (12, "12.0")],
+)
+def test_numbers_are_short(value, written):
+    assert number(value) == written

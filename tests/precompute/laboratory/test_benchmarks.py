@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The benchmarks' runner, and the pieces of the evaluation's page that can be checked without its minutes."""
+
+import argparse
+import json
+import os
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from laboratory.benchmarks import __main__ as runner
+from laboratory.benchmarks import (
+    bake,
+    evaluation,
+    evaluation_maps,
+    evaluation_page,
+    evaluation_rows,
+    evaluation_sheets,
+    evaluation_surfaces,
+    hard_cases,
+    report,
+    terms,
+)
+from laboratory.speed.surfaces import SKINS
+from laboratory.study.evaluation import evaluate_method, thesis_settings, turned
+from laboratory.study.response import FirstOrder
+from precompute.colour.observer import wavelengths
+from precompute.maps import brdf_map
+from precompute.methods.method import Settings
+from precompute.methods.registry import METHODS
+from precompute.surface.height_map import HeightMap
+
+DOCS = Path(__file__).resolve().parents[3] / "docs"
+
+
+def test_no_benchmark_starts_blender_before_its_user_folder_is_chosen():
+    """All of them are imported, whichever is run, and Blender reads BLENDER_USER_RESOURCES when bpy is imported."""
+    asked = "import sys; from laboratory.benchmarks.__main__ import found; found(); sys.exit('bpy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", asked], cwd=DOCS.parent).returncode == 0
+
+
+def test_every_benchmark_is_found(capsys):
+    assert {"terms", "evaluation", "hard_cases"} <= set(runner.found())
+    assert "evaluation_page" not in runner.found()
+    assert runner.main(["--help"]) == 0
+    assert "terms" in capsys.readouterr().out
+    assert runner.main(["nothing"]) == 2
+    assert "no such benchmark" in capsys.readouterr().err
+
+
+def test_maps_have_their_own_names():
+    maps = [one for group in evaluation_maps.groups().values() for one in group]
+    assert len({one.name for one in maps}) == len(maps)
+    surfaces = evaluation_surfaces.height_maps(Path("nowhere"))
+    cuts = {f"{name}, cut" for name in SKINS}
+    assert {one.surface for one in maps} <= set(surfaces) | cuts
+    assert {one.method for one in maps} <= set(evaluation.MAP_METHODS)
+    assert surfaces["elaphe"].source == "sample:elaphe"
+    assert surfaces["xenopeltis"].source == "sample:xenopeltis"
+
+
+def test_the_thesis_s_cut_is_raw():
+    height = np.random.default_rng(2).random((7, 9)) * 1e-7
+    relief = evaluation_surfaces.as_the_thesis_cuts(HeightMap(height, (50e-9, 50e-9), "test"))
+    assert not relief.periodic
+    assert (relief.apodisation == 1).all()
+    # Row 0 of the relief is the bottom of the scan; the corner comes to the middle, and the mean is zero.
+    assert relief.height_m[3, 4] == pytest.approx(height[-1, 0] - height.mean(), abs=1e-20)
+    assert relief.height_m.mean() == pytest.approx(0, abs=1e-20)
+
+
+def test_taylor_about_the_mean_converges_to_the_phasor():
+    height = np.random.default_rng(3).random((24, 24)) * 3e-7
+    relief = evaluation_surfaces.as_the_thesis_cuts(HeightMap(height, (50e-9, 50e-9), "test"))
+    u, v, w = np.linspace(-0.5, 0.5, 7), np.zeros(7), np.full(7, 1.9)
+    settings = Settings(coherence_length_m=1e-6, terms=30, dtype=np.float64)
+    taylor = evaluation_surfaces.flss_about_mean(relief, settings)
+    chebyshev = METHODS["chebyshev"](relief, replace(settings, terms=None, tolerance=1e-9))
+    found, expected = (method.density(u, v, w, wavelength_m=500e-9) for method in (taylor, chebyshev))
+    # z = 2 pi 1.9 / 500 nm * 150 nm = 3.6, and 3.6^30 / 30! = 2e-16: what is left is Chebyshev's tolerance.
+    assert found == pytest.approx(expected, rel=1e-6)
+
+
+def test_agreement_is_that_of_ranks():
+    ours = np.random.default_rng(4).integers(0, 256, (64, 64, 3)).astype(np.uint8)
+    darker = (ours.astype(float) ** 2 / 600).astype(float)
+    assert evaluation_sheets.agreement(ours, darker) == pytest.approx([1, 1, 1])
+    assert evaluation_sheets.agreement(ours, 255.0 - ours) == pytest.approx([-1, -1, -1])
+    # Of some 1450 independent pixels the correlation is 0 +- 0.026; five times that.
+    assert np.abs(evaluation_sheets.agreement(ours, ours[::-1, ::-1])).max() < 0.13
+    right = ours.copy()
+    right[:, 32:] = 0
+    assert evaluation_sheets.agreement(right, ours) == pytest.approx([1, 1, 1])
+    assert evaluation_sheets.ranks(np.array([5, 1, 5, 9])).tolist() == [2.5, 1, 2.5, 4]
+
+
+def test_the_thesis_s_cut_gives_its_period_of_elaphe(shared_data):
+    """Nine wavelengths of the thesis's 81. It gives 1144.262 nm with a variance of 0.401: half a nanometre is less
+    than its standard deviation, and the next stripe is 30 nm away."""
+    surface = evaluation_surfaces.height_maps(shared_data)["elaphe"]
+    relief = evaluation_surfaces.as_the_thesis_cuts(turned(surface, 0))
+    period_m = evaluation_rows.THESIS_PERIODS_M["elaphe"]
+    first_order = FirstOrder(evaluation_rows.THETA_I, period_m, wavelengths(50e-9), np.radians(0.04))
+    found = evaluate_method("chebyshev", relief, thesis_settings(), first_order=first_order)
+    assert found.as_dict()["period_mean_nm"] == pytest.approx(1144.262, abs=0.5)
+
+
+def test_the_map_of_xenopeltis_is_the_thesis_s(shared_data):
+    """At 64 pixels and ten wavelengths. Turned by half a turn, the map keeps its orders and loses its speckle and the
+    difference of its two fans: were the two not those of the thesis, both agreements would be alike."""
+    surface = evaluation_surfaces.height_maps(shared_data)["xenopeltis"]
+    relief = evaluation_surfaces.as_the_thesis_cuts(surface)
+    method = METHODS["chebyshev"](relief, Settings(step_m=40e-9))
+    ours = brdf_map.picture(brdf_map.from_method(method, 64, 0))
+    path = shared_data / "thesis_figures" / "brdfmap__flss_gratings__xeno.png"
+    theirs = np.asarray(evaluation_sheets.disc(path, 64))
+    upright = evaluation_sheets.agreement(ours, theirs)
+    turned_round = evaluation_sheets.agreement(ours[::-1, ::-1], theirs)
+    assert min(np.subtract(upright, turned_round)) > 0.1
+
+
+def test_a_picture_s_steps_are_small():
+    picture = np.arange(256, dtype=np.uint8).reshape(16, 16)
+    assert np.abs(evaluation.coarser(picture).astype(int) - picture).max() <= 3
+    assert evaluation.coarser(np.full((1, 1), 255, np.uint8))[0, 0] == 255
+
+
+def test_a_table_is_markdown():
+    assert evaluation_page.table([["a", "b"], ["1", "2"]]) == "| a | b |\n| --- | --- |\n| 1 | 2 |"
+
+
+def test_a_page_is_filled_with_figures(monkeypatch, tmp_path):
+    (tmp_path / "docs").mkdir()
+    page = "Of <!-- n -->1<!-- /n -->:\n\n<!-- a table -->\n| a |\n<!-- /a table -->\n\nEnd.\n"
+    (tmp_path / "docs" / "page.md").write_text(page)
+    monkeypatch.setattr(report, "ROOT", tmp_path)
+    found = report.filled("page.md", {"n": "2", "a table": "| b |\n| c |\n"})
+    assert found == "Of <!-- n -->2<!-- /n -->:\n\n<!-- a table -->\n| b |\n| c |\n<!-- /a table -->\n\nEnd.\n"
+    for figures in ({}, {"n": "2"}, {"n": "2", "a table": "", "more": ""}):
+        with pytest.raises(ValueError, match="page.md: its places are"):
+            report.filled("page.md", figures)
+
+
+def test_the_pages_have_a_place_for_every_figure():
+    tables = {"blaze": [], "elaphe": [], "xenopeltis": []}
+    facts = evaluation_page.Facts(True, tables, {}, 0.4, {"elaphe": [1.0], "xenopeltis": [1.0]}, terms.table()[:1], [])
+    page = evaluation_page.text(facts, evaluation_maps.groups())
+    assert "has a variance of\n<!-- grid -->0.400<!-- /grid --> square" in page
+    none = hard_cases.Outcome(refusal="no")
+    page = hard_cases.page([none] * len(hard_cases.CASES), [(hard_cases.CASES[0], "finite")])
+    assert "\n| flat | zeros | refused: no |\n" in page and "| finite |\n<!-- /scenes -->\n" in page
+
+
+@pytest.mark.parametrize("page", sorted(path.name for path in DOCS.glob("*.md")))
+def test_what_the_pages_name_is_there(page):
+    text = (DOCS / page).read_text()
+    for picture in re.findall(r"\]\((images/[^)]+)\)", text):
+        assert (DOCS / picture).is_file(), picture
+    for module in re.findall(r"(?:precompute|laboratory|tests)/[\w/]+\.py", text):
+        # developing.md spells a file that its reader will write NAME.py.
+        assert "NAME" in module or (DOCS.parent / module).is_file(), module
+
+
+def test_the_committed_pictures_are_small():
+    pictures = list((DOCS / "images" / "evaluation").glob("*.png"))
+    assert pictures
+    assert sum(picture.stat().st_size for picture in pictures) < 3e6
+
+
+def test_figures_go_to_programs_and_people(tmp_path, capsys):
+    for target in ("-", str(tmp_path / "figures.json")):
+        parser = argparse.ArgumentParser()
+        report.add_json(parser)
+        target = parser.parse_args(["--json", target]).json
+        report.say("for people", target)
+        report.write({"n": 1}, target)
+        captured = capsys.readouterr()
+        if target == "-":
+            assert json.loads(captured.out) == {"n": 1}
+            assert captured.err == "for people\n"
+        else:
+            assert json.loads(Path(target).read_text()) == {"n": 1}
+            assert captured.out.startswith("for people\n")
+
+
+def test_a_bake_is_held_against_its_transforms(monkeypatch, capsys):
+    seconds = iter([2.0, 4.0, 6.0])
+    named = []
+
+    def bake_in_child(scan, folder):
+        named.append(scan)
+        return {"seconds": next(seconds), "check_seconds": 1.0}
+
+    monkeypatch.setattr(bake, "bake_in_child", bake_in_child)
+    monkeypatch.setattr(bake, "transform_seconds", lambda shape: 0.25)
+    runner.main(["bake", "sample:flat", "--runs", "1", "--json", "-"])
+    facts = json.loads(capsys.readouterr().out)
+    assert named == 3 * [["sample:flat"]]
+    assert facts["surface"] == "sample:flat"
+    assert (facts["alone"]["median_to_transforms"], facts["beside"]["best_to_transforms"]) == (2 / 6, 4 / 6)
+    assert facts["beside_to_alone"] == 2.5
+
+
+def test_a_bake_has_one_thread_whatever_is_asked():
+    look = "import os, runpy; runpy.run_module('precompute'); print(os.environ['OPENBLAS_NUM_THREADS'])"
+    for asked in ({}, {"OPENBLAS_NUM_THREADS": "3"}):
+        environment = {key: value for key, value in os.environ.items() if key != "OPENBLAS_NUM_THREADS"} | asked
+        done = subprocess.run(
+            [sys.executable, "-c", look], env=environment, cwd=DOCS.parent, capture_output=True, text=True, check=True
+        )
+        assert done.stdout.strip() == "1"
+
+
+def test_a_bake_of_two_threads_has_the_bytes_of_one(tmp_path):
+    """The scan is one whose self-check tells threads apart: its sums are long."""
+    for threads in ("1", "2"):
+        line = ["bake", "sample:elaphe", "--delta-e", "6", "--no-cache", "--progress", "none"]
+        command = [sys.executable, "-m", "precompute", *line, "-o", str(tmp_path / threads)]
+        environment = os.environ | {"OPENBLAS_NUM_THREADS": threads}
+        subprocess.run(command, env=environment, cwd=DOCS.parent, capture_output=True, check=True)
+    one, two = ({path.name: path.read_bytes() for path in (tmp_path / threads).iterdir()} for threads in ("1", "2"))
+    assert one.keys() == {"elaphe.exr", "elaphe.lobes.exr"} and one == two

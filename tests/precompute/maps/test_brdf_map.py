@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+import numpy as np
+import pytest
+
+from precompute.bake.ensemble import bake
+from precompute.bake.request import BakeRequest
+from precompute.colour.difference import delta_e_2000, lab
+from precompute.colour.observer import white_xyz
+from precompute.colour.working_space import rgb_from_xyz, srgb_encode
+from precompute.maps.brdf_map import from_bake, from_reference, linear_rgb, picture, view_hemisphere
+from precompute.optics.fresnel import fresnel_reflectance
+from precompute.reference.ensemble import reference_xyz
+from precompute.surface.height_map import HeightMap
+from precompute.surface.relief import prepare
+from precompute.surface.samples.gratings import blazed
+from precompute.table.radiance import Skin, lamp_radiance
+from precompute.table.table import Table
+
+SIGMA_B, COHERENCE_M, STEP_M = 0.061897, 4e-6, 20e-9
+THETA = np.radians(35)
+
+
+def skin(size=48, pixel=85e-9):
+    """A grating of 1.02 um along T with asymmetric facets, a little irregular along B too."""
+    x, y = np.meshgrid(*[np.arange(size) / size] * 2)
+    phase = 2 * np.pi * 4 * x + 0.5 * np.cos(2 * np.pi * (x + 2 * y))
+    heights = 70e-9 * np.sin(phase) + 25e-9 * np.sin(2 * phase) + 20e-9 * np.sin(2 * np.pi * 3 * y + 1)
+    return prepare(HeightMap(heights, (pixel, pixel), "test", periodic=True))
+
+
+def facets(along_b):
+    """A blazed grating of 1.5 um whose order -1 takes most of the light."""
+    surface = blazed(1.5e-6, 275e-9, periods=3, rows=8)
+    heights = surface.height_m.T[::-1] if along_b else surface.height_m
+    return prepare(HeightMap(heights, surface.pixel_size_m, "test", periodic=True))
+
+
+def mirror():
+    return prepare(HeightMap(np.zeros((8, 8)), (85e-9, 85e-9), "test", periodic=True))
+
+
+def luminance(xyz):
+    return np.nan_to_num(xyz[..., 1])
+
+
+def place(image, size):
+    """(x, y) of the brightest pixel."""
+    row, col = np.unravel_index(np.argmax(image), image.shape)
+    return ((col, row) + np.array(0.5)) * 2 / size - 1
+
+
+@pytest.mark.parametrize("size", [9, 64])
+def test_a_pixel_is_a_direction(size):
+    """(x, y) = (sin t cos p, sin t sin p), row along +y; outside the unit disc there is none."""
+    wi, wr, inside = view_hemisphere(size, THETA)
+    np.testing.assert_allclose(np.linalg.norm(wr[inside], axis=-1), 1, atol=1e-12)
+    axis = (2 * np.arange(size) + 1) / size - 1
+    np.testing.assert_allclose(wr[..., 0], np.tile(axis, (size, 1)), atol=1e-15)
+    np.testing.assert_allclose(wr[..., 1], np.tile(axis[:, None], (1, size)), atol=1e-15)
+    np.testing.assert_array_equal(inside, np.hypot(wr[..., 0], wr[..., 1]) < 1)
+    np.testing.assert_allclose(wi, [-np.sin(THETA), 0, np.cos(THETA)], atol=1e-15)
+
+
+def test_the_mirror_image_of_the_light_lies_towards_x():
+    size = 60
+    xyz = from_reference(mirror(), SIGMA_B, size, theta_i=THETA, step_m=100e-9)
+    # To half a pixel; the kernel's peak is symmetric but for Fresnel, which moves it by sigma^2 R'/R, here 0.003.
+    assert place(luminance(xyz), size) == pytest.approx((np.sin(THETA), 0), abs=1.5 / size)
+
+
+@pytest.mark.parametrize("theta_i", [0.0, THETA])
+def test_the_exact_map_is_the_reference(theta_i):
+    """At 20 pixels, each with its own w. The series leaves 1e-9 of its largest value, the kernel cut at 5.5 sigma
+    instead of 7 at most exp(-5.5^2 / 2) = 2.7e-7 of an order's peak for each of the few that stand there: 1e-6 of the
+    peak. In Stam's form: of the other, test_excess_albedo.py tells."""
+    size = 40
+    relief = skin()
+    xyz = from_reference(relief, SIGMA_B, size, theta_i=theta_i, step_m=STEP_M, conserving=False)
+    wi, wr, inside = view_hemisphere(size, theta_i)
+    pixels = np.random.default_rng(0).permutation(np.argwhere(inside))[:20]
+    for row, col in pixels:
+        view = wr[row, col]
+        u, v, w = wi + view
+        scattered, zero = reference_xyz(relief, (np.array([u]), np.array([v])), w=w, sigma_b=SIGMA_B, step_m=STEP_M)
+        kernel = np.exp(-(u**2 + v**2) / (2 * SIGMA_B**2)) / (2 * np.pi * SIGMA_B**2)
+        obliquity = (1 + wi @ view) ** 2 / (wi[2] * view[2] * w**2)
+        reflectance = fresnel_reflectance(np.linalg.norm(wi + view) / 2)
+        expected = reflectance * wi[2] * (obliquity * scattered[0] + zero * kernel)
+        np.testing.assert_allclose(xyz[row, col], expected, rtol=0, atol=1e-6 * np.nanmax(xyz))
+
+
+def test_a_mirror_is_white_everywhere():
+    """R times the kernel, of one colour: a rounding."""
+    xyz = from_reference(mirror(), 0.3, 24, theta_i=THETA, step_m=50e-9)
+    seen = xyz[np.isfinite(xyz[..., 1])]
+    np.testing.assert_allclose(seen / seen[:, 1:2], np.tile(white_xyz(), (len(seen), 1)), rtol=1e-11)
+
+
+def test_the_map_of_a_bake_has_the_colours_of_the_reference():
+    """Exposed to the orders, as a picture is. The bake's budget is a 99th percentile of 1 over the metric's pairs;
+    these are others, so twice that, and half of it on the mean."""
+    relief, size = skin(), 48
+    table = bake(relief, BakeRequest(coherence_length_m=COHERENCE_M))
+    assert table.sigma_b == pytest.approx(SIGMA_B, rel=1e-4)
+    for theta_i in (0.0, THETA):
+        exact = from_reference(relief, table.sigma_b, size, theta_i=theta_i, step_m=5e-9)
+        baked = from_bake(table, size, theta_i)
+        np.testing.assert_array_equal(np.isnan(exact), np.isnan(baked))
+        seen = np.isfinite(exact[..., 1])
+        level = np.percentile(exact[seen][:, 1], 90)
+        shown = seen & (luminance(exact) < level)
+        difference = delta_e_2000(*(lab(xyz[shown] / level, white_xyz()) for xyz in (exact, baked)))
+        assert np.percentile(difference, 99) < 2
+        assert difference.mean() < 0.5
+
+
+def test_the_map_of_a_table_known_in_closed_form():
+    """B_0 = 3 and Z = 2 everywhere: R (3 (1 + wi.wr)^2 / cos(tr) + 2 cos(ti) kernel)."""
+    table = Table(np.full((1, 16, 16, 3), 3.0), np.full((5, 3), 2.0), 0.4, 4 / 12, "D65")
+    size = 15
+    xyz = from_bake(table, size, THETA)
+    wi, wr, inside = view_hemisphere(size, THETA)
+    for row, col in np.argwhere(inside)[::7]:
+        view = wr[row, col]
+        half = wi + view
+        kernel = np.exp(-(half[0] ** 2 + half[1] ** 2) / (2 * 0.4**2)) / (2 * np.pi * 0.4**2)
+        reflectance = fresnel_reflectance(np.linalg.norm(half) / 2)
+        expected = reflectance * (3 * (1 + wi @ view) ** 2 / view[2] + 2 * wi[2] * kernel)
+        np.testing.assert_allclose(xyz[row, col], expected, rtol=1e-12)
+    assert np.isnan(xyz[~inside]).all()
+
+
+@pytest.mark.parametrize("method", ["bake", "reference"])
+@pytest.mark.parametrize("along_b", [False, True])
+def test_facets_send_light_down_their_slope(method, along_b):
+    """A surface that rises along T sends its order to -x of the mirror image, one that rises along B to -y: -lam /
+    period from there, green at -0.37. Orders beside it share the colours, so to 0.06."""
+    relief, size = facets(along_b), 64
+    table = bake(relief, BakeRequest(delta_e=5, coherence_length_m=COHERENCE_M))
+    for theta_i in (0.0, np.radians(20)):
+        if method == "bake":
+            image = luminance(from_bake(table, size, theta_i))
+        else:
+            image = luminance(from_reference(relief, table.sigma_b, size, theta_i=theta_i, step_m=20e-9))
+        x, y = place(image, size)
+        order = np.array([0, -0.37] if along_b else [-0.37, 0])
+        assert (x, y) == pytest.approx((np.sin(theta_i), 0) + order, abs=0.06)
+
+
+def test_row_zero_of_the_picture_is_plus_y():
+    """Facets that rise along B shine at -y: in the lower half of the picture."""
+    size = 48
+    shown = picture(
+        from_bake(bake(facets(along_b=True), BakeRequest(delta_e=5, coherence_length_m=COHERENCE_M)), size, 0.0)
+    )
+    _, _, inside = view_hemisphere(size, 0.0)
+    brightness = shown.sum(axis=-1) * inside
+    assert brightness[size // 2 :].sum() > 2 * brightness[: size // 2].sum()
+
+
+def test_a_picture_is_exposed_encoded_and_white_around():
+    """The 99.5th percentile of Y becomes 1; a grey of half of that is sRGB's 188."""
+    size = 64
+    _, _, inside = view_hemisphere(size, 0.0)
+    grey = np.full((size, size, 3), np.nan)
+    grey[inside] = 0.5 * white_xyz()
+    grey[size // 2 - 3 : size // 2 + 3, size // 2 - 3 : size // 2 + 3] = white_xyz()
+    shown = picture(grey)
+    assert shown.dtype == np.uint8 and shown.shape == (size, size, 3)
+    assert (shown[~inside[::-1]] == 255).all()
+    assert (shown[size // 2, 2] == round(255 * float(srgb_encode(0.5)))).all()
+    assert (shown[size // 2, size // 2] == 255).all()
+    # The same at any brightness.
+    np.testing.assert_array_equal(picture(grey * 1e-7), shown)
+
+
+def test_the_upper_half_of_a_picture_is_plus_y():
+    xyz = np.zeros((8, 8, 3))
+    xyz[6:] = white_xyz()
+    np.testing.assert_array_equal(picture(xyz)[:2], 255)
+    np.testing.assert_array_equal(picture(xyz)[2:], 0)
+
+
+def test_a_picture_of_nothing_is_black():
+    assert not picture(np.zeros((8, 8, 3))).any()
+
+
+def test_a_picture_of_one_bright_pixel_shows_it():
+    """The percentile is 0 there."""
+    xyz = np.zeros((32, 32, 3))
+    xyz[4, 5] = 1e-9 * white_xyz()
+    assert (picture(xyz)[32 - 1 - 4, 5] == 255).all()
+
+
+def test_linear_rgb_is_rec_709():
+    xyz = np.random.default_rng(0).uniform(0, 1, (3, 4, 3))
+    np.testing.assert_allclose(linear_rgb(xyz)[1, 2], rgb_from_xyz("Rec.709") @ xyz[1, 2], rtol=1e-12)
+    np.testing.assert_allclose(linear_rgb(np.tile(white_xyz("E"), (2, 2, 1)), "E"), 1, rtol=1e-12)
+
+
+@pytest.mark.parametrize("conserving", [True, False])
+def test_a_map_of_a_bake_is_the_formula_of_the_materials(conserving):
+    relief = prepare(blazed(periods=2, rows=64))
+    table = bake(relief, BakeRequest(delta_e=3, coherence_length_m=COHERENCE_M))
+    wi, wr, inside = view_hemisphere(48, THETA)
+    views = wr[inside]
+    expected = lamp_radiance(
+        table, np.broadcast_to(wi, views.shape), views, irradiance=np.ones((1, 3)),
+        skin=Skin(energy_conserving=float(conserving)),
+    )  # fmt: skip
+    found = np.maximum(linear_rgb(from_bake(table, 48, THETA, conserving=conserving)[inside]), 0)
+    # The albedo bound is in single precision.
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7 * expected.max())
+
+
+def test_progress_is_told_for_each_wavelength():
+    told = []
+    from_reference(mirror(), 0.3, 8, theta_i=0.0, step_m=100e-9, progress=lambda *each: told.append(each))
+    assert told == [("reference", (k + 1) / 5) for k in range(5)]
