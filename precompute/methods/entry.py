@@ -7,10 +7,10 @@ Every list of methods (the command line's, the maps', the evaluation's, the benc
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal, Protocol
+from typing import Protocol
 
 from ..surface.relief import Relief
-from .method import Method, Settings
+from .method import Coherence, Method, Settings
 
 # build(relief, settings): raises GratingError for a relief that the method cannot take.
 Build = Callable[[Relief, Settings], Method]
@@ -74,7 +74,7 @@ class MethodEntry:
     """
 
     name: str
-    coherence: Literal["patch", "ensemble"]
+    coherence: Coherence
     build: Build
     style: PlotStyle
     is_reference: bool = False

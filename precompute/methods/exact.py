@@ -5,7 +5,6 @@ Each computes its densities in two ways. `density` sums directly, which takes a 
 wavelength. `densities_in_plane` interpolates in s between exact spectra, which makes a plane of views affordable.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,8 +19,8 @@ from ..spectra.resample import Resampler
 from ..spectra.series import spectrum_series
 from ..spectra.spectrum import phasor, scattered_spectrum
 from ..surface.relief import Relief
-from .entry import Extent, MethodEntry, PlotStyle, Trial
-from .method import Method, Settings
+from .entry import Build, Extent, MethodEntry, PlotStyle, Trial
+from .method import Coherence, Method, Settings
 
 # Tolerance of the interpolation in s. A test compares the result with the direct sums.
 _EXACT = 1e-10
@@ -35,9 +34,9 @@ class Ensemble(Method):
     sigma_b: float
     settings: Settings
     name: str = "reference"
-    coherence: str = "ensemble"
+    coherence: Coherence = "ensemble"
 
-    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
+    def density(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float, *, wavelength_m: float) -> np.ndarray:
         """See Method."""
         u, v, w = np.broadcast_arrays(u, v, w)
         grid = reference_grid(self.relief, self.sigma_b)
@@ -83,9 +82,11 @@ class Patch(Method):
     window: PatchWindow
     settings: Settings
     name: str = "reference-patch"
-    coherence: str = "patch"
+    coherence: Coherence = "patch"
 
-    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
+    def density(
+        self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float, *, wavelength_m: np.ndarray | float
+    ) -> np.ndarray:
         """See Method; wavelength_m may be (n,)."""
         return PatchReference(self.window).density(u, v, w, wavelength_m=wavelength_m)
 
@@ -126,15 +127,13 @@ def _trials(extent: Extent) -> list[Trial]:
     return [Trial(f"{nm:g} nm", {"step_m": nm * 1e-9}) for nm in extent.steps_nm if nm >= 5]
 
 
-def _entry(name: str, coherence_model: str, build: Callable, **facts) -> MethodEntry:
+def _entry(name: str, coherence_model: Coherence, build: Build) -> MethodEntry:
     style = PlotStyle("k", "*")
-    return MethodEntry(
-        name, coherence_model, build, style, is_reference=True, in_default_evaluation=True, **facts
-    )  # fmt: skip
+    return MethodEntry(name, coherence_model, build, style, is_reference=True, in_default_evaluation=True)
 
 
 ENTRIES = (
-    _entry("reference", "ensemble", build_ensemble, trials=_trials),
+    replace(_entry("reference", "ensemble", build_ensemble), trials=_trials),
     # It sums over every pixel for every direction, so that a picture would take hours.
-    _entry("reference-patch", "patch", build_patch, in_maps=False),
+    replace(_entry("reference-patch", "patch", build_patch), in_maps=False),
 )
