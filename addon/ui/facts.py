@@ -9,6 +9,7 @@ at least a second, and after so long that all this takes a fiftieth of the time.
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import bpy
 
@@ -18,14 +19,8 @@ from ..lamps.find import brightest, instanced_lamps, unfollowed_features
 from ..lamps.follow import followed_lamps, is_on
 from ..lamps.sky import missed_share, source_count
 from ..materials.data_pictures import wrong_colours
-from ..materials.skin import (
-    answers_to_world,
-    crowded,
-    follows_world,
-    is_diffraction,
-    linked_with_fewer_lamps,
-    variation_of,
-)
+from ..materials.noted import is_diffraction, variation_of
+from ..materials.skin import answers_to_world, crowded, follows_world, linked_with_fewer_lamps
 from ..operators.mend import MendMaterials
 from ..scene.bakes import is_asked_otherwise
 from ..scene.changes import STILL, change_count, seconds_until_still
@@ -123,7 +118,7 @@ class _Found:
 
 
 # By what names the scene and its active grating.
-_found: dict[tuple, _Found] = {}
+_found: dict[tuple[Any, ...], _Found] = {}
 
 
 def facts_of(context: bpy.types.Context) -> Facts:
@@ -162,7 +157,7 @@ def _find_again() -> float | None:
     return None
 
 
-def _key(scene: bpy.types.Scene) -> tuple:
+def _key(scene: bpy.types.Scene) -> tuple[Any, ...]:
     gratings = scene.natural_gratings
     grating = gratings.active()
     named = () if grating is None else (grating.name, grating.source, grating.bake_path, grating.lights)
@@ -178,7 +173,8 @@ def _find(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> _Found:
 
 
 def _of_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> SceneFacts:
-    strays, linked = (), ()
+    strays: tuple[str, ...] = ()
+    linked: tuple[str, ...] = ()
     if any(map(is_diffraction, bpy.data.node_groups)):  # most files load no more than this
         from ..materials.users import linked_strays
         from ..materials.users import strays as strays_of
@@ -218,7 +214,8 @@ def _world(scene: bpy.types.Scene) -> str:
 
 
 def _of_grating(grating: Grating) -> GratingFacts:
-    scans, fault = (), ""
+    scans: tuple[str, ...] = ()
+    fault = ""
     try:
         if grating.further_scans():
             scans = tuple(Path(scan.source).name for scan in grating.bake_request().scans)
