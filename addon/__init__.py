@@ -86,14 +86,14 @@ def register() -> None:
     global _command
     for cls in CLASSES:
         bpy.utils.register_class(cls)
-    bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=gratings.SceneGratings)
+    bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=gratings.SceneGratings)  # type: ignore[func-returns-value]  # the stubs say it returns None
     bpy.types.TOPBAR_MT_file_import.append(import_height_map.menu_entry)
     bpy.types.VIEW3D_MT_light_add.append(add_fan.menu_entry)
     bpy.types.VIEW3D_MT_mesh_add.append(add_snake.menu_entry)
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.append(bakes.recall_bakes)
     keep_lamps.register()
-    _command = bpy.utils.register_cli_command("grating", _run_command)
+    _command = bpy.utils.register_cli_command("grating", _run_command)  # type: ignore[func-returns-value]  # the stubs say it returns None
 
 
 def unregister() -> None:

@@ -6,20 +6,23 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
 from . import ROOT, DevError, blender, chroot, environments, machine, packages, suites, walk
-from .environments import ALL, PY311, Environment
+from .environments import ALL, LINT, PY311, Environment
 from .steps import become, clean_environment, project_environment
+
+PACKAGE = "natural_gratings"  # the name under which mypy knows this folder; pyproject.toml uses it too
 
 VERBS_HELP = """\
 verbs:
   demo [--output DIR]     the main job: a scan baked, mapped and rendered on a snake, with a report
   scenes [--output DIR]   the sample scenes as .blend files, and their pictures
   test [PYTEST ARGS]      every test that CI runs; a path under tests/ chooses suites
-  lint [--fix]            ruff: rules and formatting
+  lint [--fix]            ruff: rules and formatting; mypy: types
   bench [ARGS]            the benchmarks of laboratory/benchmarks/
   build [--output DIR]    the extension's zip for each platform, validated
   grating ARGS            the command line without Blender: info, bake, map, ...
@@ -77,10 +80,10 @@ def test(options: argparse.Namespace, arguments: list[str]) -> int:
 
 
 def lint(_: argparse.Namespace, arguments: list[str]) -> int:
-    parser = verb_parser("lint", "Checks rules and formatting with ruff.")
+    parser = verb_parser("lint", "Checks rules and formatting with ruff, and types with mypy.")
     parser.add_argument("--fix", action="store_true", help="mend what ruff can mend, and format")
     fix = parser.parse_args(arguments).fix
-    environment = environments.require(PY311)
+    environment = environments.require(LINT)
     commands = (
         [["check", "--fix"], ["format"]]
         if fix
@@ -88,7 +91,26 @@ def lint(_: argparse.Namespace, arguments: list[str]) -> int:
     )
     ruff = [environment.python, "-m", "ruff"]
     settings = {"cwd": ROOT, "env": clean_environment()}
-    return max(subprocess.run([*ruff, *command, "."], **settings).returncode for command in commands)
+    statuses = [subprocess.run([*ruff, *command, "."], **settings).returncode for command in commands]
+    return max(*statuses, _check_types(environment))
+
+
+def _check_types(environment: Environment) -> int:
+    """Run mypy over the packages that ship. Returns its exit status.
+
+    The add-on imports precompute by a path relative to this folder, so mypy needs this folder as a package. The
+    folder's own name need not be a package's name; a link gives it one.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, PACKAGE).symlink_to(ROOT, target_is_directory=True)
+        command = [environment.python, "-m", "mypy", "--config-file", ROOT / "pyproject.toml"]
+        command += ["--cache-dir", ROOT / ".mypy_cache"]
+        for package in ("precompute", "addon"):
+            command += ["--package", f"{PACKAGE}.{package}"]
+        settings = {"cwd": folder, "env": clean_environment(MYPYPATH=folder)}
+        found = subprocess.run(command, stdout=subprocess.PIPE, text=True, **settings)
+    print(found.stdout.replace(f"{PACKAGE}/", ""), end="", flush=True)
+    return found.returncode
 
 
 def bench(options: argparse.Namespace, arguments: list[str]) -> NoReturn:
@@ -148,10 +170,11 @@ def blender_setup(_: argparse.Namespace, arguments: list[str]) -> int:
 
 def describe_environments(_: argparse.Namespace, arguments: list[str]) -> int:
     verb_parser("env", "Lists what is installed, and makes nothing.").parse_args(arguments)
-    for environment in ALL:
+    for environment in (*ALL, LINT):
         state = "ready" if environments.is_ready(environment) else "not made"
+        purpose = f"Blender {environment.blender_version}" if environment.blender_version else "./dev lint"
         base = next(machine.runnable_pythons(environment.python_version), "no interpreter")
-        print(f"{environment.name}: {state}, Blender {environment.blender_version}, {base}")
+        print(f"{environment.name}: {state}, {purpose}, {base}")
     missing = machine.missing_blender_libraries()
     print("system libraries: " + (f"missing: {', '.join(missing)}" if missing else "all there"))
     binary = blender.find_binary()

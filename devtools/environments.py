@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The environments under .env, one for each version of Blender, made by venv and pip from pyproject.toml."""
+"""The environments under .env: one for each version of Blender, and one for ./dev lint. venv and pip make them from
+pyproject.toml."""
 
 import contextlib
 import fcntl
@@ -21,7 +22,7 @@ class Environment:
 
     name: str
     python_version: str
-    blender_version: str
+    blender_version: str = ""  # "" for an environment without Blender
 
     @property
     def folder(self) -> Path:
@@ -46,6 +47,7 @@ class Environment:
 PY311 = Environment("py311-bpy45", "3.11", "4.5")
 PY313 = Environment("py313-bpy52", "3.13", "5.2")
 ALL = (PY311, PY313)
+LINT = Environment("lint", "3.11")
 
 
 def dependency_group(name: str) -> list[str]:
@@ -85,8 +87,8 @@ def make(environment: Environment, base_python: Path) -> None:
     requirements = dependency_group(environment.name)
     pip = [environment.python, "-m", "pip", "install", "--no-input", "--progress-bar=off"]
     pip += ["--disable-pip-version-check"]
-    title = f"{environment.name}: Blender {environment.blender_version} and {len(requirements) - 1} packages"
-    run_step(title, [*pip, *requirements], logs / f"{environment.name}-pip.log")
+    log = logs / f"{environment.name}-pip.log"
+    run_step(f"{environment.name}: {len(requirements)} packages", [*pip, *requirements], log)
     environment.stamp.write_text(json.dumps(requirements, indent=1))
 
 
@@ -100,7 +102,7 @@ def ensure(*wanted: Environment) -> list[Environment]:
     with one_at_a_time():
         missing = [environment for environment in wanted if not is_ready(environment)]
         bases = {environment: find_python(environment.python_version) for environment in missing}
-        if PY311 in missing and bases[PY311] is None:
+        if any(one.python_version == PY311.python_version and bases[one] is None for one in missing):
             remedy = "apt-get install python3.11 python3.11-venv (Debian 12), or pyenv install 3.11"
             raise DevError(f"Python 3.11 not found; remedy: {remedy}")
         absent = [environment for environment in missing if bases[environment] is None]

@@ -94,9 +94,9 @@ def _curve_points(context: bpy.types.Context) -> np.ndarray:
     evaluated = curve.evaluated_get(context.evaluated_depsgraph_get())
     line = evaluated.to_mesh()
     try:
-        points = np.empty(3 * len(line.vertices), np.float32)
+        points: np.ndarray = np.empty(3 * len(line.vertices), np.float32)
         line.vertices.foreach_get("co", points)
-        edges = np.empty(2 * len(line.edges), np.int32)
+        edges: np.ndarray = np.empty(2 * len(line.edges), np.int32)
         line.edges.foreach_get("vertices", edges)
     finally:
         evaluated.to_mesh_clear()

@@ -67,7 +67,8 @@ def _new_grating(scene: bpy.types.Scene, group: bpy.types.NodeTree) -> Grating:
     name = unused_name(name_in(group), {grating.name for grating in gratings.items})
     grating = gratings.items.add()
     grating.name, grating.bake_path = name, path
-    grating.for_scene = noted_region(own_trees(group)[0]) is not None
+    tree, _ = own_trees(group)
+    grating.for_scene = tree is not None and noted_region(tree) is not None
     grating.lights, grating.shadows, grating.footprint = (
         lights_of(group),
         traces_shadows(group),

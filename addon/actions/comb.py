@@ -70,10 +70,12 @@ def finish_comb(job: CombJob) -> list[str]:
 
     Raises GratingError, with nothing changed, if the job failed or a mesh is no longer what it was."""
     fields = job.fields()
-    meshes = [bpy.data.meshes.get(name) for _, name in job.meshes]
-    for (thing, _), mesh, field in zip(job.meshes, meshes, fields, strict=True):
+    meshes: list[bpy.types.Mesh] = []
+    for (thing, name), field in zip(job.meshes, fields, strict=True):
+        mesh = bpy.data.meshes.get(name)
         if mesh is None or mesh.is_editmode or len(mesh.loops) != len(field["uv"]):
             raise GratingError(f"{thing}: changed while it was combed; comb it again, in Object Mode")
+        meshes.append(mesh)
     report = []
     for (thing, _), mesh, field in zip(job.meshes, meshes, fields, strict=True):
         combed.store(mesh, field["uv"], field["turn"])

@@ -10,7 +10,7 @@ from ..frames.arrows import arrows, rings, seam_lines
 from ..frames.combed import singular_faces
 from ..frames.place import own_angle
 from ..materials.material import diffraction_nodes, linked_among, number_in
-from ..materials.skin import frame_of
+from ..materials.noted import frame_of
 from ..scene.frame_source import STORED, FrameSource
 
 # More arrows are no clearer, and slower.

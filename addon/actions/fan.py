@@ -11,8 +11,8 @@ from ..lamps.follow import counted_lamps
 from ..materials.fan import new_fan_lamp
 from ..materials.lost import lost
 from ..materials.material import diffraction_nodes, number_in
+from ..materials.noted import frame_of, lights_of
 from ..materials.response import SETTINGS, response_in
-from ..materials.skin import frame_of, lights_of
 from ..scene.lights import LAMPS_ONLY
 
 # How far above its patch the lamp lies, in patch sizes, so that the surface's own small bends do not shade it.
@@ -36,9 +36,11 @@ def add_fan(
     node = _diffraction_in(mesh, place.slot)
     if missing := lost([node.node_tree]):
         raise GratingError(missing[0])
+    response = response_in(node.node_tree)
+    assert response is not None  # `lost` names a group without one
     values = {name: number_in(node, name) for name in ("Strength", "Base Blend", "Rotation")}
     fan = new_fan_lamp(
-        scene, response_in(node.node_tree), lamp, size_m=size_m,
+        scene, response, lamp, size_m=size_m,
         strength=values["Strength"] * (1.0 - values["Base Blend"]),
         settings={socket: number_in(node, socket.name) for socket in SETTINGS},
     )  # fmt: skip

@@ -220,7 +220,9 @@ def _found_world(scene: bpy.types.Scene) -> _Known:
 
     world, text = scene.world, ""
     followed: set[bpy.types.ID] = set()
-    read: set[bpy.types.ID] = set() if world is None else {world, compat.world_nodes(world)} - {None}
+    read: set[bpy.types.ID] = (
+        set() if world is None else {each for each in (world, compat.world_nodes(world)) if each is not None}
+    )
     if not (world is None or is_even(world) or is_animated(world, followed)):
         read = set()
         text = fingerprint(world, read)

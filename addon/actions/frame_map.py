@@ -8,6 +8,7 @@ import contextlib
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
@@ -17,7 +18,7 @@ from ...precompute.base.files import told_of
 from ..frames.frame_map import baking_material, new_map, note_mesh
 from ..frames.uv_maps import has_uv_map
 from ..materials.material import diffraction_nodes
-from ..materials.skin import frame_of
+from ..materials.noted import frame_of
 from ..scene.frame_source import FRAME_MAP, FrameSource
 from .frame_source import choose_frame
 from .meshes import check_not_edited
@@ -104,7 +105,7 @@ def _sources(context: bpy.types.Context, mesh: bpy.types.Object) -> list[FrameSo
 @contextlib.contextmanager
 def _stage(
     context: bpy.types.Context, mesh: bpy.types.Object, materials: list[bpy.types.Material]
-) -> Iterator[dict[str, object]]:
+) -> Iterator[dict[str, Any]]:
     """A copy of a mesh, modifiers included, alone in a scene of its own, its slots filled with materials; what of the
     context to override. All of it, the materials too, is removed in the end."""
     depsgraph = context.evaluated_depsgraph_get()

@@ -15,7 +15,7 @@ from ...precompute.surface.quality import LIGHTS
 from ...precompute.surface.readers.registry import read_height_map, read_other_way
 from ...precompute.surface.samples.catalogue import title_of
 from ...precompute.surface.steps.pipeline import DEFAULT
-from ..materials.skin import variation_of
+from ..materials.noted import variation_of
 from ..scene.gratings import Grating, kept_path, scan_record, unused_name
 from ..scene.variation import Variation
 

@@ -28,7 +28,8 @@ from bpy.app.handlers import persistent
 from ..lamps.follow import follow_lamps, followed_lamps, stop_following
 from ..lamps.shown import show_as_rendered
 from ..materials.data_pictures import wrong_colours
-from ..materials.skin import is_diffraction, renew_outdated
+from ..materials.noted import is_diffraction
+from ..materials.skin import renew_outdated
 from ..scene.changes import STILL, note_change, seconds_until_still
 from ..scene.guard import guarded
 from ..scene.rendering import is_rendering

@@ -5,7 +5,7 @@ Blender draws a panel many times a second, so nothing is computed while it draws
 is noticed by what the panel asks for; a timer makes the preview once the artist's hand rests."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import bpy
 import bpy.utils.previews
@@ -52,7 +52,7 @@ class Shown:
 _shown: dict[_Asked, Shown] = {}
 _wanted: list[_Asked] = []
 # The scan read last, thinned, and how much.
-_scan: dict[tuple, tuple["HeightMap", int]] = {}
+_scan: dict[tuple[Any, ...], tuple["HeightMap", int]] = {}
 _pictures: list[bpy.utils.previews.ImagePreviewCollection] = []
 
 

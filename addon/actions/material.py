@@ -59,6 +59,7 @@ def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
     response = None if bake is None else response_of(bake)  # first, since it is what may be refused
     update_all_lamps()
     if group is None:
+        assert response is not None  # needed_bake names a bake where there is no group
         grating.group = group_around(grating.name, response, shadows=grating.shadows, lights=grating.lit_by)
         note_own(grating.group)
     elif response is not None:
@@ -79,7 +80,8 @@ def needed_bake(grating: Grating) -> Path | None:
     """The file of a grating's bake where its Diffraction group must be made or mended from it, else None. Raises
     GratingError as bake_of does."""
     group = take_back(grating.own_group)
-    if group is None or lost_of_own(group) or is_in_other_space(response_in(group)):
+    response = None if group is None or lost_of_own(group) else response_in(group)
+    if response is None or is_in_other_space(response):
         return bake_of(grating)
     return None
 

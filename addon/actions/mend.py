@@ -1,16 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Mending the file's diffraction materials after an artist deleted, exchanged or edited data-blocks in them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import bpy
 
 from ...precompute.base.failure import GratingError
 from ..materials.lost import lost, lost_of_nodes, lost_of_own
 from ..materials.material import add_diffraction, empty_nodes
+from ..materials.noted import is_diffraction
 from ..materials.replace import replace_response
 from ..materials.response import responses_in
-from ..materials.skin import is_diffraction, refill, take_back
+from ..materials.skin import refill, take_back
 from ..scene.gratings import Grating
 from .lamps import update_all_lamps
 from .material import group_of, response_of
@@ -26,7 +28,9 @@ def mend_materials() -> list[str]:
     for tree in bpy.data.node_groups:
         if tree.library is None:
             take_back(tree)
-    owners = {grating.own_group: (scene, grating) for scene, grating in _gratings()}
+    owners: dict[Any, tuple[bpy.types.Scene, Grating]] = {
+        grating.own_group: (scene, grating) for scene, grating in _gratings()
+    }
     update_all_lamps()
     for group in filter(_is_broken, _groups()):
         try:
@@ -69,7 +73,8 @@ def _group_for(material: bpy.types.Material) -> bpy.types.NodeTree:
 
 def _gratings() -> Iterator[tuple[bpy.types.Scene, Grating]]:
     for scene in bpy.data.scenes:
-        for grating in scene.natural_gratings.items if scene.library is None else ():
+        gratings: Iterable[Grating] = scene.natural_gratings.items if scene.library is None else ()
+        for grating in gratings:
             yield scene, grating
 
 

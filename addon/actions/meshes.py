@@ -77,7 +77,7 @@ def check_frame(mesh: bpy.types.Object, source: FrameSource) -> None:
                 "make one, or choose another Frame Source"
             )
         raise GratingError(f"{mesh.name}: no UV map, so no direction for the grating; {DIRECTION_REMEDY}")
-    if source.kind == FRAME_MAP:
+    if source.kind == FRAME_MAP and source.frame_map is not None:
         check_frame_map(mesh, source.frame_map)
 
 

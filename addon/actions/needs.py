@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a scene needs of a grating's bake, measured through its cameras."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,8 +17,8 @@ from ...precompute.table.atlas_file import read_header
 from ...precompute.table.tiling import BYTES_PER_TEXEL
 from ..lamps.follow import followed_lamps
 from ..materials.material import diffraction_nodes
+from ..materials.noted import is_diffraction
 from ..materials.response import response_in, responses_in
-from ..materials.skin import is_diffraction
 from ..scene.gratings import Grating
 from ..views.look import Look, answers_to_everything, look, unknown_inputs
 from ..views.moving import frames_between, is_animated, moves
@@ -195,7 +195,9 @@ def _told(grating: Grating, needs: Needs, facts: dict[str, Any]) -> str:
     )
 
 
-def _unseen(scene: bpy.types.Scene, carriers: list[bpy.types.Object], nodes: dict) -> list[str]:
+def _unseen(
+    scene: bpy.types.Scene, carriers: list[bpy.types.Object], nodes: Mapping[Any, bpy.types.Object]
+) -> list[str]:
     """A line for each carrier that was not looked at although it renders."""
     seen = set(nodes.values())
     left = [o for o in carriers if o not in seen and not o.hide_render and not o.visible_get()]

@@ -23,9 +23,10 @@ def notice_outside(scene: bpy.types.Scene) -> list[str]:
         return []
     seen = look(scene, bpy.context.evaluated_depsgraph_get(), rays=_RAYS)
     parts: dict[tuple[bpy.types.Object, Response], list[Shown]] = {}
-    for places in seen.places if seen is not None else ():
-        for response in responses_in(places.node.node_tree):
-            parts.setdefault((places.thing, response), []).append(seen.shown(response, places))
+    if seen is not None:
+        for places in seen.places:
+            for response in responses_in(places.node.node_tree):
+                parts.setdefault((places.thing, response), []).append(seen.shown(response, places))
     told = [_told(thing, response, joined(shown)) for (thing, response), shown in parts.items()]
     lines = [line for line in told if line]
     note_outside(scene, lines)

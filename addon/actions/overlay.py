@@ -108,7 +108,7 @@ def _draw_lines() -> None:
         grating = context.scene.natural_gratings.active()
         default = FrameSource() if grating is None else grating.frame_source()
         parts = parts_of(direction_lines(thing, context.evaluated_depsgraph_get(), default))
-        _Shown.batches = tuple((batch_for_shader(shader, "LINES", {"pos": part.ends}), part) for part in parts)
+        _Shown.batches = tuple((batch_for_shader(shader, "LINES", {"pos": part.ends}), part) for part in parts)  # type: ignore[dict-item]  # an array is a buffer
         _Shown.name = thing.name
     try:
         gpu.state.depth_test_set("LESS_EQUAL")

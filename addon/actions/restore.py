@@ -2,6 +2,7 @@
 """The file of a grating's bake, found again or written again, and gratings whose materials lost a part mended by it."""
 
 import hashlib
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -69,7 +70,7 @@ def unpacked_bake(group: bpy.types.NodeTree) -> Path | None:
     held = {path: content} | {path_beside(path): bytes(other.packed_file.data) for other in others[:1]}
     with told_of(folder):
         folder.mkdir(parents=True, exist_ok=True)
-    write_together({each: lambda partial, data=data: partial.write_bytes(data) for each, data in held.items()})
+    write_together({each: partial(_write_bytes, data=data) for each, data in held.items()})
     try:
         read_header(path)
     except GratingError:  # a picture of something else
@@ -89,5 +90,11 @@ def bake_shown_by(group: bpy.types.NodeTree) -> Path:
 
 def _packed(tree: bpy.types.NodeTree | None) -> list[bpy.types.Image]:
     """The sound pictures of a node group that are packed as OpenEXR files of a bake."""
-    pictures = [] if tree is None else [image for image in pictures_of(tree) if not fault_of(image)]
+    pictures = (
+        [] if tree is None else [image for image in pictures_of(tree) if image is not None and not fault_of(image)]
+    )
     return [i for i in pictures if i.packed_file is not None and i.filepath and i.packed_file.data[:4] == _EXR]
+
+
+def _write_bytes(path: Path, data: bytes) -> None:
+    path.write_bytes(data)

@@ -1,18 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What an artist sets on a grating, brought to its materials as soon as it is set."""
 
+from collections.abc import Iterable
+from typing import Any
+
 import bpy
 
-from ..materials.skin import is_diffraction, lights_of, set_footprint, set_lighting
+from ..materials.noted import is_diffraction, lights_of
+from ..materials.skin import set_footprint, set_lighting
 
 
 def follow_settings(first: bpy.types.Scene | None = None) -> None:
     """Have the materials of the file's gratings trace shadow rays, and count the footprint of a pixel, where that is
     set. What is as it should be is not made again. Scenes may share a material, as a copied scene does: then the
     settings of the scene `first` count."""
-    done = set()
+    done: set[bpy.types.NodeTree] = set()
     for scene in sorted(bpy.data.scenes, key=lambda scene: scene != first):
-        for grating in scene.natural_gratings.items if scene.library is None else ():
+        gratings: Iterable[Any] = scene.natural_gratings.items if scene.library is None else ()
+        for grating in gratings:
             group = grating.own_group
             if is_diffraction(group) and group not in done:
                 done.add(group)

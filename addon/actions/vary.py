@@ -6,8 +6,9 @@ from collections.abc import Iterable, Sequence
 import bpy
 
 from ...precompute.base.failure import GratingError
-from ..materials.response import response_in, responses_in
-from ..materials.skin import crowded, set_variation, variation_of
+from ..materials.noted import variation_of
+from ..materials.response import Response, response_in, responses_in
+from ..materials.skin import crowded, set_variation
 from ..scene.gratings import Grating
 from ..scene.variation import ATTRIBUTE, Variation
 from .frame_source import meshes_that_show
@@ -32,10 +33,16 @@ def vary(scene: bpy.types.Scene, grating: Grating, choice: Variation, *, others:
     for each in (grating, *others):
         needed_bake(each)
     group = group_of(scene, grating)
-    set_variation(group, choice, [response_in(group_of(scene, other)) for other in others])
+    set_variation(group, choice, [_response_of(scene, other) for other in others])
     meshes = meshes_that_show(group)
     unseen = [] if meshes else [f"{grating.name}: no mesh shows it yet; press Assign to Selected"]
     return [f"{grating.name}: {choice.summary}", *prepare_meshes(group, meshes), *unseen, *crowded(group)]
+
+
+def _response_of(scene: bpy.types.Scene, grating: Grating) -> Response:
+    response = response_in(group_of(scene, grating))
+    assert response is not None  # group_of mends a group that has lost it
+    return response
 
 
 def varied_with(scene: bpy.types.Scene, grating: Grating) -> list[Grating]:

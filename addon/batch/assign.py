@@ -99,6 +99,7 @@ def _setting(text: str) -> tuple[str, float]:
     except ValueError:
         value = math.nan
     value = math.radians(value) if socket.subtype == "ANGLE" else value
+    assert socket.low is not None and socket.high is not None  # every input with a default has a range
     if not socket.low <= value <= socket.high:
         unit = " degrees" if socket.subtype == "ANGLE" else ""
         low, high = (math.degrees(x) if unit else x for x in (socket.low, socket.high))

@@ -9,7 +9,7 @@ from ...precompute.base.failure import printable
 from ...precompute.cli.option_types import name_argument
 from ..actions.comb import comb_and_wait
 from ..scene.frame_source import COMB_SOURCES
-from .assign import chosen_objects
+from .objects import chosen_objects
 from .save import add_save, save
 
 _AXES = ("x", "y", "z")

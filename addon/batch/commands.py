@@ -32,7 +32,7 @@ def execute(argv: Sequence[str]) -> int:
     try:
         arguments = build_parser(argv).parse_args(argv)
     except SystemExit as stop:
-        return stop.code or 0
+        return stop.code if isinstance(stop.code, int) else 0
     return exit_status(lambda: _run(arguments))
 
 

@@ -30,7 +30,7 @@ def run(arguments: argparse.Namespace) -> None:
     """The `lamp` verb."""
     scene = bpy.context.scene
     mesh = scene.objects.get(arguments.object)
-    if not shows_grating(mesh):
+    if mesh is None or not shows_grating(mesh):
         raise GratingError(f"{arguments.object}: no mesh of the scene with a grating; use `assign` first")
     near = scene.cursor.location if arguments.near is None else Vector(arguments.near)
     _, report = add_fan(

@@ -4,6 +4,7 @@
 import argparse
 import json
 import sys
+from typing import Any
 
 import bpy
 
@@ -51,7 +52,7 @@ def run(arguments: argparse.Namespace) -> None:
         raise GratingError(f"--frames {first} {last}: the last comes before the first; give them in their order")
     grating = _grating(scene, arguments.grating)
     measured = measure_needs(scene, grating, (first, last) if arguments.frames else None)
-    facts = {"needs": measured.as_dict(), "report": measured.lines}
+    facts: dict[str, Any] = {"needs": measured.as_dict(), "report": measured.lines}
     lines = measured.lines
     if arguments.output is not None:
         text = json.dumps(measured.as_dict(), indent=1) + "\n"

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A mesh as Comb Grating reads it, and the field that it stores on it."""
 
+from typing import Any
+
 import bpy
 import numpy as np
 
@@ -62,8 +64,8 @@ def singular_faces(mesh: bpy.types.Mesh) -> np.ndarray:
     return np.flatnonzero(_values(noted.data, "value", 1, bool))
 
 
-def _values(items: bpy.types.bpy_prop_collection, name: str, width: int, kind: type) -> np.ndarray:
+def _values(items: "bpy.types.bpy_prop_collection[Any]", name: str, width: int, kind: type) -> np.ndarray:
     """A property of all items (n, width)."""
-    values = np.empty(len(items) * width, kind)
+    values: np.ndarray = np.empty(len(items) * width, kind)
     items.foreach_get(name, values)
     return values.reshape(-1, width)

@@ -3,6 +3,7 @@
 U of the flat triangle where renderers smooth it over its neighbours."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 import numpy as np
@@ -39,7 +40,7 @@ def frame_field(mesh: bpy.types.Mesh, triangles: np.ndarray, *, shares: np.ndarr
         layer = mesh.uv_layers[source.named_uv_map] if source.named_uv_map else rendering_map(mesh)
         uv = _values(layer.uv, "vector", 2)[corners]
         tangents = _across(normals, _along_u(ends, uv))
-        if source.kind == FRAME_MAP:
+        if source.kind == FRAME_MAP and source.frame_map is not None:
             cosine_sine = _read_map(source.frame_map, np.einsum("nc,ncx->nx", shares, uv))
             tangents = cosine_sine[:, :1] * tangents + cosine_sine[:, 1:] * np.cross(normals, tangents)
     return Field(points, normals, _across(normals, tangents))
@@ -84,14 +85,14 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
     return np.divide(vectors, length, out=np.full(vectors.shape, np.nan), where=length > 0)
 
 
-def _values(items: bpy.types.bpy_prop_collection, name: str, width: int) -> np.ndarray:
+def _values(items: "bpy.types.bpy_prop_collection[Any]", name: str, width: int) -> np.ndarray:
     """A vector property of all items (n, width)."""
     values = np.empty(len(items) * width, np.float32)
     items.foreach_get(name, values)
     return values.reshape(-1, width).astype(float)
 
 
-def _numbers(items: bpy.types.bpy_prop_collection, name: str, width: int) -> np.ndarray:
+def _numbers(items: "bpy.types.bpy_prop_collection[Any]", name: str, width: int) -> np.ndarray:
     """A property of whole numbers of all items (n, width)."""
     values = np.empty(len(items) * width, np.int32)
     items.foreach_get(name, values)

@@ -32,12 +32,12 @@ def tangent_nodes(tree: Tree, n: Value, source: FrameSource) -> Value:
     if source.kind == RADIAL:
         # Of the position, the part across the axis.
         place = tree.value(tree.node("ShaderNodeTexCoord").outputs["Object"])
-        keep = tuple(1.0 - part for part in source.axis_vector)
-        return tree.from_object(place * keep)
+        x, y, z = (1.0 - part for part in source.axis_vector)
+        return tree.from_object(place * (x, y, z))
     along_u = uv_tangent(tree, source.named_uv_map)
     if source.kind == STORED and source.combed:
         return _linked_else(tree, combed_tangent(tree, n), along_u)
-    if source.kind != FRAME_MAP:
+    if source.kind != FRAME_MAP or source.frame_map is None:
         return along_u
     uv = tree.value(tree.node("ShaderNodeUVMap", uv_map=source.named_uv_map).outputs["UV"])
     held = tree.image(source.frame_map, uv, MAP_LABEL).times_plus(2.0, (-1.0, -1.0, -1.0))

@@ -3,6 +3,7 @@
 (k, 2, 3) in the scene's space, in drawing order, from root to tip, from head to tail."""
 
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import bpy
 import numpy as np
@@ -46,15 +47,15 @@ def bones(mesh: bpy.types.Object, objects: Sequence[bpy.types.Object]) -> list[n
     return _segments([_placed(line, armature.matrix_world) for line in lines])
 
 
-def _annotated(scene: bpy.types.Scene) -> Iterable:
-    annotation = compat.annotation_of(scene)
+def _annotated(scene: bpy.types.Scene) -> Iterable[Any]:
+    annotation: Any = compat.annotation_of(scene)
     for layer in annotation.layers if annotation is not None else ():
         frame = layer.active_frame or next(reversed(layer.frames), None)
         if frame is not None and not layer.annotation_hide:
             yield from (stroke for stroke in frame.strokes if stroke.display_mode == "3DSPACE")
 
 
-def _pencilled(pencil: bpy.types.ID) -> Iterable[np.ndarray]:
+def _pencilled(pencil: Any) -> Iterable[np.ndarray]:
     for layer in pencil.layers:
         frame = layer.current_frame()
         if frame is not None and not layer.hide:

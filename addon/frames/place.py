@@ -4,6 +4,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, isnan, nan, sin
+from typing import Any
 
 import bpy
 import numpy as np
@@ -34,8 +35,9 @@ class Place:
         """The world matrix of a lamp that stands `height` above the place and shines along the normal. Its X axis is
         the direction of the scan's x axis: the tangent, turned by `rotation` radians towards B = N x T."""
         across = self.normal.cross(self.tangent)
-        columns = self.tangent * cos(rotation) + across * sin(rotation)
-        matrix = Matrix((columns, columns.cross(self.normal), -self.normal)).transposed().to_4x4()
+        columns: Any = self.tangent * cos(rotation) + across * sin(rotation)  # type: ignore[operator]  # vectors
+        axes = (columns, columns.cross(self.normal), -self.normal)
+        matrix = Matrix([tuple(axis) for axis in axes]).transposed().to_4x4()
         matrix.translation = self.position + self.normal * height
         return matrix
 

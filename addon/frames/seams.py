@@ -2,6 +2,7 @@
 """Where a mesh's UV map changes direction from one face to the next, so that the colours of a grating jump."""
 
 import math
+from typing import Any
 
 import bpy
 import numpy as np
@@ -102,9 +103,9 @@ class _Corners:
             return np.where(sign == 0, np.nan, np.arctan2(-per_x[:, 1] * sign, per_y[:, 1] * sign))
 
 
-def _read(items: bpy.types.bpy_prop_collection, name: str, kind: type) -> np.ndarray:
+def _read(items: "bpy.types.bpy_prop_collection[Any]", name: str, kind: type) -> np.ndarray:
     """A property of all items, one after the other."""
     width = {"vector": 2, "co": 3}.get(name, 1)
-    values = np.empty(len(items) * width, kind)
+    values: np.ndarray = np.empty(len(items) * width, kind)
     items.foreach_get(name, values)
     return values

@@ -51,6 +51,7 @@ class Drivers:
         self.holder.driver_remove(path)
         for index, expression in enumerate(wanted):
             curve = self.holder.driver_add(path, index)
+            assert isinstance(curve, bpy.types.FCurve)  # with an index it is one
             curve.keyframe_points.clear()
             driver = curve.driver
             driver.type = "SCRIPTED"
@@ -91,13 +92,13 @@ def _reads(made: bpy.types.DriverVariable, wanted: Variable) -> bool:
 def _add(driver: bpy.types.Driver, wanted: Variable) -> None:
     made = driver.variables.new()
     made.name = wanted.name
-    if wanted.holder == VIEW_LAYER:
+    if isinstance(wanted.holder, str):  # VIEW_LAYER
         made.type = "CONTEXT_PROP"
         target = made.targets[0]
         target.context_property = "ACTIVE_VIEW_LAYER"
     else:
         target = made.targets[0]
-        target.id_type = _ID_TYPES[type(wanted.holder)]
+        target.id_type = _ID_TYPES[type(wanted.holder)]  # type: ignore[assignment]  # the stubs list the names
         target.id = wanted.holder
     target.data_path = wanted.path
     target.use_fallback_value, target.fallback_value = True, wanted.otherwise

@@ -22,7 +22,7 @@ def followed_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     for curve in scene.animation_data.drivers:
         if curve.array_index == 0 and curve.data_path in _FIRST:
             found[_FIRST[curve.data_path]] = _lamp_of(curve.driver)
-    return [found[index] for index in sorted(found) if found[index] is not None]
+    return [lamp for _, lamp in sorted(found.items(), key=lambda item: item[0]) if lamp is not None]
 
 
 def _lamp_of(driver: bpy.types.Driver) -> bpy.types.Object | None:

@@ -49,9 +49,9 @@ def _receives(receivers: bpy.types.Collection, mesh: bpy.types.Object) -> bool:
     states = {}
     for item, entry in zip(receivers.objects, receivers.collection_objects, strict=True):
         states[item] = entry.light_linking.link_state
-    for child, entry in zip(receivers.children, receivers.collection_children, strict=True):
+    for child, listed in zip(receivers.children, receivers.collection_children, strict=True):
         for item in child.all_objects:
-            states.setdefault(item, entry.light_linking.link_state)
+            states.setdefault(item, listed.light_linking.link_state)
     if mesh in states:
         return states[mesh] == "INCLUDE"
     # As in Blender, a lamp whose list only excludes objects lights every object that the list does not name.

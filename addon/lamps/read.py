@@ -45,8 +45,9 @@ def _follow(socket: bpy.types.NodeSocket, path: str) -> None:
 
 def _new_driver(socket: bpy.types.NodeSocket, kind: str) -> bpy.types.Driver:
     curve = socket.driver_add("default_value")
+    assert isinstance(curve, bpy.types.FCurve)  # of one number it is one
     curve.keyframe_points.clear()  # Blender 5.2 makes some, and rounds the driver's values to them
-    curve.driver.type = kind
+    curve.driver.type = kind  # type: ignore[assignment]  # the stubs list the names
     socket.default_value = 0.0
     return curve.driver
 

@@ -8,7 +8,8 @@ open the property also holds whether the viewport hides the lamp, by an eye or a
 nothing of those, as in Blender.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, TypeVar
 
 import bpy
 
@@ -18,7 +19,7 @@ from .drive import VIEW_LAYER, Drivers, Variable
 _SHOWN = "ng_key_shown"
 # Lamps that Blender leaves out if they have no extent along one of their axes.
 _WITH_EXTENT = {"AREA", "SPOT"}
-_Held = bpy.types.Collection | bpy.types.LayerCollection
+_Held = TypeVar("_Held", bpy.types.Collection, bpy.types.LayerCollection)
 
 
 def drive_on(drivers: Drivers, index: int, lamp: bpy.types.Object, *, name: str) -> bool:
@@ -143,8 +144,9 @@ def _ways(
 ) -> Iterator[tuple[_Held, ...]]:
     """The chains of collections, or of a view layer's collections, that lead to one of the holders; without holders,
     to any collection."""
-    way = (*above, held)
+    way: tuple[_Held, ...] = above + (held,)
     if holders is None or getattr(held, "collection", held) in holders:
         yield way
-    for child in held.children:
+    children: Iterable[Any] = held.children
+    for child in children:
         yield from _ways(child, holders, way)

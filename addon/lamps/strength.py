@@ -24,7 +24,7 @@ _LEAST = 1e-6
 _AT_ONCE = 2**16
 
 
-def irradiances(lamps: Sequence[bpy.types.Object], boxes: np.ndarray) -> np.ndarray:
+def irradiances(lamps: Sequence[bpy.types.Object], boxes: np.ndarray | tuple[()]) -> np.ndarray:
     """For each lamp the greatest irradiance (luminance, W/m2) that it sends to one of the boxes (n, 2, 3), which are
     least and greatest corners in the scene's space. Without boxes all lamps are compared from one distance.
 

@@ -37,7 +37,8 @@ class Direction:
     def of(cls, tree: Tree, vector: Value) -> Direction:
         """A vector that is in the frame already."""
         node = tree.node("ShaderNodeSeparateXYZ", vector)
-        return cls(*(tree.value(node.outputs[axis]) for axis in "XYZ"), vector)
+        x, y, z = (tree.value(node.outputs[axis]) for axis in "XYZ")
+        return cls(x, y, z, vector)
 
 
 class AtlasTable:
@@ -53,7 +54,8 @@ class AtlasTable:
         inner = tree.clamp(uv, (u_low, v_low, 0.0), (u_high, v_high, 0.0))
         self.size = layout.width, layout.height
         # The middle of the first inner texel of the first term's tile on level 0.
-        self.first = _over(tuple(n + TILE_PADDING + 0.5 for n in layout.tile_origin(0)), self.size)
+        left, low = (n + TILE_PADDING + 0.5 for n in layout.tile_origin(0))
+        self.first = _over((left, low), self.size)
         x, y, _ = _over(1 / layout.texel, self.size)
         place = tree.node("ShaderNodeSeparateXYZ", inner.times_plus((x, y, 0.0), (-u_low * x, -v_low * y, 0.0)))
         self.place = tuple(tree.value(place.outputs[axis]) for axis in "XY")
@@ -93,7 +95,8 @@ class AtlasTable:
         of texels along an axis to level 0's. precompute/table/tiling.py has the rule."""
         tree, cell = self.tree, self.layout.cell
         along = level.times_plus(float(COLUMNS_BESIDE), shrink.times_plus(-cell.geometric, cell.geometric + cell.phase))
-        x, y = tree.math("FLOOR", along).times_plus(1 / self.size[0], self.first[0]), self.first[1]
+        x: Operand = tree.math("FLOOR", along).times_plus(1 / self.size[0], self.first[0])
+        y: Operand = self.first[1]
         if cell.shelf < cell.levels:
             left, upward, _ = _over(cell.upper, self.size)
             above = tree.math("GREATER_THAN", level, cell.shelf - 0.5)
@@ -141,8 +144,9 @@ def _functions(tree: Tree, layout: Layout, t: Value) -> list[Value]:
     coefficients[: layout.terms] = np.reshape(layout.basis, (layout.terms, layout.polynomials))
     twice = t * 2.0
     for three in coefficients.reshape(-1, 3, layout.polynomials):
-        constant, *others = (tuple(map(float, each)) for each in three.T)
-        after, last = None, None
+        constant, *others = ((float(a), float(b), float(c)) for a, b, c in three.T)
+        after: Operand | None = None
+        last: Operand | None = None
         for each in reversed(others):
             after, last = last, _next(tree, each, twice, (last, after))
         value = _next(tree, constant, t, (last, after))
@@ -150,13 +154,17 @@ def _functions(tree: Tree, layout: Layout, t: Value) -> list[Value]:
     return found[: layout.terms]
 
 
-def _next(tree: Tree, coefficient: tuple[float, float, float], factor: Value, kept: tuple) -> Operand:
+def _next(
+    tree: Tree, coefficient: tuple[float, float, float], factor: Value, kept: tuple[Operand | None, Operand | None]
+) -> Operand:
     """coefficient + factor * last - after, of which neither need be there."""
     last, after = kept
     if last is None:
         return coefficient
+    raised: Operand
     if isinstance(after, tuple):
-        raised = tuple(a - b for a, b in zip(coefficient, after, strict=True))
+        x, y, z = (a - b for a, b in zip(coefficient, after, strict=True))
+        raised = x, y, z
     else:
         raised = coefficient if after is None else tree.vector_math("SUBTRACT", coefficient, after)
     return tree.vector_math("MULTIPLY_ADD", last, factor, raised)
@@ -196,5 +204,5 @@ def excess_albedo(tree: Tree, image: bpy.types.Image, layout: Layout, *, way: Di
 
 def matrix_times(tree: Tree, matrix: np.ndarray, vector: Value) -> Value:
     """A matrix (3, 3) times a vector."""
-    rows = [tree.dot(vector, tuple(float(m) for m in row)) for row in matrix]
+    rows = [tree.dot(vector, (float(x), float(y), float(z))) for x, y, z in matrix]
     return tree.vector(*rows)

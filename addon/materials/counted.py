@@ -25,7 +25,7 @@ def table_share(tree: Tree, light: Light) -> Value:
 def left_by_table(tree: Tree, lights: Iterable[tuple[Light, Value]], direction: Value) -> Value | float:
     """The share of the light from a direction that the table does not answer to: 0 where it leads to a lamp that
     shines, or what the table leaves of that lamp, and else 1."""
-    left = 1.0
+    left: Value | float = 1.0
     for light, share in lights:
         shines = tree.math("GREATER_THAN", tree.dot(light.irradiance, (1.0, 1.0, 1.0)), 0.0)
         beside = light.variance.times_plus(_CONE, tree.dot(light.direction, direction))  # within the cone above 1

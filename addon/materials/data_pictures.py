@@ -9,8 +9,8 @@ import bpy
 
 from ..frames.frame import frame_maps_in
 from ..scene import compat
+from .noted import is_diffraction
 from .response import in_other_spaces, responses_in
-from .skin import is_diffraction
 
 
 def wrong_colours(scene: bpy.types.Scene) -> list[str]:

@@ -28,7 +28,7 @@ Not in it are the turn of the tangent about the normal, and that of the view, wh
 """
 
 from ..lamps.read import drive_by_scene
-from ..nodes.builder import Operand, Tree, Value
+from ..nodes.builder import Tree, Value
 
 # The variance, in pixels squared, of the filter of Blackman and Harris with a width of one pixel, which ends one pixel
 # from its middle.
@@ -51,7 +51,7 @@ _CAMERA = {
 }
 
 
-def with_footprint(tree: Tree, roughness: Operand) -> Value:
+def with_footprint(tree: Tree, roughness: Value) -> Value:
     """Add the nodes of the footprint to a tree; the roughness with it."""
     per_distance = drive_by_scene(tree, _PERSPECTIVE, _CAMERA | {"angle": "camera.data.angle"}, label="Pixel Angle")
     width = drive_by_scene(tree, _ORTHOGRAPHIC, _CAMERA | {"scale": "camera.data.ortho_scale"}, label="Pixel Width")
@@ -74,7 +74,7 @@ def with_footprint(tree: Tree, roughness: Operand) -> Value:
     turned = tree.node("ShaderNodeVectorTransform", tree.value(coordinates.outputs["Normal"]), **settings)
     heights = tree.node("ShaderNodeSeparateXYZ", tree.value(turned.outputs["Vector"]) * in_cycles + n * in_eevee)
     cosine = tree.maximum(tree.dot(n, wr), 0.05)
-    total = 0.0
+    total: Value | float = 0.0
     for height in heights.outputs:
         bump = tree.node("ShaderNodeBump")
         tree.feed(bump.inputs["Strength"], 1.0)

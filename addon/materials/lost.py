@@ -7,9 +7,10 @@ import bpy
 
 from ..nodes.parts import has_parts
 from ..scene.frame_source import is_frame_map
+from .noted import is_diffraction, variation_of
 from .pictures import fault_in
 from .response import further_responses, is_response, own_trees, trees_at
-from .skin import is_diffraction, is_outdated, is_whole, variation_of
+from .skin import is_outdated, is_whole
 
 _DELETED = "a node group in it was deleted"
 _OUTDATED = "another version of Blender saved its shadows"
@@ -19,16 +20,17 @@ def lost_of_own(group: bpy.types.NodeTree) -> str:
     """What a Diffraction group lacks of its own response, in a few words; empty if it is whole. A new response mends it
     (replace.py)."""
     shown = trees_at(group)
-    if own_trees(group)[0] is None or any(tree is None for number, tree in shown if number == 1):
-        return _DELETED
-    return _fault_of(tree for number, tree in shown if number == 1)
+    own = [tree for number, tree in shown if number == 1]
+    sound = [tree for tree in own if tree is not None]
+    return _DELETED if own_trees(group)[0] is None or len(sound) < len(own) else _fault_of(sound)
 
 
 def lost_of_others(group: bpy.types.NodeTree) -> str:
     """What a Diffraction group lacks of the responses by which it is varied, in a few words; empty if it has them."""
     others = [tree for number, tree in trees_at(group) if number > 1]
-    is_missing = None in others or len(further_responses(group)) < len(variation_of(group).shares)
-    return _DELETED if is_missing else _fault_of(others)
+    sound = [tree for tree in others if tree is not None]
+    is_missing = len(sound) < len(others) or len(further_responses(group)) < len(variation_of(group).shares)
+    return _DELETED if is_missing else _fault_of(sound)
 
 
 def lost_of_nodes(group: bpy.types.NodeTree) -> str:

@@ -11,7 +11,8 @@ from ..nodes.arrange import arrange
 from ..nodes.builder import Tree
 from ..nodes.constants import ROOM, constant_bytes
 from ..scene import compat, stored
-from .skin import SETTABLE, is_diffraction, too_large
+from .noted import is_diffraction
+from .skin import SETTABLE, too_large
 
 _SKIN = (0.012, 0.010, 0.009, 1.0)
 # What Cycles is told of a material with diffraction. The prefix names the material's custom properties that hold what
@@ -133,8 +134,11 @@ def number_in(node: bpy.types.Node, name: str) -> float:
     """What an artist set at an input of a Diffraction node; the input's default where it was deleted, or holds no
     number."""
     value = getattr(node.inputs.get(name), "default_value", None)
-    is_number = isinstance(value, float) and isfinite(value)
-    return value if is_number else SETTABLE[name].default
+    if isinstance(value, float) and isfinite(value):
+        return value
+    default = SETTABLE[name].default
+    assert default is not None
+    return default
 
 
 def linked_among(node: bpy.types.Node, names: Iterable[str]) -> list[str]:

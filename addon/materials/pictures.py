@@ -63,7 +63,8 @@ def fault_in(tree: bpy.types.NodeTree) -> str:
         if fault := fault_of(picture):
             return fault
     if stored.text(tree, _PICTURES, _made_from(pictures)) != _made_from(pictures):
-        return f"{', '.join(picture.name for picture in pictures) or 'no picture'} took the place of its own picture"
+        names = ", ".join(picture.name for picture in pictures if picture is not None)
+        return f"{names or 'no picture'} took the place of its own picture"
     return ""
 
 

@@ -5,8 +5,9 @@ from collections.abc import Iterable
 
 import bpy
 
+from .noted import is_diffraction
 from .response import Response, further_responses, own_trees, response_in
-from .skin import is_diffraction, refill
+from .skin import refill
 
 
 def replace_response(group: bpy.types.NodeTree, response: Response) -> None:
@@ -23,9 +24,9 @@ def replace_response(group: bpy.types.NodeTree, response: Response) -> None:
             refill(each, (*own, *(response if one.group == old_group else one for one in further)))
     if old_group is not None:
         old_group.user_remap(response.group)  # in Diffraction Lamps
-    for each in left:
-        if each.users == 0:
-            bpy.data.batch_remove([each])
+    for part in left:
+        if part.users == 0:
+            bpy.data.batch_remove([part])
     for kept, name in names:
         kept.name = name
 

@@ -84,7 +84,7 @@ class Shown:
         """The diffracted radiance."""
         return self.colour if self.share is None else self.colour * self.share
 
-    def dimmed(self, share: Operand) -> Shown:
+    def dimmed(self, share: Value) -> Shown:
         """The shader and the colour, both times a share from 0 to 1. Cycles evaluates nothing where the share is 0."""
         shader = self.shader.tree.mix_shader(share, None, self.shader)
         return Shown(shader, self.colour, share if self.share is None else self.share * share)
@@ -114,7 +114,7 @@ class Emission:
         """The emission as a shader, times a strength, and its radiance as a colour, without the strength."""
         tree = self.radiance.tree
         shader = tree.emission(self.radiance, strength)
-        if self.coarser is None:
+        if self.coarser is None or self.coarser_share is None:
             return Shown(shader, self.radiance)
         shader = tree.mix_shader(self.coarser_share, shader, tree.emission(self.coarser, strength))
         share = tree.maximum(tree.minimum(self.coarser_share, 1.0), 0.0)
@@ -228,7 +228,8 @@ def is_response(node: bpy.types.Node) -> bool:
 def trees_at(group: bpy.types.NodeTree) -> list[tuple[int, bpy.types.NodeTree | None]]:
     """The number of each node of a response in a Diffraction group, of which 1 is the group's own, and what it shows:
     None where that, or a socket of it, was deleted."""
-    return [(int(_NUMBERED.fullmatch(label)[1] or 1), tree) for label, tree in _sound_trees(group).items()]
+    found = ((_NUMBERED.fullmatch(label), tree) for label, tree in _sound_trees(group).items())
+    return [(int(numbered[1] or 1), tree) for numbered, tree in found if numbered]
 
 
 def own_trees(group: bpy.types.NodeTree) -> tuple[bpy.types.NodeTree | None, bpy.types.NodeTree | None]:
@@ -256,7 +257,9 @@ def _has_answer(label: str, tree: bpy.types.NodeTree) -> bool:
 
 
 def _response(found: Mapping[str, bpy.types.NodeTree | None], number: int) -> Response:
-    return Response(found[_numbered(_LABEL, number)], found.get(_numbered(_WORLD_LABEL, number)))
+    own = found[_numbered(_LABEL, number)]
+    assert own is not None  # the callers number those that are there
+    return Response(own, found.get(_numbered(_WORLD_LABEL, number)))
 
 
 def _numbered(label: str, number: int) -> str:

@@ -46,7 +46,7 @@ from ..lamps.group import light_of
 from ..lamps.link import is_linked
 from ..lamps.sky import source_count, source_light
 from ..nodes.arrange import arrange
-from ..nodes.builder import Tree
+from ..nodes.builder import Operand, Tree
 from ..nodes.constants import ROOM, constant_bytes
 from ..nodes.interface import Socket, add_interface, has_sockets, restore_interface
 from ..nodes.parts import has_parts, note_parts
@@ -82,6 +82,7 @@ from .response import (
     VARIANCE,
     ZERO_ORDER,
     Response,
+    Shown,
     further_responses,
     response_in,
     responses_in,
@@ -235,30 +236,31 @@ def _make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamp
     reliefs = list(enumerate(zip(responses, areas, strict=True), start=1))
     # A node that nothing links to costs nothing: it keeps the answer in the file while it is not asked for.
     lights = lights_of(group) if all(response.world is not None for response in responses) else LAMPS_ONLY
-    asked_of_world = {NORMAL: n, TANGENT: t, SHARP: float(lights == REST), **settings}
+    asked_of_world: dict[Socket, Operand] = {NORMAL: n, TANGENT: t, SHARP: float(lights == REST), **settings}
     worlds = [(response.to_world(tree, asked_of_world, number=k), area) for k, (response, area) in reliefs]
     zero_order = float(lights == LAMPS_ONLY)
     lit_by = [light_of(tree, index, linked) for index, linked in enumerate(lamps)]
     if lights == REST:
         lit_by += [source_light(tree, index) for index in range(sources)]
     shares = [table_share(tree, light) for light in lit_by] if lights == REST else []
-    coat = None
+    coat: Shown | None = None
     for light, share in zip_longest(lit_by, shares):
         lit = is_lit(tree, light, n=n, cos_r=cos_r, unseen=unseen)
         asked = {NORMAL: n, TANGENT: t, TO_LIGHT: light.direction, IRRADIANCE: light.irradiance}
         asked |= {VARIANCE: light.variance, ZERO_ORDER: zero_order, **to_lamps}
-        answer = None
+        answer: Shown | None = None
         for k, (response, area) in reliefs:
             shown = response.to_lamp(tree, asked, number=k).shown(strength)
             answer = (shown if area is None else shown.dimmed(area)).added_to(answer)
+        assert answer is not None  # there is a response
         if start is not None:
-            answer = answer.dimmed(
-                1.0 - light.casts_shadow * hit(tree, start, light.direction, distance=light.distance)
-            )
+            sees = 1.0 - light.casts_shadow * hit(tree, start, light.direction, distance=light.distance)
+            answer = answer.dimmed(sees)
         coat = answer.dimmed(lit if share is None else lit * share).added_to(coat)
-
+    assert coat is not None  # there is a lamp, or a place for one
     shader = coat.shader if lights != ALL else None
     for world, area in worlds if lights != LAMPS_ONLY else ():
+        assert world is not None  # else LAMPS_ONLY
         rest = strength
         if lights == REST:
             rest = strength * (1.0 - unseen) * left_by_table(tree, zip(lit_by, shares, strict=True), world.direction)

@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which objects show a Diffraction group, and which groups a scene shows that are in no grating's reach."""
 
+from collections.abc import Set as AbstractSet
 from pathlib import Path
 
 import bpy
 import numpy as np
 
 from .material import diffraction_nodes
+from .noted import is_diffraction
 from .pictures import pictures_of
 from .response import own_trees
-from .skin import is_diffraction
 
 # So many names of objects fit into a line of the panel.
 _NAMES_MAX = 3
@@ -104,7 +105,7 @@ def _shows_bake(group: bpy.types.NodeTree) -> bool:
     return tree is not None and bool(pictures_of(tree))
 
 
-def _users(used: set[bpy.types.ID], *kinds: str) -> set[bpy.types.ID]:
+def _users(used: AbstractSet[bpy.types.ID], *kinds: str) -> set[bpy.types.ID]:
     """The data-blocks, of some kinds or of all, that use any of these."""
     found = bpy.data.user_map(subset=used, **({"value_types": set(kinds)} if kinds else {})) if used else {}
     return set().union(*found.values())

@@ -30,18 +30,18 @@ def variation_nodes(tree: Tree, variation: Variation) -> tuple[list[Value | None
     name = variation.pattern_attribute
     by_noise = variation.shares and not name
     place, turning = _noise(tree, variation.size_m) if by_noise or variation.turn else (None, None)
-    turn = (turning * 2.0 - 1.0) * variation.turn if variation.turn else None
+    turn = (turning * 2.0 - 1.0) * variation.turn if turning is not None and variation.turn else None
     if not variation.shares:
         return [None], turn
     if name:
         held = tree.node("ShaderNodeAttribute", attribute_type="GEOMETRY", attribute_name=name, label=name)
         place = tree.value(held.outputs["Fac"])
+    assert place is not None
     bound, beyond = 1.0 - sum(variation.shares), []
     for share in variation.shares:
         beyond.append(_step(tree, place, bound, variation.softness))
         bound += share
-    shares = [1.0 - beyond[0], *(a - b for a, b in pairwise(beyond)), beyond[-1]]
-    return shares, turn
+    return [1.0 - beyond[0], *(a - b for a, b in pairwise(beyond)), beyond[-1]], turn
 
 
 def _noise(tree: Tree, size_m: float) -> tuple[Value, Value]:
@@ -54,10 +54,11 @@ def _noise(tree: Tree, size_m: float) -> tuple[Value, Value]:
     tree.feed(noise.inputs["Scale"], 1.0 / size_m)
     tree.feed(noise.inputs["Detail"], _DETAIL)
     red, green, _ = tree.node("ShaderNodeSeparateXYZ", tree.value(noise.outputs["Color"])).outputs
-    return tuple(
+    first, second = (
         tree.math("TANH", tree.value(channel).times_plus(_EVEN, -_EVEN / 2)).times_plus(0.5, 0.5)
         for channel in (red, green)
     )
+    return first, second
 
 
 def _step(tree: Tree, place: Value, bound: float, softness: float) -> Value:

@@ -107,7 +107,7 @@ class Tree:
         """The outputs of a node, by name."""
         return {socket.name: self.value(socket) for socket in node.outputs if socket.name}
 
-    def feed(self, socket: bpy.types.NodeSocket, value: Operand) -> None:
+    def feed(self, socket: bpy.types.NodeSocket, value: Operand | tuple[float, float, float, float]) -> None:
         """Link or set an input socket."""
         if isinstance(value, Value):
             self.tree.links.new(value.socket, socket)

@@ -8,6 +8,7 @@ What does not lead to an output of the material takes nothing.
 """
 
 from collections import Counter, defaultdict
+from typing import Any
 
 import bpy
 
@@ -26,7 +27,7 @@ def constant_bytes(tree: bpy.types.NodeTree) -> int:
 
 
 def _constants(
-    tree: bpy.types.NodeTree, asked: frozenset[str] | None, fixed: frozenset[str] | None, known: dict
+    tree: bpy.types.NodeTree, asked: frozenset[str] | None, fixed: frozenset[str] | None, known: dict[Any, Counter[str]]
 ) -> Counter[str]:
     """The constants of a tree by their kinds. `asked` are the outputs of a group that something links to, and `fixed`
     its inputs that nothing links to, by their identifiers; None is all. `known` holds what was counted before."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 
@@ -39,7 +40,7 @@ def add_interface(group: bpy.types.NodeTree, inputs: tuple[Socket, ...], outputs
             _add(group, in_out, socket)
 
 
-def sockets_of(group: bpy.types.NodeTree, in_out: str) -> list[bpy.types.NodeTreeInterfaceSocket]:
+def sockets_of(group: bpy.types.NodeTree, in_out: str) -> list[Any]:
     """The inputs or the outputs of a group, in their order."""
     items = group.interface.items_tree
     return [item for item in items if item.item_type == "SOCKET" and item.in_out == in_out]
@@ -65,7 +66,7 @@ def restore_interface(group: bpy.types.NodeTree, inputs: tuple[Socket, ...], out
         for socket, item in zip(wanted, sockets_of(group, in_out), strict=False):
             if item.name not in names and all(each.name != socket.name for each in sockets_of(group, in_out)):
                 item.name = socket.name
-        kept: dict[str, bpy.types.NodeTreeInterfaceSocket] = {}
+        kept: dict[str, Any] = {}
         for item in sockets_of(group, in_out):
             if item.name in kept or (in_out == OUTPUT and item.name not in names):
                 group.interface.remove(item)
@@ -85,8 +86,13 @@ def _kind(socket: Socket) -> str:
     return f"NodeSocket{socket.kind}"
 
 
-def _add(group: bpy.types.NodeTree, in_out: str, socket: Socket) -> bpy.types.NodeTreeInterfaceSocket:
-    made = group.interface.new_socket(socket.name, in_out=in_out, socket_type=_kind(socket), description=socket.text)
+def _add(group: bpy.types.NodeTree, in_out: str, socket: Socket) -> Any:
+    made: Any = group.interface.new_socket(
+        socket.name,
+        in_out=in_out,  # type: ignore[arg-type]  # INPUT or OUTPUT
+        socket_type=_kind(socket),
+        description=socket.text,
+    )
     if in_out == OUTPUT or socket.kind == "Shader":
         return made
     if socket.default is None:

@@ -4,7 +4,7 @@
 import bpy
 
 from ...precompute.base.failure import GratingError
-from ..materials.skin import is_diffraction
+from ..materials.noted import is_diffraction
 from .report import report_failure, report_lines
 
 

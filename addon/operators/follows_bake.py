@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The base class of the operators that bake the active grating. One of them runs at a time."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,7 +37,7 @@ class FollowsBake(FollowsJob):
         self._name, self._scene = grating.name, context.scene.name
         return self.follow(context, job, f"Baking {grating.name}")
 
-    def finish(self, job: "Job"):
+    def finish(self, job: "Job") -> set[str]:
         """Record the bake."""
         try:
             facts = job.result()
@@ -50,6 +51,10 @@ class FollowsBake(FollowsJob):
             return self.report_bake(grating, facts)
         except GratingError as error:
             return report_failure(self, error)
+
+    def record(self, grating: "Grating", facts: dict[str, Any]) -> Sequence[str]:
+        """What a subclass does with a finished bake; lines to report. Raises GratingError."""
+        raise NotImplementedError
 
     def report_bake(self, grating: "Grating", facts: dict[str, Any]) -> set[str]:
         """Note a finished bake and report it; what execute() returns. Raises GratingError as `record` does."""

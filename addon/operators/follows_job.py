@@ -1,22 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The base class of the operators whose work runs in a process beside Blender: progress in the status bar, and Esc."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 from ..scene.guard import guarded_modal
+from .polls import OperatorMixin
 
 if TYPE_CHECKING:
-    from ...precompute.base.child_process import ChildProcess
+    from ..jobs.child import Job
 
 _POLL_SECONDS = 0.2
 
 
-class FollowsJob:
+class FollowsJob(OperatorMixin):
     """An operator that follows a job until it ends. A subclass adds `finish`, which is given the job that has ended and
     returns what execute() returns."""
 
     # The job that runs beside the interface, if any. The panel shows it; disabling the extension stops it.
-    job = None
+    job = cast("Job | None", None)
 
     @classmethod
     def stop(cls) -> None:
@@ -25,7 +26,7 @@ class FollowsJob:
         if job is not None:
             job.cancel()
 
-    def follow(self, context, job: "ChildProcess", doing: str) -> set[str]:
+    def follow(self, context, job: "Job", doing: str) -> set[str]:
         """Let Blender call modal() while the job runs. `doing` is what the status bar shows."""
         type(self).job, self._doing = job, doing
         self._timer = context.window_manager.event_timer_add(_POLL_SECONDS, window=context.window)
@@ -49,6 +50,10 @@ class FollowsJob:
         job, cls.job = cls.job, None
         self._end_modal(context)
         return self.finish(job)
+
+    def finish(self, job: Any) -> set[str]:
+        """What a subclass does with the job that has ended; what execute() returns."""
+        raise NotImplementedError
 
     def cancel(self, context):
         """Stop the job. Blender calls this too when it opens another file or quits."""

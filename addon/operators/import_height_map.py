@@ -13,7 +13,7 @@ from ..scene.guard import guarded
 from .report import report_failure
 
 
-class ImportHeightMap(bpy.types.Operator, ImportHelper):
+class ImportHeightMap(bpy.types.Operator, ImportHelper):  # type: ignore[misc]  # both bases define `check`
     """Read a measured height map into the scene's gratings"""
 
     bl_idname = "grating.import_height_map"

@@ -8,7 +8,7 @@ from bpy.props import EnumProperty, StringProperty
 
 from ...precompute.base.failure import GratingError
 from ..scene.gratings import active_grating
-from .polls import has_grating
+from .polls import OperatorMixin, has_grating
 from .report import report_failure
 
 
@@ -20,7 +20,7 @@ def _kinds() -> list[tuple[str, str, str]]:
     return [(k.name, k.name.capitalize(), f"{k.help[0].upper()}{k.help[1:]}: {k.form}") for k in KINDS.values()]
 
 
-class _OnSteps:
+class _OnSteps(OperatorMixin):
     """What the operators on steps have in common."""
 
     bl_options = {"REGISTER", "UNDO"}

@@ -1,16 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The base class of the operators that work on the selected meshes."""
 
+import bpy
+
 from ...precompute.base.failure import GratingError
-from .polls import has_bake, has_selected_mesh, in_object_mode
+from .polls import OperatorMixin, has_bake, has_selected_mesh, in_object_mode
 from .report import report_failure, report_lines
 
 
-class OnSelectedMeshes:
+class OnSelectedMeshes(OperatorMixin):
     """An operator that puts a grating on the selected meshes.
 
     A subclass adds `put`, which puts the grating on the meshes among the objects and returns one line on what was done
     and further lines of warning, or raises GratingError."""
+
+    def put(self, scene: bpy.types.Scene, things: list[bpy.types.Object]) -> list[str]:
+        """What a subclass does with the selected objects."""
+        raise NotImplementedError
 
     @classmethod
     def poll(cls, context):

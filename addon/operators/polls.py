@@ -2,9 +2,17 @@
 """What operators need before their button can be pressed. Each function says whether it is there; if not, the grey
 button's tooltip says what is missing."""
 
+from typing import TYPE_CHECKING
+
 import bpy
 
 Operator = type[bpy.types.Operator]
+# The base of a class that only operators inherit. It is an operator to the type checker alone: Blender registers the
+# classes that inherit it.
+if TYPE_CHECKING:
+    OperatorMixin = bpy.types.Operator
+else:
+    OperatorMixin = object
 
 
 def in_object_mode(operator: Operator, context: bpy.types.Context) -> bool:

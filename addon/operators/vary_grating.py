@@ -74,7 +74,7 @@ class VaryGrating(bpy.types.Operator):
     def invoke(self, context, event):
         """Ask, beginning with what the grating has."""
         from ..actions.vary import varied_with
-        from ..materials.skin import variation_of
+        from ..materials.noted import variation_of
 
         grating = active_grating(context.scene)
         if grating.group is not None:

@@ -4,9 +4,10 @@ there, and the grating is told so."""
 
 import contextlib
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import bpy
 from bpy.app.handlers import persistent
@@ -56,7 +57,8 @@ def _settings(request: "BakeRequest") -> str:
 def recall_bakes(*_: object) -> None:
     """Called after undo and redo: a grating without a bake takes the bake that it has had with the same settings."""
     for scene in bpy.data.scenes if _known else ():
-        for grating in scene.natural_gratings.items if scene.library is None else ():
+        gratings: Iterable[Any] = scene.natural_gratings.items if scene.library is None else ()
+        for grating in gratings:
             if grating.source and not grating.bake_path:
                 _recall(grating)
 

@@ -11,7 +11,7 @@ def working_space() -> str:
     """The file's linear working space, by precompute.colour's name. Files have a choice from Blender 5.0 on."""
     if bpy.app.version < (5, 0, 0):
         return "Rec.709"
-    return bpy.data.colorspace.working_space.removeprefix("Linear ")
+    return bpy.data.colorspace.working_space.removeprefix("Linear ")  # type: ignore[attr-defined]  # since Blender 5.0
 
 
 def eevee_engine() -> str:
@@ -23,8 +23,8 @@ def write_pictures(settings: bpy.types.ImageFormatSettings, file_format: str) ->
     """Have renders written as single pictures of a format. From Blender 5.0 on, the formats depend on the kind of
     media, which may be video."""
     if bpy.app.version >= (5, 0, 0):
-        settings.media_type = "IMAGE"
-    settings.file_format = file_format
+        settings.media_type = "IMAGE"  # type: ignore[attr-defined]  # since Blender 5.0
+    settings.file_format = file_format  # type: ignore[assignment]  # the stubs list the names
 
 
 def enable_nodes(material: bpy.types.Material | bpy.types.World | bpy.types.Light) -> None:
@@ -60,4 +60,4 @@ def has_texture_cache(scene: bpy.types.Scene) -> bool:
 
 def annotation_of(scene: bpy.types.Scene) -> bpy.types.ID | None:
     """What is drawn with the annotation tool in a scene. It is called a grease pencil before Blender 5.0."""
-    return scene.annotation if bpy.app.version >= (5, 0, 0) else scene.grease_pencil
+    return scene.annotation if bpy.app.version >= (5, 0, 0) else scene.grease_pencil  # type: ignore[attr-defined]  # since Blender 5.0

@@ -2,7 +2,6 @@
 """Where a grating takes T, the direction of the scan's x axis, from: the artist's choice. Saved .blend files hold these
 names: they must stay."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -72,23 +71,24 @@ class FrameSource:
     @property
     def axis_vector(self) -> tuple[float, float, float]:
         """The axis as a unit vector of the object's space."""
-        return tuple(float(name == self.axis) for name, _, _ in AXES)
+        x, y, z = (float(name == self.axis) for name, _, _ in AXES)
+        return x, y, z
 
     @property
     def named_uv_map(self) -> str:
         """The name of the UV map on which T rests; empty for the one that renders."""
-        if self.kind == FRAME_MAP:
+        if self.kind == FRAME_MAP and self.frame_map is not None:
             return baked_of(self.frame_map)["uv_map"]
         return self.uv_map if self.kind == UV_MAP else ""
 
     def as_property(self) -> dict[str, Any]:
         """The choice as a custom property holds it."""
-        held = {"kind": self.kind, "uv_map": self.uv_map, "axis": self.axis, "angle": self.angle}
+        held: dict[str, Any] = {"kind": self.kind, "uv_map": self.uv_map, "axis": self.axis, "angle": self.angle}
         held["combed"] = self.combed
         return held if self.frame_map is None else held | {"frame_map": self.frame_map}
 
     @classmethod
-    def from_property(cls, held: Mapping[str, Any] | None) -> "FrameSource":
+    def from_property(cls, held: stored.Record | None) -> "FrameSource":
         """The choice that a custom property holds; the default where there is none, or its picture is gone."""
         if held is None:
             return cls()

@@ -61,11 +61,11 @@ def guarded_item(function: Callable[..., None]) -> Callable[..., None]:
     return draw_item
 
 
-def guarded_modal(modal: Callable[..., set[str]]) -> Callable[..., set[str]]:
+def guarded_modal(modal: Callable[..., Any]) -> Callable[..., Any]:
     """The modal() of an operator that never raises. Where it fails, the operator is cancelled and reports the line."""
 
     @wraps(modal)
-    def call(self: Any, context: Any, event: Any) -> set[str]:
+    def call(self: Any, context: Any, event: Any) -> Any:
         try:
             return modal(self, context, event)
         except Exception as error:

@@ -75,7 +75,7 @@ def _taken(argument: Any, shown: float) -> float | str:
     return words[int(shown)] if words else min(argument.high, max(argument.low, float(f"{shown:.7g}")))
 
 
-def _kept(name: str) -> dict[str, Callable]:
+def _kept(name: str) -> dict[str, Callable[..., Any]]:
     return {"get": _read(name), "set": _write(name)}
 
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The names of a grating's material and node group, which follow the grating's own until an artist gives another."""
 
+from typing import Any
+
 import bpy
 
 from . import stored
@@ -39,7 +41,7 @@ def own_name(grating: bpy.types.PropertyGroup) -> str:
     return f"{_PREFIX}{grating.name}"
 
 
-def follow_name(grating: bpy.types.PropertyGroup) -> None:
+def follow_name(grating: Any) -> None:
     """Give the grating's material and node group its name, unless an artist or another file named them."""
     group, material = grating.group, grating.material
     if None not in (group, material) and _OWN not in group and is_own(material) and group.name == material.name:

@@ -2,7 +2,6 @@
 """How a grating varies over a skin: further gratings beside it, patch by patch, and a slow turn of its direction.
 Saved .blend files hold these names: they must stay."""
 
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from math import degrees
 from typing import Any
@@ -63,7 +62,7 @@ class Variation:
         return asdict(self) | {"shares": [float(share) for share in self.shares]}
 
     @classmethod
-    def from_property(cls, held: Mapping[str, Any] | None) -> "Variation":
+    def from_property(cls, held: stored.Record | None) -> "Variation":
         """The choice that a custom property holds; no variation where there is none."""
         if held is None:
             return cls()

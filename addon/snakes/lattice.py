@@ -54,7 +54,7 @@ class Net(NamedTuple):
 
 def cut_for(faces: int, rows: int, natural: float) -> Cut:
     """The cut with about so many faces whose number of scales in a row is nearest to `natural`."""
-    best = None
+    best: tuple[float, Cut] | None = None
     for n in range(2, 64):
         belly, head = 2 * n + 2, max(8, 10 * n)
         around = (rows + 1) * n + belly
@@ -65,6 +65,8 @@ def cut_for(faces: int, rows: int, natural: float) -> Cut:
         off = abs(np.log(scales / natural))
         if best is None or off < best[0]:
             best = off, Cut(scales, n, belly, head, n)
+    if best is None:
+        raise ValueError(f"{faces} faces are too few for scales")
     return best[1]
 
 
@@ -82,15 +84,15 @@ def samples(n: int) -> np.ndarray:
 def make_net(rows: int, cut: Cut) -> Net:
     """The net of `rows` rows of scales (3 more than a multiple of 4) and their belly plates."""
     n, half = cut.n, (rows - 1) // 2
-    corners, scale = [], []
+    corners, scales = [], []
     for row in range(-half, half + 1):
         # The outermost rows, and every other from there, begin half a scale earlier, and have one scale more.
         early = (row - half) % 2 == 0
         centre = 2 * n * np.arange(cut.scales + early) + (0 if early else n)
         first = np.stack([centre - n, np.full(len(centre), n * row)], axis=1)
         corners.append(first)
-        scale.append((row + half) * (cut.scales + 1) + np.arange(len(centre)))
-    first, scale = np.concatenate(corners), np.concatenate(scale)
+        scales.append((row + half) * (cut.scales + 1) + np.arange(len(centre)))
+    first, scale = np.concatenate(corners), np.concatenate(scales)
     i, j = (k.ravel() for k in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
     di, dj = np.array((0, 0, 1, 1)), np.array((0, 1, 1, 0))
     p, q = i[:, None] + di, j[:, None] + dj

@@ -29,7 +29,7 @@ def new_mesh(name: str, shape: Shape) -> bpy.types.Mesh:
     mesh.attributes.new("sharp_edge", "BOOLEAN", "EDGE").data.foreach_set("value", creases)
     for domain, attributes in (("POINT", shape.of_points), ("FACE", shape.of_faces)):
         for key, values in attributes.items():
-            mesh.attributes.new(key, "FLOAT", domain).data.foreach_set("value", values.astype(np.float32))
+            mesh.attributes.new(key, "FLOAT", domain).data.foreach_set("value", values.astype(np.float32))  # type: ignore[arg-type]  # the stubs list the names
     return mesh
 
 

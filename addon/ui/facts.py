@@ -18,14 +18,8 @@ from ..lamps.find import brightest, instanced_lamps, unfollowed_features
 from ..lamps.follow import followed_lamps, is_on
 from ..lamps.sky import missed_share, source_count
 from ..materials.data_pictures import wrong_colours
-from ..materials.skin import (
-    answers_to_world,
-    crowded,
-    follows_world,
-    is_diffraction,
-    linked_with_fewer_lamps,
-    variation_of,
-)
+from ..materials.noted import is_diffraction, variation_of
+from ..materials.skin import answers_to_world, crowded, follows_world, linked_with_fewer_lamps
 from ..operators.mend import MendMaterials
 from ..scene.bakes import is_asked_otherwise
 from ..scene.changes import STILL, change_count, seconds_until_still
@@ -185,7 +179,8 @@ def _find(scene: bpy.types.Scene, layer: str, depsgraph: bpy.types.Depsgraph) ->
 
 
 def _of_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> SceneFacts:
-    strays, linked = (), ()
+    strays: tuple[str, ...] = ()
+    linked: tuple[str, ...] = ()
     if any(map(is_diffraction, bpy.data.node_groups)):  # most files load no more than this
         from ..materials.users import linked_strays
         from ..materials.users import strays as strays_of
@@ -225,7 +220,8 @@ def _world(scene: bpy.types.Scene) -> str:
 
 
 def _of_grating(grating: Grating) -> GratingFacts:
-    scans, fault = (), ""
+    scans: tuple[str, ...] = ()
+    fault = ""
     try:
         if grating.further_scans():
             scans = tuple(Path(scan.source).name for scan in grating.bake_request().scans)

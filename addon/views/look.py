@@ -10,8 +10,9 @@ from ...precompute.bake.shown import Shown, joined, least_change, under_everythi
 from ...precompute.table.radiance import Skin
 from ..lamps.sent import lamps_sent
 from ..materials.material import linked_among, number_in
+from ..materials.noted import lights_of, variation_of
 from ..materials.response import HEIGHT_SCALE, IOR, PERIOD_SCALE, ROUGHNESS, Response, responses_in
-from ..materials.skin import answers_to_world, lights_of, variation_of
+from ..materials.skin import answers_to_world
 from ..scene.lights import LAMPS_ONLY
 from .cameras import Pixels
 from .seen import Places, boxes_with_gratings, seen_by

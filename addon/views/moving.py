@@ -2,6 +2,7 @@
 """What of a scene may change from frame to frame."""
 
 from collections.abc import Iterable, Iterator
+from typing import Any
 
 import bpy
 
@@ -40,7 +41,7 @@ def _blocks(thing: bpy.types.Object) -> Iterator[bpy.types.ID]:
             yield thing.data.shape_keys
 
 
-def is_animated(block: bpy.types.ID) -> bool:
+def is_animated(block: Any) -> bool:
     """Whether keys, strips or drivers change a data-block."""
     held = block.animation_data
     return held is not None and bool(held.action or held.nla_tracks or held.drivers)

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from math import cos, sin
+from typing import Any
 
 import bpy
 import numpy as np
@@ -14,7 +15,7 @@ from ..frames.field import frame_field
 from ..frames.place import own_angle
 from ..frames.uv_maps import has_uv_map
 from ..materials.material import diffraction_nodes, number_in
-from ..materials.skin import frame_of
+from ..materials.noted import frame_of
 
 # How many objects that no render shows a ray goes through, and how far behind one it goes on, in its own length.
 _THROUGH, _BEHIND = 8, 1e-5
@@ -56,10 +57,10 @@ def seen_by(
     origins, directions = rays
     foreign = _own_instances(depsgraph)
     meshes: dict[bpy.types.Object, _Mesh] = {}
-    found: dict[tuple, _Hits] = {}
+    found: dict[tuple[Any, ...], _Hits] = {}
     for number, (origin, direction) in enumerate(zip(origins.tolist(), directions.tolist(), strict=True)):
         hit, point, face, thing, matrix = _first(scene, depsgraph, Vector(origin), Vector(direction))
-        if not hit or thing.type != "MESH" or (thing, tuple(map(tuple, matrix))) in foreign:
+        if not hit or thing is None or thing.type != "MESH" or (thing, tuple(map(tuple, matrix))) in foreign:
             continue
         if thing.original.data.is_editmode:  # its faces cannot be read
             continue
@@ -67,11 +68,12 @@ def seen_by(
             meshes[thing] = _Mesh(thing, depsgraph)
         mesh = meshes[thing]
         slot = mesh.slot_of(face)
-        if mesh.nodes[slot] is None:
+        node = mesh.nodes[slot]
+        if node is None:
             continue
         key = (thing, tuple(map(tuple, matrix)), slot)
         if key not in found:
-            found[key] = _Hits(thing, matrix.copy(), mesh.nodes[slot], [], [], [])
+            found[key] = _Hits(thing, matrix.copy(), node, [], [], [])
         hits = found[key]
         hits.rays.append(number)
         hits.faces.append(face)
@@ -79,7 +81,7 @@ def seen_by(
     return [_placed(hits, meshes[hits.thing], directions) for hits in found.values()]
 
 
-def _own_instances(depsgraph: bpy.types.Depsgraph) -> set[tuple[bpy.types.Object, tuple]]:
+def _own_instances(depsgraph: bpy.types.Depsgraph) -> set[tuple[bpy.types.Object, tuple[Any, ...]]]:
     """Objects whose Geometry Nodes make instances of meshes, and the matrices of these. A ray that meets one tells the
     object, but the number of a face of the other mesh, which nothing leads to. An instance in the object's own place
     cannot be told from the object: so are its curves and points, which rays do not meet."""
@@ -211,8 +213,10 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
         return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
-def _numbers(items: bpy.types.bpy_prop_collection, name: str, width: int = 1, kind: type = np.int32) -> np.ndarray:
+def _numbers(
+    items: "bpy.types.bpy_prop_collection[Any]", name: str, width: int = 1, kind: type = np.int32
+) -> np.ndarray:
     """A property of all items: (n,), or (n, width)."""
-    values = np.empty(len(items) * width, kind)
+    values: np.ndarray = np.empty(len(items) * width, kind)
     items.foreach_get(name, values)
     return values if width == 1 else values.reshape(-1, width)

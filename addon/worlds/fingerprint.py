@@ -4,6 +4,7 @@
 import hashlib
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import bpy
 
@@ -39,7 +40,7 @@ def _tree_facts(tree: bpy.types.NodeTree | None, seen: set[bpy.types.ID]) -> Ite
             if own.identifier not in _OF_ALL_NODES:
                 yield own.identifier, list(_facts(node, own, seen))
         for socket in (*node.inputs, *node.outputs):
-            value = getattr(socket, "default_value", None)
+            value: Any = getattr(socket, "default_value", None)
             yield tuple(value) if hasattr(value, "__len__") and not isinstance(value, str) else value
     for link in tree.links:
         yield link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier

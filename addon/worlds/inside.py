@@ -99,10 +99,11 @@ def _set_up(scene: bpy.types.Scene, world: bpy.types.World, request: dict[str, A
     # A map of where the world is bright takes time to make, and no camera ray asks for it.
     world.cycles.sampling_method = "NONE"
     tree = compat.world_nodes(world)
-    for node in tree.nodes if tree else ():
-        if node.type == "OUTPUT_WORLD":
-            for link in list(node.inputs["Volume"].links):
-                tree.links.remove(link)
+    if tree is not None:
+        for node in tree.nodes:
+            if node.type == "OUTPUT_WORLD":
+                for link in list(node.inputs["Volume"].links):
+                    tree.links.remove(link)
     render, cycles = scene.render, scene.cycles
     render.engine, render.resolution_percentage, render.use_persistent_data = "CYCLES", 100, True
     render.use_compositing = render.use_sequencer = render.film_transparent = render.use_motion_blur = False
@@ -136,7 +137,7 @@ def _rendered(
     """What the camera sees along a direction, (rows, cols, 3), row 0 at the bottom."""
     forward, left, up = crop_frame(direction).T
     # A camera looks along its -Z, with +X to the right.
-    camera.matrix_world = mathutils.Matrix(np.stack((-left, up, -forward), axis=1)).to_4x4()
+    camera.matrix_world = mathutils.Matrix(np.stack((-left, up, -forward), axis=1).tolist()).to_4x4()
     path = folder / "seen.exr"
     scene.render.resolution_y, scene.render.resolution_x = shape
     scene.render.filepath = str(path)

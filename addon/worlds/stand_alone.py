@@ -32,8 +32,10 @@ class StandAlone:
     def painted(self) -> list[bpy.types.Image]:
         """The pictures of the nodes whose pixels are in no file."""
         trees = [self.world.node_tree, *(copy for copy in self.copies if isinstance(copy, bpy.types.NodeTree))]
-        images = {getattr(node, "image", None) for tree in trees if tree for node in tree.nodes} - {None}
-        return sorted((image for image in images if image.is_dirty), key=lambda image: image.name_full)
+        images = {getattr(node, "image", None) for tree in trees if tree for node in tree.nodes}
+        return sorted(
+            (image for image in images if image is not None and image.is_dirty), key=lambda image: image.name_full
+        )
 
 
 def is_even(world: bpy.types.World) -> bool:

@@ -84,7 +84,8 @@ def comparison(table: Table, illuminant: str) -> Callable[[Table], FormErrors]:
     for w in low + (high - low) * (np.arange(_GROUPS) + 0.5) / _GROUPS:
         halves = cosine_weighted(w, _PAIRS // 2, rng), _lit_pairs(table, w, _PAIRS // 2, rng)
         drawn = np.repeat([False, True], [len(half[0]) for half in halves])
-        pairs = Pairs(*(np.concatenate(ways) for ways in zip(*halves, strict=True)), drawn).within(table.region)
+        wi, wr = (np.concatenate(ways) for ways in zip(*halves, strict=True))
+        pairs = Pairs(wi, wr, drawn).within(table.region)
         scattered, zero_order = table.candidate(pairs.u, pairs.v, w)
         found.append(Truth(w, pairs, scattered * w**2, zero_order))
     return lambda other: FormErrors(measure(found, other.candidate, illuminant), None)

@@ -63,7 +63,7 @@ def key_of(height_maps: Sequence[HeightMap], request: BakeRequest) -> str:
     folder of the source is no part of it."""
     surfaces = [
         {
-            "heights_sha256": hashlib.sha256(np.ascontiguousarray(one.height_m, dtype="<f8")).hexdigest(),
+            "heights_sha256": hashlib.sha256(np.ascontiguousarray(one.height_m, dtype="<f8").data).hexdigest(),
             "shape": one.height_m.shape,
             "pixel_size_m": one.pixel_size_m,
             "periodic": one.periodic,
@@ -86,11 +86,11 @@ def _processor() -> list[str]:
 def bake_once(
     key: str,
     output: Path,
-    make: Callable[[Path], dict],
+    make: Callable[[Path], dict[str, Any]],
     *,
     believed: Callable[[Mapping[str, Any]], bool],
     progress: Progress = silent,
-) -> dict:
+) -> dict[str, Any]:
     """Bring the bake of a key into the folder `output`, which is made if need be, from the cache or else by `make`.
 
     make      writes the bake's files into the folder that it is given; returns the bake's facts, with the paths of its
@@ -112,14 +112,13 @@ def bake_once(
         _warn(error)
         return {**make(output), "cached": False}
     with lock, _staging(output, key) as staging:
-        facts = cache.take(key, staging, believed)
-        cached = facts is not None
-        if not cached:
+        taken = cache.take(key, staging, believed)
+        if taken is None:
             for left in staging.iterdir():  # of a damaged entry
                 left.unlink()
-            facts = make(staging)
+        facts = make(staging) if taken is None else taken
         try:
-            if not cached:
+            if taken is None:
                 cache.put(key, staging, facts)
             cache.tidy(key)
         except OSError as error:
@@ -127,7 +126,7 @@ def bake_once(
         names = [Path(file).name for file in facts["files"]]
         for name in names:
             (staging / name).replace(output / name)
-    return {**facts, "files": [str(output / name) for name in names], "cached": cached}
+    return {**facts, "files": [str(output / name) for name in names], "cached": taken is not None}
 
 
 def default_folder() -> Path:
@@ -186,7 +185,7 @@ class Cache:
             time.sleep(_POLL_SECONDS)
         return lock
 
-    def take(self, key: str, folder: Path, believed: Callable[[Mapping[str, Any]], bool]) -> dict | None:
+    def take(self, key: str, folder: Path, believed: Callable[[Mapping[str, Any]], bool]) -> dict[str, Any] | None:
         """Copy an entry's files into a folder; the facts of the entry, or None if there is none or it is damaged.
 
         Only the holder of the key's lock may call this. Raises GratingError if the folder cannot be written into."""
@@ -206,7 +205,7 @@ class Cache:
             os.utime(record)
         return facts
 
-    def put(self, key: str, folder: Path, facts: dict) -> None:
+    def put(self, key: str, folder: Path, facts: dict[str, Any]) -> None:
         """Keep what a bake wrote into a folder, in place of an older entry.
 
         Only the holder of the key's lock may call this. Raises OSError if the bake cannot be kept."""
@@ -321,7 +320,7 @@ def _is_copied(source: Path, target: Path, expected: Any) -> bool:
     return True
 
 
-def _fingerprint(path: Path) -> dict:
+def _fingerprint(path: Path) -> dict[str, int | str]:
     with path.open("rb") as file:
         return {"bytes": path.stat().st_size, "sha256": hashlib.file_digest(file, "sha256").hexdigest()}
 

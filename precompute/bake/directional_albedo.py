@@ -67,7 +67,7 @@ def zero_order_albedo(series: SpectrumSeries, sigma_b: float, cosine: np.ndarray
     return np.stack(curves, axis=-1)
 
 
-def orders_albedo(series: SpectrumSeries, sigma_b: float, *, directions: np.ndarray, lambdas) -> np.ndarray:
+def orders_albedo(series: SpectrumSeries, sigma_b: float, *, directions: np.ndarray, lambdas: np.ndarray) -> np.ndarray:
     """A (rows, cols, n) of the orders, for light from directions (rows, cols, 3) at n wavelengths."""
     wi, orders = directions.reshape(-1, 3).astype(np.float32), Orders(series, sigma_b)
     return np.stack([orders.albedo(lam, wi) for lam in lambdas], axis=-1).reshape(*directions.shape[:2], -1)
@@ -127,7 +127,7 @@ def continuum_albedo(
     sigma_b: float,
     *,
     directions: np.ndarray,
-    lambdas,
+    lambdas: np.ndarray,
     turns: int = 1,
     progress: Progress = silent,
 ) -> np.ndarray:
@@ -167,7 +167,9 @@ def continuum_albedo(
     return out.reshape(rows, turns * cols, len(lambdas))
 
 
-def coarse_terms(series: SpectrumSeries, orders, axis: np.ndarray, *, sigma: float, lambdas: np.ndarray) -> np.ndarray:
+def coarse_terms(
+    series: SpectrumSeries, orders: np.ndarray, axis: np.ndarray, *, sigma: float, lambdas: np.ndarray
+) -> np.ndarray:
     """Chebyshev coefficients in w of PSD / lambda^2 / w^2 over axis x axis; (K, len(axis), len(axis), n) float32."""
     resamplers = [Resampler(series.grid, axis, axis, lam, series.kernel_left(sigma, lam)) for lam in lambdas]
     mixes = np.stack([_terms_in_w(series, lam) for lam in lambdas]).astype(np.float32)
@@ -220,16 +222,16 @@ class NearHorizon:
         rho = np.linspace(0, self.reach, 1 << 14)
         self._per_step = (len(rho) - 1) / rho[-1]
         cosine = np.sqrt(np.maximum(1 - rho**2, 1e-12))
-        self._pairs = [(0.5 * cosine**power, cosine.copy()), (0.5 * cosine**power, cosine.copy())]
+        pairs = [(0.5 * cosine**power, cosine.copy()), (0.5 * cosine**power, cosine.copy())]
         rim = rho > self.rim
         c = (np.arange(512) + 0.5) / 512
         across = np.sqrt(1 - c**2)
         density = np.exp(-0.5 * ((across - rho[rim, None]) / sigma) ** 2) / (math.sqrt(2 * math.pi) * sigma)
         moments = (density / across / len(c)) @ c[:, None] ** (power + 1 + np.arange(4))
-        for pair, values in zip(self._pairs, _gauss_of_two(moments), strict=True):
+        for pair, values in zip(pairs, _gauss_of_two(moments), strict=True):
             for table, column in zip(pair, values, strict=True):
                 table[rim] = column
-        self._pairs = [tuple(table.astype(np.float32) for table in pair) for pair in self._pairs]
+        self._pairs = [(weight.astype(np.float32), cosine.astype(np.float32)) for weight, cosine in pairs]
 
     def __call__(self, rho: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         """Two pairs of weight and cosine, each (...,) float32, at distances rho (...,). The weight is 0 beyond the

@@ -7,6 +7,7 @@ The docstring of table/sample_set.py describes the method and its symbols.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 
@@ -105,7 +106,8 @@ def sobol_points(count: int) -> np.ndarray:
 
 def z_curve(size: int) -> np.ndarray:
     """For each texel (size, size), its number along a Z curve. `size` is a power of two."""
-    spread = sum(((np.arange(size) >> bit) & 1) << (2 * bit) for bit in range(size.bit_length()))
+    bits = (((np.arange(size) >> bit) & 1) << (2 * bit) for bit in range(size.bit_length()))
+    spread: np.ndarray = reduce(np.add, bits)
     return spread[:, None] * 2 + spread
 
 

@@ -6,6 +6,7 @@ Kernel, wavelengths, texels and terms are chosen so that this very surface keeps
 
 import math
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -37,7 +38,7 @@ from .resolution import (
     texel_size,
 )
 from .self_check import judge as judge
-from .tiles import carry_out
+from .tiles import carry_out as carry_out
 
 # The request that leaves every value at its default.
 ANY = BakeRequest()
@@ -82,16 +83,16 @@ def plan(
         blender_bytes(terms, (finest, finest), texels * texel_size(finest)) > DEFAULT_BYTES and finest > RESOLUTION_MIN
     ):
         finest -= 2
-    if not auto and resolution > RESOLUTION_MAX:
-        raise too_fine(request)
+    if request.coherence_length_m is not None and resolution > RESOLUTION_MAX:
+        raise too_fine(request.coherence_length_m, delta_e)
     if auto and resolution > finest:
         resolution, sigma_b = finest, texels * texel_size(finest)
         lambdas = _wavelengths(sigma_b, request)
     texel = texel_size(resolution)
-    axes = tuple(texel_middles(*side, texel) for side in (needs.region.v, needs.region.u))
+    v, u = (texel_middles(*side, texel) for side in (needs.region.v, needs.region.u))
     precision = np.float16 if measured.halves_do(terms, delta_e) else np.float32
     return Plan(
-        ensemble, lambdas, sigma_b, texel, axes, terms, needs.w, precision,
+        ensemble, lambdas, sigma_b, texel, (v, u), terms, needs.w, precision,
         bound_tolerance=_OF_BOUND * min(delta_e, 1) / DELTA_E_OF_BOUND,
     )  # fmt: skip
 
@@ -116,8 +117,8 @@ def _spectra(
                 relief, (needs.region.reach + reach) / WAVELENGTH_MIN_M, needs.w[1] / WAVELENGTH_MIN_M,
                 finest_kernel=sigma_b / WAVELENGTH_MAX_M, tolerance=_SERIES_TOLERANCE * request.delta_e,
                 progress=part_of(progress, "transforms", done=k, total=len(reliefs)),
-                before=lambda work, k=k: tell(
-                    work, wavelengths, scans=len(reliefs) - k, progress=silent if k else progress
+                before=partial(
+                    tell, wavelengths=wavelengths, scans=len(reliefs) - k, progress=silent if k else progress
                 ),
             )
         )  # fmt: skip

@@ -16,6 +16,7 @@ first or the last wavelength, the excess bends within some sigma_b.
 """
 
 from collections.abc import Sequence
+from functools import reduce
 
 import numpy as np
 
@@ -51,10 +52,11 @@ def excess_table(
     begun = _DONE[0] if any(series.periodic for series in ensemble) else 1.0
     told = span_of(progress, 0, begun)
     # The continuum is smooth enough that the finer tables are read from the coarsest one.
-    continuum = sum(
+    tables = (
         _continuum_table(series, sigma_b, part_of(told, "albedo bound", done=k, total=len(ensemble)))
         for k, series in enumerate(ensemble)
     )
+    continuum: np.ndarray = reduce(np.add, tables)
     probes = _probes()
     exact = _excess(ensemble, sigma_b, probes, continuum=_read_planes(continuum, probes), step=_STEP)
     exact = 1 + np.maximum(exact / probes[..., 2], 0)
@@ -78,10 +80,11 @@ def excess_at(ensemble: Sequence[SpectrumSeries], sigma_b: float, directions: np
 
     Neighbours in the array should be neighbours on the hemisphere, for the sake of time."""
     lambdas = _wavelengths()[::_STRIDE]
-    continuum = sum(
+    parts = (
         continuum_albedo(series, find_orders(series), sigma_b, directions=directions, lambdas=lambdas)
         for series in ensemble
     )
+    continuum: np.ndarray = reduce(np.add, parts)
     return _excess(ensemble, sigma_b, directions, continuum=continuum, step=1)
 
 
@@ -118,7 +121,13 @@ def _read_planes(planes: np.ndarray, directions: np.ndarray) -> np.ndarray:
 
 
 def _excess(
-    ensemble, sigma_b: float, directions: np.ndarray, *, continuum: np.ndarray, step: int, progress: Progress = silent
+    ensemble: Sequence[SpectrumSeries],
+    sigma_b: float,
+    directions: np.ndarray,
+    *,
+    continuum: np.ndarray,
+    step: int,
+    progress: Progress = silent,
 ) -> np.ndarray:
     """E (rows, cols) for light from directions (rows, cols, 3).
 
@@ -139,11 +148,13 @@ def _excess(
     return largest.reshape(cosine.shape) / len(ensemble) - cosine
 
 
-def _largest_with(sharp: list[Orders], smooth: np.ndarray, wi: np.ndarray, *, step: int, progress: Progress):
+def _largest_with(
+    sharp: list[Orders], smooth: np.ndarray, wi: np.ndarray, *, step: int, progress: Progress
+) -> np.ndarray:
     """The largest A (n,) over all wavelengths: the sum of what is smooth (n, wavelengths) and of the orders."""
     lambdas = _wavelengths()
 
-    def reflected(k: int, light) -> np.ndarray:
+    def reflected(k: int, light: np.ndarray | slice) -> np.ndarray:
         before, share = divmod(k, _STRIDE)
         after = min(before + 1, smooth.shape[1] - 1)
         found = smooth[light, before] + (smooth[light, after] - smooth[light, before]) * (share / _STRIDE)

@@ -57,8 +57,8 @@ def expected_table_bytes(layout: Layout, needs: Needs) -> tuple[int, int]:
     side = math.ceil(4 / texel - 1e-9) + 1
     low, high = needs.w
     terms = min(layout.terms, math.ceil(2 + (layout.terms - 2) * (high - low) / 2))
-    inner = tuple(count - 2 * TILE_PADDING for count in tile)
-    cell = cell_for(terms, inner, sigma_b, whole=(side, side), ratios=(layout.level_ratio,))
+    rows, columns = (count - 2 * TILE_PADDING for count in tile)
+    cell = cell_for(terms, (rows, columns), sigma_b, whole=(side, side), ratios=(layout.level_ratio,))
     width_min = layout.zero_order_samples + 1
     down, across = grid(terms, cell.size, width_min=width_min)
     width = max(across * cell.size[1], width_min)

@@ -44,7 +44,7 @@ def kernel_for(reliefs: Sequence[Relief], request: BakeRequest) -> float:
         )
     sigma_b = max(coherence.kernel_sigma(coherence_length_m), needs.kernel)
     if resolution_for(sigma_b, TEXELS_MIN) > RESOLUTION_MAX:
-        raise too_fine(request)
+        raise too_fine(coherence_length_m, request.delta_e)
     return sigma_b
 
 
@@ -72,11 +72,11 @@ def _sides(reliefs: Sequence[Relief]) -> str:
     return " x ".join(f"{side * 1e6:.3g}" for side in smallest.size_m[::-1])
 
 
-def too_fine(request: BakeRequest) -> GratingError:
+def too_fine(coherence_length_m: float, delta_e: float) -> GratingError:
     """The error for a coherence length that no table resolves at the colour error asked for."""
-    texels = min(TEXELS_ALWAYS / request.delta_e**0.25, TEXELS_MAX)
+    texels = min(TEXELS_ALWAYS / delta_e**0.25, TEXELS_MAX)
     longest = coherence.coherence_length(max(texels, TEXELS_MIN) * texel_size(RESOLUTION_MAX))
     return GratingError(
-        f"coherence of {request.coherence_length_m * 1e6:.3g} um: finer than the largest table holds at a dE00 of "
-        f"{request.delta_e:g}; ask for at most {math.floor(longest * 1e6)} um"
+        f"coherence of {coherence_length_m * 1e6:.3g} um: finer than the largest table holds at a dE00 of "
+        f"{delta_e:g}; ask for at most {math.floor(longest * 1e6)} um"
     )

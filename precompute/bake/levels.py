@@ -8,6 +8,7 @@ function by an interpolation that keeps all frequencies which they can hold, and
 
 import math
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from ..maths import bspline
 from ..table.table import Table
 from ..table.tiling import TILE_PADDING, Cell, cell_for
 
+_Mode = Literal["constant", "edge"]
 # The interpolation is a sinc under a Gaussian of this standard deviation, in samples. It is cut off at four standard
 # deviations, where it has fallen below 1e-5. A blur is cut off at six of its own.
 _WINDOW, _WINDOW_REACH, _BLUR_REACH = 2.0, 8, 6.0
@@ -35,7 +37,9 @@ def with_levels(table: Table, cell: Cell | None = None) -> Table:
 
     A wider kernel reaches past the rim of the table. Where the table ends at |u| = 2, there is no light beyond the rim.
     Where its region ends earlier, the values at the rim stand for those beyond."""
-    modes = ["constant" if low <= 1e-9 - 2 and high >= 2 - 1e-9 else "edge" for low, high in table.region[::-1]]
+    modes: list[_Mode] = [
+        "constant" if low <= 1e-9 - 2 and high >= 2 - 1e-9 else "edge" for low, high in table.region[::-1]
+    ]
     side = math.ceil(4 / table.texel - 1e-9) + 1
     cell = cell or cell_for(len(table.terms), table.inner, table.sigma_b, whole=(side, side))
     # Measured in a level's own texels, the kernel that is sampled there is the same on every level.
@@ -51,7 +55,7 @@ def with_levels(table: Table, cell: Cell | None = None) -> Table:
     return replace(table, wider=tuple(found[1:]), level_ratio=cell.ratio)
 
 
-def _blurred(terms: np.ndarray, sigma: float, *, step: float, count: int, mode: str) -> np.ndarray:
+def _blurred(terms: np.ndarray, sigma: float, *, step: float, count: int, mode: _Mode) -> np.ndarray:
     """Terms (K, rows, ...) blurred along their rows by a Gaussian of sigma rows, at `count` places that are `step` rows
     apart. The first inner row, the one after TILE_PADDING others, is such a place, and so many others are before it.
     `mode` tells numpy.pad what is beyond the rows."""

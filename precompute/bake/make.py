@@ -134,7 +134,8 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
         chosen = model.plan(reliefs, request, progress=span_of(progress, 0, _PLANNED))
     except GratingError as error:
         raise GratingError(f"{source}: {error}") from error
-    in_blender = blender_bytes(chosen.terms, tuple(len(axis) for axis in chosen.axes), chosen.sigma_b)
+    rows, columns = map(len, chosen.axes)
+    in_blender = blender_bytes(chosen.terms, (rows, columns), chosen.sigma_b)
     if in_blender > ATLAS_BYTES_MAX:
         raise GratingError(
             f"{source}: the table would take {in_blender / 2**20:.0f} MiB in Blender; ask for a shorter "

@@ -13,8 +13,10 @@ docs/needs.md describes them for users.
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from ..base.failure import GratingError
 from ..base.strict_json import read_json
@@ -63,7 +65,7 @@ class Needs:
         results counts."""
         return max(self.light_radius / 2, self.footprint / math.sqrt(12) / 2)
 
-    def as_dict(self) -> dict:
+    def as_dict(self) -> dict[str, Any]:
         """The needs as a file has them, with every key."""
         region = {"u": list(self.region.u), "v": list(self.region.v), "w": list(self.w)}
         light = {"light_radius_deg": math.degrees(self.light_radius), "footprint": self.footprint}
@@ -99,7 +101,7 @@ def needs_of(record: object, source: str) -> Needs:
     return Needs(Region(u, v), w, radius, _size(source, "footprint", record, 4))
 
 
-def _range(source: str, name: str, value) -> tuple[float, float]:
+def _range(source: str, name: str, value: Any) -> tuple[float, float]:
     low, high = _LIMITS[name]
     numbers = isinstance(value, (list, tuple)) and len(value) == 2 and all(_is_number(x) for x in value)
     if not (numbers and low <= value[0] and value[1] <= high and value[1] - value[0] >= WIDTH_MIN):
@@ -110,7 +112,7 @@ def _range(source: str, name: str, value) -> tuple[float, float]:
     return float(value[0]), float(value[1])
 
 
-def _size(source: str, name: str, record: dict, most: float) -> float:
+def _size(source: str, name: str, record: Mapping[str, Any], most: float) -> float:
     value = record.get(name, 0.0)
     if not (_is_number(value) and 0 <= value <= most):
         raise GratingError(f"{source}: {name}: cannot be {value!r:.30}; give a number from 0 to {most}")

@@ -16,7 +16,7 @@ from ..surface.height_map import HeightMap
 from ..surface.relief import Relief, relief_of
 from ..surface.steps.pipeline import level
 from ..table import sample_set
-from ..table.atlas_file import check_can_write, write_together
+from ..table.atlas_file import AnyLayout, check_can_write, write_together
 from ..table.sample_set import path_beside
 from .kernel import extent
 from .make import Made, make
@@ -31,7 +31,9 @@ _FIGURES = ("seconds", "check_seconds", "blender_bytes", "tiles", "resolution", 
 _ERRORS = ("mean", "p95", "p99", "max", "pairs")
 
 
-def bake_to_folder(height_maps: Sequence[HeightMap], request: BakeRequest, folder: Path, *, progress: Progress) -> dict:
+def bake_to_folder(
+    height_maps: Sequence[HeightMap], request: BakeRequest, folder: Path, *, progress: Progress
+) -> dict[str, Any]:
     """Bake height maps and write the table's file and the sample set's file into a folder.
 
     Returns the facts of the run, as `--json` gives them. Under `files` the table's file comes first. Raises
@@ -43,7 +45,7 @@ def bake_to_folder(height_maps: Sequence[HeightMap], request: BakeRequest, folde
     provenance = provenance_of(height_maps, reliefs, request, made=made)
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{bake_name(height_maps)}.exr"
-    pictures = {path: (made.image, made.layout)}
+    pictures: dict[Path, tuple[np.ndarray, AnyLayout]] = {path: (made.image, made.layout)}
     if made.sample_set is not None:
         pictures[path_beside(path)] = sample_set.pack(made.sample_set)
     write_together(pictures, provenance)
@@ -80,7 +82,7 @@ def _levelled(
 
 def provenance_of(
     height_maps: Sequence[HeightMap], reliefs: Sequence[Relief], request: BakeRequest, *, made: Made
-) -> dict:
+) -> dict[str, Any]:
     """What the header tells of how a bake was made. Several scans are listed in the order in which they were given."""
     length_m = coherence.coherence_length(made.table.sigma_b)
     area, profiles = extent(reliefs)

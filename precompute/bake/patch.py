@@ -79,9 +79,9 @@ def plan(
     terms = measured.terms(delta_e)
     texels = min(measured.texels_per_sigma(delta_e), TEXELS_MAX)
     texel = narrowest / texels
-    axes = tuple(texel_middles(*side, texel) for side in (needs.region.v, needs.region.u))
+    v, u = (texel_middles(*side, texel) for side in (needs.region.v, needs.region.u))
     precision = np.float16 if measured.halves_do(terms, delta_e) else np.float32
-    return Plan((series,), lambdas, sigma_b, texel, axes, terms, needs.w, precision)
+    return Plan((series,), lambdas, sigma_b, texel, (v, u), terms, needs.w, precision)
 
 
 def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent) -> Table:

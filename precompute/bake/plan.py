@@ -31,7 +31,7 @@ class Plan:
     axes: tuple[np.ndarray, np.ndarray]
     terms: int
     w_range: tuple[float, float]
-    precision: type
+    precision: type[np.floating]
     bound_tolerance: float = 0.0
 
     @property

@@ -11,6 +11,7 @@ bins, and as a reading, by cubic B-splines, of a small lattice of texels. The tw
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 
@@ -113,7 +114,8 @@ def probe(
     sigma = np.repeat([math.sqrt(sigma_b**2 - bspline.VARIANCE * texel**2), sigma_b], [_LATTICE, _PLACES])
     count = max(len(series.amplitude) for series in ensemble)
     w = chebyshev.nodes(count, *needs.w)
-    xyz = sum(_patches(series, v, u, w, lambdas, sigma, illuminant) for series in ensemble) / len(ensemble)
+    patches = (_patches(series, v, u, w, lambdas, sigma, illuminant) for series in ensemble)
+    xyz: np.ndarray = reduce(np.add, patches) / len(ensemble)
     truth = xyz[:, :, _LATTICE:, _LATTICE:]
     reading = _read(xyz[:, :, :_LATTICE, :_LATTICE], places[0] / texel, places[1] / texel)
     v, u = v[:, _LATTICE:, None], u[:, None, _LATTICE:]
@@ -143,10 +145,19 @@ def _patch_centres(
             middle = lam * np.column_stack([series.grid.q_y[row], series.grid.q_x[col]])
             found.append(middle + _FLANK * sigma_b * rng.standard_normal(middle.shape))
     centres = np.concatenate(found)
-    return np.clip(centres, *zip(needs.region.v, needs.region.u, strict=True))
+    low, high = zip(needs.region.v, needs.region.u, strict=True)
+    return np.clip(centres, low, high)
 
 
-def _patches(series: SpectrumSeries, v, u, w, lambdas, sigma, illuminant) -> np.ndarray:
+def _patches(
+    series: SpectrumSeries,
+    v: np.ndarray,
+    u: np.ndarray,
+    w: np.ndarray,
+    lambdas: np.ndarray,
+    sigma: np.ndarray,
+    illuminant: str,
+) -> np.ndarray:
     """Scattered XYZ over w^2 (len(w), patches, n, n, 3) at each pair of a v and a u of a patch; both (patches, n).
 
     `sigma` (n,) is the standard deviation of the kernel at each v and each u."""

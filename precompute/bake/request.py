@@ -93,7 +93,7 @@ class BakeRequest:
         return replace(self, scans=tuple(replace(scan, source=_within(folder, scan.source)) for scan in self.scans))
 
 
-def request_from(record: Mapping[str, Any], source: str) -> BakeRequest:
+def request_from(record: object, source: str) -> BakeRequest:
     """The request that a record of JSON holds. Keys that are absent have their defaults.
 
     Raises GratingError, naming `source` and the key, for a value that no bake can have."""
@@ -123,7 +123,7 @@ def request_from(record: Mapping[str, Any], source: str) -> BakeRequest:
     return found
 
 
-def _scans(source: str, records: list) -> tuple[Scan, ...]:
+def _scans(source: str, records: list[Any]) -> tuple[Scan, ...]:
     if len(records) > _SCANS_MAX:
         raise GratingError(f"{source}: scans: {len(records)} of them; give at most {_SCANS_MAX}")
     return tuple(_scan(source, each) for each in records)
@@ -137,14 +137,14 @@ def _scan(source: str, record: Any) -> Scan:
         raise GratingError(f"{source}: scans: channel: cannot be {channel!r:.30}; give a name")
     if not can_be_a_path(record["source"]):
         raise GratingError(f"{source}: scans: source: no name of a file; give the scan's")
-    sizes = [
+    size_um, height_nm = (
         None if record.get(key) is None else _number(source, f"scans: {key}", record[key], limits)
         for key, limits in (("size_um", SIZE_UM), ("height_nm", HEIGHT_NM))
-    ]
-    return Scan(record["source"], *sizes, channel)
+    )
+    return Scan(record["source"], size_um, height_nm, channel)
 
 
-def _list(source: str, key: str, value: Any) -> list:
+def _list(source: str, key: str, value: Any) -> list[Any]:
     if not isinstance(value, list):
         raise GratingError(f"{source}: {key}: cannot be {value!r:.30}; give a list")
     return value

@@ -38,8 +38,8 @@ def resolution_for(sigma_b: float, texels_per_sigma: float) -> int:
 
 def blender_bytes(terms: int, tile: tuple[int, int], sigma_b: float) -> int:
     """Bytes that the atlas of a table takes in Blender. `tile` is rows and columns of a tile of level 0."""
-    inner = tuple(n - 2 * TILE_PADDING for n in tile)
-    rows, columns = tiling.cell_for(terms, inner, sigma_b).size
+    inner_rows, inner_columns = (n - 2 * TILE_PADDING for n in tile)
+    rows, columns = tiling.cell_for(terms, (inner_rows, inner_columns), sigma_b).size
     width_min = ZERO_ORDER_SAMPLES + 1
     down, across = tiling.grid(terms, (rows, columns), width_min=width_min)
     return BYTES_PER_TEXEL * (down * rows + STRIP_ROWS + BOUND_TEXELS[-1]) * max(across * columns, width_min)

@@ -28,6 +28,7 @@ from ..measure.truths import Spectrum, draw_pairs
 from ..reference.ensemble import blurred
 from ..spectra.fast import exact_error
 from ..spectra.series import SpectrumSeries
+from ..spectra.spectrum import FrequencyGrid
 from ..surface.relief import Relief
 from ..table.table import Table
 from .excess_albedo import excess_at
@@ -157,14 +158,16 @@ def _spectrum(ensemble: Sequence[SpectrumSeries], rng: np.random.Generator) -> S
     So pairs that are drawn from it again and again are drawn from the mean of the scans' spectra."""
     whole = (slice(None), slice(None))
 
-    def at(s: float):
-        series = ensemble[rng.integers(len(ensemble))]
+    def at(s: float) -> tuple[np.ndarray, FrequencyGrid]:
+        series = ensemble[int(rng.integers(len(ensemble)))]
         return series.mixed(series.weights(np.array([s])) * s**2, whole)[:, 0], series.grid
 
     return at
 
 
-def _truth(ensemble, pairs: Pairs, w: float, sigma_b: float, illuminant: str, progress: Progress) -> Truth:
+def _truth(
+    ensemble: Sequence[SpectrumSeries], pairs: Pairs, w: float, sigma_b: float, illuminant: str, progress: Progress
+) -> Truth:
     """The truth at the pairs: scattered XYZ and the zero order's XYZ, as sums over the bins of the scans' series."""
     lambdas = seen_wavelengths(wavelengths_for(sigma_b), illuminant)
     weights = spectral_weights(lambdas, illuminant) / len(ensemble)
@@ -174,7 +177,8 @@ def _truth(ensemble, pairs: Pairs, w: float, sigma_b: float, illuminant: str, pr
             s = w / lam
             left = series.kernel_left(sigma_b, lam)
             sides = (series.grid.q_y, pairs.v), (series.grid.q_x, pairs.u)
-            kept = tuple(_reached(q, at / lam, _CUT * left / lam) for q, at in sides)
+            rows, columns = (_reached(q, at / lam, _CUT * left / lam) for q, at in sides)
+            kept = rows, columns
             power = series.mixed(series.weights(np.array([s])) * s**2, kept)[:, 0]
             density = blurred(power, series.grid.part(kept), (pairs.u, pairs.v), lam=lam, sigma_b=left, cut=_CUT)
             scattered += density[:, None] * weight

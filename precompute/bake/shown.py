@@ -156,7 +156,9 @@ def _scales(skin: Skin) -> tuple[float, float, float]:
     return skin.period_scale, skin.period_scale, skin.height_scale
 
 
-def _within_limits(low, high, light, radius, footprint) -> Shown:
+def _within_limits(
+    low: np.ndarray, high: np.ndarray, light: np.ndarray, radius: np.ndarray, footprint: np.ndarray
+) -> Shown:
     return Shown(np.clip(low, _LOWEST, _HIGHEST), np.clip(high, _LOWEST, _HIGHEST), light, radius, footprint)
 
 

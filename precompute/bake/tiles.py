@@ -62,7 +62,9 @@ def zero_order_curve(ensemble: Sequence[SpectrumSeries], illuminant: str) -> np.
     return sum(series.zero_order(s) for series in ensemble) @ spectral_weights(lambdas, illuminant) / len(ensemble)
 
 
-def xyz_over_w2(chosen: Plan, w_nodes, sigma, *, illuminant, progress: Progress = silent):
+def xyz_over_w2(
+    chosen: Plan, w_nodes: np.ndarray, sigma: float, *, illuminant: str, progress: Progress = silent
+) -> np.ndarray:
     """Scattered XYZ / w^2 (K, rows, columns, 3) float32, at nodes of w (K,), over the plan's texels.
 
     `sigma` is the standard deviation of the kernel that is sampled. `progress` is called after each group of

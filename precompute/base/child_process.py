@@ -41,7 +41,9 @@ class ChildProcess:
         with told_of(Path(tempfile.gettempdir())):
             self._private = tempfile.TemporaryDirectory(prefix="natural-gratings-", ignore_cleanup_errors=True)
             self.folder = Path(self._private.name)
-            self._lock = try_lock(self.folder / LOCK)
+            lock = try_lock(self.folder / LOCK)
+            assert lock is not None  # no other process knows the folder yet
+            self._lock = lock
             self.out_path, self.err_path = self.folder / "out.txt", self.folder / "err.txt"
             keeper = [sys.executable, *PYTHON_FLAGS, str(_KEEPER), str(longest_seconds)]
             command = prepare(self.folder)

@@ -30,7 +30,7 @@ _LARGEST = 65504.0
 _HEAD_BYTES_MAX, _ATTRIBUTES_MAX = LARGEST_BYTES + (1 << 12), 64
 _MAGIC, _SCAN_LINES_OF_VERSION_2 = b"v/1\x01", b"\2\0\0\0"
 _ZIP, _FROM_THE_TOP, _ROWS_IN_BLOCK = b"\3", b"\0", 16
-_KINDS = {1: np.float16, 2: np.float32}
+_KINDS: dict[int, type[np.floating]] = {1: np.float16, 2: np.float32}
 _OF_ANOTHER_KIND = "an OpenEXR file of another kind; give the .exr that `bake` or `dft` wrote"
 
 
@@ -47,7 +47,7 @@ class Picture:
     width: int
     height: int
     channels: str
-    precision: type
+    precision: type[np.floating]
     texts: dict[str, bytes]
     table_at: int
 

@@ -53,7 +53,7 @@ def keep(command: Sequence[str], longest_seconds: float) -> int:
     return status
 
 
-def _end(process: subprocess.Popen) -> None:
+def _end(process: subprocess.Popen[bytes]) -> None:
     """End a process gently, then by force. One that waits for a dead disk cannot even be killed: it is left."""
     process.terminate()
     if not _wait(process, GRACE_SECONDS):
@@ -61,7 +61,7 @@ def _end(process: subprocess.Popen) -> None:
         _wait(process, GRACE_SECONDS)
 
 
-def _wait(process: subprocess.Popen, seconds: float) -> bool:
+def _wait(process: subprocess.Popen[bytes], seconds: float) -> bool:
     """Whether a process ends within some seconds."""
     try:
         process.wait(seconds)

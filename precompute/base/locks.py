@@ -2,14 +2,14 @@
 """A lock on a file, through the operating system. The system releases it when the process that holds it ends."""
 
 import os
+import sys
 from pathlib import Path
 from typing import BinaryIO
 
-try:
-    import fcntl
-except ImportError:  # Windows
-    fcntl = None
+if sys.platform == "win32":
     import msvcrt
+else:
+    import fcntl
 
 _OPENED = os.O_RDWR | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
 
@@ -30,7 +30,7 @@ def try_lock(path: Path) -> BinaryIO | None:
 
 
 def _locked(lock: BinaryIO, path: Path) -> bool:
-    if fcntl is None:
+    if sys.platform == "win32":
         try:
             lock.seek(0)
             msvcrt.locking(lock.fileno(), msvcrt.LK_NBLCK, 1)

@@ -10,7 +10,7 @@ from .failure import GratingError
 try:
     import resource
 except ImportError:  # Windows
-    resource = None
+    resource = None  # type: ignore[assignment]  # a module has no type that includes None
 
 # Work may take this share of what is free. Estimates are rough, and Blender and its scene want memory too.
 _SHARE = 0.5

@@ -90,7 +90,7 @@ def spectrum_of(relief: Relief, sigma_b: float, progress: Progress = silent) -> 
 def albedo_bound(spectra: Sequence[Spectrum], directions: np.ndarray, *, sigma_b: float) -> np.ndarray:
     """max(1, albedo) (n,) at unit vectors (n, 3), of the mean of some spectra under a kernel of sigma_b."""
     lambdas = np.geomspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, _STEPS * (_WAVELENGTHS - 1) + 1)
-    total = 0.0
+    total = np.zeros(())
     for spectrum in spectra:
         orders = _orders(spectrum)
         smooth = _of_zero_order(spectrum.relief, directions, lambdas[::_STEPS], sigma_b)
@@ -171,7 +171,9 @@ def _factors(wi: np.ndarray, u: np.ndarray, v: np.ndarray, sigma: float, count: 
     return found
 
 
-def _of_orders(spectrum: Spectrum, orders, directions: np.ndarray, lambdas: np.ndarray, sigma_b: float) -> np.ndarray:
+def _of_orders(
+    spectrum: Spectrum, orders: np.ndarray, directions: np.ndarray, lambdas: np.ndarray, sigma_b: float
+) -> np.ndarray:
     """The orders' part (n, m) of the albedo times cos(ti)."""
     row, col = np.unravel_index(orders, spectrum.over_s2.shape[1:])
     held = spectrum.over_s2[:, row, col]
@@ -186,7 +188,9 @@ def _of_orders(spectrum: Spectrum, orders, directions: np.ndarray, lambdas: np.n
     return found
 
 
-def _of_blocks(spectrum: Spectrum, orders, directions, lambdas, *, sigma_b: float) -> np.ndarray:
+def _of_blocks(
+    spectrum: Spectrum, orders: np.ndarray, directions: np.ndarray, lambdas: np.ndarray, *, sigma_b: float
+) -> np.ndarray:
     """The part (n, m) of the albedo times cos(ti) of all cells but the orders."""
     width = max(_BLOCK, _BLOCK_TO_SIGMA * sigma_b)
     half = int(np.ceil((2 + _REACH * sigma_b) / width)) + 1

@@ -201,7 +201,15 @@ def _cosine_within(w: float, count: int, region: Region, rng: np.random.Generato
     return Pairs(wi, wr, np.zeros(len(wi), bool))
 
 
-def _half_vectors(reliefs, sigma_b, w, count, region: Region, rng, line_m) -> np.ndarray:
+def _half_vectors(
+    reliefs: Sequence[Relief],
+    sigma_b: float,
+    w: float,
+    count: int,
+    region: Region,
+    rng: np.random.Generator,
+    line_m: float | None,
+) -> np.ndarray:
     """Up to `count` half vectors (n, 3), drawn from the scattered power times luminance, then moved at random by the
     kernel."""
     nm = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401)

@@ -4,6 +4,7 @@
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -62,7 +63,7 @@ class Table:
     sigma_b: float
     illuminant: str
     basis: np.ndarray
-    record: dict
+    record: dict[str, Any]
 
     @property
     def region(self) -> Region:
@@ -89,7 +90,7 @@ class Table:
                 found += share[:, None] * np.tensordot(basis, texels, axes=1)
         return found
 
-    def zero_order_xyz(self, w) -> np.ndarray:
+    def zero_order_xyz(self, w: np.ndarray | float) -> np.ndarray:
         """The zero order's XYZ (..., 3) at w (...,), by cubic B-splines over the samples.
 
         Past the last sample, the line through the last two samples is continued."""
@@ -97,7 +98,7 @@ class Table:
         at = np.asarray(w, float) / 2 * last
         beyond = 2 * self.zero_order[-1] - self.zero_order[-2]
         samples = np.concatenate([self.zero_order, [beyond]])
-        found = 0.0
+        found = np.zeros(3)
         for each in (np.floor(at) + k for k in (-1, 0, 1, 2)):
             found = found + cubic_bspline(at - each)[..., None] * samples[np.clip(each, 0, last + 1).astype(int)]
         return found
@@ -191,7 +192,7 @@ def _is_basis(basis: object, count: int) -> bool:
     )
 
 
-def _fault_of_provenance(record: dict) -> str:
+def _fault_of_provenance(record: dict[str, Any]) -> str:
     """The name of what verdict.py reads of the provenance and cannot be; "" if there is none."""
     asked, pixel = record.get("asked_delta_e", 1.0), record.get("pixel_size_m", [1.0, 1.0])
     heights = record.get("heights_sha256", [])
@@ -204,7 +205,7 @@ def _fault_of_provenance(record: dict) -> str:
     return ""
 
 
-def _table(image: np.ndarray, record: dict) -> Table:
+def _table(image: np.ndarray, record: dict[str, Any]) -> Table:
     """The table in a picture (height, width, 3), row 0 at the bottom, that its header fits."""
     layout = record["layout"]
     rows, columns, across = layout["cell_rows"], layout["cell_columns"], layout["columns"]
@@ -228,7 +229,7 @@ def _table(image: np.ndarray, record: dict) -> Table:
     )
 
 
-def _picture_size(layout: dict) -> tuple[int, int]:
+def _picture_size(layout: dict[str, Any]) -> tuple[int, int]:
     """Height and width of a picture with this layout: the strip, and above it a cell for each term, which begins with
     the tile of the first level."""
     strip = layout["zero_order_samples"] + 1, layout["bound_texels"]

@@ -11,6 +11,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -101,7 +102,7 @@ class Verdict:
             found.append(f"zero order off by {self.zero_order_dy:.1e}, asked {self.zero_order_budget:.1e}")
         return found
 
-    def as_dict(self) -> dict:
+    def as_dict(self) -> dict[str, Any]:
         """Ready for JSON."""
         return {
             "passed": not self.faults,
@@ -159,7 +160,7 @@ def check(
     )
 
 
-def _refuse_another_surface(bake: Path, record: dict, height_maps: Sequence[HeightMap]) -> None:
+def _refuse_another_surface(bake: Path, record: dict[str, Any], height_maps: Sequence[HeightMap]) -> None:
     told = record.get("heights_sha256", [])
     if len(told) != len(height_maps):
         raise GratingError(
@@ -179,7 +180,7 @@ def _refuse_another_surface(bake: Path, record: dict, height_maps: Sequence[Heig
         )
 
 
-def steps_in(record: dict, source: str) -> tuple[Step, ...]:
+def steps_in(record: dict[str, Any], source: str) -> tuple[Step, ...]:
     """The steps by which the scans of a bake were levelled, as its header tells them. Raises GratingError for steps
     that there are not."""
     request = record.get("request")

@@ -118,7 +118,7 @@ def coherence_argument(text: str) -> float | None:
 STEP_NM, TERMS, PERIOD_NM = number(0.1, 100), count(1, 1000), number(10, 1e6)
 
 
-def period_of(arguments) -> float | None:
+def period_of(arguments: argparse.Namespace) -> float | None:
     """--period-nm in metres, or None."""
     return None if arguments.period_nm is None else arguments.period_nm * 1e-9
 
@@ -141,7 +141,7 @@ def existing_bake(file: str) -> Path | None:
     return None
 
 
-def height_map_of(arguments, file: str | None = None) -> HeightMap:
+def height_map_of(arguments: argparse.Namespace, file: str | None = None) -> HeightMap:
     """The height map of `file`, or without one of the command line's only FILE. Raises GratingError as read_height_map
     does."""
     return read_height_map(file or arguments.file, arguments.size_um, arguments.height_nm, channel=arguments.channel)

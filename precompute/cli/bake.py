@@ -2,8 +2,10 @@
 """`bake`: height maps into the table that the material reads."""
 
 import argparse
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from ..bake import cache
 from ..bake.needs import EVERYTHING, read_needs
@@ -46,7 +48,7 @@ def run(arguments: argparse.Namespace) -> None:
         height_maps.append(scan.read())
     progress = span_of(told, _READ, 1)
 
-    def make(folder: Path) -> dict:
+    def make(folder: Path) -> dict[str, Any]:
         return bake_to_folder(height_maps, request, folder, progress=progress)
 
     if arguments.no_cache:
@@ -107,7 +109,7 @@ def read_request(path: Path) -> BakeRequest:
     return request
 
 
-def bake_summary(facts: dict) -> tuple[str, ...]:
+def bake_summary(facts: Mapping[str, Any]) -> tuple[str, ...]:
     """The lines that a person reads after a bake."""
     forms = (
         f"{FORM_NAMES[name]}: dE00 mean {de['mean']:.2f}, p95 {de['p95']:.2f}, p99 {de['p99']:.2f}, "

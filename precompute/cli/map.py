@@ -81,7 +81,7 @@ def run(arguments: argparse.Namespace) -> None:
     emit({"files": [str(arguments.output)]}, arguments.json, lambda: [str(arguments.output)])
 
 
-def brdf_map_of(arguments, progress: Progress) -> tuple[np.ndarray, str]:
+def brdf_map_of(arguments: argparse.Namespace, progress: Progress) -> tuple[np.ndarray, str]:
     """The map (size, size, 3) in XYZ and its illuminant, from a bake's file or folder, or else from a height map."""
     theta_i, conserving = np.radians(arguments.theta_i), arguments.form == "conserving"
     file = existing_bake(arguments.file)
@@ -107,7 +107,9 @@ def brdf_map_of(arguments, progress: Progress) -> tuple[np.ndarray, str]:
     return xyz, "D65"
 
 
-def method_map(relief: Relief, length_m: float | None, arguments, *, progress: Progress) -> np.ndarray:
+def method_map(
+    relief: Relief, length_m: float | None, arguments: argparse.Namespace, *, progress: Progress
+) -> np.ndarray:
     """The map (size, size, 3) in XYZ by one of METHODS, in Stam's form, which is not energy conserving."""
     settings = Settings(
         coherence_length_m=length_m,

@@ -5,9 +5,9 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 from ..base.failure import GratingError, printable
 from ..base.files import told_of, write_whole
@@ -25,7 +25,7 @@ class Progress:
     def __init__(self, style: str, may_be_refused: Collection[str] = ()):
         self.style = style
         self._quiet = may_be_refused if style == "text" else ()
-        self._last = (None, -1.0)
+        self._last: tuple[str | None, float] = (None, -1.0)
 
     def __call__(self, stage: str, fraction: float) -> None:
         if is_forsaken():
@@ -74,7 +74,7 @@ def _check_file(path: Path) -> None:
         raise GratingError(f"{path.parent}: is a file; name a folder")
 
 
-def emit(facts: dict, target: str | None, summary: Callable[[], Iterable[str]]) -> None:
+def emit(facts: Mapping[str, Any], target: str | None, summary: Callable[[], Iterable[str]]) -> None:
     """Write facts as JSON to the file `target`, or to standard output if `target` is "-".
 
     Unless JSON goes to standard output, print the lines of `summary()`, the facts as text. Raises GratingError if the
@@ -113,7 +113,7 @@ def leave_to_nobody(stream: TextIO) -> None:
     os.close(nowhere)
 
 
-def _json(facts: dict) -> str:
+def _json(facts: Mapping[str, Any]) -> str:
     try:
         return json.dumps(facts, indent=1, allow_nan=False)
     except ValueError as error:

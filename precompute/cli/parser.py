@@ -11,6 +11,7 @@ import re
 import signal
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from typing import NoReturn
 
 from ..base.failure import GratingError, printable
 from .output import check_targets, leave_to_nobody
@@ -39,14 +40,16 @@ _NO_MEMORY = "not enough memory; crop the scan or ask for a shorter coherence le
 class OneLineParser(argparse.ArgumentParser):
     """A parser whose error message is one line."""
 
-    def parse_known_args(self, args=None, namespace=None):
+    def parse_known_args(  # type: ignore[override]  # argparse's overloads say the same of each kind of namespace
+        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
         """As argparse's. An option whose value is `--` is an error."""
         for each in args or ():
             if _DASHES_AS_VALUE.fullmatch(each):
                 self.error(f"{each}: `--` is no value")
         return super().parse_known_args(args, namespace)
 
-    def error(self, message: str):
+    def error(self, message: str) -> NoReturn:
         """Print the message as one line, and exit with status 2."""
         if len(message) > _SHOWN:
             message = f"{message[: _SHOWN // 2]} ... {message[-_SHOWN // 2 :]}"

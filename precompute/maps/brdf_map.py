@@ -106,7 +106,12 @@ def from_method(method: Method, size: int, theta_i: float, *, progress: Progress
 
 
 def _hemisphere_of(
-    xyz: Callable, size: int, theta_i: float, *, at_once: int, told: Callable[[float], None]
+    xyz: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    size: int,
+    theta_i: float,
+    *,
+    at_once: int,
+    told: Callable[[float], None],
 ) -> np.ndarray:
     """xyz(wi (3,), views (n, 3)) of every view above the surface, in blocks of whole rows of about `at_once` pixels."""
     image = np.full((size, size, 3), np.nan)

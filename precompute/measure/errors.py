@@ -100,8 +100,8 @@ class Truth:
     zero_order_xyz: np.ndarray
     bound: np.ndarray | None = None
 
-    def only(self, kept: np.ndarray) -> "Truth":
-        """The pairs that a mask or a list of indices keeps."""
+    def only(self, kept: np.ndarray | slice) -> "Truth":
+        """The pairs that a mask, a list of indices or a slice keeps."""
         bound = None if self.bound is None else self.bound[kept]
         return Truth(self.w, self.pairs.only(kept), self.scattered_xyz[kept], self.zero_order_xyz, bound)
 
@@ -113,16 +113,19 @@ def measure(
     energy-conserving form; every Truth then has its bound.
 
     A candidate that answers with NaN or infinity has infinite errors of colour."""
-    reference, answer, drawn, zero = [], [], [], []
+    references, answers, zero = [], [], []
     for t in truth:
         factor = t.pairs.radiance_factor()[:, None]
         scattered, zero_order = candidate(t.pairs.u, t.pairs.v, t.w)
-        divisors = (1.0, 1.0) if held_bound is None else (t.bound[:, None], held_bound(t.pairs)[:, None])
-        reference.append(factor * t.scattered_xyz / t.w**2 / divisors[0])
-        answer.append(factor * scattered / divisors[1])
-        drawn.append(t.pairs.drawn)
+        true, found = factor * t.scattered_xyz / t.w**2, factor * scattered
+        if held_bound is not None:
+            assert t.bound is not None
+            true, found = true / t.bound[:, None], found / held_bound(t.pairs)[:, None]
+        references.append(true)
+        answers.append(found)
         zero.append(abs(zero_order[1] - t.zero_order_xyz[1]))
-    reference, answer, drawn = (np.concatenate(parts) for parts in (reference, answer, drawn))
+    reference, answer = np.concatenate(references), np.concatenate(answers)
+    drawn = np.concatenate([t.pairs.drawn for t in truth])
     if np.isfinite(answer).all():
         colour = worst_exposure(reference, answer, drawn, white=white_xyz(illuminant))
     else:

@@ -2,6 +2,7 @@
 """The errors of a bake in both forms of the BRDF (docs/theory.md, "BRDF")."""
 
 from dataclasses import dataclass
+from typing import Any
 
 from .errors import Errors
 
@@ -34,7 +35,7 @@ class FormErrors:
         """The errors of the form that the materials show by default."""
         return self.stam if self.conserving is None else self.conserving
 
-    def as_dict(self) -> dict[str, dict]:
+    def as_dict(self) -> dict[str, dict[str, Any]]:
         """Ready for JSON: the errors of the default form, and those of each form by its name."""
         by_form = {name: errors.as_dict() for name, errors in self.forms.items()}
         return {"delta_e": self.shown.as_dict(), "delta_e_by_form": by_form}

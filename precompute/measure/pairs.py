@@ -33,8 +33,8 @@ class Pairs:
         """The pairs whose u and v lie in a region."""
         return self.only(region.contains(self.u, self.v))
 
-    def only(self, kept: np.ndarray) -> "Pairs":
-        """The pairs that a mask (n,) keeps."""
+    def only(self, kept: np.ndarray | slice) -> "Pairs":
+        """The pairs that a mask (n,), a list of indices or a slice keeps."""
         return Pairs(self.wi[kept], self.wr[kept], self.drawn[kept])
 
     def radiance_factor(self) -> np.ndarray:

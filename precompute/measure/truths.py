@@ -36,7 +36,9 @@ def draw_pairs(
     return Pairs(wi, wr, drawn)
 
 
-def _spectrum_weighted(spectrum, sigma_b, w, count, rng, line_m) -> tuple[np.ndarray, np.ndarray]:
+def _spectrum_weighted(
+    spectrum: Spectrum, sigma_b: float, w: float, count: int, rng: np.random.Generator, line_m: float | None
+) -> tuple[np.ndarray, np.ndarray]:
     """Pairs whose half vectors are drawn from the scattered power times luminance and then moved at random by the
     kernel."""
     lambdas = wavelengths(20e-9) if line_m is None else np.array([line_m])

@@ -29,7 +29,7 @@ _REMEDY = "let Comb Grating write it"
 def write_mesh(path: Path, polygons: Polygons, request: Mapping[str, np.ndarray]) -> None:
     """Write a mesh and how it is to be combed. Raises GratingError if it cannot be written."""
     arrays = {name: getattr(polygons, name) for name in _MESH}
-    write_whole(path, lambda partial: np.savez(partial, **arrays, **request))
+    write_whole(path, lambda partial: np.savez(partial, **arrays, **request))  # type: ignore[arg-type]  # none is named allow_pickle
 
 
 def read_mesh(path: Path) -> tuple[Polygons, dict[str, np.ndarray]]:

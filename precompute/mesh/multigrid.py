@@ -9,7 +9,7 @@ along a curved surface stays smooth on every level.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -86,16 +86,16 @@ class Hierarchy:
     """A matrix in single precision and, unless it is small, how its nodes are joined and the matrix of the joined.
 
     matrix   of n nodes
-    seeds    (coarse,) the node from which each joined node is made
-    joined   (n,) the joined node of each node; of one that has no neighbours any, at a carry of 0
-    carry    (n,) the factor from the joined node to each node
+    seeds    (coarse,) the node from which each joined node is made; empty if the matrix is small
+    joined   (n,) the joined node of each node; of one that has no neighbours any, at a carry of 0; empty if it is small
+    carry    (n,) the factor from the joined node to each node; empty if it is small
     coarse   the hierarchy of the joined nodes, or None
     inverse  of a small matrix, (n, n), or None"""
 
     matrix: Matrix
-    seeds: np.ndarray | None = None
-    joined: np.ndarray | None = None
-    carry: np.ndarray | None = None
+    seeds: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
+    joined: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
+    carry: np.ndarray = field(default_factory=lambda: np.zeros(0))
     coarse: Hierarchy | None = None
     inverse: np.ndarray | None = None
 
@@ -124,8 +124,8 @@ class Hierarchy:
 
     def down(self, fine: np.ndarray) -> np.ndarray:
         """The adjoint of `up`."""
-        values, count = np.conj(self.carry) * fine, len(self.coarse.matrix.diagonal)
-        sums = np.bincount(self.joined, values.real, count)
+        values, count = np.conj(self.carry) * fine, len(self.seeds)
+        sums: np.ndarray = np.bincount(self.joined, values.real, count)
         if np.iscomplexobj(values):
             sums = sums + 1j * np.bincount(self.joined, values.imag, count)
         return sums.astype(fine.dtype)

@@ -13,7 +13,7 @@ from ..table import atlas
 from ..table.table import Table
 from ..table.tiling import BYTES_PER_TEXEL
 from .entry import MethodEntry
-from .method import Method, Settings
+from .method import Coherence, Method, Settings
 
 
 @dataclass(frozen=True)
@@ -24,13 +24,13 @@ class Baked(Method):
     settings: Settings
     table_bytes: int = 0
     name: str = "bake"
-    coherence: str = "ensemble"
+    coherence: Coherence = "ensemble"
 
-    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
+    def density(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float, *, wavelength_m: float) -> np.ndarray:
         """Always raises GratingError: a bake has no spectrum."""
         raise GratingError("bake: it holds colours, not spectra; compare its colours, or take another method")
 
-    def xyz(self, u, v, w) -> np.ndarray:
+    def xyz(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float) -> np.ndarray:
         """See Method."""
         u, v, w = np.broadcast_arrays(u, v, w)
         held = self.table.holds(u, v, w) * w**2

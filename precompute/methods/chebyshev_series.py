@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
+from typing import Literal
 
 import numpy as np
 
@@ -29,7 +30,7 @@ class Chebyshev:
     terms: int
     middle_m: float
     half_range_m: float
-    series: str = "chebyshev"
+    series: Literal["taylor", "chebyshev"] = "chebyshev"
 
     @property
     def scale_m(self) -> float:

@@ -19,6 +19,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -49,7 +50,7 @@ class DftImages:
     image_bytes: int
     files: tuple[Path, ...]
 
-    def as_dict(self) -> dict:
+    def as_dict(self) -> dict[str, Any]:
         """Ready for JSON."""
         return {
             "method": self.layout.method,
@@ -102,7 +103,7 @@ def pack(method: Method) -> tuple[np.ndarray, Layout]:
     return image, layout
 
 
-def settings_for(**asked) -> Settings:
+def settings_for(**asked: Any) -> Settings:
     """Settings of a method for a shader, which holds the coefficients in single precision.
 
     Heights are counted from the middle of the relief, because the terms of the Taylor series then cancel least."""

@@ -7,10 +7,9 @@ The product's lists of methods are derived from them.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 from ..surface.relief import Relief
-from .method import Method, Settings
+from .method import Coherence, Method, Settings
 
 # build(relief, settings): raises GratingError for a relief that the method cannot take.
 Build = Callable[[Relief, Settings], Method]
@@ -27,7 +26,7 @@ class MethodEntry:
     """
 
     name: str
-    coherence: Literal["patch", "ensemble"]
+    coherence: Coherence
     build: Build
     in_maps: bool = True
     has_shader: bool = False

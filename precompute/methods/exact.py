@@ -20,7 +20,7 @@ from ..spectra.series import spectrum_series
 from ..spectra.spectrum import phasor, scattered_spectrum
 from ..surface.relief import Relief
 from .entry import MethodEntry
-from .method import Method, Settings
+from .method import Coherence, Method, Settings
 
 # Tolerance of the interpolation in s. A test compares the result with the direct sums.
 _EXACT = 1e-10
@@ -34,9 +34,9 @@ class Ensemble(Method):
     sigma_b: float
     settings: Settings
     name: str = "reference"
-    coherence: str = "ensemble"
+    coherence: Coherence = "ensemble"
 
-    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
+    def density(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float, *, wavelength_m: float) -> np.ndarray:
         """See Method."""
         u, v, w = np.broadcast_arrays(u, v, w)
         grid = reference_grid(self.relief, self.sigma_b)
@@ -82,9 +82,11 @@ class Patch(Method):
     window: PatchWindow
     settings: Settings
     name: str = "reference-patch"
-    coherence: str = "patch"
+    coherence: Coherence = "patch"
 
-    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
+    def density(
+        self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float, *, wavelength_m: np.ndarray | float
+    ) -> np.ndarray:
         """See Method; wavelength_m may be (n,)."""
         return PatchReference(self.window).density(u, v, w, wavelength_m=wavelength_m)
 

@@ -12,6 +12,7 @@ Too few digits cost accuracy too, and no number of terms mends that.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -60,7 +61,7 @@ class Taylor:
     terms: int
     origin_m: float
     scale_m: float
-    series: str = "taylor"
+    series: Literal["taylor", "chebyshev"] = "taylor"
 
     def fields(self, height_m: np.ndarray) -> Iterator[np.ndarray]:
         """(i h / scale)^n for n = 0 .. terms - 1."""

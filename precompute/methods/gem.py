@@ -15,7 +15,7 @@ from ..colour.working_space import rgb_from_xyz
 from ..surface.relief import Relief
 from ..surface.unit_cell import grating_period
 from .entry import MethodEntry
-from .method import Method, Settings
+from .method import Coherence, Method, Settings
 
 ORDERS = 7
 _SHARPNESS = 4.0
@@ -35,13 +35,13 @@ class Gem(Method):
     period_m: float
     settings: Settings
     name: str = "gem"
-    coherence: str = "ensemble"
+    coherence: Coherence = "ensemble"
 
-    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
+    def density(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float, *, wavelength_m: float) -> np.ndarray:
         """Always raises GratingError: the rainbow has no spectrum."""
         raise GratingError("gem: it has colours but no spectrum; leave it out of an evaluation by wavelength")
 
-    def xyz(self, u, v, w) -> np.ndarray:
+    def xyz(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float) -> np.ndarray:
         """The rainbow's linear Rec.709 as XYZ (n, 3)."""
         u, _, w = np.broadcast_arrays(u, v, w)
         path_um = np.abs(u) * self.period_m * 1e6

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What all methods of evaluating the spectrum share: the settings, the protocol, and the sum over wavelengths."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
@@ -11,6 +10,8 @@ from ..base.failure import GratingError
 from ..colour.observer import spectral_weights, wavelengths
 from ..optics.coherence import THESIS_COHERENCE_M
 from .term_images import ShaderImages
+
+Coherence = Literal["patch", "ensemble"]
 
 
 @dataclass(frozen=True)
@@ -52,14 +53,14 @@ class Method(Protocol):
     integral over a full reflector is 1 under every method that conserves power."""
 
     name: str
-    coherence: Literal["patch", "ensemble"]
+    coherence: Coherence
     settings: Settings
 
-    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
+    def density(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float, *, wavelength_m: float) -> np.ndarray:
         """PSD((u, v) / lambda; w / lambda) / lambda^2 (n,). Raises GratingError if the method has no spectrum."""
         ...
 
-    def xyz(self, u, v, w) -> np.ndarray:
+    def xyz(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float) -> np.ndarray:
         """XYZ (n, 3): the density summed over wavelengths that the method chooses, scaled so that a perfect mirror's
         white has Y = 1."""
         return spectral_sum(self.density, u, v, w=w, settings=self.settings)
@@ -79,7 +80,15 @@ class Method(Protocol):
         raise GratingError(f"{self.name}: no shader evaluates it; choose another method")
 
 
-def spectral_sum(density: Callable, u, v, *, w, settings: Settings) -> np.ndarray:
+class _Density(Protocol):
+    """Method.density."""
+
+    def __call__(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float, *, wavelength_m: float) -> np.ndarray: ...
+
+
+def spectral_sum(
+    density: _Density, u: np.ndarray, v: np.ndarray, *, w: np.ndarray | float, settings: Settings
+) -> np.ndarray:
     """XYZ (n, 3): the density at equally spaced wavelengths, weighted by the observer."""
     lambdas = wavelengths(settings.step_m)
     weights = spectral_weights(lambdas, settings.illuminant)

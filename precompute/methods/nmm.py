@@ -20,7 +20,7 @@ from ..surface.relief import Relief
 from ..surface.unit_cell import grating_period
 from . import flss
 from .entry import MethodEntry
-from .method import Method, Settings, spectral_sum
+from .method import Coherence, Method, Settings, spectral_sum
 from .term_images import ShaderImages
 from .windowed_images import WindowedImages
 
@@ -38,9 +38,9 @@ class Nmm(Method):
     period_m: float
     jacobian: bool
     settings: Settings
-    coherence: str = "patch"
+    coherence: Coherence = "patch"
 
-    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
+    def density(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float, *, wavelength_m: float) -> np.ndarray:
         """FLSS's density where the wavelength is within half a step of a selected wavelength, else 0."""
         u, v, w = np.broadcast_arrays(u, v, w)
         chosen = self._specular(u, v)
@@ -53,7 +53,7 @@ class Nmm(Method):
         out[chosen] = self.full.density(u[chosen], v[chosen], w[chosen], wavelength_m=wavelength_m)
         return out
 
-    def xyz(self, u, v, w) -> np.ndarray:
+    def xyz(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float) -> np.ndarray:
         """See Method."""
         u, v, w = np.broadcast_arrays(u, v, w)
         out = np.zeros((len(u), 3))
@@ -78,12 +78,12 @@ class Nmm(Method):
         """The images of FLSS, with the period."""
         return replace(self.full.shader_images(), period_m=self.period_m)
 
-    def _spacing(self, lam, component):
+    def _spacing(self, lam: np.ndarray, component: np.ndarray) -> np.ndarray | float:
         if self.jacobian:
             return np.sqrt(np.pi) * self.full.sigma_f * lam**2 / component
         return self.settings.step_m
 
-    def _specular(self, u, v) -> np.ndarray:
+    def _specular(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         return np.hypot(u, v) < specular_radius(self.full.sigma_f)
 
 

@@ -19,7 +19,7 @@ from ..surface.relief import Relief
 from ..surface.unit_cell import unit_cell
 from . import flss
 from .entry import MethodEntry
-from .method import Method, Settings
+from .method import Coherence, Method, Settings
 from .term_images import Expansion, ShaderImages, TermImages, make_images, read_spectrum
 
 # Where 1 - cos(phase) is below this, the thesis takes p = N, q = 0.
@@ -62,9 +62,11 @@ class Pq(Method):
     copies: tuple[int, int]
     printed: bool
     settings: Settings
-    coherence: str = "patch"
+    coherence: Coherence = "patch"
 
-    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
+    def density(
+        self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float, *, wavelength_m: np.ndarray | float
+    ) -> np.ndarray:
         """See Method; wavelength_m may be (n,)."""
         directions = np.broadcast_arrays(u, v, w, wavelength_m)
         patch = read_spectrum(
@@ -94,7 +96,8 @@ class Pq(Method):
 def copies_of(cell: Relief, settings: Settings) -> tuple[int, int]:
     """How many cells fill the coherence length along each axis, at least one."""
     length_m = settings.coherence_length_m or THESIS_COHERENCE_M
-    return tuple(max(1, int(np.ceil(length_m / side - 1e-6))) for side in cell.size_m)
+    along_b, along_t = (max(1, int(np.ceil(length_m / side - 1e-6))) for side in cell.size_m)
+    return along_b, along_t
 
 
 def _build(name: str, printed: bool, relief: Relief, settings: Settings) -> Pq:

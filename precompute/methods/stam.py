@@ -20,7 +20,7 @@ from ..optics import coherence
 from ..surface.relief import Relief
 from ..surface.unit_cell import grating_period
 from .entry import MethodEntry
-from .method import Method, Settings
+from .method import Coherence, Method, Settings
 
 _SAMPLES_MAX = 256
 _CHUNK = 4096
@@ -35,7 +35,7 @@ class Stam(Method):
     sigma_b: float
     settings: Settings
     name: str = "stam"
-    coherence: str = "ensemble"
+    coherence: Coherence = "ensemble"
 
     def efficiency(self, order: int, s: np.ndarray) -> np.ndarray:
         """|P_n(s)|^2 (m,) of an order at s (m,) in cycles per metre."""
@@ -47,7 +47,7 @@ class Stam(Method):
             out[part] = np.abs(np.exp((-2j * np.pi) * s[part, None] * self.profile_m) @ wave) ** 2
         return out
 
-    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
+    def density(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float, *, wavelength_m: float) -> np.ndarray:
         """See Method: every order as wide as the kernel."""
         u, v, w = np.broadcast_arrays(u, v, w)
         s = w / wavelength_m
@@ -59,7 +59,7 @@ class Stam(Method):
             out[at] += self.efficiency(n, s[at]) * self._kernel(offset)
         return out * self._kernel(v)
 
-    def xyz(self, u, v, w) -> np.ndarray:
+    def xyz(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float) -> np.ndarray:
         """See Method: Stam's sum, in which the orders are lines in u."""
         u, v, w = np.broadcast_arrays(u, v, w)
         out = np.zeros((len(u), 3))

@@ -6,7 +6,7 @@ transform of f_n(h). The images F_n do not depend on s and are made once.
 """
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
@@ -19,11 +19,17 @@ from ..surface.relief import SMALLER, Relief
 # What is held for each pixel of the relief while one term is transformed, in bytes (laboratory/benchmarks/memory.py).
 _BYTES_PER_PIXEL = 64
 
+# weight(axis, distance), see TermImages.read.
+Weight = Callable[[int, np.ndarray], np.ndarray]
+
 
 class Expansion(Protocol):
     """p = sum_n c_n(s) f_n(h). The heights are divided by scale_m before they enter a term."""
 
-    series: Literal["taylor", "chebyshev"]
+    @property
+    def series(self) -> Literal["taylor", "chebyshev"]:
+        """The name of the series."""
+        ...
 
     @property
     def scale_m(self) -> float:
@@ -54,7 +60,9 @@ class TermImages:
         """Texel (y, x) of the zero frequency."""
         return self.terms.shape[0] // 2, self.terms.shape[1] // 2
 
-    def read(self, q_y, q_x, coefficients, *, weight: Callable, texels: int) -> np.ndarray:
+    def read(
+        self, q_y: np.ndarray, q_x: np.ndarray, coefficients: np.ndarray, *, weight: Weight, texels: int
+    ) -> np.ndarray:
         """sum_n c_n F_n (m,) at frequencies q_y, q_x (m,), from texels x texels around the nearest texel.
 
         weight(axis, distance) is the weight of a texel that lies `distance` (m,) bins away along an axis. Texels
@@ -73,13 +81,15 @@ class TermImages:
                 total += (weight_y * weight_x).astype(real) * value
         return total
 
-    def _texel(self, axis: int, index: np.ndarray, place: np.ndarray, weight: Callable) -> tuple:
+    def _texel(self, axis: int, index: np.ndarray, place: np.ndarray, weight: Weight) -> tuple[np.ndarray, np.ndarray]:
         count = self.terms.shape[axis]
         inside = (index >= 0) & (index < count)
         return inside * weight(axis, index - place), np.clip(index, 0, count - 1)
 
 
-def read_spectrum(images: TermImages, expansion: Expansion, directions, *, weight: Callable, texels: int) -> np.ndarray:
+def read_spectrum(
+    images: TermImages, expansion: Expansion, directions: Sequence[np.ndarray], *, weight: Weight, texels: int
+) -> np.ndarray:
     """The expanded phasor's spectrum (m,) at directions u, v, w and wavelengths in metres, each (m,).
 
     weight and texels are those of `TermImages.read`. Coefficients are computed once for each s = w / wavelength."""

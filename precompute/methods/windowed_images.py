@@ -7,7 +7,7 @@ import numpy as np
 
 from ..spectra.patch_window import PatchWindow
 from ..surface.relief import Relief
-from .method import Method, Settings
+from .method import Coherence, Method, Settings
 from .term_images import Expansion, ShaderImages, TermImages, make_images, read_spectrum
 
 
@@ -23,9 +23,11 @@ class WindowedImages(Method):
     sigma_f: float
     scale: float
     settings: Settings
-    coherence: str = "patch"
+    coherence: Coherence = "patch"
 
-    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
+    def density(
+        self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float, *, wavelength_m: np.ndarray | float
+    ) -> np.ndarray:
         """See Method; wavelength_m may be (n,)."""
         directions = np.broadcast_arrays(u, v, w, wavelength_m)
         amplitude = read_spectrum(

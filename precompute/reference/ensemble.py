@@ -64,7 +64,9 @@ def blurred(
     return density
 
 
-def _kernel_bins(q: np.ndarray, position, lam: float, sigma_b: float, cut: float) -> tuple[np.ndarray, np.ndarray]:
+def _kernel_bins(
+    q: np.ndarray, position: np.ndarray, lam: float, sigma_b: float, cut: float
+) -> tuple[np.ndarray, np.ndarray]:
     """For each position (n,) in u or v: the indices of the bins within the kernel's reach, and the kernel's values at
     these bins. Both are arrays (n, m), where m bins are enough for every position."""
     if len(q) == 1:

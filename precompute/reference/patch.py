@@ -20,7 +20,9 @@ class PatchReference:
 
     window: PatchWindow
 
-    def density(self, u, v, w, *, wavelength_m) -> np.ndarray:
+    def density(
+        self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float, *, wavelength_m: np.ndarray | float
+    ) -> np.ndarray:
         """Density (n,) over (u, v) of the reflected light at u, v (n,), for R = O = 1.
 
         w and wavelength_m, in metres, are (n,) or one number."""
@@ -33,7 +35,7 @@ class PatchReference:
             amplitude[part] = sums(v[part] / lam[part], u[part] / lam[part], w[part] / lam[part])
         return self.window.density_scale() * np.abs(amplitude) ** 2 / lam**2
 
-    def _sums(self, q_y, q_x, s) -> np.ndarray:
+    def _sums(self, q_y: np.ndarray, q_x: np.ndarray, s: np.ndarray) -> np.ndarray:
         out = np.empty(len(s), complex)
         waves_y, waves_x = self.window.waves(0, q_y), self.window.waves(1, q_x)
         relief = self.window.relief
@@ -43,7 +45,7 @@ class PatchReference:
             out[at] = np.einsum("ny,yn->n", waves_y[at], field @ waves_x[at].T)
         return out
 
-    def _line_sums(self, q_y, q_x, s) -> np.ndarray:
+    def _line_sums(self, q_y: np.ndarray, q_x: np.ndarray, s: np.ndarray) -> np.ndarray:
         """As _sums, for a relief whose rows are all alike: the sum is then a sum over the rows times a sum over
         the columns."""
         relief = self.window.relief

@@ -111,15 +111,15 @@ def measured_count(relief: Relief, q_max: float, s_max: float, *, tolerance: flo
     rows, cols = relief.height_m.shape
     if max(rows, cols) < 2 * _CUT:
         return most
-    places = [(rows // 2, cols // 2)]
-    places += [np.unravel_index(find(relief.height_m), (rows, cols)) for find in (np.argmax, np.argmin)]
+    ends = np.argmax(relief.height_m), np.argmin(relief.height_m)
+    places = [(rows // 2, cols // 2), *(divmod(int(each), cols) for each in ends)]
     nodes = chebyshev.nodes(most, 0, s_max)
     counts = []
     for place in places:
         part = tuple(_slice_around(at, n) for at, n in zip(place, (rows, cols), strict=True))
         height = relief.height_m[part]
-        apodisation_axes = tuple(np.hanning(n + 2)[1:-1] if n > 1 else np.ones(1) for n in height.shape)
-        cut = Relief(height, apodisation_axes, relief.pixel_size_m, periodic=True)
+        along_y, along_x = (np.hanning(n + 2)[1:-1] if n > 1 else np.ones(1) for n in height.shape)
+        cut = Relief(height, (along_y, along_x), relief.pixel_size_m, periodic=True)
         grid = frequency_grid(cut, q_max, 1.0)
         sizes = _coefficient_sizes(np.stack([_power(cut, s, grid)[0] / np.float32(s**2) for s in nodes]))
         counts.append(int(np.count_nonzero(np.cumsum(sizes[::-1])[::-1] > tolerance * sizes.sum())))
@@ -174,7 +174,8 @@ def _thinned_grid(grid: FrequencyGrid, finest_kernel: float) -> FrequencyGrid:
     reach = [math.ceil((q[-1] + KERNEL_REACH * _BLUR * finest_kernel) / spacing) for q in (grid.q_y, grid.q_x)]
     if np.prod([2 * n + 1 for n in reach]) > 0.5 * len(grid.q_y) * len(grid.q_x):
         return grid
-    return FrequencyGrid(*(np.arange(-n, n + 1) * spacing for n in reach), grid.transform_shape)
+    q_y, q_x = (np.arange(-n, n + 1) * spacing for n in reach)
+    return FrequencyGrid(q_y, q_x, grid.transform_shape)
 
 
 def _blurred(power: np.ndarray, grid: FrequencyGrid, coarse: FrequencyGrid, *, blur_q: float) -> np.ndarray:

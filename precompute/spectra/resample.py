@@ -24,10 +24,13 @@ class Resampler:
     reaches from any point; a caller passes the power of these bins alone. The density at points further than `radius`
     from (0, 0) may stay 0."""
 
-    def __init__(self, grid: FrequencyGrid, u: np.ndarray, v: np.ndarray, lam: float, sigma: float, radius=math.inf):
+    def __init__(
+        self, grid: FrequencyGrid, u: np.ndarray, v: np.ndarray, lam: float, sigma: float, radius: float = math.inf
+    ) -> None:
         sides = ((grid.q_y, v), (grid.q_x, u))
         reach = KERNEL_REACH * sigma
-        self.kept = tuple(_within(lam * q, axis[0], axis[-1], reach) for q, axis in sides)
+        kept_y, kept_x = (_within(lam * q, axis[0], axis[-1], reach) for q, axis in sides)
+        self.kept = kept_y, kept_x
         rows, cols = (_gaussian_blocks(lam * q[k], axis, sigma) for (q, axis), k in zip(sides, self.kept, strict=True))
         centres = lam * grid.q_x[self.kept[1]]
         self._rows = [
@@ -66,7 +69,7 @@ def _within(centres: np.ndarray, low: float, high: float, reach: float) -> slice
     return slice(*np.searchsorted(centres, [low - reach, high + reach]))
 
 
-def _gaussian_blocks(centres: np.ndarray, axis: np.ndarray, sigma: float):
+def _gaussian_blocks(centres: np.ndarray, axis: np.ndarray, sigma: float) -> list[tuple[slice, slice, np.ndarray]]:
     """The matrix G in blocks: for each block the slice of its points on the axis, the slice of the bins that the kernel
     reaches from these points, and the part of G for these points and bins."""
     blocks = []

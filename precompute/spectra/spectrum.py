@@ -67,7 +67,7 @@ def frequency_grid(relief: Relief, q_max: float, finest_kernel: float) -> Freque
         alone = relief.periodic or count == 1
         shape.append(count if alone else _smooth_length(count + math.ceil(_GUARD / (finest_kernel * pixel))))
     q_y, q_x = (_kept_frequencies(n, d, q_max) for n, d in zip(shape, relief.pixel_size_m, strict=True))
-    return FrequencyGrid(q_y, q_x, tuple(shape))
+    return FrequencyGrid(q_y, q_x, (shape[0], shape[1]))
 
 
 def _smooth_length(least: int) -> int:

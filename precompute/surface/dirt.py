@@ -126,8 +126,8 @@ def _tried(surface: Surface, step: str, part: tuple[slice, slice]) -> Defect | N
     share = float(mask.mean())
     if not 0 < share <= _RELIEF_SHARE or mask[np.isfinite(height)].all():
         return None
-    pixel = tuple(side * (each.step or 1) for side, each in zip(surface.height_map.pixel_size_m, part, strict=True))
-    before = HeightMap(height, pixel, surface.height_map.source)
+    dy, dx = (side * (each.step or 1) for side, each in zip(surface.height_map.pixel_size_m, part, strict=True))
+    before = HeightMap(height, (dy, dx), surface.height_map.source)
     after = replace(before, height_m=np.where(mask, np.nan, height))
     losses = losses_of(before, after, surface.gratings)
     return Defect(step, share, loss_in_words(losses, share), max((loss for _, loss in losses), default=0.0))

@@ -42,6 +42,6 @@ def confirms(level: HeightMap, spectrum: Spectrum, other: HeightMap) -> Callable
         if not _SHARE * abs(forth) <= abs(back) <= abs(forth) / _SHARE:
             return False
         shifted = 2 * math.pi * sum(abs(each) * shift for each, shift in zip(cycles, _SHIFT, strict=True))
-        return abs(np.angle(back * forth.conjugate())) <= shifted + _PHASE
+        return bool(abs(np.angle(back * forth.conjugate())) <= shifted + _PHASE)
 
     return is_shown

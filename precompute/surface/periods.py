@@ -155,8 +155,8 @@ def waves_of(
     def wave(peak: tuple[int, int]) -> Wave:
         return _wave(spectrum, peak, scan_m=scan_m, ground=ground[peak])
 
-    told = (wave(peaks[0]) if peaks else None for peaks in others)
-    return Waves(tuple(map(wave, gratings)), *told, one_way=bool(missing))
+    coarsest, finest, chance = (wave(peaks[0]) if peaks else None for peaks in others)
+    return Waves(tuple(map(wave, gratings)), coarsest, finest, chance, one_way=bool(missing))
 
 
 def _diffracting(

@@ -83,11 +83,11 @@ def relief_of(levelled: HeightMap) -> Relief:
         if factor > 1:
             height = _upsample(height, factor, axis, periodic=levelled.periodic)
     size_m = tuple(n * d for n, d in zip(levelled.height_m.shape, pixel_size, strict=True))
-    pixel_size = tuple(length / n for length, n in zip(size_m, height.shape, strict=True))
-    apodisation_axes = tuple(np.ones(n) if levelled.periodic else _tukey_window(n) for n in height.shape)
-    weights = [apodisation**2 / np.sum(apodisation**2) for apodisation in apodisation_axes]
+    dy, dx = (length / n for length, n in zip(size_m, height.shape, strict=True))
+    along_y, along_x = (np.ones(n) if levelled.periodic else _tukey_window(n) for n in height.shape)
+    weights = [apodisation**2 / np.sum(apodisation**2) for apodisation in (along_y, along_x)]
     height = height - weights[0] @ height @ weights[1]
-    return Relief(height, apodisation_axes, pixel_size, levelled.periodic)
+    return Relief(height, (along_y, along_x), (dy, dx), levelled.periodic)
 
 
 def _refinement(count: int, pixel_m: float) -> int:

@@ -62,7 +62,7 @@ class Layout:
 
     terms: int
     polynomials: int
-    basis: list
+    basis: list  # type: ignore[type-arg]  # atlas_file.py compares the value's type with this type
     levels: int
     level_ratio: float
     cell_rows: int
@@ -163,7 +163,8 @@ class Layout:
 
     def tile_origin(self, term: int, level: int = 0) -> tuple[int, int]:
         """Lower left texel (x, y) of a tile, y counted upward."""
-        return tuple(sum(ends) for ends in zip(self.cell_origin(term), self.cell.corner(level), strict=True))
+        (x, y), (right, up) = self.cell_origin(term), self.cell.corner(level)
+        return x + right, y + up
 
     def tile_block(self, term: int, level: int) -> tuple[slice, slice]:
         """Rows and columns of the picture that a tile's texels fill, its padding for reading included."""

@@ -6,9 +6,10 @@ They are written whole or not at all. A header is believed only if it fits the p
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, fields
+from dataclasses import Field, asdict, fields
 from functools import partial
 from pathlib import Path
+from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 
@@ -32,7 +33,27 @@ _PROVENANCE = {
 }  # fmt: skip
 
 
-def write_together(pictures: Mapping[Path, tuple[np.ndarray, object]], provenance: dict) -> None:
+class AnyLayout(Protocol):
+    """What the layouts of all pictures have: each is a dataclass whose fields go into the header."""
+
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+
+    def __init__(self, **values: Any) -> None: ...
+
+    @property
+    def height(self) -> int: ...
+
+    @property
+    def width(self) -> int: ...
+
+    @property
+    def is_valid(self) -> bool: ...
+
+
+_Layout = TypeVar("_Layout", bound=AnyLayout)
+
+
+def write_together(pictures: Mapping[Path, tuple[np.ndarray, AnyLayout]], provenance: Mapping[str, Any]) -> None:
     """Write images (height, width, 3 or 4), row 0 at the bottom, each with its layout, by path.
 
     All of them are written or none. The header's attribute `natural_gratings` is JSON: format, layout, and the keys of
@@ -63,12 +84,12 @@ def check_can_write() -> None:
     bundled("OpenEXR")
 
 
-def read_header(path: Path) -> tuple[Layout, dict]:
+def read_header(path: Path) -> tuple[Layout, dict[str, Any]]:
     """Layout and whole header record of an atlas. Raises GratingError if the file is not an atlas."""
     return _parse(open_picture(path))
 
 
-def read_sound_header(path: Path) -> tuple[Layout, dict]:
+def read_sound_header(path: Path) -> tuple[Layout, dict[str, Any]]:
     """read_header, after a look at every pixel, for a file that Blender is going to read.
 
     Raises GratingError if the file is not an atlas, if its picture is damaged or if a pixel is no number."""
@@ -78,7 +99,7 @@ def read_sound_header(path: Path) -> tuple[Layout, dict]:
     return found
 
 
-def read(path: Path) -> tuple[Table, dict]:
+def read(path: Path) -> tuple[Table, dict[str, Any]]:
     """The bake in an atlas file, and its header record. Raises GratingError as read_sound_header does."""
     picture = open_picture(path)
     layout, record = _parse(picture)
@@ -86,9 +107,9 @@ def read(path: Path) -> tuple[Table, dict]:
 
 
 def parse(
-    picture: Picture, layout_type: type = Layout, *, channels: str = "RGB",
+    picture: Picture, layout_type: type[_Layout], *, channels: str = "RGB",
     expected: str = "bake; give the .exr that `bake` wrote",
-) -> tuple:  # fmt: skip
+) -> tuple[_Layout, dict[str, Any]]:  # fmt: skip
     """Layout and record of a picture's header.
 
     Raises GratingError, which says what was `expected`, if the header holds no such layout, or one that does not fit
@@ -118,9 +139,9 @@ def parse(
     return layout, record
 
 
-def _parse(picture: Picture) -> tuple[Layout, dict]:
+def _parse(picture: Picture) -> tuple[Layout, dict[str, Any]]:
     """Layout and record of an atlas. The record tells the atlas's precision, also where a sample set holds it."""
-    layout, record = parse(picture)
+    layout, record = parse(picture, Layout)
     precision = np.dtype(picture.precision).name
     if record.get("precision", precision) != precision:
         told = f"holds {precision}, not its header's {record['precision']!r:.20}"

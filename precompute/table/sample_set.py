@@ -51,6 +51,7 @@ light. A surface that scatters nothing has one texel, which weighs nothing.
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -197,19 +198,19 @@ def unpack(image: np.ndarray, layout: SampleSetLayout) -> SampleSet:
     )
 
 
-def read_header(path: Path) -> tuple[SampleSetLayout, dict]:
+def read_header(path: Path) -> tuple[SampleSetLayout, dict[str, Any]]:
     """Layout and whole header record of a sample set. Raises GratingError if the file is not a sample set."""
     return _parse(open_picture(path))
 
 
-def read(path: Path) -> tuple[SampleSet, dict]:
+def read(path: Path) -> tuple[SampleSet, dict[str, Any]]:
     """The sample set in a file, and its header record. Raises GratingError if the file is not a sample set."""
     picture = open_picture(path)
     layout, record = _parse(picture)
     return unpack(picture.pixels(), layout), record
 
 
-def read_sound_header(path: Path) -> tuple[SampleSetLayout, dict]:
+def read_sound_header(path: Path) -> tuple[SampleSetLayout, dict[str, Any]]:
     """read_header, after a look at every pixel, for a file that Blender is going to read.
 
     Raises GratingError if the file is not a sample set, if its picture is damaged or if a pixel is no number."""
@@ -219,6 +220,6 @@ def read_sound_header(path: Path) -> tuple[SampleSetLayout, dict]:
     return found
 
 
-def _parse(picture: Picture) -> tuple[SampleSetLayout, dict]:
+def _parse(picture: Picture) -> tuple[SampleSetLayout, dict[str, Any]]:
     expected = "sample set; give the .lobes.exr that `bake` wrote"
     return atlas_file.parse(picture, SampleSetLayout, channels="RGBA", expected=expected)

@@ -14,6 +14,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import islice
+from typing import Protocol
 
 import numpy as np
 
@@ -29,6 +30,17 @@ ZERO_ORDER_SAMPLES = 512
 _ROUNDING = 1e-9
 # Number of places that are read at once: a core's cache holds the indices and weights of this many places.
 _READ_AT_ONCE = 4096
+_Number = np.ndarray | float
+
+
+class _Pairs(Protocol):
+    """The part of measure/pairs.py's Pairs that a table needs."""
+
+    @property
+    def wi(self) -> np.ndarray: ...
+
+    @property
+    def wr(self) -> np.ndarray: ...
 
 
 @dataclass(frozen=True)
@@ -57,14 +69,14 @@ class Table:
     texel: float
     illuminant: str
     excess_albedo: np.ndarray = field(default_factory=NO_EXCESS.copy)
-    first: tuple[float, float] | None = None
+    first: tuple[float, float] = None  # type: ignore[assignment]  # __post_init__ fills it in
     w_range: tuple[float, float] = (0.0, 2.0)
-    precision: type = np.float16
+    precision: type[np.floating] = np.float16
     wider: tuple[np.ndarray, ...] = ()
     level_ratio: float = RATIOS[-1]
-    basis: np.ndarray | None = None
+    basis: np.ndarray = None  # type: ignore[assignment]  # __post_init__ fills it in
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.basis is None:
             object.__setattr__(self, "basis", np.eye(len(self.terms)))
         if self.first is None:
@@ -78,7 +90,8 @@ class Table:
     @property
     def inner(self) -> tuple[int, int]:
         """Rows and columns of the texels in a tile that hold the table."""
-        return tuple(n - 2 * TILE_PADDING for n in self.tile)
+        rows, columns = self.tile
+        return rows - 2 * TILE_PADDING, columns - 2 * TILE_PADDING
 
     @property
     def levels(self) -> tuple[np.ndarray, ...]:
@@ -88,7 +101,8 @@ class Table:
     @property
     def axes(self) -> tuple[np.ndarray, np.ndarray]:
         """v (rows,) and u (columns,) at the texels' middles."""
-        return tuple(first + np.arange(n) * self.texel for first, n in zip(self.first, self.tile, strict=True))
+        v, u = (first + np.arange(n) * self.texel for first, n in zip(self.first, self.tile, strict=True))
+        return v, u
 
     @property
     def region(self) -> Region:
@@ -102,7 +116,7 @@ class Table:
         region = Region((u_low - _ROUNDING, u_high + _ROUNDING), (v_low - _ROUNDING, v_high + _ROUNDING))
         return region.contains(u, v) & (w >= w_low - _ROUNDING) & (w <= w_high + _ROUNDING)
 
-    def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w, *, variance=0.0) -> np.ndarray:
+    def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w: _Number, *, variance: _Number = 0.0) -> np.ndarray:
         """Scattered XYZ over w^2 (n, 3) at u and v (n,), read as a renderer reads it.
 
         Texels are read by cubic B-splines, from half floats where half floats are stored. `w` is a number or (n,).
@@ -148,14 +162,16 @@ class Table:
         (u_low, u_high), (v_low, v_high) = self.region
         texel = self.texel * self.level_ratio ** (level / 2)
         x, y = (np.clip(u, u_low, u_high) - u_low) / texel, (np.clip(v, v_low, v_high) - v_low) / texel
-        places, weights = bspline.patches(y + TILE_PADDING, x + TILE_PADDING, (rows, columns), precision=terms.dtype)
+        places, weights = bspline.patches(
+            y + TILE_PADDING, x + TILE_PADDING, (rows, columns), precision=terms.dtype.type
+        )
         # Places of X in a term laid out flat. Y and Z follow it.
         places *= 3
         for term in terms.reshape(len(terms), -1):
             # All places are within the term; of NumPy's ways to treat others, wrapping is the fastest.
             yield (np.einsum("mn,mn->n", weights, term[c:].take(places, mode="wrap")) for c in range(3))
 
-    def zero_order_xyz(self, w) -> np.ndarray:
+    def zero_order_xyz(self, w: _Number) -> np.ndarray:
         """Z (..., 3) at w (...,), read as a renderer reads it: by a cubic B-spline."""
         z = self.zero_order
         # Left of the picture, a renderer repeats the first texel. For samples at steps h, the B-spline is off by
@@ -163,7 +179,7 @@ class Table:
         around = np.concatenate([z[:1], z, past_end(z)[None]])
         return bspline.read_curve(around, np.asarray(w, float) / 2 * (len(z) - 1) + 1)
 
-    def kernel(self, u: np.ndarray, v: np.ndarray, variance=0.0) -> np.ndarray:
+    def kernel(self, u: np.ndarray, v: np.ndarray, variance: _Number = 0.0) -> np.ndarray:
         """The coherence kernel (n,) that carries the zero order, widened by a variance in (u, v)."""
         variance = self.sigma_b**2 + variance
         return np.exp(-(u**2 + v**2) / (2 * variance)) / (2 * np.pi * variance)
@@ -175,11 +191,11 @@ class Table:
         direction."""
         return albedo_bound(self.excess_albedo, directions)
 
-    def bound_of_pairs(self, pairs) -> np.ndarray:
+    def bound_of_pairs(self, pairs: _Pairs) -> np.ndarray:
         """The number (n,) by which the energy-conserving form divides at direction pairs (measure/pairs.py)."""
         return np.maximum(self.albedo_bound_at(pairs.wi), self.albedo_bound_at(pairs.wr))
 
-    def candidate(self, u, v, w) -> tuple[np.ndarray, np.ndarray]:
+    def candidate(self, u: np.ndarray, v: np.ndarray, w: _Number) -> tuple[np.ndarray, np.ndarray]:
         """The bake as measure/errors.py wants a candidate: scattered XYZ over w^2 (n, 3), and the zero order's XYZ."""
         return self.scattered_over_w2(u, v, w), self.zero_order_xyz(w)
 
@@ -190,7 +206,7 @@ def held_region(axes: tuple[np.ndarray, np.ndarray]) -> Region:
     return Region(tuple(u.tolist()), tuple(v.tolist()))
 
 
-def level_mix(added, levels: int, *, ratio: float) -> tuple[np.ndarray, np.ndarray]:
+def level_mix(added: np.ndarray, levels: int, *, ratio: float) -> tuple[np.ndarray, np.ndarray]:
     """The level (n,) to read, and the share (n,) of the level after it, for a kernel that is wider than sigma_b.
 
     `added` (n,) is what is added to the kernel's variance, in units of sigma_b^2. Each level's kernel has `ratio` times

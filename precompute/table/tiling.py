@@ -105,7 +105,8 @@ class Cell:
     def inner_of(self, level: int) -> Pair:
         """Inner rows and columns of a level."""
         # The level's size may be a whole number but for rounding.
-        return tuple(math.ceil((n - 1) * self.shrink**level - 1e-9) + 1 for n in self.inner)
+        rows, columns = (math.ceil((n - 1) * self.shrink**level - 1e-9) + 1 for n in self.inner)
+        return rows, columns
 
     def corner(self, level: int) -> Pair:
         """Lower left texel (x, y) of a level's tile, its padding included, counted from that of the cell."""

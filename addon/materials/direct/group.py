@@ -79,8 +79,8 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, *, rgb
     gaussian = tree.math("POWER", math.exp(-0.5), tree.dot(uv, uv) / variance)
     kernel = gaussian / variance * light.cosine * (zero_order * (1 / (2 * math.pi)))
     mirrored = zero_order_xyz(tree, image, layout, w=w * height_scale) * kernel
-    excesses = tuple(excess_albedo(tree, image, layout, way=way) for way in (light, view))
-    bound = albedo_bound(tree, excesses, conserving=conserving)
+    of_light, of_view = (excess_albedo(tree, image, layout, way=way) for way in (light, view))
+    bound = albedo_bound(tree, (of_light, of_view), conserving=conserving)
     gain = irradiance * (tree.fresnel(ior, tree.normalize(wi + wr)) / bound)
 
     def radiance(table_xyz: Value) -> Value:

@@ -64,7 +64,7 @@ def load_atlas(path: Path, *, half: bool, alpha: str = "NONE") -> bpy.types.Imag
         raise GratingError(f"{path}: Blender cannot open it; give it a name of plain letters") from error
     image.name = printable(path.stem)
     image.colorspace_settings.is_data = True  # whatever a studio's configuration calls its data
-    image.alpha_mode = alpha
+    image.alpha_mode = alpha  # type: ignore[assignment]  # the stubs list the names
     image.use_half_precision = half
     image.pack()
     note_content(image, content)

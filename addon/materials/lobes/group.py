@@ -119,8 +119,8 @@ def build_world_group(
     xyz = table.sharp()
     total = tree.maximum(tree.dot(xyz, (1.0, 1.0, 1.0)), _SUM_MIN)
     # No light has more of a component than the most saturated one. A table's rounding errors in the dark may.
-    most = tuple(float(row.max()) for row in rgb_from_xyz)
-    colour = tree.vector_math("MINIMUM", surface_rgb(xyz) * tree.math("DIVIDE", 1.0, total), most)
+    red, green, blue = (float(row.max()) for row in rgb_from_xyz)
+    colour = tree.vector_math("MINIMUM", surface_rgb(xyz) * tree.math("DIVIDE", 1.0, total), (red, green, blue))
     colour = colour * drawn_weight(layout.illuminant)
     real = tree.math("GREATER_THAN", cosine2, _COSINE_MIN**2) * seen
     gain = tree.squared(half2 * height_scale / ratio) * weight / (cos_i * cos_r)
@@ -157,10 +157,12 @@ def _mean_over_mirror_image(
     middle = sine - cut * sigma
     spread = tree.sqrt(tree.maximum(1.0 - cut * (cut + x), 0.0)) * sigma
     away = tree.normalize(view * (-1.0, -1.0, 0.0))  # along the surface, away from the viewer
-    total = None
-    for u in (middle - spread, middle + spread):
+
+    def factor_at(u: Value) -> Value:
         up = tree.sqrt(tree.maximum(1.0 - u * u, _COSINE_MIN**2))
-        found = factor(Direction.of(tree, away * u + tree.vector(0.0, 0.0, up)))
-        total = found if total is None else total + found
+        return factor(Direction.of(tree, away * u + tree.vector(0.0, 0.0, up)))
+
+    nearer, further = middle - spread, middle + spread
+    total = factor_at(nearer) + factor_at(further)
     loss = x * tree.math("EXPONENT", x * x.times_plus(-1.39, -2.133)) * 0.612
     return total * share * 0.5 / (1.0 - loss)

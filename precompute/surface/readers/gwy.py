@@ -176,7 +176,7 @@ def _field(file: BinaryIO, value: _Value) -> _Field | None:
         raise ValueError(f"a channel is {rows} x {cols} with {held} values")
     size_m = float(_number(file, parts["yreal"])), float(_number(file, parts["xreal"]))
     across, up = (_unit(file, parts.get(f"si_unit_{each}")) for each in ("xy", "z"))
-    return _Field((rows, cols), size_m, values, unit_over(up, across))
+    return _Field((int(rows), int(cols)), size_m, values, unit_over(up, across))
 
 
 def _unit(file: BinaryIO, value: _Value | None) -> str:

@@ -13,7 +13,7 @@ import struct
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -41,7 +41,7 @@ class Structures:
             raise ValueError("more HDF5 structures than a scan has, or in a circle")
         return read_exactly(self._file, start, count)
 
-    def unpack(self, form: str, start: int) -> tuple:
+    def unpack(self, form: str, start: int) -> tuple[Any, ...]:
         """Numbers of a structure."""
         return struct.unpack(form, self.read(start, struct.calcsize(form)))
 

@@ -25,6 +25,9 @@ _DATASPACE, _LINK_INFO, _DATATYPE, _LINK, _LAYOUT, _FILTERS = 0x01, 0x02, 0x03, 
 _ATTRIBUTE, _CONTINUATION, _SYMBOLS, _ATTRIBUTE_INFO = 0x0C, 0x10, 0x11, 0x15
 _READ = (_DATASPACE, _LINK_INFO, _DATATYPE, _LINK, _LAYOUT, _FILTERS, _ATTRIBUTE, _SYMBOLS, _ATTRIBUTE_INFO)
 
+# The value of an attribute.
+Value = int | float | str | list[int | float]
+
 
 class Hdf5File(Structures):
     """An open HDF5 file. Raises ValueError where it is none, or of a kind that is not read."""
@@ -62,7 +65,7 @@ class Node:
         return next((data for found, data in self._messages if found == kind), None)
 
     @cached_property
-    def attributes(self) -> dict[str, object]:
+    def attributes(self) -> dict[str, Value]:
         """Numbers, texts, and arrays of numbers; attributes of other types are left out."""
         info = self._message(_ATTRIBUTE_INFO)
         if info and struct.unpack_from("<Q", info, 2 + 2 * (info[1] & 1))[0] != UNDEFINED:
@@ -91,6 +94,13 @@ class Node:
         if number is None or not shape or min(shape) < 1:
             return None
         return Dataset(self.file, shape, number, layout, filters_of(self._message(_FILTERS)))
+
+
+def number_in(value: Value) -> float:
+    """An attribute's value as a number. Raises ValueError where it holds none, or several."""
+    if isinstance(value, list):
+        raise ValueError("an HDF5 attribute of several numbers in place of one")
+    return float(value)
 
 
 def _messages(file: Hdf5File, address: int) -> Iterator[tuple[int, bytes]]:
@@ -148,7 +158,7 @@ def _link(data: bytes) -> tuple[str, int | None]:
     return name, struct.unpack_from("<Q", data, at + width + length)[0] if is_hard else None
 
 
-def _attribute(file: Hdf5File, data: bytes) -> tuple[str, object]:
+def _attribute(file: Hdf5File, data: bytes) -> tuple[str, Value | None]:
     """Name and value of an attribute; None as value of a type that is not read."""
     version, flags, *sizes = struct.unpack_from("<2B3H", data)
     at, pieces = 8 + (version == 3), []
@@ -162,8 +172,8 @@ def _attribute(file: Hdf5File, data: bytes) -> tuple[str, object]:
     return name, _value(file, kind, math.prod(shape), data[at:]) if shape is not None else None
 
 
-def _value(file: Hdf5File, kind: bytes, count: int, data: bytes) -> object:
-    """One number or text, or a list of numbers."""
+def _value(file: Hdf5File, kind: bytes, count: int, data: bytes) -> Value | None:
+    """One number or text, or a list of numbers; None for a type that is not read."""
     number = number_of(kind)
     if number is not None:
         if count * number.itemsize > len(data):

@@ -47,6 +47,8 @@ def _order(head: bytes) -> str | None:
 def _maps(file: BinaryIO) -> list[StoredMap]:
     head = read_exactly(file, 0, _HEAD_BYTES + _WAVE_HEAD_BYTES)
     order = _order(head)
+    if order is None:
+        raise ValueError(f"no wave of version {_VERSION}")
     wave_bytes, formula, note, data_unit, *sizes = struct.unpack_from(f"{order}4i8i", head, 4)
     (code,) = struct.unpack_from(f"{order}h", head, _HEAD_BYTES + 16)
     cols, rows, layers, more = struct.unpack_from(f"{order}4i", head, _HEAD_BYTES + 68)

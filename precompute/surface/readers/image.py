@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING, BinaryIO, cast
 
 import numpy as np
 
@@ -23,6 +23,8 @@ from .unread import CONVERT
 
 if TYPE_CHECKING:
     from PIL import Image
+    from PIL.PngImagePlugin import PngImageFile
+    from PIL.TiffImagePlugin import TiffImageFile
 
 # The longest side in pixels. The memory that Pillow takes for a compressed BMP grows with it, not only with the area.
 _SIDE_MAX = 1 << 16
@@ -166,7 +168,7 @@ def _refuse_what_is_no_grey_scale(source: str, picture: Image.Image) -> None:
 
 def _refuse_odd_tiff(source: str, picture: Image.Image, bits: int) -> None:
     """Raise GratingError where the values of a TIFF do not run from black 0 to white."""
-    tags = picture.tag_v2
+    tags = cast("TiffImageFile", picture).tag_v2
     if any(tag in tags for tag in _PARK_TAGS):
         raise GratingError(f"{source}: a Park instrument file, whose heights are not in the visible picture; {CONVERT}")
     form = set(np.atleast_1d(tags.get(_TIFF_SAMPLE_FORMAT, 1)))
@@ -181,10 +183,10 @@ def _refuse_odd_tiff(source: str, picture: Image.Image, bits: int) -> None:
 def _bits(picture: Image.Image) -> int:
     """Bits of a value in the file itself; Pillow hides them, and drops the lower 8 of 16-bit colour."""
     if picture.format == "PNG":
-        with open(picture.filename, "rb") as file:
+        with open(cast("PngImageFile", picture).filename, "rb") as file:
             return file.read(25)[24]
     if picture.format == "TIFF":
-        return int(np.max(picture.tag_v2.get(_TIFF_BITS, 1)))
+        return int(np.max(cast("TiffImageFile", picture).tag_v2.get(_TIFF_BITS, 1)))
     return 8
 
 

@@ -27,8 +27,8 @@ _SLOTS_MAX = 100
 
 def _maps(file: BinaryIO) -> list[StoredMap]:
     first, *channels = pages(file)
-    sides = tuple(first[tag].number(file) for tag in (_HEIGHT, _WIDTH))
-    return [_map(file, page, sides) for page in channels if _NAME in page]
+    height, width = (first[tag].number(file) for tag in (_HEIGHT, _WIDTH))
+    return [_map(file, page, (height, width)) for page in channels if _NAME in page]
 
 
 def _map(file: BinaryIO, page: dict[int, Tag], sides: tuple[float, float]) -> StoredMap:

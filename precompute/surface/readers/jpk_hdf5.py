@@ -16,7 +16,7 @@ import numpy as np
 
 from .channels import Channel
 from .hdf5_dataset import Dataset
-from .hdf5_file import Node
+from .hdf5_file import Node, Value, number_in
 from .scan_file import StoredMap
 from .units import in_base_units
 
@@ -44,16 +44,16 @@ def jpk_maps(root: Node) -> list[StoredMap]:
     return [each for _, each in sorted(maps, key=lambda pair: pair[0])]
 
 
-def _frames(grid: dict[str, object], channel: Node) -> Iterator[StoredMap]:
+def _frames(grid: dict[str, Value], channel: Node) -> Iterator[StoredMap]:
     facts = channel.attributes
     datasets = [node.dataset for name, node in channel.members.items() if name != _THUMBNAIL]
     name = str(facts.get("channel.fancy-name") or facts["channel.name"])
     direction = "retrace" if str(facts["retrace"]).lower() == "true" else "trace"
     size, base = in_base_units(str(facts[f"{_SCALING}.unit.unit"]))
-    shape = int(grid[f"{_GRID}.jlength"]), int(grid[f"{_GRID}.ilength"])
+    shape = int(number_in(grid[f"{_GRID}.jlength"])), int(number_in(grid[f"{_GRID}.ilength"]))
     length, _ = in_base_units(str(grid[f"{_GRID}.unit.unit"]))
-    sides = float(grid[f"{_GRID}.vlength"]) * length, float(grid[f"{_GRID}.ulength"]) * length
-    factor, offset = (float(facts[f"{_SCALING}.{each}"]) * size for each in ("multiplier", "offset"))
+    sides = number_in(grid[f"{_GRID}.vlength"]) * length, number_in(grid[f"{_GRID}.ulength"]) * length
+    factor, offset = (number_in(facts[f"{_SCALING}.{each}"]) * size for each in ("multiplier", "offset"))
     reflected = str(grid[f"{_GRID}.reflect"]).lower() == "true"
     for dataset in datasets:
         if dataset is None or len(dataset.shape) != 2 or min(shape) < 1 or dataset.shape[0] != shape[0] * shape[1]:

@@ -74,7 +74,8 @@ def _channels(lines: list[str]) -> list[tuple[str, str, str]]:
     """Name, unit and direction of each channel. Raises ValueError where the list has other columns."""
     if tuple(lines[0].split()[: len(_COLUMNS)]) != _COLUMNS:
         raise ValueError(f"channels listed by {lines[0]}")
-    return [tuple((line.split("\t") if "\t" in line else line.split())[1:4]) for line in lines[1:]]
+    cells = [(line.split("\t") if "\t" in line else line.split())[1:4] for line in lines[1:]]
+    return [(name, unit, direction) for name, unit, direction in cells]
 
 
 def _values(block: Block, unit: float, upward: bool, backward: bool, file: BinaryIO) -> np.ndarray:

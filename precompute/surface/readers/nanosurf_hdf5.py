@@ -19,7 +19,7 @@ import numpy as np
 
 from .channels import Channel
 from .hdf5_dataset import Dataset
-from .hdf5_file import Node
+from .hdf5_file import Node, Value, number_in
 from .scan_file import StoredMap
 from .units import in_base_units
 
@@ -45,7 +45,7 @@ class _Scale:
 
 def nanosurf_maps(root: Node) -> list[StoredMap]:
     """All channels of all segments. Raises ValueError where the version is another."""
-    version = int(root.attributes[VERSION])
+    version = int(number_in(root.attributes[VERSION]))
     if version not in _NAMES:
         raise ValueError(f"a .nhf of version {version}")
     measured = [node for node in root.members.values() if _NAMES[version][0] in node.attributes]
@@ -66,7 +66,7 @@ def _maps(measurement: Node, version: int, number: int, is_one_of_many: bool) ->
 
 
 def _map(
-    facts: dict[str, object], dataset: Dataset, channel: dict[str, object], known: tuple[int, str, bool]
+    facts: dict[str, Value], dataset: Dataset, channel: dict[str, Value], known: tuple[int, str, bool]
 ) -> StoredMap:
     version, frame, may_be_image = known
     shape, sides = _grid(facts)
@@ -75,7 +75,7 @@ def _map(
     scale, unit = _scale(dataset, channel, version)
     size, base = in_base_units(unit)
     # Version 1 has no number for a missing point.
-    acquired = int(facts.get("image_number_of_lines_acquired", shape[0])) if version == 1 else shape[0]
+    acquired = int(number_in(facts.get("image_number_of_lines_acquired", shape[0]))) if version == 1 else shape[0]
     rows, cols = shape if is_image else (1, 1)
     return StoredMap(
         Channel(str(channel[_NAMES[version][2]]), frame, base, is_image),
@@ -87,18 +87,23 @@ def _map(
     )
 
 
-def _grid(facts: dict[str, object]) -> tuple[tuple[int, int], tuple[float, float]]:
+def _grid(facts: dict[str, Value]) -> tuple[tuple[int, int], tuple[float, float]]:
     """(rows, cols) and (Ly, Lx); zeros where a measurement tells none."""
     # Either may stand at the measurement or the segment, in either spelling.
-    rows, cols = facts.get("rect_axis_size") or (
-        facts.get("image_number_of_lines", 0),
-        facts.get("image_points_per_line", 0),
-    )
-    height, width = facts.get("rect_axis_range") or (facts.get("image_size_y", 0), facts.get("image_size_x", 0))
-    return (int(rows), int(cols)), (float(height), float(width))
+    rows, cols = _two(facts, "rect_axis_size", ("image_number_of_lines", "image_points_per_line"))
+    return (int(rows), int(cols)), _two(facts, "rect_axis_range", ("image_size_y", "image_size_x"))
 
 
-def _scale(dataset: Dataset, channel: dict[str, object], version: int) -> tuple[_Scale, str]:
+def _two(facts: dict[str, Value], together: str, apart: tuple[str, str]) -> tuple[float, float]:
+    """Two numbers, from one attribute or else from two; 0 for a number that is missing."""
+    found = facts.get(together) or [number_in(facts.get(name, 0)) for name in apart]
+    if not isinstance(found, list):
+        raise ValueError(f"{together} is not two numbers")
+    first, second = map(float, found)
+    return first, second
+
+
+def _scale(dataset: Dataset, channel: dict[str, Value], version: int) -> tuple[_Scale, str]:
     """The calibration of a channel's integers and its unit; floating numbers run from 0 to 1."""
     prefix = _NAMES[version][3]
     if dataset.kind.kind == "f":
@@ -110,7 +115,7 @@ def _scale(dataset: Dataset, channel: dict[str, object], version: int) -> tuple[
         highest = float(limits.max) - (version == 2 and limits.min == 0)
     if channel.get("signal_selected", channel.get("signal_id")) != channel.get("signal_id"):
         return _Scale(lowest, highest, 1.0, 0.0), f"the calibration '{channel['signal_selected']}'"
-    low, high = float(channel.get(f"{prefix}_min", 0.0)), float(channel.get(f"{prefix}_max", 1.0))
+    low, high = number_in(channel.get(f"{prefix}_min", 0.0)), number_in(channel.get(f"{prefix}_max", 1.0))
     unit = str(channel.get(f"{prefix}_unit", ""))
     named = _IN_BRACKETS.search(unit)
     return _Scale(lowest, highest, (high - low) / (highest - lowest), low), named[1] if named else unit

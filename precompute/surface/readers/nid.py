@@ -123,7 +123,7 @@ def _header(source: str) -> tuple[list[_Block], int]:
     if end < 0:
         raise GratingError(f"{source}: the header has no end, the file is truncated or damaged; copy it again")
     try:
-        blocks = _blocks(_sections(decoded(header[:end])))
+        blocks = _blocks(_sections(decoded(bytes(header[:end]))))
     except (KeyError, ValueError) as error:
         raise GratingError(
             f"{source}: the Nanosurf header is damaged or of an unknown kind ({shortened(error)}); copy it "

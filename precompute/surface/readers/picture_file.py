@@ -98,7 +98,8 @@ def _directory(file: BinaryIO, start: int, order: str, *, big: bool) -> tuple[in
     )  # fmt: skip
     file.seek(start)
     (count,) = struct.unpack(counter, file.read(struct.calcsize(counter)))
-    held, further = 0, []
+    held = 0
+    further: list[int] = []
     for _ in range(min(count, 1 << 16)):
         tag, kind, items, value = struct.unpack(entry, file.read(struct.calcsize(entry)))
         held += _EACH_BYTES + _TIFF_TYPE_BYTES.get(kind, 0) * items

@@ -26,9 +26,14 @@ class Reader(Protocol):
                 one map of heights; False for files of instruments, which carry both and may hold several channels
     """
 
-    name: str
-    extensions: tuple[str, ...]
-    needs_size: bool
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def extensions(self) -> tuple[str, ...]: ...
+
+    @property
+    def needs_size(self) -> bool: ...
 
     def can_read(self, beginning: bytes) -> bool:
         """Whether a file that begins with these bytes (at most BEGINNING_BYTES) is of this format."""

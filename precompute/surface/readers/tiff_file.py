@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from .scan_file import Block, read_exactly
 
@@ -32,7 +32,7 @@ class Tag:
     count: int
     start: int
 
-    def items(self, file: BinaryIO) -> tuple:
+    def items(self, file: BinaryIO) -> tuple[Any, ...]:
         """The numbers of the tag. Raises ValueError where they are none or too many."""
         letter = _LETTERS[self.kind]
         if self.count > _ITEMS_MAX:

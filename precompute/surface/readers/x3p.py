@@ -41,7 +41,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
     cols, rows, layers = (int(said.text(f"Record3/MatrixDimension/Size{axis}")) for axis in "XYZ")
     if min(rows, cols) < 1 or layers != 1:
         raise ValueError(f"{rows} x {cols} points in {layers} layers")
-    pixel = tuple(float(said.text(f"Record1/Axes/{axis}/Increment")) for axis in ("CY", "CX"))
+    dy, dx = (float(said.text(f"Record1/Axes/{axis}/Increment")) for axis in ("CY", "CX"))
     scale, offset = (
         float(said.text(f"Record1/Axes/CZ/{name}", default)) for name, default in (("Increment", "1"), ("Offset", "0"))
     )
@@ -57,7 +57,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
         if held != rows * cols * np.dtype(kind).itemsize:
             raise ValueError(f"{rows} x {cols} points declared, and {held} bytes are there")
         load = partial(_stored, (rows, cols), kind, (scale, offset), (data, valid and folder + valid))
-    return [StoredMap(Channel("height", "", "m"), (rows, cols), pixel, load)]
+    return [StoredMap(Channel("height", "", "m"), (rows, cols), (dy, dx), load)]
 
 
 def _listed(shape: tuple[int, int], scaling: tuple[float, float], said: Description, file: BinaryIO) -> np.ndarray:

@@ -34,9 +34,9 @@ def calibrate(height_map: HeightMap, period_nm: float) -> Done:
             f"{height_map.source}: calibrate: its grating measures {measured_m * 1e9:.4g} nm, far from {period_nm:g} "
             "nm; give the period of that grating, or leave calibrate out"
         )
-    pixel = tuple(side * factor for side in height_map.pixel_size_m)
+    dy, dx = (side * factor for side in height_map.pixel_size_m)
     told = f"the grating of {measured_m * 1e9:.4g} nm has {period_nm:g} nm now, by pixels {factor:.4g} times as large"
     unusual = not 1 / _FACTOR_USUAL <= factor <= _FACTOR_USUAL
     if unusual:
         told += f"; a microscope errs by less, so check that this is the grating of {period_nm:g} nm"
-    return Done(replace(height_map, pixel_size_m=pixel), told, warns=unusual)
+    return Done(replace(height_map, pixel_size_m=(dy, dx)), told, warns=unusual)

@@ -55,7 +55,7 @@ class Number:
             return None
         return value if self.low <= value <= self.high and not (self.whole and value % 1) else None
 
-    def write(self, value: float) -> str:
+    def write(self, value: float | str) -> str:
         """The number as text."""
         return f"{value:.12g}"
 
@@ -84,9 +84,9 @@ class Word:
         """The word, or None for another."""
         return text if text in self.words else None
 
-    def write(self, value: str) -> str:
+    def write(self, value: float | str) -> str:
         """The word as text."""
-        return value
+        return str(value)
 
     def wanted(self) -> str:
         """What may be given, for a message."""
