@@ -8,7 +8,7 @@ when they are called.
 
 import bpy
 
-from .actions import keep_lamps, level_preview
+from .actions import handlers, level_preview
 from .operators import (
     add_diffraction,
     add_fan,
@@ -92,7 +92,7 @@ def register() -> None:
     bpy.types.VIEW3D_MT_mesh_add.append(add_snake.menu_entry)
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.append(bakes.recall_bakes)
-    keep_lamps.register()
+    handlers.register()
     _command = bpy.utils.register_cli_command("grating", _run_command)  # type: ignore[func-returns-value]  # the stubs say it returns None
 
 
@@ -105,7 +105,7 @@ def unregister() -> None:
     level_preview.stop()
     facts.stop()
     show_direction.set_shown(False)
-    keep_lamps.unregister()
+    handlers.unregister()
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.remove(bakes.recall_bakes)
     bpy.types.VIEW3D_MT_mesh_add.remove(add_snake.menu_entry)

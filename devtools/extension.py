@@ -48,7 +48,7 @@ MODULES = {
     "changes": "scene.changes",
     "follow": "lamps.follow",
     "lamps": "actions.lamps",
-    "keep_lamps": "actions.keep_lamps",
+    "handlers": "actions.handlers",
     "pack": "lamps.pack",
     "read": "lamps.read",
     "group": "lamps.group",

@@ -33,6 +33,11 @@ def is_diffraction(group: bpy.types.NodeTree | None) -> bool:
     return group is not None and LAMPS in group
 
 
+def diffraction_groups() -> list[bpy.types.NodeTree]:
+    """The file's Diffraction groups, also those that are linked from other files."""
+    return [group for group in bpy.data.node_groups if is_diffraction(group)]
+
+
 def variation_of(group: bpy.types.NodeTree) -> Variation:
     """How a Diffraction group varies over the surface."""
     return Variation.from_property(stored.record(group, VARIATION))

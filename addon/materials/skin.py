@@ -59,6 +59,7 @@ from .counted import is_lit, is_unseen, left_by_table, table_share
 from .footprint import with_footprint
 from .noted import (
     counts_footprint,
+    diffraction_groups,
     frame_of,
     is_diffraction,
     lamps_in,
@@ -175,8 +176,7 @@ def set_variation(group: bpy.types.NodeTree, variation: Variation, others: Itera
 
 def needs_lamps() -> bool:
     """Whether some Diffraction group of the file is dark where no lamp shines."""
-    groups = [group for group in bpy.data.node_groups if is_diffraction(group)]
-    return any(lights_of(group) == LAMPS_ONLY or not answers_to_world(group) for group in groups)
+    return any(lights_of(group) == LAMPS_ONLY or not answers_to_world(group) for group in diffraction_groups())
 
 
 def answers_to_world(group: bpy.types.NodeTree) -> bool:
@@ -277,8 +277,7 @@ def linked_with_fewer_lamps(scene: bpy.types.Scene) -> list[str]:
     """One line for each Diffraction group that is linked from another file, so that it cannot be changed, and knows
     fewer lamps than the scene follows."""
     count = lamp_count(scene)
-    linked = [group for group in bpy.data.node_groups if is_diffraction(group) and group.library is not None]
-    groups = [group for group in linked if len(lamps_in(group)) < count]
+    groups = [g for g in diffraction_groups() if g.library is not None and len(lamps_in(g)) < count]
     return [f"{g.name}: linked, it knows {len(lamps_in(g))} of {count} lamps; make it local" for g in groups]
 
 
@@ -304,16 +303,15 @@ def show_lamps(*, exactly: bool) -> None:
 
     A group that has them is left alone, as Blender would compile it again. `exactly`: so is not a group that has more,
     which only costs time in each pixel, as the properties of the others are absent and read as 0."""
-    groups = [group for group in bpy.data.node_groups if is_diffraction(group) and group.library is None]
+    groups = [group for group in diffraction_groups() if group.library is None]
     if not groups:
         return
     wanted, sources = _lamps_of_file(), _sources_of_file()
     for group in groups:
         present, held = lamps_in(group), sources_in(group)
         lamps = wanted if exactly else [a or b for a, b in zip_longest(wanted, present, fillvalue=False)]
-        count = sources if exactly else max(sources, held)
-        if lights_of(group) != REST:  # it reads none
-            count = held
+        reads_sources = lights_of(group) == REST
+        count = (sources if exactly else max(sources, held)) if reads_sources else held
         if (present, held) != (lamps, count):
             fill_group(group, responses_in(group), lamps, sources=count)
 
@@ -321,7 +319,7 @@ def show_lamps(*, exactly: bool) -> None:
 def renew_outdated() -> list[str]:
     """Make the nodes of each Diffraction group anew that another version of Blender saved, for the shadows of this one.
     Returns a line to print if there was one. A group of another file stays (lost.py tells of it)."""
-    outdated = [g for g in bpy.data.node_groups if is_diffraction(g) and g.library is None and is_outdated(g)]
+    outdated = [group for group in diffraction_groups() if group.library is None and is_outdated(group)]
     for group in outdated:
         refill(group, responses_in(group))
     renewed = ", ".join(group.name for group in outdated if not is_outdated(group))
@@ -331,12 +329,12 @@ def renew_outdated() -> list[str]:
 
 def follows_light_linking() -> bool:
     """Whether some Diffraction group of the file reads the marks of light linking."""
-    return any(is_diffraction(group) and any(lamps_in(group)) for group in bpy.data.node_groups)
+    return any(any(lamps_in(group)) for group in diffraction_groups())
 
 
 def follows_world() -> bool:
     """Whether some Diffraction group of the file reads the sources of worlds."""
-    return any(is_diffraction(group) and lights_of(group) == REST for group in bpy.data.node_groups)
+    return any(lights_of(group) == REST for group in diffraction_groups())
 
 
 def _sources_of_file() -> int:

@@ -102,7 +102,7 @@ def measured(addon: SimpleNamespace, repeat: int) -> dict[str, float]:
                 spent["panel's redraw"].append(time.perf_counter() - start)
             time.sleep(addon.changes.STILL)
             start = time.perf_counter()
-            addon.keep_lamps._follow_when_still()
+            addon.handlers._follow_when_still()
             addon.facts._find_again()
             spent["once still"].append(time.perf_counter() - start)
     finally:
@@ -123,7 +123,7 @@ def _edits(lamp, number: int) -> tuple[Callable[[], None], ...]:
 
 def with_window(addon: SimpleNamespace) -> None:
     """Have the handlers and the panel do what they do while a window is open."""
-    addon.keep_lamps.has_window = addon.facts.has_window = lambda: True
+    addon.handlers.has_window = addon.facts.has_window = lambda: True
 
 
 def context_of(scene) -> SimpleNamespace:

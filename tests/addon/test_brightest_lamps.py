@@ -272,7 +272,7 @@ def test_saving_keeps_the_choice(addon, lit, ranked):
     add_lamp(lit, "Near", energy=10.0, height=0.3)
     first = ranked()
     assert "Near" in first
-    addon.keep_lamps.show_what_is_saved()
+    addon.handlers.show_what_is_saved()
     assert [lamp.name for lamp in addon.follow.followed_lamps(lit)] == first
 
 

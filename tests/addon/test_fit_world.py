@@ -59,7 +59,7 @@ def test_what_acts_on_a_world_looks_at_it_as_it_is(addon, scene, sky, taken):
     assert addon.sky.fitted_world(scene) == taken[-1] == addon.fingerprint.fingerprint(scene.world)
     assert addon.fit_world.world_is_fitted(scene)
     sky.inputs["Strength"].default_value = 3.0
-    addon.keep_lamps.show_what_renders(scene)
+    addon.handlers.show_what_renders(scene)
     assert addon.sky.source_count(scene) == 0 and not addon.fit_world.world_is_fitted(scene)
 
 

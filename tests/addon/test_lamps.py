@@ -283,9 +283,9 @@ def test_a_group_that_is_filled_again_keeps_no_driver_of_a_node_that_went(addon,
 
 def test_undo_pairs_of_handlers_leave_all_as_it_was(addon, scene, material):
     before = described(scene)
-    addon.keep_lamps.let_go()
+    addon.handlers.let_go()
     assert addon.follow.lamp_count(scene) == 0
-    addon.keep_lamps.follow_again()
+    addon.handlers.follow_again()
     assert described(scene) == before
 
 

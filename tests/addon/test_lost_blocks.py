@@ -285,7 +285,7 @@ def test_every_other_button_and_the_panel_work(skin, done, capfd):
         pressed(button, **options)
     drawn(skin)
     for event in ("save_pre", "load_post", "undo_post"):
-        skin.addon.keep_lamps.HANDLERS[event]()
+        skin.addon.handlers.HANDLERS[event]()
     try:
         skin.addon.bake.record_bake(skin.first, facts, request)
     except skin.addon.child.GratingError as fault:

@@ -46,10 +46,10 @@ def test_it_is_made_anew_when_the_file_is_opened(addon, group, saved, capfd):
     assert addon.lost.lost([group]) == [
         "Diffraction waves: another version of Blender saved its shadows; press Mend Materials"
     ]
-    addon.keep_lamps.HANDLERS["load_post"]()
+    addon.handlers.HANDLERS["load_post"]()
     assert kinds(group) == before and addon.lost.lost([group]) == []
     assert "Diffraction waves: shadows made anew" in capfd.readouterr().err
-    addon.keep_lamps.HANDLERS["load_post"]()
+    addon.handlers.HANDLERS["load_post"]()
     assert capfd.readouterr().err == "", "it was not made again"
 
 

@@ -17,14 +17,14 @@ UNTOLD = {"painted", "size"}
 @pytest.fixture
 def window(addon, scene, monkeypatch):
     """What the handlers and the panel do while a window is open; no timer runs by itself."""
-    for module in (addon.keep_lamps, addon.facts):
+    for module in (addon.handlers, addon.facts):
         monkeypatch.setattr(module, "has_window", lambda: True)
     addon.facts.stop()
     monkeypatch.setattr(addon.fit_world, "want_fit", addon.fit_world.drop_stale_sources)
     yield
     scene.world = None
     addon.sky.forget_sources(scene)
-    for timer in (addon.keep_lamps._follow_when_still, addon.facts._find_again):
+    for timer in (addon.handlers._follow_when_still, addon.facts._find_again):
         if bpy.app.timers.is_registered(timer):
             bpy.app.timers.unregister(timer)
 
@@ -32,7 +32,7 @@ def window(addon, scene, monkeypatch):
 def be_still(addon):
     """Have the timers run once nothing has changed for a moment."""
     time.sleep(addon.changes.STILL)
-    for timer in (addon.keep_lamps._follow_when_still, addon.facts._find_again):
+    for timer in (addon.handlers._follow_when_still, addon.facts._find_again):
         if bpy.app.timers.is_registered(timer):
             assert timer() is None
 
@@ -42,7 +42,7 @@ def test_a_world_that_changed_is_not_known_as_it_was(addon, scene, grating, wind
     scene.world = world
     assert bpy.ops.grating.assign() == {"FINISHED"}
     node(world, "ShaderNodeTexEnvironment").image.pixels[0] = 1.0
-    addon.keep_lamps.follow_file()
+    addon.handlers.follow_file()
     assert addon.fit_world.world_is_known(scene)
     before = addon.fit_world._known_world(scene).fingerprint
     WORLD_CHANGES[how](world)
@@ -137,7 +137,7 @@ def test_what_changes_of_a_lamp_is_followed_at_once(addon, scene, grating, windo
         bpy.context.view_layer.update()
     at_once = noted(scene)
     be_still(addon)
-    addon.keep_lamps.follow_file()
+    addon.handlers.follow_file()
     bpy.context.view_layer.update()
     assert at_once == noted(scene)
 
@@ -148,12 +148,12 @@ def test_looking_at_everything_changes_nothing_and_ends(addon, scene, grating, w
     scene.objects["Sun"].location.x = 1.0
     for _ in range(2):
         bpy.context.view_layer.update()
-        assert bpy.app.timers.is_registered(addon.keep_lamps._follow_when_still)
+        assert bpy.app.timers.is_registered(addon.handlers._follow_when_still)
         time.sleep(addon.changes.STILL)
-        assert addon.keep_lamps._follow_when_still() is None
-        bpy.app.timers.unregister(addon.keep_lamps._follow_when_still)  # as Blender does then
+        assert addon.handlers._follow_when_still() is None
+        bpy.app.timers.unregister(addon.handlers._follow_when_still)  # as Blender does then
         bpy.context.view_layer.update()
-        assert not bpy.app.timers.is_registered(addon.keep_lamps._follow_when_still)
+        assert not bpy.app.timers.is_registered(addon.handlers._follow_when_still)
         scene.objects["Sun"].data.energy += 1.0
 
 

@@ -155,7 +155,7 @@ def _stations(skin: Skin, lying: Path, *, buttons: Sequence[str], render: bool) 
     """What an artist does with a file."""
     import bpy
 
-    handlers = skin.addon.keep_lamps.HANDLERS
+    handlers = skin.addon.handlers.HANDLERS
     steps: dict[str, Callable[[], object]] = {
         "load": lambda: bpy.ops.wm.open_mainfile(filepath=str(lying)),
         "panel": lambda: _draw(skin),
@@ -253,11 +253,11 @@ def _needed(skin: Skin) -> str | None:
 
 @contextlib.contextmanager
 def _without_handlers(addon: SimpleNamespace) -> Iterator[None]:
-    addon.keep_lamps.unregister()
+    addon.handlers.unregister()
     try:
         yield
     finally:
-        addon.keep_lamps.register()
+        addon.handlers.register()
 
 
 @contextlib.contextmanager
