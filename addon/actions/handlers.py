@@ -53,6 +53,9 @@ def follow_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Non
     note_change()
     if depsgraph.mode == "RENDER":
         return
+    if scene.library is not None or is_rendering() or not _has_diffraction():  # most files do no more than this
+        forget_worlds()
+        return
     changed = {update.id.original for update in islice(depsgraph.updates, _LOOKED_AT)}
     came_or_went = depsgraph.id_type_updated("COLLECTION") and (
         scene.collection in changed or len(changed) == _LOOKED_AT
@@ -61,8 +64,6 @@ def follow_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Non
         forget_worlds()
     else:
         forget_worlds_of(changed)
-    if scene.library is not None or is_rendering() or not _has_diffraction():
-        return
     if has_window() and not bpy.app.timers.is_registered(_follow_when_still):
         bpy.app.timers.register(_follow_when_still, first_interval=STILL)
     if not (depsgraph.id_type_updated("SCENE") or depsgraph.id_type_updated("WORLD")):

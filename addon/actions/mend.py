@@ -9,7 +9,7 @@ import bpy
 from ...precompute.base.failure import GratingError
 from ..materials.lost import lost, lost_of_nodes, lost_of_own
 from ..materials.material import add_diffraction, empty_nodes
-from ..materials.noted import is_diffraction
+from ..materials.noted import diffraction_groups
 from ..materials.replace import replace_response
 from ..materials.response import responses_in
 from ..materials.skin import refill, take_back
@@ -79,7 +79,7 @@ def _gratings() -> Iterator[tuple[bpy.types.Scene, Grating]]:
 
 
 def _groups() -> list[bpy.types.NodeTree]:
-    return [group for group in bpy.data.node_groups if is_diffraction(group) and group.library is None]
+    return [group for group in diffraction_groups() if group.library is None]
 
 
 def _materials() -> list[bpy.types.Material]:

@@ -9,13 +9,13 @@ import bpy
 
 from ..frames.frame import frame_maps_in
 from ..scene import compat
-from .noted import is_diffraction
+from .noted import diffraction_groups
 from .response import in_other_spaces, responses_in
 
 
 def wrong_colours(scene: bpy.types.Scene) -> list[str]:
     """One line for each thing for which the file's gratings show wrong colours, with the remedy."""
-    groups = list(filter(is_diffraction, bpy.data.node_groups))
+    groups = diffraction_groups()
     if not groups:  # most files load no more than this
         return []
     from .lost import lost
@@ -47,7 +47,7 @@ def resampled_pictures(scene: bpy.types.Scene) -> list[str]:
 
 def _pictures() -> list[bpy.types.Image]:
     """The pictures that the file's Diffraction groups read, each once."""
-    groups = [group for group in bpy.data.node_groups if is_diffraction(group)]
+    groups = diffraction_groups()
     trees = [response.group for group in groups for response in responses_in(group)]
     tables = [node.image for tree in trees for node in tree.nodes if node.type == "TEX_IMAGE" and node.image]
     return list(dict.fromkeys(tables + [image for group in groups for image in frame_maps_in(group)]))

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from .material import diffraction_nodes
-from .noted import is_diffraction
+from .noted import diffraction_groups
 from .pictures import pictures_of
 from .response import own_trees
 
@@ -48,7 +48,7 @@ def _objects_with(materials: set[bpy.types.Material]) -> set[bpy.types.Object]:
 def boxes_showing(scene: bpy.types.Scene) -> np.ndarray:
     """The bounding boxes of the scene's objects that have diffraction among their materials: least and greatest corners
     (n, 2, 3) in the scene's space. An object that only an instance of its collection shows has none."""
-    shown = _objects_with(_materials_of({group for group in bpy.data.node_groups if is_diffraction(group)}))
+    shown = _objects_with(_materials_of(set(diffraction_groups())))
     things = shown & set(scene.collection.all_objects) if shown else ()
     corners = np.array([_corners(thing) for thing in things]).reshape(-1, 8, 3)
     return np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1)
@@ -74,7 +74,7 @@ def strays(scene: bpy.types.Scene) -> list[bpy.types.NodeTree]:
     not reach them: appended, pasted or linked, or of a grating that was removed. A group of another scene's grating is
     among them where an object of this scene shows it."""
     own = {grating.group for grating in scene.natural_gratings.items}
-    groups = [group for group in bpy.data.node_groups if is_diffraction(group) and group not in own]
+    groups = [group for group in diffraction_groups() if group not in own]
     return [group for group in groups if _shows_bake(group) and _is_stray(group, scene)]
 
 
