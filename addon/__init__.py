@@ -8,18 +8,18 @@ when they are called.
 
 import bpy
 
-from .actions import handlers, level_preview
+from .gratings import bakes, grating, levelling_steps
 from .operators import (
     add_diffraction,
-    add_fan,
+    add_diffraction_lamp,
     add_snake,
     add_sun,
     adopt,
     assign,
-    bake_frame_map,
+    bake_direction_map,
     bake_grating,
     bake_needs,
-    choose_frame,
+    choose_direction,
     choose_lights,
     comb_grating,
     fit_world,
@@ -31,17 +31,17 @@ from .operators import (
     remove_diffraction,
     remove_grating,
     show_direction,
-    unwrap,
+    unwrap_meshes,
     vary_grating,
 )
-from .scene import bakes, gratings, levelling
 from .ui import direction_panel, facts, panel, steps_panel
+from .workflow import handlers, previewing_levelling
 
 # In the order of registration: a property group comes before the property groups that hold it.
 CLASSES = (
-    levelling.LevellingStep,
-    gratings.Grating,
-    gratings.SceneGratings,
+    levelling_steps.LevellingStep,
+    grating.Grating,
+    grating.SceneGratings,
     import_height_map.ImportHeightMap,
     import_height_map.DropHeightMap,
     remove_grating.RemoveGrating,
@@ -58,18 +58,18 @@ CLASSES = (
     mend.MendMaterials,
     adopt.AdoptMaterials,
     add_sun.AddSun,
-    add_fan.AddDiffractionLamp,
+    add_diffraction_lamp.AddDiffractionLamp,
     add_snake.AddSnake,
     add_snake.AddShedSkin,
     choose_lights.ChooseLights,
     comb_grating.CombGrating,
-    choose_frame.ChooseFrame,
+    choose_direction.ChooseDirection,
     vary_grating.VaryGrating,
     fit_world.FitWorld,
     osl_reference.NewOslReference,
     show_direction.ShowDirection,
-    unwrap.Unwrap,
-    bake_frame_map.BakeFrameMap,
+    unwrap_meshes.Unwrap,
+    bake_direction_map.BakeDirectionMap,
     panel.SampleMenu,
     panel.GratingList,
     steps_panel.StepList,
@@ -86,9 +86,9 @@ def register() -> None:
     global _command
     for cls in CLASSES:
         bpy.utils.register_class(cls)
-    bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=gratings.SceneGratings)  # type: ignore[func-returns-value]  # the stubs say it returns None
+    bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=grating.SceneGratings)  # type: ignore[func-returns-value]  # the stubs say it returns None
     bpy.types.TOPBAR_MT_file_import.append(import_height_map.menu_entry)
-    bpy.types.VIEW3D_MT_light_add.append(add_fan.menu_entry)
+    bpy.types.VIEW3D_MT_light_add.append(add_diffraction_lamp.menu_entry)
     bpy.types.VIEW3D_MT_mesh_add.append(add_snake.menu_entry)
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.append(bakes.recall_bakes)
@@ -101,15 +101,15 @@ def unregister() -> None:
     bpy.utils.unregister_cli_command(_command)
     for following in (bake_grating.BakeGrating, bake_needs.BakeNeeds, comb_grating.CombGrating):
         following.stop()
-    unwrap.stop_running_unwrap()
-    level_preview.stop()
+    unwrap_meshes.stop_running_unwrap()
+    previewing_levelling.stop()
     facts.stop()
     show_direction.set_shown(False)
     handlers.unregister()
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.remove(bakes.recall_bakes)
     bpy.types.VIEW3D_MT_mesh_add.remove(add_snake.menu_entry)
-    bpy.types.VIEW3D_MT_light_add.remove(add_fan.menu_entry)
+    bpy.types.VIEW3D_MT_light_add.remove(add_diffraction_lamp.menu_entry)
     bpy.types.TOPBAR_MT_file_import.remove(import_height_map.menu_entry)
     del bpy.types.Scene.natural_gratings
     for cls in reversed(CLASSES):

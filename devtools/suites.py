@@ -37,9 +37,9 @@ PRECOMPUTE_AGAIN = ("surface", "table", "maths", "colour", "spectra", "bake/test
 # The renders that the older Blender makes too: one of each kind of node, lamp and shader, and whatever appends, links,
 # saves, undoes or follows. The others are sums over the same nodes.
 RENDER_AGAIN = (
-    "test_plane.py", "test_lamps.py", "test_lights_move.py", "test_hidden_lamps.py", "test_frame_source.py",
+    "test_plane.py", "test_lamps.py", "test_lights_move.py", "test_hidden_lamps.py", "test_direction_source.py",
     "test_kept.py", "test_brought_over.py", "test_added_and_removed.py", "test_data_pictures.py", "test_shadows.py",
-    "test_osl.py", "test_osl_direct.py", "test_osl_reference.py", "test_fan.py", "test_bounces.py",
+    "test_osl.py", "test_osl_direct.py", "test_osl_reference.py", "test_diffraction_lamp.py", "test_bounces.py",
 )  # fmt: skip
 # The suites of which an environment runs these parts alone.
 AGAIN = {("precompute", PY313): PRECOMPUTE_AGAIN, ("render", PY311): RENDER_AGAIN}

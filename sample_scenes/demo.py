@@ -154,7 +154,7 @@ def render_snake(
 def render_wall(step: str, baked: Path, picture: Path, *, arguments, watch: Stopwatch) -> None:
     """Build the scene of a grating before a wall, assign the bake, add a Diffraction Lamp, render. The spectrum has no
     noise, so an eighth of the samples does."""
-    edits = (["assign", baked, "--object", "Carrier", "--lights", "lamps"], ["lamp", "--object", "Carrier"])
+    edits = (["assign", baked, "--object", "Carrier", "--lights", "lamps"], ["diffraction-lamp", "--object", "Carrier"])
     samples = max(1, arguments.samples // 8)
     render_scene(step, picture, [["wall.py"]], edits=edits, samples=samples, arguments=arguments, watch=watch)
 

@@ -64,8 +64,8 @@ SCENES = {
     "dvd": _disc("dvd", "DVD"),
     "bluray": _disc("bluray", "Blu-ray"),
     "shed": SampleScene(
-        "wall.py", {"Carrier": "sample:elaphe"}, assign=("--lights", "lamps"), verbs=(("lamp", "--object", "Carrier"),),
-        samples=16, illuminant=LASER,
+        "wall.py", {"Carrier": "sample:elaphe"}, assign=("--lights", "lamps"),
+        verbs=(("diffraction-lamp", "--object", "Carrier"),), samples=16, illuminant=LASER,
     ),
 }  # fmt: skip
 

@@ -5,7 +5,7 @@ python -m sample_scenes.wall --output wall.blend
 blender --background --python sample_scenes/wall.py -- --output wall.blend
 
 The grating's grooves run towards the wall, so that its orders lie beside each other on it. After `grating assign BAKE
---object Carrier --lights lamps` and `grating lamp --object Carrier` the spectrum is there.
+--object Carrier --lights lamps` and `grating diffraction-lamp --object Carrier` the spectrum is there.
 """
 
 from __future__ import annotations

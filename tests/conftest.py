@@ -12,7 +12,7 @@ from types import ModuleType, SimpleNamespace
 import pytest
 
 from devtools import EXTENSION
-from devtools.extension import addon_modules, link_extension
+from devtools.extension import AddonModules, link_extension
 
 # Before any test module imports NumPy: the tests' matrix products are small, two suites run at once, and threads would
 # wait for each other (test_efficiency.py: 12 s with one, 105 s with two on two busy cores).
@@ -59,7 +59,7 @@ def extension() -> ModuleType:
 @pytest.fixture
 def addon(extension: ModuleType) -> SimpleNamespace:
     """The add-on's modules by their short names."""
-    return addon_modules(extension.__name__)
+    return AddonModules(extension.__name__)
 
 
 @pytest.fixture(scope="session")

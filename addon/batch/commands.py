@@ -9,21 +9,24 @@ import importlib
 from collections.abc import Sequence
 
 from ...precompute.base.failure import GratingError
-from ...precompute.cli.output import check_targets
 from ...precompute.cli.parser import OneLineParser, exit_status
+from ...precompute.cli.printing import check_targets
 
 # Each is a module of this folder, with add_arguments(parser) and run(arguments).
 VERBS = {
-    "import": ("import_height_map", "add a height map to the scene"),
-    "bake": ("bake", "import a height map and bake it"),
-    "assign": ("assign", "put a bake's material on meshes and save the file"),
-    "vary": ("vary", "vary a bake's material over the meshes that show it and save the file"),
-    "needs": ("needs", "measure what the scene needs of a bake, bake only that, and save the file"),
-    "comb": ("comb", "store a smooth direction on meshes and save the file"),
-    "unwrap": ("unwrap", "give meshes a UV map without overlaps and save the file"),
-    "frame-map": ("frame_map", "bake a grating's direction into a picture and save the file"),
-    "lamp": ("lamp", "add a Diffraction Lamp to a mesh with a grating and save the file"),
-    "render": ("render", "render the open file's scene to a picture"),
+    "import": ("import_command", "add a height map to the scene"),
+    "bake": ("bake_command", "import a height map and bake it"),
+    "assign": ("assign_command", "put a bake's material on meshes and save the file"),
+    "vary": ("vary_command", "vary a bake's material over the meshes that show it and save the file"),
+    "needs": ("needs_command", "measure what the scene needs of a bake, bake only that, and save the file"),
+    "comb": ("comb_command", "store a smooth direction on meshes and save the file"),
+    "unwrap": ("unwrap_command", "give meshes a UV map without overlaps and save the file"),
+    "direction-map": ("direction_map_command", "bake a grating's direction into a picture and save the file"),
+    "diffraction-lamp": (
+        "diffraction_lamp_command",
+        "add a Diffraction Lamp to a mesh with a grating and save the file",
+    ),
+    "render": ("render_command", "render the open file's scene to a picture"),
 }
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from ..scene import stored
+from ..blender import stored
 
 # What holds a value that a driver reads: a data-block, or the view layer that is being evaluated.
 VIEW_LAYER = "view layer"

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from ..scene import compat
-from .shown import rendered
+from ..blender import compat
+from .rendered_lamps import rendered
 
 if TYPE_CHECKING:
     import numpy as np
@@ -24,8 +24,8 @@ _NAMED_MAX = 8
 # camera, or 22 % of a distance: the choice loses little light by it.
 _LEAD = 1.5
 # A custom property of a lamp's data, also in saved files: it is a Diffraction Lamp, which sends diffracted light
-# (materials/fan.py).
-FAN = "ng_fan"
+# (materials/diffraction_lamp.py).
+DIFFRACTION_LAMP = "ng_fan"
 
 
 def lamps_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
@@ -36,7 +36,7 @@ def lamps_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 
 def is_fan(lamp: bpy.types.Object) -> bool:
     """Whether a lamp is a Diffraction Lamp. Its light was counted where it was diffracted."""
-    return FAN in lamp.data
+    return DIFFRACTION_LAMP in lamp.data
 
 
 def brightest(

@@ -5,11 +5,11 @@ A scene without lamps has no such properties. Nodes then read 0, and the diffrac
 
 import bpy
 
-from ..scene import stored
+from ..blender import stored
 from .drive import Drivers
 from .find import LAMPS_MAX, LitBoxes, brightest
 from .pack import ON, PROPERTIES, drive_properties, property_name
-from .shown import note_shown
+from .rendered_lamps import note_shown
 
 _FIRST = {f'["{property_name(index, "place")}"]': index for index in range(LAMPS_MAX)}
 
@@ -60,7 +60,7 @@ def follow_lamps(
 
 
 def update_shown(scene: bpy.types.Scene, lamps: list[bpy.types.Object], *, in_viewport: bool) -> None:
-    """Note which of the followed lamps each view layer shows (shown.py)."""
+    """Note which of the followed lamps each view layer shows (rendered_lamps.py)."""
     if note_shown(scene, lamps, in_viewport=in_viewport):
         scene.update_tag()
 

@@ -2,9 +2,9 @@
 """How a lamp is packed into four properties of the scene. Drivers write the properties and nodes read them; this file
 holds both sides.
 
-Materials read the properties by drivers of their own (read.py). The drivers are simple expressions: Blender evaluates
-them with auto-run of scripts off and without this extension. Every change of a lamp is therefore followed, and a
-material that is appended to another scene follows that scene's lamps.
+Materials read the properties by drivers of their own (driven_nodes.py). The drivers are simple expressions: Blender
+evaluates them with auto-run of scripts off and without this extension. Every change of a lamp is therefore followed,
+and a material that is appended to another scene follows that scene's lamps.
 
 The properties of the lamp `i` are named `ng_key_<i>_<what>`. Each holds a vector, then a fourth number:
 
@@ -29,10 +29,10 @@ import bpy
 
 from ..nodes.builder import Tree, Value
 from .drive import Drivers, Variable
-from .shown import drive_on
+from .rendered_lamps import drive_on
 
 PROPERTIES = ("place", "power", "z", "x")
-# One number that the drivers of the power read, 0 where the lamp is not shown (shown.py).
+# One number that the drivers of the power read, 0 where the lamp is not shown (rendered_lamps.py).
 ON = "on"
 # Values in place of a spot's outer and inner cosine for the other kinds of lamp. No cosine has these values, and the
 # smooth step from the first to the second value is 1 at every cosine.

@@ -3,7 +3,7 @@
 
 A source is a compact bright part of the world: a sun in a sky, a window of an HDRI. To the surface it is a sun. The
 properties of source `i` are named `ng_world_<i>_<what>`, and hold numbers that nothing drives. When the world changes
-they are given up (actions/fit_world.py), and the closures take all of the world's light.
+they are given up (workflow/fitting_worlds.py), and the closures take all of the world's light.
 
     place   unit vector to the source; -1 - its variance in rad2 along one axis
     power   its irradiance, W/m2, in the scene's linear RGB; 1, as its shadow is cast from its middle
@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING
 
 import bpy
 
+from ..blender import stored
 from ..nodes.builder import Tree
-from ..scene import stored
-from .group import FAR, Light
-from .read import read_property
+from .driven_nodes import read_property
+from .lamp_group import FAR, Light
 
 if TYPE_CHECKING:
     from ...precompute.lights.sources import Source

@@ -7,9 +7,9 @@ one can do is to say so."""
 
 import bpy
 
-from ..frames.frame import frame_maps_in
-from ..scene import compat
-from .noted import diffraction_groups
+from ..blender import compat
+from ..direction.tangent_frame import frame_maps_in
+from .group_properties import diffraction_groups
 from .response import in_other_spaces, responses_in
 
 
@@ -18,7 +18,7 @@ def wrong_colours(scene: bpy.types.Scene) -> list[str]:
     groups = diffraction_groups()
     if not groups:  # most files load no more than this
         return []
-    from .lost import lost
+    from .lost_parts import lost
 
     return resampled_pictures(scene) + in_other_spaces(groups) + lost(groups)
 

@@ -27,7 +27,7 @@ sends. So F^2 is at most (4 degrees)^2, and what turns further within a pixel ke
 Not in it are the turn of the tangent about the normal, and that of the view, which is less than a pixel's angle.
 """
 
-from ..lamps.read import drive_by_scene
+from ..lamps.driven_nodes import drive_by_scene
 from ..nodes.builder import Tree, Value
 
 # The variance, in pixels squared, of the filter of Blackman and Harris with a width of one pixel, which ends one pixel

@@ -7,11 +7,11 @@ from math import isfinite
 import bpy
 
 from ...precompute.base.failure import GratingError
+from ..blender import compat, stored
 from ..nodes.arrange import arrange
 from ..nodes.builder import Tree
-from ..nodes.constants import ROOM, constant_bytes
-from ..scene import compat, stored
-from .noted import is_diffraction
+from ..nodes.eevee_constants import ROOM, constant_bytes
+from .group_properties import is_diffraction
 from .skin import SETTABLE, too_large
 
 _SKIN = (0.012, 0.010, 0.009, 1.0)

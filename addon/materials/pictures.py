@@ -9,8 +9,8 @@ from pathlib import Path
 
 import bpy
 
-from ..nodes.parts import has_parts, note_parts
-from ..scene import stored
+from ..blender import stored
+from ..nodes.node_count import has_parts, note_parts
 
 # Custom properties of pictures, also in saved files: what the picture was made from, and the bytes that are packed.
 _MADE_FROM, _BYTES = "ng_picture", "ng_picture_bytes"

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 import bpy
 
-from .noted import is_diffraction
+from .group_properties import is_diffraction
 from .response import Response, further_responses, own_trees, response_in
 from .skin import refill
 

@@ -19,9 +19,9 @@ from itertools import count, takewhile
 import bpy
 
 from ...precompute.optics.fresnel import KERATIN_IOR
+from ..blender import compat, stored
 from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import INPUT, Socket, has_sockets, sockets_of
-from ..scene import compat, stored
 
 NORMAL = Socket("Normal", "Vector", "Shading normal")
 TANGENT = Socket("Tangent", "Vector", "Direction of the scan's x axis (left to right) on the surface")

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import bpy
 
+from ..blender import compat
 from ..nodes.builder import Operand, Tree, Value
-from ..scene import compat
 
 _TEXT = "Diffraction Shadow.osl"
 _RAYCAST = "ShaderNodeRaycast"

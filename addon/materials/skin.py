@@ -14,24 +14,22 @@
 
     Shader = (1 - F + wd) Base + (1 - wd) s (sum over lamps of V Lo + closures)
 
-F is the Fresnel reflectance towards the viewer, and Lo is the response's answer to a lamp. V is 1 where the surface
-sees the lamp and 0 where it does not. One sub-group tells what a lamp sends (lamps/group.py), another what the surface
-answers (response.py). A skin works with any response.
+F is the Fresnel reflectance towards the viewer. Lo is the light that the response (response.py) sends to the viewer
+from one lamp (lamps/lamp_group.py). V is 1 where the surface sees the lamp, else 0.
 
-Which lights count is one of scene/lights.py:
+Which lights count is one of gratings/lights_choice.py:
 
 | LAMPS | the followed lamps, by Lo alone. There are no closures, and no noise |
 | REST  | the followed lamps and the sources of the world (lamps/sky.py) by Lo, less their mirror images; a closure for
           the mirror images of everything; and one for the scattered light of all that is no such lamp or source |
 | ALL   | closures for the mirror images and for the scattered light of everything; there is no Lo |
 
-EEVEE has room for 64 KiB of a material's constants (nodes/constants.py). If the answers to all sources do not fit, the
-dimmest are not read, and the closures take their light; in Cycles as well, since both engines render one material.
+EEVEE holds at most 64 KiB of a material's constants (nodes/eevee_constants.py). Sources beyond that, the dimmest first,
+are left to the closures, in Cycles too.
 
-No light counts twice. In REST the closure of the scattered light is a perfect mirror around a random normal, so its one
-direction is known, and it is black where that direction leads to a followed lamp. A lamp's cone has the radius
-sqrt(6) standard deviations of its disc: the corner of a square lamp, and 1.22 radii of a round one. A light that is so
-wide that a Gaussian is no likeness of it is the closure's, and between there and compact lights both have a share.
+No light counts twice. In REST the closure of the scattered light is a perfect mirror around a random normal. It is black
+where its one direction leads to a followed lamp. A lamp's cone has the radius sqrt(6) standard deviations of its disc:
+the corner of a square lamp, and 1.22 radii of a round one. The table shares a wide lamp with the closure.
 """
 
 import math
@@ -40,24 +38,23 @@ from itertools import zip_longest
 
 import bpy
 
-from ..frames.frame import frame_nodes
+from ..blender import stored
+from ..direction.tangent_frame import frame_nodes
+from ..gratings.direction_source import DirectionSource
+from ..gratings.lights_choice import ALL, LAMPS_ONLY, REST
+from ..gratings.variation import Variation
 from ..lamps.follow import followed_lamps, lamp_count
-from ..lamps.group import light_of
-from ..lamps.link import is_linked
+from ..lamps.lamp_group import light_of
+from ..lamps.light_linking import is_linked
 from ..lamps.sky import source_count, source_light
 from ..nodes.arrange import arrange
 from ..nodes.builder import Operand, Tree
-from ..nodes.constants import ROOM, constant_bytes
+from ..nodes.eevee_constants import ROOM, constant_bytes
 from ..nodes.interface import Socket, add_interface, has_sockets, restore_interface
-from ..nodes.parts import has_parts, note_parts
-from ..scene import stored
-from ..scene.frame_source import FrameSource
-from ..scene.lights import ALL, LAMPS_ONLY, REST
-from ..scene.variation import Variation
-from . import noted
-from .counted import is_lit, is_unseen, left_by_table, table_share
+from ..nodes.node_count import has_parts, note_parts
+from . import group_properties
 from .footprint import with_footprint
-from .noted import (
+from .group_properties import (
     counts_footprint,
     diffraction_groups,
     frame_of,
@@ -68,6 +65,7 @@ from .noted import (
     traces_shadows,
     variation_of,
 )
+from .light_masks import is_lit, is_unseen, left_by_table, table_share
 from .response import (
     CONSERVING,
     HEIGHT_SCALE,
@@ -89,7 +87,7 @@ from .response import (
     responses_in,
 )
 from .shadow import hit, is_of_other_version, ray_start
-from .variation import variation_nodes
+from .variation_nodes import variation_nodes
 
 AOV_NAME = "Diffraction"
 # The bytes of constants that a Diffraction group leaves to the rest of a material: ten Principled BSDFs or a hundred
@@ -121,15 +119,15 @@ def group_around(name: str, response: Response, *, shadows: bool = True, lights:
     """A new Diffraction group around a response, for the lamps that the file's scenes follow."""
     group = bpy.data.node_groups.new(f"Diffraction {name}", "ShaderNodeTree")
     add_interface(group, _INPUTS, _OUTPUTS)
-    group[noted.SHADOWS], group[noted.LIGHTS] = shadows, lights
+    group[group_properties.SHADOWS], group[group_properties.LIGHTS] = shadows, lights
     fill_group(group, (response,), _lamps_of_file(), sources=_sources_of_file())
     return group
 
 
 def set_lighting(group: bpy.types.NodeTree, *, shadows: bool, lights: str) -> None:
-    """Have a Diffraction group trace shadow rays or none, and answer to the lights of a choice (scene/lights.py)."""
+    """Set a Diffraction group's shadow rays and choice of lights. Its nodes are made anew if either changes."""
     if (traces_shadows(group), lights_of(group)) != (shadows, lights):
-        group[noted.SHADOWS], group[noted.LIGHTS] = shadows, lights
+        group[group_properties.SHADOWS], group[group_properties.LIGHTS] = shadows, lights
         fill_group(group, responses_in(group), lamps_in(group), sources=_sources_of_file())
 
 
@@ -148,21 +146,21 @@ def take_back(group: bpy.types.NodeTree | None) -> bpy.types.NodeTree | None:
     if group is None or group.bl_idname != "ShaderNodeTree":
         return None
     if not is_diffraction(group) and responses_in(group):
-        group[noted.LAMPS] = [False]
+        group[group_properties.LAMPS] = [False]
     return group if is_diffraction(group) else None
 
 
-def set_frame(group: bpy.types.NodeTree, source: FrameSource) -> None:
+def set_frame(group: bpy.types.NodeTree, source: DirectionSource) -> None:
     """Have a Diffraction group take the tangent from a source."""
     if frame_of(group) != source:
-        group[noted.FRAME] = source.as_property()
+        group[group_properties.FRAME] = source.as_property()
         refill(group, responses_in(group))
 
 
 def set_footprint(group: bpy.types.NodeTree, counts: bool) -> None:
     """Have a Diffraction group blur colours that are finer than a pixel, or not (footprint.py)."""
     if counts_footprint(group) != counts:
-        group[noted.FOOTPRINT] = counts
+        group[group_properties.FOOTPRINT] = counts
         refill(group, responses_in(group))
 
 
@@ -170,7 +168,7 @@ def set_variation(group: bpy.types.NodeTree, variation: Variation, others: Itera
     """Have a Diffraction group vary over the surface, between its own response and the others: one for each share."""
     own, others = response_in(group), list(others)
     if own is not None and (variation_of(group), list(further_responses(group))) != (variation, others):
-        group[noted.VARIATION] = variation.as_property()
+        group[group_properties.VARIATION] = variation.as_property()
         refill(group, (own, *others))
 
 
@@ -199,7 +197,7 @@ def fill_group(
         return
     group.nodes.clear()
     restore_interface(group, _INPUTS, _OUTPUTS)
-    group[noted.LAMPS], group[noted.SOURCES] = lamps, sources
+    group[group_properties.LAMPS], group[group_properties.SOURCES] = lamps, sources
     read = sources
     while True:
         _make_nodes(group, responses, lamps, sources=read)
@@ -209,7 +207,7 @@ def fill_group(
             break
         # A source has at most its share of the constants, so that never more sources than must be are given up.
         read -= min(read, math.ceil(excess / held * (len(lamps) + read)))
-    group[noted.READ], group[noted.CONSTANTS] = read, held
+    group[group_properties.READ], group[group_properties.CONSTANTS] = read, held
     arrange(group)
     note_parts(group)
 
@@ -283,10 +281,12 @@ def linked_with_fewer_lamps(scene: bpy.types.Scene) -> list[str]:
 
 def crowded(group: bpy.types.NodeTree) -> list[str]:
     """A line if the constants of a Diffraction group leave no room in EEVEE for all sources, or for all lamps."""
-    held, sources = stored.count(group, noted.CONSTANTS, 2**31), sources_in(group)
+    held, sources = stored.count(group, group_properties.CONSTANTS, 2**31), sources_in(group)
     if held > ROOM - _LEFT:
         return [too_large(group.name)]
-    left_out = sources - (stored.count(group, noted.READ, sources) if noted.READ in group else sources)
+    left_out = sources - (
+        stored.count(group, group_properties.READ, sources) if group_properties.READ in group else sources
+    )
     if left_out <= 0 or lights_of(group) != REST:
         return []
     told = f"{left_out} of the world's {sources} sources are left to the noisy rest, as EEVEE has no room for them"
@@ -318,7 +318,7 @@ def show_lamps(*, exactly: bool) -> None:
 
 def renew_outdated() -> list[str]:
     """Make the nodes of each Diffraction group anew that another version of Blender saved, for the shadows of this one.
-    Returns a line to print if there was one. A group of another file stays (lost.py tells of it)."""
+    Returns a line to print if there was one. A group of another file stays (lost_parts.py finds it)."""
     outdated = [group for group in diffraction_groups() if group.library is None and is_outdated(group)]
     for group in outdated:
         refill(group, responses_in(group))

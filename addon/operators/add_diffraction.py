@@ -15,6 +15,6 @@ class AddDiffraction(OnSelectedMeshes, bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     def put(self, scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
-        from ..actions.assign import add_to_meshes
+        from ..workflow.assigning import add_to_meshes
 
         return add_to_meshes(scene, objects)

@@ -5,9 +5,9 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
 from ...precompute.base.failure import GratingError
-from ..scene.guard import guarded
+from ..blender.guard import guarded
 from .polls import in_object_mode
-from .report import report_failure, report_lines
+from .reports import report_failure, report_lines
 
 _SPECIES = (
     ("XENOPELTIS", "Xenopeltis unicolor", "Sunbeam snake: smooth, flush plates, brown with pale rims"),
@@ -60,7 +60,7 @@ class AddSnake(bpy.types.Operator):
         return in_object_mode(cls, context)
 
     def execute(self, context):
-        from ..actions.add_snake import add_snake
+        from ..workflow.adding_snakes import add_snake
 
         try:
             _, lines = add_snake(
@@ -94,7 +94,7 @@ class AddShedSkin(bpy.types.Operator):
         return in_object_mode(cls, context)
 
     def execute(self, context):
-        from ..actions.add_snake import add_shed_skin
+        from ..workflow.adding_snakes import add_shed_skin
 
         try:
             _, lines = add_shed_skin(

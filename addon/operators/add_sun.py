@@ -3,7 +3,7 @@
 
 import bpy
 
-from ..actions.lamps import add_sun, update_lamps
+from ..workflow.following_lamps import add_sun, update_lamps
 
 
 class AddSun(bpy.types.Operator):

@@ -4,8 +4,8 @@
 import bpy
 
 from ...precompute.base.failure import GratingError
-from ..materials.noted import is_diffraction
-from .report import report_failure, report_lines
+from ..materials.group_properties import is_diffraction
+from .reports import report_failure, report_lines
 
 
 class AdoptMaterials(bpy.types.Operator):
@@ -25,7 +25,7 @@ class AdoptMaterials(bpy.types.Operator):
         return True
 
     def execute(self, context):
-        from ..actions.adopt import adopt
+        from ..workflow.adopting import adopt
 
         try:
             return report_lines(self, adopt(context.scene))

@@ -15,6 +15,6 @@ class AssignToSelected(OnSelectedMeshes, bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     def put(self, scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
-        from ..actions.assign import assign_to_meshes
+        from ..workflow.assigning import assign_to_meshes
 
         return assign_to_meshes(scene, objects)

@@ -5,9 +5,9 @@ import bpy
 from bpy.props import StringProperty
 
 from ...precompute.base.failure import GratingError
-from ..scene.gratings import active_grating
+from ..gratings.grating import active_grating
 from .follows_bake import FollowsBake
-from .report import report_failure
+from .reports import report_failure
 
 
 class BakeGrating(FollowsBake, bpy.types.Operator):
@@ -24,7 +24,7 @@ class BakeGrating(FollowsBake, bpy.types.Operator):
 
     def execute(self, context):
         """Bake and wait, for scripts."""
-        from ..actions.bake import finished_bake
+        from ..workflow.baking import finished_bake
 
         try:
             grating = active_grating(context.scene)
@@ -35,7 +35,7 @@ class BakeGrating(FollowsBake, bpy.types.Operator):
 
     def invoke(self, context, event):
         """Start the bake; modal() then follows it."""
-        from ..actions.bake import start_bake
+        from ..workflow.baking import start_bake
 
         try:
             grating = active_grating(context.scene)
@@ -46,7 +46,7 @@ class BakeGrating(FollowsBake, bpy.types.Operator):
             return report_failure(self, error)
 
     def record(self, grating, facts):
-        from ..actions.bake import record_bake
+        from ..workflow.baking import record_bake
 
         record_bake(grating, facts, self._request)
         return []

@@ -5,10 +5,10 @@ import bpy
 from bpy.props import BoolProperty
 
 from ...precompute.base.failure import GratingError, printable
-from ..scene.gratings import active_grating
+from ..gratings.grating import active_grating
 from .follows_bake import FollowsBake
 from .polls import in_object_mode
-from .report import report_failure
+from .reports import report_failure
 
 
 class BakeNeeds(FollowsBake, bpy.types.Operator):
@@ -34,7 +34,7 @@ class BakeNeeds(FollowsBake, bpy.types.Operator):
 
     def execute(self, context):
         """Measure, bake and wait, for scripts."""
-        from ..actions.bake import finished_bake
+        from ..workflow.baking import finished_bake
 
         try:
             if (grating := self._measure(context)) is None:
@@ -45,7 +45,7 @@ class BakeNeeds(FollowsBake, bpy.types.Operator):
 
     def invoke(self, context, event):
         """Measure, and start the bake; modal() then follows it."""
-        from ..actions.bake import start_bake
+        from ..workflow.baking import start_bake
 
         try:
             if (grating := self._measure(context)) is None:
@@ -55,9 +55,9 @@ class BakeNeeds(FollowsBake, bpy.types.Operator):
             return report_failure(self, error)
 
     def record(self, grating, facts):
-        from ..actions.bake import record_bake
-        from ..actions.needs import no_smaller
-        from ..actions.outside import notice_outside
+        from ..workflow.baking import record_bake
+        from ..workflow.measuring_needs import no_smaller
+        from ..workflow.noticing_outside import notice_outside
 
         if not self.everything and (line := no_smaller(grating, facts)):
             raise GratingError(line)
@@ -67,7 +67,7 @@ class BakeNeeds(FollowsBake, bpy.types.Operator):
     def _measure(self, context):
         """Find out what to ask of the bake; the grating, None if there is nothing to gain. Nothing is changed yet."""
         from ...precompute.bake.needs import EVERYTHING
-        from ..actions.needs import measure_needs, request_with
+        from ..workflow.measuring_needs import measure_needs, request_with
 
         grating = active_grating(context.scene)
         needs, self._lines = EVERYTHING, []

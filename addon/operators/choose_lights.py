@@ -5,10 +5,10 @@ import bpy
 from bpy.props import EnumProperty
 
 from ...precompute.base.failure import GratingError
-from ..scene.gratings import active_grating
-from ..scene.lights import LIGHTS
+from ..gratings.grating import active_grating
+from ..gratings.lights_choice import LIGHTS
 from .polls import has_grating
-from .report import report_failure
+from .reports import report_failure
 
 
 class ChooseLights(bpy.types.Operator):
@@ -25,7 +25,7 @@ class ChooseLights(bpy.types.Operator):
         return has_grating(cls, context)
 
     def execute(self, context):
-        from ..actions.material import choose_lights
+        from ..workflow.making_materials import choose_lights
 
         try:
             warnings = choose_lights(active_grating(context.scene), self.lights)

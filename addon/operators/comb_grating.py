@@ -7,13 +7,13 @@ import bpy
 from bpy.props import EnumProperty
 
 from ...precompute.base.failure import GratingError
-from ..scene.frame_source import COMB_SOURCES
+from ..gratings.direction_source import COMB_SOURCES
 from .follows_job import FollowsJob
 from .polls import has_selected_mesh, in_object_mode
-from .report import report_failure, report_lines
+from .reports import report_failure, report_lines
 
 if TYPE_CHECKING:
-    from ..actions.comb import CombJob
+    from ..workflow.combing import CombJob
 
 
 class CombGrating(FollowsJob, bpy.types.Operator):
@@ -36,7 +36,7 @@ class CombGrating(FollowsJob, bpy.types.Operator):
 
     def execute(self, context):
         """Comb and wait, for scripts."""
-        from ..actions.comb import comb_and_wait
+        from ..workflow.combing import comb_and_wait
 
         try:
             return self._reported(comb_and_wait(context.scene, context.selected_objects, self.source))
@@ -45,7 +45,7 @@ class CombGrating(FollowsJob, bpy.types.Operator):
 
     def invoke(self, context, event):
         """Start the comb; modal() then follows it."""
-        from ..actions.comb import start_comb
+        from ..workflow.combing import start_comb
 
         try:
             job = start_comb(context.scene, context.selected_objects, self.source)
@@ -55,7 +55,7 @@ class CombGrating(FollowsJob, bpy.types.Operator):
 
     def finish(self, job: "CombJob"):
         """Store what was combed."""
-        from ..actions.comb import finish_comb
+        from ..workflow.combing import finish_comb
 
         try:
             return self._reported(finish_comb(job))

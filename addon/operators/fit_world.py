@@ -4,7 +4,7 @@
 import bpy
 
 from ...precompute.base.failure import GratingError
-from .report import report_failure
+from .reports import report_failure
 
 
 class FitWorld(bpy.types.Operator):
@@ -23,7 +23,7 @@ class FitWorld(bpy.types.Operator):
 
     def execute(self, context):
         """Fit and wait, for scripts."""
-        from ..actions.fit_world import fit_world
+        from ..workflow.fitting_worlds import fit_world
 
         try:
             fit_world(context.scene)
@@ -33,7 +33,7 @@ class FitWorld(bpy.types.Operator):
 
     def invoke(self, context, event):
         """Have it fitted beside the interface."""
-        from ..actions.fit_world import want_fit
+        from ..workflow.fitting_worlds import want_fit
 
         try:
             want_fit(context.scene)

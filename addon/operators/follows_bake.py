@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 import bpy
 
 from ...precompute.base.failure import GratingError
-from ..scene.gratings import unused_name
+from ..gratings.grating import unused_name
 from .follows_job import FollowsJob
 from .polls import has_grating
-from .report import report_failure, report_lines
+from .reports import report_failure, report_lines
 
 if TYPE_CHECKING:
+    from ..gratings.grating import Grating
     from ..jobs.child import Job
-    from ..scene.gratings import Grating
 
 
 class FollowsBake(FollowsJob):
@@ -58,7 +58,7 @@ class FollowsBake(FollowsJob):
 
     def report_bake(self, grating: "Grating", facts: dict[str, Any]) -> set[str]:
         """Note a finished bake and report it; what execute() returns. Raises GratingError as `record` does."""
-        from ..actions.bake import warnings_of
+        from ..workflow.baking import warnings_of
 
         more = self.record(grating, facts)
         return report_lines(self, [f"{grating.name}: {grating.bake_summary}", *warnings_of(facts), *more])

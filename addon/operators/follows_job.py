@@ -3,7 +3,7 @@
 
 from typing import TYPE_CHECKING, Any, cast
 
-from ..scene.guard import guarded_modal
+from ..blender.guard import guarded_modal
 from .polls import OperatorMixin
 
 if TYPE_CHECKING:

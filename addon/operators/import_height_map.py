@@ -8,9 +8,9 @@ from bpy.props import CollectionProperty, EnumProperty, FloatProperty, StringPro
 from bpy_extras.io_utils import ImportHelper
 
 from ...precompute.base.failure import GratingError, printable
-from ..scene.gratings import scan_record
-from ..scene.guard import guarded
-from .report import report_failure
+from ..blender.guard import guarded
+from ..gratings.grating import scan_record
+from .reports import report_failure
 
 
 class ImportHeightMap(bpy.types.Operator, ImportHelper):  # type: ignore[misc]  # both bases define `check`
@@ -58,12 +58,12 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):  # type: ignore[misc]  
         """The tooltip, which names the files that can be read."""
         if properties.filepath.startswith("sample:"):
             return "Add this made-up surface to the scene's gratings. It needs no file and no size"
-        from ...precompute.surface.readers.registry import described
+        from ...precompute.surface.readers.reader_registry import described
 
         return f"Read a measured height map into the scene's gratings: {described()}"
 
     def invoke(self, context, event):
-        from ...precompute.surface.readers.registry import file_filter
+        from ...precompute.surface.readers.reader_registry import file_filter
 
         if self.properties.is_property_set("filepath") and Path(self.filepath).is_file():  # it was dropped
             return self.execute(context) if len(self.files) < 2 else context.window_manager.invoke_props_dialog(self)
@@ -73,7 +73,7 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):  # type: ignore[misc]  
         return super().invoke(context, event)
 
     def execute(self, context):
-        from ..actions.import_height_map import import_scans
+        from ..workflow.importing import import_scans
 
         records = [scan_record(p, self.size_um, self.height_nm, channel=self.channel) for p in self._paths()]
         try:

@@ -7,9 +7,9 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 
 from ...precompute.base.failure import GratingError
-from ..scene.gratings import active_grating
+from ..gratings.grating import active_grating
 from .polls import OperatorMixin, has_grating
-from .report import report_failure
+from .reports import report_failure
 
 
 @cache
@@ -53,7 +53,7 @@ class AddLevellingStep(_OnSteps, bpy.types.Operator):
     kind: EnumProperty(name="Step", description="What it does", items=lambda self, context: _kinds())
 
     def execute(self, context):
-        from ..actions.levelling import add_step
+        from ..workflow.adding_level_steps import add_step
 
         try:
             add_step(active_grating(context.scene), self.kind)

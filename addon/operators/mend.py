@@ -4,7 +4,7 @@
 import bpy
 
 from ...precompute.base.failure import GratingError
-from .report import report_failure, report_lines
+from .reports import report_failure, report_lines
 
 
 class MendMaterials(bpy.types.Operator):
@@ -16,7 +16,7 @@ class MendMaterials(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     def execute(self, context):
-        from ..actions.mend import mend_materials
+        from ..workflow.mending import mend_materials
 
         try:
             return report_lines(self, mend_materials())

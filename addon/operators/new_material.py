@@ -4,9 +4,9 @@
 import bpy
 
 from ...precompute.base.failure import GratingError
-from ..scene.gratings import active_grating
+from ..gratings.grating import active_grating
 from .polls import has_bake
-from .report import report_failure, report_lines
+from .reports import report_failure, report_lines
 
 
 class NewDiffractionMaterial(bpy.types.Operator):
@@ -21,7 +21,7 @@ class NewDiffractionMaterial(bpy.types.Operator):
         return has_bake(cls, context)
 
     def execute(self, context):
-        from ..actions.material import make_material
+        from ..workflow.making_materials import make_material
 
         try:
             material = make_material(context.scene, active_grating(context.scene))

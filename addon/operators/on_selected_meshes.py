@@ -5,7 +5,7 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from .polls import OperatorMixin, has_bake, has_selected_mesh, in_object_mode
-from .report import report_failure, report_lines
+from .reports import report_failure, report_lines
 
 
 class OnSelectedMeshes(OperatorMixin):

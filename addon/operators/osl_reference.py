@@ -7,8 +7,8 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 
 from ...precompute.base.failure import GratingError
-from ..scene.gratings import active_grating
-from .report import report_failure, report_lines
+from ..gratings.grating import active_grating
+from .reports import report_failure, report_lines
 
 _DIRECT = "DIRECT"
 _METHODS = (
@@ -55,7 +55,7 @@ class NewOslReference(bpy.types.Operator):
         return report_lines(self, [f"{material.name}: assign it to a mesh"])
 
     def _make(self, scene: bpy.types.Scene) -> bpy.types.Material:
-        from ..actions.osl_reference import reference_from_bake, reference_from_images, write_images
+        from ..workflow.making_osl_references import reference_from_bake, reference_from_images, write_images
 
         file = Path(bpy.path.abspath(self.filepath)) if self.filepath else None
         if self.method == _DIRECT:

@@ -53,7 +53,7 @@ def has_active_mesh(operator: Operator, context: bpy.types.Context) -> bool:
 def has_selected_mesh(operator: Operator, context: bpy.types.Context) -> bool:
     """Whether a mesh is among the selected objects."""
     if not any(o.type == "MESH" for o in context.selected_objects):
-        from ..actions.meshes import no_meshes
+        from ..workflow.chosen_meshes import no_meshes
 
         operator.poll_message_set("; ".join(no_meshes(context.selected_objects)) or "Select a mesh first")
         return False

@@ -5,7 +5,7 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from .polls import in_object_mode
-from .report import report_failure, report_lines
+from .reports import report_failure, report_lines
 
 
 class RemoveDiffraction(bpy.types.Operator):
@@ -17,7 +17,7 @@ class RemoveDiffraction(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        from ..actions.remove import slots_with_diffraction
+        from ..workflow.removing import slots_with_diffraction
 
         if not in_object_mode(cls, context):
             return False
@@ -27,7 +27,7 @@ class RemoveDiffraction(bpy.types.Operator):
         return True
 
     def execute(self, context):
-        from ..actions.remove import remove_from
+        from ..workflow.removing import remove_from
 
         try:
             return report_lines(self, [remove_from(context.selected_objects)])

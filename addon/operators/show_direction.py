@@ -35,7 +35,7 @@ class ShowDirection(bpy.types.Operator):
 def set_shown(on: bool) -> None:
     """Switch the overlay on or off."""
     if on != ShowDirection.on:
-        from ..actions.overlay import show
+        from ..workflow.direction_overlay import show
 
         show(on, _note_fault)
         ShowDirection.on, ShowDirection.fault = on, ""

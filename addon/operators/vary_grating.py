@@ -7,11 +7,11 @@ import bpy
 from bpy.props import EnumProperty, FloatProperty, StringProperty
 
 from ...precompute.base.failure import GratingError
-from ..scene.gratings import active_grating
-from ..scene.guard import guarded_draw
-from ..scene.variation import ATTRIBUTE, PATTERNS, Variation
+from ..blender.guard import guarded_draw
+from ..gratings.grating import active_grating
+from ..gratings.variation import ATTRIBUTE, PATTERNS, Variation
 from .polls import has_bake, in_object_mode
-from .report import report_failure, report_lines
+from .reports import report_failure, report_lines
 
 
 class VaryGrating(bpy.types.Operator):
@@ -73,8 +73,8 @@ class VaryGrating(bpy.types.Operator):
 
     def invoke(self, context, event):
         """Ask, beginning with what the grating has."""
-        from ..actions.vary import varied_with
-        from ..materials.noted import variation_of
+        from ..materials.group_properties import variation_of
+        from ..workflow.varying import varied_with
 
         grating = active_grating(context.scene)
         if grating.group is not None:
@@ -88,7 +88,7 @@ class VaryGrating(bpy.types.Operator):
         return context.window_manager.invoke_props_dialog(self)
 
     def execute(self, context):
-        from ..actions.vary import vary
+        from ..workflow.varying import vary
 
         chosen = [(n, share) for n, share in ((self.second, self.second_share), (self.third, self.third_share)) if n]
         choice = Variation(

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sub-panel Direction: UV maps and frame maps of the active mesh."""
+"""The sub-panel Direction: UV maps and direction maps of the active mesh."""
 
 import bpy
 
-from ..operators.bake_frame_map import BakeFrameMap
+from ..blender.guard import guarded_draw
+from ..operators.bake_direction_map import BakeDirectionMap
 from ..operators.show_direction import ShowDirection
-from ..operators.unwrap import MINIMUM_STRETCH, XATLAS, Unwrap
-from ..scene.guard import guarded_draw
+from ..operators.unwrap_meshes import MINIMUM_STRETCH, XATLAS, Unwrap
 from .notes import draw_note
 from .panel import GratingPanel
 
@@ -33,7 +33,7 @@ class DirectionPanel(bpy.types.Panel):
         column.prop(settings, "map_padding")
         column.prop(settings, "map_density")
         _draw_unwrap(self.layout, context)
-        button = self.layout.operator(BakeFrameMap.bl_idname, icon="IMAGE_DATA")
+        button = self.layout.operator(BakeDirectionMap.bl_idname, icon="IMAGE_DATA")
         button.size, button.margin = min(settings.map_size, 1 << 14), max(2, settings.map_padding)
 
 

@@ -13,21 +13,21 @@ from pathlib import Path
 import bpy
 
 from ...precompute.base.failure import GratingError
-from ..actions.fit_world import world_is_animated, world_is_fitted
+from ..blender.changes import STILL, change_count, seconds_until_still
+from ..blender.guard import guarded
+from ..blender.window import has_window, redraw_views
+from ..gratings.bakes import is_asked_otherwise
+from ..gratings.grating import Grating
+from ..gratings.lights_choice import LAMPS_ONLY, NO_SAMPLE_SET
+from ..gratings.variation import Variation
 from ..lamps.find import brightest, instanced_lamps, unfollowed_features
 from ..lamps.follow import followed_lamps, is_on
 from ..lamps.sky import missed_share, source_count
 from ..materials.data_pictures import wrong_colours
-from ..materials.noted import is_diffraction, variation_of
+from ..materials.group_properties import is_diffraction, variation_of
 from ..materials.skin import answers_to_world, crowded, follows_world, linked_with_fewer_lamps
 from ..operators.mend import MendMaterials
-from ..scene.bakes import is_asked_otherwise
-from ..scene.changes import STILL, change_count, seconds_until_still
-from ..scene.gratings import Grating
-from ..scene.guard import guarded
-from ..scene.lights import LAMPS_ONLY, NO_SAMPLE_SET
-from ..scene.variation import Variation
-from ..scene.window import has_window, redraw_views
+from ..workflow.fitting_worlds import world_is_animated, world_is_fitted
 
 # The least share of bright light in no source that is worth a word.
 _MISSED_MIN = 0.01
@@ -182,8 +182,8 @@ def _of_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> SceneFa
     strays: tuple[str, ...] = ()
     linked: tuple[str, ...] = ()
     if any(map(is_diffraction, bpy.data.node_groups)):  # most files load no more than this
-        from ..materials.users import linked_strays
-        from ..materials.users import strays as strays_of
+        from ..materials.group_users import linked_strays
+        from ..materials.group_users import strays as strays_of
 
         found = strays_of(scene)
         strays = tuple(group.name for group in found if group.library is None)
@@ -230,7 +230,7 @@ def _of_grating(grating: Grating) -> GratingFacts:
     group = grating.group
     if group is None:
         return GratingFacts(scans, fault, is_asked_otherwise(grating), variation=Variation().summary)
-    from ..materials.users import on_objects, shown_by
+    from ..materials.group_users import on_objects, shown_by
 
     lacks_set = grating.lit_by != LAMPS_ONLY and not answers_to_world(group)
     return GratingFacts(

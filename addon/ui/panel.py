@@ -3,15 +3,18 @@
 
 import bpy
 
-from ..actions.fit_world import is_fitting, last_failure
+from ..blender import compat, stored
+from ..blender.guard import guarded_draw, guarded_item
+from ..gratings.direction_source import FRAMES, KINDS, STORED
+from ..gratings.lights_choice import ALL, LAMPS_ONLY, LIGHTS, REST
 from ..operators.add_diffraction import AddDiffraction
-from ..operators.add_fan import AddDiffractionLamp
+from ..operators.add_diffraction_lamp import AddDiffractionLamp
 from ..operators.add_sun import AddSun
 from ..operators.adopt import AdoptMaterials
 from ..operators.assign import AssignToSelected
 from ..operators.bake_grating import BakeGrating
 from ..operators.bake_needs import BakeNeeds
-from ..operators.choose_frame import ChooseFrame
+from ..operators.choose_direction import ChooseDirection
 from ..operators.choose_lights import ChooseLights
 from ..operators.comb_grating import CombGrating
 from ..operators.fit_world import FitWorld
@@ -22,12 +25,9 @@ from ..operators.new_material import NewDiffractionMaterial
 from ..operators.osl_reference import NewOslReference
 from ..operators.remove_diffraction import RemoveDiffraction
 from ..operators.remove_grating import RemoveGrating
-from ..operators.report import in_words
+from ..operators.reports import in_words
 from ..operators.vary_grating import VaryGrating
-from ..scene import compat, stored
-from ..scene.frame_source import FRAMES, KINDS, STORED
-from ..scene.guard import guarded_draw, guarded_item
-from ..scene.lights import ALL, LAMPS_ONLY, LIGHTS, REST
+from ..workflow.fitting_worlds import is_fitting, last_failure
 from .facts import NOT_FITTED, Facts, GratingFacts, SceneFacts, facts_of
 from .notes import draw_note
 from .steps_panel import draw_scans, draw_steps
@@ -147,7 +147,7 @@ def _draw_bake(layout, context, grating, *, facts: GratingFacts) -> None:
             if grating.for_scene:
                 row.operator(BakeNeeds.bl_idname, text="", icon="X").everything = True
     _draw_lines(layout, grating.bake_summary)
-    from ..scene.region import noticed_outside
+    from ..gratings.baked_region import noticed_outside
 
     if running_bake() is None and facts.outdated:
         draw_note(layout, context, "Settings changed since this bake; press Bake Grating", icon="ERROR")
@@ -190,7 +190,7 @@ def _draw_material(layout, grating, facts: GratingFacts) -> None:
     chosen = {name: label for name, label, _ in KINDS}[stored.choice(grating.frame_kind, FRAMES, STORED)]
     row = layout.row()
     row.label(text="Frame")
-    row.operator(ChooseFrame.bl_idname, text=chosen, icon="ORIENTATION_LOCAL")
+    row.operator(ChooseDirection.bl_idname, text=chosen, icon="ORIENTATION_LOCAL")
     _draw_comb(layout)
     row = layout.row()
     row.label(text="Variation")

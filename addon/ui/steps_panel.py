@@ -4,9 +4,9 @@
 import bpy
 
 from ...precompute.base.failure import GratingError
+from ..blender.guard import guarded_item
 from ..operators.level_steps import AddLevellingStep, LevellingAsText, MoveLevellingStep, RemoveLevellingStep
-from ..operators.report import in_words
-from ..scene.guard import guarded_item
+from ..operators.reports import in_words
 from .facts import GratingFacts
 from .notes import draw_note
 
@@ -74,7 +74,7 @@ def _draw_arguments(layout, grating) -> None:
 
 def _draw_preview(layout, context, grating, *, several: bool) -> None:
     from ...precompute.surface.steps.pipeline import WARNING
-    from ..actions.level_preview import shown
+    from ..workflow.previewing_levelling import shown
 
     found = shown(grating)
     if found is None:

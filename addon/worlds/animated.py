@@ -5,7 +5,7 @@ Sources are numbers of one frame. In other frames they would shine from where th
 
 import bpy
 
-from ..scene import compat
+from ..blender import compat
 
 # What this add-on's own drivers write on a scene, which a world's driver may read something else of.
 _FOLLOWED_LAMP = '["ng_'

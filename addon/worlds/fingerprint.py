@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-from ..scene import compat
+from ..blender import compat
 
 # How nodes lie in the editor and other things that all nodes have: of these, only muting changes the light.
 _OF_ALL_NODES = {own.identifier for own in bpy.types.Node.bl_rna.properties} - {"mute"}

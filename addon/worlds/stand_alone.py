@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-from ..scene import compat
+from ..blender import compat
 
 # Nodes that are the same in all directions. Others may differ.
 _EVEN = {

@@ -18,7 +18,7 @@ import numpy as np
 from precompute.bake.ensemble import bake
 from precompute.cli.parser import OneLineParser
 from precompute.colour.observer import WAVELENGTH_MIN_M
-from precompute.reference.ensemble import reference_grid
+from precompute.reference.ensemble_reference import reference_grid
 from precompute.spectra.series import SpectrumSeries, spectrum_series
 from precompute.surface.relief import Relief, prepare
 from precompute.surface.samples.catalogue import SAMPLES, make_sample

@@ -3,9 +3,10 @@
 
     ./dev bench constants [--case NAME] [--json FILE|-]
 
-EEVEE has 64 KiB for the constants of a material (addon/nodes/constants.py). Each row is a sphere with a grating. It is
-outside of the camera's view, so that its shaders are translated but never run. Mesa's software rasteriser writes the
-shaders to files, where the block of constants is read. With another driver there is nothing to read: `blender` is null.
+EEVEE has 64 KiB for the constants of a material (addon/nodes/eevee_constants.py). Each row is a sphere with a grating.
+It is outside of the camera's view, so that its shaders are translated but never run. Mesa's software rasteriser writes
+the shaders to files, where the block of constants is read. With another driver there is nothing to read: `blender` is
+null.
 """
 
 import os
@@ -17,11 +18,11 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from precompute.bake.output import bake_to_folder
+from precompute.bake.bake_folder import bake_to_folder
 from precompute.bake.request import BakeRequest
 from precompute.cli.parser import OneLineParser
 from precompute.lights.sources import Source
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 
 from . import report
 from .osl import start_blender
@@ -104,7 +105,7 @@ def show(addon: SimpleNamespace, case: Case, bakes: list[Path]) -> int:
         made.name, made.bake_path, made.frame_kind = path.stem, str(path), case.frame
         made.lights, made.shadows, made.footprint = case.lights, case.shadows, case.footprint
     gratings.active_index = 0
-    now = addon.fit_world._fingerprint(scene)
+    now = addon.fitting_worlds._fingerprint(scene)
     addon.sky.hold_sources(scene, [_SOURCE] * case.sources, fingerprint=now, missed=0.0)
     if case.over:
         ball.data.materials.append(bpy.data.materials.new("Base"))
@@ -114,8 +115,8 @@ def show(addon: SimpleNamespace, case: Case, bakes: list[Path]) -> int:
     first, *others = gratings.items
     if others or case.turn:
         choice = addon.variation.Variation(shares=(0.4,) * len(others), turn=case.turn)
-        addon.vary.vary(scene, first, choice, others=others)
-    return addon.constants.constant_bytes(ball.active_material.node_tree)
+        addon.varying.vary(scene, first, choice, others=others)
+    return addon.eevee_constants.constant_bytes(ball.active_material.node_tree)
 
 
 def _bake(surface: str, folder: Path) -> Path:

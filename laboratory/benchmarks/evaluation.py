@@ -18,7 +18,7 @@ from precompute.bake.ensemble import plan
 from precompute.cli.parser import OneLineParser
 from precompute.maps import brdf_map
 from precompute.methods.method import Settings
-from precompute.methods.registry import METHODS
+from precompute.methods.method_registry import METHODS
 from precompute.surface.relief import Relief, prepare
 
 from ..speed.surfaces import SKINS

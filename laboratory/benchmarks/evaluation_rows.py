@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from precompute.colour.observer import wavelengths
-from precompute.methods.registry import METHODS
+from precompute.methods.method_registry import METHODS
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import Relief, prepare
-from precompute.surface.samples.gratings import blazed
+from precompute.surface.samples.ruled_gratings import blazed
 from precompute.surface.unit_cell import grating_period
 
 from ..study import evaluation

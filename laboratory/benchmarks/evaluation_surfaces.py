@@ -10,9 +10,9 @@ from precompute.methods.flss import Taylor
 from precompute.methods.method import Settings
 from precompute.methods.windowed_images import WindowedImages, windowed
 from precompute.surface.height_map import HeightMap
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import Relief, prepare
-from precompute.surface.samples.gratings import blazed
+from precompute.surface.samples.ruled_gratings import blazed
 
 from ..speed.surfaces import SKINS, skin
 from .evaluation_maps import COHERENCES_UM

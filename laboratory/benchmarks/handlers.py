@@ -16,11 +16,11 @@ from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
-from precompute.bake.output import bake_to_folder
+from precompute.bake.bake_folder import bake_to_folder
 from precompute.bake.request import BakeRequest
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 
 from . import report
 from .handlers_scenes import SCENES, plain

@@ -28,8 +28,8 @@ def plain(addon: SimpleNamespace, bake: Path) -> None:
     grating.name, grating.source, grating.bake_path = "blazed", "sample:blazed", str(bake)
     grating.asked = addon.bakes._settings(grating.bake_request())
     # A scan's preview is made once, by a timer, which does not run here.
-    from_sample = addon.level_preview._asked(grating)
-    addon.level_preview._shown[from_sample] = addon.level_preview._made(from_sample)
+    from_sample = addon.previewing_levelling._asked(grating)
+    addon.previewing_levelling._shown[from_sample] = addon.previewing_levelling._made(from_sample)
     bpy.context.object.select_set(True)
     assert bpy.ops.grating.assign() == {"FINISHED"}
     bpy.context.view_layer.update()

@@ -24,10 +24,10 @@ from precompute.cli.parser import OneLineParser
 from precompute.colour.observer import spectral_weights, wavelengths
 from precompute.maths import chebyshev
 from precompute.measure.errors import Errors, Truth, measure
-from precompute.reference.ensemble import reference_xyz
+from precompute.reference.ensemble_reference import reference_xyz
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import Relief, prepare
-from precompute.surface.samples.gratings import sinusoidal
+from precompute.surface.samples.ruled_gratings import sinusoidal
 from precompute.table.table import Table
 
 from . import hard_scenes, report

@@ -113,13 +113,13 @@ def shows_nothing(studio: Studio) -> str:
     studio.build("sphere")
     studio.show(Subject("metal", studio.metal))
     scene, addon = studio.scene, studio.addon
-    grating = addon.import_height_map.add_grating(scene, "sample:elaphe")
+    grating = addon.importing.add_grating(scene, "sample:elaphe")
     grating.bake_path = str(studio.bake)
-    addon.assign.add_to_meshes(scene, [studio.mesh])
+    addon.assigning.add_to_meshes(scene, [studio.mesh])
     scene.camera.rotation_euler = (np.pi, 0, 0)
     bpy.context.view_layer.update()
     try:
-        addon.needs.measure_needs(scene, grating)
+        addon.measuring_needs.measure_needs(scene, grating)
     except addon.child.GratingError as refusal:
         return f"refused: {refusal}"
     return "NOT REFUSED"

@@ -17,11 +17,11 @@ import tempfile
 import time
 from pathlib import Path
 
-from precompute.bake.output import peak_bytes
+from precompute.bake.bake_folder import peak_bytes
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 from precompute.surface.description import describe
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 
 from . import report
 from .memory import write_scan

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from precompute.bake.output import bake_to_folder
+from precompute.bake.bake_folder import bake_to_folder
 from precompute.bake.request import BakeRequest
 from precompute.lights.panorama import crop_frame, panorama_cells
 from precompute.optics.fresnel import KERATIN_IOR
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 from sample_scenes.panoramas import overcast
 
 from .osl import colour_differences

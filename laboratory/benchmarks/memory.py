@@ -20,17 +20,17 @@ import numpy as np
 from PIL import Image
 
 from precompute.bake import ensemble, expected
+from precompute.bake.bake_folder import peak_bytes
 from precompute.bake.make import make
-from precompute.bake.output import peak_bytes
 from precompute.bake.request import BakeRequest
 from precompute.base import memory
 from precompute.cli.parser import OneLineParser
-from precompute.methods import registry
+from precompute.methods import method_registry
 from precompute.methods.method import Settings
-from precompute.reference.ensemble import reference_grid
+from precompute.reference.ensemble_reference import reference_grid
 from precompute.spectra.spectrum import scattered_spectrum
 from precompute.surface.description import describe
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import Relief, prepare
 
 from . import report
@@ -95,7 +95,7 @@ def measure(what: str, file: Path, width_um: float, height_nm: float) -> dict[st
                 "transform": lambda: transform(relief),
                 "bake": lambda: make([relief], BakeRequest()),
             }
-            works.get(what, lambda: registry.METHODS[what](relief, Settings()))()
+            works.get(what, lambda: method_registry.METHODS[what](relief, Settings()))()
     return {
         "expected_bytes": max(told, default=0.0),
         "bytes": peak_bytes() - before,

@@ -20,15 +20,15 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from precompute.bake.bake_folder import bake_to_folder
 from precompute.bake.levels import with_levels
-from precompute.bake.output import bake_to_folder
 from precompute.bake.request import BakeRequest
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 from precompute.colour.observer import white_xyz
 from precompute.measure.errors import worst_exposure
 from precompute.optics.coherence import coherence_length
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 from precompute.table import atlas_file
 from precompute.table.radiance import reflected_xyz
 from precompute.table.table import Table
@@ -89,9 +89,9 @@ class Scene:
             discs.build_discs(scene, ["cd"])
         else:
             animal.build(scene, animal.VIEWS[name], "XENOPELTIS", faces=_FACES, panorama=None)
-        grating = addon.import_height_map.add_grating(scene, f"sample:{sample}")
-        addon.bake.bake_and_wait(grating)
-        addon.assign.add_to_meshes(scene, [bpy.data.objects[shown]])
+        grating = addon.importing.add_grating(scene, f"sample:{sample}")
+        addon.baking.bake_and_wait(grating)
+        addon.assigning.add_to_meshes(scene, [bpy.data.objects[shown]])
         render = scene.render
         render.engine, scene.cycles.shading_system = "CYCLES", False
         render.resolution_x, render.resolution_y = arguments.width, arguments.width * 9 // 16

@@ -22,7 +22,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from devtools import EXTENSION, ROOT
-from devtools.extension import addon_modules, link_extension
+from devtools.extension import AddonModules, link_extension
 from precompute.bake.make import Made, make
 from precompute.bake.needs import Needs
 from precompute.bake.request import BakeRequest
@@ -33,11 +33,11 @@ from precompute.colour.observer import white_xyz
 from precompute.colour.working_space import rgb_from_xyz
 from precompute.measure.errors import COUNTED_Y
 from precompute.methods import dft_images
-from precompute.methods.registry import METHODS
+from precompute.methods.method_registry import METHODS
 from precompute.optics.brdf import half_angle_cosine, obliquity_times_cosine_and_w2
 from precompute.optics.fresnel import KERATIN_IOR, fresnel_reflectance
 from precompute.optics.region import Region
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import Relief, prepare
 from precompute.table.atlas_file import read_header, write_together
 
@@ -144,13 +144,13 @@ def _material(group, view: PlaneView, ior: float):
 def direct_shader_response(addon: SimpleNamespace, bake: Path):
     """The response of a bake's file, read by the shader that evaluates Direct's formula."""
     layout, _ = read_header(bake)
-    return addon.osl_baked.build_osl_direct(bake.stem, bake, layout, rgb_from_xyz=rgb_from_xyz("Rec.709"))
+    return addon.osl_bake.build_osl_direct(bake.stem, bake, layout, rgb_from_xyz=rgb_from_xyz("Rec.709"))
 
 
 def thesis_response(addon: SimpleNamespace, name: str, relief: Relief, settings: dft_images.Settings, *, path: Path):
     """The response by one of the thesis's methods, whose images are written to a path."""
     write_together({path: dft_images.pack(METHODS[name](relief, settings))}, {})
-    return addon.osl_thesis.build_osl_response(path.stem, path, rgb_from_xyz("Rec.709"))
+    return addon.thesis_methods.build_osl_response(path.stem, path, rgb_from_xyz("Rec.709"))
 
 
 def set_up_cycles() -> None:
@@ -174,7 +174,7 @@ def start_blender(folder: Path) -> SimpleNamespace:
 
     module = addon_utils.enable(EXTENSION, default_set=True)
     set_up_cycles()
-    modules = addon_modules(module.__name__)
+    modules = AddonModules(module.__name__)
     modules.mesa.filter_as_cards_do()
     return modules
 
@@ -205,7 +205,7 @@ def compare(addon, relief: Relief, made: Made, view: PlaneView, folder: Path, ru
     software = view.radiance(made.table.scattered_over_w2)
     path = folder / "table.exr"
     write_together({path: (made.image, made.layout)}, {"precision": str(made.image.dtype)})
-    group = addon.grating_material.new_diffraction_group(path, shadows=False, lights="LAMPS")
+    group = addon.making_materials.new_diffraction_group(path, shadows=False, lights="LAMPS")
     truth, seconds = _timed(addon, group, view, folder)
     yield _row("node group", made.layout.terms, seconds, colour_differences(truth, software))
     for name, step_nm, texels in runs:
@@ -213,7 +213,7 @@ def compare(addon, relief: Relief, made: Made, view: PlaneView, folder: Path, ru
         path = folder / f"{name}_{step_nm}_{texels}.exr"
         image, layout = dft_images.pack(method)
         write_together({path: (image, layout)}, {})
-        response = addon.osl_thesis.build_osl_response(path.stem, path, rgb_from_xyz("Rec.709"))
+        response = addon.thesis_methods.build_osl_response(path.stem, path, rgb_from_xyz("Rec.709"))
         group = addon.skin.group_around(path.stem, response, shadows=False)
         picture, seconds = _timed(addon, group, view, folder)
         path.unlink()

@@ -25,15 +25,15 @@ from pathlib import Path
 
 import numpy as np
 
+from precompute.bake.bake_folder import bake_to_folder
 from precompute.bake.needs import EVERYTHING, Needs
-from precompute.bake.output import bake_to_folder
 from precompute.bake.request import BakeRequest
 from precompute.cli.option_types import count, number
 from precompute.cli.parser import OneLineParser
 from precompute.colour.working_space import rgb_from_xyz
 from precompute.methods import dft_images
 from precompute.optics.coherence import coherence_length
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
 from precompute.surface.unit_cell import grating_period
 from precompute.table import atlas_file

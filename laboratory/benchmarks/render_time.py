@@ -25,12 +25,12 @@ from typing import Self
 
 import numpy as np
 
-from precompute.bake.output import bake_to_folder
+from precompute.bake.bake_folder import bake_to_folder
 from precompute.bake.request import BakeRequest
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 from precompute.methods import dft_images
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
 from precompute.table.atlas_file import read_header
 

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Mapping
 
 from devtools import ROOT
-from precompute.cli.output import emit
+from precompute.cli.printing import emit
 
 # A place for figures: in a line `<!-- NAME -->figure<!-- /NAME -->`, or with the figures in lines of their own.
 _PLACE = re.compile(r"<!-- (?P<name>[^/>][^>]*) -->.*?<!-- /(?P=name) -->", re.DOTALL)

@@ -22,7 +22,7 @@ from precompute.maps import brdf_map
 from precompute.measure.errors import Errors, Truth, measure
 from precompute.measure.pairs import draw_w
 from precompute.measure.truths import draw_pairs
-from precompute.reference.ensemble import reference_grid
+from precompute.reference.ensemble_reference import reference_grid
 from precompute.spectra.spectrum import scattered_spectrum
 from precompute.surface.description import describe
 from precompute.surface.height_map import HeightMap

@@ -12,7 +12,7 @@ from precompute.colour.observer import spectral_weights, wavelengths
 from precompute.measure.errors import Errors, Truth, measure
 from precompute.methods.entry import MethodEntry
 from precompute.methods.method import Method, Settings
-from precompute.methods.registry import ENTRIES
+from precompute.methods.method_registry import ENTRIES
 
 from ..study import evaluation
 from ..study.response import response

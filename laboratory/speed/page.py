@@ -6,7 +6,7 @@ import textwrap
 from functools import partial
 
 from precompute.methods.baked import ENTRY
-from precompute.methods.registry import ENTRIES
+from precompute.methods.method_registry import ENTRIES
 
 from ..study.traits import TRAITS
 from .pictures import ERROR_PICTURE, TIME_PICTURE

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from precompute.base.files import write_whole
-from precompute.methods.registry import ENTRIES
+from precompute.methods.method_registry import ENTRIES
 
 from ..study import plots
 from ..study.traits import TRAITS

@@ -12,7 +12,7 @@ from precompute.measure.truths import draw_pairs
 from precompute.methods import exact
 from precompute.methods.method import Settings
 from precompute.optics import coherence
-from precompute.reference.ensemble import blurred, reference_grid
+from precompute.reference.ensemble_reference import blurred, reference_grid
 from precompute.spectra.series import SpectrumSeries, spectrum_series
 from precompute.spectra.spectrum import scattered_spectrum
 from precompute.surface.relief import Relief

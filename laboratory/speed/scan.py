@@ -22,7 +22,7 @@ from precompute.measure.errors import Errors, measure
 from precompute.methods.baked import Baked
 from precompute.methods.flss import THESIS_TERMS
 from precompute.methods.method import Settings
-from precompute.methods.registry import METHODS
+from precompute.methods.method_registry import METHODS
 from precompute.spectra.resample import KERNEL_REACH, Resampler
 from precompute.spectra.spectrum import frequency_grid, scattered_spectrum
 from precompute.surface.height_map import HeightMap

@@ -8,9 +8,9 @@ import numpy as np
 
 from precompute.base.packages import bundled
 from precompute.surface.height_map import HeightMap
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import Relief, prepare
-from precompute.surface.samples.gratings import blazed
+from precompute.surface.samples.ruled_gratings import blazed
 
 from ..study import evaluation
 

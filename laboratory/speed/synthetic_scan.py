@@ -13,8 +13,8 @@ from dataclasses import asdict
 
 import numpy as np
 
+from precompute.bake.bake_folder import peak_bytes
 from precompute.bake.make import make
-from precompute.bake.output import peak_bytes
 from precompute.bake.request import BakeRequest
 from precompute.surface.relief import Relief
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from precompute.base.failure import GratingError
 from precompute.methods.method import Settings
-from precompute.methods.registry import METHODS
+from precompute.methods.method_registry import METHODS
 from precompute.optics.coherence import THESIS_COHERENCE_M
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import Relief

@@ -3,7 +3,7 @@
 
 from dataclasses import dataclass
 
-from precompute.methods.registry import ENTRIES
+from precompute.methods.method_registry import ENTRIES
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,6 @@ from ..surface.relief import Relief
 from ..table.sample_set import SampleSet
 from ..table.table import Table
 from ..table.tiling import BYTES_PER_TEXEL
-from .draws import make_sample_set
 from .expected import tell
 from .kernel import kernel_for, too_fine
 from .levels import with_levels
@@ -37,6 +36,7 @@ from .resolution import (
     texel_middles,
     texel_size,
 )
+from .sample_draws import make_sample_set
 from .self_check import judge as judge
 from .tiles import carry_out as carry_out
 

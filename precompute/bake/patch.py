@@ -29,7 +29,7 @@ from ..measure.errors import Truth, measure
 from ..measure.forms import FormErrors
 from ..optics import coherence
 from ..optics.coherence import THESIS_COHERENCE_M
-from ..reference.patch import PatchReference
+from ..reference.patch_reference import PatchReference
 from ..spectra.patch_window import PatchWindow
 from ..surface.relief import Relief
 from ..table.table import ZERO_ORDER_SAMPLES, Table

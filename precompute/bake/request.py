@@ -14,7 +14,7 @@ from ..base.failure import GratingError
 from ..base.files import can_be_a_path
 from ..colour.observer import ILLUMINANTS, LINES_NM, is_illuminant
 from ..surface.height_map import HeightMap
-from ..surface.readers.registry import read_height_map
+from ..surface.readers.reader_registry import read_height_map
 from ..surface.steps.pipeline import DEFAULT, steps_of
 from ..surface.steps.step import Step
 from .needs import EVERYTHING, Needs, needs_of

@@ -25,7 +25,7 @@ from ..measure.errors import Truth, measure
 from ..measure.forms import FormErrors
 from ..measure.pairs import Pairs, draw_w
 from ..measure.truths import Spectrum, draw_pairs
-from ..reference.ensemble import blurred
+from ..reference.ensemble_reference import blurred
 from ..spectra.fast import exact_error
 from ..spectra.series import SpectrumSeries
 from ..spectra.spectrum import FrequencyGrid

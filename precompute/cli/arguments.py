@@ -10,7 +10,7 @@ from ..bake.request import COHERENCE_UM, DELTA_E, HEIGHT_NM, ILLUMINANTS_TOLD, M
 from ..base.failure import GratingError
 from ..colour.observer import is_illuminant
 from ..surface.height_map import HeightMap
-from ..surface.readers.registry import read_height_map
+from ..surface.readers.reader_registry import read_height_map
 from ..surface.steps.pipeline import DEFAULT, help_text, parse_steps
 from ..surface.steps.step import Step
 from ..table.sample_set import path_beside

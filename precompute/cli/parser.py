@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NoReturn
 
 from ..base.failure import GratingError, printable
-from .output import check_targets, leave_to_nobody
+from .printing import check_targets, leave_to_nobody
 
 # The help text of each verb.
 VERBS = {
@@ -26,7 +26,8 @@ VERBS = {
     "map": "BRDF map over the hemisphere of view",
     "unwrap": "a UV map of a mesh, without overlaps",
 }
-# The verbs of each package. A verb is a module of its package with add_arguments(parser) and run(arguments).
+# The verbs of each package. The verb `bake` is the module bake_verb of its package, with add_arguments(parser) and
+# run(arguments).
 PACKAGES = {__package__: VERBS}
 
 
@@ -110,7 +111,7 @@ def build_parser(
         for name, text in texts.items():
             verb = verbs.add_parser(name, help=text)
             if name in argv:
-                module = importlib.import_module(f"{package}.{name}")
+                module = importlib.import_module(f"{package}.{name}_verb")
                 module.add_arguments(verb)
                 verb.set_defaults(run=module.run)
     return parser

@@ -15,7 +15,7 @@ from ..colour.working_space import rgb_from_xyz, srgb_encode
 from ..methods.method import Method
 from ..optics.brdf import half_angle_cosine, obliquity_times_cosine_and_w2
 from ..optics.fresnel import fresnel_reflectance
-from ..reference.ensemble import reference_grid
+from ..reference.ensemble_reference import reference_grid
 from ..spectra.resample import Resampler
 from ..spectra.series import spectrum_series
 from ..surface.relief import Relief

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..base.progress import Progress, part_of, silent
 from ..colour.observer import spectral_weights, wavelengths
-from ..reference.ensemble import reference_grid, reference_xyz
+from ..reference.ensemble_reference import reference_grid, reference_xyz
 from ..spectra.spectrum import FrequencyGrid, scattered_spectrum
 from ..surface.relief import Relief
 from .errors import Truth

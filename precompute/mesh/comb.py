@@ -10,7 +10,7 @@ from ..base.failure import GratingError
 from ..base.progress import Progress, silent, span_of
 from . import guide
 from .arrays import FARTHEST_M
-from .field import guided_field, smoothest_field
+from .direction_field import guided_field, smoothest_field
 from .head_to_tail import head_to_tail
 from .layout import Polygons, corner_directions, lay, uv_directions
 from .singular import singular_triangles

@@ -5,7 +5,7 @@ and Wardetzky, "Geodesics in heat", 2013)."""
 import numpy as np
 
 from ..base.progress import Progress, silent, span_of
-from .field import laplacian
+from .direction_field import laplacian
 from .guide import along_triangles, like_part
 from .multigrid import Hierarchy, Matrix, hierarchy_of, solve
 from .surface import Surface, unit

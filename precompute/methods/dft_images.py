@@ -34,7 +34,7 @@ from ..surface.steps.step import Step
 from ..table.atlas_file import check_can_write, write_together
 from .dft_layout import TEXELS_MAX, Layout
 from .method import Method, Settings
-from .registry import METHODS
+from .method_registry import METHODS
 from .windowed_images import left_out
 
 # The largest share of the window's weights that texels_for leaves out. With 5 texels, and a relief as long as the

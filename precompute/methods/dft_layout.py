@@ -80,7 +80,7 @@ class Layout:
     @property
     def is_valid(self) -> bool:
         """Whether a shader can evaluate the images."""
-        from .registry import SHADER_METHODS  # only here: the registry loads every method
+        from .method_registry import SHADER_METHODS  # only here: the registry loads every method
 
         return (
             self.method in SHADER_METHODS

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the rest of the project knows of a method without building it.
 
-Each module of this folder declares one MethodEntry for every method that it holds. registry.py collects the entries.
-The product's lists of methods are derived from them.
+Each module of this folder declares one MethodEntry for every method that it holds. method_registry.py collects the
+entries. The product's lists of methods are derived from them.
 """
 
 from collections.abc import Callable

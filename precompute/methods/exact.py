@@ -11,9 +11,9 @@ import numpy as np
 
 from ..maths import chebyshev
 from ..optics import coherence
-from ..reference import ensemble
-from ..reference.ensemble import KERNEL_REACH, reference_grid
-from ..reference.patch import PatchReference
+from ..reference import ensemble_reference
+from ..reference.ensemble_reference import KERNEL_REACH, reference_grid
+from ..reference.patch_reference import PatchReference
 from ..spectra.patch_window import PatchWindow
 from ..spectra.resample import Resampler
 from ..spectra.series import spectrum_series
@@ -45,7 +45,7 @@ class Ensemble(Method):
             at = w == one
             power, zero_order = scattered_spectrum(self.relief, one / wavelength_m, grid)
             kernel = np.exp(-(u[at] ** 2 + v[at] ** 2) / (2 * self.sigma_b**2)) / (2 * np.pi * self.sigma_b**2)
-            blurred = ensemble.blurred(power, grid, (u[at], v[at]), lam=wavelength_m, sigma_b=self.sigma_b)
+            blurred = ensemble_reference.blurred(power, grid, (u[at], v[at]), lam=wavelength_m, sigma_b=self.sigma_b)
             out[at] = blurred + zero_order * kernel
         return out
 

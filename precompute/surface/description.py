@@ -12,7 +12,7 @@ import numpy as np
 from ..base.failure import GratingError
 from .first_order import COARSEST_PERIOD_M, FINEST_PERIOD_M
 from .height_map import HeightMap
-from .levelling import Plane, plane_of
+from .least_squares_plane import Plane, plane_of
 from .periods import Wave, Waves, length_in_words, middle_of, waves_of
 from .quality import Quality, judge
 
@@ -117,7 +117,7 @@ def describe(height_map: HeightMap, other_way: Callable[[], HeightMap | None] | 
     """Measure a height map: its relief before and after plane levelling, its waves, and its quality.
 
     `other_way` reads the scan on the other way over the lines, which took the same steps of levelling, or gives None
-    (`read_other_way` of readers/registry.py). It is called only if a wave is taken for a grating. If it raises
+    (`read_other_way` of readers/reader_registry.py). It is called only if a wave is taken for a grating. If it raises
     GratingError, the scan is described by itself."""
     plane = plane_of(height_map)
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .height_map import HeightMap
-from .levelling import Plane
+from .least_squares_plane import Plane
 from .periods import Wave
 from .steps.defects import dust, outliers, scars
 from .steps.loss import loss_in_words, losses_of

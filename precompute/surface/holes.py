@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from .height_map import HeightMap
-from .levelling import fitted_plane
+from .least_squares_plane import fitted_plane
 
 # Relaxation sweeps on each level of the coarse-to-fine fill. A level starts from the smooth fill of the coarser level,
 # so a few sweeps are enough to smooth the coarser level's steps.

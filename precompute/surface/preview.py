@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .height_map import HeightMap
-from .levelling import level_plane
+from .least_squares_plane import level_plane
 from .periods import Wave, length_in_words, waves_of
 from .steps.pipeline import level
 from .steps.step import Step

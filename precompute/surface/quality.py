@@ -12,7 +12,7 @@ from ..colour.observer import WAVELENGTH_MIN_M
 from .dirt import SIDE, Surface, defects_of, spike_of
 from .first_order import FINEST_PERIOD_M
 from .height_map import HeightMap
-from .levelling import Plane
+from .least_squares_plane import Plane
 from .periods import Waves, length_in_words
 
 LIGHTS = ("good", "usable", "poor")

@@ -25,7 +25,7 @@ from .table import Table
 FORMAT = 9
 # The header's attribute that holds the record.
 HEADER_KEY = "natural_gratings"
-# The kinds of the values that a record has beside `format` and `layout`, where it has them (bake/output.py).
+# The kinds of the values that a record has beside `format` and `layout`, where it has them (bake/bake_folder.py).
 _PROVENANCE = {
     "source": str, "channel": str, "model": str, "precision": str, "height_range_m": float, "coherence_um": float,
     "coherence_areas": float, "asked_delta_e": float, "heights_sha256": list, "pixel_size_m": list, "shape": list,

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The radiance that a baked surface sends to a viewer under one lamp, by the Direct material's formula, in NumPy.
 
-addon/materials/direct/group.py builds the same formula from nodes, and addon/materials/osl/direct.osl is the formula as
-a shader.
+addon/materials/direct/direct_group.py builds the same formula from nodes, and addon/materials/osl/direct.osl is the
+formula as a shader.
 """
 
 from dataclasses import dataclass

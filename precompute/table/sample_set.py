@@ -44,8 +44,8 @@ k // columns. A draw reads the same texel of two tiles:
 
 One half float alone would move an order by up to 1e-3 in u, which is an eighth of the kernel of a coherence of 32 um;
 both together move it by 1e-6. W is a cubic in s on each of several equal pieces of the range of s, so that one look-up
-does for every relief; a deeper relief has more pieces. W may be off by the share INTERPOLATION (bake/draws.py) of the
-light. A surface that scatters nothing has one texel, which weighs nothing.
+does for every relief; a deeper relief has more pieces. W may be off by the share INTERPOLATION (bake/sample_draws.py)
+of the light. A surface that scatters nothing has one texel, which weighs nothing.
 """
 
 import math

@@ -30,7 +30,7 @@ def active():
 
 def previewed():
     """Steps: waits until the panel has made the preview that it asked for by being drawn; the preview."""
-    shown = importlib.import_module(f"{ADDON}.actions.level_preview").shown
+    shown = importlib.import_module(f"{ADDON}.workflow.previewing_levelling").shown
     for _ in range(_LOOKS):
         view()[0].tag_redraw()
         yield LONG / 2

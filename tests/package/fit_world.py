@@ -40,7 +40,7 @@ def prepare(scene):
 
 
 def story():
-    probe = import_module("bl_ext.user_default.natural_gratings.addon.worlds.probe")
+    probe = import_module("bl_ext.user_default.natural_gratings.addon.worlds.world_probe")
     scene, cube = bpy.context.scene, bpy.data.objects["Cube"]
     prepare(scene)
     bpy.ops.render.render()

@@ -104,7 +104,7 @@ def story():
     groups = [n for n in bpy.data.materials["Old Paint"].node_tree.nodes if n.type == "GROUP"]
     assert groups, "Add to Materials added nothing"
     yield from press_undo_redo("bpy.ops.grating.new_material")
-    yield from press_undo_redo("bpy.ops.grating.add_lamp")
+    yield from press_undo_redo("bpy.ops.grating.add_diffraction_lamp")
     assert bpy.data.objects["Diffraction Lamp"].parent == bpy.data.objects["Ball"]
     assert followed() == ["Bulb", "Torch", "Window"]
     add_lamp()

@@ -119,7 +119,7 @@ def test_two_bakes_under_eight_sources_are_not_magenta(display, blender, tmp_pat
     blender.run_script(HERE / "make_plane.py", file)
     for name in ("blazed", "sinusoidal"):
         blender.run_grating("bake", f"sample:{name}", "--delta-e", "6", "-o", tmp_path)
-    # As graphics cards filter (addon/scene/mesa.py).
+    # As graphics cards filter (addon/blender/mesa.py).
     filtered = "MESA_EXTENSION_OVERRIDE=-GL_EXT_texture_filter_anisotropic -GL_ARB_texture_filter_anisotropic"
     window = replace(blender, command=("env", f"DISPLAY={display}", filtered, *blender.command))
     window.run("--window-geometry", "0", "0", "900", "700", file, "--python", HERE / "watch_many_sources.py", "--",

@@ -9,7 +9,7 @@ import pytest
 
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
 from precompute.table import atlas, atlas_file
 

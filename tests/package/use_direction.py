@@ -2,9 +2,9 @@
 """Run by a Blender with a window and --enable-event-simulate: `--python use_direction.py -- BAKE PICTURES`.
 
 An artist with the sub-panel Direction: shows the direction of Suzanne's grating and of meshes without seams, unwraps
-her and bakes her frame map, each undone with Ctrl-Z; by mouse and keyboard events. The script sets the stage and writes
-pictures of the window with the overlay on and off. It quits at the end; what went wrong is in the exit status and the
-output."""
+her and bakes her direction map, each undone with Ctrl-Z; by mouse and keyboard events. The script sets the stage and
+writes pictures of the window with the overlay on and off. It quits at the end; what went wrong is in the exit status
+and the output."""
 
 import importlib
 import sys
@@ -78,7 +78,7 @@ def show_without_seams():
 
 def spoil_the_overlay():
     """Steps: a fault while drawing switches the overlay off, and the button says so."""
-    overlay = importlib.import_module(f"{ADDON}.actions.overlay")
+    overlay = importlib.import_module(f"{ADDON}.workflow.direction_overlay")
     button = importlib.import_module(f"{ADDON}.operators.show_direction").ShowDirection
     sound = overlay.direction_lines
     overlay.direction_lines = lambda *_: 1 / 0
@@ -120,7 +120,7 @@ def story():
     yield from show_alone("Suzanne", seen_from_above=False)
     bpy.data.objects["Suzanne"].select_set(True)
 
-    unwrap = importlib.import_module(f"{ADDON}.operators.unwrap").Unwrap
+    unwrap = importlib.import_module(f"{ADDON}.operators.unwrap_meshes").Unwrap
     has_xatlas = importlib.import_module(f"{ADDON.rpartition('.')[0]}.precompute.mesh.unwrap").has_xatlas()
     yield from press_button("bpy.ops.grating.unwrap")
     yield from waited_for(lambda: maps() == ["UVMap", "Unwrapped"])
@@ -128,7 +128,7 @@ def story():
     assert maps() == ["UVMap"], f"Ctrl-Z after Unwrap: {maps()}"
     yield from press_in_view("Z", ctrl=True, shift=True)
     assert maps() == ["UVMap", "Unwrapped"]
-    yield from press_button("bpy.ops.grating.bake_frame_map")
+    yield from press_button("bpy.ops.grating.bake_direction_map")
     yield from waited_for(lambda: bpy.context.scene.natural_gratings.items[0].frame_kind == "FRAME_MAP")
     assert [scene.name for scene in bpy.data.scenes] == ["Scene"] and window().scene.name == "Scene"
     yield from press_in_view("Z", ctrl=True)

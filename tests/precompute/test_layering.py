@@ -37,8 +37,8 @@ FLOORS = {
         "bake", "check", "methods", "maps", "cli",
     ),
     "addon": (
-        "scene", "nodes", "snakes", "jobs", "worlds", "lamps", "frames", "materials", "views", "actions",
-        "operators", "ui", "batch",
+        "blender", "gratings", "nodes", "snakes", "jobs", "worlds", "lamps", "direction", "materials", "cameras",
+        "workflow", "operators", "ui", "batch",
     ),
 }  # fmt: skip
 # A bake is judged by nothing that helped to make it.

@@ -11,10 +11,10 @@ import OpenEXR
 import pytest
 
 from devtools import ROOT
-from devtools.extension import addon_modules
+from devtools.extension import AddonModules
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
 from precompute.table import atlas, atlas_file
 
@@ -22,7 +22,7 @@ from precompute.table import atlas, atlas_file
 @pytest.fixture(scope="session", autouse=True)
 def _filtered_as_by_cards(extension) -> None:
     """Before the first render by EEVEE."""
-    addon_modules(extension.__name__).mesa.filter_as_cards_do()
+    AddonModules(extension.__name__).mesa.filter_as_cards_do()
 
 
 @dataclass

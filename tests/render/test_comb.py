@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mathutils.bvhtree import BVHTree
 
-from .test_frame_source import TOLERANCE, along, look_down, shown
+from .test_direction_source import TOLERANCE, along, look_down, shown
 
 PIXELS = 48
 SIDES, RINGS, LENGTH, RADIUS = 32, 401, 4.0, 0.4

@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 import pytest
 
-from precompute.colour.draw import drawn_weight, wavelength_quantiles
+from precompute.colour.drawn_wavelengths import drawn_weight, wavelength_quantiles
 from precompute.colour.working_space import rgb_from_xyz
 from precompute.table import sample_set
 
@@ -171,8 +171,8 @@ def test_motion_and_subdivision_leave_the_mean_alone(stage, skin, lights):
 
 
 def most_of_a_draw(table, draws, theta_r: float) -> float:
-    """What no sample of the closure exceeds in a world of radiance 1: the formula of addon/materials/lobes/group.py,
-    each factor at its greatest."""
+    """What no sample of the closure exceeds in a world of radiance 1: the formula of
+    addon/materials/lobes/lobes_group.py, each factor at its greatest."""
     cos_r, cos_i = np.cos(theta_r), np.geomspace(1e-4, 1, 400)
     turn, cos_i = np.meshgrid(np.linspace(0, 2 * np.pi, 64), cos_i)
     sine = np.sqrt(1 - cos_i**2)

@@ -7,14 +7,14 @@ A plane at z = 0 is seen from one metre above and lit by a sun. It has the whole
 import numpy as np
 import pytest
 
-from devtools.extension import addon_modules
+from devtools.extension import AddonModules
 from laboratory.benchmarks.osl import PlaneView, render, set_up_cycles
 from precompute.colour.working_space import rgb_from_xyz
 from precompute.methods import dft_images
 from precompute.methods.dft_images import settings_for
-from precompute.methods.registry import METHODS
+from precompute.methods.method_registry import METHODS
 from precompute.surface.relief import prepare
-from precompute.surface.samples.gratings import blazed, sinusoidal
+from precompute.surface.samples.ruled_gratings import blazed, sinusoidal
 from precompute.table.atlas_file import write_together
 
 TO_SUN = np.array([0.3, -0.15, 1.0]) / np.linalg.norm([0.3, -0.15, 1.0])
@@ -30,9 +30,9 @@ def addon(extension):
     import bpy
 
     set_up_cycles()
-    modules = addon_modules(extension.__name__)
+    modules = AddonModules(extension.__name__)
     if not bpy.app.build_options.cycles_osl:
-        pytest.skip(modules.osl_script.missing_for_osl(bpy.context.scene))
+        pytest.skip(modules.script.missing_for_osl(bpy.context.scene))
     yield modules
     bpy.context.scene.cycles.shading_system = False
 
@@ -60,7 +60,7 @@ def test_cycles_renders_what_the_method_says(addon, tmp_path, name, surface):
     pixel from its middle. Over that distance a lobe of sigma 1.3 pixels changes by 0.4 % on its flank, at 1 % of its
     peak. The error measured is 0.2 %."""
     method, path = images_file(tmp_path, surface, name, **SMALL)
-    response = addon.osl_thesis.build_osl_response("test", path, rgb_from_xyz("Rec.709"))
+    response = addon.thesis_methods.build_osl_response("test", path, rgb_from_xyz("Rec.709"))
     group = addon.skin.group_around("test", response, shadows=False)
     picture = render(addon, group, VIEW, tmp_path / "picture.exr", IRRADIANCE, IOR) @ LUMINANCE
     software = VIEW.radiance(lambda u, v, w: method.xyz(u, v, w) / w[:, None] ** 2, IOR)
@@ -75,7 +75,7 @@ def test_cycles_renders_what_the_method_says(addon, tmp_path, name, surface):
 def test_a_scene_says_what_it_lacks(addon):
     import bpy
 
-    scene, missing_for_osl = bpy.context.scene, addon.osl_script.missing_for_osl
+    scene, missing_for_osl = bpy.context.scene, addon.script.missing_for_osl
     assert missing_for_osl(scene) is None
     scene.cycles.shading_system = False
     assert "Open Shading Language" in missing_for_osl(scene)
@@ -86,13 +86,13 @@ def test_a_shader_that_does_not_compile_is_an_error(addon, tmp_path, monkeypatch
     import bpy
 
     _, path = images_file(tmp_path, GRATING, "flss", **SMALL)
-    monkeypatch.setattr(addon.osl_thesis, "shader_text", lambda *_: "shader broken(")
+    monkeypatch.setattr(addon.thesis_methods, "shader_text", lambda *_: "shader broken(")
     groups, texts = len(bpy.data.node_groups), len(bpy.data.texts)
-    with pytest.raises(addon.osl_script.GratingError, match="does not compile"):
-        addon.osl_thesis.build_osl_response("test", path, rgb_from_xyz("Rec.709"))
+    with pytest.raises(addon.script.GratingError, match="does not compile"):
+        addon.thesis_methods.build_osl_response("test", path, rgb_from_xyz("Rec.709"))
     assert (len(bpy.data.node_groups), len(bpy.data.texts)) == (groups, texts)
 
 
 def test_other_files_are_refused(addon, tmp_path):
-    with pytest.raises(addon.osl_script.GratingError, match="no such file"):
-        addon.osl_thesis.build_osl_response("test", tmp_path / "none.exr", rgb_from_xyz("Rec.709"))
+    with pytest.raises(addon.script.GratingError, match="no such file"):
+        addon.thesis_methods.build_osl_response("test", tmp_path / "none.exr", rgb_from_xyz("Rec.709"))

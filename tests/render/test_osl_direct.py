@@ -23,7 +23,7 @@ MEDIAN, P95 = 0.005, 0.02
 def osl(stage, addon):
     """The stage, set up for shaders."""
     if not bpy.app.build_options.cycles_osl:
-        pytest.skip(addon.osl_script.missing_for_osl(stage.scene))
+        pytest.skip(addon.script.missing_for_osl(stage.scene))
     stage.scene.render.engine = "CYCLES"
     stage.scene.cycles.shading_system = True
     yield stage
@@ -40,7 +40,7 @@ def plane(stage, disc: float = 0.0):
 
 def response(addon, path):
     """The response of a bake's file as a shader."""
-    return addon.osl_baked.build_osl_direct("test", path, read_header(path)[0], rgb_from_xyz=RGB_FROM_XYZ)
+    return addon.osl_bake.build_osl_direct("test", path, read_header(path)[0], rgb_from_xyz=RGB_FROM_XYZ)
 
 
 def agree(name: str, picture: np.ndarray, truth: np.ndarray) -> None:

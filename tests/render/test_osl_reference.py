@@ -5,11 +5,11 @@ import bpy
 import numpy as np
 import pytest
 
-from devtools.extension import addon_modules
+from devtools.extension import AddonModules
 from laboratory.benchmarks.osl import colour_differences, needs_of, render, set_up_cycles, view_of
 from precompute.bake.make import make
 from precompute.bake.request import BakeRequest
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
 from precompute.table.atlas_file import write_together
 
@@ -17,9 +17,9 @@ from precompute.table.atlas_file import write_together
 @pytest.fixture
 def addon(extension):
     """The add-on's modules. The scene has the blazed sample, a sun, and Cycles with OSL."""
-    modules = addon_modules(extension.__name__)
+    modules = AddonModules(extension.__name__)
     if not bpy.app.build_options.cycles_osl:
-        pytest.skip(modules.osl_script.missing_for_osl(bpy.context.scene))
+        pytest.skip(modules.script.missing_for_osl(bpy.context.scene))
     scene = bpy.context.scene
     scene.natural_gratings.items.clear()
     bpy.ops.grating.import_height_map(filepath="sample:blazed")
@@ -51,7 +51,7 @@ def test_flss_is_the_patch_bake(addon, tmp_path):
     made = make([relief], BakeRequest(delta_e=0.5, needs=needs_of(view), model="patch"))
     path = tmp_path / "table.exr"
     write_together({path: (made.image, made.layout)}, {"precision": str(made.image.dtype)})
-    table = addon.grating_material.new_diffraction_group(path, shadows=False)
+    table = addon.making_materials.new_diffraction_group(path, shadows=False)
     reference = new_reference()
     truth = render(addon, table, view, tmp_path / "truth.exr")
     differences = colour_differences(render(addon, reference, view, tmp_path / "reference.exr"), truth)
@@ -70,7 +70,7 @@ def test_a_file_that_is_there_is_taken(addon, tmp_path):
     with pytest.raises(RuntimeError, match="none.exr: there is no such file"):
         bpy.ops.grating.osl_reference(filepath=str(tmp_path / "none.exr"))
     scene = bpy.context.scene
-    path = addon.osl_reference.write_images(scene.natural_gratings.active(), "pq")
+    path = addon.making_osl_references.write_images(scene.natural_gratings.active(), "pq")
     scene.natural_gratings.items.clear()
     assert "OSL PQ" in response_of(new_reference(filepath=str(path))).name
     with pytest.raises(RuntimeError, match="no grating in it"):
@@ -80,9 +80,9 @@ def test_a_file_that_is_there_is_taken(addon, tmp_path):
 def test_the_surface_is_the_gratings(addon):
     """Its levelling counts, and a mean of several scans is refused."""
     grating = bpy.context.scene.natural_gratings.active()
-    first = addon.osl_reference.write_images(grating, "pq")
+    first = addon.making_osl_references.write_images(grating, "pq")
     grating.levelling = "none" if grating.levelling != "none" else "plane"
-    assert addon.osl_reference.write_images(grating, "pq") != first
+    assert addon.making_osl_references.write_images(grating, "pq") != first
     grating.request = '{"scans": [{"source": "sample:cd", "size_um": null, "height_nm": null, "channel": null}]}'
     with pytest.raises(RuntimeError, match="averages several scans, and this method needs one"):
         bpy.ops.grating.osl_reference()

@@ -19,7 +19,7 @@ from precompute.colour.observer import spectral_weights, wavelengths
 from precompute.colour.working_space import rgb_from_xyz
 from precompute.maps import brdf_map
 from precompute.optics.region import Region
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import Relief, prepare
 from precompute.table import atlas, atlas_file
 from precompute.table.radiance import lamp_radiance
@@ -93,8 +93,8 @@ def picture(extension, tmp_path):
     addon = extension.__name__ + ".addon"
 
     def render(path: Path, to_sun=(0, 0, 1), engine="cycles", turn_deg=0.0, energy=1.0, behind=False) -> np.ndarray:
-        assign = importlib.import_module(addon + ".actions.assign")
-        compat = importlib.import_module(addon + ".scene.compat")
+        assign = importlib.import_module(addon + ".workflow.assigning")
+        compat = importlib.import_module(addon + ".blender.compat")
         data = bpy.data
         for collection in (data.objects, data.meshes, data.lights, data.cameras, data.materials, data.node_groups):
             data.batch_remove(list(collection))

@@ -43,12 +43,12 @@ def test_an_unwrap_keeps_the_colours_and_the_new_map_s_tangents_do_not(stage, sk
     snake.data.uv_layers["Unwrapped"].active_render = True
     pictures["kept"] = stage.rgb("cycles", PIXELS, name="kept")
     snake.data.uv_layers["UVMap"].active_render = True
-    bpy.ops.grating.frame(kind="STORED")
+    bpy.ops.grating.direction(kind="STORED")
     assert bpy.ops.grating.comb(source="COPY") == {"FINISHED"}
     assert bpy.ops.grating.unwrap(size=2048) == {"FINISHED"}
     snake.data.uv_layers["Unwrapped.001"].active_render = True
     pictures["combed, unwrapped"] = stage.rgb("cycles", PIXELS, name="combed_unwrapped")
-    bpy.ops.grating.frame(kind="UV_MAP", uv_map="Unwrapped")
+    bpy.ops.grating.direction(kind="UV_MAP", uv_map="Unwrapped")
     pictures["naive"] = stage.rgb("cycles", PIXELS, name="naive")
     found = {name: p95_of_colours(picture, pictures["uv"]) for name, picture in pictures.items()}
     print(found)

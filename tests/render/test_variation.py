@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 import pytest
 
-from .test_frame_source import along, look_down, positions
+from .test_direction_source import along, look_down, positions
 
 PIXELS = 128
 ENGINES = ["cycles", "eevee"]
@@ -132,7 +132,7 @@ def test_where_one_has_all_it_answers_as_it_does_alone(stage, skin, deep_skin, p
     addon = stage.addon
     stage.scene.world = bpy.data.worlds.new("White")
     plane.data.attributes.new("whole", "FLOAT", "POINT")
-    first, second = (addon.direct.direct_response(path) for path, _ in (skin, deep_skin))
+    first, second = (addon.direct_response.direct_response(path) for path, _ in (skin, deep_skin))
     (node,) = _material_with(stage, plane, addon.skin.group_around("alone", first, shadows=False, lights=lights))
     alone = [stage.rgb("cycles", 16, samples=4)]
     node.node_tree = addon.skin.group_around("other", second, shadows=False, lights=lights)

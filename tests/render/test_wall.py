@@ -48,7 +48,7 @@ def picture(stage, laser):
     carrier.select_set(True)
     assert bpy.ops.grating.lights(lights="LAMPS") == {"FINISHED"}
     assert bpy.ops.grating.assign() == {"FINISHED"}
-    assert bpy.ops.grating.add_lamp(size_mm=2.0, lamp="Spot") == {"FINISHED"}
+    assert bpy.ops.grating.add_diffraction_lamp(size_mm=2.0, lamp="Spot") == {"FINISHED"}
     stage.camera((MIDDLE[0], 0.1, MIDDLE[1]), (MIDDLE[0], wall.WALL_M, MIDDLE[1]), ortho=WIDTH_M)
     return stage.rgb(pixels=PIXELS, samples=4)
 

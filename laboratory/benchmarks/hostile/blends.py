@@ -74,9 +74,9 @@ def _told_by_blender(names: Sequence[str], folder: Path) -> Iterator[Outcome]:
 
 def main(argv: Sequence[str]) -> None:
     """In a Blender of its own: tell the lies, and write a line for each."""
-    from precompute.bake.output import bake_to_folder
+    from precompute.bake.bake_folder import bake_to_folder
     from precompute.bake.request import BakeRequest
-    from precompute.surface.readers.registry import read_height_map
+    from precompute.surface.readers.reader_registry import read_height_map
 
     from ..osl import start_blender
     from .lying_scene import build, write_scan

@@ -20,13 +20,13 @@ from types import FrameType
 from precompute.base.failure import GratingError
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
-from precompute.surface.readers import registry
+from precompute.surface.readers import reader_registry
 
 from ..report import add_json, say, write
 from .mutations import mutated
 from .readers import BARE, FORMATS
 
-_READERS = str(Path(registry.__file__).parent)
+_READERS = str(Path(reader_registry.__file__).parent)
 _SECONDS_MAX = 1.0
 _FINDS_MAX = 10
 
@@ -97,7 +97,7 @@ def _taker(path: Path) -> Callable[[bytes], object]:
 
     def take(data: bytes) -> object:
         path.write_bytes(data)
-        return registry.read_height_map(str(path), *sizes)
+        return reader_registry.read_height_map(str(path), *sizes)
 
     return take
 

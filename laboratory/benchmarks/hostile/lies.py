@@ -37,7 +37,7 @@ _HELD: dict[str, Callable[[Skin], object]] = {
     "ng_use_bump_map_correction": lambda it: it.material,
     "ng_replaced_0": lambda it: it.plane,
     "ng_key_0_unlinked": lambda it: it.plane,
-    "ng_fan": lambda it: it.fan.data,
+    "ng_fan": lambda it: it.diffraction_lamp.data,
 }
 _NAN, _INFINITE = float("nan"), float("inf")
 _VALUES: dict[str, object] = {

@@ -51,7 +51,7 @@ class Skin:
     def frame_map(self):
         import bpy
 
-        return bpy.data.images["Frame Map"]
+        return bpy.data.images["Direction Map"]
 
     @property
     def plane(self):
@@ -70,7 +70,7 @@ class Skin:
         return bpy.data.objects["Sun"]
 
     @property
-    def fan(self):
+    def diffraction_lamp(self):
         import bpy
 
         return bpy.data.objects["Diffraction Lamp"]
@@ -108,15 +108,15 @@ def build(addon: SimpleNamespace, scan: Path, bake: Path) -> Path:
         made.levelling = "plane,scars"
     assert bpy.ops.grating.assign() == {"FINISHED"}
     bpy.ops.grating.vary(second="second", second_share=0.3)
-    assert bpy.ops.grating.add_lamp() == {"FINISHED"}
-    image = addon.frame_map.new_map("Frame Map", 16)
-    addon.frame_map.note_mesh(image, skin.plane, "UVMap")
-    skin.second.take_frame_source(addon.frame_source.FrameSource("FRAME_MAP", frame_map=image))
+    assert bpy.ops.grating.add_diffraction_lamp() == {"FINISHED"}
+    image = addon.direction_map.new_map("Direction Map", 16)
+    addon.direction_map.note_mesh(image, skin.plane, "UVMap")
+    skin.second.take_frame_source(addon.direction_source.DirectionSource("FRAME_MAP", frame_map=image))
     addon.skin.set_frame(skin.second.group, skin.second.frame_source())
     skin.response.group["ng_region"] = _REGION
-    fingerprint = addon.fit_world._fingerprint(scene)
+    fingerprint = addon.fitting_worlds._fingerprint(scene)
     addon.sky.hold_sources(scene, [_SUN], fingerprint=fingerprint, missed=0.1)
-    addon.lamps.update_lamps(scene)
+    addon.following_lamps.update_lamps(scene)
     bpy.context.view_layer.objects.active = skin.plane
     path = folder / "skin.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path))

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from precompute.bake.needs import EVERYTHING, read_needs
 from precompute.bake.request import BakeRequest, Scan
-from precompute.cli.bake import request_of
+from precompute.cli.bake_verb import request_of
 
 from .headers import with_lies
 from .mutations import mutated

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The protocol that every reader of a file format follows.
 
-A new format is a new module that holds a reader, and one line in the READERS of registry.py. The registry is loaded at
-Blender's start, so a reader's module imports its decoder (Pillow) only inside the functions that decode.
+A new format is a new module that holds a reader, and one line in the READERS of reader_registry.py. The registry is
+loaded at Blender's start, so a reader's module imports its decoder (Pillow) only inside the functions that decode.
 """
 
 from __future__ import annotations

@@ -13,8 +13,8 @@ from collections.abc import Callable
 from ...base.failure import GratingError
 from ..height_map import SAMPLE_PREFIX, HeightMap
 from .discs import bluray, cd, dvd
-from .gratings import binary, blazed, flat, sinusoidal
-from .skins import elaphe, xenopeltis
+from .reptiles import elaphe, xenopeltis
+from .ruled_gratings import binary, blazed, flat, sinusoidal
 
 SAMPLES: dict[str, Callable[[], HeightMap]] = {
     make.__name__: make for make in (flat, sinusoidal, binary, blazed, elaphe, xenopeltis, cd, dvd, bluray)

@@ -11,7 +11,7 @@ import numpy as np
 from ..height_map import HeightMap
 from ..height_spectrum import amplitude_at
 from ..holes import fill_missing
-from ..levelling import level_plane
+from ..least_squares_plane import level_plane
 from ..periods import Wave, waves_of
 from .step import Done
 

@@ -6,7 +6,7 @@ import math
 
 from ...base.failure import GratingError
 from ..height_map import HeightMap
-from ..levelling import level_plane
+from ..least_squares_plane import level_plane
 from ..periods import Wave, waves_of
 
 # A harmonic is at twice or three times the frequency of its grating, to about a bin of the spectrum.

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..height_map import HeightMap
-from ..levelling import fitted_plane, level_plane
+from ..least_squares_plane import fitted_plane, level_plane
 from .loss import told_loss
 from .step import Done
 

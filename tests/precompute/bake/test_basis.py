@@ -13,7 +13,7 @@ from precompute.bake.request import BakeRequest
 from precompute.bake.tiles import carry_out
 from precompute.maths import chebyshev
 from precompute.surface.relief import prepare
-from precompute.surface.samples.gratings import blazed
+from precompute.surface.samples.ruled_gratings import blazed
 from precompute.table.atlas import pack, unpack
 
 REQUEST = BakeRequest(coherence_length_m=6e-6)

@@ -11,7 +11,7 @@ import pytest
 
 from precompute.bake import cache, ensemble
 from precompute.base.failure import GratingError
-from precompute.cli import bake as bake_verb
+from precompute.cli import bake_verb as bake_verb
 from precompute.table.atlas_file import read_header
 
 from .conftest import SKIN, assert_nothing_is_left, bake_once, fake, key, names, never

@@ -9,9 +9,9 @@ import os
 import pytest
 
 from precompute.bake import cache, ensemble
-from precompute.bake.output import are_facts
+from precompute.bake.bake_folder import are_facts
 from precompute.base.failure import GratingError
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 
 from .conftest import SKIN, assert_nothing_is_left, bake_once, fake, key, names, never
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from precompute.bake import cache
-from precompute.cli.bake import request_of
+from precompute.cli.bake_verb import request_of
 from precompute.cli.parser import build_parser
 from precompute.surface.height_map import HeightMap
 from precompute.table import atlas_file

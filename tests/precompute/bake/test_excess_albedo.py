@@ -21,7 +21,7 @@ from precompute.maths import bspline
 from precompute.measure.forms import DELTA_E_OF_BOUND
 from precompute.optics.brdf import obliquity_times_cosine_and_w2
 from precompute.surface.relief import prepare
-from precompute.surface.samples.gratings import binary, blazed, flat, sinusoidal
+from precompute.surface.samples.ruled_gratings import binary, blazed, flat, sinusoidal
 from precompute.table import atlas
 from precompute.table.albedo_bound import BOUND_TEXELS, albedo_bound, bound_texel, texel_directions
 from precompute.table.table import Table

@@ -13,7 +13,7 @@ from precompute.bake import cache
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
 from precompute.surface.relief import prepare
-from precompute.surface.samples.gratings import blazed, sinusoidal
+from precompute.surface.samples.ruled_gratings import blazed, sinusoidal
 from precompute.table.atlas import pack, unpack
 
 GOLDEN = Path(__file__).with_name("golden.json")

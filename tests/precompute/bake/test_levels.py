@@ -19,10 +19,10 @@ from precompute.base.progress import silent
 from precompute.measure.errors import measure
 from precompute.measure.truths import draw_pairs
 from precompute.optics.region import Region
-from precompute.reference.ensemble import reference_xyz
+from precompute.reference.ensemble_reference import reference_xyz
 from precompute.surface.relief import prepare
-from precompute.surface.samples.gratings import blazed
-from precompute.surface.samples.skins import elaphe
+from precompute.surface.samples.reptiles import elaphe
+from precompute.surface.samples.ruled_gratings import blazed
 from precompute.table import atlas
 from precompute.table.table import Table, level_mix
 from precompute.table.tiling import RATIOS

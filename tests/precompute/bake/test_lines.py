@@ -13,7 +13,7 @@ from precompute.bake.request import BakeRequest, request_from
 from precompute.base.failure import GratingError
 from precompute.cli import parser
 from precompute.colour.observer import mirror_xyz
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
 
 PERIOD_M, DEPTH_M, LINE_M = 2.5e-6, 246.23e-9, 532e-9

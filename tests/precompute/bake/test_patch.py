@@ -16,9 +16,9 @@ from precompute.base.failure import GratingError
 from precompute.cli import parser
 from precompute.methods.exact import Patch
 from precompute.methods.method import Settings
-from precompute.methods.registry import METHODS
+from precompute.methods.method_registry import METHODS
 from precompute.optics.region import Region
-from precompute.reference.ensemble import blurred
+from precompute.reference.ensemble_reference import blurred
 from precompute.spectra.patch_window import PatchWindow
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare

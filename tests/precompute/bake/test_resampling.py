@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from precompute.reference.ensemble import blurred, reference_grid
+from precompute.reference.ensemble_reference import blurred, reference_grid
 from precompute.spectra.resample import Resampler
 from precompute.spectra.spectrum import FrequencyGrid, frequency_grid, scattered_spectrum
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from precompute.bake.needs import WIDTH_MIN, Needs
 from precompute.bake.needs import needs_of as read_back
-from precompute.bake.shown import (
+from precompute.bake.shown_directions import (
     MARGIN,
     SHARE,
     Shown,

@@ -8,11 +8,11 @@ from precompute.bake.excess_albedo import excess_at
 from precompute.check.albedo import _counted, albedo_bound, spectrum_of
 from precompute.colour.observer import WAVELENGTH_MIN_M
 from precompute.measure.forms import DELTA_E_OF_BOUND
-from precompute.reference.ensemble import reference_grid
+from precompute.reference.ensemble_reference import reference_grid
 from precompute.spectra.series import spectrum_series
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
-from precompute.surface.samples.gratings import blazed, flat
+from precompute.surface.samples.ruled_gratings import blazed, flat
 
 SIGMA_B = 0.03
 

@@ -8,11 +8,11 @@ from precompute.check.direct_sums import PAD, draw_pairs, scattered_cells, scatt
 from precompute.colour.observer import spectral_weights, wavelengths
 from precompute.optics.coherence import narrowest_averaging_kernel
 from precompute.optics.region import Region
-from precompute.reference.ensemble import reference_grid, reference_xyz
+from precompute.reference.ensemble_reference import reference_grid, reference_xyz
 from precompute.spectra.spectrum import zero_order_amplitude
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
-from precompute.surface.samples.gratings import blazed
+from precompute.surface.samples.ruled_gratings import blazed
 
 PIXEL, W, STEP_M = 70e-9, 1.6, 100e-9
 

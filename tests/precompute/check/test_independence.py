@@ -15,7 +15,7 @@ SHARED = {
     "colour/difference.py", "colour/observer.py", "measure/errors.py", "measure/forms.py", "measure/pairs.py",
     "optics/brdf.py",
     "optics/fresnel.py", "optics/region.py", "surface/first_order.py", "surface/height_map.py",
-    "surface/height_spectrum.py", "surface/holes.py", "surface/levelling.py", "surface/line_noise.py",
+    "surface/height_spectrum.py", "surface/holes.py", "surface/least_squares_plane.py", "surface/line_noise.py",
     "surface/other_way.py", "surface/periods.py", "surface/relief.py", "surface/steps/cutting.py",
     "surface/steps/defects.py", "surface/steps/lines.py", "surface/steps/loss.py", "surface/steps/main_wave.py",
     "surface/steps/pipeline.py", "surface/steps/plane.py", "surface/steps/scaling.py", "surface/steps/step.py",

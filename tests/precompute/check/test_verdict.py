@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from precompute.cli import parser
-from precompute.cli.map import write_picture
+from precompute.cli.map_verb import write_picture
 from precompute.table import atlas, atlas_file
 from precompute.table.atlas_file import read_header
 

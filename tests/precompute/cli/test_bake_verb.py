@@ -13,7 +13,7 @@ from precompute.bake import ensemble
 from precompute.measure.errors import Errors, measure
 from precompute.measure.forms import FormErrors
 from precompute.measure.truths import truths
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
 from precompute.table import atlas_file
 from precompute.table.atlas_file import read_header

@@ -8,7 +8,7 @@ import pytest
 
 from laboratory.study.colour_comparison import ColourComparison
 from precompute.base.failure import GratingError
-from precompute.cli.output import emit
+from precompute.cli.printing import emit
 from precompute.measure.errors import Errors
 
 

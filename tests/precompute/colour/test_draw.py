@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from precompute.colour.draw import drawn_weight, wavelength_quantiles
+from precompute.colour.drawn_wavelengths import drawn_weight, wavelength_quantiles
 from precompute.colour.observer import ILLUMINANTS, observer, white_xyz
 from tests.precompute.chi_square import LIMIT, unlikeliness
 

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from precompute.colour.draw import drawn_weight, wavelength_quantiles
+from precompute.colour.drawn_wavelengths import drawn_weight, wavelength_quantiles
 from precompute.colour.observer import (
     ILLUMINANTS,
     is_illuminant,

@@ -22,16 +22,16 @@ from laboratory.speed.surfaces import QUICK, SKINS, as_file, middle, skin, surfa
 from laboratory.speed.synthetic_scan import synthetic_scan
 from laboratory.speed.tables import number, summary
 from laboratory.verbs import PACKAGES
-from laboratory.verbs import benchmark as verb
+from laboratory.verbs import benchmark_verb as verb
 from precompute.base.failure import GratingError
 from precompute.cli import parser
 from precompute.colour.observer import wavelengths
 from precompute.measure.pairs import Pairs
 from precompute.optics import coherence
-from precompute.reference.ensemble import reference_xyz
+from precompute.reference.ensemble_reference import reference_xyz
 from precompute.surface.relief import prepare
 from precompute.surface.samples.catalogue import make_sample
-from precompute.surface.samples.gratings import blazed
+from precompute.surface.samples.ruled_gratings import blazed
 
 ROOT = Path(__file__).resolve().parents[3]
 TINY = replace(

@@ -32,7 +32,7 @@ from laboratory.study.response import FirstOrder
 from precompute.colour.observer import wavelengths
 from precompute.maps import brdf_map
 from precompute.methods.method import Settings
-from precompute.methods.registry import METHODS
+from precompute.methods.method_registry import METHODS
 from precompute.surface.height_map import HeightMap
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"

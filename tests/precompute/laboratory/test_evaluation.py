@@ -22,17 +22,17 @@ from laboratory.study.response import (
     response,
 )
 from laboratory.verbs import PACKAGES
-from laboratory.verbs.evaluate import evaluation_settings
+from laboratory.verbs.evaluate_verb import evaluation_settings
 from precompute.base.failure import GratingError
 from precompute.cli.parser import build_parser, main
 from precompute.colour.observer import observer, wavelengths, white_xyz
 from precompute.methods import baked
 from precompute.methods.baked import Baked
 from precompute.methods.method import Method, Settings
-from precompute.methods.registry import METHODS
+from precompute.methods.method_registry import METHODS
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
-from precompute.surface.samples.gratings import blazed
+from precompute.surface.samples.ruled_gratings import blazed
 from precompute.table.table import Table
 
 THETA_I = np.radians(75)

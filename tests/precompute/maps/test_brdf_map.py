@@ -9,10 +9,10 @@ from precompute.colour.observer import white_xyz
 from precompute.colour.working_space import rgb_from_xyz, srgb_encode
 from precompute.maps.brdf_map import from_bake, from_reference, linear_rgb, picture, view_hemisphere
 from precompute.optics.fresnel import fresnel_reflectance
-from precompute.reference.ensemble import reference_xyz
+from precompute.reference.ensemble_reference import reference_xyz
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
-from precompute.surface.samples.gratings import blazed
+from precompute.surface.samples.ruled_gratings import blazed
 from precompute.table.radiance import Skin, lamp_radiance
 from precompute.table.table import Table
 

@@ -10,7 +10,7 @@ from precompute.measure.errors import COUNTED_Y, EXPOSURE_PERCENTILES, Errors, T
 from precompute.measure.pairs import Pairs, draw_w
 from precompute.measure.truths import draw_pairs, truths
 from precompute.optics.fresnel import fresnel_reflectance
-from precompute.reference.ensemble import reference_grid, reference_xyz
+from precompute.reference.ensemble_reference import reference_grid, reference_xyz
 from precompute.spectra.spectrum import scattered_spectrum
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from precompute.mesh.field import guided_field, laplacian, smoothest_field, unit_complex
+from precompute.mesh.direction_field import guided_field, laplacian, smoothest_field, unit_complex
 from precompute.mesh.guide import along_axis, along_uv, where_bare
 from precompute.mesh.singular import edge_turns, singular_triangles
 from precompute.mesh.surface import following, surface_of

@@ -16,7 +16,7 @@ from precompute.base.failure import GratingError
 from precompute.cli.parser import main
 from precompute.mesh import unwrap
 from precompute.mesh.comb import comb
-from precompute.mesh.files import read_combed, read_mesh, write_combed, write_mesh
+from precompute.mesh.mesh_files import read_combed, read_mesh, write_combed, write_mesh
 
 from .shapes import polygons_of, sphere, torus
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from precompute.mesh import guide
-from precompute.mesh.field import guided_field
+from precompute.mesh.direction_field import guided_field
 from precompute.mesh.head_to_tail import head_to_tail
 from precompute.mesh.surface import surface_of
 

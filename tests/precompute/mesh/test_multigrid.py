@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from precompute.mesh.field import laplacian
+from precompute.mesh.direction_field import laplacian
 from precompute.mesh.multigrid import Matrix, hierarchy_of, matrix_of, solve
 from precompute.mesh.surface import surface_of
 

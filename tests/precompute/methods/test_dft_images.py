@@ -14,9 +14,9 @@ from precompute.cli import parser
 from precompute.methods import dft_images
 from precompute.methods.dft_images import pack, settings_for
 from precompute.methods.dft_layout import Layout, read_layout, read_sound_layout
-from precompute.methods.registry import METHODS, SHADER_METHODS
+from precompute.methods.method_registry import METHODS, SHADER_METHODS
 from precompute.surface.relief import prepare
-from precompute.surface.samples.gratings import blazed, sinusoidal
+from precompute.surface.samples.ruled_gratings import blazed, sinusoidal
 from precompute.table import atlas_file
 from precompute.table.atlas_file import HEADER_KEY, read_header, write_together
 

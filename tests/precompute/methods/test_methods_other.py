@@ -11,11 +11,11 @@ from precompute.maps import brdf_map
 from precompute.methods import gem
 from precompute.methods.baked import Baked
 from precompute.methods.method import Settings, spectral_sum
-from precompute.methods.registry import METHODS
+from precompute.methods.method_registry import METHODS
 from precompute.optics.coherence import kernel_sigma
-from precompute.reference.ensemble import reference_xyz
+from precompute.reference.ensemble_reference import reference_xyz
 from precompute.surface.relief import prepare
-from precompute.surface.samples.gratings import blazed, sinusoidal
+from precompute.surface.samples.ruled_gratings import blazed, sinusoidal
 from precompute.table.table import Table
 
 LENGTH = 8e-6

@@ -8,13 +8,13 @@ from precompute.base.failure import GratingError
 from precompute.colour.observer import S_MAX, observer
 from precompute.methods import chebyshev_series, exact, flss, pq
 from precompute.methods.method import Settings
-from precompute.methods.registry import METHODS
+from precompute.methods.method_registry import METHODS
 from precompute.methods.windowed_images import left_out
-from precompute.reference.patch import PatchReference
+from precompute.reference.patch_reference import PatchReference
 from precompute.spectra.patch_window import PatchWindow
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
-from precompute.surface.samples.gratings import blazed, sinusoidal
+from precompute.surface.samples.ruled_gratings import blazed, sinusoidal
 
 PIXEL = 80e-9
 EXACT = {"dtype": np.float64, "tolerance": 1e-12}

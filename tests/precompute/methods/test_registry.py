@@ -11,11 +11,11 @@ from laboratory.speed.surfaces import FULL
 from laboratory.speed.trials import trials
 from laboratory.study.traits import DEFAULT_METHODS, TRAITS
 from precompute.base.failure import GratingError
-from precompute.methods import registry
+from precompute.methods import method_registry
 from precompute.methods.method import Settings
-from precompute.methods.registry import ENTRIES
+from precompute.methods.method_registry import ENTRIES
 from precompute.surface.relief import prepare
-from precompute.surface.samples.gratings import blazed
+from precompute.surface.samples.ruled_gratings import blazed
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -52,8 +52,8 @@ def test_the_lists_are_those_of_the_entries():
     assert DEFAULT_METHODS == (
         "reference", "reference-patch", "flss", "chebyshev", "nmm", "pq", "pq-printed", "stam"
     )  # fmt: skip
-    assert set(registry.METHODS) - set(registry.MAP_METHODS) == {"reference-patch"}
-    assert registry.SHADER_METHODS == ("flss", "chebyshev", "nmm", "nmm-jacobian", "pq")
+    assert set(method_registry.METHODS) - set(method_registry.MAP_METHODS) == {"reference-patch"}
+    assert method_registry.SHADER_METHODS == ("flss", "chebyshev", "nmm", "nmm-jacobian", "pq")
 
 
 def test_the_trials_of_a_method_differ():
@@ -69,6 +69,6 @@ def test_the_trials_of_a_method_differ():
     ],
 )
 def test_the_methods_are_loaded_only_where_they_are_wanted(statement):
-    script = f"{statement}; import sys; assert 'precompute.methods.registry' not in sys.modules"
+    script = f"{statement}; import sys; assert 'precompute.methods.method_registry' not in sys.modules"
     done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -9,7 +9,7 @@ from precompute.spectra.series import spectrum_series
 from precompute.spectra.spectrum import FrequencyGrid, frequency_grid, scattered_spectrum, zero_order_amplitude
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
-from precompute.surface.samples.gratings import binary, blazed, flat, sinusoidal
+from precompute.surface.samples.ruled_gratings import binary, blazed, flat, sinusoidal
 
 few = settings(deadline=None, max_examples=40)
 PERIODS, SAMPLES, PERIOD, DEPTH = 4, 32, 2.5e-6, 200e-9

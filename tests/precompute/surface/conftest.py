@@ -4,7 +4,7 @@
 import pytest
 
 from precompute.base.failure import GratingError
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 
 
 @pytest.fixture

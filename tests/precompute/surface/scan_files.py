@@ -5,7 +5,7 @@ import numpy as np
 from gwyfile.objects import GwyContainer, GwyDataField
 from PIL import Image
 
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 
 # One asymmetric surface for all formats: a blazed grating whose grating vector is turned by 20 degrees from T
 # towards B. No flip, turn or transpose of it looks the same. Rows run along -B.

@@ -12,7 +12,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 
 # The lowest height, the highest and the rms of the points that Gwyddion holds for measured.
 X3P_DOUBLES = (-3.144206865877671e-07, 2.3991551341223285e-07, 7.728448176322416e-08)

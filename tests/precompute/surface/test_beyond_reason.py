@@ -14,7 +14,7 @@ from gwyfile.objects import GwyDataField
 from PIL import Image
 
 from precompute.base.failure import GratingError
-from precompute.surface.readers.registry import extensions, read_height_map, reader_of
+from precompute.surface.readers.reader_registry import extensions, read_height_map, reader_of
 from tests.precompute.surface.scan_files import (
     COLS,
     GREY8,

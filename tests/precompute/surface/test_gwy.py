@@ -8,7 +8,7 @@ import pytest
 from gwyfile.objects import GwyDataField
 
 from precompute.base.failure import GratingError
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 from tests.precompute.surface.scan_files import COLS, ROWS, TILTED, gwy_bytes
 
 

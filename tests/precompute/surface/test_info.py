@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from precompute.surface.description import describe
 from precompute.surface.height_map import HeightMap
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 
 KEYS = [
     "rows",

@@ -12,7 +12,7 @@ import pytest
 from laboratory.benchmarks.hostile import hdf5, instruments, microscopes
 from laboratory.benchmarks.hostile.instruments import SPAN_M
 from precompute.base.failure import GratingError
-from precompute.surface.readers.registry import read_height_map, reader_of
+from precompute.surface.readers.reader_registry import read_height_map, reader_of
 from tests.precompute.surface.scan_files import COLS, PIXEL_M, ROWS, SIZE_UM, TILTED
 
 # Not square, and about zero, so that a swapped axis or a lost sign is seen.

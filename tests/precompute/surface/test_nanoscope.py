@@ -12,7 +12,7 @@ import pytest
 
 from laboratory.benchmarks.hostile import instruments
 from precompute.base.failure import GratingError
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 from tests.precompute.surface.scan_files import PIXEL_M, TILTED
 
 TABLE = json.loads((Path(__file__).parent / "oracle.json").read_text())

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from precompute.base.failure import GratingError
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 from tests.precompute.surface.scan_files import PIXEL_M, ROWS, TILTED, nid_bytes
 
 

@@ -9,7 +9,7 @@ import pytest
 from precompute.surface.description import describe
 from precompute.surface.height_map import HeightMap
 from precompute.surface.quality import LIGHTS, Finding, Quality
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 
 PIXEL = 50e-9
 TOPICS = ["pixel", "slopes", "period", "tilt", "dirt", "steps", "tip"]

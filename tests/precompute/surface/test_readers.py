@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from precompute.base.failure import GratingError
 from precompute.surface.readers.reader import Reader
-from precompute.surface.readers.registry import (
+from precompute.surface.readers.reader_registry import (
     READERS,
     described,
     extensions,
@@ -151,7 +151,7 @@ def test_files_that_are_counted_are_known(fails, extension):
 
 def test_the_registry_imports_no_decoder():
     """Blender loads the registry at its start; a decoder is loaded with the first file that needs it."""
-    code = "import sys, precompute.surface.readers.registry; print({'PIL', 'OpenEXR'} & set(sys.modules))"
+    code = "import sys, precompute.surface.readers.reader_registry; print({'PIL', 'OpenEXR'} & set(sys.modules))"
     root = Path(__file__).resolve().parents[3]
     answer = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
     assert answer.stdout.strip() == "set()"

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from precompute.base.failure import GratingError
-from precompute.surface.levelling import level_plane
-from precompute.surface.readers.registry import read_height_map, reader_of
+from precompute.surface.least_squares_plane import level_plane
+from precompute.surface.readers.reader_registry import read_height_map, reader_of
 
 TABLE = json.loads((Path(__file__).parent / "oracle.json").read_text())
 # What the other program takes by default is another channel.

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import PIXEL_MAX_M, prepare
-from precompute.surface.samples.gratings import blazed
+from precompute.surface.samples.ruled_gratings import blazed
 
 few = settings(deadline=None, max_examples=40)
 FINE = (50e-9, 60e-9)

@@ -4,10 +4,10 @@ import pytest
 
 from precompute.base.failure import GratingError
 from precompute.surface.description import describe
-from precompute.surface.levelling import level_plane
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.least_squares_plane import level_plane
+from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.samples.catalogue import SAMPLES, make_sample
-from precompute.surface.samples.gratings import binary, blazed, sinusoidal
+from precompute.surface.samples.ruled_gratings import binary, blazed, sinusoidal
 
 NAMES = ["flat", "sinusoidal", "binary", "blazed", "elaphe", "xenopeltis", "cd", "dvd", "bluray"]
 GRATINGS = [sinusoidal, binary, blazed]

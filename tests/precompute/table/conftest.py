@@ -7,7 +7,7 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from precompute.bake.draws import make_sample_set
+from precompute.bake.sample_draws import make_sample_set
 from precompute.base.failure import GratingError
 from precompute.spectra.fast import fast_series
 from precompute.surface.height_map import HeightMap

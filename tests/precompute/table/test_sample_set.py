@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from precompute.bake.draws import INTERPOLATION, Q_MAX, densities, make_sample_set, sobol_points, z_curve
 from precompute.bake.ensemble import plan
+from precompute.bake.sample_draws import INTERPOLATION, Q_MAX, densities, make_sample_set, sobol_points, z_curve
 from precompute.maths import chebyshev
 from precompute.surface.height_map import HeightMap
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
-from precompute.surface.samples.gratings import blazed
+from precompute.surface.samples.ruled_gratings import blazed
 from precompute.table import sample_set
 
 from .conftest import S_MAX, S_SEEN, SIGMA_B, bins_of, series_of, skin

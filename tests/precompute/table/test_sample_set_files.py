@@ -10,7 +10,7 @@ import OpenEXR
 import pytest
 from PIL import Image
 
-from precompute.bake.draws import make_sample_set
+from precompute.bake.sample_draws import make_sample_set
 from precompute.base.failure import GratingError
 from precompute.cli import parser
 from precompute.cli.arguments import existing_bake

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from precompute.bake.draws import densities
+from precompute.bake.sample_draws import densities
 from tests.precompute.chi_square import LIMIT, equal_cells, unlikeliness
 
 DRAWS = 20_000

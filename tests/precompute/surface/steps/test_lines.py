@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from precompute.surface.readers.registry import read_height_map
+from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.steps.pipeline import level, parse_steps
 
 from .conftest import wave

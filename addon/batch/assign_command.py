@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`assign`: put a bake's material on meshes of the open file."""
+
+import argparse
+import math
+from collections.abc import Iterable
+from pathlib import Path
+
+import bpy
+
+from ...precompute.base.failure import GratingError, printable
+from ...precompute.cli.arguments import existing_bake
+from ...precompute.cli.option_types import name_argument
+from ..gratings.grating import kept_path
+from ..gratings.lights_choice import LIGHTS
+from ..materials.material import diffraction_nodes
+from ..materials.skin import SETTABLE
+from ..workflow.assigning import add_to_meshes, assign_to_meshes
+from ..workflow.following_lamps import warnings_about
+from ..workflow.making_materials import refresh_group
+from .objects import add_objects, chosen_objects
+from .save import add_save, save
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `assign`."""
+    parser.add_argument("bake", type=name_argument, metavar="BAKE", help="the .exr that `bake` wrote, or its folder")
+    add_objects(parser)
+    parser.add_argument(
+        "--lights",
+        choices=[name.lower() for name, _, _ in LIGHTS],
+        help="rest: lamps without noise, all else with little; lamps: lamps only; all: every light, noisy and exact. "
+        "Default: as the grating has it, at first rest",
+    )
+    parser.add_argument(
+        "--over", action="store_true", help="lay the diffraction over the meshes' own materials, and keep these"
+    )
+    parser.add_argument("--no-shadows", action="store_true", help="let nothing shade the diffraction")
+    parser.add_argument(
+        "--set",
+        action="append",
+        type=name_argument,
+        metavar="NAME=VALUE",
+        help=f"an input of the material, angles in degrees (repeatable): {', '.join(SETTABLE)}",
+    )
+    add_save(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """The `assign` verb."""
+    values = dict(map(_setting, arguments.set or ()))
+    gratings = bpy.context.scene.natural_gratings
+    check_bake(arguments.bake)
+    chosen = chosen_objects(arguments.object)
+    gratings.active_index = index = index_of(arguments.bake)
+    if arguments.lights:
+        gratings.items[index].lights = arguments.lights.upper()
+    if arguments.no_shadows:
+        gratings.items[index].shadows = False
+    refresh_group(gratings.items[index])
+    put = add_to_meshes if arguments.over else assign_to_meshes
+    report = put(bpy.context.scene, chosen)
+    _set_inputs(chosen, gratings.items[index].group, values)
+    report += warnings_about(bpy.context.scene, bpy.context.evaluated_depsgraph_get())
+    save(arguments.save)
+    print("\n".join(map(printable, report)))
+
+
+def index_of(bake: str) -> int:
+    """The number of the scene's grating that has a bake's file, which is added if there is none. Raises GratingError if
+    there is no such file."""
+    path = kept_path(str(check_bake(bake).resolve()))
+    items = bpy.context.scene.natural_gratings.items
+    for index, grating in enumerate(items):
+        if grating.bake_path == path:
+            return index
+    grating = items.add()
+    grating.name, grating.bake_path = printable(Path(path).stem), path
+    return len(items) - 1
+
+
+def check_bake(bake: str) -> Path:
+    """The file of a bake that is named by its file or folder. Raises GratingError if there is none."""
+    file = existing_bake(bake)
+    if file is None or not file.is_file():
+        raise GratingError(f"{bake}: no bake there; give the .exr that `bake` wrote, or its folder")
+    return file
+
+
+def _setting(text: str) -> tuple[str, float]:
+    """The name and the value of an input from NAME=VALUE. Raises GratingError if there is no such input, or if the
+    value is no number in its range."""
+    name, _, given = text.partition("=")
+    socket = SETTABLE.get(name)
+    if socket is None:
+        raise GratingError(f"--set {text}: no such input; there are {', '.join(SETTABLE)}")
+    try:
+        value = float(given)
+    except ValueError:
+        value = math.nan
+    value = math.radians(value) if socket.subtype == "ANGLE" else value
+    assert socket.low is not None and socket.high is not None  # every input with a default has a range
+    if not socket.low <= value <= socket.high:
+        unit = " degrees" if socket.subtype == "ANGLE" else ""
+        low, high = (math.degrees(x) if unit else x for x in (socket.low, socket.high))
+        raise GratingError(f"--set {text}: {name} is a number from {low:g} to {high:g}{unit}")
+    return name, value
+
+
+def _set_inputs(objects: Iterable[bpy.types.Object], group: bpy.types.NodeTree, values: dict[str, float]) -> None:
+    """Set inputs of the nodes of a grating's Diffraction group in the materials of objects."""
+    materials = {slot.material for thing in objects for slot in thing.material_slots}
+    for node in (node for material in materials for node in diffraction_nodes(material) if node.node_tree == group):
+        for name, value in values.items():
+            node.inputs[name].default_value = value

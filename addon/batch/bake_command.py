@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`bake`: import a height map and bake it. The grating holds the whole request, so the button can repeat the bake."""
+
+import argparse
+from dataclasses import asdict
+from pathlib import Path
+
+import bpy
+
+from ...precompute.cli.arguments import add_bake_options, add_input
+from ...precompute.cli.bake_verb import bake_summary, request_of
+from ...precompute.cli.option_types import path_argument
+from ...precompute.cli.printing import emit
+from ..workflow.baking import bake_and_wait
+from ..workflow.importing import add_averaged
+from .save import add_save, save
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `bake`: those of `python -m precompute bake`, with a folder for the bake that may be left
+    out."""
+    add_input(parser, several="*")
+    parser.add_argument(
+        "-o", "--output", type=path_argument, metavar="DIR", help="folder for the bake; default: the cache"
+    )
+    add_bake_options(parser)
+    parser.add_argument(
+        "--request",
+        type=path_argument,
+        metavar="BAKE.exr|JSON",
+        help="repeat a bake: all that was asked of it, scans included",
+    )
+    add_save(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """The `bake` verb. It also works without a file open, and then saves only to --save."""
+    request = request_of(arguments).at(Path.cwd())
+    grating = add_averaged(bpy.context.scene, [asdict(scan) for scan in request.scans])
+    grating.take_request(request)
+    directory = str(arguments.output.resolve()) if arguments.output else ""
+    facts = bake_and_wait(grating, directory, use_cache=not arguments.no_cache)
+    if bpy.data.filepath or arguments.save:
+        save(arguments.save)
+    emit(facts, arguments.json, lambda: bake_summary(facts))

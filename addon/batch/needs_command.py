@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`needs`: what the open file's scene needs of a bake, as a needs file; and the bake of only that."""
+
+import argparse
+import json
+import sys
+from typing import Any
+
+import bpy
+
+from ...precompute.base.failure import GratingError, printable
+from ...precompute.base.files import write_whole
+from ...precompute.cli.option_types import count, name_argument, path_argument
+from ...precompute.cli.printing import emit
+from ..gratings.grating import Grating, active_grating
+from ..workflow.baking import finished_bake, record_bake
+from ..workflow.measuring_needs import measure_needs, no_smaller, request_with
+from .save import add_save, save
+
+_FRAME = count(-(1 << 20), 1 << 20)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `needs`."""
+    parser.add_argument(
+        "-o", "--output", type=path_argument, metavar="NEEDS.json", help="write the needs here; `bake --needs` reads it"
+    )
+    parser.add_argument(
+        "--grating", type=name_argument, metavar="NAME", help="of the scene's gratings; default: the active"
+    )
+    parser.add_argument(
+        "--frames", nargs=2, type=_FRAME, metavar=("FIRST", "LAST"),
+        help="look at this range; default: the scene's range where something moves, else the present frame",
+    )  # fmt: skip
+    parser.add_argument(
+        "--bake",
+        action="store_true",
+        help="bake only that, show this bake in its stead, and save the file; not if it saves less than a tenth",
+    )
+    parser.add_argument("--json", type=name_argument, metavar="FILE|-", help="write what was found as JSON")
+    add_save(parser)
+    parser.set_defaults(output_is_file=True)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """The `needs` verb."""
+    scene = bpy.context.scene
+    if arguments.output is None and not arguments.bake:
+        raise GratingError("neither -o nor --bake is given; name a file for the needs, or have them baked")
+    first, last = arguments.frames or (0, 0)
+    if last < first:
+        raise GratingError(f"--frames {first} {last}: the last comes before the first; give them in their order")
+    grating = _grating(scene, arguments.grating)
+    measured = measure_needs(scene, grating, (first, last) if arguments.frames else None)
+    facts: dict[str, Any] = {"needs": measured.as_dict(), "report": measured.lines}
+    lines = measured.lines
+    if arguments.output is not None:
+        text = json.dumps(measured.as_dict(), indent=1) + "\n"
+        write_whole(arguments.output, lambda partial: partial.write_text(text, encoding="utf-8"))
+    told = measured.pointless
+    if arguments.bake and not told:
+        request = request_with(grating, measured.needs)
+        facts["bake"] = finished_bake(grating, request=request)
+        told = no_smaller(grating, facts["bake"])
+        if not told:
+            record_bake(grating, facts["bake"], request, taken_over=True)
+            lines = [*lines, f"{grating.name}: {grating.bake_summary}"]
+            save(arguments.save)
+    facts["nothing_to_gain"] = bool(told)
+    if told:
+        print(printable(told), file=sys.stderr)
+        if arguments.save is not None:
+            save(arguments.save)
+    emit(facts, arguments.json, lambda: map(printable, lines))
+
+
+def _grating(scene: bpy.types.Scene, name: str | None) -> Grating:
+    items = scene.natural_gratings.items
+    if name is None:
+        return active_grating(scene)
+    if [each.name for each in items].count(name) > 1:
+        raise GratingError(f"--grating {name}: several gratings have this name; rename all but one")
+    if name not in items:
+        raise GratingError(f"--grating {name}: no such grating; there are {', '.join(items.keys()) or 'none'}")
+    return items[name]

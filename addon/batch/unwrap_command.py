@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`unwrap`: give meshes of the open file a UV map without overlaps."""
+
+import argparse
+
+import bpy
+
+from ...precompute.base.failure import printable
+from ...precompute.cli.arguments import add_json
+from ...precompute.cli.printing import emit
+from ...precompute.cli.unwrap_verb import add_packing
+from ...precompute.mesh.unwrap import Packing
+from ..workflow.unwrapping import unwrap_and_wait, unwrap_by_blender
+from .objects import add_objects, chosen_meshes
+from .save import add_save, save
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `unwrap`."""
+    add_objects(parser)
+    parser.add_argument(
+        "--method", choices=("xatlas", "minimum-stretch"), default="xatlas",
+        help="minimum-stretch is Blender's own, along the seams of the mesh; default xatlas",
+    )  # fmt: skip
+    add_packing(parser)
+    add_json(parser)
+    add_save(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """The `unwrap` verb. Nothing is saved unless all meshes are unwrapped."""
+    packing = Packing(arguments.size, arguments.padding, arguments.density)
+    lines = []
+    meshes = {mesh.data: mesh for mesh in chosen_meshes(arguments.object)}  # linked duplicates share one
+    for mesh in meshes.values():
+        if arguments.method == "xatlas":
+            lines += unwrap_and_wait(mesh, packing)
+        else:
+            lines += unwrap_by_blender(bpy.context, mesh, packing)
+    save(arguments.save)
+    emit({"report": lines}, arguments.json, lambda: map(printable, lines))

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A look through the scene's camera at the gratings, and what it shows of them."""
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ...precompute.bake.shown_directions import Shown, joined, least_change, under_everything, under_lamp
+from ...precompute.table.radiance import Skin
+from ..gratings.lights_choice import LAMPS_ONLY
+from ..lamps.irradiance import lamps_sent
+from ..materials.group_properties import lights_of, variation_of
+from ..materials.material import linked_among, number_in
+from ..materials.response import HEIGHT_SCALE, IOR, PERIOD_SCALE, ROUGHNESS, Response, responses_in
+from ..materials.skin import answers_to_world
+from .camera_rays import Pixels
+from .seen_surfaces import Places, boxes_with_gratings, seen_by
+
+# Inputs of a Diffraction node by which a link may change what is read of the table from place to place.
+_LINKABLE = ("Normal", "Tangent", "Rotation", "Roughness", "Period Scale", "Height Scale")
+# Of so many rays one has its neighbours looked at.
+_NEIGHBOURS = 4
+# A grating that is turned either way is looked at in so many directions, 15 degrees apart at most. Between two of them
+# (u, v), which is 2 long at most, is at most 0.017 beyond both: less than the margin of the needs.
+_TURNS = 13
+
+
+@dataclass(frozen=True)
+class Look:
+    """What one look met. `count` rays go through the middles of pixels, and then two rows of further rays: through the
+    pixels beside each fourth of them, and through those above; without footprints there are none of these."""
+
+    scene: bpy.types.Scene
+    places: list[Places]
+    count: int
+
+    def shown(self, response: Response, places: Places) -> Shown:
+        """What is shown of a response at places; dark where they show another."""
+        if response not in responses_in(places.node.node_tree):
+            return joined([])
+        middle = places.rays < self.count
+        skin = _skin_of(places.node)
+        wr = _in_frames(places, places.to_view)
+        turn = variation_of(places.node.node_tree).turn
+        angles = np.linspace(-turn, turn, _TURNS) if turn else (0.0,)
+        if answers_to_everything(places.node.node_tree):
+            return joined([under_everything(_turned(wr[middle], angle), skin=skin) for angle in angles])
+        parts = []
+        for sent in lamps_sent(self.scene, places.thing, places.points):
+            wi = _in_frames(places, sent.direction)
+            footprint = self._footprint(places, (wi + wr)[:, :2])
+            for angle in angles:
+                parts.append(
+                    under_lamp(
+                        _turned(wr[middle], angle), _turned(wi[middle], angle), irradiance=sent.irradiance[middle],
+                        variance=sent.variance[middle], skin=skin, footprint=footprint[middle],
+                    )
+                )  # fmt: skip
+        return joined(parts)
+
+    def _footprint(self, places: Places, uv: np.ndarray) -> np.ndarray:
+        """The least change of (u, v) (n, 2) across each place's pixel, (n,); NaN where a neighbour lies elsewhere."""
+        further = -(-self.count // _NEIGHBOURS)
+        # One more at the end stands for what no ray went through.
+        row = np.full(self.count + 2 * further + 1, -1)
+        row[places.rays] = np.arange(len(places.rays))
+        has = (places.rays < self.count) & (places.rays % _NEIGHBOURS == 0)
+        number = self.count + places.rays // _NEIGHBOURS
+        beside, above = (row[np.where(has, number + step, -1)] for step in (0, further))
+        return np.where((beside >= 0) & (above >= 0), least_change(uv, uv[beside], uv[above]), np.nan)
+
+
+def look(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, *, rays: int, footprints: bool = False) -> Look | None:
+    """Look through the scene's camera, as it is evaluated, by about this number of rays at the part of the picture in
+    which meshes with gratings are; None without a camera."""
+    if scene.camera is None or scene.camera.type != "CAMERA":  # Blender looks through any object
+        return None
+    pixels = Pixels(scene, scene.camera.evaluated_get(depsgraph))
+    window = pixels.window_of(boxes_with_gratings(depsgraph))
+    if window is None:
+        return Look(scene, [], 0)
+    at = pixels.places(window, rays)
+    count = len(at)
+    if footprints:
+        some = at[::_NEIGHBOURS]
+        at = np.concatenate([at, some + (1 / pixels.size[0], 0), some + (0, 1 / pixels.size[1])])
+    return Look(scene, seen_by(scene, depsgraph, pixels.rays(at)), count)
+
+
+def answers_to_everything(group: bpy.types.NodeTree) -> bool:
+    """Whether a Diffraction group answers to light from everywhere, not to lamps alone."""
+    return lights_of(group) != LAMPS_ONLY and answers_to_world(group)
+
+
+def unknown_inputs(node: bpy.types.Node) -> list[str]:
+    """The inputs of a Diffraction node whose links say what only a renderer knows."""
+    return linked_among(node, _LINKABLE)
+
+
+def _skin_of(node: bpy.types.Node) -> Skin:
+    return Skin(*(number_in(node, socket.name) for socket in (ROUGHNESS, PERIOD_SCALE, HEIGHT_SCALE, IOR)))
+
+
+def _in_frames(places: Places, directions: np.ndarray) -> np.ndarray:
+    """Directions (n, 3) of the scene's space in the places' frames (T, B, N)."""
+    return np.einsum("nij,nj->ni", places.frames, directions)
+
+
+def _turned(directions: np.ndarray, angle: float) -> np.ndarray:
+    """Directions (n, 3) in frames that are turned from T towards B."""
+    x, y, z = directions.T
+    return np.stack([np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x, z], axis=1)

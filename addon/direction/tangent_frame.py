@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The frame of the scan on the surface: the normal N and the tangent T, as nodes. Only the chosen source costs any."""
+
+import bpy
+
+from ..gratings.direction_source import AXIS, COMB_TURN, COMB_UV, FRAME_MAP, RADIAL, STORED, DirectionSource
+from ..nodes.builder import Tree, Value
+
+# The label of the node that reads a direction map.
+MAP_LABEL = "Direction Map"
+
+
+def frame_nodes(tree: Tree, inputs: dict[str, Value], source: DirectionSource) -> tuple[Value, Value]:
+    """The unit vectors N and T: the linked vectors, else the surface's own and that of the source. T is made orthogonal
+    to N and then turned by Rotation, and by the object's own angle if the source names one."""
+    surface = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Normal"])
+    n = tree.normalize(_linked_else(tree, inputs["Normal"], surface))
+    t = across(tree, n, _linked_else(tree, inputs["Tangent"], tangent_nodes(tree, n, source)))
+    rotation = inputs["Rotation"]
+    if source.angle:
+        node = tree.node(
+            "ShaderNodeAttribute", attribute_type="OBJECT", attribute_name=source.angle, label=source.angle
+        )
+        rotation = rotation + tree.value(node.outputs["Fac"])
+    return n, turned(tree, n, t, by=(tree.math("COSINE", rotation), tree.math("SINE", rotation)))
+
+
+def tangent_nodes(tree: Tree, n: Value, source: DirectionSource) -> Value:
+    """The direction T of a source, of any length, not yet made orthogonal to the normal N."""
+    if source.kind == AXIS:
+        return tree.from_object(source.axis_vector)
+    if source.kind == RADIAL:
+        # Of the position, the part across the axis.
+        place = tree.value(tree.node("ShaderNodeTexCoord").outputs["Object"])
+        x, y, z = (1.0 - part for part in source.axis_vector)
+        return tree.from_object(place * (x, y, z))
+    along_u = uv_tangent(tree, source.named_uv_map)
+    if source.kind == STORED and source.combed:
+        return _linked_else(tree, combed_tangent(tree, n), along_u)
+    if source.kind != FRAME_MAP or source.frame_map is None:
+        return along_u
+    uv = tree.value(tree.node("ShaderNodeUVMap", uv_map=source.named_uv_map).outputs["UV"])
+    held = tree.image(source.frame_map, uv, MAP_LABEL).times_plus(2.0, (-1.0, -1.0, -1.0))
+    cosine, sine, _ = tree.node("ShaderNodeSeparateXYZ", held).outputs
+    return turned(tree, n, across(tree, n, along_u), by=(tree.value(cosine), tree.value(sine)))
+
+
+def combed_tangent(tree: Tree, n: Value) -> Value:
+    """The direction that Comb Grating stored; 0 on a mesh without it."""
+    held, _ = tree.attribute(COMB_TURN, "GEOMETRY")
+    cosine, sine, _ = tree.outputs_of(tree.node("ShaderNodeSeparateXYZ", held)).values()
+    return turned(tree, n, uv_tangent(tree, COMB_UV), by=(cosine, sine))
+
+
+def uv_tangent(tree: Tree, uv_map: str) -> Value:
+    """The direction in which the U of a UV map grows; of the map that renders without a name."""
+    return tree.value(tree.node("ShaderNodeTangent", direction_type="UV_MAP", uv_map=uv_map).outputs["Tangent"])
+
+
+def across(tree: Tree, n: Value, tangent: Value) -> Value:
+    """The unit vector along the part of a tangent that is orthogonal to the normal."""
+    return tree.normalize(tangent - n * tree.dot(n, tangent))
+
+
+def turned(tree: Tree, n: Value, t: Value, *, by: tuple[Value, Value]) -> Value:
+    """A unit tangent turned about the normal, from T towards N x T, by an angle of this cosine and sine."""
+    cosine, sine = by
+    return t * cosine + tree.cross(n, t) * sine
+
+
+def frame_maps_in(group: bpy.types.NodeTree) -> list[bpy.types.Image]:
+    """The direction maps that a Diffraction group reads."""
+    return [node.image for node in group.nodes if node.type == "TEX_IMAGE" and node.label == MAP_LABEL and node.image]
+
+
+def _linked_else(tree: Tree, linked: Value, own: Value) -> Value:
+    """A linked vector; without a link, another."""
+    return linked + own * tree.math("LESS_THAN", tree.dot(linked, linked), 1e-6)

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The gratings of a scene and their settings, as the .blend file stores them."""

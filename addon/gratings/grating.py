@@ -1,0 +1,312 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The gratings of a scene. Each holds the source of its height map, the request for its bake, and the bake's file."""
+
+import json
+import os
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+from ...precompute.base.failure import GratingError
+from ..blender import stored
+from .direction_source import AXES, KINDS, STORED, DirectionSource, file_has_comb
+from .levelling_steps import LevellingStep
+from .lights_choice import CHOICES, LIGHTS, REST
+from .own_names import follow_name
+
+if TYPE_CHECKING:
+    from ...precompute.bake.needs import Needs
+    from ...precompute.bake.request import BakeRequest
+
+EXTENSION = __package__.rpartition(".addon.")[0]
+_SAMPLE = "sample:"
+
+
+class Grating(bpy.types.PropertyGroup):
+    """One height map and its bake."""
+
+    name: StringProperty(
+        name="Name",
+        description="The grating's name. Its material and node group follow it, unless you gave them another",
+        update=lambda grating, _: follow_name(grating),
+    )
+    source: StringProperty(name="Height Map", description="The scan's file, or sample:NAME for a shipped sample")
+    size_um: FloatProperty(
+        name="Width", description="Width of the scan in micrometres; 0 if the file holds its own", min=0
+    )
+    height_nm: FloatProperty(
+        name="Height", description="Height from black to white in nanometres; 0 if the file holds its own", min=0
+    )
+    channel: StringProperty(name="Channel", description="The file's channel; empty for its topography")
+    summary: StringProperty(name="Summary", description="Size, relief and strongest period")
+    quality: StringProperty(name="Quality", description="How good the scan is, and a line of each thing that limits it")
+    steps: CollectionProperty(
+        type=LevellingStep, name="Levelling", description="Steps that level and repair the scan, in their order"
+    )
+    active_step: IntProperty(name="Active Step", description="The step whose arguments are shown")
+    delta_e: FloatProperty(
+        name="Colour Error",
+        description="Largest colour difference (CIEDE2000) between the bake and the exact surface in 99 of 100 of the "
+        "directions tested. The directions of one view may show more",
+        default=1.0,
+        min=1e-3,
+        max=100.0,
+        soft_min=0.05,
+        soft_max=10.0,
+    )
+    coherence_um: FloatProperty(
+        name="Coherence",
+        description="Coherence length in micrometres: the width over which light interferes. A longer one gives "
+        "sharper colours, and speckle if the scan is too small to average it. 0 chooses it by the scan's size",
+        default=0.0,
+        min=0.0,
+        max=1e4,
+        soft_max=65.0,
+    )
+    request: StringProperty(
+        name="Request",
+        description="What else is asked of the bake, as JSON; empty for the defaults",
+        options={"HIDDEN"},
+    )
+    bake_path: StringProperty(name="Bake", description="The baked table's file", subtype="FILE_PATH")
+    asked: StringProperty(
+        name="Asked", description="What was asked of the bake, as JSON; empty if unknown", options={"HIDDEN"}
+    )
+    bake_summary: StringProperty(name="Bake Summary", description="The bake's measured error and its size")
+    for_scene: BoolProperty(
+        name="For This Scene", description="The bake holds only the directions that the scene needs", options={"HIDDEN"}
+    )
+    shadows: BoolProperty(
+        name="Shadows",
+        description="Objects shade the diffraction: all objects in Cycles, objects on screen in EEVEE. Before Blender "
+        "5.1 this works only in Cycles with Open Shading Language",
+        default=True,
+    )
+    footprint: BoolProperty(
+        name="Footprint",
+        description="Blur colours that are finer than a pixel. The blur shrinks as samples accumulate. It lowers noise "
+        "in Cycles and flicker in EEVEE, and costs render time. Switch it off for discs and close-ups",
+        default=True,
+    )
+    lights: EnumProperty(name="Lights", description="Which lights the diffraction shows", items=LIGHTS)
+    frame_kind: EnumProperty(name="Frame", description="What the scan's x axis (left to right) follows", items=KINDS)
+    frame_uv_map: StringProperty(name="UV Map", description="UV map whose U the scan's x axis (left to right) follows")
+    frame_axis: EnumProperty(name="Axis", description="Of the object's own axes", items=AXES, default="Z")
+    frame_map: PointerProperty(type=bpy.types.Image, name="Direction Map", description="Made by Bake Direction Map")
+    frame_angle: StringProperty(
+        name="Object Angle", description="Custom property of objects that turns their scan, in radians; empty for none"
+    )
+    group: PointerProperty(type=bpy.types.ShaderNodeTree, name="Node Group", description="Made from the bake")
+    material: PointerProperty(type=bpy.types.Material, name="Material", description="Made from the bake")
+
+    @property
+    def levelling(self) -> str:
+        """The steps as one text, as `--level` takes it: "plane,scars,dust:5", or "none"."""
+        from ...precompute.surface.steps.pipeline import NONE
+
+        return ",".join(step.text for step in self.steps) or NONE
+
+    @levelling.setter
+    def levelling(self, text: str) -> None:
+        """Take steps. Raises GratingError, naming the grating, for a text that holds none, and changes nothing."""
+        from ...precompute.surface.steps.pipeline import parse_steps
+
+        steps = parse_steps(text, f"{self.name}: Levelling")
+        self.steps.clear()
+        for step in steps:
+            self.steps.add().text = step.text
+        self.active_step = min(self.active_step, max(len(steps) - 1, 0))
+
+    @property
+    def lit_by(self) -> str:
+        """Which lights the diffraction answers to; the default where the file holds no such choice."""
+        return stored.choice(self.lights, CHOICES, REST)
+
+    @property
+    def own_group(self) -> bpy.types.ShaderNodeTree | None:
+        """The node group, if there is one and it can be changed: one that is linked is another file's."""
+        return None if self.group is None or self.group.library is not None else self.group
+
+    def baked_file(self) -> Path:
+        """The bake's file. Raises GratingError if there is none."""
+        if not self.bake_path:
+            raise GratingError(f"{self.name}: not baked yet; press Bake Grating first")
+        path = Path(bpy.path.abspath(self.bake_path))
+        if not is_there(path):
+            place = "the cache" if path.is_relative_to(cache_folder()) else f"the folder {path.parent.name}"
+            raise GratingError(f"{self.name}: its bake {path.name} is gone from {place}; press Bake Grating again")
+        return path
+
+    def source_file(self) -> str:
+        """The height map as precompute reads it: sample:NAME or a whole path.
+
+        Raises GratingError if there is none, as in a grating that was made from a bake alone."""
+        if not self.source:
+            raise GratingError(f"{self.name}: made from a bake, without a height map; import the height map to bake it")
+        return self.source if self.source.startswith(_SAMPLE) else bpy.path.abspath(self.source)
+
+    def scan(self) -> dict[str, Any]:
+        """The grating's own scan, the first, as a request's record has it. Raises GratingError as source_file does."""
+        return scan_record(self.source_file(), self.size_um, self.height_nm, channel=self.channel)
+
+    def further_scans(self) -> list[dict[str, Any]]:
+        """The scans that are averaged with the grating's own, as a request's record has them. Raises GratingError,
+        naming the grating, where `request` holds none."""
+        return self._kept().get("scans", [])
+
+    def _kept(self) -> dict[str, Any]:
+        """What `request` holds."""
+        from ...precompute.base.strict_json import parse_json
+
+        kept = parse_json(self.request or "{}", f"{self.name}: its request", "import the height map again")
+        if not isinstance(kept, dict) or not isinstance(kept.get("scans", []), list):
+            raise GratingError(f"{self.name}: its saved request is damaged; import the height map again")
+        return kept
+
+    def bake_request(self) -> "BakeRequest":
+        """All that is asked of the bake: the panel's fields, and what `request` holds beside them.
+
+        Raises GratingError, naming the grating, for a value that no bake can have."""
+        from ...precompute.bake.request import request_from
+        from ...precompute.surface.steps.pipeline import steps_of
+
+        shown = {
+            "scans": [self.scan(), *self.further_scans()],
+            "delta_e": _decimal(self.delta_e, 6),
+            "coherence_um": _decimal(self.coherence_um, 6),
+            "levelling": [step.text for step in steps_of([s.text for s in self.steps], f"{self.name}: Levelling")],
+        }
+        return request_from(self._kept() | shown, self.name)
+
+    def frame_source(self) -> DirectionSource:
+        """Where the direction of the scan comes from: the default, where a direction map was chosen that is gone."""
+        held = {
+            "kind": self.frame_kind,
+            "uv_map": self.frame_uv_map,
+            "axis": self.frame_axis,
+            "angle": self.frame_angle,
+            "combed": self.frame_kind == STORED and file_has_comb(),
+        }
+        return DirectionSource.from_property(held | {"frame_map": self.frame_map})
+
+    def take_frame_source(self, source: DirectionSource) -> None:
+        """Note where the direction of the scan comes from."""
+        self.frame_kind, self.frame_uv_map, self.frame_axis = source.kind, source.uv_map, source.axis
+        self.frame_map, self.frame_angle = source.frame_map, source.angle
+
+    def take_request(self, request: "BakeRequest") -> None:
+        """Take over a request. The first scan and the values that the panel shows go into the fields, the rest into
+        `request`."""
+        record = request_record(request)
+        first, *others = record.pop("scans")
+        self.source, self.channel = first["source"], first["channel"] or ""
+        self.size_um, self.height_nm = first["size_um"] or 0.0, first["height_nm"] or 0.0
+        self.delta_e, self.coherence_um = record.pop("delta_e"), record.pop("coherence_um") or 0.0
+        self.levelling = ",".join(record.pop("levelling")) or "none"
+        self.request = json.dumps(record | {"scans": others}, sort_keys=True)
+
+    def take_needs(self, needs: "Needs") -> None:
+        """Ask for a bake of what a scene needs from now on; all else stays as it is. Raises GratingError as
+        bake_request does."""
+        record = request_record(replace(self.bake_request(), needs=needs))
+        self.request = json.dumps(json.loads(self.request or "{}") | {"needs": record["needs"]}, sort_keys=True)
+
+
+class SceneGratings(bpy.types.PropertyGroup):
+    """All gratings of a scene, and which one the panel shows."""
+
+    items: CollectionProperty(type=Grating)
+    active_index: IntProperty(name="Active Grating", description="The grating that the buttons work on")
+
+    map_size: IntProperty(
+        name="Map Size", description="Side of UV maps' pictures and of direction maps, in pixels", default=1024, min=16,
+        max=1 << 15,
+    )  # fmt: skip
+    map_padding: IntProperty(
+        name="Padding", description="Space between the islands of a UV map, in pixels", default=4, min=0, max=256
+    )
+    map_density: FloatProperty(
+        name="Density", description="Pixels of a UV map per metre of the surface; 0 for as many as it holds", min=0.0,
+        max=1e9,
+    )  # fmt: skip
+
+    def active(self) -> Grating | None:
+        """The grating that the panel shows; None if there is none."""
+        if 0 <= self.active_index < len(self.items):
+            return self.items[self.active_index]
+        return None
+
+
+def active_grating(scene: bpy.types.Scene) -> Grating:
+    """The scene's active grating. Raises GratingError if there is none."""
+    grating = scene.natural_gratings.active()
+    if grating is None:
+        raise GratingError(f"scene {scene.name}: no grating in it; import a height map first")
+    return grating
+
+
+def unused_name(name: str, taken: set[str]) -> str:
+    """The name, with a number in Blender's form where it is taken. Names must differ because a finished bake finds
+    its grating by name."""
+    candidates = (name, *(f"{name}.{number:03}" for number in range(1, len(taken) + 1)))
+    return next(c for c in candidates if c not in taken)
+
+
+def scan_record(source: str, size_um: float, height_nm: float, *, channel: str) -> dict[str, Any]:
+    """A scan as a request's record has it, of what the fields of the panel or of a dialog hold."""
+    sizes = {"size_um": _decimal(size_um, 7), "height_nm": _decimal(height_nm, 7)}
+    return {"source": source, **sizes, "channel": channel or None}
+
+
+def request_record(request: "BakeRequest") -> dict[str, Any]:
+    """A request as JSON, its scans with their folders, for a file that is read on this machine."""
+    record = request.as_dict() | {"scans": [asdict(scan) for scan in request.scans]}
+    # A request holds metres and radians. Rounding removes the error of the conversion and gives back the number that
+    # the user typed. The key in the cache is then the same.
+    record["coherence_um"] = _decimal(record["coherence_um"] or 0.0, 12)
+    record["needs"]["light_radius_deg"] = _decimal(record["needs"]["light_radius_deg"], 12) or 0.0
+    return record
+
+
+def cache_folder() -> Path:
+    """Where bakes are kept: $NATURAL_GRATINGS_CACHE, else the folder that Blender gives this extension. It need not
+    exist yet: whoever writes there makes it."""
+    from ...precompute.bake import cache
+
+    if EXTENSION.startswith("bl_ext.") and not os.environ.get(cache.FOLDER_VARIABLE):
+        return Path(bpy.utils.extension_path_user(EXTENSION, path="cache"))
+    return cache.default_folder()
+
+
+def is_there(path: Path) -> bool:
+    """Whether a path leads to a file. One that no system can have, as it is too long, does not."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def kept_path(path: str) -> str:
+    """A path that a .blend is to keep. Raises GratingError if it cannot: Blender keeps text."""
+    try:
+        path.encode()
+    except UnicodeEncodeError as error:
+        raise GratingError(f"{path}: Blender cannot use its name, which is not UTF-8; rename it") from error
+    return path
+
+
+def _decimal(value: float, digits: int) -> float | None:
+    """A number rounded to `digits` significant digits, which removes the error of single precision. None for 0,
+    which leaves the choice to the bake."""
+    return float(f"{value:.{digits}g}") if value else None

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the scene's lamps send to places: in NumPy what the nodes of lamp_group.py have there, from the same properties
+of the scene. No shadow is in it."""
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ..blender import stored
+from .follow import lamp_count
+from .light_linking import is_unlinked
+from .pack import PROPERTIES, property_name
+from .strength import LUMINANCE
+
+
+@dataclass(frozen=True)
+class Sent:
+    """What a lamp sends to places.
+
+    direction   (n, 3), unit vectors to the lamp
+    irradiance  (n,), luminance of the irradiance of a surface that faces the lamp, W/m2
+    variance    (n,), of the lamp's disc in the sky along one axis, rad2"""
+
+    direction: np.ndarray
+    irradiance: np.ndarray
+    variance: np.ndarray
+
+
+def lamps_sent(scene: bpy.types.Scene, thing: bpy.types.Object, places: np.ndarray) -> list[Sent]:
+    """What each lamp that a scene follows, as it was last evaluated, sends to places (n, 3) of an object in the scene's
+    space; lamps that are dark, or that light linking keeps from the object, are left out."""
+    found = []
+    for index in range(lamp_count(scene)):
+        held = [stored.numbers(scene, property_name(index, what), 4) for what in PROPERTIES]
+        if None in held:
+            continue
+        packed = np.array(held)
+        if (packed[1, :3] > 0).any() and not is_unlinked(thing, index):
+            found.append(_from_lamp(packed, places))
+    return found
+
+
+def _from_lamp(packed: np.ndarray, places: np.ndarray) -> Sent:
+    """Of a lamp whose properties (4, 4) are those of pack.py."""
+    (place, power, z, x), (disc, scales, rim_outer, rim_inner) = packed[:, :3], packed[:, 3]
+    is_sun = disc <= -0.5
+    away = np.broadcast_to(place, places.shape) if is_sun else place - places
+    squared = np.maximum((away**2).sum(axis=1), 1e-18)
+    direction = away / np.sqrt(squared)[:, None]
+    axis = z / max(np.linalg.norm(z), 1e-30)
+    y = np.cross(axis, x) * abs(scales)
+    own = direction @ np.stack([x, y, z], axis=1)
+    along = own[:, 2] / np.maximum(np.linalg.norm(own, axis=1), 1e-30)
+    share = np.clip((along - rim_outer) / (rim_inner - rim_outer), 0, 1)
+    cone = share * share * (3 - 2 * share) * np.maximum(direction @ axis, rim_outer < 1.5)
+    variance = abs(disc + 1.0) if is_sun else disc
+    return Sent(direction, cone * max(power @ LUMINANCE, 0.0) / squared, variance / squared)

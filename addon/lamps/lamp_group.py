@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Lamp node group: what one of the scene's lamps sends to the shaded point.
+
+| output     | symbol | unit  | meaning |
+|------------|--------|-------|---------|
+| To Light   | wi     |       | unit vector to the lamp |
+| Irradiance | E      | W/m2  | on a surface that faces the lamp, unshadowed |
+| Variance   |        | rad2  | of the lamp's disc in the sky, along one axis |
+| Distance   | d      | m     | to the lamp |
+| Shadow     |        |       | 1 if the lamp casts shadows |
+
+    sun:      wi = place,               E = power
+    others:   wi = (place - P) / d,     E = power cone(wi) / d^2
+
+P is the shaded point; the inputs are the scene's four properties of the lamp (pack.py). One group serves every lamp, of
+whatever kind. So a material need not change when a lamp becomes another kind, and it can be given more lamps without a
+new data-block: Blender's undo would lose one that no step of it has made.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import bpy
+
+from ..blender import stored
+from ..nodes.arrange import arrange
+from ..nodes.builder import Operand, Tree, Value
+from ..nodes.interface import Socket, add_interface, has_sockets
+from ..nodes.node_count import has_parts, note_parts
+from .driven_nodes import read_property
+from .light_linking import read_unlinked
+from .pack import PROPERTIES, PackedLamp, property_name, unpack
+
+# The name of a custom property that marks the group, also in saved files.
+_LAMP = "ng_key_light"
+_NAME = "Lamp Irradiance"
+# A property's vector, and its fourth number.
+_INPUTS = tuple(
+    Socket(name, kind, "A property of the scene")
+    for what in PROPERTIES
+    for name, kind in ((what, "Vector"), (f"{what} 4", "Float"))
+)
+# The distance to a sun, in metres: further than any scene reaches.
+FAR = 1e5
+_TO_LIGHT = Socket("To Light", "Vector", "Unit vector to the lamp")
+_IRRADIANCE = Socket("Irradiance", "Color", "On a surface that faces the lamp, W/m2")
+_VARIANCE = Socket("Variance", "Float", "Of the lamp's disc in the sky, rad2")
+_DISTANCE = Socket("Distance", "Float", "To the lamp, metres")
+_SHADOW = Socket("Shadow", "Float", "1 if the lamp casts shadows")
+_OUTPUTS = (_TO_LIGHT, _IRRADIANCE, _VARIANCE, _DISTANCE, _SHADOW)
+
+
+@dataclass(frozen=True)
+class Light:
+    """What a lamp sends to the shaded point.
+
+    direction     unit vector to the lamp
+    irradiance    on a surface that faces the lamp, W/m2
+    variance      of the lamp's disc in the sky along one axis, rad2
+    distance      to the lamp, m
+    casts_shadow  1 or 0
+    """
+
+    direction: Value
+    irradiance: Value
+    variance: Value
+    distance: Operand
+    casts_shadow: Value
+
+
+def light_of(tree: Tree, index: int, linked: bool) -> Light:
+    """Add the nodes of the scene's lamp `index` to a tree; what it sends. `linked`: with light linking's marks."""
+    packed = [value for what in PROPERTIES for value in read_property(tree, property_name(index, what))]
+    light = light_from(tree, packed, label=f"Lamp {index}")
+    return replace(light, irradiance=light.irradiance * (1.0 - read_unlinked(tree, index))) if linked else light
+
+
+def light_of_object(tree: Tree) -> Light:
+    """Add the nodes of the lamp whose properties the object itself holds (pack.py), as its lamp 0; what it sends."""
+    packed = [value for what in PROPERTIES for value in tree.attribute(property_name(0, what), "OBJECT")]
+    return light_from(tree, packed, label="Lamp")
+
+
+def light_from(tree: Tree, packed: Sequence[Operand], *, label: str) -> Light:
+    """Add the nodes of a packed lamp (pack.py) to a tree, of each property its vector and its fourth number; what it
+    sends."""
+    given = {socket.name: value for socket, value in zip(_INPUTS, packed, strict=True)}
+    outputs = tree.group(lamp_group(), given, label=label)
+    return Light(*(outputs[socket.name] for socket in _OUTPUTS))
+
+
+def lamp_group() -> bpy.types.NodeTree:
+    """The file's Lamp group, made if need be."""
+    for group in bpy.data.node_groups:
+        if stored.text(group, _LAMP) == _NAME and group.library is None and _is_whole(group):
+            return group
+    group = bpy.data.node_groups.new(_NAME, "ShaderNodeTree")
+    group[_LAMP] = _NAME
+    add_interface(group, _INPUTS, _OUTPUTS)
+    tree = Tree(group)
+
+    lamp = unpack(tree, list(tree.inputs().values()))
+    position = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Position"])
+    # A sun's place is a unit vector, and its distance 1.
+    away = lamp.place - position * lamp.is_local
+    squared_distance = tree.maximum(tree.dot(away, away), 1e-18)
+    distance = tree.sqrt(squared_distance)
+    wi = tree.normalize(away)
+    irradiance = lamp.power * (_cone(tree, lamp, wi) / squared_distance)
+    far = (1.0 - lamp.is_local).times_plus(FAR, distance)
+    tree.output(wi, irradiance, lamp.variance / squared_distance, far, lamp.casts_shadow)
+    arrange(group)
+    note_parts(group)
+    return group
+
+
+def _is_whole(group: bpy.types.NodeTree) -> bool:
+    return has_sockets(group, _INPUTS, _OUTPUTS) and has_parts(group)
+
+
+def _cone(tree: Tree, lamp: PackedLamp, wi: Value) -> Value:
+    """Blender's own formulas: a spot's soft cone in the lamp's own space, an area lamp's cosine, 1 for others."""
+    axis = tree.normalize(lamp.z)
+    y = tree.cross(axis, lamp.x) * lamp.x_over_y
+    own_z = tree.dot(wi, lamp.z)
+    own = tree.vector(tree.dot(wi, lamp.x), tree.dot(wi, y), own_z)
+    along = own_z / tree.vector_math("LENGTH", own)
+    rim = tree.node("ShaderNodeMapRange", along, lamp.rim_outer, lamp.rim_inner, interpolation_type="SMOOTHSTEP")
+    return tree.value(rim.outputs["Result"]) * tree.maximum(tree.dot(wi, axis), lamp.is_not_area)

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Diffraction Lamp: a lamp that sends what a patch of a grating diffracts, so that a screen catches the spectrum.
+
+A ray from the screen finds a grating and then the lamp that lights it only by chance. A lamp is asked by every point of
+the screen, so this one shows the spectrum without noise. It is an area lamp that lies on the patch and has its size:
+
+    a surface dA at the angle t from its normal sends the intensity  L cos(t) dA.
+
+That is what an area lamp of radiance L does too. Here L is a response's answer Lo (response.py) to one of the scene's
+lamps, as its own material gives it. A lamp without *Normalize* and with the strength pi has the radiance of its
+nodes' emission: Blender divides the strength by pi, as a white surface would. It shines along its own -Z, which is
+therefore the normal N of the patch; its X is the direction T of the scan's x axis. Behind the patch it is dark.
+
+The lamp's object holds four properties of the lamp that lights the patch (lamps/pack.py). Drivers write them, so it
+follows that lamp without this extension.
+"""
+
+import math
+from collections.abc import Mapping
+
+import bpy
+
+from ..blender import compat
+from ..lamps.drive import Drivers
+from ..lamps.find import DIFFRACTION_LAMP
+from ..lamps.lamp_group import light_of_object
+from ..lamps.pack import drive_properties
+from ..nodes.arrange import arrange
+from ..nodes.builder import Tree
+from ..nodes.interface import Socket
+from .response import IRRADIANCE, NORMAL, TANGENT, TO_LIGHT, VARIANCE, ZERO_ORDER, Response
+
+# By Ray Visibility, the rays that would find the lamp on the grating, whose material shows the same light.
+_UNSEEN_BY = ("visible_camera", "visible_glossy", "visible_transmission")
+# EEVEE, which does not evaluate a lamp's nodes, multiplies the white light that it would send by these.
+_EEVEE_FACTORS = ("diffuse_factor", "specular_factor", "transmission_factor", "volume_factor")
+
+
+def new_diffraction_lamp(
+    scene: bpy.types.Scene, response: Response, lamp: bpy.types.Object, *,
+    size_m: float, strength: float, settings: Mapping[Socket, float],
+) -> bpy.types.Object:  # fmt: skip
+    """A Diffraction Lamp, in no collection yet: a square patch of a grating, lit by a lamp of the scene.
+
+    `settings` has a value for each of the response's SETTINGS. `strength` scales the light; 1 is physical."""
+    data = bpy.data.lights.new("Diffraction Lamp", "AREA")
+    data[DIFFRACTION_LAMP] = 1
+    data.size, data.normalize, data.energy, data.spread = size_m, False, math.pi, math.pi
+    for factor in _EEVEE_FACTORS:
+        setattr(data, factor, 0.0)
+    _add_nodes(data, response, strength, settings)
+    diffraction_lamp = bpy.data.objects.new(data.name, data)
+    for kind in _UNSEEN_BY:
+        setattr(diffraction_lamp, kind, False)
+    drive_properties(Drivers(scene, diffraction_lamp), 0, lamp)
+    return diffraction_lamp
+
+
+def _add_nodes(data: bpy.types.Light, response: Response, strength: float, settings: Mapping[Socket, float]) -> None:
+    compat.enable_nodes(data)
+    data.node_tree.nodes.clear()
+    tree = Tree(data.node_tree)
+    n, along = (tree.normalize(tree.from_object(axis)) for axis in ((0.0, 0.0, -1.0), (1.0, 0.0, 0.0)))
+    t = tree.normalize(along - n * tree.dot(n, along))
+    light = light_of_object(tree)
+    asked = {NORMAL: n, TANGENT: t, TO_LIGHT: light.direction, IRRADIANCE: light.irradiance, VARIANCE: light.variance}
+    answer = response.to_lamp(tree, {**asked, ZERO_ORDER: 1.0, **settings})
+    power = tree.dot(light.irradiance, (1.0, 1.0, 1.0))
+    lit = tree.math("GREATER_THAN", tree.minimum(tree.dot(light.direction, n), power), 0.0)
+    tree.node("ShaderNodeOutputLight", answer.shown(lit * strength).shader)
+    arrange(data.node_tree)

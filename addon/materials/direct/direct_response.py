@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The response of a bake's files: their pictures, packed into the .blend, read by the Direct and World node groups."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import bpy
+
+from ....precompute.base.failure import GratingError, printable
+from ....precompute.colour.working_space import rgb_from_xyz
+from ....precompute.table.atlas_file import read_sound_header
+from ....precompute.table.sample_set import path_beside
+from ....precompute.table.sample_set import read_sound_header as read_sound_set_header
+from ...blender import compat
+from ..lobes.lobes_group import build_world_group
+from ..lobes.random_draw import SampleSetNodes, wavelengths_image
+from ..pictures import content_of, note_content, note_pictures, picture_of
+from ..response import Response, note_working_space
+from .direct_group import build_direct_group
+
+# What the headers of a bake's two files have in common, and no other bake has.
+_OF_A_BAKE = ("heights_sha256", "request")
+
+
+def direct_response(path: Path) -> Response:
+    """The response of a bake's file, and of the sample set beside it. Without a sample set it answers to lamps alone.
+
+    Raises GratingError, with nothing left behind, if a file is not sound."""
+    layout, record = read_sound_header(path)
+    draws_path = path_beside(path)
+    draws_layout = None
+    if draws_path.is_file():
+        draws_layout, draws_record = read_sound_set_header(draws_path)
+        if any(record[key] != draws_record[key] for key in _OF_A_BAKE if key in record and key in draws_record):
+            raise GratingError(f"{draws_path}: of another bake than {path.name}; bake again, or delete it")
+    image = load_atlas(path, half=record.get("precision") != "float32")
+    matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
+    name = printable(path.stem)
+    response = build_direct_group(name, image, layout, rgb_from_xyz=matrix)
+    note_working_space(response)
+    note_pictures(response.group)
+    if draws_layout is None:
+        return response
+    draws = SampleSetNodes(
+        load_atlas(draws_path, half=True, alpha="CHANNEL_PACKED"),
+        draws_layout,
+        wavelengths_image(layout.illuminant, draws_layout.wavelength),
+    )
+    world = build_world_group(name, image, layout, draws=draws, rgb_from_xyz=matrix)
+    note_pictures(world)
+    return replace(response, world=world)
+
+
+def load_atlas(path: Path, *, half: bool, alpha: str = "NONE") -> bpy.types.Image:
+    """The bake's image, packed into the .blend so that it renders wherever that file goes. `half`: a graphics card may
+    hold it in half floats, as the file itself does. Gratings that show the same bake share it. Raises GratingError if
+    Blender cannot open the file."""
+    content = content_of(path)
+    if (present := picture_of(content)) is not None:
+        return present
+    try:
+        image = bpy.data.images.load(str(path), check_existing=False)
+    except RuntimeError as error:  # Blender takes a backslash for a slash
+        raise GratingError(f"{path}: Blender cannot open it; give it a name of plain letters") from error
+    image.name = printable(path.stem)
+    image.colorspace_settings.is_data = True  # whatever a studio's configuration calls its data
+    image.alpha_mode = alpha  # type: ignore[assignment]  # the stubs list the names
+    image.use_half_precision = half
+    image.pack()
+    note_content(image, content)
+    return image

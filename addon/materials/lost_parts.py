@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What Diffraction groups have lost: data-blocks that they need, and that an artist deleted, exchanged or edited."""
+
+from collections.abc import Iterable
+
+import bpy
+
+from ..gratings.direction_source import is_frame_map
+from ..nodes.node_count import has_parts
+from .group_properties import is_diffraction, variation_of
+from .pictures import fault_in
+from .response import further_responses, is_response, own_trees, trees_at
+from .skin import is_outdated, is_whole
+
+_DELETED = "a node group in it was deleted"
+_OUTDATED = "another version of Blender saved its shadows"
+
+
+def lost_of_own(group: bpy.types.NodeTree) -> str:
+    """What a Diffraction group lacks of its own response, in a few words; empty if it is whole. A new response mends it
+    (replace.py)."""
+    shown = trees_at(group)
+    own = [tree for number, tree in shown if number == 1]
+    sound = [tree for tree in own if tree is not None]
+    return _DELETED if own_trees(group)[0] is None or len(sound) < len(own) else _fault_of(sound)
+
+
+def lost_of_others(group: bpy.types.NodeTree) -> str:
+    """What a Diffraction group lacks of the responses by which it is varied, in a few words; empty if it has them."""
+    others = [tree for number, tree in trees_at(group) if number > 1]
+    sound = [tree for tree in others if tree is not None]
+    is_missing = len(sound) < len(others) or len(further_responses(group)) < len(variation_of(group).shares)
+    return _DELETED if is_missing else _fault_of(sound)
+
+
+def lost_of_nodes(group: bpy.types.NodeTree) -> str:
+    """What a Diffraction group lacks of all else, in a few words; empty if it is whole. Filling it again mends it."""
+    if is_outdated(group):
+        return _OUTDATED
+    if not is_whole(group):
+        return "nodes, links or sockets of it were deleted"
+    for node in group.nodes:
+        if node.type == "GROUP" and not is_response(node):
+            if node.node_tree is None:
+                return _DELETED
+            if not has_parts(node.node_tree):
+                return f"nodes or links were deleted in {node.node_tree.name}"
+        if node.type == "TEX_IMAGE" and not is_frame_map(node.image):
+            return "its direction map was deleted"
+        if node.type == "SCRIPT" and node.mode == "INTERNAL" and node.script is None:
+            return "its script was deleted"
+    return ""
+
+
+def lost(groups: Iterable[bpy.types.NodeTree]) -> list[str]:
+    """A line for each Diffraction group among the node groups that lacks something, with the remedy."""
+    lines = []
+    for group in filter(is_diffraction, groups):
+        own, others = lost_of_own(group) or lost_of_nodes(group), lost_of_others(group)
+        if own or others:
+            remedy = "press Mend Materials" if own or others != _DELETED else "choose its Variation again"
+            if group.library is not None:
+                # Mended in its own file, its shadows would be those of that Blender again.
+                file = group.library.filepath
+                remedy = f"make it local, as {file} cannot be changed" if own == _OUTDATED else f"mend it in {file}"
+            lines.append(f"{group.name}: {own or others}; {remedy}")
+    return lines
+
+
+def _fault_of(trees: Iterable[bpy.types.NodeTree]) -> str:
+    return next(filter(None, map(fault_in, trees)), "")

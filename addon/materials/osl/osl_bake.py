@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Direct group's formula (direct/direct_group.py) in Open Shading Language, for Cycles on the CPU.
+
+Its inputs are the Direct group's. Its one output is the mix of both levels. The places of the levels' tiles are written
+into the shader as lists of one number for each level, so the shader need not know the order that tiling.py gives them.
+The bake stays a file of its own (thesis.py says why). Versions of Blender differ in which way up they read it; the
+shader finds that out by one of its texels.
+"""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from ....precompute.base.exr import open_picture
+from ....precompute.table.albedo_bound import bound_texel
+from ....precompute.table.atlas import STRIP_ROWS, Layout
+from ....precompute.table.tiling import TILE_PADDING
+from ..response import QUESTION, Response
+from .script import colours, file_name, joined, script_group
+
+
+def build_osl_direct(name: str, bake_path: Path, layout: Layout, *, rgb_from_xyz: np.ndarray) -> Response:
+    """The response of a bake's file as a shader; rgb_from_xyz (3, 3) leads to the scene's linear space.
+
+    Raises GratingError, with nothing left behind, if the file is not a bake, or if the shader does not compile, which
+    is so where Cycles has no OSL."""
+    text = joined(_constants(bake_path, layout, rgb_from_xyz), ("fresnel", "direct"))
+    return script_group(f"Direct {name}", text, QUESTION)
+
+
+def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dict[str, object]:
+    (u_low, u_high), (v_low, v_high) = layout.region
+    levels = range(layout.levels)
+    firsts = [layout.tile_origin(0, level) for level in levels]
+    ratios = [layout.level_ratio**level for level in levels]
+    return {
+        "ATLAS": file_name(bake_path),
+        "WIDTH": float(layout.width),
+        "HEIGHT": float(layout.height),
+        "TERMS": layout.terms,
+        "POLYNOMIALS": layout.polynomials,
+        "COEFFICIENTS": len(layout.basis),
+        "BASIS": _listed(layout.basis),
+        "COLUMNS": layout.columns,
+        "SCALE": layout.scale,
+        "U_LOW": u_low,
+        "U_HIGH": u_high,
+        "V_LOW": v_low,
+        "V_HIGH": v_high,
+        "W_MIN": layout.w_min,
+        "W_MAX": layout.w_max,
+        "SIGMA_B2": layout.sigma_b**2,
+        "LEVELS": layout.levels,
+        "LEVEL_VARIANCES": _listed(layout.sigma_b**2 * ratio for ratio in ratios),
+        "LEVEL_TEXELS": _listed(layout.texel * ratio**0.5 for ratio in ratios),
+        "LEVEL_FIRSTS_X": _listed(x + TILE_PADDING for x, _ in firsts),
+        "LEVEL_FIRSTS_Y": _listed(y + TILE_PADDING for _, y in firsts),
+        "CELL_COLUMNS": layout.cell_columns,
+        "CELL_ROWS": layout.cell_rows,
+        # The middle row of the strip. All rows of the strip hold the same values.
+        "ZERO_ORDER_Y": (STRIP_ROWS - 1) / 2,
+        "ZERO_ORDER_SAMPLES": layout.zero_order_samples,
+        # The place of the normal in the table of the excess albedo, and the distance of its texels.
+        "BOUND_X": (layout.bound_texels - 1) / 2,
+        "BOUND_Y": STRIP_ROWS + (layout.bound_texels - 1) / 2,
+        "BOUND_TEXEL": bound_texel(layout.bound_texels),
+        "RGB_COLUMNS": colours(np.transpose(rgb_from_xyz)),
+        **_mark(bake_path),
+    }
+
+
+def _mark(bake_path: Path) -> dict[str, float]:
+    """A texel by which the shader finds which way up it reads the picture: the one whose green exceeds, by the most,
+    the green at its place in the picture turned upside down. MARK is the green half-way between both."""
+    green = open_picture(bake_path).pixels()[..., 1].astype(np.float32)
+    turned = green[::-1]
+    y, x = np.unravel_index(np.argmax(green - turned), green.shape)
+    return {"MARK_X": float(x), "MARK_Y": float(y), "MARK": float(green[y, x] + turned[y, x]) / 2}
+
+
+def _listed(values: Iterable[float]) -> str:
+    return ", ".join(str(float(value)) for value in values)

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A grating that varies over a skin, as nodes: the share of each of its reliefs at a place, and the turn of its
+direction there. What does not vary costs no node.
+
+A pattern is a number x that is uniform from 0 to 1 over the surface. The reliefs take up as much of that range as they
+have of the surface, one after the other: with shares s1, s2, s3 the bounds between them are b1 = s1 and b2 = s1 + s2,
+and the shares at a place are
+
+    1 - S(x - b1),  S(x - b1) - S(x - b2),  S(x - b2)
+
+where S is a step from 0 to 1 over the softness. They add up to 1 everywhere. Light from different patches does not
+interfere, as patches are wider than light is coherent: radiances add up by their shares.
+"""
+
+from itertools import pairwise
+
+from ..gratings.variation import Variation
+from ..nodes.builder import Tree, Value
+
+# A Noise Texture of this detail is nearly normal around 0.5. Its distribution is (1 + tanh(k (noise - 0.5))) / 2 within
+# 0.015, by which it is made uniform.
+_DETAIL, _EVEN = 1.0, 8.5
+# Where a mesh was before modifiers and shape keys: Blender stores it where an object asks for it.
+REST_POSITION = "rest_position"
+
+
+def variation_nodes(tree: Tree, variation: Variation) -> tuple[list[Value | None], Value | None]:
+    """The share of each relief at a place, None for all of it; and the turn of the direction in radians, None for
+    none."""
+    name = variation.pattern_attribute
+    by_noise = variation.shares and not name
+    place, turning = _noise(tree, variation.size_m) if by_noise or variation.turn else (None, None)
+    turn = (turning * 2.0 - 1.0) * variation.turn if turning is not None and variation.turn else None
+    if not variation.shares:
+        return [None], turn
+    if name:
+        held = tree.node("ShaderNodeAttribute", attribute_type="GEOMETRY", attribute_name=name, label=name)
+        place = tree.value(held.outputs["Fac"])
+    assert place is not None
+    bound, beyond = 1.0 - sum(variation.shares), []
+    for share in variation.shares:
+        beyond.append(_step(tree, place, bound, variation.softness))
+        bound += share
+    return [1.0 - beyond[0], *(a - b for a, b in pairwise(beyond)), beyond[-1]], turn
+
+
+def _noise(tree: Tree, size_m: float) -> tuple[Value, Value]:
+    """Two numbers that vary over the surface independently, each uniform from 0 to 1. They rest on the mesh as it was
+    modelled, where that is stored, so that they ride with a skin that moves."""
+    held, _ = tree.attribute(REST_POSITION, "GEOMETRY")
+    absent = tree.math("LESS_THAN", tree.dot(held, held), 1e-24)
+    place = held + tree.value(tree.node("ShaderNodeTexCoord").outputs["Object"]) * absent
+    noise = tree.node("ShaderNodeTexNoise", place)
+    tree.feed(noise.inputs["Scale"], 1.0 / size_m)
+    tree.feed(noise.inputs["Detail"], _DETAIL)
+    red, green, _ = tree.node("ShaderNodeSeparateXYZ", tree.value(noise.outputs["Color"])).outputs
+    first, second = (
+        tree.math("TANH", tree.value(channel).times_plus(_EVEN, -_EVEN / 2)).times_plus(0.5, 0.5)
+        for channel in (red, green)
+    )
+    return first, second
+
+
+def _step(tree: Tree, place: Value, bound: float, softness: float) -> Value:
+    """0 before a bound and 1 beyond it, over a width around it."""
+    if softness <= 0:
+        return tree.math("GREATER_THAN", place, bound)
+    ends = (bound - softness / 2, bound + softness / 2)
+    node = tree.node("ShaderNodeMapRange", place, *ends, 0.0, 1.0, interpolation_type="SMOOTHSTEP")
+    return tree.value(node.outputs["Result"])

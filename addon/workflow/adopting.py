@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Adopting Diffraction groups that are in no grating's reach: appended, pasted, or left by a grating that was
+removed."""
+
+import bpy
+
+from ...precompute.base.failure import GratingError
+from ..gratings.baked_region import noted_region
+from ..gratings.grating import Grating, kept_path, unused_name
+from ..gratings.own_names import follow_name, name_in, note_own, was_own
+from ..materials.group_properties import counts_footprint, frame_of, lights_of, traces_shadows
+from ..materials.group_users import linked_strays, materials_with, owners, strays
+from ..materials.pictures import made_from
+from ..materials.replace import parts_of
+from ..materials.response import own_trees
+from .restoring_bakes import bake_shown_by
+
+
+def adopt(scene: bpy.types.Scene) -> list[str]:
+    """Bring the Diffraction groups that no grating of the scene has into its reach. Materials of a group that shows the
+    same bake as a grating of the scene follow that grating; of every other group a grating is made. Returns lines to
+    report: what was done, then what could not be adopted, with the remedy.
+
+    Raises GratingError if nothing could be adopted."""
+    found = strays(scene)
+    done, faults = [], linked_strays(found)
+    for group in (group for group in found if group.library is None):
+        name = group.name
+        try:
+            twin = None if owners(group) else _of_same_bake(scene, group)
+            if twin is not None:
+                _follow(group, twin)
+                done.append(f"{name}: follows {twin.name}")
+            else:
+                done.append(f"{name}: is the grating {_new_grating(scene, group).name}")
+        except GratingError as error:
+            faults.append(str(error))
+    if not done:
+        raise GratingError("; ".join(faults[:1]) or "every diffraction material has its grating in the list")
+    return [*done, *faults]
+
+
+def _of_same_bake(scene: bpy.types.Scene, group: bpy.types.NodeTree) -> Grating | None:
+    """The scene's grating that shows the same bake as a group; None if there is none. A group of an earlier version
+    does not tell its bake."""
+    bake = made_from(own_trees(group)[0])
+    for grating in scene.natural_gratings.items if bake else ():
+        if grating.own_group is not None and made_from(own_trees(grating.group)[0]) == bake:
+            return grating
+    return None
+
+
+def _follow(group: bpy.types.NodeTree, grating: Grating) -> None:
+    """Have all that shows a group show the grating's own; the group and its copies of pictures go."""
+    held = [node.node_tree for node in group.nodes if node.type == "GROUP"]
+    left = [group, *(part for tree in held for part in parts_of(tree))]
+    group.user_remap(grating.group)
+    for each in left:  # a picture comes after each group that reads it, and goes with the last
+        if each.users == 0:
+            bpy.data.batch_remove([each])
+
+
+def _new_grating(scene: bpy.types.Scene, group: bpy.types.NodeTree) -> Grating:
+    """A grating of what a group shows, the scene's active one. Raises GratingError if its bake is lost."""
+    path = kept_path(str(bake_shown_by(group)))
+    gratings = scene.natural_gratings
+    name = unused_name(name_in(group), {grating.name for grating in gratings.items})
+    grating = gratings.items.add()
+    grating.name, grating.bake_path = name, path
+    tree, _ = own_trees(group)
+    grating.for_scene = tree is not None and noted_region(tree) is not None
+    grating.lights, grating.shadows, grating.footprint = (
+        lights_of(group),
+        traces_shadows(group),
+        counts_footprint(group),
+    )
+    grating.take_frame_source(frame_of(group))
+    grating.group = group
+    grating.material = next((m for m in materials_with(group) if m.library is None and was_own(m)), None)
+    if not owners(group)[1:]:  # the names of what two scenes share are the first's
+        for made in filter(None, (group if was_own(group) else None, grating.material)):
+            note_own(made)
+        follow_name(grating)
+    gratings.active_index = len(gratings.items) - 1
+    return grating

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Putting a grating on meshes: as their material, or over the materials that they have.
+
+Each action returns lines to report. The first says what was done, the others warn; the last is the one that Blender's
+status bar keeps."""
+
+import bpy
+
+from ...precompute.base.failure import GratingError
+from ..direction.seams import seam_warning
+from ..gratings.grating import Grating, active_grating
+from ..materials.lost_parts import lost
+from ..materials.material import add_diffraction, check_can_add, overfull
+from ..materials.skin import crowded
+from .chosen_meshes import meshes_among, no_meshes, slots_with_faces
+from .fitting_worlds import want_fit
+from .making_materials import group_of, lamps_alone, working_material
+from .material_slots import Selection, note_replaced
+from .noticing_outside import notice_outside
+from .varying import prepare_meshes
+
+
+def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
+    """Put the active grating's material into the active slot of the meshes among the objects.
+
+    Raises GratingError, with nothing assigned, if a mesh has no UV map, is in Edit Mode or is another file's, or if
+    there is no bake."""
+    grating = active_grating(scene)
+    meshes = meshes_among(scene, objects, grating.frame_source())
+    seams = _seams(objects, meshes, grating)
+    material = working_material(scene, grating)
+    selection = Selection(objects)
+    kept = [line for mesh in meshes if (line := _put_in_active_slot(selection, mesh, material))]
+    return [f"{material.name}: on {_names(meshes)}", *seams, *_prepared(meshes, grating), *kept, *_further(scene)]
+
+
+def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
+    """Lay diffraction over all materials that the faces of the meshes among the objects show.
+
+    Raises GratingError, with nothing changed, if a material cannot be changed, if a mesh has no material or no UV map
+    or is another file's, or if there is no bake."""
+    grating = active_grating(scene)
+    meshes = meshes_among(scene, objects, grating.frame_source())
+    materials: dict[bpy.types.Material, None] = {}
+    bare = []
+    for mesh in meshes:
+        shown = [slot.material for slot in slots_with_faces(mesh)]
+        if not any(shown):
+            raise GratingError(f"{mesh.name}: no material to add diffraction to; use Assign to Selected")
+        if None in shown:
+            bare.append(f"{mesh.name}: faces of an empty material slot have no diffraction; give the slot a material")
+        materials.update(dict.fromkeys(filter(None, shown)))
+    for material in materials:
+        check_can_add(material)
+    seams = _seams(objects, meshes, grating)
+    group = group_of(scene, grating)
+    for material in materials:
+        add_diffraction(material, group)
+    lines = [*seams, *_prepared(meshes, grating), *bare, *_further(scene), *overfull(materials)]
+    return [f"{grating.name}: over {_names(materials)}", *lines]
+
+
+def _further(scene: bpy.types.Scene) -> list[str]:
+    """Have the world's sources fitted, if the materials read any; a line if that fails, and lines if the scene shows
+    what a bake does not hold, or if EEVEE has no room for what the active grating answers to."""
+    failed = []
+    try:
+        want_fit(scene)
+    except GratingError as error:
+        failed = [str(error)]
+    return [*failed, *notice_outside(scene), *crowded(active_grating(scene).group)]
+
+
+def _put_in_active_slot(selection: Selection, mesh: bpy.types.Object, material: bpy.types.Material) -> str:
+    """Put the material into the mesh's active slot, which is made if there is none. Returns a line if the mesh has
+    other slots, which stay as they are."""
+    if not mesh.material_slots:
+        mesh.data.materials.append(None)
+    index, count = mesh.active_material_index, len(mesh.material_slots)
+    before = mesh.material_slots[index].material
+    if before == material:
+        return ""
+    note_replaced(mesh, index)
+    selection.put(mesh, index, material)
+    if count == 1:
+        return ""
+    name = "empty" if before is None else before.name
+    return f"{mesh.name}: only slot {index + 1} of {count} ({name}) was replaced; Add to Materials serves all slots"
+
+
+def _seams(objects: list[bpy.types.Object], meshes: list[bpy.types.Object], grating: Grating) -> list[str]:
+    """A line for each mesh whose UV islands turn the direction, and for each object that is passed over. Nothing is
+    changed, so this comes before all changes."""
+    source = grating.frame_source()
+    return [line for mesh in meshes if (line := seam_warning(mesh, source))] + no_meshes(objects)
+
+
+def _prepared(meshes: list[bpy.types.Object], grating: Grating) -> list[str]:
+    """Have the meshes store what the grating's variation needs. Returns lines on what it lacks."""
+    lines = prepare_meshes(grating.group, meshes) + lamps_alone(grating) + lost([grating.group])
+    if grating.frame_source().kind != grating.frame_kind:
+        lines.append(
+            f"{grating.name}: its direction map was deleted, and the UV map taken instead; choose its Frame again"
+        )
+    return lines
+
+
+def _names(things) -> str:
+    return ", ".join(thing.name for thing in things)

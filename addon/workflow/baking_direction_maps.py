@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Baking the direction of a mesh's grating into a direction map (direction/direction_map.py).
+
+Cycles bakes it, of a copy of the mesh in a scene of its own, from the nodes that the material itself has: so it is
+exact in the middle of every pixel, and nothing of the artist's scene is touched."""
+
+import contextlib
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ...precompute.base.failure import GratingError
+from ...precompute.base.files import told_of
+from ..direction.direction_map import baking_material, new_map, note_mesh
+from ..direction.uv_maps import has_uv_map
+from ..gratings.direction_source import FRAME_MAP, DirectionSource
+from ..materials.group_properties import frame_of
+from ..materials.material import diffraction_nodes
+from .choosing_direction import choose_frame
+from .chosen_meshes import check_not_edited
+
+# How far a map may lie outside of the unit square: single precision.
+_RIM = 1e-4
+
+
+def bake_direction_map(
+    context: bpy.types.Context, mesh: bpy.types.Object, *, uv_map: str = "", size: int = 1024, margin: int = 8,
+    path: Path | None = None, read: bool = True,
+) -> list[str]:  # fmt: skip
+    """Bake the direction of a mesh's grating, without Rotation, into a new picture on a UV map, by default the active
+    one. The picture is packed, and written to `path` too; `read`: the mesh's gratings read it from now on. Returns
+    lines to report.
+
+    Raises GratingError, with nothing changed, if the mesh has no such map, or no direction to bake."""
+    layer = _map_of(mesh, uv_map)
+    sources = _sources(context, mesh)
+    if path is not None and path.suffix.lower() != ".exr":
+        raise GratingError(f"{path}: a direction map is written as OpenEXR; give it a name that ends in .exr")
+    image = new_map(f"{mesh.name} {layer.name} frame", size)
+    try:
+        materials = [baking_material(source, layer.name, image) for source in sources]
+        with _stage(context, mesh, materials) as override, context.temp_override(**override):
+            bpy.ops.object.bake(type="EMIT", uv_layer=layer.name, use_clear=True, margin=margin, margin_type="EXTEND")
+        image.pack()
+        note_mesh(image, mesh, layer.name)
+        if path is not None:
+            with told_of(path):
+                path.parent.mkdir(parents=True, exist_ok=True)
+                image.save(filepath=str(path), save_copy=True)
+    except RuntimeError as error:  # from Blender's own operators
+        bpy.data.images.remove(image)
+        told = " ".join(str(error).split()).removeprefix("Error: ")
+        raise GratingError(f"{mesh.name}: Cycles cannot bake its direction map ({told}); enable Cycles") from error
+    except BaseException:
+        bpy.data.images.remove(image)
+        raise
+    image.use_fake_user = not read
+    done = f"{image.name}: the direction on {mesh.name}, {size} x {size} pixels on its UV map {layer.name}"
+    return [done, *(_have_read(mesh, image) if read else [])]
+
+
+def _map_of(mesh: bpy.types.Object, uv_map: str) -> bpy.types.MeshUVLoopLayer:
+    """A mesh's UV map of a name, or its active one. Raises GratingError unless a picture can be on it."""
+    data = mesh.data
+    check_not_edited(mesh)
+    if not data.polygons:
+        raise GratingError(f"{mesh.name}: no faces to bake a direction map of; choose a mesh with faces")
+    layer = data.uv_layers.get(uv_map) if uv_map else data.uv_layers.active
+    if layer is None:
+        raise GratingError(f"{mesh.name}: no UV map {uv_map}".rstrip() + " for a direction map; unwrap it")
+    uv = np.empty((len(data.loops), 2), np.float32)
+    layer.uv.foreach_get("vector", uv.ravel())
+    if uv.min() < -_RIM or uv.max() > 1 + _RIM:
+        raise GratingError(f"{mesh.name}: its UV map {layer.name} leaves the picture's square; unwrap it, or pack it")
+    data.calc_loop_triangles()
+    corners = np.empty((len(data.loop_triangles), 3), np.int32)
+    data.loop_triangles.foreach_get("loops", corners.ravel())
+    first, second, third = (uv[corners[:, each]] for each in range(3))
+    one, other = second - first, third - first
+    if not (one[:, 0] * other[:, 1] != one[:, 1] * other[:, 0]).any():
+        raise GratingError(f"{mesh.name}: its UV map {layer.name} has no area; unwrap it")
+    return layer
+
+
+def _sources(context: bpy.types.Context, mesh: bpy.types.Object) -> list[DirectionSource]:
+    """Where the material of each slot takes the direction from; in a slot without diffraction, as the active grating
+    does. Raises GratingError if that is a direction map already, or a UV map that the mesh does not have."""
+    grating = context.scene.natural_gratings.active()
+    default = DirectionSource() if grating is None else grating.frame_source()
+    nodes = [diffraction_nodes(slot.material) for slot in mesh.material_slots] or [[]]
+    sources = [frame_of(each[0].node_tree) if each else default for each in nodes]
+    for source in sources:
+        if source.kind == FRAME_MAP:
+            raise GratingError(
+                f"{mesh.name}: its direction is from a direction map already; choose another Direction Source"
+            )
+        if not has_uv_map(mesh.data, source):
+            name = f"UV map {source.named_uv_map}" if source.named_uv_map else "UV map"
+            raise GratingError(f"{mesh.name}: no {name}, so no direction to bake; choose another Direction Source")
+    return sources
+
+
+@contextlib.contextmanager
+def _stage(
+    context: bpy.types.Context, mesh: bpy.types.Object, materials: list[bpy.types.Material]
+) -> Iterator[dict[str, Any]]:
+    """A copy of a mesh, modifiers included, alone in a scene of its own, its slots filled with materials; what of the
+    context to override. All of it, the materials too, is removed in the end."""
+    depsgraph = context.evaluated_depsgraph_get()
+    evaluated = mesh.evaluated_get(depsgraph)
+    data = bpy.data.meshes.new_from_object(evaluated, preserve_all_data_layers=True, depsgraph=depsgraph)
+    scene = bpy.data.scenes.new("Direction Map")
+    try:
+        while len(data.materials) < len(materials):
+            data.materials.append(None)
+        for slot, material in enumerate(materials):
+            data.materials[slot] = material
+        copy = bpy.data.objects.new("Direction Map", data)
+        copy.matrix_world = evaluated.matrix_world
+        scene.collection.objects.link(copy)
+        scene.render.engine = "CYCLES"
+        scene.cycles.samples, scene.cycles.device = 1, "CPU"
+        layer = scene.view_layers[0]
+        copy.select_set(True, view_layer=layer)
+        layer.objects.active = copy
+        chosen = {name: [copy] for name in ("selected_objects", "selected_editable_objects")}
+        yield {"scene": scene, "view_layer": layer, "object": copy, "active_object": copy, **chosen}
+    finally:
+        bpy.data.scenes.remove(scene)
+        bpy.data.batch_remove([data, *dict.fromkeys(materials)])
+
+
+def _have_read(mesh: bpy.types.Object, image: bpy.types.Image) -> list[str]:
+    """Have the gratings of a mesh read a direction map. Returns a line for each that cannot, as other meshes show
+    it."""
+    groups = {node.node_tree for slot in mesh.material_slots for node in diffraction_nodes(slot.material)}
+    lines = []
+    for grating in (grating for scene in bpy.data.scenes for grating in scene.natural_gratings.items):
+        if grating.group in groups:
+            try:
+                choose_frame(grating, replace(grating.frame_source(), kind=FRAME_MAP, frame_map=image))
+            except GratingError as error:
+                lines.append(f"{grating.name} does not read it: {error}")
+    image.use_fake_user = image.users == 0
+    return lines

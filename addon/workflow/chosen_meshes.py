@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which of the objects that an artist selects can carry a grating, and what to say about the others."""
+
+import bpy
+import numpy as np
+
+from ...precompute.base.failure import GratingError
+from ..direction.direction_map import check_frame_map
+from ..direction.uv_maps import has_uv_map
+from ..gratings.direction_source import DIRECTION_REMEDY, FRAME_MAP, STORED, DirectionSource
+
+# The objects that Blender converts to meshes, by what it calls them.
+_CONVERTIBLE = {
+    "CURVE": "curve",
+    "SURFACE": "surface",
+    "META": "metaball",
+    "FONT": "text",
+    "CURVES": "hair",
+    "POINTCLOUD": "point cloud",
+}
+
+
+def meshes_among(
+    scene: bpy.types.Scene, objects: list[bpy.types.Object], source: DirectionSource
+) -> list[bpy.types.Object]:
+    """The meshes among the objects. Raises GratingError if there is none, or if one cannot carry a grating whose
+    tangent is from a source."""
+    meshes = [o for o in objects if o.type == "MESH"]
+    if not meshes:
+        raise GratingError("; ".join(no_meshes(objects)) or f"scene {scene.name}: no mesh is selected; select one")
+    for mesh in meshes:
+        check_can_change(mesh)
+        check_frame(mesh, source)
+    return meshes
+
+
+def no_meshes(objects: list[bpy.types.Object]) -> list[str]:
+    """One line for each object that a grating passes over although it has a surface, with the remedy."""
+    return [
+        f"{o.name}: a {_CONVERTIBLE[o.type]} carries no grating; use Object > Convert > Mesh, then unwrap it"
+        for o in objects
+        if o.type in _CONVERTIBLE
+    ]
+
+
+def check_can_change(thing: bpy.types.Object) -> None:
+    """Raise GratingError unless the object can take other materials: it is no other file's, or it is overridden."""
+    override = thing.override_library
+    if thing.library is not None or (override is not None and override.is_system_override):
+        file = (thing.library or override.reference.library).filepath
+        raise GratingError(
+            f"{thing.name}: linked from {file}; use Object > Library Override > Make, "
+            "or Object > Relations > Make Local"
+        )
+    if data_is_fixed(thing) and not thing.material_slots:
+        raise GratingError(
+            f"{thing.name}: its mesh {thing.data.name} is another file's and has no material slot; "
+            "use Object > Relations > Make Local > Selected Objects and Data"
+        )
+
+
+def check_not_edited(mesh: bpy.types.Object) -> None:
+    """Raise GratingError for a mesh in Edit Mode, whose faces and UV maps cannot be read meanwhile."""
+    if mesh.data.is_editmode:
+        raise GratingError(f"{mesh.name}: in Edit Mode; switch to Object Mode first")
+
+
+def check_frame(mesh: bpy.types.Object, source: DirectionSource) -> None:
+    """Raise GratingError unless the mesh has faces, and what a source of the tangent needs."""
+    check_not_edited(mesh)
+    if not mesh.data.polygons and (mesh.data.uv_layers or source.kind != STORED):
+        raise GratingError(f"{mesh.name}: no faces to put a material on; choose a mesh with faces")
+    if not has_uv_map(mesh.data, source):
+        if source.named_uv_map:
+            raise GratingError(
+                f"{mesh.name}: no UV map {source.named_uv_map}, from which the grating takes its direction; "
+                "make one, or choose another Direction Source"
+            )
+        raise GratingError(f"{mesh.name}: no UV map, so no direction for the grating; {DIRECTION_REMEDY}")
+    if source.kind == FRAME_MAP and source.frame_map is not None:
+        check_frame_map(mesh, source.frame_map)
+
+
+def data_is_fixed(thing: bpy.types.Object) -> bool:
+    """Whether the object's data belongs to another file, so that only the object's own slots can change."""
+    return thing.data.library is not None or thing.data.override_library is not None
+
+
+def slots_with_faces(mesh: bpy.types.Object) -> list[bpy.types.MaterialSlot]:
+    """The mesh's material slots that some face shows. As in Blender, a face past the last slot shows the last."""
+    slots = mesh.material_slots
+    if not slots:
+        return []
+    numbers = np.empty(len(mesh.data.polygons), np.int32)
+    mesh.data.polygons.foreach_get("material_index", numbers)
+    return [slots[number] for number in np.unique(np.minimum(numbers, len(slots) - 1))]

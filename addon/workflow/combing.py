@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Combing the selected meshes, in a process beside Blender."""
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ...precompute.base.failure import GratingError
+from ...precompute.mesh.mesh_files import read_combed, write_mesh
+from ..direction import combed_mesh, drawn_lines
+from ..direction.uv_maps import has_comb, rendering_map
+from ..gratings.direction_source import COMB_SOURCES, COMB_UV
+from ..jobs.child import Deadline, Job
+from .chosen_meshes import check_can_change, check_not_edited, data_is_fixed, no_meshes
+from .making_materials import read_combs
+
+# Seconds for a comb, and for each face corner: 100 times what a million triangles take at most, which is 28 s on two
+# cores (docs/direction.md).
+_LONGEST_SECONDS, _SECONDS_PER_CORNER = 600, 100 * 28e-6
+# Blender keeps no more UV maps of a mesh.
+_MAPS_MAX = 8
+
+
+class CombJob(Job):
+    """The process that combs some meshes.
+
+    meshes  the names of the objects and of their meshes
+    label   the source's"""
+
+    def __init__(self, requests: dict[tuple[str, str], dict[str, np.ndarray]], label: str) -> None:
+        """Start it for the requests of the meshes. Raises GratingError where no file can be written."""
+        self.meshes, self.label = list(requests), label
+
+        def words(private: Path) -> list[str]:
+            files = [private / f"{number}.npz" for number in range(len(requests))]
+            for file, ((_, mesh), request) in zip(files, requests.items(), strict=True):
+                write_mesh(file, combed_mesh.polygons_of(bpy.data.meshes[mesh]), request)
+            return [str(file) for file in files]
+
+        named = ", ".join(thing for thing, _ in self.meshes)
+        corners = sum(len(bpy.data.meshes[mesh].loops) for _, mesh in self.meshes)
+        seconds = _LONGEST_SECONDS + _SECONDS_PER_CORNER * corners
+        line = f"{named}: not combed within {seconds / 60:.0f} min; comb a mesh of fewer faces"
+        super().__init__("comb", words, deadline=Deadline(seconds, line))
+
+    def fields(self) -> list[dict[str, np.ndarray]]:
+        """The combed meshes, once the process has ended. Raises GratingError with its own line if it failed."""
+        return self.result(lambda facts: [read_combed(Path(each["file"])) for each in facts["meshes"]])
+
+
+def start_comb(scene: bpy.types.Scene, objects: list[bpy.types.Object], source: str) -> CombJob:
+    """Start combing the meshes among the objects, by one of COMB_SOURCES; the others may be strokes, hair or bones.
+
+    Raises GratingError, with nothing changed, if a mesh cannot be combed or has nothing of the source to follow."""
+    meshes = {o.data: o for o in objects if o.type == "MESH"}
+    if not meshes:
+        raise GratingError("; ".join(no_meshes(objects)) or f"scene {scene.name}: no mesh is selected; select one")
+    for thing in meshes.values():
+        _check(thing)
+    requests = {
+        (thing.name, mesh.name): {"name": np.array(thing.name), **_request(scene, thing, objects, source=source)}
+        for mesh, thing in meshes.items()
+    }
+    return CombJob(requests, next(label for name, label, _ in COMB_SOURCES if name == source))
+
+
+def finish_comb(job: CombJob) -> list[str]:
+    """Store what a job has combed. Returns a line for each mesh.
+
+    Raises GratingError, with nothing changed, if the job failed or a mesh is no longer what it was."""
+    fields = job.fields()
+    meshes: list[bpy.types.Mesh] = []
+    for (thing, name), field in zip(job.meshes, fields, strict=True):
+        mesh = bpy.data.meshes.get(name)
+        if mesh is None or mesh.is_editmode or len(mesh.loops) != len(field["uv"]):
+            raise GratingError(f"{thing}: changed while it was combed; comb it again, in Object Mode")
+        meshes.append(mesh)
+    report = []
+    for (thing, _), mesh, field in zip(job.meshes, meshes, fields, strict=True):
+        combed_mesh.store(mesh, field["uv"], field["turn"])
+        combed_mesh.note_singular(mesh, field["triangle"])
+        report.append(f"{thing}: combed by {job.label}; {_told(field['index'])}")
+    read_combs()
+    return report
+
+
+def comb_and_wait(scene: bpy.types.Scene, objects: list[bpy.types.Object], source: str) -> list[str]:
+    """Comb the meshes among the objects. Returns a line for each; raises GratingError as start_comb and finish_comb."""
+    job = start_comb(scene, objects, source)
+    job.wait()
+    return finish_comb(job)
+
+
+def _check(thing: bpy.types.Object) -> None:
+    """Raise GratingError unless a field can be stored on the object's mesh."""
+    check_can_change(thing)
+    mesh = thing.data
+    if data_is_fixed(thing):
+        raise GratingError(f"{thing.name}: its mesh {mesh.name} is another file's; make it local to comb it")
+    check_not_edited(thing)
+    if not mesh.polygons:
+        raise GratingError(f"{thing.name}: no faces to comb; choose a mesh with faces")
+    if COMB_UV in mesh.uv_layers and not has_comb(mesh):
+        raise GratingError(
+            f"{thing.name}: has a UV map {COMB_UV} of its own; rename it, a comb is stored under this name"
+        )
+    if COMB_UV not in mesh.uv_layers and len(mesh.uv_layers) >= _MAPS_MAX:
+        raise GratingError(f"{thing.name}: has {_MAPS_MAX} UV maps, and a comb needs one more; remove one")
+
+
+def _request(
+    scene: bpy.types.Scene, thing: bpy.types.Object, objects: list[bpy.types.Object], *, source: str
+) -> dict[str, np.ndarray]:
+    """What the process needs beside the mesh. Raises GratingError if there is nothing to follow."""
+    if source in ("X", "Y", "Z"):
+        return {"guide": np.array("axis"), "axis": np.array([float(axis == source) for axis in "XYZ"])}
+    if source in ("UV", "COPY"):
+        return {"guide": np.array(source.lower()), "uv": combed_mesh.uv_of(_own_map(thing))}
+    if source in ("TAIL", "SMOOTHEST"):
+        return {"guide": np.array(source.lower())}
+    found = {
+        "STROKES": lambda: drawn_lines.strokes(scene, objects),
+        "HAIR": lambda: drawn_lines.hairs(thing, objects),
+        "BONES": lambda: drawn_lines.bones(thing, objects),
+    }[source]()
+    if not found:
+        remedy = {
+            "STROKES": "strokes; draw with the Annotate tool on its surface, or select a curve with it",
+            "HAIR": "hair; select hair curves with it",
+            "BONES": "bones; select an armature with it, or give it an Armature modifier",
+        }[source]
+        raise GratingError(f"{thing.name}: no {remedy}")
+    inwards = np.array(thing.matrix_world.inverted_safe())
+    segments = np.concatenate(found) @ inwards[:3, :3].T + inwards[:3, 3]
+    return {"guide": np.array("bones" if source == "BONES" else "strokes"), "segments": segments}
+
+
+def _own_map(thing: bpy.types.Object) -> bpy.types.MeshUVLoopLayer:
+    """The UV map that renders, or the first that is not the comb's own. Raises GratingError if there is none."""
+    others = [each for each in thing.data.uv_layers if each.name != COMB_UV]
+    if not others:
+        raise GratingError(f"{thing.name}: no UV map to comb along; unwrap it, or choose another source")
+    renders = rendering_map(thing.data)
+    return renders if renders.name != COMB_UV else others[0]
+
+
+def _told(index: np.ndarray) -> str:
+    """The indices (s,) of a field's singular triangles in words; 0 is a flip."""
+    points, flips = int((index != 0).sum()), int((index == 0).sum())
+    told = f"{points} singular point{'s' * (points != 1)}" if points else "no singular points"
+    if flips:
+        told += f", {flips} faces where its source contradicts itself"
+    return told + ("; Show Direction rings them, and they are selected in Edit Mode" if points or flips else "")

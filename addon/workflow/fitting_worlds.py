@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fitting the sources of a scene's world, by a second Blender beside this one.
+
+A fit that is stale would count light at the wrong place. So the sources of a world that has changed are given up at
+once, and all its light is then taken by the closures, which is right and noisier. With a window, a new fit begins when
+the world has been still for a moment; in background, `assign` and the operator wait for it.
+
+An animated world has no sources: they are numbers of one frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import bpy
+
+from ...precompute.base.failure import GratingError
+from ..blender import compat
+from ..blender.guard import guarded
+from ..lamps.sky import SOURCES_MAX, fitted_world, forget_sources, hold_sources
+from ..materials.skin import follows_world, show_lamps
+
+if TYPE_CHECKING:
+    from ..worlds.world_probe import Fit, Probe
+
+# In seconds: how long a world must be still before it is fitted, and how often the fit is asked whether it has ended.
+_STILL, _POLL = 0.6, 0.2
+
+
+@dataclass
+class _Running:
+    """A fit beside the interface."""
+
+    scene: str
+    fingerprint: str
+    probe: Probe | None = None
+
+
+_running: _Running | None = None
+# Why the last fit of a scene's world came to nothing, by the scene's full name.
+_failed: dict[str, str] = {}
+
+
+@dataclass(frozen=True)
+class _Known:
+    """What was found out about a scene's world.
+
+    world        its address; 0 for a scene without a world
+    space        the file's working space then
+    fingerprint  empty where there is nothing to fit
+    blocks       the addresses of the data-blocks that all this depends on"""
+
+    world: int
+    space: str
+    fingerprint: str
+    blocks: frozenset[int]
+
+
+# What is known of scenes' worlds, by the scenes' full names, since they last changed.
+_known: dict[str, _Known] = {}
+
+
+def forget_worlds() -> None:
+    """Worlds may have changed in any way: find out anew when next asked."""
+    _known.clear()
+
+
+def forget_worlds_of(changed: set[bpy.types.ID]) -> None:
+    """Forget what is known of worlds that depend on one of these data-blocks."""
+    addresses = set(map(_address, changed))
+    for name in [name for name, known in _known.items() if known.blocks & addresses]:
+        del _known[name]
+
+
+def world_is_known(scene: bpy.types.Scene) -> bool:
+    """Whether the scene's world is as it was when it was last looked at, as far as Blender tells of changes."""
+    known = _known.get(scene.name_full)
+    return known is not None and (known.world, known.space) == (_address(scene.world), compat.working_space())
+
+
+def world_is_fitted(scene: bpy.types.Scene) -> bool:
+    """Whether the scene's sources are those of its world, as it was after the last change that Blender told of. A world
+    of one colour needs none, and an animated one can have none."""
+    return fitted_world(scene) == _known_world(scene).fingerprint
+
+
+def drop_stale_sources(scene: bpy.types.Scene) -> str:
+    """Give up the sources of a world that has changed; the world's fingerprint if a fit is wanted, else empty."""
+    now = _fingerprint(scene)
+    if fitted_world(scene) == now:
+        return ""
+    forget_sources(scene)
+    return now if follows_world() else ""
+
+
+def unfitted_world(scene: bpy.types.Scene) -> list[str]:
+    """A line if the scene's world has no sources because it is animated, or was not fitted as it is now."""
+    if not follows_world():
+        return []
+    if world_is_animated(scene):
+        return [f"world {scene.world.name}: it is animated, so that its bright parts light with noise"]
+    if world_is_fitted(scene):
+        return []
+    name = scene.world.name
+    return [f"world {name}: its bright parts are not fitted, so that they light with noise; press Fit World, or assign"]
+
+
+def world_is_animated(scene: bpy.types.Scene) -> bool:
+    """Whether the scene's world has bright parts that may change from frame to frame."""
+    from ..worlds.animated import is_animated
+    from ..worlds.stand_alone import is_even
+
+    return scene.world is not None and not is_even(scene.world) and is_animated(scene.world)
+
+
+def last_failure(scene: bpy.types.Scene) -> str:
+    """Why the last fit of the scene's world came to nothing; empty if none has failed since."""
+    return _failed.get(scene.name_full, "")
+
+
+def fit_world(scene: bpy.types.Scene) -> None:
+    """Fit the sources of the scene's world and wait for them. Raises GratingError as Probe does."""
+    from ..worlds.world_probe import fit_of
+
+    if now := drop_stale_sources(scene):
+        _take(scene, fit_of(scene.world, scene, SOURCES_MAX), now)
+
+
+def want_fit(scene: bpy.types.Scene) -> None:
+    """Give up stale sources, and have the world fitted when it has been still for a moment. Without a window, wait."""
+    global _running
+    if bpy.app.background:
+        fit_world(scene)
+    elif (now := drop_stale_sources(scene)) and not _is_fitting(scene, now):
+        stop_fitting()
+        _failed.pop(scene.name_full, None)
+        _running = _Running(scene.name, now)
+        bpy.app.timers.register(_go_on, first_interval=_STILL)
+
+
+def is_fitting() -> bool:
+    """Whether a fit is wanted or running."""
+    return _running is not None
+
+
+def _is_fitting(scene: bpy.types.Scene, fingerprint: str) -> bool:
+    """Whether a fit of the scene's world as it is now is wanted or running."""
+    return _running is not None and (_running.scene, _running.fingerprint) == (scene.name, fingerprint)
+
+
+def stop_fitting() -> None:
+    """Cancel the running fit, if there is one."""
+    global _running
+    running, _running = _running, None
+    if running is not None and running.probe is not None:
+        running.probe.cancel()
+    if bpy.app.timers.is_registered(_go_on):
+        bpy.app.timers.unregister(_go_on)
+
+
+@guarded
+def _go_on() -> float | None:
+    """A step of the running fit; the seconds until the next, or None at its end."""
+    from ..worlds.world_probe import Probe
+
+    global _running
+    running = _running
+    scene = bpy.data.scenes.get(running.scene) if running is not None else None
+    if scene is None or _fingerprint(scene) != running.fingerprint:
+        _running = None
+        if running is not None and running.probe is not None:
+            running.probe.cancel()
+        if scene is not None:
+            want_fit(scene)
+        return None
+    try:
+        if running.probe is None:
+            running.probe = Probe(scene.world, scene, SOURCES_MAX)
+        if running.probe.running:
+            return _POLL
+        _running = None
+        _take(scene, running.probe.result(), running.fingerprint)
+    except GratingError as error:  # nobody waits for it; the panel tells it
+        _running = None
+        _failed[scene.name_full] = str(error)
+        print(f"Natural Gratings: {error}")
+    _fit_another()
+    return None
+
+
+def _fit_another() -> None:
+    """Have another scene's world fitted that waits for it."""
+    for scene in bpy.data.scenes:
+        if _running is None and scene.library is None and not last_failure(scene):
+            want_fit(scene)
+
+
+def _take(scene: bpy.types.Scene, fit: Fit, fingerprint: str) -> None:
+    _failed.pop(scene.name_full, None)
+    hold_sources(scene, fit.sources, fingerprint=fingerprint, missed=fit.missed)
+    show_lamps(exactly=False)
+
+
+def _fingerprint(scene: bpy.types.Scene) -> str:
+    """Of the scene's world as it is; empty where there is nothing to fit."""
+    return _found_world(scene).fingerprint
+
+
+def _known_world(scene: bpy.types.Scene) -> _Known:
+    """What is known of the scene's world, found out if need be."""
+    return _known[scene.name_full] if world_is_known(scene) else _found_world(scene)
+
+
+def _found_world(scene: bpy.types.Scene) -> _Known:
+    """Find out about the scene's world."""
+    from ..worlds.animated import is_animated
+    from ..worlds.fingerprint import fingerprint
+    from ..worlds.stand_alone import is_even
+
+    world, text = scene.world, ""
+    followed: set[bpy.types.ID] = set()
+    read: set[bpy.types.ID] = (
+        set() if world is None else {each for each in (world, compat.world_nodes(world)) if each is not None}
+    )
+    if not (world is None or is_even(world) or is_animated(world, followed)):
+        read = set()
+        text = fingerprint(world, read)
+    blocks = frozenset(map(_address, followed | read))
+    found = _Known(_address(world), compat.working_space(), text, blocks)
+    _known[scene.name_full] = found
+    return found
+
+
+def _address(block: bpy.types.ID | None) -> int:
+    return 0 if block is None else block.as_pointer()

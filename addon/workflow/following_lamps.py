@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Making diffraction follow a scene's lamps."""
+
+from math import radians
+from typing import TYPE_CHECKING
+
+import bpy
+
+from ..lamps.find import instanced_lamps, instances_are_not_followed, lamps_of, unfollowed_features
+from ..lamps.follow import counted_lamps, follow_lamps
+from ..lamps.light_linking import is_linked, mark_unlinked
+from ..materials.data_pictures import wrong_colours
+from ..materials.skin import follows_light_linking, linked_with_fewer_lamps, needs_lamps, show_lamps
+from .fitting_worlds import unfitted_world
+
+if TYPE_CHECKING:
+    import numpy as np
+
+# Of the sun that the panel offers: W/m2, and the turn of its axis from the vertical.
+_SUN_STRENGTH, _SUN_TURN = 3.0, (radians(40), 0.0, radians(30))
+
+
+def update_lamps(scene: bpy.types.Scene, *, exactly: bool = True, in_viewport: bool = False) -> None:
+    """Follow the lamps that the scene has now, and give the file's Diffraction groups enough lamps. If the scene has
+    more than LAMPS_MAX lamps, the brightest are chosen anew.
+
+    `exactly`: not more lamps than needed either (skin.show_lamps). `in_viewport`: a lamp that only the viewport hides
+    is dark."""
+    lamps = follow_lamps(scene, in_viewport=in_viewport, lit=lit_boxes)
+    show_lamps(exactly=exactly)
+    if any(is_linked(lamp) for lamp in lamps) or follows_light_linking():
+        mark_unlinked(scene, lamps)
+
+
+def lit_boxes(scene: bpy.types.Scene) -> "np.ndarray":
+    """The bounding boxes of the scene's objects that show diffraction (users.boxes_showing)."""
+    from ..materials.group_users import boxes_showing  # most files load no more than this
+
+    return boxes_showing(scene)
+
+
+def update_all_lamps(*, exactly: bool = True, in_viewport: bool = False) -> None:
+    """Do so in each scene of the file that can be changed."""
+    for scene in bpy.data.scenes:
+        if scene.library is None:
+            update_lamps(scene, exactly=exactly, in_viewport=in_viewport)
+
+
+def add_sun(scene: bpy.types.Scene) -> bpy.types.Object:
+    """Add a sun to the scene, slanting from above; the new lamp."""
+    data = bpy.data.lights.new("Sun", "SUN")
+    data.energy = _SUN_STRENGTH
+    sun = bpy.data.objects.new("Sun", data)
+    sun.rotation_euler = _SUN_TURN
+    scene.collection.objects.link(sun)
+    return sun
+
+
+def warnings_about(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[str]:
+    """One line for each thing about the scene's lamps that diffraction does not follow, and for each setting under
+    which it shows wrong colours."""
+    dark = not lamps_of(scene) and needs_lamps()
+    line = f"scene {scene.name}: it has no lamp, so with Lamps Only the diffraction is black; add a sun"
+    lines = [line] if dark else []
+    lines += unfollowed_features(scene, counted_lamps(scene)) + unfitted_world(scene)
+    lines += linked_with_fewer_lamps(scene) + wrong_colours(scene)
+    instanced = instanced_lamps(depsgraph)
+    return [*lines, instances_are_not_followed(instanced)] if instanced else lines

@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What an artist sets on a grating, brought to its materials as soon as it is set."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import bpy
+
+from ..materials.group_properties import is_diffraction, lights_of
+from ..materials.skin import set_footprint, set_lighting
+
+
+def follow_settings(first: bpy.types.Scene | None = None) -> None:
+    """Have the materials of the file's gratings trace shadow rays, and count the footprint of a pixel, where that is
+    set. What is as it should be is not made again. Scenes may share a material, as a copied scene does: then the
+    settings of the scene `first` count."""
+    done: set[bpy.types.NodeTree] = set()
+    for scene in sorted(bpy.data.scenes, key=lambda scene: scene != first):
+        gratings: Iterable[Any] = scene.natural_gratings.items if scene.library is None else ()
+        for grating in gratings:
+            group = grating.own_group
+            if is_diffraction(group) and group not in done:
+                done.add(group)
+                set_lighting(group, shadows=grating.shadows, lights=lights_of(group))
+                set_footprint(group, grating.footprint)

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reading a height map into a scene's gratings."""
+
+import json
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import bpy
+
+from ...precompute.base.failure import printable
+from ...precompute.surface.description import Description, describe
+from ...precompute.surface.height_map import SAMPLE_PREFIX, HeightMap
+from ...precompute.surface.quality import LIGHTS
+from ...precompute.surface.readers.reader_registry import read_height_map, read_other_way
+from ...precompute.surface.samples.catalogue import title_of
+from ...precompute.surface.steps.pipeline import DEFAULT
+from ..gratings.grating import Grating, kept_path, scan_record, unused_name
+from ..gratings.variation import Variation
+from ..materials.group_properties import variation_of
+
+
+def add_grating(
+    scene: bpy.types.Scene, source: str, *, size_um: float = 0.0, height_nm: float = 0.0, channel: str = ""
+) -> Grating:
+    """Read a height map and add it to the scene as its active grating.
+
+    Where size_um, height_nm or channel is 0 or empty, the value that the file holds is used.
+
+    Raises GratingError if it cannot be read, or if Blender cannot keep its name."""
+    (grating,) = add_each(scene, [scan_record(source, size_um, height_nm, channel=channel)])
+    return grating
+
+
+def add_each(scene: bpy.types.Scene, records: Sequence[dict[str, Any]]) -> list[Grating]:
+    """Read scans, as a request's record has them, and add each to the scene as a grating of its own; the last is the
+    active one. Raises GratingError as add_grating does, and then adds none."""
+    return [_add(scene, [record], [read]) for record, read in zip(records, _read(records), strict=True)]
+
+
+def add_averaged(scene: bpy.types.Scene, records: Sequence[dict[str, Any]]) -> Grating:
+    """Read scans of one skin, or tiles of one area, as a request's record has them, and add them to the scene as one
+    grating, the active one: a bake averages their spectra. Raises GratingError as add_each does."""
+    return _add(scene, records, _read(records))
+
+
+def import_scans(scene: bpy.types.Scene, records: Sequence[dict[str, Any]], *, averaged: bool = False) -> list[str]:
+    """Read scans and add each to the scene as add_each does, or all as add_averaged does. Where the list has the same
+    grating already, with the settings of a new one, that grating becomes the active one instead: a second would only
+    bring a second bake and material. Returns a line for each to report.
+
+    Raises GratingError as add_each does."""
+    known = _read(records)
+    each = [(records, known)] if averaged else [([r], [k]) for r, k in zip(records, known, strict=True)]
+    return [_import(scene, *one) for one in each]
+
+
+def _import(scene: bpy.types.Scene, records: Sequence[dict[str, Any]], known: Sequence[tuple[str, Description]]) -> str:
+    new = _settings(_add(scene, records, known))
+    gratings = scene.natural_gratings
+    last = len(gratings.items) - 1
+    same = next(index for index, grating in enumerate(gratings.items) if _settings(grating) == new)
+    if same == last:
+        return f"{gratings.items[last].name}: {gratings.items[last].summary}"
+    gratings.items.remove(last)
+    gratings.active_index = same
+    return f"{gratings.items[same].name}: selected, as it is in the list already; for a second, first change this one"
+
+
+def _settings(grating: Grating) -> tuple[Any, ...]:
+    """All that an artist sets on a grating but its name."""
+    scan = (bpy.path.abspath(grating.source), grating.channel, grating.size_um, grating.height_nm)
+    bake = (grating.levelling, grating.delta_e, grating.coherence_um, grating.request)
+    variation = Variation() if grating.group is None else variation_of(grating.group)
+    return *scan, *bake, grating.lights, grating.shadows, grating.footprint, grating.frame_source(), variation
+
+
+def _read(records: Sequence[dict[str, Any]]) -> list[tuple[str, Description]]:
+    """What each scan is called, and what is known of it. Each is forgotten before the next is read."""
+
+    def read(record: dict[str, Any]) -> tuple[str, Description]:
+        sizes = record["size_um"], record["height_nm"]
+        height_map = read_height_map(kept_path(record["source"]), *sizes, channel=record["channel"])
+        return name_of(height_map), describe(height_map, partial(read_other_way, height_map))
+
+    return [read(record) for record in records]
+
+
+def _add(
+    scene: bpy.types.Scene, records: Sequence[dict[str, Any]], known: Sequence[tuple[str, Description]]
+) -> Grating:
+    gratings = scene.natural_gratings
+    first, *others = records
+    name, facts = known[0]
+    name = unused_name(name, {g.name for g in gratings.items})
+    grating = gratings.items.add()
+    grating.name, grating.source, grating.channel = name, first["source"], first["channel"] or ""
+    grating.size_um, grating.height_nm = first["size_um"] or 0.0, first["height_nm"] or 0.0
+    grating.summary = summary_of(facts) + (f", the mean of {len(records)} scans" if others else "")
+    grating.quality = quality_of(known)
+    grating.request = json.dumps({"scans": others}, sort_keys=True) if others else ""
+    grating.levelling = ",".join(step.text for step in DEFAULT)
+    gratings.active_index = len(gratings.items) - 1
+    return grating
+
+
+def quality_of(known: Sequence[tuple[str, Description]]) -> str:
+    """The worst light of scans, by name, and below it a line of each finding that is not good; of several scans with
+    the scan's name."""
+    light = max((facts.quality.light for _, facts in known), key=LIGHTS.index)
+    found = (
+        (f"{name}: " if len(known) > 1 else "") + f"{each.topic}: {each.light}; {each.sentence}"
+        for name, facts in known
+        for each in facts.quality.findings
+        if each.light != LIGHTS[0]
+    )
+    return "\n".join([light, *found])
+
+
+def name_of(height_map: HeightMap) -> str:
+    """A new grating's name: the sample's as people write it, or the file's."""
+    return title_of(height_map.stem) if height_map.source.startswith(SAMPLE_PREFIX) else printable(height_map.stem)
+
+
+def summary_of(facts: Description) -> str:
+    """One line of what `info` found."""
+    dy, dx = facts.pixel_size_m
+    size = f"{facts.cols * dx * 1e6:.3g} x {facts.rows * dy * 1e6:.3g} um"
+    periods = facts.periods_m
+    # round() and + 0 keep a minus off zero.
+    angle = round(facts.period_angles_deg[0]) + 0 if periods else 0
+    period = f", period {periods[0] * 1e9:.0f} nm at {angle} deg" if periods else ""
+    return f"{size}, relief {facts.relief_in_words()}{period}"

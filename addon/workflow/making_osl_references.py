@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Making a material that evaluates one of the thesis's methods, or the bake, in every pixel."""
+
+import hashlib
+from pathlib import Path
+
+import bpy
+
+from ...precompute.base.failure import GratingError, printable
+from ...precompute.colour.working_space import rgb_from_xyz
+from ...precompute.methods.dft_layout import read_sound_layout
+from ...precompute.table.atlas_file import read_header
+from ..blender import compat
+from ..gratings.grating import Grating, cache_folder
+from ..jobs.child import Job
+from ..materials.material import new_diffraction_material
+from ..materials.osl.osl_bake import build_osl_direct
+from ..materials.osl.thesis_methods import build_osl_response
+from ..materials.response import Response
+from ..materials.skin import group_around
+from .baking import deadline_of
+from .following_lamps import update_lamps
+
+
+def write_images(grating: Grating, method: str) -> Path:
+    """The file of a grating's DFT images for a method, made in the cache by a process beside Blender.
+
+    Raises GratingError if that fails."""
+    arguments = [*_images_arguments(grating), "--method", method, "--texels", "0"]
+    # Shaders read the file where it is. Each setting has a folder of its own, so that no file is written over.
+    key = hashlib.sha256("\0".join(arguments).encode()).hexdigest()[:16]
+    deadline = deadline_of([grating.source], "evaluated")
+    job = Job("dft", arguments, cache_folder() / "dft" / key, deadline=deadline)
+    job.wait()
+    return Path(job.result()["files"][0])
+
+
+def reference_from_images(scene: bpy.types.Scene, path: Path) -> bpy.types.Material:
+    """Make a new material that evaluates the method of a file of DFT images, lit by the scene's lamps.
+
+    Raises GratingError, with nothing changed, if the file holds no such images or the shader does not compile."""
+    matrix = rgb_from_xyz(compat.working_space(), read_sound_layout(path).illuminant)
+    name = printable(path.stem)
+    return _material_of(scene, name, build_osl_response(name, path, matrix))
+
+
+def reference_from_bake(scene: bpy.types.Scene, path: Path) -> bpy.types.Material:
+    """Make a new material whose shader reads a bake's file, lit by the scene's lamps.
+
+    Raises GratingError, with nothing changed, if the file is not a bake or the shader does not compile."""
+    layout, _ = read_header(path)
+    matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
+    name = printable(path.stem)
+    return _material_of(scene, name, build_osl_direct(name, path, layout, rgb_from_xyz=matrix))
+
+
+def _material_of(scene: bpy.types.Scene, name: str, response: Response) -> bpy.types.Material:
+    update_lamps(scene)
+    group = group_around(f"OSL {name}", response, shadows=True)
+    return new_diffraction_material(f"OSL {name}", group)
+
+
+def _images_arguments(grating: Grating) -> list[str]:
+    """The arguments of `dft` that name the surface, its levelling and its coherence length. Raises GratingError for a
+    grating of several scans: the thesis's methods see one patch of one."""
+    if grating.further_scans():
+        raise GratingError(f"{grating.name}: averages several scans, and this method needs one; import a single scan")
+    arguments = [grating.source_file(), "--level", grating.levelling]
+    for option, value in (("--size-um", grating.size_um), ("--height-nm", grating.height_nm)):
+        if value > 0:
+            arguments += [option, f"{value:.9g}"]
+    if grating.coherence_um > 0:
+        arguments += ["--coherence-um", f"{grating.coherence_um:.6g}"]
+    if grating.channel:
+        arguments += ["--channel", grating.channel]
+    return arguments

@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a scene needs of a grating's bake, measured through its cameras."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import bpy
+
+from ...precompute.bake.expected import expected_table_bytes
+from ...precompute.bake.needs import EVERYTHING, Needs
+from ...precompute.bake.request import BakeRequest, request_from
+from ...precompute.bake.shown_directions import MARGIN, SHARE, held_share, joined, needs_of
+from ...precompute.base.failure import GratingError
+from ...precompute.table.atlas import Layout
+from ...precompute.table.atlas_file import read_header
+from ...precompute.table.tiling import BYTES_PER_TEXEL
+from ..cameras.animation import frames_between, is_animated, moves
+from ..cameras.camera_look import Look, answers_to_everything, look, unknown_inputs
+from ..gratings.grating import Grating
+from ..lamps.follow import followed_lamps
+from ..materials.group_properties import is_diffraction
+from ..materials.material import diffraction_nodes
+from ..materials.response import response_in, responses_in
+from .restoring_bakes import bake_of
+
+# The most frames of a range that are looked at beside the cuts to other cameras; of one frame, how many rays, and at
+# least how many of each of several.
+FRAMES_MAX, _RAYS, _RAYS_LEAST = 16, 12000, 2000
+
+
+# The least share of a whole bake's memory that makes a bake for the scene worth its time, and worth losing all other
+# directions. A bake measures how fine it must be at other places than the whole bake did, so it may come out larger
+# than estimated: by 2 % (samples CD and Elaphe), 1 % (Xenopeltis) and 7 % (Blazed) for ranges that hold 0.9 to 0.99 of
+# all (u, v).
+SAVING_MIN = 0.1
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The needs of a scene, how they were measured as a needs file tells it, and lines to report. `pointless` is a line
+    that says why the scene has nothing to gain from a bake for them alone; empty if it has."""
+
+    needs: Needs
+    facts: dict[str, Any]
+    lines: list[str]
+    pointless: str = ""
+
+    def as_dict(self) -> dict[str, Any]:
+        """What a needs file holds."""
+        return self.needs.as_dict() | {"measured": self.facts}
+
+
+def measure_needs(scene: bpy.types.Scene, grating: Grating, frames: tuple[int, int] | None = None) -> Measured:
+    """Measure what a scene needs of a grating, from frame to frame of a range; by default of the scene's own range
+    where the camera, a lamp or a mesh that shows the grating may move, else in the present frame alone. The present
+    frame is the same afterwards.
+
+    Raises GratingError if there is no camera, or if it sees nothing of the grating that is lit."""
+    if scene.camera is None or scene.camera.type != "CAMERA":
+        raise GratingError(f"scene {scene.name}: no camera; add one and make it the scene's camera")
+    carriers = list(_carriers(scene, grating))
+    if not carriers:
+        raise GratingError(f"{grating.name}: no mesh of the scene shows it; press Assign to Selected")
+    chosen = _frames(scene, carriers, frames)
+    rays = max(_RAYS_LEAST, _RAYS // len(chosen))
+    response = response_in(grating.group)
+    parts, nodes, places, cast = [], {}, 0, 0
+    for seen in _looks(scene, chosen, rays):
+        cast += seen.count
+        for each in seen.places:
+            if response in responses_in(each.node.node_tree):
+                places += int((each.rays < seen.count).sum())
+                nodes[each.node] = each.thing
+                parts.append(seen.shown(response, each))
+    shown = joined(parts)
+    if not places:
+        raise GratingError(f"{grating.name}: the camera sees nothing of it; turn the camera to {carriers[0].name}")
+    if shown.is_dark:
+        raise GratingError(f"{grating.name}: no lamp lights what the camera sees of it; add a sun, or move a lamp")
+    needs, reasons = needs_of(shown), []
+    for node, thing in nodes.items():
+        if unknown := unknown_inputs(node):
+            needs = replace(EVERYTHING, light_radius=needs.light_radius)
+            reasons.append(f"{thing.name}: every direction is kept, as links set its {', '.join(unknown)}")
+    facts = {
+        "grating": grating.name, "light_share": round(held_share(shown, needs), 6), "asked_light_share": SHARE,
+        "margin": MARGIN, "frames": chosen, "rays": cast, "places": places,
+        "lights": "everywhere" if any(answers_to_everything(node.node_tree) for node in nodes) else "lamps",
+        "objects": sorted({thing.name for thing in nodes.values()}),
+    }  # fmt: skip
+    lines = [_told(grating, needs, facts), *reasons, *_unseen(scene, carriers, nodes)]
+    return Measured(needs, facts, lines, pointless(grating, needs))
+
+
+def pointless(grating: Grating, needs: Needs) -> str:
+    """A line if a bake of the needs would save too little of the grating's present bake; empty if it is worth its time,
+    or if the present bake holds a part of the directions itself."""
+    layout = _whole_layout(grating)
+    if layout is None:
+        return ""
+    part, whole = expected_table_bytes(layout, needs)
+    if part <= (1 - SAVING_MIN) * whole:
+        return ""
+    return (
+        f"{grating.name}: nothing to gain: the scene shows {needs.region.share_of_disc:.0%} of all directions, and a "
+        f"bake for it would take about {part / 2**20:.0f} of {whole / 2**20:.0f} MiB; the present bake stays"
+    )
+
+
+def no_smaller(grating: Grating, facts: dict[str, Any]) -> str:
+    """A line if a bake for the scene, by its facts, takes no less memory than the grating's present whole bake; empty
+    if it does."""
+    layout = _whole_layout(grating)
+    whole = 0 if layout is None else layout.width * layout.height * BYTES_PER_TEXEL
+    if layout is None or facts["blender_bytes"] < whole:
+        return ""
+    return (
+        f"{grating.name}: nothing gained: the bake for this scene takes {facts['blender_bytes'] / 2**20:.0f} MiB for "
+        f"{whole / 2**20:.0f} MiB; the present bake stays"
+    )
+
+
+def _whole_layout(grating: Grating) -> Layout | None:
+    """The layout of the grating's present bake, if that is there and holds every direction."""
+    try:
+        layout, _ = read_header(grating.baked_file())
+    except GratingError:
+        return None
+    return layout if layout.whole else None
+
+
+def request_with(grating: Grating, needs: Needs) -> BakeRequest:
+    """The request for a grating's bake with these needs. A grating that was made from a bake alone takes all else from
+    that bake's header.
+
+    Raises GratingError as Grating.bake_request does, or if the header names a scan whose place it does not tell."""
+    if grating.source:
+        return replace(grating.bake_request(), needs=needs)
+    path = bake_of(grating)
+    _, record = read_header(path)
+    request = request_from(record.get("request", {}), str(path))
+    if not request.scans or not all(scan.source.startswith("sample:") for scan in request.scans):
+        grating.source_file()  # which says what is missing
+    return replace(request, needs=needs)
+
+
+def _carriers(scene: bpy.types.Scene, grating: Grating) -> Iterator[bpy.types.Object]:
+    """The meshes of a scene that show a grating, alone or among others."""
+    if grating.group is None or not is_diffraction(grating.group):
+        return
+    response = response_in(grating.group)
+    for thing in scene.objects:
+        nodes = [node for slot in thing.material_slots for node in diffraction_nodes(slot.material)]
+        if thing.type == "MESH" and any(response in responses_in(node.node_tree) for node in nodes):
+            yield thing
+
+
+def _frames(scene: bpy.types.Scene, carriers: list[bpy.types.Object], asked: tuple[int, int] | None) -> list[int]:
+    """Frames of a range, among them each in which a marker brings another camera."""
+    cuts = [marker.frame for marker in scene.timeline_markers if marker.camera is not None]
+    trees = {slot.material.node_tree for thing in carriers for slot in thing.material_slots if slot.material}
+    if asked is None:
+        things = [scene.camera, *carriers, *followed_lamps(scene)]
+        if not (cuts or moves(things) or any(map(is_animated, filter(None, trees)))):
+            return [scene.frame_current]
+        asked = scene.frame_start, scene.frame_end
+    first, last = asked
+    return sorted({*frames_between(first, last, FRAMES_MAX), *(frame for frame in cuts if first <= frame <= last)})
+
+
+def _looks(scene: bpy.types.Scene, frames: list[int], rays: int) -> Iterator[Look]:
+    """A look in each frame; the present frame is then as it was."""
+    now, subframe = scene.frame_current, scene.frame_subframe
+    try:
+        for frame in frames:
+            if len(frames) > 1 or frame != now:
+                scene.frame_set(frame)
+            if (seen := look(scene, bpy.context.evaluated_depsgraph_get(), rays=rays, footprints=True)) is not None:
+                yield seen
+    finally:
+        if (scene.frame_current, scene.frame_subframe) != (now, subframe):
+            scene.frame_set(now, subframe=subframe)
+
+
+def _told(grating: Grating, needs: Needs, facts: dict[str, Any]) -> str:
+    ranges = ", ".join(
+        f"{name} {low:.2f} to {high:.2f}" for name, (low, high) in zip("uvw", (*needs.region, needs.w), strict=True)
+    )
+    frames = facts["frames"]
+    when = f"frame {frames[0]}" if len(frames) == 1 else f"{len(frames)} frames from {frames[0]} to {frames[-1]}"
+    return (
+        f"{grating.name}: the scene needs {ranges}: {facts['light_share']:.2%} of its light at {facts['places']} "
+        f"places, in {when}"
+    )
+
+
+def _unseen(
+    scene: bpy.types.Scene, carriers: list[bpy.types.Object], nodes: Mapping[Any, bpy.types.Object]
+) -> list[str]:
+    """A line for each carrier that was not looked at although it renders."""
+    seen = set(nodes.values())
+    left = [o for o in carriers if o not in seen and not o.hide_render and not o.visible_get()]
+    return [f"{o.name}: hidden in the viewport, so it was not looked at; show it and measure again" for o in left]

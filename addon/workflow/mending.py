@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Mending the file's diffraction materials after an artist deleted, exchanged or edited data-blocks in them."""
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import bpy
+
+from ...precompute.base.failure import GratingError
+from ..gratings.grating import Grating
+from ..materials.group_properties import diffraction_groups
+from ..materials.lost_parts import lost, lost_of_nodes, lost_of_own
+from ..materials.material import add_diffraction, empty_nodes
+from ..materials.replace import replace_response
+from ..materials.response import responses_in
+from ..materials.skin import refill, take_back
+from .following_lamps import update_all_lamps
+from .making_materials import group_of, response_of
+from .restoring_bakes import bake_shown_by
+
+
+def mend_materials() -> list[str]:
+    """Mend the file's Diffraction groups from their bakes, and the materials whose Diffraction node is empty. Returns
+    lines to report: what was done, then what could not be mended, with the remedy.
+
+    Raises GratingError if nothing could be mended."""
+    mended, faults = [], []
+    for tree in bpy.data.node_groups:
+        if tree.library is None:
+            take_back(tree)
+    owners: dict[Any, tuple[bpy.types.Scene, Grating]] = {
+        grating.own_group: (scene, grating) for scene, grating in _gratings()
+    }
+    update_all_lamps()
+    for group in filter(_is_broken, _groups()):
+        try:
+            _mend(group, owners.get(group))
+            mended.append(group.name)
+        except GratingError as error:
+            faults.append(str(error))
+    for material in filter(empty_nodes, _materials()):
+        try:
+            add_diffraction(material, _group_for(material))
+            mended.append(material.name)
+        except GratingError as error:
+            faults.append(str(error))
+    faults += lost(_groups())
+    if not mended and faults:
+        raise GratingError("; ".join(dict.fromkeys(faults[:1])))
+    return [f"mended: {', '.join(mended)}" if mended else "every diffraction material is whole", *dict.fromkeys(faults)]
+
+
+def _mend(group: bpy.types.NodeTree, owner: tuple[bpy.types.Scene, Grating] | None) -> None:
+    if not lost_of_own(group):
+        refill(group, responses_in(group))
+    elif owner is not None:
+        group_of(*owner)
+    else:
+        replace_response(group, response_of(bake_shown_by(group)))
+
+
+def _group_for(material: bpy.types.Material) -> bpy.types.NodeTree:
+    """The Diffraction group of the grating that a material showed before its node was emptied. Raises GratingError if
+    that is not known."""
+    gratings = list(_gratings())
+    owners = [(scene, grating) for scene, grating in gratings if grating.material == material] or [
+        (scene, grating) for scene, grating in gratings if len(gratings) == 1
+    ]
+    if not owners:
+        raise GratingError(f"{material.name}: its Diffraction node is empty; choose a grating, then Add to Materials")
+    return group_of(*owners[0])
+
+
+def _gratings() -> Iterator[tuple[bpy.types.Scene, Grating]]:
+    for scene in bpy.data.scenes:
+        gratings: Iterable[Grating] = scene.natural_gratings.items if scene.library is None else ()
+        for grating in gratings:
+            yield scene, grating
+
+
+def _groups() -> list[bpy.types.NodeTree]:
+    return [group for group in diffraction_groups() if group.library is None]
+
+
+def _materials() -> list[bpy.types.Material]:
+    return [material for material in bpy.data.materials if material.library is None]
+
+
+def _is_broken(group: bpy.types.NodeTree) -> bool:
+    return bool(lost_of_own(group) or lost_of_nodes(group))

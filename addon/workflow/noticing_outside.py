@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Noticing that a scene has left the region for which a grating was baked, so that parts of it are black.
+
+A few rays are cast through the scene's camera as it stands now: a tenth of a second, and no frame but the present."""
+
+import bpy
+
+from ...precompute.bake.shown_directions import Shown, held_share, joined, left_out
+from ..cameras.camera_look import look
+from ..gratings.baked_region import has_regions, note_outside, noted_region
+from ..materials.response import Response, responses_in
+
+# How many rays are cast, and from which share of an object's light on it is worth a word: the needs leave out a
+# thousandth, and so few rays are off by a few times that.
+_RAYS, _WORTH_A_WORD = 2000, 0.005
+
+
+def notice_outside(scene: bpy.types.Scene) -> list[str]:
+    """A line for each object that shows light from outside of what a grating on it was baked for: how much of its
+    light, and how far it reaches. The scene is the one that is open, as it was last evaluated."""
+    if not has_regions() or scene != bpy.context.scene:
+        note_outside(scene, [])
+        return []
+    seen = look(scene, bpy.context.evaluated_depsgraph_get(), rays=_RAYS)
+    parts: dict[tuple[bpy.types.Object, Response], list[Shown]] = {}
+    if seen is not None:
+        for places in seen.places:
+            for response in responses_in(places.node.node_tree):
+                parts.setdefault((places.thing, response), []).append(seen.shown(response, places))
+    told = [_told(thing, response, joined(shown)) for (thing, response), shown in parts.items()]
+    lines = [line for line in told if line]
+    note_outside(scene, lines)
+    return lines
+
+
+def _told(thing: bpy.types.Object, response: Response, shown: Shown) -> str:
+    """The line of one object; empty if all is as it should be."""
+    region = noted_region(response.group)
+    if region is None or shown.is_dark or (outside := 1 - held_share(shown, region)) < _WORTH_A_WORD:
+        return ""
+    reached = "; ".join(left_out(shown, region, share=_WORTH_A_WORD / 6))
+    return (
+        f"{thing.name}: {outside:.0%} of its light is outside of what its grating was baked for, and black "
+        f"({reached}); press Bake for This Scene again"
+    )

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rendering the scene to a picture."""
+
+from pathlib import Path
+
+import bpy
+
+from ...precompute.base.failure import GratingError
+from ..blender import compat, mesa
+
+_FILE_FORMATS = {".png": "PNG", ".exr": "OPEN_EXR"}
+
+
+def render_picture(
+    path: Path,
+    *,
+    engine: str | None = None,
+    samples: int | None = None,
+    width: int | None = None,
+    height: int | None = None,
+) -> None:
+    """Render the open scene to a PNG or EXR file. What is None stays as the scene has it; engine is "cycles" or
+    "eevee".
+
+    Raises GratingError if the scene has no camera, or if the picture is of another kind or is not written."""
+    scene = bpy.context.scene
+    if scene.camera is None:
+        raise GratingError(f"scene {scene.name}: no camera; add one and make it the scene's camera")
+    file_format = _FILE_FORMATS.get(path.suffix.lower())
+    if file_format is None:
+        raise GratingError(f"{path}: neither PNG nor EXR; name the picture .png or .exr")
+    render = scene.render
+    if engine:
+        render.engine = "CYCLES" if engine == "cycles" else compat.eevee_engine()
+    if samples:
+        scene.cycles.samples = scene.eevee.taa_render_samples = samples
+    render.resolution_x = width or render.resolution_x
+    render.resolution_y = height or render.resolution_y
+    if width or height:
+        render.resolution_percentage = 100
+    compat.write_pictures(render.image_settings, file_format)
+    if file_format == "OPEN_EXR":
+        render.image_settings.color_depth = "32"
+    render.filepath = str(path.resolve())
+    mesa.filter_as_cards_do()
+    bpy.ops.render.render(write_still=True)
+    if not path.is_file():
+        raise GratingError(f"{path}: not written; check the folder and its permissions")

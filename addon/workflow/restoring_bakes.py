@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The file of a grating's bake, found again or written again, and gratings whose materials lost a part mended by it."""
+
+import hashlib
+from functools import partial
+from pathlib import Path
+
+import bpy
+
+from ...precompute.base.failure import GratingError, printable
+from ...precompute.base.files import told_of, write_together
+from ...precompute.table.atlas_file import read_header
+from ...precompute.table.sample_set import path_beside
+from ..gratings.bakes import asked
+from ..gratings.grating import Grating, cache_folder, is_there
+from ..materials.pictures import fault_of, pictures_of
+from ..materials.response import own_trees
+
+# How an OpenEXR file begins.
+_EXR = b"\x76\x2f\x31\x01"
+
+
+def bake_of(grating: Grating) -> Path:
+    """The file of a grating's bake. If it is not where the grating notes it, it is looked for among the bakes that
+    Blender keeps, and else written there again from the pictures that are packed in the .blend; the grating then notes
+    that file.
+
+    Raises GratingError if the bake is in none of these places, or if the file cannot be written."""
+    try:
+        return grating.baked_file()
+    except GratingError:
+        found = (grating.bake_path and _kept(grating)) or _unpacked(grating)
+        if found is None:
+            raise
+    grating.bake_path = str(found)
+    return found
+
+
+def bakes_folder(request: str) -> Path:
+    """Where Blender keeps the bake of a request, given as gratings/bakes.py's `asked` writes it."""
+    return cache_folder() / "bakes" / hashlib.sha256(request.encode()).hexdigest()[:16]
+
+
+def _kept(grating: Grating) -> Path | None:
+    """The bake that was made of the grating's settings on this machine; None if there is none."""
+    name = Path(bpy.path.abspath(grating.bake_path)).name
+    try:
+        path = bakes_folder(asked(grating.bake_request())) / name
+    except GratingError:  # its settings are of no bake
+        return None
+    return path if is_there(path) else None
+
+
+def _unpacked(grating: Grating) -> Path | None:
+    """The bake written anew from the packed pictures of the grating's node group; None if they are lost."""
+    return None if grating.group is None else unpacked_bake(grating.group)
+
+
+def unpacked_bake(group: bpy.types.NodeTree) -> Path | None:
+    """The bake that a Diffraction group shows, written as files from its packed pictures, without its sample set if
+    that is lost; None if the table is lost. Raises GratingError if a file cannot be written."""
+    tree, world = own_trees(group)
+    table = next(iter(_packed(tree)), None)
+    if table is None:
+        return None
+    others = [image for image in _packed(world) if image != table]
+    content = bytes(table.packed_file.data)
+    folder = cache_folder() / "bakes" / hashlib.sha256(content).hexdigest()[:16]
+    path = folder / f"{printable(Path(bpy.path.basename(table.filepath) or table.name).stem)}.exr"
+    held = {path: content} | {path_beside(path): bytes(other.packed_file.data) for other in others[:1]}
+    with told_of(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    write_together({each: partial(_write_bytes, data=data) for each, data in held.items()})
+    try:
+        read_header(path)
+    except GratingError:  # a picture of something else
+        return None
+    return path
+
+
+def bake_shown_by(group: bpy.types.NodeTree) -> Path:
+    """The file of the bake that a Diffraction group of no grating shows. Raises GratingError if there is none."""
+    pictures = [image for tree in own_trees(group) if tree is not None for image in pictures_of(tree)]
+    files = (Path(bpy.path.abspath(image.filepath)) for image in pictures if image is not None and image.filepath)
+    found = unpacked_bake(group) or next((file for file in files if file.is_file()), None)
+    if found is None:
+        raise GratingError(f"{group.name}: the bake that it shows is lost; assign another grating to its objects")
+    return found
+
+
+def _packed(tree: bpy.types.NodeTree | None) -> list[bpy.types.Image]:
+    """The sound pictures of a node group that are packed as OpenEXR files of a bake."""
+    pictures = (
+        [] if tree is None else [image for image in pictures_of(tree) if image is not None and not fault_of(image)]
+    )
+    return [i for i in pictures if i.packed_file is not None and i.filepath and i.packed_file.data[:4] == _EXR]
+
+
+def _write_bytes(path: Path, data: bytes) -> None:
+    path.write_bytes(data)

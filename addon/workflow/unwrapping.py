@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Unwrapping a mesh into a new UV map. The maps that it has stay, and so does the direction of its grating: an unwrap
+turns its islands as it likes, so no direction is taken from it."""
+
+import hashlib
+from dataclasses import replace
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ...precompute.base.failure import GratingError
+from ...precompute.mesh.unwrap import BY_BLENDER, Mesh, Packing, longest_seconds, write_mesh
+from ..direction.uv_maps import has_comb, rendering_map
+from ..gratings.direction_source import STORED, UV_MAP
+from ..jobs.child import Deadline, Job
+from .choosing_direction import choose_frame, meshes_that_show
+from .chosen_meshes import check_not_edited
+
+NEW_MAP = "Unwrapped"
+# Seconds for the process around xatlas to read a mesh and to write its map. A million triangles take a few.
+_AROUND_SECONDS = 600
+# As many UV maps as a mesh can have.
+_MAPS_MAX = 8
+
+
+class Unwrapping:
+    """An unwrap by xatlas in a process beside Blender. Poll `job.running`; then `finish`, or before it `cancel`."""
+
+    def __init__(self, mesh: bpy.types.Object, packing: Packing) -> None:
+        """Start it. Raises GratingError if the mesh cannot be unwrapped."""
+        triangles = _triangles(mesh)
+        self.mesh_name, self._faces = mesh.name, _faces(mesh.data)
+        options = {"--size": packing.size, "--padding": packing.padding, "--density": packing.density}
+
+        def words(private: Path) -> list[str]:
+            path = private / "mesh.npz"
+            write_mesh(path, triangles)
+            return [str(path), *(f"{name}={value}" for name, value in options.items())]
+
+        seconds = longest_seconds(len(triangles.triangles)) + _AROUND_SECONDS
+        line = f"{mesh.name}: not unwrapped within {seconds / 60:.0f} min; {BY_BLENDER}"
+        self.job = Job("unwrap", words, deadline=Deadline(seconds, line))
+
+    def cancel(self) -> None:
+        """Stop it; nothing is left."""
+        self.job.cancel()
+
+    def finish(self) -> list[str]:
+        """Give the mesh its new map, once the process has ended. Returns lines to report.
+
+        Raises GratingError, with nothing changed, if it failed, or if the mesh is not as it was."""
+        facts, uv = self.job.result(lambda facts: (facts, _written_map(facts["files"][0])))
+        mesh = bpy.data.objects.get(self.mesh_name)
+        if mesh is None or mesh.type != "MESH" or mesh.mode == "EDIT" or _faces(mesh.data) != self._faces:
+            raise GratingError(f"{self.mesh_name}: its faces are no longer those that were unwrapped; unwrap it again")
+        return _add_map(mesh, uv, f"{facts['islands']} islands fill {facts['filled']:.0%} of it")
+
+
+def unwrap_and_wait(mesh: bpy.types.Object, packing: Packing) -> list[str]:
+    """Unwrap a mesh by xatlas; lines to report. Raises GratingError, with nothing changed, if that fails."""
+    unwrapping = Unwrapping(mesh, packing)
+    try:
+        unwrapping.job.wait()
+    except BaseException:
+        unwrapping.cancel()
+        raise
+    return unwrapping.finish()
+
+
+def unwrap_by_blender(context: bpy.types.Context, mesh: bpy.types.Object, packing: Packing) -> list[str]:
+    """Unwrap a mesh by Blender's own Minimum Stretch, along the mesh's seams, or where it has none along the rims of
+    Smart UV Project's islands; lines to report. Raises GratingError, with nothing changed, if the mesh cannot be
+    unwrapped."""
+    count = len(_triangles(mesh).triangles)
+    layer = context.view_layer
+    chosen, active = list(context.selected_objects), layer.objects.active
+    copy = bpy.data.objects.new("Unwrapping", mesh.data.copy())
+    data = copy.data
+    context.scene.collection.objects.link(copy)
+    try:
+        for other in chosen:
+            other.select_set(False)
+        copy.select_set(True)
+        layer.objects.active = copy
+        own = data.uv_layers.new(name=NEW_MAP)
+        own.active, name = True, own.name
+        margin = packing.padding / packing.size
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.reveal()
+        bpy.ops.mesh.select_all(action="SELECT")
+        if not any(edge.use_seam for edge in mesh.data.edges):
+            bpy.ops.uv.smart_project(island_margin=margin)
+            bpy.ops.uv.seams_from_islands()
+        bpy.ops.uv.unwrap(method="MINIMUM_STRETCH", margin_method="FRACTION", margin=margin)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        uv = np.empty((len(data.loops), 2), np.float32)
+        data.uv_layers[name].uv.foreach_get("vector", uv.ravel())
+    finally:
+        bpy.data.meshes.remove(data)
+        for other in chosen:
+            other.select_set(True)
+        layer.objects.active = active
+    return _add_map(mesh, uv[_loops(mesh.data)], f"{count} triangles, by Blender's Minimum Stretch")
+
+
+def _written_map(path: str) -> np.ndarray:
+    with np.load(path) as file:
+        return file["uv"]
+
+
+def _triangles(mesh: bpy.types.Object) -> Mesh:
+    """The triangles of a mesh. Raises GratingError if it cannot be unwrapped."""
+    data = mesh.data
+    if data.library is not None or data.override_library is not None:
+        file = (data.library or data.override_library.reference.library).filepath
+        raise GratingError(f"{mesh.name}: its mesh is linked from {file}; use Object > Relations > Make Local")
+    check_not_edited(mesh)
+    if not data.polygons:
+        raise GratingError(f"{mesh.name}: no faces to unwrap; choose a mesh with faces")
+    if len(data.uv_layers) >= _MAPS_MAX:
+        raise GratingError(f"{mesh.name}: it has {_MAPS_MAX} UV maps, as many as a mesh can have; remove one")
+    points = np.empty((len(data.vertices), 3), np.float32)
+    data.vertices.foreach_get("co", points.ravel())
+    # A map whose pixels are all of one size on the surface, also where the object is stretched.
+    points = points @ np.array(mesh.matrix_world.to_3x3(), np.float32).T
+    data.calc_loop_triangles()
+    triangles = np.empty((len(data.loop_triangles), 3), np.int32)
+    data.loop_triangles.foreach_get("vertices", triangles.ravel())
+    polygons = np.empty(len(triangles), np.int32)
+    data.loop_triangles.foreach_get("polygon_index", polygons)
+    try:
+        return Mesh(points, triangles, polygons)
+    except GratingError as error:
+        raise GratingError(f"{mesh.name}{str(error).removeprefix('the mesh')}") from error
+
+
+def _loops(data: bpy.types.Mesh) -> np.ndarray:
+    """The corners (m, 3) of a mesh's triangles."""
+    data.calc_loop_triangles()
+    loops = np.empty((len(data.loop_triangles), 3), np.int32)
+    data.loop_triangles.foreach_get("loops", loops.ravel())
+    return loops
+
+
+def _faces(data: bpy.types.Mesh) -> str:
+    """A text that is the same as long as a mesh's faces are the same."""
+    vertices = np.empty(len(data.loops), np.int32)
+    data.loops.foreach_get("vertex_index", vertices)
+    counts = np.empty(len(data.polygons), np.int32)
+    data.polygons.foreach_get("loop_total", counts)
+    return hashlib.sha256(vertices.tobytes() + b"/" + counts.tobytes()).hexdigest()
+
+
+def _add_map(mesh: bpy.types.Object, uv: np.ndarray, facts: str) -> list[str]:
+    """Give a mesh a new map with the places (m, 3, 2) of its triangles' corners. Returns lines to report."""
+    data = mesh.data
+    before = rendering_map(data).name if data.uv_layers else ""
+    corners = np.zeros((len(data.loops), 2), np.float32)
+    corners[_loops(data)] = uv
+    layer = data.uv_layers.new(name=NEW_MAP, do_init=False)
+    layer.uv.foreach_set("vector", corners.ravel())
+    layer.active = True
+    return [f"{mesh.name}: unwrapped into {layer.name}: {facts}", *_keep_direction(mesh, before)]
+
+
+def _keep_direction(mesh: bpy.types.Object, before: str) -> list[str]:
+    """Have the gratings of a mesh take their direction from the map that rendered before, where a comb does not hold
+    it. Returns a line on it."""
+    if has_comb(mesh.data):
+        return []
+    if not before:
+        return [
+            f"{mesh.name}: the new map is its only direction, and its islands turn it; use another Direction Source"
+        ]
+    for grating in (grating for scene in bpy.data.scenes for grating in scene.natural_gratings.items):
+        shown_on = meshes_that_show(grating.group)
+        if mesh not in shown_on or grating.frame_kind != STORED or any(has_comb(each.data) for each in shown_on):
+            continue
+        try:
+            choose_frame(grating, replace(grating.frame_source(), kind=UV_MAP, uv_map=before))
+        except GratingError:
+            continue  # another mesh has no such map; on this one it is still the map that renders
+    return [f"{mesh.name}: its grating keeps the direction of {before}"]

@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the second Blender runs first: `start.py REQUEST`. The extension is not enabled there; of its packages, only the
+modules that inside.py asks for are imported."""
+
+import importlib
+import sys
+from pathlib import Path
+from types import ModuleType
+
+ROOT = Path(__file__).resolve().parents[2]
+NAME = "natural_gratings"
+
+
+def main() -> None:
+    # Packages without their own __init__: that of the add-on imports the whole interface.
+    for name, folder in ((NAME, ROOT), (f"{NAME}.addon", ROOT / "addon")):
+        package = sys.modules[name] = ModuleType(name)
+        package.__path__ = [str(folder)]
+    importlib.import_module(f"{NAME}.addon.worlds.second_blender").render_and_fit(Path(sys.argv[-1]))
+
+
+if __name__ == "__main__":
+    main()

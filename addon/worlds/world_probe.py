@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A look at a world by a Blender of its own, beside this one.
+
+A render in this Blender would replace the artist's Render Result, and the interface would stand still. So a copy of the
+world goes into a file, and a second Blender without the artist's settings renders that: a panorama, and closer looks
+where it has small bright parts (inside.py).
+"""
+
+import json
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ...precompute.base.child_process import PYTHON_FLAGS, ChildProcess, inherited_environment, lines_of
+from ...precompute.base.failure import GratingError
+from ...precompute.base.strict_json import read_json
+from ...precompute.lights.sources import Source
+from ..blender.rendering import is_rendering
+from .stand_alone import stand_alone
+
+_START = Path(__file__).with_name("start.py")
+# A world whose pictures take longer to load is a fault: of 16384 x 8192 pixels it takes seconds.
+_LONGEST_SECONDS = 300
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What a probe found.
+
+    panorama    (rows, cols, 3) the world's radiance, as precompute/lights/panorama.py lays it
+    sources     the brightest first
+    missed      the share of the light that is bright and compact but in no source, 0 to 1"""
+
+    panorama: np.ndarray
+    sources: list[Source]
+    missed: float
+
+
+class Probe(ChildProcess):
+    """A running look at a world. Poll `running`, or `wait`; then take the `result`."""
+
+    def __init__(self, world: bpy.types.World, scene: bpy.types.Scene, count: int) -> None:
+        """Start to look for at most `count` sources. Raises GratingError while a render is running, which reads the
+        data that the copy of the world would change, and where no file can be written."""
+        if is_rendering():
+            raise GratingError(f"world {world.name}: not fitted while a render is running; try again when it has ended")
+        self._name = world.name
+
+        def prepare(private: Path) -> list[str]:
+            _write_request(world, scene, {"folder": str(private), "count": count})
+            return [*_blender(), str(private / "request.json")]
+
+        super().__init__(prepare, inherited_environment(), longest_seconds=_LONGEST_SECONDS)
+
+    def result(self) -> Fit:
+        """What was found, once it has ended. Raises GratingError if the second Blender failed or took too long."""
+        try:
+            if self.is_late:
+                raise GratingError(
+                    f"world {self._name}: not rendered within {_LONGEST_SECONDS} s; use smaller pictures, and none "
+                    "from a drive that does not answer"
+                )
+            if self.status == 0:
+                found = read_json(self.folder / "fit.json", "try again")
+                sources = [
+                    Source(np.array(one["direction"]), np.array(one["irradiance"]), one["variance"])
+                    for one in found["sources"]
+                ]
+                return Fit(np.load(self.folder / "panorama.npy"), sources, found["missed"])
+            told = lines_of(self.out_path) + lines_of(self.err_path)
+        finally:
+            self.clean_up()
+        last = next((line for line in reversed(told) if line.strip()), "no word")
+        raise GratingError(f"world {self._name}: not rendered ({last}); look at its nodes and pictures")
+
+
+def fit_of(world: bpy.types.World, scene: bpy.types.Scene, count: int) -> Fit:
+    """Panorama, sources and what they miss. Raises GratingError as Probe does."""
+    probe = Probe(world, scene, count)
+    probe.wait()
+    return probe.result()
+
+
+def _blender() -> list[str]:
+    """The command that runs start.py in a Blender without the artist's settings and without a window."""
+    if bpy.app.binary_path:
+        background = ("--background", "--factory-startup", "--python-exit-code", "1")
+        return [bpy.app.binary_path, *background, "--python", str(_START), "--"]
+    return [sys.executable, *PYTHON_FLAGS, str(_START)]
+
+
+def _write_request(world: bpy.types.World, scene: bpy.types.Scene, request: dict[str, Any]) -> None:
+    """Write the world into a file of its own, and beside it what such a file does not hold."""
+    folder = Path(request["folder"])
+    with stand_alone(world) as alone:
+        blend = folder / "world.blend"
+        # Of data that nothing uses, only that with a fake user is written.
+        bpy.data.libraries.write(str(blend), {alone.world}, path_remap="ABSOLUTE", fake_user=True)
+        pixels = []
+        for number, image in enumerate(alone.painted()):
+            values = np.empty(len(image.pixels), np.float32)
+            image.pixels.foreach_get(values)
+            np.save(folder / f"{number}.npy", values)
+            pixels.append({"image": image.name, "file": f"{number}.npy"})
+        request |= {
+            "world": alone.world.name, "pixels": pixels, "objects": alone.objects, "frame": scene.frame_current,
+            "osl": bool(scene.cycles.shading_system),
+        }  # fmt: skip
+    (folder / "request.json").write_text(json.dumps(request), encoding="utf-8")

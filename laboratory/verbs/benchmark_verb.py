@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`benchmark`: speed against error, every method on the same surfaces."""
+
+import argparse
+from pathlib import Path
+
+from precompute.base.failure import GratingError
+from precompute.base.files import write_whole
+from precompute.cli.arguments import add_json
+from precompute.cli.option_types import path_argument
+from precompute.cli.printing import Progress, emit
+
+from ..speed import page
+from ..speed import run as benchmark
+from ..speed.pictures import PAGE, write_pictures
+from ..speed.surfaces import FULL, QUICK, SHARED
+from ..speed.tables import summary
+from ..study import plots
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `benchmark`."""
+    parser.add_argument(
+        "--quick", action="store_true", help="a trial of a minute with small pieces, whose numbers are no result"
+    )
+    parser.add_argument(
+        "-o", "--output", type=path_argument, default=Path("benchmark"), metavar="DIR",
+        help=f"folder for {PAGE} and its pictures; default benchmark",
+    )  # fmt: skip
+    parser.add_argument(
+        "--shared", type=path_argument, metavar="DIR", help="folder of real scans; default ../shared/data, if it exists"
+    )
+    add_json(parser)
+    parser.add_argument("--progress", choices=("text", "json", "none"), default="text", help=argparse.SUPPRESS)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """The `benchmark` verb: print the table, write the page and its pictures."""
+    if arguments.shared is not None and not arguments.shared.is_dir():
+        raise GratingError(f"{arguments.shared}: there is no such folder; leave --shared out for the sample surfaces")
+    plots.pyplot()
+    effort = QUICK if arguments.quick else FULL
+    result = benchmark.run(effort, arguments.shared or SHARED, Progress(arguments.progress))
+    pictures = write_pictures(result, arguments.output / "images")
+    file = arguments.output / PAGE
+    write_whole(file, lambda path: path.write_text(page.text(result), encoding="utf-8"))
+    files = [str(file), *map(str, pictures)]
+    emit({**result.as_dict(), "files": files}, arguments.json, lambda: [*summary(result).splitlines(), *files])

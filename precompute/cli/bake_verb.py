@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`bake`: height maps into the table that the material reads."""
+
+import argparse
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from ..bake import cache
+from ..bake.bake_folder import LEVELLING, are_facts, bake_to_folder
+from ..bake.needs import EVERYTHING, read_needs
+from ..bake.request import BakeRequest, Scan, request_from
+from ..base.failure import GratingError
+from ..base.progress import span_of
+from ..base.strict_json import read_json
+from ..measure.forms import FORM_NAMES
+from ..table import atlas_file
+from .arguments import add_bake_options, add_input
+from .option_types import path_argument
+from .printing import Progress, emit
+
+# The share of a run's time after which its scans are read, about.
+_READ = 0.01
+_READING = "reading the scan"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `bake`."""
+    add_input(parser, several="*")
+    parser.add_argument("-o", "--output", required=True, type=path_argument, metavar="DIR", help="folder for the bake")
+    add_bake_options(parser)
+    parser.add_argument(
+        "--request",
+        type=path_argument,
+        metavar="BAKE.exr|JSON",
+        help="repeat the bake of this request; if its scans are not beside it, FILE says where they are",
+    )
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Run the verb `bake`: read the scans, bake them, measure the error, write the files."""
+    request = request_of(arguments)
+    told = Progress(arguments.progress, may_be_refused=(_READING, LEVELLING))
+    height_maps = []
+    for number, scan in enumerate(request.scans):
+        told(_READING, _READ * number / len(request.scans))
+        height_maps.append(scan.read())
+    progress = span_of(told, _READ, 1)
+
+    def make(folder: Path) -> dict[str, Any]:
+        return bake_to_folder(height_maps, request, folder, progress=progress)
+
+    if arguments.no_cache:
+        facts = {**make(arguments.output), "cached": False}
+    else:
+        facts = cache.bake_once(
+            cache.key_of(height_maps, request), arguments.output, make,
+            believed=lambda facts: are_facts(facts, height_maps), progress=progress,
+        )  # fmt: skip
+    emit(facts, arguments.json, lambda: bake_summary(facts))
+
+
+def request_of(arguments: argparse.Namespace) -> BakeRequest:
+    """What the command line asks of a bake: by --request, or else by FILE and options.
+
+    Raises GratingError for a request that no bake can keep."""
+    if arguments.request is not None:
+        return _found_at(arguments.files, read_request(arguments.request), arguments.request)
+    if not arguments.files:
+        raise GratingError("no height map to bake; name a FILE, or name a bake to repeat by --request")
+    return BakeRequest(
+        delta_e=arguments.delta_e,
+        coherence_length_m=None if arguments.coherence_um is None else arguments.coherence_um * 1e-6,
+        illuminant=arguments.illuminant,
+        needs=EVERYTHING if arguments.needs is None else read_needs(arguments.needs),
+        model=arguments.model,
+        levelling=arguments.level,
+        scans=tuple(Scan(file, arguments.size_um, arguments.height_nm, arguments.channel) for file in arguments.files),
+    )
+
+
+def _found_at(files: list[str], request: BakeRequest, source: Path) -> BakeRequest:
+    """The request with its scans at the paths `files`, one path for each scan and in the same order.
+
+    Without any path the request stays as it is. Raises GratingError for another number of paths."""
+    if not files:
+        return request
+    if len(files) != len(request.scans):
+        raise GratingError(
+            f"{source}: the request has {len(request.scans)} scans, not {len(files)}; name a FILE for each, in order"
+        )
+    scans = zip(request.scans, files, strict=True)
+    return replace(request, scans=tuple(replace(scan, source=file) for scan, file in scans))
+
+
+def read_request(path: Path) -> BakeRequest:
+    """The request in a file of JSON or in the header of a bake's .exr. Its scans are looked for beside the file.
+
+    Raises GratingError if the file holds no request, or one without scans."""
+    if path.suffix.lower() == ".exr":
+        _, header = atlas_file.read_header(path)
+        record = header.get("request")
+    else:
+        record = read_json(path, "give the .exr that `bake` wrote, or the JSON of a request")
+    request = request_from(record, str(path)).at(path.resolve().parent)
+    if not request.scans:
+        raise GratingError(f"{path}: the request names no scan; add one under `scans`")
+    return request
+
+
+def bake_summary(facts: Mapping[str, Any]) -> tuple[str, ...]:
+    """The lines that a person reads after a bake."""
+    forms = (
+        f"{FORM_NAMES[name]}: dE00 mean {de['mean']:.2f}, p95 {de['p95']:.2f}, p99 {de['p99']:.2f}, "
+        f"max {de['max']:.2f} ({de['pairs']} direction pairs)"
+        for name, de in facts["delta_e_by_form"].items()
+    )
+    origin = "from the cache, baked in " if facts["cached"] else ""
+    return (
+        f"{facts['files'][0]}: {facts['tiles']} tiles of {facts['tile'][1]} x {facts['tile'][0]}, "
+        f"coherence {facts['coherence_um']:.1f} um, {facts['blender_bytes'] / 2**20:.0f} MiB in Blender, "
+        f"{origin}{facts['seconds']:.1f} s",
+        *forms,
+        *facts.get("levelling", ()),
+        f"self-check {facts['check_seconds']:.1f} s",
+    )

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`check`: a bake's error recomputed from its files alone."""
+
+import argparse
+from pathlib import Path
+
+from ..bake.request import DELTA_E
+from ..base.failure import GratingError
+from ..check.verdict import Verdict, check
+from ..measure.forms import FORM_NAMES
+from .arguments import STEP_NM, add_input, existing_bake, height_map_of
+from .option_types import count, name_argument, number
+from .printing import Progress, emit
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `check`."""
+    parser.add_argument("bake", type=name_argument, metavar="BAKE", help=".exr, or a folder that holds one")
+    add_input(parser, several="+")
+    parser.add_argument(
+        "--delta-e",
+        type=number(*DELTA_E),
+        metavar="DE",
+        help="colour difference that the bake must keep; default: the one that was asked of it",
+    )
+    parser.add_argument(
+        "--groups", type=count(1, 1000), default=2, metavar="N", help="number of values of w; default 2"
+    )
+    parser.add_argument(
+        "--pairs", type=count(1, 10**6), default=4000, metavar="N", help="direction pairs at each w; default 4000"
+    )
+    parser.add_argument(
+        "--step-nm", type=STEP_NM, metavar="NM", help="wavelength step; default 1 to 3, by the width of the kernel"
+    )
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """The `check` verb: print the error metrics. Raises GratingError if the bake does not keep what was asked of it."""
+    file = existing_bake(arguments.bake)
+    if file is None:
+        raise GratingError(f"{arguments.bake}: there is no bake; give the .exr that `bake` wrote, or its folder")
+    verdict = check(
+        file,
+        [height_map_of(arguments, each) for each in arguments.files],
+        delta_e=arguments.delta_e,
+        groups=arguments.groups,
+        pairs=arguments.pairs,
+        step_m=None if arguments.step_nm is None else arguments.step_nm * 1e-9,
+        progress=Progress(arguments.progress),
+    )
+    if arguments.json or not verdict.faults:
+        facts = {"bake": str(file), **verdict.as_dict()}
+        emit(facts, arguments.json, lambda: check_summary(file, verdict))
+    if verdict.faults:
+        raise GratingError(f"{file}: {', '.join(verdict.faults)}; bake it again")
+
+
+def check_summary(file: Path, verdict: Verdict) -> tuple[str, ...]:
+    """The lines that a person reads after a check."""
+    forms = (
+        f"{FORM_NAMES[name]}: dE00 mean {de.mean:.2f}, p95 {de.p95:.2f}, p99 {de.p99:.2f}, max {de.max:.2f}, |dY| "
+        f"{de.relative_dy:.2%} ({de.pairs} direction pairs)"
+        for name, de in verdict.errors.forms.items()
+    )
+    rings = ", ".join(
+        f"{ring.u_from:g} to {ring.u_to:g}: {ring.relative_dy:.2%}" for ring in verdict.rings if ring.light > 1e-3
+    )
+    return (
+        f"{file}: asked a dE00 of {verdict.asked:g}, {verdict.seconds:.1f} s",
+        *forms,
+        f"|dY| of Stam's form by |u|: {rings}; zero order {verdict.zero_order_dy:.1e}",
+    )

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`unwrap`: a UV map of a mesh without overlaps, by xatlas."""
+
+import argparse
+import time
+
+import numpy as np
+
+from ..base.files import write_whole
+from ..mesh.unwrap import Packing, read_mesh, unwrap
+from .arguments import add_json
+from .option_types import count, number, path_argument
+from .printing import Progress, emit
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `unwrap`."""
+    parser.add_argument(
+        "mesh", type=path_argument, metavar="MESH.npz",
+        help="arrays points (n, 3), triangles (m, 3) and polygons (m,): the face of each triangle",
+    )  # fmt: skip
+    parser.add_argument("-o", "--output", required=True, type=path_argument, metavar="DIR", help="folder for uv.npz")
+    add_packing(parser)
+    add_json(parser)
+    parser.add_argument("--progress", choices=("text", "json", "none"), default="text", help=argparse.SUPPRESS)
+
+
+def add_packing(parser: argparse.ArgumentParser) -> None:
+    """The options of how islands lie on the map."""
+    parser.add_argument(
+        "--size", type=count(16, 1 << 15), default=1024, metavar="PIXELS", help="of the map; default 1024"
+    )
+    parser.add_argument("--padding", type=count(0, 256), default=4, metavar="PIXELS", help="between islands; default 4")
+    parser.add_argument(
+        "--density", type=number(0, 1e9), default=0.0, metavar="PER_METRE",
+        help="pixels per metre of the surface; default 0: as many as the map holds",
+    )  # fmt: skip
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """The `unwrap` verb: writes uv.npz with the array uv (m, 3, 2), the place of each triangle's corners."""
+    begun = time.monotonic()
+    packing = Packing(arguments.size, arguments.padding, arguments.density)
+    found = unwrap(read_mesh(arguments.mesh), packing, progress=Progress(arguments.progress))
+    path = arguments.output / "uv.npz"
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    write_whole(path, lambda partial: np.savez(partial, uv=found.uv))
+    facts = {"files": [str(path)], "islands": found.islands, "filled": found.filled}
+    facts["seconds"] = time.monotonic() - begun
+    emit(facts, arguments.json, lambda: [f"{path}: {found.islands} islands fill {found.filled:.0%} of the map"])

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A .blend that lies: custom properties of wrong types, lengths and values, and parts that were edited away. It is
+loaded, edited, drawn, assigned, mended and saved, and nothing raises; `./dev bench hostile blends` also renders it."""
+
+import shutil
+
+import bpy
+import pytest
+
+from laboratory.benchmarks.hostile import blends, lying_scene
+
+# What costs least of all buttons, and repairs most.
+BUTTONS = ("assign", "mend")
+# Lies about properties, many to a file; and a third of the edits, since each has materials made anew.
+ROUNDS = [names for number, names in enumerate(blends.rounds()) if len(names) > 1 or number % 3 == 0]
+
+
+@pytest.fixture(scope="module")
+def blend(extension, baked, tmp_path_factory):
+    """The file that holds one of everything, and the add-on's modules."""
+    from devtools.extension import AddonModules
+
+    addon = AddonModules(extension.__name__)
+    folder = tmp_path_factory.mktemp("lies")
+    scan = lying_scene.write_scan(folder / "waves.png")
+    yield addon, lying_scene.build(addon, scan, baked)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    shutil.rmtree(folder)
+
+
+def test_there_are_enough_lies():
+    assert len(blends.LIES) >= 300
+    assert {name for names in blends.rounds() for name in names} <= set(blends.LIES)
+
+
+@pytest.mark.parametrize("names", ROUNDS, ids=lambda names: f"{names[0]} and {len(names) - 1} more")
+def test_nothing_raises(blend, names):
+    faults, _ = blends.told(*blend, names, buttons=BUTTONS, render=False)
+    assert faults == []

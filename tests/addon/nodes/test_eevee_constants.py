@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The room that EEVEE has for a material's constants: what takes it, and what is left out where it does not suffice."""
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+from precompute.bake.bake_folder import bake_to_folder
+from precompute.bake.request import BakeRequest
+from precompute.lights.sources import Source
+from precompute.surface.readers.reader_registry import read_height_map
+from tests.addon.conftest import reports
+from tests.addon.layout import Layout, context_of
+
+
+@pytest.fixture
+def group(addon, scene, grating):
+    """The Diffraction group of the plane, under a sun and a world of three sources."""
+    scene.world = bpy.data.worlds.new("World")
+    addon.compat.enable_nodes(scene.world)
+    source = Source(np.array((0.0, 0.6, 0.8)), np.array((3.0, 2.0, 1.0)), 1e-4)
+    now = addon.fitting_worlds._fingerprint(scene)
+    addon.sky.hold_sources(scene, [source] * 3, fingerprint=now, missed=0.0)
+    bpy.ops.grating.assign()
+    yield grating.group
+    scene.world = None
+
+
+def answers(group) -> int:
+    return sum(node.label == "Response" for node in group.nodes)
+
+
+def leave(addon, monkeypatch, room: int) -> None:
+    """Have EEVEE's room be this many bytes, besides what a group leaves to the rest of a material."""
+    monkeypatch.setattr(addon.skin, "ROOM", room + addon.skin._LEFT)
+
+
+def test_what_takes_room(addon, scene):
+    """A colour and a vector take 16 bytes each. A number takes 4, or fills a vector's gap."""
+    tree = addon.builder.Tree(bpy.data.node_groups.new("Group", "ShaderNodeTree"))
+    socket = addon.interface.Socket
+    addon.interface.add_interface(tree.tree, (), (socket("Sum", "Vector", ""), socket("Spare", "Vector", "")))
+    room = addon.eevee_constants.constant_bytes
+    place = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Position"])
+    once = tree.vector_math("ADD", place, (1.0, 2.0, 3.0))  # one vector, and an unused vector and number
+    tree.output(once, once)
+    assert room(tree.tree) == 2 * 16
+    tree.node("ShaderNodeMath", 1.0, 2.0)  # leads nowhere
+    assert room(tree.tree) == 2 * 16
+    outer = addon.builder.Tree(bpy.data.node_groups.new("Outer", "ShaderNodeTree"))
+    addon.interface.add_interface(outer.tree, (), (socket("Sum", "Vector", ""),))
+    first, second = (outer.group(tree.tree)["Sum"] for _ in range(2))
+    outer.output(first + second)
+    assert room(outer.tree) == 2 * 2 * 16 + 16, "a group counts as often as it is used"
+
+
+def test_sources_that_do_not_fit_are_left_to_the_rest(addon, scene, grating, group, monkeypatch, capfd):
+    everything = addon.eevee_constants.constant_bytes(group)
+    assert answers(group) == 1 + 3 and addon.skin.crowded(group) == []
+    leave(addon, monkeypatch, everything - 1)
+    addon.skin.refill(group, addon.response.responses_in(group))
+    assert answers(group) == 1 + 2
+    a_source = everything - addon.eevee_constants.constant_bytes(group)
+    leave(addon, monkeypatch, everything - a_source - 1)
+    addon.skin.refill(group, addon.response.responses_in(group))
+    (line,) = addon.skin.crowded(group)
+    assert answers(group) == 1 + 1
+    assert line == (
+        "Diffraction waves: 2 of the world's 3 sources are left to the noisy rest, as EEVEE has no room for them; use "
+        "fewer lamps, or fewer gratings in its Variation"
+    )
+    assert line in reports(bpy.ops.grating.assign, capfd)
+    layout, context = Layout(), context_of()
+    addon.panel._draw_lamps(layout, context, grating, facts=addon.facts.facts_of(context))
+    assert line in layout.noted("ERROR")
+    # Nothing changed, so that nothing is built again.
+    monkeypatch.setattr(addon.skin, "fill_group", lambda *_, **__: pytest.fail("the group is built again"))
+    addon.following_lamps.update_all_lamps()
+    monkeypatch.undo()
+    # The lamps alone do not fit.
+    leave(addon, monkeypatch, 1000)
+    addon.skin.refill(group, addon.response.responses_in(group))
+    assert answers(group) == 1
+    (line,) = addon.skin.crowded(group)
+    assert line.startswith("Diffraction waves: too large for EEVEE") and "use fewer lamps" in line
+
+
+@pytest.fixture(scope="module")
+def skins(tmp_path_factory):
+    """The bakes of two snakes, with about as many constants as bakes of a dE of 1 have."""
+    folder, request = tmp_path_factory.mktemp("skins"), BakeRequest(coherence_length_m=6e-6, delta_e=5)
+    surfaces = (read_height_map(f"sample:{name}") for name in ("elaphe", "xenopeltis"))
+    return [bake_to_folder([each], request, folder, progress=lambda *_: None)["files"][0] for each in surfaces]
+
+
+def test_a_snake_of_two_bakes_reads_all_eight_sources(addon, scene, skins):
+    """Its constants once took 67,264 of the 65,536 bytes that EEVEE has, and it was magenta."""
+    gratings = scene.natural_gratings
+    for path in skins:
+        made = gratings.items.add()
+        made.name, made.bake_path = Path(path).stem, path
+    gratings.active_index = 0
+    scene.world = bpy.data.worlds.new("World")
+    addon.compat.enable_nodes(scene.world)
+    source = Source(np.array((0.0, 0.6, 0.8)), np.array((3.0, 2.0, 1.0)), 1e-4)
+    addon.sky.hold_sources(scene, [source] * 8, fingerprint=addon.fitting_worlds._fingerprint(scene), missed=0.0)
+    assert bpy.ops.grating.assign() == {"FINISHED"}
+    addon.varying.vary(scene, gratings.items[0], addon.variation.Variation(shares=(0.4,)), others=[gratings.items[1]])
+    group = gratings.items[0].group
+    scene.world = None
+    assert len(addon.response.responses_in(group)) == 2 and answers(group) == 1 + 8
+    assert group["ng_sources_read"] == 8 and addon.skin.crowded(group) == []
+    assert addon.eevee_constants.constant_bytes(gratings.items[0].material.node_tree) <= addon.eevee_constants.ROOM
+
+
+def test_a_base_that_leaves_no_room_is_told(addon, grating, group, monkeypatch, capfd):
+    assert addon.material.overfull([grating.material]) == []
+    room = addon.eevee_constants.constant_bytes(group) + addon.skin._LEFT
+    for module in (addon.skin, addon.material):
+        monkeypatch.setattr(module, "ROOM", room)
+    tree = addon.builder.Tree(grating.material.node_tree)
+    base = next(node for node in tree.tree.nodes if node.label == "Skin")
+    colour = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Position"])
+    for _ in range(addon.skin._LEFT // 16):
+        colour = tree.vector_math("ADD", colour, (1.0, 0.0, 0.0))
+    tree.feed(base.inputs["Base Color"], colour)
+    assert addon.skin.crowded(group) == []
+    told = reports(bpy.ops.grating.add_diffraction, capfd)
+    assert f"{grating.material.name}: too large for EEVEE, which may show it magenta; use fewer lamps" in told

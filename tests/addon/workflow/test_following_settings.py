@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is set on a grating reaches its materials without another press of a button."""
+
+import bpy
+import pytest
+
+
+@pytest.fixture
+def nodes(scene, grating):
+    """The nodes of the grating's group after Blender has evaluated the scene, as the panel has it do."""
+    assert bpy.ops.grating.assign() == {"FINISHED"}
+
+    def found():
+        scene.update_tag()
+        bpy.context.view_layer.update()
+        return [node.as_pointer() for node in grating.group.nodes]
+
+    return found
+
+
+@pytest.mark.parametrize(("name", "value"), [("footprint", False), ("shadows", False)])
+def test_a_setting_reaches_the_material_at_the_next_change(grating, nodes, name, value):
+    """What is set already makes no nodes again."""
+    before = nodes()
+    assert nodes() == before
+    setattr(grating, name, value)
+    without = nodes()
+    assert without != before and nodes() == without
+    bpy.ops.grating.assign()
+    assert nodes() == without
+
+
+def test_the_footprint_is_made_where_it_is_set(grating, nodes):
+    def has_bumps():
+        nodes()
+        return any(node.type == "BUMP" for node in grating.group.nodes)
+
+    assert has_bumps()
+    grating.footprint = False
+    assert not has_bumps()
+
+
+def test_of_scenes_that_share_a_material_the_present_ones_settings_count(addon, scene, grating, nodes):
+    nodes()
+    second = scene.copy()
+    try:
+        other = second.natural_gratings.items[0]
+        assert other.group == grating.group
+        other.footprint = False
+
+        def counts(first):
+            addon.following_settings.follow_settings(first)
+            return any(node.type == "BUMP" for node in grating.group.nodes)
+
+        assert counts(scene) and not counts(second) and counts(scene)
+    finally:
+        bpy.data.scenes.remove(second)
+
+
+def test_colours_of_another_working_space_are_told(addon, scene, grating, nodes, monkeypatch):
+    nodes()
+    assert addon.data_pictures.wrong_colours(scene) == []
+    monkeypatch.setattr(addon.compat, "working_space", lambda: "ACEScg")
+    (told,) = addon.data_pictures.wrong_colours(scene)
+    assert "its colours are of Rec.709, and the file's of ACEScg; bake or assign it again" in told
+    assert bpy.ops.grating.assign() == {"FINISHED"}
+    assert addon.data_pictures.wrong_colours(scene) == []
