@@ -88,8 +88,8 @@ class PlaneView:
 
 
 def render(addon, group, view: PlaneView, path: Path, irradiance=(1.0, 1.0, 1.0), ior=KERATIN_IOR) -> np.ndarray:
-    """Render a Diffraction group on the plane under a sun in Cycles: linear RGB (pixels, pixels, 3), row 0 at the top.
-    """
+    """Render a Diffraction group on the plane under a sun in Cycles: linear RGB (pixels, pixels, 3), row 0 at
+    the top."""
     import bpy
     import OpenEXR
     from mathutils import Vector

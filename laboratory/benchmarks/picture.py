@@ -272,8 +272,8 @@ class Stage:
 
 
 def errors(picture: np.ndarray, truth: np.ndarray) -> dict:
-    """CIEDE2000 and FLIP of a linear picture against the truth, at the truth's exposure, and the ratio of their light.
-    """
+    """CIEDE2000 and FLIP of a linear picture against the truth, at the truth's exposure, and the ratio of their
+    light."""
     import flip_evaluator
 
     differences = colour_differences(picture, truth)
