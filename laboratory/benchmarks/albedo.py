@@ -52,8 +52,7 @@ def no_bound(directions: np.ndarray) -> np.ndarray:
 
 
 def directional_albedo(surface: Surface, wi: np.ndarray, lam: float, bounds: list[Bound], points: int = 1 << 16):
-    """Albedo (len(bounds),) at R = 1 for light from wi (3,): the integral over the hemisphere of f cos(tr), with f
-    divided by max(bound(wi), bound(wr))."""
+    """Albedo (len(bounds),) at R = 1 for light from wi (3,): the integral of f cos(tr) / max(bound(wi), bound(wr))."""
     series, sigma = surface.series, surface.sigma_b
     first, jitter = (np.arange(points) + 0.5) / points, _normal(points) * sigma
     power = series.weights(1 / lam)[None] @ series.scattered_over_s2.reshape(len(series.amplitude), -1)
@@ -75,8 +74,7 @@ def directional_albedo(surface: Surface, wi: np.ndarray, lam: float, bounds: lis
 
 
 def _views(half: np.ndarray, wi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """View directions (n, 3) for tangential half vectors (n, 2), their w (n,), and a mask (n,) of the directions that
-    propagate."""
+    """View directions (n, 3) for tangential half vectors (n, 2), their w (n,), and a mask (n,) of propagating ones."""
     tangential = half - wi[:2]
     square = np.sum(tangential**2, axis=1)
     cosine = np.sqrt(np.maximum(1 - square, 0))
@@ -84,8 +82,7 @@ def _views(half: np.ndarray, wi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np
 
 
 def _normal(count: int) -> np.ndarray:
-    """Pairs (count, 2) of normally distributed numbers: the plastic number's sequence (Roberts 2018) through the
-    Box-Muller transform."""
+    """Normally distributed pairs (count, 2): the plastic number's sequence (Roberts 2018), Box-Muller transform."""
     plastic = 1.32471795724474602596
     index = np.arange(1, count + 1)
     radius, turn = (0.5 + index / plastic) % 1, (0.5 + index / plastic**2) % 1

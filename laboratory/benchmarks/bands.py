@@ -24,8 +24,7 @@ from sample_scenes import scenes
 from .report import add_json, say, write
 
 _LIT, _COLOURED = 0.1, 0.6
-# A band covers a scale if it holds this share of the scale's visible pixels. Scales with fewer visible pixels than the
-# second number are ignored.
+# The share of a scale's visible pixels that a band must cover, and the visible pixels that a scale must have.
 _COVERED, _SEEN_MIN = 0.1, 12
 _SCALE = "Scale"
 
@@ -58,8 +57,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def measure(light: np.ndarray, scales: np.ndarray) -> dict[str, object]:
-    """Statistics of a picture (rows, columns, 3) with display white at 1. `scales` (rows, columns) holds the number of
-    the scale in each pixel, 0 for none."""
+    """Statistics of a picture (rows, columns, 3), display white 1, with each pixel's scale number (0: none)."""
     greatest, least = light.max(axis=-1), light.min(axis=-1)
     lit = (greatest > _LIT) & (scales > 0)
     coloured = lit & (least < _COLOURED * greatest)
@@ -87,8 +85,7 @@ def _median(values: np.ndarray) -> float:
 
 
 def thickness_of(mask: np.ndarray, most: int) -> np.ndarray:
-    """For each pixel the side in pixels of the largest square inside a mask (rows, columns) that covers the pixel, at
-    most `most`; 0 outside the mask."""
+    """Side in pixels of the largest square inside a mask (rows, columns) that covers each pixel, at most `most`."""
     found = mask.astype(int)
     # Sums over the rectangles that start in the corner: a square lies within the mask if its sum equals its area.
     sums = np.pad(mask.astype(int).cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))

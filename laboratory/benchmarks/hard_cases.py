@@ -4,8 +4,7 @@
     ./dev bench hard_cases [--output FILE.md] [--json FILE|-]
 
 Each surface is baked as the command `bake` does it. The table that the bake's file would hold is compared with the
-reference (exact transforms in float64, precompute/reference) on a few hundred direction pairs. The bake's self-check
-uses other pairs.
+reference (exact transforms in float64, precompute/reference) on a few hundred pairs that the self-check does not use.
 """
 
 from collections.abc import Callable
@@ -54,8 +53,7 @@ Truths = Callable[[Relief, float], list[Truth]]
 
 
 def skin(rows: int = 128, cols: int = 128, relief_m: float = 200e-9, bump_m: float = 400e-9) -> np.ndarray:
-    """Heights (rows, cols) of periodic bumps on square pixels of PIXEL_M, the lowest at 0, smoothed by a Gaussian of
-    standard deviation bump_m."""
+    """Heights (rows, cols) of periodic bumps, the lowest at 0, smoothed by a Gaussian of standard deviation bump_m."""
     q_y, q_x = np.fft.fftfreq(rows, PIXEL_M)[:, None], np.fft.fftfreq(cols, PIXEL_M)
     spectrum = np.fft.fft2(np.random.default_rng(0).standard_normal((rows, cols)))
     height = np.fft.ifft2(spectrum * np.exp(-2 * (np.pi * bump_m) ** 2 * (q_y**2 + q_x**2))).real
@@ -134,8 +132,8 @@ def evanescent(relief: Relief, baked: Table) -> dict[str, float]:
 
 
 def fewer_wavelengths(relief: Relief, baked: Table) -> dict[str, float]:
-    """The largest error of Y along T from u = 1.7 to 1.95, relative to the largest Y: for the bake, and for a bake with
-    half as many wavelengths."""
+    """The largest error of Y along T for u from 1.7 to 1.95, relative to the largest Y; also with half the
+    wavelengths."""
     chosen = plan(relief, BakeRequest(coherence_length_m=LONG_M))
     half = carry_out(replace(chosen, wavelengths=chosen.wavelengths[::2]))
     u, w = np.linspace(1.7, 1.95, 200), 0.3

@@ -88,8 +88,7 @@ def horizon_needs() -> Needs:
 
 
 def one_place(relief: Relief, sigma_b: float) -> list[Truth]:
-    """Pairs around the middle of ONE_TEXEL: wi + wr is given, and wi - wr lies in the surface, at right angles to (u,
-    v)."""
+    """Pairs around the middle of ONE_TEXEL; wi - wr lies in the surface, at right angles to (u, v)."""
     u, v = (np.random.default_rng(3).uniform(*side, PAIRS) for side in ONE_TEXEL.region)
     found = []
     for w in np.linspace(*ONE_TEXEL.w, W_COUNT):

@@ -50,8 +50,8 @@ class Surface:
         return cls(without_mirror(table), mirror, *hemisphere(_STEP * table.sigma_b))
 
     def scattered(self, wr: np.ndarray) -> np.ndarray:
-        """What each direction adds to the scattered radiance in a world of radiance 1, (n, 3) in linear Rec.709,
-        towards a viewer at wr (3,)."""
+        """What each direction adds to the radiance (n, 3) scattered to a viewer at wr (3,), in a world of
+        radiance 1."""
         return _answers(self.scattering, self.directions, wr) * self.solid_angles[:, None]
 
     def mirrored(self, wr: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -81,8 +81,7 @@ class Surface:
 
 
 def hemisphere(step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Unit vectors (n, 3) over the hemisphere around +z and their solid angles (n,); neighbours are at most `step`
-    apart in their tangential parts."""
+    """Unit vectors (n, 3) over the +z hemisphere, tangential parts at most `step` apart, and solid angles (n,)."""
     count = int(_FADE[1] / step) + 1
     axis = np.arange(-count, count + 1) * step
     u, v = (each.ravel() for each in np.meshgrid(axis, axis))

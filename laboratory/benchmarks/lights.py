@@ -70,8 +70,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def furnace(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
-    """A row for each surface, choice of lights and angle: the render relative to the directional albedo, in
-    linear RGB."""
+    """A row for each surface, choice of lights and angle: the render relative to the directional albedo, linear RGB."""
     rows = []
     report.say(f"{'surface':24}{'lights':>7}{'angle':>7}   render / albedo in R, G, B", arguments.json)
     for name, bake in studio.bakes():

@@ -58,8 +58,7 @@ class Light:
 
 
 def looked_up(panorama: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Values (n, c) of panoramas (rows, cols, c) in directions (n, 3), interpolated as in Blender's Environment Texture
-    with "Linear"."""
+    """Values (n, c) of panoramas (rows, cols, c) in directions (n, 3), like an Environment Texture with "Linear"."""
     rows, cols, _ = panorama.shape
     x = (0.5 - np.arctan2(directions[:, 1], directions[:, 0]) / (2 * np.pi)) * cols - 0.5
     y = (0.5 + np.arcsin(np.clip(directions[:, 2], -1, 1)) / np.pi) * rows - 0.5

@@ -46,8 +46,7 @@ ROWS = (
 
 
 def write_scan(file: Path, side: int, width_um: float) -> None:
-    """Write a grey picture of eight waves in random directions. Along each axis they are at least 1.5 um and four
-    pixels long."""
+    """Write a grey picture of eight waves, along each axis at least 1.5 um and four pixels long."""
     rng = np.random.default_rng(0)
     x = np.arange(side) * width_um / side
     finest = max(1.5, 4 * width_um / side)

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The thesis's methods in OSL compared with the node group of the patch model's bake, both rendered by Cycles: colour
-differences and seconds.
+"""The thesis's methods in OSL against the node group of the patch model's bake: colour differences and seconds.
 
     ./dev bench osl [--pixels N] [--shared DIR] [--json FILE|-]
 
-The scene is a plane one metre under the camera and one sun, with one sample in each pixel. The node group's picture is
+Cycles renders a plane one metre below the camera under one sun, with one sample per pixel. The node group's picture is
 compared with its table as precompute reads it, and each shader's picture with the node group's picture. CIEDE2000 is
-taken over the lit pixels, at the exposure that puts the 99th percentile of the second picture's Y at 1. The seconds of
-the first render include the start-up.
+taken over the lit pixels, at the exposure that puts the second picture's 99th percentile of Y at 1. The seconds of the
+first render include the start-up.
 """
 
 import math
@@ -79,8 +78,8 @@ class PlaneView:
         return self.frame @ self.to_light, wr / np.linalg.norm(wr, axis=-1, keepdims=True) @ self.frame.T
 
     def radiance(self, xyz_over_w2, ior: float = KERATIN_IOR) -> np.ndarray:
-        """Linear Rec.709 (pixels, pixels, 3) under unit irradiance for a response xyz_over_w2(u, v, w) (n, 3), in
-        Stam's form (brdf_map.from_method)."""
+        """Linear Rec.709 (pixels, pixels, 3) of a response xyz_over_w2(u, v, w) (n, 3) under unit irradiance, Stam's
+        form."""
         wi, wr = self.directions()
         gain = fresnel_reflectance(half_angle_cosine(wi, wr), ior) * obliquity_times_cosine_and_w2(wi, wr)
         rgb = np.maximum(xyz_over_w2(*(wi + wr).T) @ rgb_from_xyz("Rec.709").T, 0)
@@ -88,8 +87,7 @@ class PlaneView:
 
 
 def render(addon, group, view: PlaneView, path: Path, irradiance=(1.0, 1.0, 1.0), ior=KERATIN_IOR) -> np.ndarray:
-    """Render a Diffraction group on the plane under a sun in Cycles: linear RGB (pixels, pixels, 3), row 0 at
-    the top."""
+    """Render a Diffraction group on the plane under a sun in Cycles; linear RGB (pixels, pixels, 3), row 0 on top."""
     import bpy
     import OpenEXR
     from mathutils import Vector

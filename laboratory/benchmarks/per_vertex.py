@@ -4,8 +4,8 @@
     ./dev bench per_vertex [--output DIR] [--pixels 320] [--json FILE|-]
 
 The sample snake is built with fewer and fewer vertices. The diffraction is computed at the vertices and interpolated,
-as in a per-vertex shader, and compared with the Diffraction group: relative error of luminance over the pixels above 1
-% of the brightest.
+as in a per-vertex shader. The table gives its relative error of luminance against the Diffraction group, over the
+pixels above 1 % of the brightest.
 """
 
 import tempfile

@@ -104,8 +104,7 @@ class Stage:
         self.of, self.addon, self.folder = of, of.addon, of.pictures
         self.surface = f"sample:{SCENES[of.name][0]}"
         self.addon.grating_material.choose_lights(of.grating, "LAMPS")
-        # Before Blender 5.1 Cycles traces the material's shadow rays only in OSL, so the reference would have shadows
-        # that the methods lack.
+        # Before Blender 5.1 Cycles traces shadow rays only in OSL: the reference would have shadows that methods lack.
         of.grating.shadows = False
         self.needs = self.addon.needs.measure_needs(of.scene, of.grating).needs
         self.group = of.grating.group
@@ -115,8 +114,7 @@ class Stage:
         self.outlet = next(n for n in self.material.node_tree.nodes if n.type == "OUTPUT_MATERIAL").inputs[0]
         self.whole = self.outlet.links[0].from_socket
         self.bakes: dict[tuple, Path] = {}
-        # The smaller the error, the shorter the coherence that a table can hold: all bakes use that of the smallest
-        # error.
+        # A smaller error limits a table to a shorter coherence: all bakes use that of the smallest error.
         self.coherence_length_m: float | None = None
         self.coherence_length_m = coherence_length(atlas_file.read(self.bake(_EXACT))[0].sigma_b)
 
@@ -235,8 +233,8 @@ class Stage:
         self.addon.replace.replace_response(self.group, made)
 
     def wear_thesis(self, name: str) -> None:
-        """Use a method of the thesis as an OSL shader, with its 81 wavelengths and enough texels to lose only a
-        thousandth of the light."""
+        """Use a method of the thesis as an OSL shader: 81 wavelengths, and texels for all but a thousandth of the
+        light."""
         relief = prepare(read_height_map(self.surface))
         settings = dft_images.settings_for(step_m=5e-9, coherence_length_m=self.coherence_length_m)
         settings = replace(settings, texels=dft_images.texels_for(relief, settings))
@@ -272,8 +270,7 @@ class Stage:
 
 
 def errors(picture: np.ndarray, truth: np.ndarray) -> dict:
-    """CIEDE2000 and FLIP of a linear picture against the truth, at the truth's exposure, and the ratio of their
-    light."""
+    """CIEDE2000 and FLIP of a linear picture at the truth's exposure, and its light relative to the truth's."""
     import flip_evaluator
 
     differences = colour_differences(picture, truth)

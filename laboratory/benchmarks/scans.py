@@ -81,8 +81,7 @@ def difference(plain: Baked, other: Baked) -> Errors:
 
 
 def picture(plain: Baked, other: Baked) -> Image.Image:
-    """The square where most was removed: as scanned, with the removed pixels in red, and filled; then the maps of both
-    bakes."""
+    """The square where most was removed: as scanned, with the removed pixels in red, filled; then both bakes' maps."""
     part = around_most(other.holes, plain.levelled.height_map)
     before, after = (each.relief.height_m[::-1] for each in (plain, other))
     before, after = (_of_pixels(each, plain.levelled.height_map)[part] for each in (before, after))
