@@ -3,10 +3,9 @@
 
     ./dev bench constants [--case NAME] [--json FILE|-]
 
-EEVEE has 64 KiB for the constants of a material (addon/nodes/eevee_constants.py). Each row is a sphere with a grating.
-The sphere is outside the camera's view, so that EEVEE translates its shaders but never runs them. Mesa's software
-rasteriser writes the shaders to files, and the benchmark reads the block of constants there. Other drivers write no
-files; `blender` is then null.
+EEVEE has 64 KiB for the constants of a material (addon/nodes/eevee_constants.py). Each row is a sphere with a grating,
+outside the camera's view, so that EEVEE translates its shaders but never runs them. Mesa's software rasteriser writes
+the shaders to files, which declare the block of constants. Other drivers write no files; `blender` is then null.
 """
 
 import os

@@ -7,14 +7,10 @@
 Noise: the RMSE of a picture, clipped at display white, against a picture of many samples without the footprint,
 relative to the mean of that picture. The table also gives the ratio of the two pictures' light, the processor seconds,
 and the RMSE times the square root of the seconds, with the footprint relative to without.
-
 Flicker: the mesh turns by a tenth of a degree between 24 frames. The figure is the root mean square of the second
 differences of the frames' mean light, relative to its mean: second differences ignore slow changes.
-
 Denoiser: Cycles' own (OpenImageDenoise), with no passes, with albedo, or with albedo and normal. The table gives the
-RMSE as above, the CIEDE2000 to the reference over the lit pixels, and the chroma of the lit pixels relative to the
-reference's.
-
+RMSE as above, and over the lit pixels the CIEDE2000 to the reference and the chroma relative to the reference's.
 Close: a close-up of single scales, where the footprint should change nothing. The table gives the CIEDE2000 between
 pictures with and without it, at the same random numbers.
 """

@@ -132,8 +132,7 @@ def evanescent(relief: Relief, baked: Table) -> dict[str, float]:
 
 
 def fewer_wavelengths(relief: Relief, baked: Table) -> dict[str, float]:
-    """The largest error of Y along T for u from 1.7 to 1.95, relative to the largest Y; also with half the
-    wavelengths."""
+    """The largest error of Y along T for u from 1.7 to 1.95, over the largest Y; also with half the wavelengths."""
     chosen = plan(relief, BakeRequest(coherence_length_m=LONG_M))
     half = carry_out(replace(chosen, wavelengths=chosen.wavelengths[::2]))
     u, w = np.linspace(1.7, 1.95, 200), 0.3

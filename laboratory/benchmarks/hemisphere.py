@@ -50,8 +50,7 @@ class Surface:
         return cls(without_mirror(table), mirror, *hemisphere(_STEP * table.sigma_b))
 
     def scattered(self, wr: np.ndarray) -> np.ndarray:
-        """What each direction adds to the radiance (n, 3) scattered to a viewer at wr (3,), in a world of
-        radiance 1."""
+        """What each direction adds to the radiance (n, 3) towards a viewer at wr (3,), in a world of radiance 1."""
         return _answers(self.scattering, self.directions, wr) * self.solid_angles[:, None]
 
     def mirrored(self, wr: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -124,8 +123,8 @@ def directional_albedo(table: Table, theta_r: float) -> np.ndarray:
 
     It is the integral of lamp_radiance over the hemisphere, so no direction's colour has a negative component. The
     polar angle is integrated by Gauss-Legendre quadrature: equal steps would be off by 1 % at the normal, even at half
-    a kernel. Around each ring no step is longer than a kernel, so that equal steps over a Gaussian are off by 2 exp(-2
-    pi^2) = 5e-9."""
+    a kernel. Around a ring steps are at most a kernel long: equal steps over a Gaussian are then off by 2 exp(-2 pi^2)
+    = 5e-9."""
     nodes, weights = np.polynomial.legendre.leggauss(math.ceil(math.pi**2 / 4 / table.sigma_b))
     steps = math.ceil(2 * math.pi / table.sigma_b)
     phi = (np.arange(steps) + 0.5) * (2 * math.pi / steps)

@@ -5,8 +5,7 @@
 
 A child process reads and describes a picture of N x N pixels of 16 bits (4096 by default), as the import dialog and
 `info` do; the fastest of three runs counts. The import must take under 2 s and at most 3 times the memory of its
-heights, 8 bytes a pixel; otherwise the exit status is 1. The table also gives the processor time, which is shorter on a
-busy machine.
+heights, 8 bytes a pixel; otherwise the exit status is 1. Processor time is given too: a busy machine lengthens it less.
 """
 
 import argparse

@@ -78,7 +78,7 @@ class PlaneView:
         return self.frame @ self.to_light, wr / np.linalg.norm(wr, axis=-1, keepdims=True) @ self.frame.T
 
     def radiance(self, xyz_over_w2, ior: float = KERATIN_IOR) -> np.ndarray:
-        """Linear Rec.709 (pixels, pixels, 3) of a response xyz_over_w2(u, v, w) (n, 3) under unit irradiance, Stam's
+        """Linear Rec.709 (pixels, pixels, 3) of a response xyz_over_w2(u, v, w) (n, 3), unit irradiance, Stam's
         form."""
         wi, wr = self.directions()
         gain = fresnel_reflectance(half_angle_cosine(wi, wr), ior) * obliquity_times_cosine_and_w2(wi, wr)

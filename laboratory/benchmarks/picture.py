@@ -233,8 +233,7 @@ class Stage:
         self.addon.replace.replace_response(self.group, made)
 
     def wear_thesis(self, name: str) -> None:
-        """Use a method of the thesis as an OSL shader: 81 wavelengths, and texels for all but a thousandth of the
-        light."""
+        """Use a thesis method as an OSL shader: 81 wavelengths, and texels that lose a thousandth of the light."""
         relief = prepare(read_height_map(self.surface))
         settings = dft_images.settings_for(step_m=5e-9, coherence_length_m=self.coherence_length_m)
         settings = replace(settings, texels=dft_images.texels_for(relief, settings))

@@ -49,8 +49,7 @@ class Grating:
 
 @dataclass(frozen=True)
 class Row:
-    """The largest difference of an order, in shares of the reflected power, and that power relative to a flat
-    surface's."""
+    """The largest difference of an order as a share of the reflected power, and this power over a flat surface's."""
 
     grating: Grating
     difference: float
@@ -71,8 +70,7 @@ def steps(kind: str, parts: int) -> list[tuple[float, float, float]]:
 
 
 def reflected(grating: Grating, parts: int = PARTS, extra: int = EXTRA_ORDERS, index: complex = KERATIN) -> np.ndarray:
-    """Powers (2, orders + 1) of TE and TM relative to the incident power: reflected orders -n to n, then the
-    transmission."""
+    """Powers (2, orders + 1) of TE and TM over the incident power: reflected orders -n to n, then transmission."""
     from inkstone import Inkstone
 
     most = int(np.ceil(abs(index) * grating.period)) + extra

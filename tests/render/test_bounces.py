@@ -13,8 +13,7 @@ PIXELS = 32
 
 @pytest.fixture
 def wall(stage, baked):
-    """A function that builds a wall with the grating behind a floor and renders the floor; the camera sees only
-    that."""
+    """A function that builds a wall with the grating behind a floor and renders the floor alone."""
 
     def picture(shader: str, samples: int, lit: bool = True, **inputs) -> np.ndarray:
         material, tree = stage.material("Floor")

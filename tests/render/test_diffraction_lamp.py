@@ -216,8 +216,7 @@ def test_its_grating_does_not_show_it(stage, baked, engine):
 
 
 def test_a_mirror_shows_the_grating_once(stage, baked):
-    # The camera looks up at a mirror that shows the first order of the grating below. Only it is lit: the base is
-    # black.
+    # The camera looks up at a mirror that shows the first order of the grating below; the base is black.
     path, _ = baked
     carrier, _ = add_lit(stage, path, SUN | {"to": (-0.22, 0, 1), "use_shadow": False})
     assert bpy.ops.grating.lights(lights="LAMPS") == {"FINISHED"}

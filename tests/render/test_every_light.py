@@ -47,8 +47,8 @@ def test_nothing_counts_twice(stage, skin):
     lamps give the same light as without closures.
 
     Both within 1.5 %: the lamps' mirror images are 9 pixels wide, which samples at pixel centres integrate to a per
-    cent, and the noise of 10^5 samples is less. Light that only closures see is the same for both choices with
-    closures."""
+    cent, and the noise of 10^5 samples is less. Light that only closures see is the same for both choices that have
+    them."""
     path, _ = skin
     add_ball()
     assign(stage, path, "LAMPS")

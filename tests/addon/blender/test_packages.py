@@ -18,8 +18,7 @@ REMEDY = "install the extension's zip for this platform again"
 
 @pytest.fixture
 def spoil(tmp_path_factory, monkeypatch):
-    """A function that removes packages, or puts broken ones before them; returns a folder that does so in a new
-    Python."""
+    """A function that removes packages, or shadows them; returns a folder that does so in a new Python."""
 
     def spoil(state, *packages):
         place = tmp_path_factory.mktemp("site")
@@ -41,8 +40,7 @@ def spoil(tmp_path_factory, monkeypatch):
 
 @pytest.fixture
 def spoilt_child(addon, spoil, monkeypatch):
-    """A function that also spoils packages for child processes, which search NumPy's folder before the
-    packages' own."""
+    """A function that also spoils packages for child processes, which search NumPy's folder first."""
     start = addon.child.child_environment
 
     def spoil_both(state, *packages):

@@ -44,8 +44,7 @@ def turn_uv(mesh, faces, quarters):
 
 @pytest.mark.parametrize(("quarters", "jumps"), [(0, 0), (1, 8), (2, 8), (3, 8)])
 def test_seams_and_islands_of_a_grid(scene, addon, quarters, jumps):
-    """The left half of a square is moved on the map and turned. U jumps along the eight edges of the middle if it was
-    turned. Windings have no effect."""
+    """Half of a square is moved on the map and turned. U jumps along the middle's eight edges if it was turned."""
     mesh = grid(8).data
     middle = np.array([polygon.center.x for polygon in mesh.polygons])
     turn_uv(mesh, middle < 0, quarters)

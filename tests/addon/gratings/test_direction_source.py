@@ -36,8 +36,7 @@ def test_a_group_made_later_has_the_choice(scene, grating, addon):
 
 
 def test_only_the_chosen_source_costs_nodes(scene, grating, carrier, addon):
-    """The default has only a Tangent node; an axis has a transform in its place. The pixel footprint is off, as it has
-    the same kinds of nodes."""
+    """The default has only a Tangent node, an axis a transform in its place. The footprint, off here, has both."""
     grating.footprint = False
     addon.following_settings.follow_settings()
     default = nodes_of(grating)

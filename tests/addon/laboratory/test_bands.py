@@ -24,8 +24,7 @@ def test_thickness_of_a_strip_and_a_square():
 
 
 def test_bands_over_scales_of_ten_pixels():
-    """Twelve by eight scales: a red band 4 pixels thick over ten of them, a white one of 2 beside it, a thin
-    blue line."""
+    """Twelve by eight scales: a red band 4 pixels thick over ten of them, a white one of 2, a thin blue line."""
     rows, columns = np.indices((80, 120))
     scales = (rows // 10 * 12 + columns // 10 + 1) / 97
     light = np.zeros((80, 120, 3))

@@ -176,8 +176,7 @@ def test_strength_is_the_power_that_drivers_give_over_the_squared_distance(addon
 
 
 def test_the_nearest_point_of_an_object_counts(addon, lit):
-    """On a plane 40 m long, whose middle is 10 times as far away as its end; on a turned one; and of two the
-    nearest."""
+    """On a plane 40 m long, whose middle is 10 times as far as its end; on a turned one; on the nearer of two."""
     plane = next(o for o in lit.objects if o.type == "MESH")
     plane.scale = (20, 1, 1)
     lamp = add_lamp(lit, "Lamp", energy=4 * math.pi, height=2.1)

@@ -26,8 +26,7 @@ def kept(tmp_path_factory):
 
 @pytest.fixture
 def skin(scene, baked, kept, addon):
-    """Two gratings with bakes in a separate folder, the first on the plane over a painted material and varied by the
-    second; a camera and a world."""
+    """Two gratings in a separate folder, the first over paint on the plane, varied by the second; camera and world."""
     (held, folder), blend = kept, kept[0] / "skin.blend"
     for path in folder.iterdir():
         path.unlink()

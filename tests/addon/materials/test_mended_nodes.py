@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Nodes, links, sockets and properties that an artist deleted in a Diffraction group or inside it: the add-on notices
-the loss, and Mend Materials restores them."""
+"""Nodes, links, sockets and properties deleted from a Diffraction group: noticed, and restored by Mend Materials."""
 
 import bpy
 import pytest

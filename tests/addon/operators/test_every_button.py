@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every operator in every mode on every kind of selection: it works, is greyed out with a reason, or reports one line
-and changes nothing. None raises."""
+"""Every operator in every mode on every selection: it works, is grey with a reason, or fails in one line and changes
+nothing."""
 
 import bpy
 import numpy as np
@@ -56,8 +56,7 @@ def stage(scene, grating, tmp_path):
 
 
 def begin(mode, *names):
-    """Select the named objects and enter a mode with the first that supports it. Without names the body is active but
-    unselected."""
+    """Select objects and enter a mode with the first that supports it; without names the body is only active."""
     layer = bpy.context.view_layer
     if layer.objects.active is not None and bpy.context.mode != "OBJECT":
         bpy.ops.object.mode_set(mode="OBJECT")

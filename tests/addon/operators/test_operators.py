@@ -135,8 +135,7 @@ def test_a_child_bakes_into_the_extension_s_own_cache(addon, scene, scan, tmp_pa
     ],
 )
 def test_the_button_repeats_a_bake_of_the_command_line(addon, scene, scan, tmp_path, monkeypatch, options, kept):
-    """With all options, shown in the panel or not: like precompute's own command line it finds the bake in the
-    cache."""
+    """With all options, shown in the panel or not: like precompute's command line it finds the cached bake."""
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE", str(tmp_path / "cache"))
     if "--needs" in options:
         needs = tmp_path / "needs.json"

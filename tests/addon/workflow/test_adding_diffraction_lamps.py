@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adding a Diffraction Lamp: its placement, refusals and messages. tests/render/test_diffraction_lamp.py tests its
-light."""
+"""Adding a Diffraction Lamp: placement, refusals, messages. tests/render/test_diffraction_lamp.py tests its light."""
 
 import bpy
 import numpy as np

@@ -20,8 +20,7 @@ def guest(tmp_path_factory):
 
 @pytest.fixture
 def file(scene, grating, guest):
-    """A file with an object named Guest that shows the grating, with settings other than the defaults. Another, empty
-    file is open."""
+    """A file whose object Guest shows the grating, with unusual settings; another, empty file is open."""
     if not guest.exists():
         grating.lights, grating.shadows, grating.footprint = "LAMPS", False, False
         bpy.ops.grating.assign()

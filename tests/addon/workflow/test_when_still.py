@@ -116,8 +116,7 @@ LAMP_CHANGES = {
 
 
 def noted(scene):
-    """Everything that the scene stores about its lamps: its own properties, their drivers, and those of its view
-    layers."""
+    """Everything the scene stores about its lamps: its properties, their drivers, and its view layers' properties."""
     curves = scene.animation_data.drivers if scene.animation_data else ()
     drivers = {(curve.data_path, curve.array_index): curve.driver.expression for curve in curves}
     own = {name: [*value] for name, value in scene.items() if name.startswith("ng_key")}
