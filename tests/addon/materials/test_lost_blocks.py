@@ -278,7 +278,7 @@ def test_every_other_button_and_the_panel_work(skin, done, capfd):
     pressed("lights", lights="LAMPS")  # which makes groups anew
     assigned(skin, done, wanted, capfd)
     for button, options in (
-        ("vary", {"second": "second", "turn": 0.2}), ("add_diffraction", {}), ("add_lamp", {}), ("mend", {}),
+        ("vary", {"second": "second", "turn": 0.2}), ("add_diffraction", {}), ("add_diffraction_lamp", {}), ("mend", {}),
         ("show_direction", {}), ("remove_diffraction", {}),
     ):  # fmt: skip
         pressed(button, **options)

@@ -43,7 +43,7 @@ def test_edited_nodes_are_noticed_and_mended(skin, tree, edit):
 def test_an_edited_lamp_group_is_made_anew(skin, edit):
     lies_edits.of_trees()[f"the Lamp group {edit}"](skin)
     (line,) = skin.addon.lost_parts.lost([skin.group])
-    assert "were deleted in Diffraction Lamp; press Mend Materials" in line
+    assert "were deleted in Lamp Irradiance; press Mend Materials" in line
     bpy.ops.grating.mend()
     assert skin.addon.lost_parts.lost([skin.group]) == []
 

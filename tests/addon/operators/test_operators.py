@@ -259,7 +259,7 @@ def test_assign_without_a_uv_map_changes_nothing(scene, baked):
     assert not plane.material_slots and not bpy.data.materials
 
 
-@pytest.mark.parametrize("button", ["comb", "frame"])
+@pytest.mark.parametrize("button", ["comb", "direction"])
 def test_the_remedies_for_a_missing_uv_map_work(scene, baked, button):
     """Those that the refusal names and that need no UV map."""
     add_baked(scene, baked)
