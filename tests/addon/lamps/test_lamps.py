@@ -12,7 +12,7 @@ import pytest
 from mathutils import Vector
 
 
-def add_diffraction_lamp(scene, kind="SUN", name="Lamp", collection=None, **settings):
+def add_lamp(scene, kind="SUN", name="Lamp", collection=None, **settings):
     lamp = bpy.data.objects.new(name, bpy.data.lights.new(name, kind))
     for key, value in settings.items():
         setattr(lamp.data, key, value)
@@ -43,7 +43,7 @@ def test_drivers_are_simple_expressions_whatever_the_lamp(addon, scene, kind):
         child = bpy.data.collections.new(f"Level {level}")
         deep.children.link(child)
         deep = child
-    lamp = add_diffraction_lamp(scene, kind, "Deep", deep)
+    lamp = add_lamp(scene, kind, "Deep", deep)
     if kind == "AREA":
         lamp.data.shape = "ELLIPSE"
     addon.follow.follow_lamps(scene)
@@ -84,7 +84,7 @@ def test_a_narrow_spot_has_its_own_rim(addon, scene, sun):
     """Numbers next to 1 stay as they are, and so they become in a file whose drivers have keys: Blender 5.2 gives a
     driver's curve two, and rounds what is nearer than 1e-4 to one of them."""
     bpy.data.objects.remove(sun)
-    add_diffraction_lamp(scene, "SPOT", spot_size=np.radians(1.0), spot_blend=0.0)
+    add_lamp(scene, "SPOT", spot_size=np.radians(1.0), spot_blend=0.0)
     addon.follow.follow_lamps(scene)
     rims = np.cos(np.radians(0.5)) + np.array([0, 1e-5])
     # Single precision near 1, in an angle's own cosine and in the sum.
@@ -120,7 +120,7 @@ def test_a_scene_without_lamps_has_no_properties(addon, scene, sun):
 
 
 def test_what_is_as_it_should_be_is_not_written(addon, scene, sun):
-    add_diffraction_lamp(scene, "AREA", "Second")
+    add_lamp(scene, "AREA", "Second")
     addon.follow.follow_lamps(scene)
     before = [curve.as_pointer() for curve in scene.animation_data.drivers]
     bpy.context.view_layer.update()
@@ -145,8 +145,8 @@ def updated(do) -> set[str]:
 
 
 def test_lamps_keep_their_places_when_another_becomes_stronger(addon, scene, sun):
-    first = add_diffraction_lamp(scene, "POINT", "A", energy=20.0)
-    second = add_diffraction_lamp(scene, "POINT", "B", energy=10.0)
+    first = add_lamp(scene, "POINT", "A", energy=20.0)
+    second = add_lamp(scene, "POINT", "B", energy=10.0)
     assert addon.follow.follow_lamps(scene) == [sun, first, second]
     second.data.energy = 30.0
     assert addon.follow.follow_lamps(scene) == [sun, first, second]
@@ -156,7 +156,7 @@ def test_lamps_keep_their_places_when_another_becomes_stronger(addon, scene, sun
 
 def test_too_many_lamps_are_named(addon, scene):
     for k in range(9):
-        add_diffraction_lamp(scene, "POINT", f"P{k}", energy=10.0 + k)
+        add_lamp(scene, "POINT", f"P{k}", energy=10.0 + k)
     followed = addon.follow.follow_lamps(scene)
     assert len(followed) == addon.find.LAMPS_MAX
     assert followed[0].name == "Sun" and followed[1].name == "P8"
@@ -167,7 +167,7 @@ def test_too_many_lamps_are_named(addon, scene):
 def test_instanced_lamps_are_named(addon, scene):
     bpy.data.objects.remove(bpy.data.objects["Sun"])
     stock = bpy.data.collections.new("Stock")
-    add_diffraction_lamp(scene, "POINT", "Bulb", stock)
+    add_lamp(scene, "POINT", "Bulb", stock)
     chain = bpy.data.objects.new("Chain", None)
     chain.instance_type, chain.instance_collection = "COLLECTION", stock
     scene.collection.objects.link(chain)
@@ -211,13 +211,13 @@ def lamps_in(group) -> int:
 
 
 def test_without_a_diffraction_group_nothing_is_written(addon, scene):
-    add_diffraction_lamp(scene)
+    add_lamp(scene)
     bpy.context.view_layer.update()
     assert not properties(scene)
 
 
 def test_lamps_that_come_and_go_are_followed(addon, scene, material):
-    second = add_diffraction_lamp(scene, "POINT", "Second")
+    second = add_lamp(scene, "POINT", "Second")
     bpy.context.view_layer.update()
     assert addon.follow.followed_lamps(scene)[1:] == [second] and lamps_in(material) == 2
     bpy.data.objects.remove(second)
@@ -245,7 +245,7 @@ def test_a_change_that_drivers_follow_builds_nothing(addon, scene, material, mon
         lambda: setattr(sun.data, "type", "AREA"),
         lambda: setattr(sun, "hide_render", True),
         lambda: bpy.data.objects.remove(sun),
-        lambda: add_diffraction_lamp(scene, "SPOT"),
+        lambda: add_lamp(scene, "SPOT"),
         lambda: plane.select_set(False),
         lambda: scene.collection.children.link(bpy.data.collections.new("New")),
     ):
@@ -300,7 +300,7 @@ def test_groups_that_handlers_fill_make_no_data_block(addon, scene, material):
     """Undo would lose a data-block that a handler made, and the group would point to nothing."""
     before = set(bpy.data.node_groups) | set(bpy.data.texts)
     for k in range(3):
-        add_diffraction_lamp(scene, "POINT", f"P{k}")
+        add_lamp(scene, "POINT", f"P{k}")
     lamp = bpy.data.objects["P0"]
     lamp.light_linking.receiver_collection = bpy.data.collections.new("Receivers")
     bpy.context.view_layer.update()

@@ -188,7 +188,7 @@ DONE = {
     "the Lamp group is deleted": (of("node_groups", lambda it: it.addon.lamp_group.lamp_group()), ""),
     "the scripts are deleted": (lambda it: bpy.data.batch_remove(list(bpy.data.texts)), ""),
     "the material is deleted": (of("materials", lambda it: it.first.material), ""),
-    "the direction map is deleted": (frame_map, "choose its Frame again"),
+    "the direction map is deleted": (frame_map, "choose its Direction again"),
     "the comb is deleted": (comb, ""),
     "the lamp is deleted": (of("lights", lambda it: bpy.data.lights["Sun"]), ""),
     "the world is deleted": (of("worlds", lambda it: it.scene.world), ""),
@@ -278,8 +278,8 @@ def test_every_other_button_and_the_panel_work(skin, done, capfd):
     pressed("lights", lights="LAMPS")  # which makes groups anew
     assigned(skin, done, wanted, capfd)
     for button, options in (
-        ("vary", {"second": "second", "turn": 0.2}), ("add_diffraction", {}), ("add_diffraction_lamp", {}), ("mend", {}),
-        ("show_direction", {}), ("remove_diffraction", {}),
+        ("vary", {"second": "second", "turn": 0.2}), ("add_diffraction", {}), ("add_diffraction_lamp", {}),
+        ("mend", {}), ("show_direction", {}), ("remove_diffraction", {}),
     ):  # fmt: skip
         pressed(button, **options)
     drawn(skin)

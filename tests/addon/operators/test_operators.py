@@ -253,7 +253,7 @@ def test_assign_without_a_uv_map_changes_nothing(scene, baked):
     layer = plane.data.uv_layers[0]
     plane.data.uv_layers.remove(layer)
     with pytest.raises(
-        RuntimeError, match="no UV map.*; press Comb Grating, or choose Object Axis as Frame, or unwrap"
+        RuntimeError, match="no UV map.*; press Comb Grating, or choose Object Axis as Direction, or unwrap"
     ):
         bpy.ops.grating.assign()
     assert not plane.material_slots and not bpy.data.materials
