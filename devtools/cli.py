@@ -36,7 +36,7 @@ verbs:
 
 
 def chosen(options: argparse.Namespace) -> Environment:
-    """The environment that --bpy names; that of Blender 4.5 by default."""
+    """The environment for --bpy; by default that of Blender 4.5."""
     return next((one for one in ALL if one.blender_version == options.bpy), PY311)
 
 
@@ -53,7 +53,7 @@ def scenes(options: argparse.Namespace, arguments: list[str]) -> NoReturn:
 
 
 def _run_scenes(verb: str, description: str, options: argparse.Namespace, arguments: list[str]) -> NoReturn:
-    """Become the module of sample_scenes that the verb names, with the Blender that was asked for."""
+    """Replace this process by the verb's module of sample_scenes, with the Blender that was asked for."""
     parser = verb_parser(verb, description)
     parser.add_argument("--output", type=Path, default=ROOT / "dist" / verb, help=f"default: dist/{verb}")
     own, rest = parser.parse_known_args(arguments)
@@ -98,9 +98,8 @@ def lint(_: argparse.Namespace, arguments: list[str]) -> int:
 def _check_types(environment: Environment) -> int:
     """Run mypy over the packages that ship. Returns its exit status.
 
-    The add-on imports precompute by a path relative to this folder, so mypy needs this folder as a package. The
-    folder's own name need not be a package's name; a link gives it one.
-    """
+    The add-on imports precompute relative to the repository's folder, so mypy needs that folder as a package. Its name
+    may not be a valid package name, so a link provides one."""
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, PACKAGE).symlink_to(ROOT, target_is_directory=True)
         command = [environment.python, "-m", "mypy", "--config-file", ROOT / "pyproject.toml"]
@@ -135,7 +134,7 @@ def grating(_: argparse.Namespace, arguments: list[str]) -> NoReturn:
     own = {path.stem for path in (ROOT / "laboratory" / "verbs").glob("[a-z]*.py")}
     # The laboratory's program lists the verbs of both.
     package = "laboratory" if not arguments or arguments[0] in {*own, "-h", "--help"} else "precompute"
-    # The working folder stays the caller's, so that the files it names are found.
+    # The working folder stays the caller's, so relative paths keep their meaning.
     become([environment.python, "-m", package, *arguments], project_environment())
 
 
@@ -210,7 +209,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one verb. Returns the exit status of the program that it ran, or 1 after one line on what prevented it."""
+    """Run one verb. Returns the exit status of the program that it ran, or 1 after printing a one-line error."""
     parser = make_parser()
     arguments = sys.argv[1:] if arguments is None else arguments
     if not arguments:
@@ -220,7 +219,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         status = VERBS[options.verb](options, options.arguments)
-        return status if status >= 0 else 128 - status  # the status that a shell gives after a signal
+        return status if status >= 0 else 128 - status  # as a shell reports a signal
     except DevError as fault:
         print(f"error: {fault}", file=sys.stderr)
         return 1
