@@ -19,19 +19,19 @@ PACKAGE = "natural_gratings"  # the name under which mypy knows this folder; pyp
 
 VERBS_HELP = """\
 verbs:
-  demo [--output DIR]     the main job: a scan baked, mapped and rendered on a snake, with a report
-  scenes [--output DIR]   the sample scenes as .blend files, and their pictures
-  test [PYTEST ARGS]      every test that CI runs; a path under tests/ chooses suites
-  lint [--fix]            ruff: rules and formatting; mypy: types
-  bench [ARGS]            the benchmarks of laboratory/benchmarks/
-  build [--output DIR]    the extension's zip for each platform, validated
-  grating ARGS            the command line without Blender: info, bake, map, ...
-  blender ARGS            Blender with this working tree as its extension
-  walk [--output DIR]     an artist's walk in a Blender with a window, with a picture of each station
-  blender-setup           a real Blender on Debian, in .env
-  env                     what there is: interpreters, environments, libraries, Blenders
+  demo [--output DIR]     the main job: bakes a scan, maps it and renders it on a snake, with a report
+  scenes [--output DIR]   writes the sample scenes as .blend files, with pictures
+  test [PYTEST ARGS]      runs every test that CI runs; a path under tests/ chooses suites
+  lint [--fix]            checks rules and formatting with ruff, types with mypy
+  bench [ARGS]            runs the benchmarks of laboratory/benchmarks/
+  build [--output DIR]    builds and validates the extension's zip for each platform
+  grating ARGS            runs the command line without Blender: info, bake, map, ...
+  blender ARGS            runs Blender with this working tree as its extension
+  walk [--output DIR]     presses the panel's buttons in a Blender with a window, and saves pictures
+  blender-setup           installs a real Blender into .env, on Debian
+  env                     lists the interpreters, environments, libraries and Blenders on this machine
 
-`./dev VERB --help` tells more. The first use of a verb makes the environment it needs, under .env.
+`./dev VERB --help` gives details. The first use of a verb makes the environment that it needs, under .env.
 """
 
 
@@ -81,7 +81,7 @@ def test(options: argparse.Namespace, arguments: list[str]) -> int:
 
 def lint(_: argparse.Namespace, arguments: list[str]) -> int:
     parser = verb_parser("lint", "Checks rules and formatting with ruff, and types with mypy.")
-    parser.add_argument("--fix", action="store_true", help="mend what ruff can mend, and format")
+    parser.add_argument("--fix", action="store_true", help="fix what ruff can fix, and format")
     fix = parser.parse_args(arguments).fix
     environment = environments.require(LINT)
     commands = (
@@ -122,7 +122,7 @@ def bench(options: argparse.Namespace, arguments: list[str]) -> NoReturn:
 def build(_: argparse.Namespace, arguments: list[str]) -> int:
     parser = verb_parser("build", "Builds the extension's zip for each platform and validates each.")
     parser.add_argument("--output", type=Path, default=ROOT / "dist", help="default: dist")
-    parser.add_argument("--lock", action="store_true", help="record the wheels' hashes anew")
+    parser.add_argument("--lock", action="store_true", help="record the wheels' hashes instead of checking them")
     own = parser.parse_args(arguments)
     for package in packages.build(environments.require(PY311), own.output, own.lock):
         print(f"{package} ({package.stat().st_size / 1e6:.1f} MB)")

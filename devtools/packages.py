@@ -83,9 +83,8 @@ def downloads(names: list[str]) -> list[Download]:
 
 
 def fetch_wheels(environment: Environment, lock: bool = False) -> None:
-    """Download the manifest's wheels into wheels/ and check their SHA-256, or with `lock`, record the SHA-256.
-
-    Raises DevError if a wheel is missing or its SHA-256 differs from the record."""
+    """Download the manifest's wheels into wheels/ and check their SHA-256, or with `lock`, record the SHA-256. Raises
+    DevError if a wheel is missing or its SHA-256 differs from the record."""
     hashes = known_hashes()
     wanted = [name for name in wheel_names() if not (WHEELS / name).is_file() or not (lock or is_genuine(name, hashes))]
     for name in wanted:

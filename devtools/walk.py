@@ -19,9 +19,7 @@ _LIMIT_SECONDS = 1200
 
 def walk(binary: Path, folder: Path) -> list[Path]:
     """Walk with a Blender binary and this working tree as its extension. Returns the pictures, which replace those of
-    an earlier walk in `folder`.
-
-    Raises DevError if a station does not show what it should."""
+    an earlier walk in `folder`. Raises DevError if a station does not show what it should."""
     fetch_wheels(environments.require(environments.PY311))
     folder.mkdir(parents=True, exist_ok=True)
     for former in folder.glob("[0-9][0-9]_*.png"):

@@ -44,9 +44,8 @@ def add_snake(
 def add_shed_skin(
     context: bpy.types.Context, species: str, *, size_m: float, faces: int, seed: int
 ) -> tuple[bpy.types.Object, list[str]]:  # fmt: skip
-    """Add a piece of shed skin at the 3D cursor and select only it. Returns the object and lines to report.
-
-    Raises GratingError, with nothing added, if a value is out of range."""
+    """Add a piece of shed skin at the 3D cursor and select only it. Returns the object and lines to report. Raises
+    GratingError, with nothing added, if a value is out of range."""
     if not 1e-4 <= size_m <= 10:
         raise GratingError(f"shed skin: a side of {size_m * 1e3:g} mm; give 0.1 to 10000")
     _refuse_hidden(context)

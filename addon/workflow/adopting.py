@@ -19,9 +19,7 @@ from .restoring_bakes import bake_shown_by
 def adopt(scene: bpy.types.Scene) -> list[str]:
     """Connect stray Diffraction groups to the scene's gratings. A group with the same bake as a grating in the list is
     replaced by that grating's group; any other group becomes a new grating. Returns lines to report: what was done,
-    then what could not be adopted, with the remedy.
-
-    Raises GratingError if nothing could be adopted."""
+    then what could not be adopted, with the remedy. Raises GratingError if nothing could be adopted."""
     found = strays(scene)
     done, faults = [], linked_strays(found)
     for group in (group for group in found if group.library is None):

@@ -20,10 +20,8 @@ from .varying import prepare_meshes
 
 
 def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
-    """Put the active grating's material into the active slot of the meshes among the objects.
-
-    Raises GratingError, with nothing assigned, if a mesh has no UV map, is in Edit Mode or is linked, or if there is no
-    bake."""
+    """Put the active grating's material into the active slot of the meshes among the objects. Raises GratingError, with
+    nothing assigned, if a mesh has no UV map, is in Edit Mode or is linked, or if there is no bake."""
     grating = active_grating(scene)
     meshes = meshes_among(scene, objects, grating.frame_source())
     seams = _seams(objects, meshes, grating)
@@ -34,10 +32,9 @@ def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) ->
 
 
 def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
-    """Add diffraction to all materials that the faces of the meshes among the objects show.
-
-    Raises GratingError, with nothing changed, if a material cannot be changed, if a mesh has no material, has no UV map
-    or is linked, or if there is no bake."""
+    """Add diffraction to all materials that the faces of the meshes among the objects show. Raises GratingError, with
+    nothing changed, if a material cannot be changed, if a mesh has no material, has no UV map or is linked, or if there
+    is no bake."""
     grating = active_grating(scene)
     meshes = meshes_among(scene, objects, grating.frame_source())
     materials: dict[bpy.types.Material, None] = {}

@@ -32,9 +32,7 @@ def start_bake(
 ) -> Job:
     """Start a grating's bake into a folder, by default beside the cache's entries. There each request has its own
     folder, so a bake never overwrites another grating's bake or an earlier one that undo may return to. By default the
-    request is the grating's own.
-
-    Raises GratingError if the bake's settings are not possible."""
+    request is the grating's own. Raises GratingError if the bake's settings are not possible."""
     request = request or grating.bake_request()
     folder = Path(bpy.path.abspath(directory)) if directory else bakes_folder(asked(request))
     options = () if use_cache else ("--no-cache",)

@@ -12,10 +12,9 @@ from .chosen_meshes import check_frame
 
 
 def choose_frame(grating: Grating, source: DirectionSource) -> str:
-    """Make all materials of a grating take their direction from a source. Returns a line to report.
-
-    Raises GratingError, with nothing changed, if the source or a mesh that shows the grating lacks what is needed, or
-    if the grating's node group is linked from another file."""
+    """Make all materials of a grating take their direction from a source. Returns a line to report. Raises
+    GratingError, with nothing changed, if the source or a mesh that shows the grating lacks what is needed, or if the
+    grating's node group is linked from another file."""
     if source.kind == UV_MAP and not source.uv_map:
         raise GratingError(f"{grating.name}: no UV map is named for its direction; name one")
     if source.kind == FRAME_MAP and not is_frame_map(source.frame_map):

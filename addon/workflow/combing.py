@@ -51,10 +51,8 @@ class CombJob(Job):
 
 def start_comb(scene: bpy.types.Scene, objects: list[bpy.types.Object], source: str) -> CombJob:
     """Start combing the meshes among the objects by one of COMB_SOURCES. The other objects may be strokes, hair or
-    bones to follow.
-
-    Raises GratingError, with nothing changed, if a mesh cannot be combed, or if the source has nothing to follow on
-    it."""
+    bones to follow. Raises GratingError, with nothing changed, if a mesh cannot be combed, or if the source has nothing
+    to follow on it."""
     meshes = {o.data: o for o in objects if o.type == "MESH"}
     if not meshes:
         raise GratingError("; ".join(no_meshes(objects)) or f"scene {scene.name}: no mesh is selected; select one")
@@ -68,9 +66,8 @@ def start_comb(scene: bpy.types.Scene, objects: list[bpy.types.Object], source: 
 
 
 def finish_comb(job: CombJob) -> list[str]:
-    """Store the result of a job on its meshes. Returns a line for each mesh.
-
-    Raises GratingError, with nothing changed, if the job failed or a mesh has changed meanwhile."""
+    """Store the result of a job on its meshes. Returns a line for each mesh. Raises GratingError, with nothing changed,
+    if the job failed or a mesh has changed meanwhile."""
     fields = job.fields()
     meshes: list[bpy.types.Mesh] = []
     for (thing, name), field in zip(job.meshes, fields, strict=True):

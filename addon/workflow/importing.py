@@ -24,9 +24,8 @@ def add_grating(
     scene: bpy.types.Scene, source: str, *, size_um: float = 0.0, height_nm: float = 0.0, channel: str = ""
 ) -> Grating:
     """Read a height map and add it to the scene as its active grating. Where size_um, height_nm or channel is 0 or
-    empty, the file's own value is used.
-
-    Raises GratingError if the file cannot be read, or if Blender cannot store its name."""
+    empty, the file's own value is used. Raises GratingError if the file cannot be read, or if Blender cannot store its
+    name."""
     (grating,) = add_each(scene, [scan_record(source, size_um, height_nm, channel=channel)])
     return grating
 
@@ -46,9 +45,7 @@ def add_averaged(scene: bpy.types.Scene, records: Sequence[dict[str, Any]]) -> G
 def import_scans(scene: bpy.types.Scene, records: Sequence[dict[str, Any]], *, averaged: bool = False) -> list[str]:
     """Read scans and add them as add_each does, or with `averaged` as add_averaged does. If the list has an identical
     grating already, that one becomes active instead: a duplicate would only cost a second bake and material. Returns a
-    line for each grating.
-
-    Raises GratingError as add_each does."""
+    line for each grating. Raises GratingError as add_each does."""
     known = _read(records)
     each = [(records, known)] if averaged else [([r], [k]) for r, k in zip(records, known, strict=True)]
     return [_import(scene, *one) for one in each]

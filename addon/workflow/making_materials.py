@@ -96,9 +96,7 @@ def read_combs() -> None:
 
 def refresh_group(grating: Grating) -> None:
     """Switch the grating's Diffraction group, if any, to the grating's present bake. Materials keep their links and
-    settings.
-
-    Raises GratingError, with nothing changed, if the file is not a bake."""
+    settings. Raises GratingError, with nothing changed, if the file is not a bake."""
     if take_back(grating.own_group) is not None:
         replace_response(grating.group, response_of(bake_of(grating)))
         set_lighting(grating.group, shadows=grating.shadows, lights=grating.lit_by)

@@ -23,9 +23,8 @@ from .following_lamps import update_lamps
 
 
 def write_images(grating: Grating, method: str) -> Path:
-    """Make the DFT images of a grating for a method, in a separate process. Returns their file in the cache.
-
-    Raises GratingError if that fails."""
+    """Make the DFT images of a grating for a method, in a separate process. Returns their file in the cache. Raises
+    GratingError if that fails."""
     arguments = [*_images_arguments(grating), "--method", method, "--texels", "0"]
     # Shaders read this file. Each set of arguments has its own folder, so no file is overwritten.
     key = hashlib.sha256("\0".join(arguments).encode()).hexdigest()[:16]
@@ -36,18 +35,16 @@ def write_images(grating: Grating, method: str) -> Path:
 
 
 def reference_from_images(scene: bpy.types.Scene, path: Path) -> bpy.types.Material:
-    """Make a new material that evaluates a method from its file of DFT images, lit by the scene's lamps.
-
-    Raises GratingError, with nothing changed, if the file holds no DFT images or the shader does not compile."""
+    """Make a new material that evaluates a method from its file of DFT images, lit by the scene's lamps. Raises
+    GratingError, with nothing changed, if the file holds no DFT images or the shader does not compile."""
     matrix = rgb_from_xyz(compat.working_space(), read_sound_layout(path).illuminant)
     name = printable(path.stem)
     return _material_of(scene, name, build_osl_response(name, path, matrix))
 
 
 def reference_from_bake(scene: bpy.types.Scene, path: Path) -> bpy.types.Material:
-    """Make a new material whose shader reads a bake's file, lit by the scene's lamps.
-
-    Raises GratingError, with nothing changed, if the file is not a bake or the shader does not compile."""
+    """Make a new material whose shader reads a bake's file, lit by the scene's lamps. Raises GratingError, with nothing
+    changed, if the file is not a bake or the shader does not compile."""
     layout, _ = read_header(path)
     matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
     name = printable(path.stem)

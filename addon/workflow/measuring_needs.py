@@ -132,10 +132,8 @@ def _whole_layout(grating: Grating) -> Layout | None:
 
 def request_with(grating: Grating, needs: Needs) -> BakeRequest:
     """The request for a grating's bake with these needs. A grating without a scan of its own takes everything else from
-    its bake's header.
-
-    Raises GratingError as Grating.bake_request does, or if the header names scans other than samples, whose location it
-    does not hold."""
+    its bake's header. Raises GratingError as Grating.bake_request does, or if the header names scans other than
+    samples, whose location it does not hold."""
     if grating.source:
         return replace(grating.bake_request(), needs=needs)
     path = bake_of(grating)

@@ -20,7 +20,6 @@ def render_picture(
     height: int | None = None,
 ) -> None:
     """Render the open scene to a PNG or EXR file. `engine` is "cycles" or "eevee". None keeps the scene's setting.
-
     Raises GratingError if the scene has no camera, if the file type is another, or if the picture is not written."""
     scene = bpy.context.scene
     if scene.camera is None:

@@ -22,9 +22,8 @@ _EXR = b"\x76\x2f\x31\x01"
 
 def bake_of(grating: Grating) -> Path:
     """The file of a grating's bake. If it is not at the recorded path, it is searched for in the cache, else written
-    there from the pictures packed in the .blend. The grating then records the new path.
-
-    Raises GratingError if the bake is in none of these places, or if the file cannot be written."""
+    there from the pictures packed in the .blend. The grating then records the new path. Raises GratingError if the bake
+    is in none of these places, or if the file cannot be written."""
     try:
         return grating.baked_file()
     except GratingError:

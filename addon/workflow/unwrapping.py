@@ -47,9 +47,8 @@ class Unwrapping:
         self.job.cancel()
 
     def finish(self) -> list[str]:
-        """Add the new map to the mesh, once the process has ended. Returns lines to report.
-
-        Raises GratingError, with nothing changed, if the process failed, or if the mesh's faces have changed."""
+        """Add the new map to the mesh, once the process has ended. Returns lines to report. Raises GratingError, with
+        nothing changed, if the process failed, or if the mesh's faces have changed."""
         facts, uv = self.job.result(lambda facts: (facts, _written_map(facts["files"][0])))
         mesh = bpy.data.objects.get(self.mesh_name)
         if mesh is None or mesh.type != "MESH" or mesh.mode == "EDIT" or _faces(mesh.data) != self._faces:
