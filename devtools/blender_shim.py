@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A stand-in for the `blender` binary that uses a bpy wheel: it handles the same arguments in order, with the same exit
-statuses.
+"""A stand-in for the `blender` binary that uses a bpy wheel: the same arguments in order, the same exit statuses.
 
 It does only what needs no window, and fails as Blender 5.2 does. After a script raises, the next argument is processed
-unless --python-exit-code was given. A file that cannot be read, or a --command that raises, ends the shim with status
-1."""
+unless --python-exit-code was given. A file that cannot be read, or a --command that raises, gives status 1."""
 
 import contextlib
 import os

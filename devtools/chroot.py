@@ -42,10 +42,8 @@ def write_wrapper(path: Path, root: Path) -> None:
 
 
 def set_up() -> Path:
-    """Make .env/sid and the wrapper .env/sid-blender, in about a minute. Returns the wrapper's path.
-
-    After an interruption it starts from nothing. Raises DevError if the machine is not Debian or the user is not
-    root."""
+    """Make .env/sid and the wrapper .env/sid-blender, in about a minute. Returns the wrapper's path. After an
+    interruption it starts from nothing. Raises DevError if the machine is not Debian or the user is not root."""
     if CHROOT_BLENDER.exists():
         say(f"Blender {'.'.join(map(str, binary_version(CHROOT_BLENDER)))} is there: {CHROOT_BLENDER}")
         return CHROOT_BLENDER

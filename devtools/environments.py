@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The environments under .env, made by venv and pip from pyproject.toml: one for each version of Blender, and one for
-./dev lint."""
+"""The environments under .env, made from pyproject.toml: one for each version of Blender, and one for ./dev lint."""
 
 import contextlib
 import fcntl
@@ -34,8 +33,7 @@ class Environment:
 
     @property
     def stamp(self) -> Path:
-        """The file that lists the installed requirements. It is written last, so it is missing after an
-        interruption."""
+        """The list of installed requirements. It is written last, so it is missing after an interruption."""
         return self.folder / "stamp.json"
 
     @property

@@ -13,8 +13,7 @@ WHEELS_LIST = re.compile(r"^wheels = \[.*?^\]\n", re.DOTALL | re.MULTILINE)
 
 
 def write_if_changed(path: Path, text: str) -> None:
-    """Write the text unless the file already has it, because Blender checks its add-ons again after a manifest
-    changes."""
+    """Write the text unless the file already has it, because Blender checks its add-ons again if a manifest changes."""
     if not path.exists() or path.read_text() != text:
         path.write_text(text)
 

@@ -117,8 +117,7 @@ def show_sidebar() -> Steps:
 
 
 def screen_picture(screen: Path) -> "Image.Image":
-    """The screen, read from its picture file (display.py). Blender's own screenshot is black without a graphics card's
-    front buffer."""
+    """The screen, read from its picture file (display.py). Blender's screenshot is black without a graphics card."""
     from PIL import Image
 
     held = screen.read_bytes()

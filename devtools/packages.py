@@ -140,8 +140,8 @@ def make_reproducible(package: Path) -> None:
 
 
 def build(environment: Environment, output: Path, lock: bool = False) -> list[Path]:
-    """Build and validate the zip of each platform, reproducibly. Returns their paths. `output` never holds a partial
-    zip."""
+    """Build and validate the zip of each platform, reproducibly. Returns their paths. No partial zip is left in
+    `output`."""
     fetch_wheels(environment, lock)
     output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=output, prefix=".build-") as folder:

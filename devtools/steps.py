@@ -51,10 +51,8 @@ def last_lines(log: Path, count: int) -> list[str]:
 
 
 def run_step(title: str, command: Sequence[str | Path], log: Path, **changes: str) -> None:
-    """Run a command with its output in `log`. Print its title, and every 15 seconds a sign of progress.
-
-    `changes` are environment variables. Raises DevError with the log's last lines if the command fails. An interrupt
-    ends the command too."""
+    """Run a command with its output in `log`. Print its title, and every 15 seconds a sign of progress. `changes` are
+    environment variables. Raises DevError with the log's last lines if the command fails. An interrupt ends it too."""
     log.parent.mkdir(parents=True, exist_ok=True)
     start = time.monotonic()
     say(f"{title} ...")

@@ -95,8 +95,8 @@ def counts(report: Path) -> dict[str, int]:
 def run_suite(
     name: str, environment: Environment, targets: list[Path], *, options: list[str], variables: dict[str, str]
 ) -> Result:
-    """Run pytest on the targets in an environment, with `variables` added. Its output is printed at the end, so that
-    the lines of two suites do not mix."""
+    """Run pytest on the targets in an environment with extra `variables`. The output is printed at the end, in one
+    piece."""
     title = f"{name}, Python {environment.python_version}, bpy {environment.blender_version}"
     say(f"tests: {title}")
     report = ENVIRONMENTS / "reports" / f"{name}-{environment.name}.xml"
@@ -122,8 +122,8 @@ def run_suite(
 
 
 def targets_of(name: str, environment: Environment, paths: list[Path]) -> list[Path]:
-    """The paths that a suite runs: the given paths in the suite's folder. Without given paths, the whole folder, or for
-    some environments a part (AGAIN)."""
+    """The given paths in the suite's folder. Without given paths, the whole folder, or in some environments a part
+    (AGAIN)."""
     folder = ROOT / "tests" / name
     if paths and ROOT / "tests" not in paths:
         return [path for path in paths if path.is_relative_to(folder)]

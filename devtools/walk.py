@@ -43,8 +43,7 @@ def stage_arguments(folder: Path) -> list[str | Path]:
 
 
 def walk_arguments(folder: Path, screen_folder: Path) -> list[str | Path]:
-    """Arguments for the Blender that walks on the stage in `folder`, on the screen whose picture is in
-    `screen_folder`."""
+    """Arguments for the Blender that walks on the stage in `folder`. The screen's picture is in `screen_folder`."""
     size = [str(number) for number in SIZE]
     options = ["--enable-event-simulate", "--window-geometry", "0", "0", *size]
     script = ["--python", HERE / "walk_in_blender.py", "--", folder, screen_folder / "Xvfb_screen0"]

@@ -34,8 +34,8 @@ TURNTABLE_FRAMES = 48
 
 @dataclass(frozen=True)
 class View:
-    """A view of the animal: camera position, target and lens; lighting (suns, one sun, a clear sky, or a room's
-    panorama); exposure in stops."""
+    """A view of the animal: camera, target, lens, light (suns, one sun, sky or a room's panorama), and exposure in
+    stops."""
 
     camera: Towards
     target: tuple[float, float, float]

@@ -62,8 +62,8 @@ def add_ball(segments: int = 192) -> bpy.types.Object:
 
 
 def crumpled(x: np.ndarray, y: np.ndarray, seed: int = 4) -> np.ndarray:
-    """The height of a crumpled sheet at x and y from 0 to 1, in the same units: a blend of randomly tilted planes, with
-    flat facets and narrow folds."""
+    """The height of a crumpled sheet at x and y from 0 to 1, in the same units: randomly tilted planes with narrow
+    folds."""
     rng = np.random.default_rng(seed)
     slopes, heights = rng.normal(0, SLOPE, (FACETS, 2)), rng.normal(0, 0.03, FACETS)
     middles = rng.random((FACETS, 2))

@@ -32,8 +32,8 @@ SCANS = ROOT.parent / "shared" / "data" / "snake"
 
 @dataclass(frozen=True)
 class Subject:
-    """A height map of the demo: title, FILE and options for the command line, folder for the results, the snake's
-    species, and keys of PICTURES."""
+    """A height map of the demo: title, FILE, options, folder for the results, the snake's species, and keys of
+    PICTURES."""
 
     title: str
     file: str

@@ -4,8 +4,7 @@
 python -m sample_scenes.discs --output discs.blend [--disc cd --disc dvd --disc bluray]
 blender --background --python sample_scenes/discs.py -- --output discs.blend
 
-U points outwards, across the tracks, and V runs round the disc. `grating assign BAKE --object CD` adds the
-diffraction."""
+U points outwards, across the tracks; V runs round the disc. `grating assign BAKE --object CD` adds the diffraction."""
 
 from __future__ import annotations
 
@@ -42,8 +41,8 @@ LENS_MM = {1: 150.0, 2: 85.0, 3: 60.0}
 
 
 def ring(inner_m: float, outer_m: float, height_m: float, *, outwards: bool = True) -> tuple[np.ndarray, ...]:
-    """Points (2 SEGMENTS, 3), quads (SEGMENTS, 4) and UVs (SEGMENTS, 4, 2) of a flat ring. U is the radius relative to
-    the rim's, V the turn."""
+    """Points (2 SEGMENTS, 3), quads (SEGMENTS, 4) and UVs (SEGMENTS, 4, 2) of a flat ring: U is radius / RIM_M, V the
+    turn."""
     turn = np.arange(SEGMENTS + 1) / SEGMENTS
     around = np.stack([np.cos(2 * np.pi * turn[:-1]), np.sin(2 * np.pi * turn[:-1])], axis=-1)
     points = np.concatenate([np.c_[r * around, np.full(SEGMENTS, height_m)] for r in (inner_m, outer_m)])

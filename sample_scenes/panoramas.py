@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Worlds as panoramas: radiance (rows, 2 rows, 3) in the layout of precompute/lights/panorama.py. A third is in
-room.py."""
+"""Worlds as panoramas: radiance (rows, 2 rows, 3), laid out as precompute/lights/panorama.py says. See also room.py."""
 
 import numpy as np
 

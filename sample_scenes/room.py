@@ -70,8 +70,8 @@ BLOCKS = (
 
 
 def room(rows: int, seed: int = 1) -> np.ndarray:
-    """The room's radiance (rows, 2 rows, 3) in linear Rec.709, in the layout of precompute/lights/panorama.py. Each
-    pixel averages four directions."""
+    """The room's radiance (rows, 2 rows, 3) in linear Rec.709, laid out as precompute/lights/panorama.py says; a mean
+    of four directions in each pixel."""
     fine = _seen(panorama_cells(2 * rows, 4 * rows).directions, np.random.default_rng(seed))
     return fine.reshape(rows, 2, 2 * rows, 2, 3).mean(axis=(1, 3))
 
@@ -136,8 +136,8 @@ def _light(at: np.ndarray, normal: np.ndarray) -> np.ndarray:
 
 
 def _enter(block: Block, start: np.ndarray, towards: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where rays (n, 3) enter a block: the distance in ray lengths (infinity if they miss), and the axis that they
-    enter through."""
+    """Where rays (n, 3) enter a block: the distance in ray lengths (infinity if they miss), and the axis of the
+    face."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ends = np.stack([(np.array(corner) - start) / towards for corner in (block.low, block.high)])
     near, far = np.nan_to_num(ends.min(axis=0), nan=-np.inf), ends.max(axis=0)
@@ -156,8 +156,8 @@ def _inside(panel: Panel, at: np.ndarray) -> np.ndarray:
 
 
 def _sky(panel: Panel, at: np.ndarray) -> np.ndarray:
-    """The brightness (n,) behind a panel: for a window, a sky that is brighter higher up, above dark houses; else
-    constant."""
+    """The brightness (n,) behind a panel: constant, or for a window, a sky that is brighter higher up, above dark
+    houses."""
     if not panel.bars:
         return np.ones(len(at))
     rise = at[:, 2] / np.linalg.norm(at[:, :2], axis=1)

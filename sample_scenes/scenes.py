@@ -27,14 +27,9 @@ _VARIED = ("--by", "scale_random", "--turn", "7", "--size-mm", "15")
 
 @dataclass(frozen=True)
 class SampleScene:
-    """A scene.
-
-    script, options  the script that writes it
-    bakes            the FILE to bake for each object
-    assign           further arguments of `assign`
-    varied_with      by FILE, the share of the surface that shows it instead, varied from scale to scale
-    verbs            verbs to run afterwards
-    samples          Cycles samples at which the picture is clean"""
+    """A scene: the script that writes it and its options; the FILE to bake for each object; more arguments of `assign`;
+    by FILE, the share of the surface that shows this bake instead, varied from scale to scale; verbs to run afterwards;
+    Cycles samples at which the picture is clean."""
 
     script: str
     bakes: dict[str, str]

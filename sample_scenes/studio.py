@@ -93,8 +93,8 @@ def add_camera(
 
 
 def wrap_in_dusk(scene: bpy.types.Scene, radiance: float, *, low: float = 0.25) -> None:
-    """A world that is brightest overhead and falls to the share `low` at the horizon. It has no bright spot, and its
-    reflections are not black."""
+    """A world without bright spots that falls from the zenith to the share `low` at the horizon, so reflections are not
+    black."""
     background = new_world(scene, "Dusk")
     nodes, links = scene.world.node_tree.nodes, scene.world.node_tree.links
     where, split, ramp = (

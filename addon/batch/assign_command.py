@@ -65,8 +65,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def index_of(bake: str) -> int:
-    """The index of the scene's grating with a bake's file; added if missing. Raises GratingError if there is no such
-    file."""
+    """The index of the scene's grating with a bake, added if missing. Raises GratingError if there is no such file."""
     path = kept_path(str(check_bake(bake).resolve()))
     items = bpy.context.scene.natural_gratings.items
     for index, grating in enumerate(items):

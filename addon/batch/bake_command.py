@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`bake`: import a height map and bake it. The grating keeps the whole request, so its Bake button can repeat the
-bake."""
+"""`bake`: import a height map and bake it. The grating keeps the whole request, so its button can repeat the bake."""
 
 import argparse
 from dataclasses import asdict

@@ -17,21 +17,19 @@ from ..materials.skin import answers_to_world
 from .camera_rays import Pixels
 from .seen_surfaces import Places, boxes_with_gratings, seen_by
 
-# Inputs of a Diffraction node: a link to one may change which part of the table is read, from place to place.
+# Inputs of a Diffraction node. A link to one may change which part of the table is read.
 _LINKABLE = ("Normal", "Tangent", "Rotation", "Roughness", "Period Scale", "Height Scale")
 # Every fourth ray also samples its neighbour pixels.
 _NEIGHBOURS = 4
-# A grating whose direction varies is sampled at this many angles, at most 15 degrees apart. The length of (u, v) is at
-# most 2, so between two of the angles it leaves their range by at most 0.017, less than the margin of the needs
-# (MARGIN).
+# A grating whose direction varies is sampled at this many angles, at most 15 degrees apart. (u, v) is at most 2 long,
+# so between two angles it leaves their range by at most 0.017, less than the margin of the needs (MARGIN).
 _TURNS = 13
 
 
 @dataclass(frozen=True)
 class Look:
-    """The result of one look. The first `count` rays go through pixel centres. With footprints, two more sets follow:
-    for every fourth of these pixels a ray through the pixel to its right, then for each of them a ray through the pixel
-    above it."""
+    """The result of one look. The first `count` rays go through pixel centres. With footprints, every fourth of them
+    has a ray through the pixel to its right; these rays come next, and then the rays through the pixels above."""
 
     scene: bpy.types.Scene
     places: list[Places]
@@ -62,8 +60,8 @@ class Look:
         return joined(parts)
 
     def _footprint(self, places: Places, uv: np.ndarray) -> np.ndarray:
-        """The smallest change of (u, v) (n, 2) across each place's pixel, (n,). NaN if a neighbour ray was not cast or
-        hit another surface."""
+        """The smallest change of (u, v) (n, 2) across each place's pixel, (n,). NaN without neighbour rays on the same
+        object."""
         further = -(-self.count // _NEIGHBOURS)
         # The extra entry at the end, -1, stands for rays that were not cast.
         row = np.full(self.count + 2 * further + 1, -1)
@@ -75,8 +73,8 @@ class Look:
 
 
 def look(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, *, rays: int, footprints: bool = False) -> Look | None:
-    """Cast about `rays` rays through the evaluated scene's camera, into the part of the picture that contains meshes
-    with gratings. None without a camera."""
+    """Cast about `rays` rays through the evaluated scene's camera, towards meshes with gratings. None without a
+    camera."""
     if scene.camera is None or scene.camera.type != "CAMERA":  # Blender accepts any object as the scene's camera
         return None
     pixels = Pixels(scene, scene.camera.evaluated_get(depsgraph))

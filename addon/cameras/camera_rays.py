@@ -63,9 +63,9 @@ class Pixels:
         return (np.floor(np.minimum(at, np.array(self.size) - 0.5)) + 0.5) / self.size
 
     def window_of(self, boxes: Iterable[tuple[np.ndarray, Matrix]]) -> Window | None:
-        """The window that contains the given boxes, or None if none is in the picture. A box is its corners (8, 3) in
-        an object's space and the object's matrix. The whole picture for a panorama, or if a corner is behind a
-        perspective camera."""
+        """The part of the picture that contains the given boxes, each as corners (8, 3) in object space and a matrix.
+        None if none is in the picture; the whole picture for a panorama, or if a corner is behind a perspective
+        camera."""
         found = []
         for corners, matrix in boxes:
             world = np.array(matrix)

@@ -17,17 +17,15 @@ from ..direction.uv_maps import has_uv_map
 from ..materials.group_properties import frame_of
 from ..materials.material import diffraction_nodes, number_in
 
-# Limits for rays that pass through hidden objects: how many objects, and the step behind each, relative to the
-# distance.
+# Limits for rays through hidden objects: how many objects, and the step behind each, relative to the distance.
 _THROUGH, _BEHIND = 8, 1e-5
 
 
 @dataclass(frozen=True)
 class Places:
-    """Points of one object that a camera sees, n of them, in world space.
+    """n points of one object that a camera sees, in world space.
 
     rays     (n,), the indices of the rays that hit them
-    points   (n, 3)
     to_view  (n, 3), unit vectors to the camera
     frames   (n, 3, 3), the tangent frames: unit vectors T, B, N, turned by Rotation and the object's own angle"""
 
@@ -84,11 +82,9 @@ def seen_by(
 
 
 def _own_instances(depsgraph: bpy.types.Depsgraph) -> set[tuple[bpy.types.Object, tuple[Any, ...]]]:
-    """Instances of other meshes that an object's Geometry Nodes make, as pairs of the object and the instance's matrix.
-
-    Blender's ray cast reports such a hit with the object, but with the face index of the other mesh, so the face cannot
-    be found. An instance at the object's own matrix is left out: it looks like the object itself, as do the object's
-    curves and points, which rays do not hit."""
+    """Instances that Geometry Nodes make of another object's mesh, as pairs of object and matrix. The ray cast reports
+    a hit on one with the object, but with the other mesh's face index, so the face cannot be found. Instances at the
+    object's own matrix are left out: they look like the object, as do its curves and points, which rays do not hit."""
     return {
         (instance.object.original, tuple(map(tuple, instance.matrix_world)))
         for instance in depsgraph.object_instances
@@ -100,8 +96,7 @@ def _own_instances(depsgraph: bpy.types.Depsgraph) -> set[tuple[bpy.types.Object
 
 
 def boxes_with_gratings(depsgraph: bpy.types.Depsgraph) -> Iterator[tuple[np.ndarray, Matrix]]:
-    """The bounding boxes of the scene's meshes that show a grating, including instances: corners (8, 3) and
-    matrices."""
+    """The bounding boxes of the scene's meshes and instances that show a grating: corners (8, 3) and matrices."""
     for instance in depsgraph.object_instances:
         thing = instance.object
         if thing.type == "MESH" and any(diffraction_nodes(slot.material) for slot in thing.original.material_slots):
@@ -145,8 +140,8 @@ class _Mesh:
 def _first(
     scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, origin: Vector, direction: Vector
 ) -> tuple[bool, Vector, int, bpy.types.Object | None, Matrix]:
-    """The first hit of a ray on an object that is visible in renders: whether there is one, the point, the face, the
-    object and its matrix."""
+    """A ray's first hit on an object that is visible in renders: whether there is one, point, face, object and
+    matrix."""
     for _ in range(_THROUGH):
         hit, point, _, face, thing, matrix = scene.ray_cast(depsgraph, origin, direction)
         if not hit or not (thing.hide_render or not thing.visible_camera):
@@ -178,7 +173,7 @@ def _placed(hits: _Hits, mesh: _Mesh, directions: np.ndarray) -> Places:
 
 
 def _triangles_at(mesh: _Mesh, faces: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """For points (n, 3) in object space on faces (n,): the triangle (n,) that contains each, and its barycentric
+    """The triangles (n,) that contain points (n, 3) in object space on faces (n,), and the points' barycentric
     coordinates (n, 3), none of them negative."""
     first = mesh.first_triangles
     triangles, shares = first[faces], np.full((len(faces), 3), -np.inf)
@@ -195,8 +190,7 @@ def _triangles_at(mesh: _Mesh, faces: np.ndarray, points: np.ndarray) -> tuple[n
 
 
 def _shares(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """The barycentric coordinates (n, 3) of points (n, 3) in triangles with corners (n, 3, 3). NaN for a triangle
-    without area."""
+    """The barycentric coordinates (n, 3) of points (n, 3) in triangles (n, 3, 3); NaN for a triangle without area."""
     a, b, p = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], points - corners[:, 0]
     aa, ab, bb = (a * a).sum(axis=1), (a * b).sum(axis=1), (b * b).sum(axis=1)
     pa, pb, area = (p * a).sum(axis=1), (p * b).sum(axis=1), aa * bb - ab * ab

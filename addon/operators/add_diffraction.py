@@ -7,8 +7,8 @@ from .on_selected_meshes import OnSelectedMeshes
 
 
 class AddDiffraction(OnSelectedMeshes, bpy.types.Operator):
-    """Add the active grating's diffraction on top of all materials of the selected meshes. It replaces any diffraction
-    that they already have"""
+    """Add the active grating's diffraction on top of all materials of the selected meshes, in place of any other
+    diffraction"""
 
     bl_idname = "grating.add_diffraction"
     bl_label = "Add to Materials"

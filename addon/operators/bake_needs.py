@@ -65,8 +65,7 @@ class BakeNeeds(FollowsBake, bpy.types.Operator):
         return [*self._lines, *notice_outside(bpy.context.scene)]
 
     def _measure(self, context):
-        """Measure the needs and prepare the request, without changing anything. Returns the grating, or None if there
-        is nothing to gain."""
+        """Measure the needs and prepare the request. Returns the grating, or None if there is nothing to gain."""
         from ...precompute.bake.needs import EVERYTHING
         from ..workflow.measuring_needs import measure_needs, request_with
 

@@ -56,8 +56,7 @@ class FollowsBake(FollowsJob):
         raise NotImplementedError
 
     def report_bake(self, grating: "Grating", facts: dict[str, Any]) -> set[str]:
-        """Record a finished bake and report it. Returns what execute() returns. Raises GratingError as `record`
-        does."""
+        """Record a finished bake and report it, as execute() does. Raises GratingError as `record` does."""
         from ..workflow.baking import warnings_of
 
         more = self.record(grating, facts)

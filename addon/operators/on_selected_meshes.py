@@ -12,8 +12,8 @@ class OnSelectedMeshes(OperatorMixin):
     """An operator that puts a grating on the selected meshes. A subclass adds `put`."""
 
     def put(self, scene: bpy.types.Scene, things: list[bpy.types.Object]) -> list[str]:
-        """Put the grating on the meshes among the objects; for subclasses. Returns a line on what was done, then
-        warnings. Raises GratingError."""
+        """For subclasses: put the grating on the meshes among the objects. Returns lines to report. Raises
+        GratingError."""
         raise NotImplementedError
 
     @classmethod

@@ -21,8 +21,8 @@ _METHODS = (
 
 
 class NewOslReference(bpy.types.Operator):
-    """Make a material whose shader evaluates one of the thesis's methods, or the bake, in every pixel. Slow; for
-    comparisons"""
+    """Make a slow material for comparisons, whose shader evaluates a method of the thesis, or the bake, in every
+    pixel"""
 
     bl_idname = "grating.osl_reference"
     bl_label = "New OSL Reference Material"

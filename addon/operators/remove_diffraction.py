@@ -9,8 +9,7 @@ from .reports import report_failure, report_lines
 
 
 class RemoveDiffraction(bpy.types.Operator):
-    """Remove diffraction from the selected objects and restore the materials that they had before. Other objects keep
-    it"""
+    """Remove diffraction from the selected objects and restore their former materials. Other objects keep it"""
 
     bl_idname = "grating.remove_diffraction"
     bl_label = "Remove from Materials"

@@ -102,13 +102,8 @@ class Facts:
 
 @dataclass(frozen=True)
 class _Found:
-    """Cached facts.
-
-    of       what the panel showed: the index and settings of the active grating
-    layer    the view layer's name
-    changes  the number of changes so far
-    at       when they were found
-    seconds  how long that took"""
+    """Cached facts: what the panel showed (`of`), the view layer's name, the number of changes so far, the time when
+    they were found, and the seconds that it took."""
 
     facts: Facts
     of: tuple[object, ...]
@@ -129,8 +124,7 @@ _found: dict[str, _Found] = {}
 
 
 def facts_of(context: bpy.types.Context) -> Facts:
-    """The facts for the panel of the context's scene. In background, where no timer runs, they are found at each
-    call."""
+    """The facts for the panel of the context's scene. In background, without a timer, they are found at each call."""
     scene = context.scene
     found = _found.get(scene.name_full)
     if found is None or found.of != _shown(scene) or not has_window():
@@ -149,8 +143,7 @@ def stop() -> None:
 
 @guarded
 def _find_again() -> float | None:
-    """Update the cached facts, and redraw the panel if they differ. Returns the seconds to wait after a recent change,
-    else None."""
+    """Update the cached facts and redraw the panel if they differ. Returns the seconds to wait, or None when done."""
     if wait := seconds_until_still():
         return wait
     for name, former in list(_found.items()):

@@ -99,8 +99,7 @@ class GratingPanel(bpy.types.Panel):
 
 
 class ReferencePanel(bpy.types.Panel):
-    """Reference materials for comparisons: a shader evaluates one of the thesis's methods, or the bake, in every
-    pixel"""
+    """Reference materials for comparisons: shaders that evaluate a method of the thesis, or the bake, in every pixel"""
 
     bl_idname = "GRATING_PT_reference"
     bl_label = "OSL Reference"

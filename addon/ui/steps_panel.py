@@ -27,8 +27,8 @@ class StepList(bpy.types.UIList):
 
 
 def draw_steps(layout, context, grating, *, several: bool) -> None:
-    """Draw the list of a grating's steps, the arguments of the active step, and the preview. `several`: the grating
-    averages several scans."""
+    """Draw a grating's steps, the arguments of the active step, and the preview. `several`: the grating averages
+    scans."""
     if not grating.source:  # no scan: the grating was made from a bake
         return
     # Open by default while the scan is levelled, closed once it is baked. With two names, Blender remembers separately

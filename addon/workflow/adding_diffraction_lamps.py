@@ -71,8 +71,7 @@ def _lamp_named(scene: bpy.types.Scene, name: str) -> bpy.types.Object:
 
 
 def _diffraction_in(mesh: bpy.types.Object, slot: int) -> bpy.types.Node:
-    """The Diffraction node of the material in a mesh's slot. As in Blender, a slot index that is too high means the
-    last slot."""
+    """The Diffraction node in a mesh's slot. As in Blender, a slot index that is too high means the last slot."""
     slots = mesh.material_slots
     nodes = diffraction_nodes(slots[min(slot, len(slots) - 1)].material) if slots else []
     if not nodes:

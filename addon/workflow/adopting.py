@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adopting Diffraction groups that belong to no grating of the scene: appended, pasted, or left behind by a removed
+"""Adopting Diffraction groups that belong to no grating of the scene: appended, pasted, or left by a removed
 grating."""
 
 import bpy
@@ -39,8 +39,7 @@ def adopt(scene: bpy.types.Scene) -> list[str]:
 
 
 def _of_same_bake(scene: bpy.types.Scene, group: bpy.types.NodeTree) -> Grating | None:
-    """The scene's grating with the same bake as a group, or None. Groups of earlier versions do not record their bake,
-    so they match none."""
+    """The scene's grating with a group's bake, or None. Groups of earlier versions do not record their bake."""
     bake = made_from(own_trees(group)[0])
     for grating in scene.natural_gratings.items if bake else ():
         if grating.own_group is not None and made_from(own_trees(grating.group)[0]) == bake:

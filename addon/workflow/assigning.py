@@ -33,8 +33,8 @@ def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) ->
 
 def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
     """Add diffraction to all materials that the faces of the meshes among the objects show. Raises GratingError, with
-    nothing changed, if a material cannot be changed, if a mesh has no material, has no UV map or is linked, or if there
-    is no bake."""
+    nothing changed, if there is no bake, a material cannot be changed, or a mesh is linked or lacks a material or a UV
+    map."""
     grating = active_grating(scene)
     meshes = meshes_among(scene, objects, grating.frame_source())
     materials: dict[bpy.types.Material, None] = {}
@@ -68,8 +68,7 @@ def _further(scene: bpy.types.Scene) -> list[str]:
 
 
 def _put_in_active_slot(selection: Selection, mesh: bpy.types.Object, material: bpy.types.Material) -> str:
-    """Put the material into the mesh's active slot; a mesh without slots gets one. Returns a line if the mesh has other
-    slots, which stay unchanged."""
+    """Put the material into the mesh's active slot, made if missing. Returns a warning if the mesh has other slots."""
     if not mesh.material_slots:
         mesh.data.materials.append(None)
     index, count = mesh.active_material_index, len(mesh.material_slots)
@@ -85,8 +84,8 @@ def _put_in_active_slot(selection: Selection, mesh: bpy.types.Object, material: 
 
 
 def _seams(objects: list[bpy.types.Object], meshes: list[bpy.types.Object], grating: Grating) -> list[str]:
-    """Warnings about meshes whose UV islands rotate the direction, and about objects that are left out. Called before
-    anything changes."""
+    """Warnings about meshes whose UV islands rotate the direction, and about left-out objects. Called before any
+    change."""
     source = grating.frame_source()
     return [line for mesh in meshes if (line := seam_warning(mesh, source))] + no_meshes(objects)
 

@@ -66,8 +66,8 @@ def finished_bake(
 def bake_and_wait(
     grating: Grating, directory: str = "", *, use_cache: bool = True, request: BakeRequest | None = None
 ) -> dict[str, Any]:
-    """Bake a grating, record the bake (and the request, if one is given), and return the facts of the run. Raises
-    GratingError if it fails."""
+    """Bake a grating, record the bake and, if given, its request. Returns the facts. Raises GratingError if it
+    fails."""
     asked_for = request or grating.bake_request()
     facts = finished_bake(grating, directory, use_cache=use_cache, request=asked_for)
     record_bake(grating, facts, asked_for, taken_over=request is not None)

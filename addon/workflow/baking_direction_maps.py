@@ -135,8 +135,7 @@ def _stage(
 
 
 def _have_read(mesh: bpy.types.Object, image: bpy.types.Image) -> list[str]:
-    """Make the gratings of a mesh use a direction map. Returns a line for each that cannot, because another mesh shows
-    it."""
+    """Make the gratings of a mesh use a direction map. Returns a line for each that cannot: another mesh shows it."""
     groups = {node.node_tree for slot in mesh.material_slots for node in diffraction_nodes(slot.material)}
     lines = []
     for grating in (grating for scene in bpy.data.scenes for grating in scene.natural_gratings.items):

@@ -23,8 +23,8 @@ _CONVERTIBLE = {
 def meshes_among(
     scene: bpy.types.Scene, objects: list[bpy.types.Object], source: DirectionSource
 ) -> list[bpy.types.Object]:
-    """The meshes among the objects. Raises GratingError if there is none, or if one cannot carry a grating with this
-    direction source."""
+    """The meshes among the objects. Raises GratingError if there is none, or if one does not suit the direction
+    source."""
     meshes = [o for o in objects if o.type == "MESH"]
     if not meshes:
         raise GratingError("; ".join(no_meshes(objects)) or f"scene {scene.name}: no mesh is selected; select one")
@@ -44,8 +44,7 @@ def no_meshes(objects: list[bpy.types.Object]) -> list[str]:
 
 
 def check_can_change(thing: bpy.types.Object) -> None:
-    """Raise GratingError unless the object's materials can be changed: it is local to this file, or has a library
-    override."""
+    """Raise GratingError unless the object's materials can be changed: it is not linked, or has a library override."""
     override = thing.override_library
     if thing.library is not None or (override is not None and override.is_system_override):
         file = (thing.library or override.reference.library).filepath

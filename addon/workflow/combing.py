@@ -23,10 +23,7 @@ _MAPS_MAX = 8
 
 
 class CombJob(Job):
-    """The process that combs some meshes.
-
-    meshes  pairs of names: the object's and its mesh's
-    label   the label of the comb's source"""
+    """The process that combs some meshes. `meshes` are pairs of names, the object's and its mesh's."""
 
     def __init__(self, requests: dict[tuple[str, str], dict[str, np.ndarray]], label: str) -> None:
         """Start the process. Raises GratingError if a file cannot be written."""
@@ -51,8 +48,8 @@ class CombJob(Job):
 
 def start_comb(scene: bpy.types.Scene, objects: list[bpy.types.Object], source: str) -> CombJob:
     """Start combing the meshes among the objects by one of COMB_SOURCES. The other objects may be strokes, hair or
-    bones to follow. Raises GratingError, with nothing changed, if a mesh cannot be combed, or if the source has nothing
-    to follow on it."""
+    bones. Raises GratingError, with nothing changed, if a mesh cannot be combed, or has nothing of the source to
+    follow."""
     meshes = {o.data: o for o in objects if o.type == "MESH"}
     if not meshes:
         raise GratingError("; ".join(no_meshes(objects)) or f"scene {scene.name}: no mesh is selected; select one")
@@ -85,8 +82,7 @@ def finish_comb(job: CombJob) -> list[str]:
 
 
 def comb_and_wait(scene: bpy.types.Scene, objects: list[bpy.types.Object], source: str) -> list[str]:
-    """Comb the meshes among the objects. Returns a line for each. Raises GratingError as start_comb and finish_comb
-    do."""
+    """Comb the meshes among the objects. Returns a line for each. Raises GratingError as finish_comb does."""
     job = start_comb(scene, objects, source)
     job.wait()
     return finish_comb(job)

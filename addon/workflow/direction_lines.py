@@ -19,8 +19,8 @@ _ARROWS_MAX = 5000
 
 @dataclass(frozen=True)
 class Lines:
-    """End points (n, 2, 3) of lines in world space: arrows along T, seams where T jumps, and rings around faces where a
-    comb is singular."""
+    """Ends (n, 2, 3) of lines in world space: arrows along T, seams where T jumps, rings around a comb's singular
+    faces."""
 
     arrows: np.ndarray
     seams: np.ndarray
@@ -28,8 +28,7 @@ class Lines:
 
 
 def direction_lines(thing: bpy.types.Object, depsgraph: bpy.types.Depsgraph, default: DirectionSource) -> Lines:
-    """The lines of an evaluated mesh object. A slot without diffraction uses the default source. A linked Rotation is
-    ignored."""
+    """The lines of an evaluated mesh object. Slots without diffraction use `default`. A linked Rotation is ignored."""
     evaluated = thing.evaluated_get(depsgraph)
     mesh = evaluated.data
     mesh.calc_loop_triangles()

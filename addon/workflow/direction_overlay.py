@@ -27,8 +27,8 @@ class Part:
 
 
 class _Shown:
-    """State of the overlay: the draw handler while it is on, the callback and line of a fault, and the batches drawn
-    last with the name of their object."""
+    """State of the overlay: draw handler, callback and line of a fault, and the last batches with their object's
+    name."""
 
     handler: object | None = None
     on_fault: Callable[[str], None] | None = None
@@ -43,8 +43,7 @@ def is_shown() -> bool:
 
 
 def show(on: bool, on_fault: Callable[[str], None] | None = None) -> None:
-    """Switch the overlay on or off. If drawing fails, the overlay switches itself off and calls `on_fault` once with a
-    line to report."""
+    """Switch the overlay on or off. If drawing fails, it switches itself off and calls `on_fault` once with a line."""
     if on and not is_shown():
         _Shown.on_fault, _Shown.fault = on_fault, ""
         _Shown.handler = bpy.types.SpaceView3D.draw_handler_add(_draw, (), "WINDOW", "POST_VIEW")
@@ -57,8 +56,8 @@ def show(on: bool, on_fault: Callable[[str], None] | None = None) -> None:
 
 
 def parts_of(lines: Lines) -> list[Part]:
-    """Lines by colour: arrows cyan, seams red, singular faces yellow. Empty kinds are left out, because a batch must
-    not be empty."""
+    """Lines by colour: arrows cyan, seams red, singular faces yellow. Empty kinds are left out: a batch must not be
+    empty."""
     kinds = (
         (lines.arrows, (0.1, 0.9, 1.0, 1.0), 1.5),
         (lines.seams, (1.0, 0.1, 0.1, 1.0), 3.0),

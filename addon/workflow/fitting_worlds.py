@@ -43,12 +43,8 @@ _failed: dict[str, str] = {}
 
 @dataclass(frozen=True)
 class _Known:
-    """Cached facts about a scene's world.
-
-    world        its address; 0 for a scene without a world
-    space        the file's working space when the facts were found
-    fingerprint  empty if there is nothing to fit
-    blocks       addresses of the data-blocks that the facts depend on"""
+    """Cached facts about a scene's world: its address (0 for none), the file's working space at that time, the
+    fingerprint (empty if there is nothing to fit), and the addresses of the data-blocks that these depend on."""
 
     world: int
     space: str
@@ -85,7 +81,7 @@ def world_is_fitted(scene: bpy.types.Scene) -> bool:
 
 
 def drop_stale_sources(scene: bpy.types.Scene) -> str:
-    """Drop the sources of a world that has changed. Returns the world's fingerprint if a new fit is wanted, else ""."""
+    """Drop the sources of a world that has changed. Returns the world's fingerprint if a fit is wanted, else ""."""
     now = _fingerprint(scene)
     if fitted_world(scene) == now:
         return ""
@@ -127,8 +123,8 @@ def fit_world(scene: bpy.types.Scene) -> None:
 
 
 def want_fit(scene: bpy.types.Scene) -> None:
-    """Drop outdated sources, and schedule a fit for when the world has been unchanged for a moment. In background, fit
-    and wait."""
+    """Drop outdated sources and schedule a fit for when the world is unchanged for a moment. In background, fit and
+    wait."""
     global _running
     if bpy.app.background:
         fit_world(scene)

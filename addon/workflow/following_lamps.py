@@ -21,11 +21,9 @@ _SUN_STRENGTH, _SUN_TURN = 3.0, (radians(40), 0.0, radians(30))
 
 
 def update_lamps(scene: bpy.types.Scene, *, exactly: bool = True, in_viewport: bool = False) -> None:
-    """Follow the scene's present lamps, and give the file's Diffraction groups enough lamps. If the scene has more than
-    LAMPS_MAX lamps, choose the brightest anew.
+    """Follow the scene's present lamps, the brightest LAMPS_MAX of them, and give Diffraction groups enough lamps.
 
-    `exactly`: also remove lamps that are not needed (skin.show_lamps). `in_viewport`: a lamp that is hidden in the
-    viewport is dark."""
+    `exactly`: also remove lamps that are not needed (skin.show_lamps). `in_viewport`: lamps hidden there are dark."""
     lamps = follow_lamps(scene, in_viewport=in_viewport, lit=lit_boxes)
     show_lamps(exactly=exactly)
     if any(is_linked(lamp) for lamp in lamps) or follows_light_linking():
@@ -57,7 +55,7 @@ def add_sun(scene: bpy.types.Scene) -> bpy.types.Object:
 
 
 def warnings_about(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[str]:
-    """Warnings about lamps and lamp features that diffraction does not follow, and about settings that give wrong
+    """Warnings about lamps and their features that diffraction does not follow, and about settings that give wrong
     colours."""
     dark = not lamps_of(scene) and needs_lamps()
     line = f"scene {scene.name}: it has no lamp, so with Lamps Only the diffraction is black; add a sun"

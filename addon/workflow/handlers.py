@@ -44,8 +44,8 @@ from .following_lamps import lit_boxes, update_lamps
 @persistent
 @guarded
 def follow_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    """After Blender has evaluated a scene. A change that concerns a followed lamp is always reported as a change of the
-    scene too."""
+    """After Blender has evaluated a scene. A change of a followed lamp is always reported as a change of the scene
+    too."""
     note_change()
     if depsgraph.mode == "RENDER":
         return
@@ -178,8 +178,7 @@ def _update_lamps(scene: bpy.types.Scene, *, exactly: bool = False) -> None:
 
 
 def _state(scene: bpy.types.Scene) -> tuple[object, ...]:
-    """Properties of a scene's followed lamps that drivers cannot follow: type, light linking, and visibility in each
-    view layer."""
+    """What drivers cannot follow of a scene's followed lamps: type, light linking, visibility in each view layer."""
     return tuple(_state_of(lamp, scene) for lamp in followed_lamps(scene))
 
 

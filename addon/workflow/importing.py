@@ -23,9 +23,8 @@ from ..materials.group_properties import variation_of
 def add_grating(
     scene: bpy.types.Scene, source: str, *, size_um: float = 0.0, height_nm: float = 0.0, channel: str = ""
 ) -> Grating:
-    """Read a height map and add it to the scene as its active grating. Where size_um, height_nm or channel is 0 or
-    empty, the file's own value is used. Raises GratingError if the file cannot be read, or if Blender cannot store its
-    name."""
+    """Read a height map and add it as the scene's active grating. 0 or empty arguments mean the file's own values.
+    Raises GratingError if the file cannot be read, or if Blender cannot store its name."""
     (grating,) = add_each(scene, [scan_record(source, size_um, height_nm, channel=channel)])
     return grating
 
@@ -101,8 +100,8 @@ def _add(
 
 
 def quality_of(known: Sequence[tuple[str, Description]]) -> str:
-    """The worst quality rating of the scans, then a line for each finding that is not good, with the scan's name if
-    there are several."""
+    """The worst quality rating of the scans, then a line for each finding that is not good, with the scan if there are
+    several."""
     light = max((facts.quality.light for _, facts in known), key=LIGHTS.index)
     found = (
         (f"{name}: " if len(known) > 1 else "") + f"{each.topic}: {each.light}; {each.sentence}"

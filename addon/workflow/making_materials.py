@@ -77,8 +77,8 @@ def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
 
 
 def needed_bake(grating: Grating) -> Path | None:
-    """The bake's file if the grating's Diffraction group must be made or repaired from it, else None. Raises
-    GratingError as bake_of does."""
+    """The bake's file if the grating's group must be made or repaired from it, else None. Raises GratingError as
+    bake_of."""
     group = take_back(grating.own_group)
     response = None if group is None or lost_of_own(group) else response_in(group)
     if response is None or is_in_other_space(response):
@@ -125,8 +125,8 @@ def new_diffraction_group(path: Path, shadows: bool = True, lights: str = REST) 
 
 
 def response_of(path: Path) -> Response:
-    """The response from a bake's file, with a note of the region that the bake holds. Raises GratingError if the file
-    is not a bake."""
+    """The response from a bake's file, with a note of the bake's region. Raises GratingError if the file is not a
+    bake."""
     response = direct_response(path)
     layout, _ = read_header(path)
     note_region(response.group, layout)

@@ -23,8 +23,8 @@ from .following_lamps import update_lamps
 
 
 def write_images(grating: Grating, method: str) -> Path:
-    """Make the DFT images of a grating for a method, in a separate process. Returns their file in the cache. Raises
-    GratingError if that fails."""
+    """Make a grating's DFT images for a method in a separate process. Returns their file. Raises GratingError if it
+    fails."""
     arguments = [*_images_arguments(grating), "--method", method, "--texels", "0"]
     # Shaders read this file. Each set of arguments has its own folder, so no file is overwritten.
     key = hashlib.sha256("\0".join(arguments).encode()).hexdigest()[:16]

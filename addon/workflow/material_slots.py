@@ -53,8 +53,7 @@ def was_replaced(thing: bpy.types.Object, index: int) -> bool:
 
 
 def take_replaced(thing: bpy.types.Object, index: int) -> bpy.types.Material | None:
-    """Remove and return the record of a slot's former material; None if the slot was empty or the material was
-    deleted."""
+    """Remove and return the record of a slot's former material; None if the slot was empty or the material is gone."""
     material = stored.block(thing, _replaced(index), bpy.types.Material)
     del thing[_replaced(index)]
     return material

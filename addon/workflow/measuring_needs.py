@@ -24,8 +24,7 @@ from ..materials.material import diffraction_nodes
 from ..materials.response import response_in, responses_in
 from .restoring_bakes import bake_of
 
-# Frames sampled from a range, not counting camera cuts; rays for a single frame; minimum rays for each of several
-# frames.
+# Frames sampled from a range, not counting camera cuts; rays for one frame; minimum rays for each of several frames.
 FRAMES_MAX, _RAYS, _RAYS_LEAST = 16, 12000, 2000
 
 
@@ -109,8 +108,7 @@ def pointless(grating: Grating, needs: Needs) -> str:
 
 
 def no_smaller(grating: Grating, facts: dict[str, Any]) -> str:
-    """A line if a bake for the scene (its `facts`) takes no less memory than the grating's present whole bake, else
-    empty."""
+    """A line if a bake for the scene (its `facts`) takes no less memory than the present whole bake, else empty."""
     layout = _whole_layout(grating)
     whole = 0 if layout is None else layout.width * layout.height * BYTES_PER_TEXEL
     if layout is None or facts["blender_bytes"] < whole:

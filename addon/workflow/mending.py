@@ -20,9 +20,8 @@ from .restoring_bakes import bake_shown_by
 
 
 def mend_materials() -> list[str]:
-    """Repair the file's Diffraction groups from their bakes, and materials whose Diffraction node is empty. Returns
-    lines to report: what was done, then what could not be repaired, with the remedy. Raises GratingError if nothing
-    could be repaired."""
+    """Repair the file's Diffraction groups from their bakes, and materials with an empty Diffraction node. Returns
+    lines to report: repairs, then failures with their remedies. Raises GratingError if nothing could be repaired."""
     mended, faults = [], []
     for tree in bpy.data.node_groups:
         if tree.library is None:

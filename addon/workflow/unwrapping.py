@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Unwrapping a mesh into a new UV map. The other maps stay, and the grating keeps its direction, because an unwrap
-rotates islands arbitrarily."""
+"""Unwrapping a mesh into a new UV map. The other maps stay. The grating keeps its former direction, because the new
+islands are rotated arbitrarily."""
 
 import hashlib
 from dataclasses import replace
@@ -68,9 +68,8 @@ def unwrap_and_wait(mesh: bpy.types.Object, packing: Packing) -> list[str]:
 
 
 def unwrap_by_blender(context: bpy.types.Context, mesh: bpy.types.Object, packing: Packing) -> list[str]:
-    """Unwrap a mesh by Blender's Minimum Stretch along its seams; without seams, along the borders of Smart UV
-    Project's islands. Returns lines to report. Raises GratingError, with nothing changed, if the mesh cannot be
-    unwrapped."""
+    """Unwrap a mesh by Blender's Minimum Stretch along its seams, or if it has none, along the borders of Smart UV
+    Project's islands. Returns lines to report. Raises GratingError, with nothing changed, if that is impossible."""
     count = len(_triangles(mesh).triangles)
     layer = context.view_layer
     chosen, active = list(context.selected_objects), layer.objects.active
@@ -164,7 +163,7 @@ def _add_map(mesh: bpy.types.Object, uv: np.ndarray, facts: str) -> list[str]:
 
 
 def _keep_direction(mesh: bpy.types.Object, before: str) -> list[str]:
-    """Set the mesh's gratings to the UV map that rendered before, unless a comb holds the direction. Returns a line to
+    """Set the mesh's gratings to the UV map that rendered before, unless a comb has the direction. Returns lines to
     report."""
     if has_comb(mesh.data):
         return []

@@ -17,9 +17,8 @@ from .making_materials import group_of, needed_bake
 
 def vary(scene: bpy.types.Scene, grating: Grating, choice: Variation, *, others: Sequence[Grating]) -> list[str]:
     """Vary all materials of a grating over the surface, between the grating and `others`, one for each share of
-    `choice`. Returns lines to report: what was done, then warnings. Raises GratingError, with nothing changed, if a
-    grating is not baked or is named twice, if the shares add up to more than 1, or if the pattern's attribute has no
-    name."""
+    `choice`. Returns lines to report. Raises GratingError, with nothing changed, if a grating is not baked or is named
+    twice, if the shares add up to more than 1, or if the pattern's attribute has no name."""
     twice = [each.name for k, each in enumerate(others) if each in (grating, *others[:k])]
     if twice:
         raise GratingError(f"{grating.name}: {twice[0]} is named twice; choose another grating to vary it with")
