@@ -29,13 +29,13 @@ _OPTION = re.compile(r"(--[a-z][a-z-]*)(?: [A-Z]\b)?")
 
 
 def report_failure(operator: bpy.types.Operator, error: GratingError) -> set[str]:
-    """Report an error to the artist. Returns what execute() returns then."""
+    """Report an error to the artist. Returns what the operator's execute() returns then."""
     operator.report({"ERROR"}, in_words(str(error)))
     return {"CANCELLED"}
 
 
 def report_lines(operator: bpy.types.Operator, lines: list[str]) -> set[str]:
-    """Report what was done (the first line) and warnings (the others). Returns what execute() returns then."""
+    """Report what was done, the first line, and warnings, the others. Returns what execute() returns then."""
     for line in lines[:1]:
         operator.report({"INFO"}, in_words(printable(line)))
     for line in lines[1:]:

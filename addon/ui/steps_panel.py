@@ -54,7 +54,7 @@ def draw_steps(layout, context, grating, *, several: bool) -> None:
 
 
 def draw_scans(layout, context, facts: GratingFacts) -> None:
-    """Draw the file names of a grating that averages several scans."""
+    """Draw the files of a grating that averages several scans."""
     if facts.fault:
         draw_note(layout, context, in_words(facts.fault), icon="ERROR")
     column = layout.column(align=True)
