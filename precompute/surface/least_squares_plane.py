@@ -46,9 +46,8 @@ def level_plane(height_map: HeightMap) -> HeightMap:
     """Subtract the least-squares plane through the finite heights.
 
     The result's finite heights have the mean zero; NaN stays NaN. If all pixels lie on a line (a single row, say), the
-    flattest plane through them is subtracted. From a periodic surface only the mean is subtracted: its edges wrap, so it
-    has no tilt, and a fit would find the slope of its facets.
-    """
+    flattest plane through them is subtracted. A periodic surface loses only its mean: it has no tilt, since its edges
+    wrap, and a fit would find the slope of its facets."""
     whole = slice(None), slice(None)
     return replace(height_map, height_m=plane_of(height_map).level_part(height_map, whole))
 

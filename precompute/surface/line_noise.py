@@ -121,8 +121,8 @@ def _level(spectrum: Spectrum, frequencies: list[float], kx: int) -> float:
 
 
 def _quartile(spectrum: Spectrum, ky: np.ndarray, kx: int, *, drift: float | None) -> float:
-    """Return the lower quartile of the power at vertical frequencies ky (n,), scaled to the frequency `drift`, if given,
-    as in a drift: each line's shift adds to the last, so the power falls with the squared frequency."""
+    """Return the lower quartile of the power at vertical frequencies ky (n,). For a `drift`, in which each line's shift
+    adds to the last, the power falls with the squared frequency and is scaled to the frequency `drift`."""
     power = np.array([spectrum.at(int(each), kx) for each in ky])
     return float(np.quantile(power if drift is None else power * np.maximum(ky / drift, 1) ** 2, 0.25))
 

@@ -27,8 +27,8 @@ _DISTINCT_SHARE = 0.2
 # Peaks below this share of the strongest are ignored.
 _FAINTEST_SHARE = 0.05
 # The least ratio of a peak to the median power of waves of similar length. Noise power is exponentially distributed:
-# the strongest of 10^7 bins has ln(10^7) = 16 times the mean, or 23 times the median. Natural roughness is noise of this
-# kind, and grows with the wavelength.
+# the strongest of 10^7 bins has ln(10^7) = 16 times the mean, or 23 times the median. So is natural roughness, which
+# grows with the wavelength.
 _ABOVE_MEDIAN = 50.0
 # The same ratio for a wave of two or three times a peak's length. It lies in one of 18 bins; noise reaches this ratio
 # in one of them for one in 3,000 peaks.
