@@ -20,10 +20,8 @@ _LEAST_PIXELS = 8
 
 
 def rotate(height_map: HeightMap, degrees: float) -> Done:
-    """Rotate the surface counterclockwise, from T towards B.
-
-    Quarter turns move the pixels. Other angles fill holes, interpolate, and keep the largest complete rectangle with the
-    scan's proportions."""
+    """Rotate the surface counterclockwise, from T towards B. Quarter turns move the pixels. Other angles fill holes,
+    interpolate, and keep the largest complete rectangle with the scan's proportions."""
     quarters = degrees / 90
     if quarters == int(quarters):
         turned = np.rot90(height_map.height_m, int(quarters))
@@ -49,8 +47,8 @@ def rotate(height_map: HeightMap, degrees: float) -> Done:
 
 
 def _read(height: np.ndarray, row: np.ndarray, col: np.ndarray) -> np.ndarray:
-    """Interpolate heights by cubic convolution of 4 x 4 pixels, exact for quadratic surfaces (Keys, IEEE Transactions on
-    Acoustics, Speech, and Signal Processing 29, 1981)."""
+    """Interpolate heights by cubic convolution of 4 x 4 pixels (Keys, IEEE Transactions on Acoustics, Speech, and
+    Signal Processing 29, 1981), exact for quadratic surfaces."""
     (rows, of_row), (cols, of_col) = _taps(row, height.shape[0]), _taps(col, height.shape[1])
     return sum(of_row[i] * of_col[j] * height[rows[i], cols[j]] for i in range(4) for j in range(4))
 

@@ -17,8 +17,8 @@ from .step import Done
 
 
 def align_lines(height_map: HeightMap, by: str) -> Done:
-    """Shift each row; rows without heights stay. "median" gives each row the median zero. "difference" gives the
-    differences from the row above the median zero, regardless of slopes and particles."""
+    """Shift each row; rows without heights stay. "median" gives each row the median zero. "difference" gives all rows
+    the same typical difference from the row above, which slopes and particles hardly change."""
     height = height_map.height_m
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # from a missing row
