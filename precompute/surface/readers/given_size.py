@@ -32,7 +32,7 @@ def given_width(source: str, size_um: float | None) -> float:
 
 
 def given_height(source: str, height_nm: float | None, *, what: str, most: float = HIGHEST_NM) -> float:
-    """Return the height in nanometres. Raises GratingError, with `what` in its text, if it is missing or implausible."""
+    """Return the height in nanometres. Raises GratingError, which quotes `what`, if it is missing or implausible."""
     remedy = f"--height-nm H, {what} in nanometres"
     return _quantity(source, "height range", height_nm, limits=(_LOWEST_NM, most), remedy=remedy)
 

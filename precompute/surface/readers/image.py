@@ -97,7 +97,7 @@ class PictureReader:
         try:
             with open(source, "rb") as file:
                 beside = self.beside(file)
-        except (struct.error, ValueError, OverflowError) as error:  # the latter two from positions beyond any file's end
+        except (struct.error, ValueError, OverflowError) as error:  # the last two: impossible positions
             raise GratingError(f"{source}: the picture's header is truncated or damaged; copy it again") from error
         if beside.several:
             raise GratingError(f"{source}: holds several pictures; save the one of heights by itself")

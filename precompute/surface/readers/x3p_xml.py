@@ -27,7 +27,7 @@ class Description:
     values  the numbers; NaN for an empty Datum, a point that was not measured"""
 
     def __init__(self, xml: bytes) -> None:
-        """Parse main.xml. Raises ValueError if it is damaged, too long, too deep or declares entities."""
+        """Parse main.xml. Raises ValueError if it is damaged, too deep, has too many elements or declares entities."""
         from xml.etree.ElementTree import ParseError, XMLParser
 
         self.values = array("d")
