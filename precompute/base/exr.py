@@ -4,8 +4,7 @@
 It reads only the layout that table/atlas_file.py writes: scan lines from the top, in blocks of 16 compressed by ZIP,
 and one float type for all channels. It checks the header before it reads pixels, and limits memory and time to those
 of a picture of TEXELS_MAX. The OpenEXR library guarantees neither, and prints errors to the terminal. (Format: "OpenEXR
-File Layout", openexr.com.)
-"""
+File Layout", openexr.com.)"""
 
 import contextlib
 import math

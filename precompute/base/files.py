@@ -29,8 +29,7 @@ def partial_folder(folder: Path, label: str = "grating") -> Iterator[Path]:
 def write_together(writers: Mapping[Path, Callable[[Path], object]]) -> None:
     """Call each path's writer with a path of the same name in a partial folder, then move all files into place.
 
-    If a writer fails, all existing files stay unchanged. Raises GratingError, naming the path, if a file cannot be
-    written."""
+    If a writer fails, all existing files stay unchanged. Raises GratingError if a file cannot be written."""
     with contextlib.ExitStack() as stack:
         partial = {}
         for path, write in writers.items():

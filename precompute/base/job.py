@@ -2,8 +2,7 @@
 """Jobs: runs of this program for another program, such as a bake that Blender started.
 
 The other program, the starter, identifies the job by a private folder and locks a file in it for as long as it lives.
-A job whose starter was killed finds the lock released, and ends too.
-"""
+A job whose starter was killed finds the lock released, and ends too."""
 
 import os
 import shutil

@@ -3,8 +3,7 @@
 
 It ends the command after SECONDS, on a signal to itself, or when the starter (child_process.py) ends or releases its
 lock. In the last case it also removes the job's folder. The command needs no code for this: Blender runs no Python
-while it loads a picture from a dead network drive, nor while xatlas works.
-"""
+while it loads a picture from a dead network drive, nor while xatlas works."""
 
 import importlib
 import signal

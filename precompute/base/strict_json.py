@@ -2,8 +2,7 @@
 """Strict reader of JSON from untrusted files; invalid JSON gives a one-line error.
 
 It accepts at most LARGEST_BYTES, nesting up to DEEPEST, finite numbers, integers that double precision holds exactly,
-and objects without repeated keys.
-"""
+and objects without repeated keys."""
 
 import json
 import math

@@ -2,8 +2,7 @@
 """Strict reader of zip archives from untrusted files.
 
 It accepts files that are stored or deflated, not encrypted, and exactly as long as the directory says. Faults raise
-ValueError, and missing files KeyError; the caller adds the path and the remedy.
-"""
+ValueError, and missing files KeyError; the caller adds the path and the remedy."""
 
 from __future__ import annotations
 
@@ -52,8 +51,7 @@ class Archive:
     def read(self, name: str, most: int) -> bytes:
         """Unpack a file of at most `most` bytes.
 
-        Raises KeyError if there is no such file; ValueError if it is longer, encrypted, damaged, or packed by a method
-        other than deflate."""
+        Raises KeyError if there is no such file; ValueError if it is longer, encrypted, damaged, or not deflated."""
         from zipfile import BadZipFile
 
         size = self.size(name)

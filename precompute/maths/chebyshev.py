@@ -59,8 +59,7 @@ def jacobi_anger_terms(z: float, tolerance: float) -> int:
     """Return the number N of Chebyshev nodes that interpolate exp(i z t) on [-1, 1] to within `tolerance`.
 
     exp(i z t) = J_0(z) + 2 sum i^n J_n(z) T_n(t) (Abramowitz and Stegun 9.1.44-45). At N nodes, each term n >= N
-    aliases to a lower term: it is lost where it belongs and added where it does not. The error is at most
-    4 sum_{n >= N} |J_n(z)|."""
+    aliases to a lower term, and counts twice in the error: at most 4 sum_{n >= N} |J_n(z)|."""
     size = int(2 * z + 60)
     tail = 4 * np.cumsum(np.abs(bessel_j(z, size))[::-1])[::-1]
     return int(np.argmax(tail <= tolerance))

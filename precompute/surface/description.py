@@ -29,12 +29,10 @@ class Description:
     height_rms_m       standard deviation of the same heights in metres
     source_range_m     highest minus lowest height in metres as measured, including the tilt
     periods_m          at most five periods in metres that diffract visibly, brightest first
-    period_angles_deg  direction of each period's grating vector in degrees: from T, counterclockwise towards B, in
-                       (-90, 90]
+    period_angles_deg  direction of each grating vector in degrees: from T, counterclockwise towards B, in (-90, 90]
     waves              all waves: gratings, waviness, fine wave and line noise
     quality            the findings that limit the scan
-    channels           labels of all channels of the source
-    """
+    channels           labels of all channels of the source"""
 
     rows: int
     cols: int

@@ -4,8 +4,7 @@
 A wave of period d sends its first order to sin(tr) = lambda / d - sin(ti). The angles ti of light and tr of view are
 measured from the normal, in the plane of the grating vector. For a sine of amplitude a much lower than the wavelength,
 the efficiency is J1(2 pi a w / lambda)^2 = (pi a w / lambda)^2, with w = cos(ti) + cos(tr) (Goodman, Introduction to
-Fourier Optics, 4.4; docs/theory.md).
-"""
+Fourier Optics, 4.4; docs/theory.md)."""
 
 from functools import cache
 
@@ -26,8 +25,7 @@ def visible_share(q: np.ndarray) -> np.ndarray:
     """Return the share of visible light (D65, by luminance) in the first order of a low sine of frequency q (...,) in
     cycles per metre, divided by the square of its amplitude in metres.
 
-    It is the cosine-weighted mean over light from all angles in the plane of the grating vector, and 0 for periods
-    that do not diffract visibly."""
+    It is the cosine-weighted mean over all angles in the plane of the grating vector; 0 for invisible diffraction."""
     known, shares = _known()
     return np.where((q >= known[0]) & (q <= known[-1]), np.interp(q, known, shares), 0.0)
 

@@ -28,8 +28,7 @@ class HeightMap:
     periodic      whether the edges wrap exactly, as on synthetic surfaces
 
     Raises GratingError unless the heights are a two-dimensional array with a finite value and without infinite ones,
-    and the pixel sizes are positive and finite.
-    """
+    and the pixel sizes are positive and finite."""
 
     height_m: np.ndarray
     pixel_size_m: tuple[float, float]

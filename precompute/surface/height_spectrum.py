@@ -22,8 +22,7 @@ class Spectrum:
     power   (ny, nx) in square metres; a sine of amplitude a has a peak of about a^2. ny: vertical frequencies in the
             order of np.fft.fftfreq; nx: horizontal frequencies from 0 up; both in cycles per scan
     size_m  (Ly, Lx), the sides of the scan in metres
-    cols    number of columns of the heights
-    """
+    cols    number of columns of the heights"""
 
     power: np.ndarray
     size_m: tuple[float, float]

@@ -10,8 +10,7 @@ import numpy as np
 from .height_map import HeightMap
 from .least_squares_plane import fitted_plane
 
-# Relaxation sweeps at each resolution. Each starts from the smooth fill at half the resolution, so a few sweeps are
-# enough to smooth its steps.
+# Relaxation sweeps at each resolution: enough to smooth the steps of the fill at half the resolution.
 _FILL_SWEEPS = 8
 
 

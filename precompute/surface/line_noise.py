@@ -4,8 +4,7 @@
 A shift is constant along its scan line. So the noise has power at the horizontal frequency 0 and at all vertical
 frequencies. The highest of its many random peaks rises far above the rest of the spectrum, like a grating with lines
 along the scan lines. But a grating also rises above its neighbours at the horizontal frequency 0. An irregular, natural
-grating has power beside its peak instead.
-"""
+grating has power beside its peak instead."""
 
 from __future__ import annotations
 
@@ -18,8 +17,7 @@ from .height_spectrum import Spectrum, refined
 # Noise power is exponentially distributed. The strongest of 500 vertical frequencies has ln(500) = 6.2 times the mean,
 # or 22 times the lower quartile. Real skins, their rows of fingers turned along the scan lines, have over 100 times.
 _ABOVE_QUARTILE = 50.0
-# A peak this many times above the power beside it is constant along the scan lines. Irregular ridges have more power
-# beside their peak.
+# A peak this many times above the power beside it is constant along the scan lines, unlike irregular ridges.
 _ABOVE_SIDES = 50.0
 # The bins beside a peak: just outside the window's lobe.
 _SIDES = (3, 8)
@@ -28,8 +26,7 @@ _OFF_MAX = 0.6
 # A peak is compared with vertical frequencies from 1 / 1.5 to 1.5 times its own, and at least _BAND_BINS beyond it,
 # without its own flanks and the lobes of harmonics.
 _BAND, _BAND_BINS, _FLANK, _LOBE = 1.5, 12, 0.2, 2.0
-# The least correlation of a grating's profile with itself one period on. For white noise it is 0 on average, with a
-# standard deviation of 0.13 for 128 rows.
+# The least correlation of a grating's profile with itself one period on. White noise of 128 rows has 0 +- 0.13 (rms).
 _ALIKE = 0.7
 # The harmonics of a grating with fewer lines are so close together that any peak would count as one.
 _FEWEST_LINES = 6

@@ -2,8 +2,7 @@
 """Confirms waves by the opposite scan direction: trace and retrace share the surface, but not the microscope's noise.
 
 Line shifts and hum differ between the two. Hum that is a wave (ky, kx) in the trace is (ky, -kx) in the retrace, so a
-wave's mirror image does not confirm it.
-"""
+wave's mirror image does not confirm it."""
 
 from __future__ import annotations
 

@@ -27,8 +27,8 @@ _DISTINCT_SHARE = 0.2
 # Peaks below this share of the strongest are ignored.
 _FAINTEST_SHARE = 0.05
 # The least ratio of a peak to the median power of waves of similar length. Noise power is exponentially distributed:
-# the strongest of 10^7 bins has ln(10^7) = 16 times the mean, or 23 times the median. So is natural roughness, which
-# grows with the wavelength.
+# the strongest of 10^7 bins has ln(10^7) = 16 times the mean, or 23 times the median. Natural roughness is such noise,
+# growing with the wavelength.
 _ABOVE_MEDIAN = 50.0
 # The same ratio for a wave of two or three times a peak's length. It lies in one of 18 bins; noise reaches this ratio
 # in one of them for one in 3,000 peaks.
@@ -103,9 +103,8 @@ def waves_of(
 ) -> Waves:
     """Find the waves of levelled heights, in the middle of a large scan; holes are filled first.
 
-    If `level` is a part, scan_m (Ly, Lx) are the whole scan's sides in metres, in which repeats are counted. `other`
-    returns the same part of the opposite scan, levelled alike, or None. It is called only if a wave may be a grating;
-    a grating must be in both.
+    `scan_m` (Ly, Lx) are the whole scan's sides in metres, if `level` is a part. `other` returns the same part of the
+    opposite scan, levelled alike, or None. It is called only if a wave may be a grating; a grating must be in both.
 
     A wave diffracts visibly if it has a first order in visible light (FINEST_PERIOD_M) whose colours separate under the
     sun (COARSEST_PERIOD_M). Gratings are ordered by the light in this order. Power alone would favour slow waves of
@@ -157,9 +156,8 @@ def waves_of(
 def _diffracting(
     spectrum: Spectrum, light: np.ndarray, waviness: list[tuple[int, int]] | None
 ) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
-    """Find peaks of the light (ny, nx): the gratings, and the strongest that may be line noise, unless a grating has
-    lines along the scan lines too. `waviness` is the peak of a slower wave, whose harmonics the gratings may be; None
-    if the surface has no line noise."""
+    """Find the gratings by their light (ny, nx), and the strongest peak that may be line noise, unless a grating has
+    lines along the scan lines too. `waviness` is as in line_noise, or None if the surface has no line noise."""
     found = _peaks(spectrum, light.copy(), _MOST_PERIODS, least=_FAINTEST_LIGHT)
     noise = [] if waviness is None else line_noise(spectrum, found, waviness)
     if not noise:

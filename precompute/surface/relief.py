@@ -31,8 +31,7 @@ class Relief:
                       along +T. Its mean, weighted by the squared apodisation, is zero
     apodisation_axes  factors (rows,) and (cols,) of the apodisation window g
     pixel_size_m      (dy, dx) in metres
-    periodic          whether the edges wrap exactly
-    """
+    periodic          whether the edges wrap exactly"""
 
     height_m: np.ndarray
     apodisation_axes: tuple[np.ndarray, np.ndarray]
@@ -66,8 +65,7 @@ def prepare(height_map: HeightMap, steps: Sequence[Step] = DEFAULT) -> Relief:
 def relief_of(levelled: HeightMap) -> Relief:
     """Make a relief of levelled heights: fill holes, upsample to pixels of at most PIXEL_MAX_M, apodise the edges.
 
-    A periodic surface keeps its edges, which wrap. Raises GratingError if the relief would take more than half of the
-    free memory."""
+    Periodic surfaces keep their edges. Raises GratingError if the relief would take over half of the free memory."""
     factors = [_refinement(*side) for side in zip(levelled.height_m.shape, levelled.pixel_size_m, strict=True)]
     rows, cols = (n * factor for n, factor in zip(levelled.height_m.shape, factors, strict=True))
     refuse_beyond_memory(
@@ -96,8 +94,8 @@ def _refinement(count: int, pixel_m: float) -> int:
 def _tukey_window(count: int) -> np.ndarray:
     """Return the Tukey window (count,): a cosine rise over an eighth of the scan at each end, 1 between.
 
-    Without a window, the edges add a cross to the spectrum that is several times stronger than the signal. The window
-    of a single row or column is 1."""
+    Without a window, the edges add a cross to the spectrum, several times stronger than the signal. A single row or
+    column has the window 1."""
     if count == 1:
         return np.ones(1)
     x = (np.arange(count) + 0.5) / count
@@ -108,8 +106,7 @@ def _tukey_window(count: int) -> np.ndarray:
 def _upsample(height: np.ndarray, factor: int, axis: int, *, periodic: bool) -> np.ndarray:
     """Upsample heights `factor` times along an axis by zero padding the spectrum.
 
-    This is exact for band-limited heights that wrap. Other scans are first joined to their mirror image, so that the
-    edges meet."""
+    Exact for band-limited heights that wrap. Other heights are first joined to their mirror image, which wraps."""
     h = np.moveaxis(height, axis, -1)
     count = h.shape[-1]
     if not periodic:

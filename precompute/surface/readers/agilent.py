@@ -2,8 +2,7 @@
 """Reader of Agilent and Molecular Imaging .mi: lines of a 14-character key and a value, then channels of integers.
 
 The line "data" ends the header. The integer range covers the channel's "bufferRange" to both sides of zero. Lines run
-from the scan's bottom up.
-"""
+from the scan's bottom up."""
 
 from __future__ import annotations
 

@@ -4,8 +4,7 @@
 The header's first number is its version, 0 to 2. A frame is a header, then its points (usually 12 bits), line by line
 from the scan's bottom up. The lowest integer is the highest voltage of the converter's range. Heights are voltages
 times the piezo's nanometres per volt times the driver's gain. (Format: the libraries libasd and AFMReader; order of the
-lines: the viewer pyNuD.)
-"""
+lines: the viewer pyNuD.)"""
 
 from __future__ import annotations
 

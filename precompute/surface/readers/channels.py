@@ -42,8 +42,7 @@ class Channel:
     name      the quantity: "Z-Axis"
     frame     the scan among several of the quantity: "forward"; else ""
     unit      unit of the values; "m" for heights
-    is_image  whether the values cover a plane in metres; False for force curves
-    """
+    is_image  whether the values cover a plane in metres; False for force curves"""
 
     name: str
     frame: str

@@ -2,8 +2,7 @@
 """Reader of Digital Surf .sur and .pro (MountainsMap): a header of 512 bytes, comments, then integers from the top.
 
 A "DSCOMPRESSED" file holds the integers in zlib streams after a list of their lengths. (Format: Digital Surf, "Surface
-file format", version 2.)
-"""
+file format", version 2.)"""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reader of OpenEXR .exr heights: one channel or grey RGB, in scan lines, uncompressed or ZIP.
 
-(Format: "OpenEXR File Layout", openexr.com.)
-"""
+(Format: "OpenEXR File Layout", openexr.com.)"""
 
 from __future__ import annotations
 

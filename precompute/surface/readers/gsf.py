@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reader of Gwyddion Simple Field .gsf: lines "KEY = VALUE", one to four zero bytes, then 32-bit floats from the top.
 
-(Format: Gwyddion's user guide, "Gwyddion Simple Field".)
-"""
+(Format: Gwyddion's user guide, "Gwyddion Simple Field".)"""
 
 from __future__ import annotations
 

@@ -4,8 +4,7 @@
 A file is a tree of serialised objects (Gwyddion's user guide, "Gwyddion native data files"). An object is its type's
 name, its size in bytes, and its components. A component is a name, a letter for the value's type, and the value. The
 outermost object is a container with the components "/N/data", "/N/data/title" and "/N/mask": image, title and mask of
-channel N. The reader skips all others unread by their sizes, and checks sizes before it reads.
-"""
+channel N. The reader skips all others unread by their sizes, and checks sizes before it reads."""
 
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reader of Gwyddion's text exports: comments with title, width, height and unit, then the heights from the top.
 
-The reader goes by the order of the comments, since their names are translated. Width and height may have a decimal
-comma. (Format: Gwyddion's user guide, "Raw data and text file export".)
-"""
+The reader goes by the order of the comments, since their names are translated. Numbers may have decimal commas.
+(Format: Gwyddion's user guide, "Raw data and text file export".)"""
 
 from __future__ import annotations
 

@@ -2,8 +2,7 @@
 """Reader of HDF5 datasets: numbers, contiguous or in chunks, which may be deflated and shuffled.
 
 Every size in a header is checked against the file before memory is allocated. (Format: The HDF Group, "HDF5 File Format
-Specification", version 3.)
-"""
+Specification", version 3.)"""
 
 from __future__ import annotations
 

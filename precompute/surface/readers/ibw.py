@@ -3,8 +3,7 @@
 
 A file has a header with the lengths of all parts, the wave's header, the values, the note, and labels. Values run along
 x, then along y from the bottom up, then over the channels. The labels of the third dimension name the channels and
-directions: "HeightTrace". (Format: WaveMetrics, Technical Note 003.)
-"""
+directions: "HeightTrace". (Format: WaveMetrics, Technical Note 003.)"""
 
 from __future__ import annotations
 

@@ -46,8 +46,7 @@ def _map(file: BinaryIO, page: dict[int, Tag], sides: tuple[float, float]) -> St
 
 
 def _scaling(file: BinaryIO, page: dict[int, Tag]) -> tuple[str, float, float]:
-    """Read unit, factor and offset of the default slot. Without it the unit is no length, so that only this channel is
-    unusable."""
+    """Read unit, factor and offset of the default slot; without one, a unit that makes only this channel unusable."""
     wanted = page[_DEFAULT].text(file)
     for slot in range(min(int(page[_SLOTS].number(file)), _SLOTS_MAX)):
         at = _SLOT + slot * _SLOT_STEP

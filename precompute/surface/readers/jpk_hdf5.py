@@ -3,8 +3,7 @@
 
 Each group "Measurement_N" describes the grid, each group "Channel_N" in it a quantity and a direction. A channel's
 dataset has a column for each frame: the grid's points, line by line from the scan's bottom up, unless the grid is
-reflected. The attributes "net-encoder.scaling" scale the integers to the default calibration.
-"""
+reflected. The attributes "net-encoder.scaling" scale the integers to the default calibration."""
 
 from __future__ import annotations
 

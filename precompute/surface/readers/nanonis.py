@@ -3,8 +3,7 @@ r"""Reader of Nanonis .sxm: a header of tags between colons, each with its lines
 
 The bytes 1A 04 end the header. The tag DATA_INFO lists the channels; a channel with both directions is stored forward,
 then backward. An upward scan begins at the bottom. Backward lines begin at the right. Points that were not scanned are
-NaN. (Format: Nanonis, "File Format Version 1", and Gwyddion's module nanonis.)
-"""
+NaN. (Format: Nanonis, "File Format Version 1", and Gwyddion's module nanonis.)"""
 
 from __future__ import annotations
 

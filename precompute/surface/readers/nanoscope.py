@@ -5,8 +5,7 @@ A list begins with a line "\*NAME list"; its entries are lines "\KEY: VALUE". Ea
 channel. An entry "@2:Z scale: V [Sens. Zsens] (0.005 V/LSB) 2.91 V" gives the value of the whole integer range; the
 bracket names the entry, in the scanner's or the scan's list, with the sensitivity in nanometres per volt. Lines run
 from the scan's bottom up. Keys are compared in lower case, since versions differ ("Scan size" in 5, "Scan Size" in 7).
-(Format: Bruker, "NanoScope file header", since version 4.3.)
-"""
+(Format: Bruker, "NanoScope file header", since version 4.3.)"""
 
 from __future__ import annotations
 

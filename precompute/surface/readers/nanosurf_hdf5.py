@@ -4,8 +4,7 @@
 A group is a measurement, a group in it a segment ("Forward" or "Backward"), and a dataset in a segment a channel.
 Points are stored line by line from the scan's bottom up. A channel's calibration gives the values of the lowest and
 highest integer of its type. Version 2 reserves one integer for missing points. (Format: Nanosurf's open-source reader
-in the package nanosurf-utils.)
-"""
+in the package nanosurf-utils.)"""
 
 from __future__ import annotations
 
@@ -35,7 +34,7 @@ _IN_BRACKETS = re.compile(r"\(([^)]+)\)")
 
 @dataclass(frozen=True)
 class _Scale:
-    """The conversion of integers: (integer - lowest) * factor + offset; outside of lowest and highest is missing."""
+    """The conversion (integer - lowest) * factor + offset; integers outside [lowest, highest] are missing points."""
 
     lowest: float
     highest: float

@@ -3,8 +3,7 @@
 
 The header ends with "#!". Its [DataSet] section lists the channels of each group, and for each the section that
 describes it. The channels' data follow in the same order. Lines run from the scan's bottom up. An integer is a fraction
-of the range that the channel's section declares.
-"""
+of the range that the channel's section declares."""
 
 from __future__ import annotations
 
@@ -33,8 +32,7 @@ _SIDE_MAX = 10**9
 
 @dataclass(frozen=True)
 class _Block:
-    """A channel's data block, from the header. `size_m` is (Ly, Lx). Values run from `value_min` to `value_min +
-    value_range` in the channel's unit."""
+    """A channel's data block. `size_m` is (Ly, Lx). Values cover `value_range` from `value_min` up, in its unit."""
 
     channel: Channel
     lines: int

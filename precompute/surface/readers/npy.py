@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reader of NumPy .npy: an array (rows, cols) of numbers, row 0 the scan's top. It never reads pickled objects.
 
-(Format: NumPy's reference, "numpy.lib.format". NumPy's own header parser raises undocumented exceptions.)
-"""
+(Format: NumPy's reference, "numpy.lib.format". NumPy's own header parser raises undocumented exceptions.)"""
 
 from __future__ import annotations
 

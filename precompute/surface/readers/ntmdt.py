@@ -3,8 +3,7 @@
 
 A "scanned" frame holds a binary header, 16-bit integers, and a title. An "MDA" frame describes its axes (dimensions)
 and quantities (measurands) by calibrations: index x scale + bias, in a unit. Lines run from the scan's bottom up.
-(Format: Gwyddion's module nt-mdt and the Kaitai Struct description nt_mdt.ksy.)
-"""
+(Format: Gwyddion's module nt-mdt and the Kaitai Struct description nt_mdt.ksy.)"""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ def read_text(file: BinaryIO) -> str:
         raise ValueError(f"a text of more than {_TEXT_MAX >> 20} MiB; save it as a binary file")
     if b"\0" in data:
         raise ValueError("a text with zero bytes")
-    # Repeated separators count too, which also rejects a text of blanks.
+    # Repeated separators count too, which also rejects a long text of blanks.
     if sum(map(data.count, _SEPARATORS)) > _NUMBERS_MAX:
         raise ValueError(f"a text of more than {_NUMBERS_MAX} numbers; save it as a binary file")
     return decoded(data)
@@ -54,8 +54,7 @@ def rows_of(text: str) -> np.ndarray:
 def with_points(text: str) -> str:
     """Rewrite a text to decimal points and blanks between numbers, without comment lines.
 
-    A comma is a decimal comma if the text has no points, and separates numbers otherwise: by tabs, semicolons, or
-    blanks without a comma before them."""
+    A comma is a decimal comma if the text has no points, but tabs, semicolons, or blanks without a comma before."""
     values = "\n".join(line for line in text.splitlines() if not line.lstrip().startswith("#"))
     if "," in values:
         head = values[: 1 << 16]

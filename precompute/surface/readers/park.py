@@ -2,8 +2,7 @@
 """Reader of Park Systems .tiff: a TIFF with a coloured picture, and the values and their header in private tags.
 
 A value is gain times (integer times scale plus offset). Lines run from the scan's bottom up. (Format: Park Systems,
-"Park TIFF file format".)
-"""
+"Park TIFF file format".)"""
 
 from __future__ import annotations
 

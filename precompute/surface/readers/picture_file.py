@@ -4,8 +4,7 @@
 Pillow reads all texts, profiles and tags into memory, with the length that the file declares, and walks through all
 pages of a TIFF. So a small or sparse file can cost gigabytes or minutes. This module reads only lengths.
 
-Formats: PNG (Third Edition), section 5; TIFF 6.0, section 2, and BigTIFF; BITMAPINFOHEADER of BMP.
-"""
+Formats: PNG (Third Edition), section 5; TIFF 6.0, section 2, and BigTIFF; BITMAPINFOHEADER of BMP."""
 
 from __future__ import annotations
 

@@ -2,8 +2,7 @@
 """The protocol of file readers.
 
 A new format needs a module with a reader, and a line in READERS of reader_registry.py. Blender loads the registry at
-startup, so a reader imports its decoder (Pillow) only in the functions that decode.
-"""
+startup, so a reader imports its decoder (Pillow) only in the functions that decode."""
 
 from __future__ import annotations
 
@@ -23,8 +22,7 @@ class Reader(Protocol):
     name        name of the format in messages: "Gwyddion"
     extensions  lower-case file extensions, the usual one first: (".tif", ".tiff")
     needs_size  True for pictures: they hold one map, without its width and the height of white over black. False for
-                instrument files: they hold both sizes, and may hold several channels
-    """
+                instrument files: they hold both sizes, and may hold several channels"""
 
     @property
     def name(self) -> str: ...

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The list of all readers, and functions that read any supported file.
 
-Format detection, error messages, and the filter and formats of the import dialog all derive from READERS.
-"""
+Format detection, error messages, and the filter and formats of the import dialog all derive from READERS."""
 
 from __future__ import annotations
 
@@ -39,8 +38,7 @@ from .unread import CONVERT, known_fault
 from .wsxm import WSXM
 from .x3p import X3P
 
-# The first reader that recognises a file reads it: instrument TIFFs before pictures, texts with a header before bare
-# numbers.
+# The first reader that recognises a file reads it: instrument TIFFs before pictures, headed texts before bare numbers.
 READERS: tuple[Reader, ...] = (
     NANOSURF, GWYDDION, GSF, NANOSCOPE, ASYLUM, JPK, PARK, WSXM, AGILENT, NT_MDT, NANONIS, HDF5, ASD, DIGITAL_SURF, SDF,
     X3P, GWYDDION_TEXT, PNG, TIFF, BMP, EXR, NPY, XYZ, MATRIX,
@@ -52,8 +50,7 @@ _SIDE_MIN = 8
 _PIXEL_M = (1e-12, 1e-3)
 # The highest relief in metres: a thousand wavelengths, far beyond scalar diffraction.
 _RELIEF_MAX_M = 1e-3
-# The largest distance of a height from 0, in metres. Double precision resolves a femtometre there, and no microscope
-# reaches farther.
+# The largest distance of a height from 0, in metres, where double precision resolves a femtometre.
 _FARTHEST_M = 1.0
 
 
@@ -98,8 +95,7 @@ def read_other_way(height_map: HeightMap) -> HeightMap | None:
 def reader_of(source: str) -> Reader:
     """Choose a file's reader by the file's first bytes.
 
-    Raises GratingError for unknown bytes, an extension of another format, and a path that is empty, a directory, no
-    regular file (opening a fifo would block) or unreadable."""
+    Raises GratingError for unknown bytes, an extension of another format, and empty, unreadable or no regular files."""
     path = Path(source)
     try:
         kind = path.stat().st_mode

@@ -52,8 +52,7 @@ class StoredMap:
 
     shape         (rows, cols)
     pixel_size_m  (dy, dx)
-    load          reads the values (rows, cols) from the open file, in the channel's unit, row 0 the scan's top, NaN for
-                  missing values"""
+    load          reads the values (rows, cols) in the channel's unit, row 0 the scan's top, NaN if missing"""
 
     channel: Channel
     shape: tuple[int, int]
@@ -66,8 +65,7 @@ class ScanReader:
     """Reader of a format that holds its units, see `Reader`.
 
     begins  recognises a file by its first bytes
-    maps    lists the maps of an open file in the file's order; raises one of DAMAGE for a damaged file, OtherFormat for
-            another format"""
+    maps    lists the maps of an open file in the file's order; raises one of DAMAGE, or OtherFormat"""
 
     name: str
     extensions: tuple[str, ...]

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reader of surface data files .sdf (ISO 25178-71), text or binary: a header in metres, then heights from the first
-profile on."""
+"""Reader of surface data files .sdf (ISO 25178-71), text or binary: a header in metres, then heights by profile."""
 
 from __future__ import annotations
 

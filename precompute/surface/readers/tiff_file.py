@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reader of TIFF directories, for instruments that keep maps in private tags or several pages.
 
-It reads only requested tags. (Format: TIFF 6.0, section 2.)
-"""
+It reads only requested tags. (Format: TIFF 6.0, section 2.)"""
 
 from __future__ import annotations
 

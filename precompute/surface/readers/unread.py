@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Recognises unsupported formats, and says how to convert them.
 
-It recognises formats by their first bytes, archives by the names of their files, and tables by their lines.
-"""
+It recognises formats by their first bytes, archives by the names of their files, and tables by their lines."""
 
 from __future__ import annotations
 

@@ -2,8 +2,7 @@
 """Reader of WSxM .stp and .top: a text header, then one channel, rotated by 180 degrees.
 
 The range of integers is scaled to the header's "Z Amplitude"; floats are in its unit. (I. Horcas et al., "WSXM", Rev.
-Sci. Instrum. 78, 013705, 2007.)
-"""
+Sci. Instrum. 78, 013705, 2007.)"""
 
 from __future__ import annotations
 

@@ -2,8 +2,7 @@
 """Reader of X3P (ISO 25178-72): a zip archive of main.xml, which describes the axes, and a binary file of heights.
 
 Heights are in metres, the first profile first. A bit field may mark the measured points; NaN and infinity are missing
-points too. Small maps may be listed in main.xml instead.
-"""
+points too. Small maps may be listed in main.xml instead."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Parser of an X3P's main.xml: the axes, the links to the data, and the points if they are listed in it.
 
-It refuses entities, which could multiply a text's length, and keeps only the needed elements.
-"""
+It refuses entities, which could multiply a text's length, and keeps only the needed elements."""
 
 from __future__ import annotations
 

@@ -2,8 +2,7 @@
 """Catalogue of the synthetic surfaces, which "sample:NAME" names wherever a file can be named.
 
 Each is a HeightMap with periodic=True and a whole number of periods along each axis. Its grating vector points along
-the tangent T, unless the surface's docstring says otherwise.
-"""
+the tangent T, unless the surface's docstring says otherwise."""
 
 from __future__ import annotations
 

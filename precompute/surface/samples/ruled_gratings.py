@@ -55,8 +55,7 @@ def blazed(
 ) -> HeightMap:
     """Facets that rise along +T with the slope depth / period; the drop lies between two samples.
 
-    A facet's heights are j depth / samples_per_period, j < samples_per_period: their range is one step below the depth.
-    """
+    A facet's heights are j depth / samples_per_period, j < samples_per_period: the range is a step less than depth."""
     ramp = depth_m * np.arange(samples_per_period) / samples_per_period
     return _grating("blazed", ramp, period_m, periods=periods, rows=rows)
 

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Line alignment: shifts each scan line (row) in height to fit its neighbours.
 
-It also removes a grating whose lines run along the scan lines, so it runs only on request.
-"""
+It also removes a grating whose lines run along the scan lines, so it runs only on request."""
 
 from __future__ import annotations
 

@@ -15,8 +15,7 @@ from ..least_squares_plane import level_plane
 from ..periods import Wave, waves_of
 from .step import Done
 
-# The loss of this share of the strongest wave's light is visible side by side, and gives a warning. So does the loss of
-# half of a fainter wave.
+# The least visible loss, as a share of the strongest wave's light. Losing half of a fainter wave gives a warning too.
 _SEEN = 0.05
 _HALF = 0.5
 

@@ -15,8 +15,7 @@ _BINS = 1.0
 
 
 def main_wave(height_map: HeightMap, step: str) -> Wave:
-    """Return the brightest wave, or its fundamental if it is a harmonic. Raises GratingError, naming the step, if there
-    is no grating."""
+    """Return the brightest wave, or its fundamental if it is a harmonic. Raises GratingError if there is no grating."""
     waves = waves_of(level_plane(height_map))
     if not waves.gratings:
         raise GratingError(f"{height_map.source}: {step}: no grating stands out of the scan; leave {step} out")

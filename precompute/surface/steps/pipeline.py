@@ -83,8 +83,7 @@ def parse_steps(text: str, source: str = "--level") -> tuple[Step, ...]:
 
 
 def steps_of(texts: Sequence[str], source: str) -> tuple[Step, ...]:
-    """Parse steps of one text each. Raises GratingError, naming `source`, for an unknown step, wrong arguments, or more
-    than _STEPS_MAX steps."""
+    """Parse steps of one text each. Raises GratingError for unknown steps, wrong arguments, and too many steps."""
     if len(texts) > _STEPS_MAX:
         raise GratingError(f"{source}: {len(texts)} steps; give at most {_STEPS_MAX}")
     found = []

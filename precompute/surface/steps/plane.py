@@ -21,16 +21,15 @@ _ROUNDS_MAX = 20
 
 
 def plane(height_map: HeightMap, fit: str) -> Done:
-    """Subtract the plane through all heights (`fit` "least-squares") or through the heights without dust ("robust"). A
-    periodic surface has no tilt and keeps its heights."""
+    """Subtract the plane through all heights (`fit` "least-squares"), or through the heights without dust ("robust").
+    A periodic surface has no tilt and keeps its heights."""
     if height_map.periodic:
         return Done(height_map)
     return Done(level_plane(height_map) if fit == "least-squares" else _level_robust(height_map))
 
 
 def _level_robust(height_map: HeightMap) -> HeightMap:
-    """Fit the plane, exclude heights more than three robust standard deviations off it, and repeat until the excluded
-    heights stay the same."""
+    """Fit a plane, exclude heights over three robust standard deviations off it, and repeat until nothing changes."""
     height = height_map.height_m
     kept = np.isfinite(height)
     for _ in range(_ROUNDS_MAX):

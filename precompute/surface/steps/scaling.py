@@ -10,8 +10,7 @@ from ..height_map import HeightMap
 from .main_wave import main_wave
 from .step import Done
 
-# A microscope's scale is off by some percent. A factor beyond the first limit gives a warning; one beyond the second
-# means another grating or a harmonic, and is an error.
+# A microscope's scale is off by some percent. The first limit gives a warning, the second (another grating) an error.
 _FACTOR_USUAL, _FACTOR_MAX = 1.1, 1.5
 
 

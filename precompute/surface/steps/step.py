@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The step: its name, its arguments as text and as values, and its function.
 
-As text, a step is its name and its arguments, separated by colons: `plane`, `poly:2`, `crop:0:0:20:10`.
-"""
+As text, a step is its name and its arguments, separated by colons: `plane`, `poly:2`, `crop:0:0:20:10`."""
 
 from __future__ import annotations
 
@@ -133,8 +132,7 @@ class Step:
 
     @property
     def text(self) -> str:
-        """The step as text, with all numbers, so that it keeps its meaning if a default changes, but without default
-        words."""
+        """The step as text, without default words, but with all numbers, since their defaults may change."""
         written = (
             argument.write(value)
             for argument, value in zip(self.kind.arguments, self.values, strict=True)
