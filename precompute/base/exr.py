@@ -126,7 +126,7 @@ def _picture(path: Path, head: bytes) -> Picture:
 
 
 def attributes(head: bytes) -> tuple[dict[str, tuple[str, bytes]], int]:
-    """Read type and bytes of each header attribute by name, and the position after the last. Raises ValueError."""
+    """Read type and bytes of each header attribute by name, and the end of the header. Raises ValueError if damaged."""
     found: dict[str, tuple[str, bytes]] = {}
     at = 8
     while head[at : at + 1] != b"\0":

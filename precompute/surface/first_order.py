@@ -25,7 +25,7 @@ def visible_share(q: np.ndarray) -> np.ndarray:
     """Return the share of visible light (D65, by luminance) in the first order of a low sine of frequency q (...,) in
     cycles per metre, divided by the square of its amplitude in metres.
 
-    It is the cosine-weighted mean over all angles in the plane of the grating vector; 0 for invisible diffraction."""
+    It is the cosine-weighted mean over light from all angles in the grating vector's plane; 0 if nothing is visible."""
     known, shares = _known()
     return np.where((q >= known[0]) & (q <= known[-1]), np.interp(q, known, shares), 0.0)
 

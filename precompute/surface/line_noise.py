@@ -39,7 +39,9 @@ _FEWEST, _FAR = 8, 64
 def line_noise(
     spectrum: Spectrum, peaks: list[tuple[int, int]], waviness: list[tuple[int, int]]
 ) -> list[tuple[int, int]]:
-    """Select the peaks (ky, kx), given strongest first, that may be line noise and no harmonics of the `waviness`."""
+    """Select the peaks (ky, kx), given strongest first, that may be line noise.
+
+    Gratings, their harmonics, and harmonics of a slower wave (the peak in `waviness`, if any) are no noise."""
     gratings = [
         _frequency(spectrum, peak) for peak in waviness if _is_along(spectrum, peak) and _repeats(spectrum, peak)
     ]

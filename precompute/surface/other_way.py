@@ -27,7 +27,7 @@ _PHASE = 0.5
 
 
 def confirms(level: HeightMap, spectrum: Spectrum, other: HeightMap) -> Callable[[tuple[int, int]], bool]:
-    """Return a test whether the levelled opposite scan `other` shows the wave of a peak in the spectrum of `level`."""
+    """Return a predicate: whether `other`, the levelled opposite scan, shows the wave of a peak in the spectrum."""
     ways = [(fill_missing(each).height_m, each.size_m) for each in (level, other)]
 
     def is_shown(peak: tuple[int, int]) -> bool:

@@ -23,7 +23,7 @@ _PIXEL_M = (FINEST_PERIOD_M / 2, FINEST_PERIOD_M)
 _PIXELS_A_PERIOD = (8.0, 4.0)
 # The share of the surface steeper than 45 degrees, where light hits the surface twice. A bake ignores the second hit.
 _STEEP_SHARE = (0.01, 0.1)
-# The contrast of the grating's peak, and its repeats. Noise reaches a contrast of 23; gratings have 50 (periods.py).
+# The contrast of the grating's peak, and its repeats. Noise reaches a contrast of 23; gratings exceed 50 (periods.py).
 _CONTRAST = (200.0, 75.0)
 _REPEATS = (10.0, 5.0)
 # Larger contrasts are not written out.

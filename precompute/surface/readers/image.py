@@ -139,7 +139,7 @@ def _grey(source: str) -> np.ndarray:
 
 
 def _refuse_what_is_no_grey_scale(source: str, picture: Image.Image) -> None:
-    """Raise GratingError if the header shows that the picture is too large or not grey; decodes nothing."""
+    """Raise GratingError if the header shows that the picture is too large or unusable; decodes nothing."""
     (cols, rows), file_bytes = picture.size, Path(source).stat().st_size
     is_packed = picture.info.get("compression") not in ("raw", 0)
     if rows * cols > (_MOST_PACKED_PIXELS if is_packed else 8) * file_bytes:

@@ -54,7 +54,7 @@ def rows_of(text: str) -> np.ndarray:
 def with_points(text: str) -> str:
     """Rewrite a text to decimal points and blanks between numbers, without comment lines.
 
-    A comma is a decimal comma if the text has no points, but tabs, semicolons, or blanks without a comma before."""
+    A comma is a decimal comma if the text has no points, but has tabs, semicolons, or blanks that follow no comma."""
     values = "\n".join(line for line in text.splitlines() if not line.lstrip().startswith("#"))
     if "," in values:
         head = values[: 1 << 16]

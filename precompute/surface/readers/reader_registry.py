@@ -95,7 +95,7 @@ def read_other_way(height_map: HeightMap) -> HeightMap | None:
 def reader_of(source: str) -> Reader:
     """Choose a file's reader by the file's first bytes.
 
-    Raises GratingError for unknown bytes, an extension of another format, and empty, unreadable or no regular files."""
+    Raises GratingError for unknown bytes, another format's extension, and empty, unreadable or irregular files."""
     path = Path(source)
     try:
         kind = path.stat().st_mode

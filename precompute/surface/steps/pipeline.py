@@ -67,7 +67,7 @@ class Levelled:
 
 
 def level(height_map: HeightMap, steps: Sequence[Step] = DEFAULT) -> Levelled:
-    """Carry out steps in order. Raises GratingError, naming the source, for a step that does not suit it."""
+    """Carry out steps in order. Raises GratingError, naming the source, for a step that does not suit the scan."""
     told = []
     for step in steps:
         done = step.carry_out(height_map)
