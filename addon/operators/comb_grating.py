@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 
 class CombGrating(FollowsJob, bpy.types.Operator):
-    """Compute a smooth direction on the selected meshes and store it on them. With Direction set to Stored, the scan's x
-    axis (left to right) follows it instead of the UV map, also when the mesh deforms. Esc cancels"""
+    """Compute a smooth direction on the selected meshes and store it on them. With Direction set to Stored, the scan's
+    x axis (left to right) follows it and not the UV map, also when the mesh deforms. Esc cancels"""
 
     bl_idname = "grating.comb"
     bl_label = "Comb Grating"
