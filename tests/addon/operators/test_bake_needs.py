@@ -143,7 +143,7 @@ def test_the_verb_says_that_there_is_nothing_to_gain(addon, scene, coarse, ball,
 
 def test_a_bake_that_comes_out_no_smaller_is_not_taken(addon, coarse, monkeypatch):
     before = coarse.bake_path
-    bake = addon.package.actions.bake
+    bake = addon.baking
     larger = bake.finished_bake
     monkeypatch.setattr(bake, "finished_bake", lambda *a, **k: larger(*a, **k) | {"blender_bytes": 1 << 40})
     with pytest.raises(RuntimeError, match="nothing gained: the bake for this scene takes 1048576 MiB for"):

@@ -77,7 +77,7 @@ def test_the_panel_offers_a_fit_that_has_work_and_tells_one_that_failed(addon, s
     """A fit has work if a grating follows the world and the world has changed since its last fit."""
     import bpy
 
-    from .layout import Layout, context_of
+    from tests.addon.layout import Layout, context_of
 
     def drawn():
         layout, context = Layout(), context_of()
