@@ -74,7 +74,7 @@ def set_the_stage():
     yield from show_sidebar()
 
 
-def add_diffraction_lamp():
+def add_lamp():
     """Add a lamp, as a separate undo step."""
     bpy.context.scene.collection.objects.link(bpy.data.objects.new("Late", bpy.data.lights.new("Late", "SUN")))
     bpy.ops.ed.undo_push(message="a lamp")
@@ -106,7 +106,7 @@ def story():
     yield from press_undo_redo("bpy.ops.grating.add_diffraction_lamp")
     assert bpy.data.objects["Diffraction Lamp"].parent == bpy.data.objects["Ball"]
     assert followed() == ["Bulb", "Torch", "Window"]
-    add_diffraction_lamp()
+    add_lamp()
     yield LONG
     assert followed() == ["Bulb", "Late", "Torch", "Window"]
     after = contents()
