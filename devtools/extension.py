@@ -3,6 +3,7 @@
 
 import importlib
 import re
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 
@@ -38,16 +39,22 @@ def link_extension(user_folder: Path, wheels: bool = False) -> Path:
 
 
 class AddonModules:
-    """The modules of an enabled extension's add-on as attributes, by file name: `find` is lamps/find.py."""
+    """The modules of an enabled extension's add-on as attributes, each by its file's name: `find` is lamps/find.py."""
 
     def __init__(self, extension_name: str) -> None:
         self.package = importlib.import_module(f"{extension_name}.addon")
 
     def __getattr__(self, name: str) -> ModuleType:
-        folder = ROOT / "addon"
-        for path in folder.rglob(f"{name}.py"):
-            dotted = ".".join(path.relative_to(folder).with_suffix("").parts)
-            module = importlib.import_module(f"{self.package.__name__}.{dotted}")
-            setattr(self, name, module)
-            return module
-        raise AttributeError(f"no file {name}.py in addon/")
+        if name not in _dotted_names():
+            raise AttributeError(f"no file {name}.py in addon/")
+        module = importlib.import_module(f"{self.package.__name__}.{_dotted_names()[name]}")
+        setattr(self, name, module)
+        return module
+
+
+@cache
+def _dotted_names() -> dict[str, str]:
+    """The dotted name within addon/ of each module, by its file's name."""
+    folder = ROOT / "addon"
+    files = [path.relative_to(folder).with_suffix("") for path in folder.rglob("*.py")]
+    return {file.name: ".".join(file.parts) for file in files}
