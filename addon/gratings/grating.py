@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The gratings of a scene. Each holds the source of its height map, the request for its bake, and the bake's file."""
+"""The gratings of a scene: for each the height map, the settings of its bake, and the bake's file."""
 
 import json
 import os
@@ -34,7 +34,7 @@ _SAMPLE = "sample:"
 
 
 class Grating(bpy.types.PropertyGroup):
-    """One height map and its bake."""
+    """A height map and its bake."""
 
     name: StringProperty(
         name="Name",
@@ -112,14 +112,14 @@ class Grating(bpy.types.PropertyGroup):
 
     @property
     def levelling(self) -> str:
-        """The steps as one text, as `--level` takes it: "plane,scars,dust:5", or "none"."""
+        """The steps as one text in the form of `--level`: "plane,scars,dust:5", or "none"."""
         from ...precompute.surface.steps.pipeline import NONE
 
         return ",".join(step.text for step in self.steps) or NONE
 
     @levelling.setter
     def levelling(self, text: str) -> None:
-        """Take steps. Raises GratingError, naming the grating, for a text that holds none, and changes nothing."""
+        """Set the steps. Raises GratingError for an invalid text, and then changes nothing."""
         from ...precompute.surface.steps.pipeline import parse_steps
 
         steps = parse_steps(text, f"{self.name}: Levelling")
@@ -130,16 +130,16 @@ class Grating(bpy.types.PropertyGroup):
 
     @property
     def lit_by(self) -> str:
-        """Which lights the diffraction answers to; the default where the file holds no such choice."""
+        """The chosen lights, one of CHOICES; the default if the file holds another value."""
         return stored.choice(self.lights, CHOICES, REST)
 
     @property
     def own_group(self) -> bpy.types.ShaderNodeTree | None:
-        """The node group, if there is one and it can be changed: one that is linked is another file's."""
+        """The node group if it can be changed; None if there is none or it is linked from another file."""
         return None if self.group is None or self.group.library is not None else self.group
 
     def baked_file(self) -> Path:
-        """The bake's file. Raises GratingError if there is none."""
+        """The path of the bake's file. Raises GratingError if there is none."""
         if not self.bake_path:
             raise GratingError(f"{self.name}: not baked yet; press Bake Grating first")
         path = Path(bpy.path.abspath(self.bake_path))
@@ -149,24 +149,24 @@ class Grating(bpy.types.PropertyGroup):
         return path
 
     def source_file(self) -> str:
-        """The height map as precompute reads it: sample:NAME or a whole path.
+        """The height map as precompute reads it: sample:NAME or an absolute path.
 
-        Raises GratingError if there is none, as in a grating that was made from a bake alone."""
+        Raises GratingError if there is none, as for a grating that was made from a bake alone."""
         if not self.source:
             raise GratingError(f"{self.name}: made from a bake, without a height map; import the height map to bake it")
         return self.source if self.source.startswith(_SAMPLE) else bpy.path.abspath(self.source)
 
     def scan(self) -> dict[str, Any]:
-        """The grating's own scan, the first, as a request's record has it. Raises GratingError as source_file does."""
+        """The record of the grating's own scan, the first of a request. Raises GratingError as source_file does."""
         return scan_record(self.source_file(), self.size_um, self.height_nm, channel=self.channel)
 
     def further_scans(self) -> list[dict[str, Any]]:
-        """The scans that are averaged with the grating's own, as a request's record has them. Raises GratingError,
-        naming the grating, where `request` holds none."""
+        """The records of the scans that are averaged with the grating's own. Raises GratingError if `request` is
+        damaged."""
         return self._kept().get("scans", [])
 
     def _kept(self) -> dict[str, Any]:
-        """What `request` holds."""
+        """The parsed content of `request`."""
         from ...precompute.base.strict_json import parse_json
 
         kept = parse_json(self.request or "{}", f"{self.name}: its request", "import the height map again")
@@ -175,9 +175,8 @@ class Grating(bpy.types.PropertyGroup):
         return kept
 
     def bake_request(self) -> "BakeRequest":
-        """All that is asked of the bake: the panel's fields, and what `request` holds beside them.
-
-        Raises GratingError, naming the grating, for a value that no bake can have."""
+        """The settings of the bake: the panel's fields and the rest in `request`. Raises GratingError for invalid
+        values."""
         from ...precompute.bake.request import request_from
         from ...precompute.surface.steps.pipeline import steps_of
 
@@ -190,7 +189,7 @@ class Grating(bpy.types.PropertyGroup):
         return request_from(self._kept() | shown, self.name)
 
     def frame_source(self) -> DirectionSource:
-        """Where the direction of the scan comes from: the default, where a direction map was chosen that is gone."""
+        """The source of the scan's direction; the default if the chosen direction map was deleted."""
         held = {
             "kind": self.frame_kind,
             "uv_map": self.frame_uv_map,
@@ -201,13 +200,12 @@ class Grating(bpy.types.PropertyGroup):
         return DirectionSource.from_property(held | {"frame_map": self.frame_map})
 
     def take_frame_source(self, source: DirectionSource) -> None:
-        """Note where the direction of the scan comes from."""
+        """Set the source of the scan's direction."""
         self.frame_kind, self.frame_uv_map, self.frame_axis = source.kind, source.uv_map, source.axis
         self.frame_map, self.frame_angle = source.frame_map, source.angle
 
     def take_request(self, request: "BakeRequest") -> None:
-        """Take over a request. The first scan and the values that the panel shows go into the fields, the rest into
-        `request`."""
+        """Set all fields from a request. Values that the panel does not show go into `request`."""
         record = request_record(request)
         first, *others = record.pop("scans")
         self.source, self.channel = first["source"], first["channel"] or ""
@@ -217,14 +215,13 @@ class Grating(bpy.types.PropertyGroup):
         self.request = json.dumps(record | {"scans": others}, sort_keys=True)
 
     def take_needs(self, needs: "Needs") -> None:
-        """Ask for a bake of what a scene needs from now on; all else stays as it is. Raises GratingError as
-        bake_request does."""
+        """Restrict further bakes to what a scene needs. Raises GratingError as bake_request does."""
         record = request_record(replace(self.bake_request(), needs=needs))
         self.request = json.dumps(json.loads(self.request or "{}") | {"needs": record["needs"]}, sort_keys=True)
 
 
 class SceneGratings(bpy.types.PropertyGroup):
-    """All gratings of a scene, and which one the panel shows."""
+    """All gratings of a scene, and which one is active."""
 
     items: CollectionProperty(type=Grating)
     active_index: IntProperty(name="Active Grating", description="The grating that the buttons work on")
@@ -242,7 +239,7 @@ class SceneGratings(bpy.types.PropertyGroup):
     )  # fmt: skip
 
     def active(self) -> Grating | None:
-        """The grating that the panel shows; None if there is none."""
+        """The grating that the panel shows, or None."""
         if 0 <= self.active_index < len(self.items):
             return self.items[self.active_index]
         return None
@@ -257,31 +254,30 @@ def active_grating(scene: bpy.types.Scene) -> Grating:
 
 
 def unused_name(name: str, taken: set[str]) -> str:
-    """The name, with a number in Blender's form where it is taken. Names must differ because a finished bake finds
-    its grating by name."""
+    """The name, with a number appended as Blender does if the name is taken. Names must be unique because a finished
+    bake finds its grating by name."""
     candidates = (name, *(f"{name}.{number:03}" for number in range(1, len(taken) + 1)))
     return next(c for c in candidates if c not in taken)
 
 
 def scan_record(source: str, size_um: float, height_nm: float, *, channel: str) -> dict[str, Any]:
-    """A scan as a request's record has it, of what the fields of the panel or of a dialog hold."""
+    """The record of a scan for a request, made from the fields of the panel or a dialog."""
     sizes = {"size_um": _decimal(size_um, 7), "height_nm": _decimal(height_nm, 7)}
     return {"source": source, **sizes, "channel": channel or None}
 
 
 def request_record(request: "BakeRequest") -> dict[str, Any]:
-    """A request as JSON, its scans with their folders, for a file that is read on this machine."""
+    """A request as JSON, with the folders of its scans. Valid on this machine only."""
     record = request.as_dict() | {"scans": [asdict(scan) for scan in request.scans]}
-    # A request holds metres and radians. Rounding removes the error of the conversion and gives back the number that
-    # the user typed. The key in the cache is then the same.
+    # A request holds metres and radians. Rounding restores the number that the user typed, so that the cache key is the
+    # same.
     record["coherence_um"] = _decimal(record["coherence_um"] or 0.0, 12)
     record["needs"]["light_radius_deg"] = _decimal(record["needs"]["light_radius_deg"], 12) or 0.0
     return record
 
 
 def cache_folder() -> Path:
-    """Where bakes are kept: $NATURAL_GRATINGS_CACHE, else the folder that Blender gives this extension. It need not
-    exist yet: whoever writes there makes it."""
+    """The cache folder: $NATURAL_GRATINGS_CACHE, else the extension's folder in Blender. It may not exist yet."""
     from ...precompute.bake import cache
 
     if EXTENSION.startswith("bl_ext.") and not os.environ.get(cache.FOLDER_VARIABLE):
@@ -290,7 +286,7 @@ def cache_folder() -> Path:
 
 
 def is_there(path: Path) -> bool:
-    """Whether a path leads to a file. One that no system can have, as it is too long, does not."""
+    """Whether a path leads to a file; false for a path that is too long or invalid for the system."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -298,7 +294,7 @@ def is_there(path: Path) -> bool:
 
 
 def kept_path(path: str) -> str:
-    """A path that a .blend is to keep. Raises GratingError if it cannot: Blender keeps text."""
+    """The path, if a .blend file can store it. Raises GratingError if it is not valid UTF-8."""
     try:
         path.encode()
     except UnicodeEncodeError as error:
@@ -307,6 +303,6 @@ def kept_path(path: str) -> str:
 
 
 def _decimal(value: float, digits: int) -> float | None:
-    """A number rounded to `digits` significant digits, which removes the error of single precision. None for 0,
-    which leaves the choice to the bake."""
+    """A number rounded to `digits` significant digits, to remove single-precision error. None for 0, so that the bake
+    chooses."""
     return float(f"{value:.{digits}g}") if value else None

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which lights the diffraction shows: the artist's choice. Saved .blend files hold these names: they must stay."""
+"""Which lights the diffraction shows. Saved .blend files contain these names, so they must not change."""
 
 LAMPS_ONLY, REST, ALL = "LAMPS", "REST", "ALL"
-# Name, label and tooltip, as Blender's enumerations want them.
+# Identifier, label and tooltip, as in Blender's enumerations.
 LIGHTS = (
     (REST, "Sources and Rest", "Lamps and compact bright parts of the world, without noise. The rest of the world, and "
      "light from other objects, by random samples, which is noisier. Without lamps the world still lights it"),
@@ -12,5 +12,5 @@ LIGHTS = (
      "lamps; for reference pictures"),
 )  # fmt: skip
 CHOICES = {name for name, _, _ in LIGHTS}
-# Of a grating whose bake can answer to nothing else.
+# Shown for a grating whose bake supports lamps only.
 NO_SAMPLE_SET = "only lamps light it, because its bake has no .lobes.exr file; bake it with the ensemble model"
