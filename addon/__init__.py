@@ -2,8 +2,7 @@
 """The Blender add-on: lamps, node groups, materials, operators, panels and the command line. The physics is in
 precompute/.
 
-Enabling the extension loads only what registration needs. Operators and command-line verbs load their code when they
-are called."""
+Enabling the extension loads only what registration needs. Operators and command-line verbs load the rest when run."""
 
 import bpy
 

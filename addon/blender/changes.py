@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The time of the last change that Blender reported. Slow results are cached until a change, and computed again once
-nothing has changed for a moment; so dragging a lamp does not recompute them at each step."""
+"""The time of the last change that Blender reported. Slow results are cached until a change and recomputed after a
+pause, not at each step of a lamp that is dragged."""
 
 import time
 
@@ -16,8 +16,7 @@ def note_change() -> None:
 
 
 def change_count() -> int:
-    """The number of changes that Blender reported in this session. A result is up to date while the number stays the
-    same."""
+    """The number of changes that Blender reported. A result is up to date while this number stays the same."""
     return _count
 
 

@@ -27,27 +27,25 @@ def write_pictures(settings: bpy.types.ImageFormatSettings, file_format: str) ->
 
 
 def enable_nodes(material: bpy.types.Material | bpy.types.World | bpy.types.Light) -> None:
-    """Enable the nodes of a new material, world or lamp. From Blender 5.0 on they are always enabled, and setting this
-    gives a warning."""
+    """Enable the nodes of a new material, world or lamp. Blender 5.0 and later always enable them, and warn if it is
+    set."""
     if bpy.app.version < (5, 0, 0):
         material.use_nodes = True
 
 
 def lamp_nodes(lamp: bpy.types.Light) -> bpy.types.NodeTree | None:
-    """A lamp's node tree if its nodes are enabled, else None. From Blender 5.0 on they are always enabled, and reading
-    use_nodes gives a warning."""
+    """A lamp's node tree if its nodes are enabled, else None. Blender 5.0 and later warn if use_nodes is read."""
     return lamp.node_tree if bpy.app.version >= (5, 0, 0) or lamp.use_nodes else None
 
 
 def world_nodes(world: bpy.types.World) -> bpy.types.NodeTree | None:
-    """A world's node tree if its nodes are enabled, else None. From Blender 5.0 on they are always enabled, and reading
-    use_nodes gives a warning."""
+    """A world's node tree if its nodes are enabled, else None. Blender 5.0 and later warn if use_nodes is read."""
     return world.node_tree if bpy.app.version >= (5, 0, 0) or world.use_nodes else None
 
 
 def texture_scale(scene: bpy.types.Scene) -> float:
-    """The scale by which Simplify shrinks textures in Cycles: the smaller of the viewport's and the render's. It is 1
-    before Blender 5.2, which introduced this setting."""
+    """Simplify's scale of textures in Cycles, the smaller of the viewport's and the render's. It is 1 before Blender
+    5.2."""
     names = ("texture_resolution", "texture_resolution_render")
     return min(getattr(scene.cycles, name, 1.0) for name in names)
 

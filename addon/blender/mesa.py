@@ -15,8 +15,7 @@ def filter_as_cards_do() -> None:
     """Disable anisotropic filtering if Mesa renders on the processor.
 
     With it, each texture look-up takes about five times as long, and the texture is sharpened, which no graphics card
-    does. Blender's preference for anisotropic filtering has no effect there. Mesa reads the environment variable once,
-    when Blender creates its graphics context: in background mode at the first EEVEE render. A value set by the user is
-    kept."""
+    does. Blender's preference has no effect there. Mesa reads the variable once, when Blender creates its graphics
+    context (in background mode at the first EEVEE render). A value set by the user is kept."""
     if sys.platform == "linux" and not any(_CARDS.glob("renderD*")):
         os.environ.setdefault(_OVERRIDE, _WITHOUT_ANISOTROPY)

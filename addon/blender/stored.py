@@ -74,8 +74,7 @@ def text(holder: Holder, name: str, default: str = "") -> str:
 
 
 def choice(value: object, allowed: Collection[str], default: str) -> str:
-    """The value if it is allowed, else the default. Also for Blender's enumeration properties: the file stores a
-    number, and an unknown number reads as an empty text."""
+    """The value if it is allowed, else the default. Unknown numbers of Blender's enumeration properties read as ""."""
     return value if isinstance(value, str) and value in allowed else default
 
 

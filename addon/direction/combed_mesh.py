@@ -28,8 +28,7 @@ def uv_of(layer: bpy.types.MeshUVLoopLayer) -> np.ndarray:
 
 
 def store(mesh: bpy.types.Mesh, uv: np.ndarray, turn: np.ndarray) -> None:
-    """Store a field's UV map (corners, 2) and turns (corners, 3). The active UV map and the one that renders stay the
-    same."""
+    """Store a field's UV map (corners, 2) and turns (corners, 3). The active and the rendering UV map stay the same."""
     layer = mesh.uv_layers.get(COMB_UV) or mesh.uv_layers.new(name=COMB_UV, do_init=False)
     layer.uv.foreach_set("vector", np.ascontiguousarray(uv, np.float32).ravel())
     old = mesh.attributes.get(COMB_TURN)
@@ -41,8 +40,7 @@ def store(mesh: bpy.types.Mesh, uv: np.ndarray, turn: np.ndarray) -> None:
 
 
 def note_singular(mesh: bpy.types.Mesh, triangles: np.ndarray) -> None:
-    """Store the faces of singular triangles (s,) in an attribute, for Show Direction, and select exactly their
-    vertices."""
+    """Store the faces of singular triangles (s,) in an attribute for Show Direction, and select only their vertices."""
     mesh.calc_loop_triangles()
     chosen, singular = np.zeros(len(mesh.vertices), bool), np.zeros(len(mesh.polygons), bool)
     chosen[_values(mesh.loop_triangles, "vertices", 3, np.int32)[triangles]] = True

@@ -16,8 +16,8 @@ _RADIUS, _SIDES = 0.6, 12
 
 
 def arrows(mesh: bpy.types.Mesh, triangles: np.ndarray, *, source: DirectionSource, angle: float) -> np.ndarray:
-    """Arrows along T, turned by an angle in radians, at the centres of triangles (n,). Returns the end points (k, 2, 3)
-    of their lines, in the mesh's space. Where the source has no direction, the arrow is left out."""
+    """Arrows along T, turned by an angle in radians, at the centres of triangles (n,): the end points (k, 2, 3) of
+    their lines in the mesh's space. Arrows are left out where the source has no direction."""
     if not len(triangles) or not has_uv_map(mesh, source):
         return np.empty((0, 2, 3))
     field = frame_field(mesh, triangles, shares=np.full((len(triangles), 3), 1 / 3), source=source)
@@ -33,8 +33,7 @@ def arrows(mesh: bpy.types.Mesh, triangles: np.ndarray, *, source: DirectionSour
 
 
 def seam_lines(mesh: bpy.types.Mesh, source: DirectionSource) -> np.ndarray:
-    """The edges (k, 2, 3), in the mesh's space, where U turns across a UV seam. Empty if the source does not follow
-    U."""
+    """The edges (k, 2, 3), in the mesh's space, where U turns across a UV seam. Empty if the source does not use U."""
     combed = source.kind == STORED and has_comb(mesh)
     if source.kind not in (STORED, UV_MAP) or combed or not has_uv_map(mesh, source):
         return np.empty((0, 2, 3))
@@ -47,8 +46,8 @@ def seam_lines(mesh: bpy.types.Mesh, source: DirectionSource) -> np.ndarray:
 
 
 def rings(mesh: bpy.types.Mesh, faces: np.ndarray, *, among: int) -> np.ndarray:
-    """Rings around the centres of faces (k,). Returns the end points (n, 2, 3) of their lines, in the mesh's space.
-    Their size suits a mesh with `among` arrows."""
+    """Rings around the centres of faces (k,), sized for a mesh with `among` arrows: the end points (n, 2, 3) of their
+    lines, in the mesh's space."""
     step = np.sqrt(_area(mesh) / max(1, among))
     middles = np.array([mesh.polygons[face].center for face in faces]).reshape(-1, 3)
     normals = np.array([mesh.polygons[face].normal for face in faces]).reshape(-1, 3)

@@ -23,8 +23,7 @@ def new_map(name: str, size: int) -> bpy.types.Image:
 
 
 def baking_material(source: DirectionSource, uv_map: str, image: bpy.types.Image) -> bpy.types.Material:
-    """A material that emits the direction map of a source, relative to a UV map. Its active node is the picture that
-    Cycles bakes into."""
+    """A material that emits the direction map of a source, relative to a UV map. Cycles bakes into its active node."""
     material = bpy.data.materials.new("Direction Map")
     compat.enable_nodes(material)
     material.node_tree.nodes.clear()
@@ -45,8 +44,8 @@ def note_mesh(image: bpy.types.Image, mesh: bpy.types.Object, uv_map: str) -> No
 
 
 def check_frame_map(mesh: bpy.types.Object, image: bpy.types.Image) -> None:
-    """Raise GratingError if the faces of a mesh, or its UV map, are not the ones that the direction map was baked of.
-    The mesh must have the UV map."""
+    """Raise GratingError if a direction map was baked of other faces or another UV map. The mesh must have that UV
+    map."""
     noted = baked_of(image)
     if fingerprint(mesh.data, noted["uv_map"]) != noted["fingerprint"]:
         raise GratingError(

@@ -62,7 +62,7 @@ class Seams:
         island = np.arange(self._face_count)
         pairs = self.faces[self.joined]
         while len(pairs):
-            # Each island joins its neighbour with the lowest number; then every face looks up its island's new number.
+            # Each island joins its neighbour with the lowest number; then every face looks up its new number.
             ends = np.sort(island[pairs], axis=1)
             apart = ends[:, 0] != ends[:, 1]
             pairs, ends = pairs[apart], ends[apart]

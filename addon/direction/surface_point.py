@@ -43,8 +43,7 @@ class Place:
 
 
 def own_angle(thing: bpy.types.Object, source: DirectionSource) -> float:
-    """The angle in radians that an object adds to Rotation. As in a renderer, it is the custom property of the object,
-    else of its data; 0 if neither is a number."""
+    """An object's own angle in radians, added to Rotation: its custom property, else its data's, else 0."""
     held = (stored.number(owner, source.angle, nan) for owner in (thing, thing.data))
     return next((float(value) for value in held if not isnan(value)), 0.0) if source.angle else 0.0
 

@@ -47,8 +47,7 @@ def frame_field(mesh: bpy.types.Mesh, triangles: np.ndarray, *, shares: np.ndarr
 
 
 def _combed(mesh: bpy.types.Mesh, corners: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """The tangents (n, 3, 3) that Comb Grating stored at corners (n, 3). `ends` (n, 3, 3) are the positions of the
-    corners."""
+    """The tangents (n, 3, 3) that Comb Grating stored at corners (n, 3) with positions `ends` (n, 3, 3)."""
     along = _along_u(ends, _values(mesh.uv_layers[COMB_UV].uv, "vector", 2)[corners])
     normals = _values(mesh.corner_normals, "vector", 3)[corners].reshape(-1, 3)
     turn = _values(mesh.attributes[COMB_TURN].data, "vector", 3)[corners].reshape(-1, 3)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The region of directions that a bake holds, stored on the node group that reads its table, and the warnings about
-scenes that need directions outside it. Saved .blend files contain the property's name, so it must not change."""
+"""The region of directions that a bake holds, stored on the node group that reads its table, and warnings about scenes
+outside it. Saved .blend files contain the property's name, so it must not change."""
 
 from typing import TYPE_CHECKING
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bakes that this session knows. Undo restores a grating from before its bake; the bake's file still exists, so the
-grating gets it back."""
+"""The bakes of this session. Undo takes a grating's bake away, but the file still exists, so the grating gets it
+back."""
 
 import contextlib
 import json
@@ -31,8 +31,8 @@ _known: dict[str, _Bake] = {}
 
 
 def note_bake(grating: Grating, path: str, summary: str, *, request: "BakeRequest") -> None:
-    """Store a finished bake in its grating, and remember it in case undo takes it away. `request` holds the bake's
-    settings; the grating's may have changed since."""
+    """Store a finished bake in its grating, and remember it in case undo removes it. `request` has the bake's settings,
+    which may differ from the grating's by now."""
     grating.bake_path, grating.bake_summary, grating.asked = path, summary, _settings(request)
     _known[asked(request)] = _Bake(path, summary)
 

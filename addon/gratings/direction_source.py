@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a grating takes T from, the direction of the scan's x axis. Saved .blend files contain these names, so they
-must not change."""
+"""Where a grating takes T from, the direction of the scan's x axis. Saved files contain these names: keep them."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -117,8 +116,7 @@ def is_frame_map(image: bpy.types.Image | None) -> bool:
 
 
 def baked_of(image: bpy.types.Image) -> dict[str, str]:
-    """The names of the UV map and the mesh that a direction map was baked of, and their fingerprint. Empty for any
-    other picture."""
+    """The UV map and the mesh that a direction map was baked of, and their fingerprint; empty for other pictures."""
     held = stored.record(image, BAKED_OF)
     noted = {name: stored.text(held, name) for name in ("uv_map", "mesh", "fingerprint")} if held is not None else {}
     return noted if noted and noted["uv_map"] else {}

@@ -161,8 +161,7 @@ class Grating(bpy.types.PropertyGroup):
         return scan_record(self.source_file(), self.size_um, self.height_nm, channel=self.channel)
 
     def further_scans(self) -> list[dict[str, Any]]:
-        """The records of the scans that are averaged with the grating's own. Raises GratingError if `request` is
-        damaged."""
+        """The records of the further scans that are averaged with it. Raises GratingError if `request` is damaged."""
         return self._kept().get("scans", [])
 
     def _kept(self) -> dict[str, Any]:
@@ -175,8 +174,7 @@ class Grating(bpy.types.PropertyGroup):
         return kept
 
     def bake_request(self) -> "BakeRequest":
-        """The settings of the bake: the panel's fields and the rest in `request`. Raises GratingError for invalid
-        values."""
+        """All settings of the bake, from the panel's fields and `request`. Raises GratingError for invalid values."""
         from ...precompute.bake.request import request_from
         from ...precompute.surface.steps.pipeline import steps_of
 
@@ -254,8 +252,7 @@ def active_grating(scene: bpy.types.Scene) -> Grating:
 
 
 def unused_name(name: str, taken: set[str]) -> str:
-    """The name, with a number appended as Blender does if the name is taken. Names must be unique because a finished
-    bake finds its grating by name."""
+    """The name, with a number appended as Blender does if it is taken. A finished bake finds its grating by name."""
     candidates = (name, *(f"{name}.{number:03}" for number in range(1, len(taken) + 1)))
     return next(c for c in candidates if c not in taken)
 
@@ -269,8 +266,7 @@ def scan_record(source: str, size_um: float, height_nm: float, *, channel: str) 
 def request_record(request: "BakeRequest") -> dict[str, Any]:
     """A request as JSON, with the folders of its scans. Valid on this machine only."""
     record = request.as_dict() | {"scans": [asdict(scan) for scan in request.scans]}
-    # A request holds metres and radians. Rounding restores the number that the user typed, so that the cache key is the
-    # same.
+    # Rounding restores the numbers that the user typed from metres and radians, so that the cache key is the same.
     record["coherence_um"] = _decimal(record["coherence_um"] or 0.0, 12)
     record["needs"]["light_radius_deg"] = _decimal(record["needs"]["light_radius_deg"], 12) or 0.0
     return record
@@ -303,6 +299,6 @@ def kept_path(path: str) -> str:
 
 
 def _decimal(value: float, digits: int) -> float | None:
-    """A number rounded to `digits` significant digits, to remove single-precision error. None for 0, so that the bake
-    chooses."""
+    """A number rounded to `digits` significant digits, to remove single-precision error; None for 0, an automatic
+    choice."""
     return float(f"{value:.{digits}g}") if value else None

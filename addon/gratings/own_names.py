@@ -7,8 +7,8 @@ import bpy
 
 from ..blender import stored
 
-# Custom property of a material or node group made for a grating, saved in files. It holds the name given at that time,
-# so that a copy or a renamed one is recognised as no longer following the grating.
+# Custom property of a material or node group made for a grating, saved in files: its name at that time. A copy or a
+# renamed one no longer matches and does not follow the grating.
 _OWN = "ng_own"
 _PREFIX = "Diffraction "
 
@@ -41,8 +41,7 @@ def own_name(grating: bpy.types.PropertyGroup) -> str:
 
 
 def follow_name(grating: Any) -> None:
-    """Rename the grating's material and node group after it, unless an artist renamed them or they come from another
-    file."""
+    """Rename the grating's material and node group after it, unless an artist renamed them or they are linked."""
     group, material = grating.group, grating.material
     if None not in (group, material) and _OWN not in group and is_own(material) and group.name == material.name:
         note_own(group)  # earlier versions marked materials only

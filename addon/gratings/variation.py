@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How a grating varies over a skin: patches of further gratings, and slow turns of the direction. Saved .blend files
-contain these names, so they must not change."""
+contain these names: keep them."""
 
 from dataclasses import asdict, dataclass, replace
 from math import degrees
@@ -44,8 +44,7 @@ class Variation:
         return self.attribute if self.shares and self.pattern == ATTRIBUTE else ""
 
     def of_others(self, count: int) -> "Variation":
-        """The variation with at most this many further gratings. The first grating takes over the shares of the
-        rest."""
+        """The variation with at most `count` further gratings; the first grating takes over the other shares."""
         return replace(self, shares=self.shares[:count])
 
     @property

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Precompute jobs in a separate process: Blender's interface stays responsive, and ending the process cancels the
-work."""
+"""Precompute jobs in a separate process: Blender's interface stays responsive, and ending the process cancels a job."""
 
 import importlib.util
 import json
@@ -45,8 +44,8 @@ class Job(ChildProcess):
         *,
         deadline: Deadline,
     ) -> None:
-        """Start the process. `arguments` may be a function that gets the private folder and writes input files there.
-        Raises GratingError if no file can be written."""
+        """Start the process. `arguments` may be a function that writes input files into the private folder. Raises
+        GratingError if no file can be written."""
 
         self._verb, self._deadline = verb, deadline
 
@@ -67,9 +66,9 @@ class Job(ChildProcess):
         return "starting", 0.0
 
     def result(self, take: Callable[[dict[str, Any]], Any] = lambda facts: facts) -> Any:
-        """The result of `take` on the facts that the finished process reported; by default the facts. `take` may read
-        files in the private folder, which is removed afterwards. Raises GratingError with the process's error line, or
-        with the deadline's line if the process was too late."""
+        """What `take` returns for the facts that the finished process reported; by default the facts. `take` may read
+        files in the private folder, which is then removed. Raises GratingError with the process's or the deadline's
+        line."""
         told = lines_of(self.err_path)
         try:
             if self.status == 0:
@@ -92,8 +91,8 @@ class Job(ChildProcess):
 
 
 def child_environment() -> dict[str, str]:
-    """The environment of the process: it finds precompute in this extension, packages where this Blender has them, and
-    the extension's cache. A missing or broken package gives a one-line error in the process that needs it."""
+    """The environment of the process: it finds precompute in this extension, the packages of this Blender, and the
+    cache. A missing or broken package gives a one-line error in the process that needs it."""
     folders = [str(ROOT)]
     for package in ("numpy", "OpenEXR", "PIL", "xatlas"):
         spec = importlib.util.find_spec(package)

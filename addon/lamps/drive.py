@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Driven custom properties of the scene or an object. A driver that is already right is not written again, because each
-write makes Blender re-evaluate the scene."""
+"""Driven custom properties of the scene or an object. Drivers that are right are not written again, because each write
+makes Blender re-evaluate the scene."""
 
 import re
 from collections.abc import Sequence
@@ -18,8 +18,7 @@ _ID_TYPES = {bpy.types.Object: "OBJECT", bpy.types.Collection: "COLLECTION", bpy
 
 @dataclass(frozen=True)
 class Variable:
-    """A value that a driver reads: its name in expressions, its holder, its path there, and the fallback if the path is
-    missing."""
+    """A value that a driver reads: name in expressions, holder, path there, and fallback if the path is missing."""
 
     name: str
     holder: Holder
@@ -33,7 +32,7 @@ class Drivers:
     def __init__(self, scene: bpy.types.Scene, holder: bpy.types.Object | None = None):
         self.scene, self.holder = scene, holder or scene
         curves = self.holder.animation_data.drivers if self.holder.animation_data else ()
-        # A curve with keyframes, as Blender 5.2 creates it, snaps a driver's value to a keyframe within 1e-4.
+        # A curve with keyframes, as in Blender 5.2, snaps a driver's value to a keyframe within 1e-4.
         self._present = {(c.data_path, c.array_index): c.driver for c in curves if not c.keyframe_points}
 
     def drive(self, name: str, expressions: Sequence[str], variables: Sequence[Variable]) -> bool:

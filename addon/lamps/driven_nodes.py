@@ -16,8 +16,7 @@ from ..nodes.builder import Tree, Value
 
 
 def read_property(tree: Tree, name: str) -> tuple[Value, Value]:
-    """Add nodes that hold a custom property of the scene: its first three numbers as a vector, and its fourth. Both are
-    0 if the property is missing."""
+    """Add nodes that hold a custom property of the scene: its first three numbers as a vector, and its fourth, or 0."""
     vector = tree.node("ShaderNodeCombineXYZ", label=name)
     number = tree.node("ShaderNodeValue", label=name)
     for index, socket in enumerate((*vector.inputs, number.outputs[0])):

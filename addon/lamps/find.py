@@ -19,12 +19,10 @@ LitBoxes = Callable[[bpy.types.Scene], "np.ndarray"]
 LAMPS_MAX = 8
 # The largest number of left-out lamps that a warning names.
 _NAMED_MAX = 8
-# A lamp replaces a followed one only if it is brighter by more than this factor. Otherwise, a lamp that moves around a
-# point of equal brightness would rewrite drivers at each step. The factor of 1.5 is about half a photographic stop, or
-# 22 % in distance, so little light is lost.
+# A lamp replaces a followed one only if it is brighter by more than this factor. Otherwise, a lamp moving where two are
+# equally bright would rewrite drivers at each step. The factor is about half a photographic stop, or 22 % in distance.
 _LEAD = 1.5
-# Custom property of a lamp's data, saved in files: marks a Diffraction Lamp, which emits diffracted light
-# (materials/diffraction_lamp.py).
+# Custom property of lamp data, saved in files: marks a Diffraction Lamp (materials/diffraction_lamp.py).
 DIFFRACTION_LAMP = "ng_fan"
 
 
@@ -76,9 +74,8 @@ def instanced_lamps(depsgraph: bpy.types.Depsgraph) -> list[str]:
 
 
 def _may_be_instanced(lights: list[bpy.types.Light]) -> bool:
-    """Whether instances may show a lamp of the file: the lamp or a collection that holds it is used by something other
-    than a scene or a collection, or a parent of it is an instancer. This check avoids the slow search through all
-    instances."""
+    """Whether instances may show a lamp of the file: something other than a scene or a collection uses it or its
+    collection, or a parent of it is an instancer. Avoids a slow search through all instances."""
     found: set[bpy.types.ID] = set(lights)
     pending = found
     while pending:
@@ -105,10 +102,8 @@ def instances_are_not_followed(names: list[str]) -> str:
 
 
 def unfollowed_features(scene: bpy.types.Scene, counted: Sequence[bpy.types.Object]) -> list[str]:
-    """One warning line for each lamp feature that diffraction does not support. `counted`: the lamps that light
-    diffraction.
-
-    Left-out lamps are named if the render shows them."""
+    """One warning line for each lamp feature that diffraction does not support, and one that names the lamps not among
+    `counted`, if the render shows them."""
     lamps = lamps_of(scene)
     lines = []
     if len(lamps) > LAMPS_MAX:

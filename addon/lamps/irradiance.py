@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Irradiance of the scene's lamps at given points, in NumPy. Mirrors the nodes of lamp_group.py and reads the same
-scene properties. Shadows are not included."""
+"""Irradiance of the scene's lamps at given points, in NumPy, without shadows. Mirrors the nodes of lamp_group.py."""
 
 from dataclasses import dataclass
 

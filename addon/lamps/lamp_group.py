@@ -116,8 +116,7 @@ def _is_whole(group: bpy.types.NodeTree) -> bool:
 
 
 def _cone(tree: Tree, lamp: PackedLamp, wi: Value) -> Value:
-    """The angular falloff by Blender's formulas: a spot's soft cone in the lamp's space, an area lamp's cosine, else
-    1."""
+    """The angular falloff by Blender's formulas: a soft cone for a spot, a cosine for an area lamp, 1 for others."""
     axis = tree.normalize(lamp.z)
     y = tree.cross(axis, lamp.x) * lamp.x_over_y
     own_z = tree.dot(wi, lamp.z)

@@ -16,9 +16,8 @@ The properties of lamp `i` are named `ng_key_<i>_<what>`. Each holds a vector, t
     x       the lamp's x axis over its squared length
             cosine of the angle within which a spot has full brightness; 2 for an area lamp, -2 for others
 
-The material of Diffraction Lamps is shared by objects with different lamps. It reads the properties from the object by
-Attribute nodes. EEVEE searches for each attribute in a separate loop in every pixel, so a lamp has only four
-properties."""
+Diffraction Lamps read the properties from their own object by Attribute nodes. EEVEE searches for each attribute in a
+separate loop in every pixel, so a lamp has only four properties."""
 
 import math
 from collections.abc import Sequence
@@ -94,8 +93,8 @@ def unpack(tree: Tree, packed: Sequence[Value]) -> PackedLamp:
 def drive_properties(drivers: Drivers, index: int, lamp: bpy.types.Object) -> bool:
     """Create the properties of a lamp and the drivers that write them. Return whether anything changed.
 
-    All drivers target the lamp's object and read the lamp's data through it, so the data may be exchanged. If the lamp
-    is deleted, all values are 0."""
+    All drivers read the lamp's data through its object, so the data may be exchanged. If the lamp is gone, all are
+    0."""
     data = lamp.data
     axes = {f"{name}{i}": f"matrix_world[{axis}][{i}]" for axis, name in enumerate("xyz") for i in range(3)}
     position = {name: f"matrix_world[3][{i}]" for i, name in enumerate("abc")}

@@ -4,8 +4,7 @@
 Drivers follow what can be animated: `hide_render` of the lamp and of its collections, its glossy visibility and its
 scale. Drivers cannot follow whether a view layer excludes the lamp's collections. A property of each view layer holds
 this (`ng_key_shown`, one number for each lamp, absent if all are 1). While a window is open, the property also holds
-whether the viewport hides the lamp by an eye or monitor icon. As in Blender, viewport visibility has no effect on
-renders and saved files."""
+whether an eye or monitor icon hides the lamp in the viewport. Renders and saved files ignore this, as in Blender."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, TypeVar
@@ -122,10 +121,8 @@ def _keyed(holder: bpy.types.AnimData | bpy.types.NlaStrip) -> Iterator[bpy.type
 
 
 def _shown(layer: bpy.types.ViewLayer, lamps: Sequence[bpy.types.Object]) -> list[float]:
-    """For each lamp 1, or 0 if the view layer excludes it.
-
-    A lamp in several collections is shown if one of them is. If one of its collections is excluded, the current
-    `hide_render` of the others decides."""
+    """For each lamp 1, or 0 if the view layer excludes it. A lamp in several collections is shown if one of them is; of
+    a lamp with an excluded collection, only the current `hide_render` of the others counts."""
     if not any(way[-1].exclude for way in _ways(layer.layer_collection)):
         return [1.0] * len(lamps)
     return [float(_is_in(layer, lamp)) for lamp in lamps]
@@ -140,8 +137,8 @@ def _is_in(layer: bpy.types.ViewLayer, lamp: bpy.types.Object) -> bool:
 def _ways(
     held: _Held, holders: set[bpy.types.Collection] | None = None, above: tuple[_Held, ...] = ()
 ) -> Iterator[tuple[_Held, ...]]:
-    """The chains of nested collections, or of a view layer's collections, down to each holder; without holders, down to
-    each collection."""
+    """The chains of nested collections, or of a view layer's collections, to each holder; without holders, to each
+    one."""
     way: tuple[_Held, ...] = above + (held,)
     if holders is None or getattr(held, "collection", held) in holders:
         yield way

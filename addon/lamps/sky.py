@@ -56,8 +56,7 @@ def source_count(scene: bpy.types.Scene) -> int:
 
 
 def fitted_world(scene: bpy.types.Scene) -> str:
-    """The fingerprint of the world that the sources were fitted to; empty if there is no fit, or if a property of it
-    was deleted or edited."""
+    """The fingerprint of the fitted world; empty if there is no fit, or if a property of it was deleted or edited."""
     return stored.text(scene, _FINGERPRINT) if _is_whole(scene) else ""
 
 

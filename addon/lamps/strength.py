@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How strongly lamps light objects, to choose the lamps that light diffraction (find.py).
 
-Shadows are ignored, and so is the direction of spot and area lamps: a lamp may turn during a shot, but a render chooses
-its lamps once, at its start."""
+Shadows and the direction of spots and area lamps are ignored: lamps may turn, but a render chooses them only once."""
 
 import math
 from collections.abc import Sequence
@@ -15,8 +14,8 @@ LUMINANCE = (0.2126, 0.7152, 0.0722)
 # The distance in metres at which lamps are compared if no object shows diffraction yet. It matters only between suns
 # and other lamps: at 3 m, typical of a studio, a point lamp of 113 W is as bright as a sun of 1 W/m2.
 _AFAR = 3.0
-# The least distance of a lamp, as a share of the box's half diagonal. A lamp inside a box (for example beside a coil of
-# a snake) is near the surface, not on it.
+# The least distance of a lamp, as a share of the box's half diagonal. A lamp inside a box, for example beside a coil of
+# a snake, is near the surface, not on it.
 _NEAREST = 0.1
 # The least distance in metres, for boxes of zero size.
 _LEAST = 1e-6
@@ -25,11 +24,10 @@ _AT_ONCE = 2**16
 
 
 def irradiances(lamps: Sequence[bpy.types.Object], boxes: np.ndarray | tuple[()]) -> np.ndarray:
-    """For each lamp, the largest irradiance (luminance, W/m2) at one of the boxes (n, 2, 3), given by their minimum and
+    """For each lamp, the largest irradiance (luminance, W/m2) at one of the boxes (n, 2, 3), which are minimum and
     maximum corners in world space. Without boxes, all lamps are compared at the same distance.
 
-    The distance is measured to the nearest point of a box: a lamp beside one end of a long object lights that end,
-    however far away the object's centre is."""
+    The nearest point of a box counts: a lamp beside one end of a long object lights that end."""
     matrices = np.array([lamp.matrix_world for lamp in lamps], float).reshape(-1, 4, 4)
     scales = np.linalg.norm(matrices[:, :3, :2], axis=1).tolist()
     power = np.array([_power(lamp.data, *scale) for lamp, scale in zip(lamps, scales, strict=True)])
@@ -51,8 +49,8 @@ def _squared_distances(places: np.ndarray, boxes: np.ndarray) -> np.ndarray:
 
 
 def _power(light: bpy.types.Light, x_scale: float, y_scale: float) -> float:
-    """The luminance of `power` (pack.py): a sun's irradiance, W/m2, or another lamp's radiant intensity, W/sr. Lamps of
-    negative strength count by their absolute value."""
+    """The luminance of `power` (pack.py): a sun's irradiance, W/m2, or another lamp's radiant intensity, W/sr; its
+    absolute value for lamps of negative strength."""
     red, green, blue = light.color
     if light.use_temperature:
         heat = light.temperature_color

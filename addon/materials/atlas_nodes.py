@@ -13,8 +13,7 @@ from ...precompute.table.atlas import STRIP_ROWS, Layout
 from ...precompute.table.tiling import COLUMNS_BESIDE, TILE_PADDING
 from ..nodes.builder import Operand, Tree, Value
 
-# The largest rounding error in single precision of a sum of two unit vectors, or of w scaled to -1 to 1, at the end of
-# a range.
+# The largest single-precision error at the end of a range, of a sum of two unit vectors or of w scaled to -1 to 1.
 _ROUNDING = 1e-5
 
 
@@ -45,9 +44,8 @@ class AtlasTable:
     """The sum sum_k f_k(t) B_k(u, v) / scale, XYZ over w^2, with one look-up per term. t is w scaled from its range to
     -1 to 1.
 
-    Outside the table's region and range of w the sum is 0. There the look-ups are clamped to the rim, because the
-    polynomials grow without bound and neighbouring tiles begin. The sum is also 0 for |(u, v)| >= 2, which only a
-    stretched relief reaches."""
+    Outside the table's region and range of w the sum is 0, and look-ups are clamped to the rim, because the polynomials
+    grow and neighbouring tiles begin. The sum is also 0 for |(u, v)| >= 2, which only a stretched relief reaches."""
 
     def __init__(self, tree: Tree, image: bpy.types.Image, layout: Layout, *, uv: Value, w: Value):
         self.tree, self.image, self.layout = tree, image, layout
@@ -73,8 +71,8 @@ class AtlasTable:
         """The table at the two blur levels around a variance, and the mixing share of the coarser level.
 
         `blur` is the variance in addition to the bake's own. The share gives the mix the right variance. Beyond the
-        last level it exceeds 1, and the Mix Shader clamps it. A table with one level has no coarser one: None, with a
-        share of 0."""
+        last level it exceeds 1, and the Mix Shader clamps it. A table with one level gives None for the coarser one,
+        and the share 0."""
         layout, tree = self.layout, self.tree
         if layout.levels == 1:
             return self.sharp(), None, 0.0
@@ -185,8 +183,7 @@ def zero_order_xyz(tree: Tree, image: bpy.types.Image, layout: Layout, *, w: Val
 
 
 def albedo_bound(tree: Tree, excesses: tuple[Value, Value], *, conserving: Operand) -> Value:
-    """M = 1 + e max(0, X(wi) / cos(ti), X(wr) / cos(tr)). `excesses`: X / cos(t) for the lamp's direction and the
-    viewer's."""
+    """M = 1 + e max(0, X(wi) / cos(ti), X(wr) / cos(tr)). `excesses`: X / cos(t) for the lamp and the viewer."""
     return tree.maximum(tree.maximum(*excesses), 0.0).times_plus(conserving, 1.0)
 
 

@@ -42,7 +42,6 @@ def new_diffraction_lamp(
     size_m: float, strength: float, settings: Mapping[Socket, float],
 ) -> bpy.types.Object:  # fmt: skip
     """A new Diffraction Lamp, not yet in a collection: a square patch of a grating, lit by a lamp of the scene.
-
     `settings` has a value for each of the response's SETTINGS. `strength` scales the light; 1 is physically correct."""
     data = bpy.data.lights.new("Diffraction Lamp", "AREA")
     data[DIFFRACTION_LAMP] = 1

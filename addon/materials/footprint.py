@@ -31,8 +31,7 @@ smaller than a pixel's angle."""
 from ..lamps.driven_nodes import drive_by_scene
 from ..nodes.builder import Tree, Value
 
-# The variance, in pixels squared, of a Blackman-Harris filter that is one pixel wide and ends one pixel from its
-# centre.
+# The variance, in pixels squared, of a Blackman-Harris filter one pixel wide, which ends one pixel from its centre.
 _FILTER = 0.0768
 # In EEVEE, up to this many samples each count; of many samples, one in this many counts.
 _EEVEE_FEW, _EEVEE_SHARE = 4, 4

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Masks for the light at a point: which rays see the diffraction, which lamps are above the surface, and how the light
-is shared between the table and the closures."""
+"""Masks for the light at a point: which rays see the diffraction, which lamps light it, and what the closures add."""
 
 from collections.abc import Iterable
 
@@ -17,16 +16,15 @@ _WIDE = (0.006, 0.012)
 def table_share(tree: Tree, light: Light) -> Value:
     """The share of a light that the table shows: 1 for a compact light, 0 for a wide one.
 
-    The table treats each light as a round Gaussian. A closure samples the true shape of a wide light, and hits it
-    often."""
+    The table treats each light as a round Gaussian. A closure samples a wide light's true shape, and hits it often."""
     compact, wide = _WIDE
     node = tree.node("ShaderNodeMapRange", light.variance, compact, wide, 1.0, 0.0, interpolation_type="SMOOTHSTEP")
     return tree.value(node.outputs["Result"])
 
 
 def left_by_table(tree: Tree, lights: Iterable[tuple[Light, Value]], direction: Value) -> Value | float:
-    """The share of the light from a direction that the table does not show: 0 towards a shining lamp, or the rest of a
-    lamp that is shared with the table, else 1."""
+    """The share of the light from a direction that the table does not show: 1 minus its share of a lamp there, else
+    1."""
     left: Value | float = 1.0
     for light, share in lights:
         shines = tree.math("GREATER_THAN", tree.dot(light.irradiance, (1.0, 1.0, 1.0)), 0.0)
@@ -48,7 +46,6 @@ def is_unseen(tree: Tree) -> Value:
 def is_lit(tree: Tree, light: Light, *, n: Value, cos_r: Value, unseen: Value) -> Value:
     """1 if the lamp and the viewer are above the surface, the lamp is on, and the ray may see the glow; else 0.
 
-    All three numbers must be greater than `unseen`. It is 1 for rays that may not see the glow, and cosines never
-    exceed 1."""
+    The numbers are compared with `unseen`, which is 1 for rays that may not see the glow, as no cosine exceeds 1."""
     least = tree.minimum(tree.minimum(cos_r, tree.dot(light.direction, n)), tree.dot(light.irradiance, (1.0, 1.0, 1.0)))
     return tree.math("GREATER_THAN", least, unseen)

@@ -13,7 +13,7 @@
 | IOR            | n      |         | 1.56    | of the skin: sets the reflectance |
 | Period Scale   | p      |         | 1       | stretches the relief along the surface |
 | Height Scale   | c      |         | 1       | scales the relief's heights; at most 1, as the table ends at w = 2 |
-| Energy Conserving | e   |         | 1       | 0 is Stam's formula, which reflects more than arrives at grazing angles |
+| Energy Conserving | e   |         | 1       | 0 is Stam's formula, which reflects too much at grazing angles |
 | Finer, Coarser (out) | Lo | W/m2/sr |       | radiance, linear RGB, at the two blur levels around the variance |
 | Coarser Share (out) |  |         |         | share of Coarser in their mix |
 

@@ -9,7 +9,7 @@
 | Lobe (out)        |        |         | colour of a closure around Lobe Normal: one order of the scattered light |
 | Lobe Normal (out) |        |         | normalize(wi + wr) |
 | Lobe Roughness (out) |     |         | of that closure |
-| To Light (out)    | wi     |         | the direction that the order comes from, unit |
+| Lobe Direction (out) | wi  |         | the direction that the order comes from, unit |
 
 A glossy closure reflects its colour at any roughness and any tilt of its normal. So the mean over many draws is the
 scattered light, if each draw has the colour
@@ -46,8 +46,7 @@ from ..response import WORLD_ANSWER, WORLD_QUESTION
 from .random_draw import SampleSetNodes
 
 GROUP_PREFIX = "Diffraction World"
-# The least cosine of a drawn direction. Below it, a lobe is under the horizon, or so near that its weight is not
-# finite.
+# The least cosine of a drawn direction. At or below the horizon, the weight of a lobe is not finite.
 _COSINE_MIN = 1e-4
 # The least X + Y + Z of the table relative to its scale, to avoid a division by 0.
 _SUM_MIN = 1e-9
@@ -56,8 +55,8 @@ _SUM_MIN = 1e-9
 def build_world_group(
     name: str, image: bpy.types.Image, layout: Layout, *, draws: SampleSetNodes, rgb_from_xyz: np.ndarray
 ) -> bpy.types.NodeTree:
-    """The World group of one bake. `image` holds its atlas, `draws` reads its sample set; rgb_from_xyz (3, 3) converts
-    to the scene's linear space."""
+    """The World group of one bake, from its atlas and its sample set; rgb_from_xyz (3, 3) converts to the scene's
+    space."""
     group = bpy.data.node_groups.new(f"{GROUP_PREFIX} {name}", "ShaderNodeTree")
     add_interface(group, WORLD_QUESTION, WORLD_ANSWER)
     tree = Tree(group)
