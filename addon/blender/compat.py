@@ -27,8 +27,7 @@ def write_pictures(settings: bpy.types.ImageFormatSettings, file_format: str) ->
 
 
 def enable_nodes(material: bpy.types.Material | bpy.types.World | bpy.types.Light) -> None:
-    """Enable the nodes of a new material, world or lamp. Blender 5.0 and later always enable them, and warn if it is
-    set."""
+    """Enable the nodes of a new material, world or lamp. Blender 5.0 and later always enable them, and warn here."""
     if bpy.app.version < (5, 0, 0):
         material.use_nodes = True
 
@@ -44,8 +43,7 @@ def world_nodes(world: bpy.types.World) -> bpy.types.NodeTree | None:
 
 
 def texture_scale(scene: bpy.types.Scene) -> float:
-    """Simplify's scale of textures in Cycles, the smaller of the viewport's and the render's. It is 1 before Blender
-    5.2."""
+    """Simplify's texture scale in Cycles, the smaller of the viewport's and the render's; 1 before Blender 5.2."""
     names = ("texture_resolution", "texture_resolution_render")
     return min(getattr(scene.cycles, name, 1.0) for name in names)
 

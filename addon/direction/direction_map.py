@@ -44,8 +44,7 @@ def note_mesh(image: bpy.types.Image, mesh: bpy.types.Object, uv_map: str) -> No
 
 
 def check_frame_map(mesh: bpy.types.Object, image: bpy.types.Image) -> None:
-    """Raise GratingError if a direction map was baked of other faces or another UV map. The mesh must have that UV
-    map."""
+    """Raise GratingError if a direction map was baked of other faces or another UV map. The mesh must have the map."""
     noted = baked_of(image)
     if fingerprint(mesh.data, noted["uv_map"]) != noted["fingerprint"]:
         raise GratingError(

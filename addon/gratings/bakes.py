@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bakes of this session. Undo takes a grating's bake away, but the file still exists, so the grating gets it
-back."""
+"""The bakes of this session. Undo takes a grating's bake away, but its file still exists, so it is restored."""
 
 import contextlib
 import json

@@ -299,6 +299,5 @@ def kept_path(path: str) -> str:
 
 
 def _decimal(value: float, digits: int) -> float | None:
-    """A number rounded to `digits` significant digits, to remove single-precision error; None for 0, an automatic
-    choice."""
+    """A number rounded to `digits` significant digits, to remove single-precision error; None for 0 (automatic)."""
     return float(f"{value:.{digits}g}") if value else None

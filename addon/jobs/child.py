@@ -67,8 +67,7 @@ class Job(ChildProcess):
 
     def result(self, take: Callable[[dict[str, Any]], Any] = lambda facts: facts) -> Any:
         """What `take` returns for the facts that the finished process reported; by default the facts. `take` may read
-        files in the private folder, which is then removed. Raises GratingError with the process's or the deadline's
-        line."""
+        files in the private folder, which is then removed. Raises GratingError if the process failed or was late."""
         told = lines_of(self.err_path)
         try:
             if self.status == 0:

@@ -93,8 +93,7 @@ def unpack(tree: Tree, packed: Sequence[Value]) -> PackedLamp:
 def drive_properties(drivers: Drivers, index: int, lamp: bpy.types.Object) -> bool:
     """Create the properties of a lamp and the drivers that write them. Return whether anything changed.
 
-    All drivers read the lamp's data through its object, so the data may be exchanged. If the lamp is gone, all are
-    0."""
+    All drivers read the lamp's data through its object, so the data may be exchanged. They give 0 without the lamp."""
     data = lamp.data
     axes = {f"{name}{i}": f"matrix_world[{axis}][{i}]" for axis, name in enumerate("xyz") for i in range(3)}
     position = {name: f"matrix_world[3][{i}]" for i, name in enumerate("abc")}

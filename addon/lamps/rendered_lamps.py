@@ -137,8 +137,7 @@ def _is_in(layer: bpy.types.ViewLayer, lamp: bpy.types.Object) -> bool:
 def _ways(
     held: _Held, holders: set[bpy.types.Collection] | None = None, above: tuple[_Held, ...] = ()
 ) -> Iterator[tuple[_Held, ...]]:
-    """The chains of nested collections, or of a view layer's collections, to each holder; without holders, to each
-    one."""
+    """The chains of nested collections, or of a view layer's collections, to each holder; without holders, to all."""
     way: tuple[_Held, ...] = above + (held,)
     if holders is None or getattr(held, "collection", held) in holders:
         yield way

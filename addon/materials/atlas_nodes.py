@@ -71,8 +71,7 @@ class AtlasTable:
         """The table at the two blur levels around a variance, and the mixing share of the coarser level.
 
         `blur` is the variance in addition to the bake's own. The share gives the mix the right variance. Beyond the
-        last level it exceeds 1, and the Mix Shader clamps it. A table with one level gives None for the coarser one,
-        and the share 0."""
+        last level it exceeds 1, and the Mix Shader clamps it. A table with one level gives None and a share of 0."""
         layout, tree = self.layout, self.tree
         if layout.levels == 1:
             return self.sharp(), None, 0.0

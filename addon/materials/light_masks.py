@@ -23,8 +23,7 @@ def table_share(tree: Tree, light: Light) -> Value:
 
 
 def left_by_table(tree: Tree, lights: Iterable[tuple[Light, Value]], direction: Value) -> Value | float:
-    """The share of the light from a direction that the table does not show: 1 minus its share of a lamp there, else
-    1."""
+    """The share of the light from a direction that the table does not show: 1 minus its share of a lamp there."""
     left: Value | float = 1.0
     for light, share in lights:
         shines = tree.math("GREATER_THAN", tree.dot(light.irradiance, (1.0, 1.0, 1.0)), 0.0)

@@ -37,8 +37,8 @@ def _is_among(tree: bpy.types.NodeTree | None, responses: Iterable[Response]) ->
 def _names_to_keep(
     response: Response, old: tuple[bpy.types.NodeTree | None, bpy.types.NodeTree | None]
 ) -> list[tuple[bpy.types.ID, str]]:
-    """The data-blocks of a new response with the names of the old ones that they replace; images with other users are
-    left out."""
+    """The data-blocks of a new response, with the names of the old ones that they replace. Excludes images in other
+    use."""
     found = {}
     for new_tree, old_tree in zip((response.group, response.world), old, strict=True):
         if new_tree is None or old_tree is None:

@@ -340,7 +340,6 @@ def _sources_of_file() -> int:
 
 
 def _lamps_of_file() -> list[bool]:
-    """For each lamp that some scene of the file follows, whether its light is linked. Never empty, so that no group
-    is."""
+    """For each lamp that some scene of the file follows, whether its light is linked. Never empty."""
     followed = [[is_linked(lamp) for lamp in followed_lamps(scene)] for scene in bpy.data.scenes]
     return [any(linked) for linked in zip_longest([False], *followed, fillvalue=False)]

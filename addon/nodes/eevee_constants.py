@@ -14,7 +14,7 @@ import bpy
 ROOM = 65536
 _OUTPUTS = {"GROUP_OUTPUT", "OUTPUT_MATERIAL", "OUTPUT_AOV"}
 _KINDS = {"VALUE": "VALUE", "INT": "VALUE", "BOOLEAN": "VALUE", "VECTOR": "VECTOR", "RGBA": "RGBA"}
-# Constants of a node besides its sockets, in numbers. EEVEE turns mixed shaders into Math nodes.
+# Numbers that a node holds besides its sockets: EEVEE mixes shaders by Math nodes; Texture Coordinate has a matrix.
 _BESIDES = {"MIX_SHADER": 6, "ADD_SHADER": 2, "TEX_COORD": 16, "VALUE": 1, "RGB": 4}
 
 

@@ -22,8 +22,7 @@ SIDE_ANGLE = 0.74 * np.pi
 
 
 class Sizes(NamedTuple):
-    """Half width, half heights of back and belly, and height of the axis above the resting line, in metres; each
-    (n,)."""
+    """Half width, half heights of back and belly, and height of the axis above the resting line; m, each (n,)."""
 
     width: np.ndarray
     back: np.ndarray

@@ -28,8 +28,7 @@ class Skin(NamedTuple):
 
 
 class End(NamedTuple):
-    """Appended vertices, and faces (f, 4) over all; a triangle repeats its first corner. `plate` (f,): the plates of a
-    head."""
+    """Appended vertices, and faces (f, 4) over all; triangles repeat their first corner. `plate` (f,): head plates."""
 
     skin: Skin
     faces: np.ndarray

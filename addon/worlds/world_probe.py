@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Looking at a world with a second Blender in the background.
 
-A render in this Blender would replace the artist's Render Result and block the interface. So a copy of the world is
-saved to a file, and a second Blender with factory settings renders a panorama and closer looks at small bright parts
-(second_blender.py)."""
+A render in this Blender would replace the artist's Render Result and block the interface. So second_blender.py renders
+a saved copy of the world in a Blender with factory settings: a panorama, and closer looks at small bright parts."""
 
 import json
 import sys

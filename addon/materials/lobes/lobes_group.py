@@ -55,8 +55,7 @@ _SUM_MIN = 1e-9
 def build_world_group(
     name: str, image: bpy.types.Image, layout: Layout, *, draws: SampleSetNodes, rgb_from_xyz: np.ndarray
 ) -> bpy.types.NodeTree:
-    """The World group of one bake, from its atlas and its sample set; rgb_from_xyz (3, 3) converts to the scene's
-    space."""
+    """The World group of one bake, from its atlas and its sample set. rgb_from_xyz (3, 3) gives the scene's RGB."""
     group = bpy.data.node_groups.new(f"{GROUP_PREFIX} {name}", "ShaderNodeTree")
     add_interface(group, WORLD_QUESTION, WORLD_ANSWER)
     tree = Tree(group)

@@ -65,8 +65,7 @@ def joined(constants: dict[str, object], parts: Sequence[str]) -> str:
 
 
 def file_name(path: Path) -> str:
-    """A path as a string literal for a shader. Special bytes become octal escapes, so that no name can end the
-    literal."""
+    """A path as a string literal for a shader. Special bytes are escaped, so that no name can end the literal."""
     name = os.fsencode(path.absolute().as_posix())
     return '"' + "".join(chr(byte) if byte in _PLAIN else f"\\{byte:03o}" for byte in name) + '"'
 
