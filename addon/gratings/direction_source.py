@@ -11,27 +11,27 @@ from ..blender import stored
 STORED, UV_MAP, RADIAL, AXIS, FRAME_MAP = "STORED", "UV_MAP", "RADIAL", "AXIS", "FRAME_MAP"
 # Identifier, label and tooltip, as in Blender's enumerations.
 KINDS = (
-    (STORED, "Stored", "The direction stored by Comb Grating; without one, the U of the UV map that renders"),
-    (UV_MAP, "UV Map", "The U of the UV map that you name, whichever map renders"),
-    (RADIAL, "Radial", "The scan's x axis points away from an axis of the object, so that the tracks of a CD run round "
-     "it. With a Rotation of 90 degrees the x axis itself runs round"),
-    (AXIS, "Object Axis", "An axis of the object, laid on the surface"),
-    (FRAME_MAP, "Direction Map", "The picture that Bake Direction Map made of the mesh"),
+    (STORED, "Stored", "Direction stored by Comb Grating; without one, the U of the UV map that renders"),
+    (UV_MAP, "UV Map", "U of the UV map that you name, even if another map renders"),
+    (RADIAL, "Radial", "The scan's x axis points away from an axis of the object, so that the tracks of a CD run "
+     "around it. With a Rotation of 90 degrees the x axis itself runs around"),
+    (AXIS, "Object Axis", "An axis of the object, projected onto the surface"),
+    (FRAME_MAP, "Direction Map", "Picture that Bake Direction Map made for the mesh"),
 )  # fmt: skip
 FRAMES = {name for name, _, _ in KINDS}
 # What Comb Grating can follow, in the same form.
 COMB_SOURCES = (
-    ("TAIL", "Head to Tail", "Along the body from its thicker end, found by the shape alone"),
-    ("STROKES", "Strokes and Curves", "Along annotations drawn on the mesh, and along the Grease Pencil and curve "
-     "objects that are selected with it; smooth in between"),
-    ("HAIR", "Hair", "Along the hair curves that grow on the mesh or are selected with it, from root to tip"),
+    ("TAIL", "Head to Tail", "Along the body from its thicker end, found from the shape alone"),
+    ("STROKES", "Strokes and Curves", "Along annotations drawn on the mesh and along Grease Pencil and curve objects "
+     "selected with it; smooth in between"),
+    ("HAIR", "Hair", "Along hair curves that grow on the mesh or are selected with it, from root to tip"),
     ("BONES", "Bones", "Along the nearest bones of the mesh's armature at rest, from head to tail"),
-    ("X", "X Axis", "Along the object's X axis, laid on the surface"),
-    ("Y", "Y Axis", "Along the object's Y axis, laid on the surface"),
-    ("Z", "Z Axis", "Along the object's Z axis, laid on the surface"),
+    ("X", "X Axis", "Along the object's X axis, projected onto the surface"),
+    ("Y", "Y Axis", "Along the object's Y axis, projected onto the surface"),
+    ("Z", "Z Axis", "Along the object's Z axis, projected onto the surface"),
     ("UV", "UV Map", "Along the U of the UV map that renders, smooth across its seams"),
     ("COPY", "Copy of UV Map", "Exactly the U of the UV map that renders, with all its turns and seams"),
-    ("SMOOTHEST", "Smoothest", "Whichever way has the fewest turns"),
+    ("SMOOTHEST", "Smoothest", "The direction that turns least over the surface"),
 )  # fmt: skip
 AXES = (
     ("X", "X", "The object's X axis"),

@@ -38,27 +38,27 @@ class Grating(bpy.types.PropertyGroup):
 
     name: StringProperty(
         name="Name",
-        description="The grating's name. Its material and node group follow it, unless you gave them another",
+        description="Name of the grating. Its material and node group follow it, unless you renamed them yourself",
         update=lambda grating, _: follow_name(grating),
     )
-    source: StringProperty(name="Height Map", description="The scan's file, or sample:NAME for a shipped sample")
+    source: StringProperty(name="Height Map", description="File of the scan, or sample:NAME for a built-in sample")
     size_um: FloatProperty(
-        name="Width", description="Width of the scan in micrometres; 0 if the file holds its own", min=0
+        name="Width", description="Width of the scan in micrometres; 0 uses the width in the file", min=0
     )
     height_nm: FloatProperty(
-        name="Height", description="Height from black to white in nanometres; 0 if the file holds its own", min=0
+        name="Height", description="Height from black to white in nanometres; 0 uses the heights in the file", min=0
     )
-    channel: StringProperty(name="Channel", description="The file's channel; empty for its topography")
-    summary: StringProperty(name="Summary", description="Size, relief and strongest period")
-    quality: StringProperty(name="Quality", description="How good the scan is, and a line of each thing that limits it")
+    channel: StringProperty(name="Channel", description="Channel of the file to read; empty for its topography")
+    summary: StringProperty(name="Summary", description="Size, relief and strongest period of the scan")
+    quality: StringProperty(name="Quality", description="Rating of the scan, and a line for each thing that limits it")
     steps: CollectionProperty(
-        type=LevellingStep, name="Levelling", description="Steps that level and repair the scan, in their order"
+        type=LevellingStep, name="Levelling", description="Steps that level and repair the scan, in order"
     )
-    active_step: IntProperty(name="Active Step", description="The step whose arguments are shown")
+    active_step: IntProperty(name="Active Step", description="Step whose settings are shown")
     delta_e: FloatProperty(
         name="Colour Error",
-        description="Largest colour difference (CIEDE2000) between the bake and the exact surface in 99 of 100 of the "
-        "directions tested. The directions of one view may show more",
+        description="Largest colour difference (CIEDE2000) between the bake and the exact surface, in 99 % of the "
+        "tested directions. A single view may show larger differences",
         default=1.0,
         min=1e-3,
         max=100.0,
@@ -67,8 +67,8 @@ class Grating(bpy.types.PropertyGroup):
     )
     coherence_um: FloatProperty(
         name="Coherence",
-        description="Coherence length in micrometres: the width over which light interferes. A longer one gives "
-        "sharper colours, and speckle if the scan is too small to average it. 0 chooses it by the scan's size",
+        description="Coherence length in micrometres: the width over which light interferes. Longer gives sharper "
+        "colours, but speckle if the scan is too small to average it out. 0 chooses it from the scan's size",
         default=0.0,
         min=0.0,
         max=1e4,
@@ -76,21 +76,21 @@ class Grating(bpy.types.PropertyGroup):
     )
     request: StringProperty(
         name="Request",
-        description="What else is asked of the bake, as JSON; empty for the defaults",
+        description="Further settings of the bake, as JSON; empty for the defaults",
         options={"HIDDEN"},
     )
-    bake_path: StringProperty(name="Bake", description="The baked table's file", subtype="FILE_PATH")
+    bake_path: StringProperty(name="Bake", description="File of the baked table", subtype="FILE_PATH")
     asked: StringProperty(
-        name="Asked", description="What was asked of the bake, as JSON; empty if unknown", options={"HIDDEN"}
+        name="Asked", description="Settings of the present bake, as JSON; empty if unknown", options={"HIDDEN"}
     )
-    bake_summary: StringProperty(name="Bake Summary", description="The bake's measured error and its size")
+    bake_summary: StringProperty(name="Bake Summary", description="Measured error and size of the bake")
     for_scene: BoolProperty(
         name="For This Scene", description="The bake holds only the directions that the scene needs", options={"HIDDEN"}
     )
     shadows: BoolProperty(
         name="Shadows",
-        description="Objects shade the diffraction: all objects in Cycles, objects on screen in EEVEE. Before Blender "
-        "5.1 this works only in Cycles with Open Shading Language",
+        description="Objects cast shadows on the diffraction: all objects in Cycles, objects on screen in EEVEE. "
+        "Before Blender 5.1 this works only in Cycles with Open Shading Language",
         default=True,
     )
     footprint: BoolProperty(
@@ -102,13 +102,13 @@ class Grating(bpy.types.PropertyGroup):
     lights: EnumProperty(name="Lights", description="Which lights the diffraction shows", items=LIGHTS)
     frame_kind: EnumProperty(name="Frame", description="What the scan's x axis (left to right) follows", items=KINDS)
     frame_uv_map: StringProperty(name="UV Map", description="UV map whose U the scan's x axis (left to right) follows")
-    frame_axis: EnumProperty(name="Axis", description="Of the object's own axes", items=AXES, default="Z")
-    frame_map: PointerProperty(type=bpy.types.Image, name="Direction Map", description="Made by Bake Direction Map")
+    frame_axis: EnumProperty(name="Axis", description="Axis of the object", items=AXES, default="Z")
+    frame_map: PointerProperty(type=bpy.types.Image, name="Direction Map", description="From Bake Direction Map")
     frame_angle: StringProperty(
-        name="Object Angle", description="Custom property of objects that turns their scan, in radians; empty for none"
+        name="Object Angle", description="Custom property that turns the scan on its object, in radians; empty for none"
     )
-    group: PointerProperty(type=bpy.types.ShaderNodeTree, name="Node Group", description="Made from the bake")
-    material: PointerProperty(type=bpy.types.Material, name="Material", description="Made from the bake")
+    group: PointerProperty(type=bpy.types.ShaderNodeTree, name="Node Group", description="Group made from the bake")
+    material: PointerProperty(type=bpy.types.Material, name="Material", description="Material made from the bake")
 
     @property
     def levelling(self) -> str:
@@ -222,17 +222,17 @@ class SceneGratings(bpy.types.PropertyGroup):
     """All gratings of a scene, and which one is active."""
 
     items: CollectionProperty(type=Grating)
-    active_index: IntProperty(name="Active Grating", description="The grating that the buttons work on")
+    active_index: IntProperty(name="Active Grating", description="Grating that the buttons work on")
 
     map_size: IntProperty(
-        name="Map Size", description="Side of UV maps' pictures and of direction maps, in pixels", default=1024, min=16,
+        name="Map Size", description="Side of direction maps and UV maps' pictures, in pixels", default=1024, min=16,
         max=1 << 15,
     )  # fmt: skip
     map_padding: IntProperty(
         name="Padding", description="Space between the islands of a UV map, in pixels", default=4, min=0, max=256
     )
     map_density: FloatProperty(
-        name="Density", description="Pixels of a UV map per metre of the surface; 0 for as many as it holds", min=0.0,
+        name="Density", description="Pixels of the UV map per metre of the surface; 0 for as many as fit", min=0.0,
         max=1e9,
     )  # fmt: skip
 

@@ -31,8 +31,8 @@ ARGUMENTS = {
     "FACTOR": "factor",
 }
 _FITS = (
-    ("least-squares", "Least Squares", "The plane through all heights"),
-    ("robust", "Robust", "The plane through the heights that are no dust"),
+    ("least-squares", "Least Squares", "Plane through all heights"),
+    ("robust", "Robust", "Plane through all heights except dust"),
 )
 _BYS = (
     ("median", "Median", "Shift each scan line, left to right, to a median of zero"),
@@ -81,20 +81,24 @@ def _kept(name: str) -> dict[str, Callable[..., Any]]:
 class LevellingStep(bpy.types.PropertyGroup):
     """A levelling step and its arguments."""
 
-    text: StringProperty(name="Step", description="The step as the command line takes it", options={"HIDDEN"})
-    fit: EnumProperty(name="Fit", description="Which heights count", items=_FITS, **_kept("fit"))
+    text: StringProperty(name="Step", description="Step in the form of the command line", options={"HIDDEN"})
+    fit: EnumProperty(name="Fit", description="Heights that the plane is fitted to", items=_FITS, **_kept("fit"))
     by: EnumProperty(name="By", description="What becomes zero in each scan line", items=_BYS, **_kept("by"))
     degree: IntProperty(
         name="Degree", description="Degree of the polynomial in x and y", min=1, max=5, **_kept("degree")
     )
     threshold: FloatProperty(
         name="Threshold",
-        description="How far heights must stand out to count as a defect: for scars in rms differences of scan lines, "
-        "for outliers and dust in standard deviations. A lower value removes more",
+        description="How far heights must stand out to count as a defect: for scars, in rms differences of scan lines; "
+        "for outliers and dust, in standard deviations. Lower values remove more",
         min=0.1, soft_max=20.0, **_kept("threshold"),
     )  # fmt: skip
     angle_deg: FloatProperty(
-        name="Angle (deg)", description="Counterclockwise, in degrees", min=-360, max=360, **_kept("angle_deg")
+        name="Angle (deg)",
+        description="Turns the scan counterclockwise, in degrees",
+        min=-360,
+        max=360,
+        **_kept("angle_deg"),
     )
     left_um: FloatProperty(
         name="Left (um)", description="From the scan's left edge, in micrometres", min=0, **_kept("left_um")
@@ -110,12 +114,10 @@ class LevellingStep(bpy.types.PropertyGroup):
     )
     length_nm: FloatProperty(
         name="Length (nm)",
-        description="In nanometres: of calibrate, the period that the grating has; of tip, the tip's radius",
+        description="In nanometres: the grating's true period for calibrate, the tip's radius for tip",
         min=0.1, **_kept("length_nm"),
     )  # fmt: skip
-    factor: FloatProperty(
-        name="Factor", description="By which heights are multiplied", min=1e-3, max=1e3, **_kept("factor")
-    )
+    factor: FloatProperty(name="Factor", description="Multiplies all heights", min=1e-3, max=1e3, **_kept("factor"))
 
     def step(self) -> "Step":
         """The parsed step. Raises GratingError for an invalid text, which a foreign file may hold."""

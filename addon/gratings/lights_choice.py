@@ -4,12 +4,12 @@
 LAMPS_ONLY, REST, ALL = "LAMPS", "REST", "ALL"
 # Identifier, label and tooltip, as in Blender's enumerations.
 LIGHTS = (
-    (REST, "Sources and Rest", "Lamps and compact bright parts of the world, without noise. The rest of the world, and "
-     "light from other objects, by random samples, which is noisier. Without lamps the world still lights it"),
+    (REST, "Sources and Rest", "Lamps and compact bright parts of the world, without noise; the rest of the world and "
+     "light from other objects by random samples, which is noisier. Without lamps the world still lights the grating"),
     (LAMPS_ONLY, "Lamps Only", "Up to eight lamps, without noise. The world and light from other objects have no "
      "effect; without lamps the diffraction is black"),
-    (ALL, "All, Noisy and Exact", "Every light by random samples: all of the light, but noisy, most of all under small "
-     "lamps; for reference pictures"),
+    (ALL, "All, Noisy and Exact", "All light by random samples: complete, but noisy, most of all under small lamps. "
+     "For reference pictures"),
 )  # fmt: skip
 CHOICES = {name for name, _, _ in LIGHTS}
 # Shown for a grating whose bake supports lamps only.

@@ -11,9 +11,9 @@ from ..blender import stored
 NOISE, ATTRIBUTE = "NOISE", "ATTRIBUTE"
 # Identifier, label and tooltip, as in Blender's enumerations.
 PATTERNS = (
-    (NOISE, "Noise", "In patches that run into each other"),
-    (ATTRIBUTE, "Attribute", "By a number from 0 to 1 that the mesh holds, such as scale_random, one for each scale of "
-     "Add > Mesh > Snake, or a painted one"),
+    (NOISE, "Noise", "In random patches that blend into each other"),
+    (ATTRIBUTE, "Attribute", "By an attribute of the mesh from 0 to 1: one that you painted, or scale_random of "
+     "Add > Mesh > Snake, one number per scale"),
 )  # fmt: skip
 
 # More further gratings than the interface or the command line offers.

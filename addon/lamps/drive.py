@@ -32,7 +32,7 @@ class Drivers:
     def __init__(self, scene: bpy.types.Scene, holder: bpy.types.Object | None = None):
         self.scene, self.holder = scene, holder or scene
         curves = self.holder.animation_data.drivers if self.holder.animation_data else ()
-        # A curve with keyframes, as in Blender 5.2, snaps a driver's value to a keyframe within 1e-4.
+        # A curve with keyframes, which Blender 5.2 creates, snaps a driver's value to a keyframe within 1e-4.
         self._present = {(c.data_path, c.array_index): c.driver for c in curves if not c.keyframe_points}
 
     def drive(self, name: str, expressions: Sequence[str], variables: Sequence[Variable]) -> bool:

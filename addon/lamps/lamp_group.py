@@ -51,13 +51,9 @@ _OUTPUTS = (_TO_LIGHT, _IRRADIANCE, _VARIANCE, _DISTANCE, _SHADOW)
 
 @dataclass(frozen=True)
 class Light:
-    """The light from a lamp at the shaded point.
-
-    direction     unit vector to the lamp
-    irradiance    on a surface that faces the lamp, W/m2
-    variance      of the lamp's disc as seen from the point, along one axis, rad2
-    distance      to the lamp, m
-    casts_shadow  1 or 0"""
+    """The light from a lamp at the shaded point: unit vector to the lamp, irradiance (W/m2) on a surface that faces it,
+    variance (rad2) of its disc as seen from the point along one axis, distance (m), and 1 if it casts shadows, else
+    0."""
 
     direction: Value
     irradiance: Value

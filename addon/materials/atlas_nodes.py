@@ -19,7 +19,7 @@ _ROUNDING = 1e-5
 
 @dataclass(frozen=True)
 class Direction:
-    """A unit vector in tangent space: its components along T, B and N, singly and as a vector."""
+    """A unit vector in tangent space: its components along T, B and N, and the vector itself."""
 
     x: Value
     y: Value

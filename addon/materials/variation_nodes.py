@@ -16,8 +16,8 @@ from itertools import pairwise
 from ..gratings.variation import Variation
 from ..nodes.builder import Tree, Value
 
-# With this detail, a Noise Texture is almost normally distributed around 0.5. Its distribution function is (1 + tanh(k
-# (noise - 0.5))) / 2 within 0.015, which makes it uniform.
+# With this detail, a Noise Texture is almost normally distributed around 0.5. Its distribution function, within 0.015,
+# is (1 + tanh(k (noise - 0.5))) / 2, which makes it uniform.
 _DETAIL, _EVEN = 1.0, 8.5
 # Positions before modifiers and shape keys; Blender stores them if this is enabled on the object.
 REST_POSITION = "rest_position"
