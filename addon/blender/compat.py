@@ -27,7 +27,7 @@ def write_pictures(settings: bpy.types.ImageFormatSettings, file_format: str) ->
 
 
 def enable_nodes(material: bpy.types.Material | bpy.types.World | bpy.types.Light) -> None:
-    """Enable the nodes of a new material, world or lamp. Blender 5.0 and later always enable them, and warn here."""
+    """Enable the nodes of a new material, world or lamp. Does nothing from Blender 5.0 on (they are always enabled)."""
     if bpy.app.version < (5, 0, 0):
         material.use_nodes = True
 

@@ -85,8 +85,7 @@ class _Corners:
         self._points = _read(mesh.vertices, "co", np.float32).reshape(-1, 3)
 
     def direction_of_u(self, corners: np.ndarray) -> np.ndarray:
-        """The angle (n,) in radians from a corner's edge to the direction of U, positive towards the inside of the
-        face.
+        """The angle (n,) from a corner's edge to the direction of U, in radians, positive towards the face's inside.
 
         Measured in the triangle of the edge and the corner after it. NaN where the triangle has no area in UV."""
         ends = self.following[corners]

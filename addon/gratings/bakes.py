@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bakes of this session. Undo takes a grating's bake away, but its file still exists, so it is restored."""
+"""The bakes of this session. Undo removes a bake from its grating; it is given back, as its file still exists."""
 
 import contextlib
 import json

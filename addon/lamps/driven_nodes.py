@@ -3,10 +3,10 @@
 
 The Attribute node (View Layer) could read the properties too. But EEVEE searches for each property in a separate loop
 in every pixel, and some compilers take time cubic in the number of loops: minutes from a dozen on. A driven number is a
-uniform of the shader, and changing it needs no recompilation.
+constant of the shader, and changing it needs no recompilation.
 
-The drivers have no Python expression, and their only target is the scene being evaluated. So they work with auto-run of
-scripts off, and appending a material to another file brings nothing else along."""
+The drivers need no Python, and their only target is the scene being evaluated. So they work with auto-run of scripts
+off, and appending a material to another file brings nothing else along."""
 
 from collections.abc import Mapping
 

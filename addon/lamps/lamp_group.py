@@ -52,8 +52,7 @@ _OUTPUTS = (_TO_LIGHT, _IRRADIANCE, _VARIANCE, _DISTANCE, _SHADOW)
 @dataclass(frozen=True)
 class Light:
     """The light from a lamp at the shaded point: unit vector to the lamp, irradiance (W/m2) on a surface that faces it,
-    variance (rad2) of its disc as seen from the point along one axis, distance (m), and 1 if it casts shadows, else
-    0."""
+    variance (rad2) of its disc as seen from the point along one axis, distance (m), and 1 or 0 for shadows."""
 
     direction: Value
     irradiance: Value

@@ -41,8 +41,7 @@ class Direction:
 
 
 class AtlasTable:
-    """The sum sum_k f_k(t) B_k(u, v) / scale, XYZ over w^2, with one look-up per term. t is w scaled from its range to
-    -1 to 1.
+    """sum_k f_k(t) B_k(u, v) / scale, XYZ over w^2, with one look-up per term. t is w, scaled to the range -1 to 1.
 
     Outside the table's region and range of w the sum is 0, and look-ups are clamped to the rim, because the polynomials
     grow and neighbouring tiles begin. The sum is also 0 for |(u, v)| >= 2, which only a stretched relief reaches."""

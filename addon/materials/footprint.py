@@ -10,7 +10,7 @@ Within a pixel, the normals have the variance along one axis
 p is the width of a pixel at the surface. k is the variance of the area that one sample covers, in pixels squared: the
 variance of the pixel filter over the number of samples, because n samples share the filter's area. So the blur shrinks
 as samples accumulate, and the mean of the pixel does not change. EEVEE places its samples identically in each frame,
-which shows as flicker. There k assumes a quarter of the samples from the sixteenth on, and four samples before it.
+which shows as flicker. There k assumes a quarter of the samples, but at least four (or all, if there are fewer).
 
 A normal that turns by a moves the tangential part of the half vector by w a, like a facet of a rough surface. So the
 footprint acts as roughness: Beckmann's slopes have the variance r^4 / 2, and
@@ -18,15 +18,13 @@ footprint acts as roughness: Beckmann's slopes have the variance r^4 / 2, and
     r'^4 = r^4 + 2 F^2
 
 The gradients come from Bump nodes: for a height f and a distance p, a Bump node turns N to N - p grad f. In Cycles the
-normal of the Texture Coordinate node has a gradient and the normal of the Geometry node has none. In EEVEE it is the
-other way round. So the sum of both has the gradient once in each engine, and a factor on one of them applies to one
-engine.
+normal of the Texture Coordinate node has a gradient and the normal of the Geometry node has none; in EEVEE it is the
+other way round. So their sum has the gradient once in each engine, and a factor on one of them applies to one engine.
 
 The blur is round, but the normals of a needle vary along one direction only. A wide round blur would show light that no
 normal reflects. So F^2 is at most (4 degrees)^2, and stronger variation within a pixel keeps some noise.
 
-Two effects are neglected: the turn of the tangent about the normal, and the change of the view direction, which is
-smaller than a pixel's angle."""
+Neglected: the turn of the tangent about the normal, and the turn of the view, which is smaller than a pixel's angle."""
 
 from ..lamps.driven_nodes import drive_by_scene
 from ..nodes.builder import Tree, Value

@@ -71,8 +71,8 @@ def on_objects(objects: list[bpy.types.Object]) -> str:
 
 def strays(scene: bpy.types.Scene) -> list[bpy.types.NodeTree]:
     """The Diffraction groups of bakes that objects show but no grating of the scene owns, so the panel does not list
-    them: appended, pasted, linked, or left by a removed grating. Other scenes' groups count if objects of this scene
-    show them."""
+    them: appended, pasted, linked, or left by a removed grating. Groups of other scenes count if objects here show
+    them."""
     own = {grating.group for grating in scene.natural_gratings.items}
     groups = [group for group in diffraction_groups() if group not in own]
     return [group for group in groups if _shows_bake(group) and _is_stray(group, scene)]

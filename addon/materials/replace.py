@@ -37,8 +37,7 @@ def _is_among(tree: bpy.types.NodeTree | None, responses: Iterable[Response]) ->
 def _names_to_keep(
     response: Response, old: tuple[bpy.types.NodeTree | None, bpy.types.NodeTree | None]
 ) -> list[tuple[bpy.types.ID, str]]:
-    """The data-blocks of a new response, with the names of the old ones that they replace. Excludes images in other
-    use."""
+    """The data-blocks of a new response, with the old names that they take over. Excludes images used elsewhere."""
     found = {}
     for new_tree, old_tree in zip((response.group, response.world), old, strict=True):
         if new_tree is None or old_tree is None:

@@ -14,8 +14,7 @@ _MOVING_PICTURES = {"MOVIE", "SEQUENCE"}
 
 def is_animated(world: bpy.types.World, blocks: set[bpy.types.ID] | None = None) -> bool:
     """Whether the world, its nodes, or what they refer to (node groups, objects and what the objects follow) is
-    animated: by keyframes or strips, by a driver that reads the frame or something animated, or by a movie or image
-    sequence.
+    animated: by keyframes or strips, a driver that reads the frame or something animated, or a movie or image sequence.
 
     Adds the data-blocks that the answer depends on to `blocks`."""
     return _changes(world, set() if blocks is None else blocks)

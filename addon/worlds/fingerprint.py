@@ -18,11 +18,11 @@ _PLAIN = {"BOOLEAN", "INT", "FLOAT", "STRING", "ENUM"}
 
 
 def fingerprint(world: bpy.types.World, blocks: set[bpy.types.ID] | None = None) -> str:
-    """The fingerprint of the world's nodes at the current frame: links, values, pictures (name, path, size, whether
-    painted on), mappings, curves, ramps, and the positions of referenced objects.
+    """The fingerprint of the world's nodes at the current frame: links, values, pictures (name, file name, size,
+    whether painted on), mappings, curves, ramps, and the positions of referenced objects.
 
-    It does not detect further strokes on a painted picture, files that another program writes, or the frames of a
-    movie. Adds the data-blocks that the fingerprint depends on to `blocks`."""
+    It does not detect further strokes on a painted picture, a file that another program writes with the same size, or
+    the frames of a movie. Adds the data-blocks that the fingerprint depends on to `blocks`."""
     seen = set() if blocks is None else blocks
     seen.add(world)
     facts = [compat.working_space(), tuple(world.color), world.cycles_visibility.glossy]

@@ -23,8 +23,7 @@ _OF_A_BAKE = ("heights_sha256", "request")
 
 
 def direct_response(path: Path) -> Response:
-    """The response of a bake's file and of the sample set beside it. Without a sample set, only lamps light the
-    surface.
+    """The response of a bake's file and of the sample set beside it. Without a sample set, only lamps light it.
 
     Raises GratingError, and leaves nothing behind, if a file is damaged or the two do not belong together."""
     layout, record = read_sound_header(path)

@@ -23,7 +23,7 @@ _PARTS = Path(__file__).resolve().parent
 def script_group(name: str, text: str, inputs: tuple[Socket, ...]) -> Response:
     """The response of a shader's source, whose parameters are `inputs` in this order, and whose output is Radiance.
 
-    Raises GratingError, and leaves nothing behind, if the shader does not compile (no OSL)."""
+    Raises GratingError, and leaves nothing behind, if the shader does not compile (for example without OSL)."""
     title = f"{GROUP_PREFIX} {name}"
     group = bpy.data.node_groups.new(title, "ShaderNodeTree")
     add_interface(group, inputs, ONE_RADIANCE)

@@ -34,7 +34,7 @@ _INPUTS = (NORMAL, TANGENT, TO_LIGHT, IRRADIANCE, IOR)
 
 def build_osl_response(name: str, images_path: Path, rgb_from_xyz: np.ndarray) -> Response:
     """The response by the method of a file of images (`precompute dft`); rgb_from_xyz (3, 3) converts to the scene's
-    linear space. Raises GratingError if the file holds no images, or if the shader does not compile (no OSL)."""
+    linear space. Raises GratingError if the file holds no images, or if the shader does not compile, as without OSL."""
     layout = read_layout(images_path)
     return script_group(f"{layout.method.upper()} {name}", shader_text(layout, images_path, rgb_from_xyz), _INPUTS)
 
