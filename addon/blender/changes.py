@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The time of the last change that Blender reported. Slow results are cached until a change and recomputed after a
-pause, not at each step of a lamp that is dragged."""
+"""The time of the last change that Blender reported. Slow results are cached and recomputed only after a pause."""
 
 import time
 

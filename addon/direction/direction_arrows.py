@@ -46,8 +46,8 @@ def seam_lines(mesh: bpy.types.Mesh, source: DirectionSource) -> np.ndarray:
 
 
 def rings(mesh: bpy.types.Mesh, faces: np.ndarray, *, among: int) -> np.ndarray:
-    """Rings around the centres of faces (k,), sized for a mesh with `among` arrows: the end points (n, 2, 3) of their
-    lines, in the mesh's space."""
+    """Rings around the centres of faces (k,): the ends (n, 2, 3) of their lines, in the mesh's space. `among`: number
+    of arrows that set the scale."""
     step = np.sqrt(_area(mesh) / max(1, among))
     middles = np.array([mesh.polygons[face].center for face in faces]).reshape(-1, 3)
     normals = np.array([mesh.polygons[face].normal for face in faces]).reshape(-1, 3)

@@ -7,8 +7,7 @@ import bpy
 
 from ..blender import stored
 
-# Custom property of a material or node group made for a grating, saved in files: its name at that time. A copy or a
-# renamed one no longer matches and does not follow the grating.
+# Custom property of a material or node group made for a grating: its name then. Copies and renamed ones differ from it.
 _OWN = "ng_own"
 _PREFIX = "Diffraction "
 

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a grating varies over a skin: patches of further gratings, and slow turns of the direction. Saved .blend files
-contain these names: keep them."""
+"""How a grating varies over a skin: patches of further gratings, and slow turns. Saved files contain these names."""
 
 from dataclasses import asdict, dataclass, replace
 from math import degrees

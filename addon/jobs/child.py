@@ -44,8 +44,7 @@ class Job(ChildProcess):
         *,
         deadline: Deadline,
     ) -> None:
-        """Start the process. `arguments` may be a function that writes input files into the private folder. Raises
-        GratingError if no file can be written."""
+        """Start the process. `arguments` may write files into the private folder. Raises GratingError if this fails."""
 
         self._verb, self._deadline = verb, deadline
 

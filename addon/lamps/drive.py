@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Driven custom properties of the scene or an object. Drivers that are right are not written again, because each write
-makes Blender re-evaluate the scene."""
+"""Driven custom properties of the scene or an object. Unchanged drivers are kept: a write re-evaluates the scene."""
 
 import re
 from collections.abc import Sequence

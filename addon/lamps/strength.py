@@ -14,8 +14,7 @@ LUMINANCE = (0.2126, 0.7152, 0.0722)
 # The distance in metres at which lamps are compared if no object shows diffraction yet. It matters only between suns
 # and other lamps: at 3 m, typical of a studio, a point lamp of 113 W is as bright as a sun of 1 W/m2.
 _AFAR = 3.0
-# The least distance of a lamp, as a share of the box's half diagonal. A lamp inside a box, for example beside a coil of
-# a snake, is near the surface, not on it.
+# The least distance of a lamp, as a share of the box's half diagonal. A lamp inside a box is not on the surface.
 _NEAREST = 0.1
 # The least distance in metres, for boxes of zero size.
 _LEAST = 1e-6

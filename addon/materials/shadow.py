@@ -27,8 +27,7 @@ def ray_start(tree: Tree, geometry: bpy.types.Node) -> Value:
 
 
 def hit(tree: Tree, start: Value, direction: Value, *, distance: Operand) -> Value | float:
-    """1 if something stands between the start and the lamp, else 0. The constant 0 in a Blender with neither a Raycast
-    node nor Open Shading Language."""
+    """1 if something stands between the start and the lamp, else 0. Constantly 0 without Raycast node and OSL."""
     if compat.HAS_RAYCAST:
         return tree.value(tree.node(_RAYCAST, start, direction, distance).outputs["Is Hit"])
     node = tree.node("ShaderNodeScript", label="Shadow")

@@ -202,8 +202,7 @@ class Tree:
     def group(
         self, group: bpy.types.NodeTree, inputs: Mapping[str, Operand] | None = None, *, label: str = ""
     ) -> dict[str, Value]:
-        """Add a node of a group, with inputs by name. Return its outputs by name. Raises TypeError for an unknown
-        one."""
+        """Add a node of a group, with inputs by name. Return its outputs. Raises TypeError for an unknown input."""
         node = self.node("ShaderNodeGroup", node_tree=group, label=label)
         sockets = {socket.name: socket for socket in node.inputs}
         for name, value in (inputs or {}).items():

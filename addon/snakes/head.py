@@ -18,8 +18,7 @@ _PLATES = np.array((
 # The line of the mouth: its angle from the top, and its end.
 _MOUTH_ANGLE, _MOUTH_END = np.radians(103), 0.74
 _NOSTRIL, _EYE = (0.085, np.radians(58)), (0.37, np.radians(63))
-# In the body's largest half widths: half widths of the grooves and pale rims between plates and of the mouth, radii of
-# a nostril and an eye, and depths.
+# In the body's largest half widths: half widths of the grooves, pale rims and mouth, radii of nostril and eye, depths.
 _GROOVE, _RIM, _MOUTH, _NOSTRIL_RADIUS, _EYE_RADIUS = 0.018, 0.05, 0.035, 0.045, 0.12
 _GROOVE_DEPTH, _MOUTH_DEPTH, _NOSTRIL_DEPTH = 0.012, 0.035, 0.05
 # The depth of an eye's centre under the skin, in its radii.

@@ -46,8 +46,7 @@ def is_even(world: bpy.types.World) -> bool:
 
 @contextlib.contextmanager
 def stand_alone(world: bpy.types.World) -> Iterator[StandAlone]:
-    """Make a local copy of a world at the current frame, without animation or references to objects; removed on exit,
-    with its copies of node groups."""
+    """Copy a world at the current frame, without animation and references to objects. The copy is removed on exit."""
     copy = world.copy()
     alone = StandAlone(copy, copies=[copy])
     try:
