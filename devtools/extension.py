@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The working tree as an installed extension: links in a Blender user folder, so that no copy goes stale."""
+"""The working tree as an installed extension: links in a Blender user folder, so no copy gets outdated."""
 
 import importlib
 import re
@@ -13,8 +13,7 @@ WHEELS_LIST = re.compile(r"^wheels = \[.*?^\]\n", re.DOTALL | re.MULTILINE)
 
 
 def write_if_changed(path: Path, text: str) -> None:
-    """Write the text unless the file holds it already: Blender checks its add-ons anew when a manifest is newer than
-    its notes."""
+    """Write the text unless the file already has it, because Blender checks its add-ons again if a manifest changes."""
     if not path.exists() or path.read_text() != text:
         path.write_text(text)
 
@@ -26,10 +25,9 @@ def link(path: Path, target: Path) -> None:
 
 
 def link_extension(user_folder: Path, wheels: bool = False) -> Path:
-    """Put the working tree into `user_folder` (a BLENDER_USER_RESOURCES) as natural_gratings; returns the place.
+    """Link the working tree into `user_folder` (a BLENDER_USER_RESOURCES) as natural_gratings. Returns the folder.
 
-    Without `wheels` the manifest names no wheels, because the environment around a bpy wheel has the packages itself.
-    """
+    Without `wheels` the manifest lists no wheels, because the environment of a bpy wheel has the packages."""
     folder = user_folder / "extensions" / "user_default" / "natural_gratings"
     folder.mkdir(parents=True, exist_ok=True)
     manifest = (ROOT / "blender_manifest.toml").read_text()
@@ -40,7 +38,7 @@ def link_extension(user_folder: Path, wheels: bool = False) -> Path:
 
 
 class AddonModules:
-    """The modules of an enabled extension's add-on as attributes, each by its file's name: `find` is lamps/find.py."""
+    """The modules of an enabled extension's add-on as attributes, by file name: `find` is lamps/find.py."""
 
     def __init__(self, extension_name: str) -> None:
         self.package = importlib.import_module(f"{extension_name}.addon")

@@ -39,7 +39,7 @@ AXES = (
     ("Z", "Z", "The object's Z axis"),
 )
 # How to give a mesh a direction. The first two remedies need no UV map.
-DIRECTION_REMEDY = "press Comb Grating, or choose Object Axis as Frame, or unwrap it with U along the body"
+DIRECTION_REMEDY = "press Comb Grating, or choose Object Axis as Direction, or unwrap it with U along the body"
 # Comb Grating stores a field in this UV map, in which each face is an island, and this attribute of corners
 # (precompute/mesh/layout.py). T is the map's tangent, turned about the normal by the attribute's cosine and sine.
 COMB_UV, COMB_TURN = "Grating", "grating_comb"

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which eight lamps light diffraction where a scene has more: those that the render shows, then those that send the
-most light to the objects that show diffraction.
+"""Which eight lamps light diffraction in a scene with more: first lamps that the render shows, then those that send the
+most light to the diffracting objects.
 
-The plane that shows it is 2 m wide and lies at z = 0. A lamp over it at height z is z away from the plane's box. At
-that distance a point lamp of P watts gives P / (4 pi z^2).
+The diffracting plane is 2 m wide and lies at z = 0. A lamp above it is as far from the plane's box as it is high. At a
+distance z a point lamp of P watts gives P / (4 pi z^2).
 """
 
 import math
@@ -16,7 +16,7 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 def add_lamp(scene, name, kind="POINT", *, energy=100.0, height=2.0, **settings):
-    """A lamp above the middle of the plane, in a collection of its own."""
+    """A lamp above the middle of the plane, in its own collection."""
     lamp = bpy.data.objects.new(name, bpy.data.lights.new(name, kind))
     lamp.location, lamp.data.energy = (0, 0, height), energy
     for key, value in settings.items():
@@ -29,7 +29,7 @@ def add_lamp(scene, name, kind="POINT", *, energy=100.0, height=2.0, **settings)
 
 @pytest.fixture
 def lit(scene, grating):
-    """The scene, its plane with diffraction and without lamps."""
+    """The scene, whose plane diffracts, without lamps."""
     assert bpy.ops.grating.assign() == {"FINISHED"}
     bpy.data.objects.remove(bpy.data.objects["Sun"])
     yield scene
@@ -38,7 +38,7 @@ def lit(scene, grating):
 
 @pytest.fixture
 def ranked(addon, lit):
-    """A function that chooses the lamps anew, and gives the names of those that light diffraction."""
+    """A function that chooses the lamps anew and returns the names of the chosen ones."""
 
     def names() -> list[str]:
         bpy.context.view_layer.update()
@@ -76,7 +76,7 @@ HIDE = {
 
 @pytest.mark.parametrize("way", HIDE)
 def test_a_hidden_lamp_leaves_its_place_to_a_visible_one(lit, ranked, way):
-    """Also if the visible one is 1000 times weaker, and the hidden one is followed already."""
+    """Even if the visible one is 1000 times weaker and the hidden one is already followed."""
     lamps = equal_lamps(lit, 8, "AREA")
     add_lamp(lit, "Weak", energy=0.1)
     assert "Weak" not in ranked()
@@ -85,7 +85,7 @@ def test_a_hidden_lamp_leaves_its_place_to_a_visible_one(lit, ranked, way):
 
 
 def test_hidden_lamps_take_the_places_that_are_left(lit, ranked):
-    """So that a script may show them in a Blender without the extension; the brighter ones, if not all fit."""
+    """A script can then show them in a Blender without the extension. The brighter ones come first."""
     for lamp in equal_lamps(lit, 3):
         lamp.hide_render = True
     bpy.data.objects["L1"].data.energy = 10.0
@@ -129,7 +129,7 @@ def driver(holder):
 
 @pytest.mark.parametrize("animate", [keys, strips, driver])
 def test_a_lamp_of_animated_visibility_counts_as_shown(lit, ranked, animate):
-    """L0, of the same strength, is hidden for good, so it is L0 that leaves."""
+    """L0, of the same strength, is permanently hidden, so L0 is dropped."""
     lamps = equal_lamps(lit, 8)
     add_lamp(lit, "Weak", energy=0.1)
     lamps[0].hide_render = True
@@ -150,7 +150,7 @@ def test_what_only_the_viewport_hides_counts_as_shown(lit, ranked, hide):
 
 
 def test_a_near_weak_lamp_comes_before_far_strong_ones(lit, ranked):
-    """1 W at 1 m is 10 times as bright there as 1000 W at 100 m, and a sun of 0.01 W/m2 is 8 times weaker than it."""
+    """1 W at 1 m is 10 times as bright there as 1000 W at 100 m, and 8 times as bright as a sun of 0.01 W/m2."""
     for k in range(8):
         add_lamp(lit, f"Far{k}", energy=1000.0, height=100.0)
     add_lamp(lit, "Sun", "SUN", energy=0.01)
@@ -171,13 +171,12 @@ def test_strength_is_the_power_that_drivers_give_over_the_squared_distance(addon
     bpy.context.view_layer.update()
     power = np.array(lit[addon.pack.property_name(0, "power")])[:3] @ LUMINANCE
     strength = addon.strength.irradiances([lamp], addon.following_lamps.lit_boxes(lit))
-    # Blender's properties hold single precision: seven digits.
+    # Blender's properties have single precision: seven digits.
     np.testing.assert_allclose(strength, power / (1 if kind == "SUN" else 9), rtol=1e-6)
 
 
 def test_the_nearest_point_of_an_object_counts(addon, lit):
-    """Of a plane 40 m long, whose middle is 10 times as far away as its end; of a turned one, and of the nearest of
-    two."""
+    """On a plane 40 m long, whose middle is 10 times as far as its end; on a turned one; on the nearer of two."""
     plane = next(o for o in lit.objects if o.type == "MESH")
     plane.scale = (20, 1, 1)
     lamp = add_lamp(lit, "Lamp", energy=4 * math.pi, height=2.1)
@@ -198,7 +197,7 @@ def test_the_nearest_point_of_an_object_counts(addon, lit):
 
 
 def test_a_lamp_inside_an_object_is_a_tenth_of_its_half_diagonal_away(addon, lit):
-    """On the plane, whose half diagonal is sqrt(2) m; and on a plane of no extent it is still a number."""
+    """On the plane, whose half diagonal is sqrt(2) m; on a plane of zero size the strength stays finite."""
     plane = next(o for o in lit.objects if o.type == "MESH")
     lamp = add_lamp(lit, "Lamp", energy=4 * math.pi, height=0.0)
     bpy.context.view_layer.update()
@@ -236,7 +235,7 @@ def test_until_an_object_shows_diffraction_lamps_are_compared_from_3_metres(addo
 
 
 def test_a_lamp_takes_the_place_of_a_followed_one_only_if_it_is_clearly_brighter(addon, lit, ranked):
-    """By a factor of 1.5. New lamps come after those that were followed."""
+    """Brighter by a factor of 1.5. New lamps come after the ones already followed."""
     lamps = equal_lamps(lit, 8)
     lamps[3].data.energy = 90.0
     moved = add_lamp(lit, "Moved", energy=100.0, height=4.0)
@@ -267,7 +266,6 @@ def test_nothing_is_measured_while_all_lamps_fit(addon, lit, monkeypatch):
 
 
 def test_saving_keeps_the_choice(addon, lit, ranked):
-    """It is made for the same objects."""
     equal_lamps(lit, 8)
     add_lamp(lit, "Near", energy=10.0, height=0.3)
     first = ranked()

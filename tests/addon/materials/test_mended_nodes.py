@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Nodes, links, sockets and properties that an artist deleted in a Diffraction group, or in a group within it: it is
-noticed, and Mend Materials brings them back."""
+"""Nodes, links, sockets and properties deleted from a Diffraction group: noticed, and restored by Mend Materials."""
 
 import bpy
 import pytest
@@ -8,7 +7,7 @@ import pytest
 from laboratory.benchmarks.hostile import lies_edits
 from laboratory.benchmarks.hostile.lying_scene import Skin
 
-# Edits that leave less than there was.
+# Edits that remove something.
 NOTICED = ("has no nodes", "has no links", "lost every third node", "has no sockets", "lost its first socket",
            "has renamed sockets", "has colours for sockets")  # fmt: skip
 
@@ -43,7 +42,7 @@ def test_edited_nodes_are_noticed_and_mended(skin, tree, edit):
 def test_an_edited_lamp_group_is_made_anew(skin, edit):
     lies_edits.of_trees()[f"the Lamp group {edit}"](skin)
     (line,) = skin.addon.lost_parts.lost([skin.group])
-    assert "were deleted in Diffraction Lamp; press Mend Materials" in line
+    assert "were deleted in Lamp Irradiance; press Mend Materials" in line
     bpy.ops.grating.mend()
     assert skin.addon.lost_parts.lost([skin.group]) == []
 
