@@ -88,8 +88,8 @@ class AtlasTable:
         return self._read(self.place[0] + self.first[0], self.place[1] + self.first[1])
 
     def _at(self, level: Value, shrink: Value) -> tuple[Value, Value]:
-        """The image position of the first term at a blur level, by the rule in precompute/table/tiling.py. `shrink`: the
-        level's texels along an axis over level 0's."""
+        """The image position of the first term at a blur level, by the rule in precompute/table/tiling.py. `shrink`:
+        the level's texels along an axis over level 0's."""
         tree, cell = self.tree, self.layout.cell
         along = level.times_plus(float(COLUMNS_BESIDE), shrink.times_plus(-cell.geometric, cell.geometric + cell.phase))
         x: Operand = tree.math("FLOOR", along).times_plus(1 / self.size[0], self.first[0])

@@ -66,8 +66,8 @@ def add_bones(snake: bpy.types.Object, spine: Spine, s: np.ndarray) -> bpy.types
 
 
 def _weigh(snake: bpy.types.Object, names: list[str], place: np.ndarray) -> None:
-    """Set the weights of all points in the bones' vertex groups. `place` (v,) is 0 at the middle of the first bone, 1 at
-    the middle of the second."""
+    """Set the weights of all points in the bones' vertex groups. `place` (v,) is 0 at the middle of the first bone, 1
+    at the middle of the second."""
     place = np.clip(place, 0, len(names) - 1)
     groups = [snake.vertex_groups.new(name=name) for name in names]
     before = np.minimum(place.astype(int), len(names) - 2)
