@@ -8,9 +8,9 @@ phi = 2 pi w depth / lambda the closed forms are
     binary       cos(phi / 2)^2 for m = 0, (2 sin(phi / 2) / (pi m))^2 for odd m, 0 for other even m
     blazed       sinc(w depth / lambda + m)^2
 
-(Goodman, Introduction to Fourier Optics, 4.4). Each is |c_m|^2, with c_m the Fourier coefficient of exp(-i phi
-h / depth). The profiles are sampled at the middles of N equal parts of a period, so that a jump falls between two
-samples. The sum is then the mid-point rule of the Fourier integral, whose error falls as 1 / N^2. For the smooth
+(Goodman, Introduction to Fourier Optics, 4.4). Each is |c_m|^2, where the Fourier series of exp(-i phi h / depth) has
+the coefficients c_m. The profiles are sampled at the middles of N equal parts of a period, so that a jump falls between
+two samples. The sum is then the mid-point rule of the Fourier integral, whose error falls as 1 / N^2. For the smooth
 sinusoidal profile only rounding is left."""
 
 from dataclasses import dataclass
