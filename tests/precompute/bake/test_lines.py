@@ -1,4 +1,4 @@
-# %.
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Bakes for the single line of a laser."""
 
 import json
@@ -32,7 +32,7 @@ def table(blazed):
 
 def test_each_order_is_one_spot_at_the_grating_equation(table):
     """The orders of a blaze follow the closed form: order m at u = m lambda / d with the efficiency sinc^2(m + w
-    depth / lambda), blurred by the kernel. The sample's edges are one pixel wide, which costs the strong orders"""
+    depth / lambda), blurred by the kernel. The sample's edges are one pixel wide, which costs the strong orders 1 %."""
     u = np.linspace(-0.7, -0.1, 601)
     for w in (1.2, 1.7, 2.0):
         m = np.arange(-8, 9)[:, None]

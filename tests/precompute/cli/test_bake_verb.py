@@ -111,7 +111,7 @@ def test_progress_as_json_lines(run, scan, tmp_path):
         "albedo bound",
         "self-check",
     ]
-    fractions = [step["fraction"] for step in steps]  # of the whole bake, which ends a tenth early if no second attempt is needed
+    fractions = [step["fraction"] for step in steps]  # without a second attempt the bar ends at 0.9
     assert fractions[0] == 0 and fractions == sorted(fractions) and 0.88 < fractions[-1] <= 1
 
 

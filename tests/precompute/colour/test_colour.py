@@ -224,8 +224,6 @@ def test_rec_709_is_the_matrix_that_everyone_knows():
     np.testing.assert_allclose(rgb_from_xyz("Rec.709"), iec, atol=2e-3)
 
 
-
-
 def test_srgb_is_that_of_colour_science(science):
     """Only one power is computed, so the tolerance is a few roundings."""
     linear = np.linspace(0, 1, 1001)

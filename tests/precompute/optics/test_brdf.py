@@ -76,7 +76,7 @@ def test_half_angle_of_roundings_stays_real():
 
 
 def stam(wi, wr):
-    """The obliquity O of docs/theory.md, as written there."""
+    """The obliquity O as written in docs/theory.md."""
     ci, cr = wi[2], wr[2]
     return (1 + wi @ wr) ** 2 / (ci * cr * (ci + cr) ** 2)
 
@@ -93,8 +93,8 @@ def test_obliquity_is_stams(theta_i, phi_i, theta_r, phi_r):
 @pairs
 @given(polar, azimuth, polar, azimuth, indices)
 def test_reciprocity_of_fresnel_times_obliquity(theta_i, phi_i, theta_r, phi_r, n):
-    """R * O stays the same when light and view are exchanged. The function also has the factor cos(ti), which changes
-    and is divided out. Rounding as above."""
+    """R O stays the same when light and view are exchanged. The function's factor cos(ti) changes, so it is divided
+    out. Rounding as above."""
     wi, wr = direction(theta_i, phi_i), direction(theta_r, phi_r)
     forth, back = (
         fresnel_reflectance(half_angle_cosine(a, b), n) * obliquity_times_cosine_and_w2(a, b) / a[2]
