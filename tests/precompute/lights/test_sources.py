@@ -59,8 +59,8 @@ def test_a_window_is_divided_as_far_as_sources_go():
     for count, radius_deg in ((4, np.hypot(8, 12) / 2), (8, np.hypot(8, 6) / 2)):
         sources = fit_sources(world, count)
         assert len(sources) == count
-        # Cones end in the corners of the rectangles that divide the window, to a pixel, and have 1.4 times the
-        # variance.
+        # Cones reach the corners of the rectangles that divide the window, to a pixel, times sqrt(1.4) for the variance
+        # that a divided source gains.
         assert max(np.degrees(s.cone_radius) for s in sources) < np.sqrt(1.4) * radius_deg + PIXEL_DEG / 2
         # Only the window's edge, a pixel or two wide, may lie outside.
         assert (owners(sources, CELLS.directions)[inside] >= 0).mean() > 0.97

@@ -18,7 +18,7 @@ def height_map(height, **options):
 
 @st.composite
 def holed(draw):
-    """Heights of up to 12 x 12 pixels and a mask of holes: at most half of the pixels, and none of the corners."""
+    """Heights of up to 12 x 12 pixels, and a mask of holes: at most half of the pixels, and no corner."""
     shape = draw(st.integers(1, 12)), draw(st.integers(1, 12))
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     holes = np.zeros(shape, bool)
@@ -63,9 +63,8 @@ def test_refuses_pixel_sizes_that_are_no_lengths(pixel):
 def test_levelling_takes_any_plane_out(surface, slope_y, slope_x, offset):
     """Levelling h + plane gives the same as levelling h, and the result is orthogonal to every plane.
 
-    Rounding: sums have 144 terms, and with half of the pixels the condition number is below 100. That is
-    144 x 100 x 2.2e-16 = 3e-12 of the largest height, times 3 for the few sums.
-    """
+    Rounding: sums have 144 terms, and with half of the pixels the condition number is below 100. That
+    is 144 x 100 x 2.2e-16 = 3e-12 of the largest height, times 3 for the few sums."""
     height, holes = surface
     y, x = np.indices(height.shape)
     tilted = height + slope_y * y + slope_x * x + offset
