@@ -33,9 +33,8 @@ def run(capsys):
 
 @pytest.fixture
 def refused(run, tmp_path):
-    """A function that runs a command line that must fail, and returns its error line.
-
-    It checks the status, that standard output is empty, that the error is one line, and that nothing was written."""
+    """A function that runs a command line that must fail, and returns its error line. It checks the status, that
+    standard output is empty, that the error is one line, and that nothing was written."""
 
     def run_line(*argv, status=1):
         before = contents(tmp_path)

@@ -56,9 +56,8 @@ cache.bake_once("k" * 64, Path(sys.argv[1]), make, believed=lambda facts: True)
 
 
 def waves(depth=150e-9):
-    """Two crossed waves of a surface that wraps: 5 um along T, and 2.5 um along B at half the amplitude.
-
-    All their orders lie within |u| = 1.6."""
+    """Two crossed waves of a surface that wraps: 5 um along T, and 2.5 um along B at half the amplitude. All their
+    orders lie within |u| = 1.6."""
     x, y = np.meshgrid(*[(np.arange(64) + 0.5) / 64] * 2)
     heights = depth / 2 * (np.sin(2 * np.pi * x) + 0.5 * np.sin(2 * np.pi * 2 * y + 1))
     return prepare(HeightMap(heights, (5e-6 / 64, 5e-6 / 64), "test", periodic=True))

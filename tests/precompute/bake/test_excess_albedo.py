@@ -64,11 +64,10 @@ def bakes():
 
 @pytest.mark.parametrize("name", ["sinusoidal", "blazed"])
 def test_no_more_is_reflected_than_received(bakes, name):
-    """Stam's form reflects more than 10 times the light that it receives.
-
-    With the bound, none of X, Y and Z exceeds the received light, apart from the quadrature's 1e-3. At single
-    wavelengths the bound may be too low by a dE00 of 0.5 (bake/ensemble.py), and by more at one direction in a hundred:
-    at one of these 24. This quadrature of the albedo shares no code with the table's."""
+    """Stam's form reflects more than 10 times the light that it receives. With the bound, none of X, Y and Z exceeds
+    the received light, apart from the quadrature's 1e-3. At single wavelengths the bound may be too low by a dE00 of
+    0.5 (bake/ensemble.py), and by more at one direction in a hundred: at one of these 24. This quadrature of the albedo
+    shares no code with the table's."""
     baked, surface = bakes[name]
     lambdas = np.linspace(390e-9, 770e-9, 8)
     weights = spectral_weights(lambdas, "E")
@@ -86,10 +85,8 @@ def test_no_more_is_reflected_than_received(bakes, name):
 
 
 def test_the_albedo_is_that_of_the_quadrature(bakes):
-    """A / cos(t) against the benchmark's quadrature, to 1 %.
-
-    Where an order crosses the horizon, two cosines approximate the part of its kernel above the horizon. At the normal
-    no order crosses, and the tolerance is 1e-3."""
+    """A / cos(t) against the benchmark's quadrature, to 1 %. Where an order crosses the horizon, two cosines
+    approximate the part of its kernel above the horizon. At the normal no order crosses, and the tolerance is 1e-3."""
     _, surface = bakes["sinusoidal"]
     lambdas = np.array([420e-9, 610e-9])
     for theta, tolerance in ((0, 1e-3), (45, 1e-2), (75, 1e-2)):
@@ -113,9 +110,8 @@ def test_views_beyond_the_middle_of_a_kernel_count_where_they_are(bakes):
 
 
 def test_a_mirror_has_albedo_one_and_no_excess(bakes):
-    """The albedo is 1 to 1e-6, as near to the horizon as the kernel's reach of five sigma_b allows.
-
-    The bound darkens the mirror nowhere."""
+    """The albedo is 1 to 1e-6, as near to the horizon as the kernel's reach of five sigma_b allows. The bound darkens
+    the mirror nowhere."""
     baked, surface = bakes["flat"]
     theta = np.degrees(np.arcsin(1 - 5.5 * surface.sigma_b))
     for angle in (0, 30, theta):
@@ -136,9 +132,8 @@ def test_a_table_that_interpolates_is_read_at_its_texels():
 
 
 def test_a_direction_is_read_at_its_place():
-    """A texel's direction has the texel's azimuth, and the distance sqrt(1 - sqrt(cos)) from the middle.
-
-    The outermost texels lie beyond the rim of the disc."""
+    """A texel's direction has the texel's azimuth, and the distance sqrt(1 - sqrt(cos)) from the middle. The outermost
+    texels lie beyond the rim of the disc."""
     directions, middle = texel_directions(8), 3.5
     row, column = np.mgrid[:8, :8] - middle
     radius = np.hypot(row, column) * bound_texel(8)
@@ -195,10 +190,9 @@ def test_the_bound_is_continuous_around_and_at_the_horizon(bakes, azimuth):
 
 @pytest.mark.parametrize("name", ["sinusoidal", "blazed"])
 def test_the_table_holds_the_albedo(bakes, name):
-    """A bound read from the file matches the bound computed at the directions themselves.
-
-    The table is refined until 99 % of its probes read the bound to a dE00 of 0.5 (bake/ensemble.py). Of these 100 other
-    directions at most 4 may exceed that: 5 would happen by chance in less than 1 % of cases."""
+    """A bound read from the file matches the bound computed at the directions themselves. The table is refined until 99
+    % of its probes read the bound to a dE00 of 0.5 (bake/ensemble.py). Of these 100 other directions at most 4 may
+    exceed that: 5 would happen by chance in less than 1 % of cases."""
     baked, surface = bakes[name]
     rng = np.random.default_rng(9)
     cosine, turn = np.sqrt(rng.random(100)), rng.uniform(0, 2 * np.pi, 100)

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake's results against results recorded with the cache's version.
-
-Other machines cache bakes under this version, so changed results need a new version."""
+"""A bake's results against results recorded with the cache's version. Other machines cache bakes under this version, so
+changed results need a new version."""
 
 import json
 from pathlib import Path

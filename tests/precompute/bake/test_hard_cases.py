@@ -101,10 +101,8 @@ def test_a_deep_relief_is_kept_in_floats(without_bound):
 
 
 def test_a_shallow_relief_does_not_vanish_in_halves(without_bound):
-    """Scattered light grows with the square of the height, apart from (2 pi s h)^2 = 3e-6.
-
-    A relief of 0.05 nm thus scatters 1/400 of the light of one of 1 nm. Half floats keep this, since they round both by
-    2^-11."""
+    """Scattered light grows with the square of the height, apart from (2 pi s h)^2 = 3e-6. A relief of 0.05 nm thus
+    scatters 1/400 of the light of one of 1 nm. Half floats keep this, since they round both by 2^-11."""
     case = BY_NAME["half-float underflow"]
     assert_kept(outcome(replace(case, figures=None), stored))
     shallow, deep = (stored(prepare(scan(skin(relief_m=h))), COHERENCE_M) for h in (0.05e-9, 1e-9))
@@ -116,9 +114,8 @@ def test_a_shallow_relief_does_not_vanish_in_halves(without_bound):
 
 
 def test_a_period_under_the_shortest_wavelength_is_dark_from_above(without_bound):
-    """sin(t) = 380 / 250 is no direction. For light at 80 degrees the order goes back at 0.54.
-
-    The nearest real direction is eight standard deviations of the kernel (0.06) away: exp(-32)."""
+    """sin(t) = 380 / 250 is no direction. For light at 80 degrees the order goes back at 0.54. The nearest real
+    direction is eight standard deviations of the kernel (0.06) away: exp(-32)."""
     found = outcome(BY_NAME["period under the shortest wavelength"], stored)
     assert_kept(found)
     assert found.figures["Y, light at 80 degrees"] > 0.01
@@ -134,10 +131,9 @@ def test_steps_scatter_what_their_rounding_is():
 
 
 def test_narrow_orders_leave_no_gaps_at_the_rim(without_bound):
-    """The wavelengths follow the kernel: their sum is flat to 1e-3 at |u| = 2.
-
-    The cubic reading adds less than 1 % of a sum of overlapping orders. With half as many wavelengths an order moves by
-    3.2 standard deviations, and the sum is flat only to 2 exp(-2 pi^2 / 3.2^2) = 29 %."""
+    """The wavelengths follow the kernel: their sum is flat to 1e-3 at |u| = 2. The cubic reading adds less than 1 % of
+    a sum of overlapping orders. With half as many wavelengths an order moves by 3.2 standard deviations, and the sum is
+    flat only to 2 exp(-2 pi^2 / 3.2^2) = 29 %."""
     case = BY_NAME["orders narrower than the wavelength step"]
     relief = prepare(case.surface())
     figures = hard_cases.fewer_wavelengths(relief, stored(relief, case.coherence_m))

@@ -31,9 +31,8 @@ from .conftest import waves
 
 
 def test_the_levels_are_as_many_as_a_light_asks_for(baked):
-    """From sigma_b = 0.031 the kernel grows to 0.25 by factors of sqrt(1.5).
-
-    Each level has fewer inner texels by that factor, and keeps all light."""
+    """From sigma_b = 0.031 the kernel grows to 0.25 by factors of sqrt(1.5). Each level has fewer inner texels by that
+    factor, and keeps all light."""
     grow = baked.level_ratio**0.5
     assert grow == 1.5**0.5
     assert len(baked.levels) == 1 + int(np.ceil(np.log(0.25 / baked.sigma_b) / np.log(grow)))
@@ -49,10 +48,8 @@ def test_the_levels_are_as_many_as_a_light_asks_for(baked):
 
 @pytest.mark.parametrize("level", [1, 2, 5, 9])
 def test_a_level_is_a_wider_kernel(baked, level):
-    """Each level against exact sums under sigma_b 1.5^(l / 2).
-
-    Each level has as many texels to its kernel as level 0, so the tolerance is the same: 2 % of the peak
-    (test_bake_against_reference.py)."""
+    """Each level against exact sums under sigma_b 1.5^(l / 2). Each level has as many texels to its kernel as level 0,
+    so the tolerance is the same: 2 % of the peak (test_bake_against_reference.py)."""
     sigma = baked.sigma_b * 1.5 ** (level / 2)
     # Near the table's rim, light that a wide kernel would bring from outside is missing.
     u, v = np.random.default_rng(level).uniform(-0.6, 0.6, (2, 300))
@@ -63,9 +60,8 @@ def test_a_level_is_a_wider_kernel(baked, level):
 
 
 def test_between_levels_lies_their_mixture(baked):
-    """Two levels are mixed for the asked variance. Beyond the last level, the last one is read.
-
-    A table without wider levels is read at level 0."""
+    """Two levels are mixed for the asked variance. Beyond the last level, the last one is read. A table without wider
+    levels is read at level 0."""
     u, v = np.random.default_rng(1).uniform(-1, 1, (2, 50))
 
     def read(grown):
@@ -84,9 +80,8 @@ def test_between_levels_lies_their_mixture(baked):
 
 @pytest.fixture(scope="module", params=[blazed, elaphe])
 def sampled(request):
-    """For a sample at a coherence of 12 um: a function that measures the errors of readings under a wider kernel.
-
-    It takes the factor `grown` of the kernel's variance and compares with sums over the bins of the same spectrum."""
+    """For a sample at a coherence of 12 um: a function that measures the errors of readings under a wider kernel. It
+    takes the factor `grown` of the kernel's variance and compares with sums over the bins of the same spectrum."""
     chosen = plan(prepare(request.param()), BakeRequest(coherence_length_m=12e-6))
     table = with_levels(carry_out(chosen))
 
@@ -109,9 +104,8 @@ def sampled(request):
 
 @pytest.mark.parametrize("level", [0, 1, 3, 6])
 def test_a_level_of_a_sample_keeps_the_budget(sampled, level):
-    """Level 0 was asked for a dE00 of 1, and each level has as many texels to its kernel.
-
-    The luminance may differ by 1 %, as in a bake's self-check."""
+    """Level 0 was asked for a dE00 of 1, and each level has as many texels to its kernel. The luminance may differ by 1
+    %, as in a bake's self-check."""
     errors = sampled(1.5**level)
     assert errors.p99 < 1
     assert errors.relative_dy < 0.01
@@ -165,9 +159,8 @@ def lone(sigma_b, texel, texels, peak=1.0):
 
 @pytest.mark.parametrize(("texels", "exact"), [(1.2, 0.02), (2.5, 2e-3)])
 def test_a_lone_order_has_the_closed_form_of_the_mixture(texels, exact):
-    """On a level the order is a Gaussian; between two levels it is the mixture of their Gaussians.
-
-    The rest is the interpolation's error, which falls with the number of texels to a kernel."""
+    """On a level the order is a Gaussian; between two levels it is the mixture of their Gaussians. The rest is the
+    interpolation's error, which falls with the number of texels to a kernel."""
     sigma_b = 0.04
     table, gaussian = lone(sigma_b, sigma_b / texels, int(4 / sigma_b * texels))
     u, v = np.random.default_rng(0).normal(0, 0.05, (2, 200))
@@ -220,10 +213,9 @@ def test_a_black_table_has_black_levels():
 
 @pytest.mark.parametrize("sigma", [0.5, 0.8, 1.3, 2.0])
 def test_a_blur_is_a_gaussians(sigma):
-    """Samples of a Gaussian 0.9 steps wide, read between the samples, become a Gaussian of the summed variances.
-
-    The interpolation cuts off softly from |f| = 0.35 on. Higher frequencies, which may be lost, hold erfc(0.35 pi
-    sqrt(2) wide) of the result's peak. The window's end adds 1e-4."""
+    """Samples of a Gaussian 0.9 steps wide, read between the samples, become a Gaussian of the summed variances. The
+    interpolation cuts off softly from |f| = 0.35 on. Higher frequencies, which may be lost, hold erfc(0.35 pi sqrt(2)
+    wide) of the result's peak. The window's end adds 1e-4."""
     at = np.linspace(0, 1, 23)
     rows = np.arange(-12, 14)
     middles = np.linspace(-0.5, 0.5, 7)

@@ -92,10 +92,8 @@ def test_scans_of_one_skin_average_more_areas():
 
 def test_a_table_chosen_by_itself_keeps_to_its_memory(monkeypatch):
     """An automatic kernel that needs more memory than there is gets wider until the table fits. An asked kernel is
-    kept.
-
-    Of the six megabytes, the largest table of the albedo bound takes three. The levels may leave some memory unused,
-    since their tiles are rounded up to a power of two."""
+    kept. Of the six megabytes, the largest table of the albedo bound takes three. The levels may leave some memory
+    unused, since their tiles are rounded up to a power of two."""
     monkeypatch.setattr(ensemble, "DEFAULT_BYTES", 6 << 20)
     free = plan(waves(), BakeRequest(coherence_length_m=COHERENCE_M))
     assert free.sigma_b == pytest.approx(coherence.kernel_sigma(COHERENCE_M), rel=1e-12)
@@ -117,9 +115,8 @@ def test_a_wide_light_takes_fewer_texels():
 
 @pytest.mark.parametrize("sigma_b", [0.004, 0.0079, 0.03, 0.5])
 def test_wavelengths_leave_no_gaps(sigma_b):
-    """At |u| = 2 an order moves by at most 1.61 standard deviations from one wavelength to the next.
-
-    A sum of Gaussians at this spacing is flat to 1e-3."""
+    """At |u| = 2 an order moves by at most 1.61 standard deviations from one wavelength to the next. A sum of Gaussians
+    at this spacing is flat to 1e-3."""
     lambdas = bake_wavelengths(sigma_b)
     assert (lambdas[0], lambdas[-1]) == pytest.approx((380e-9, 780e-9), rel=1e-12)
     steps = np.diff(np.log(lambdas))

@@ -57,9 +57,8 @@ def test_texels_are_read_at_their_middles(baked):
 
 
 def test_the_zero_order_is_straight_where_its_samples_are():
-    """A reading before the first sample repeats the first sample, as in a renderer.
-
-    At w = 0 this makes it too large by a sixth of a step."""
+    """A reading before the first sample repeats the first sample, as in a renderer. At w = 0 this makes it too large by
+    a sixth of a step."""
     w = np.array([0.5, 0.7, 1.0, 2.0])
     np.testing.assert_allclose(linear_bake().zero_order_xyz(w), (w / 2)[:, None] * [1, 2, 3], atol=1e-15)
     assert linear_bake().zero_order_xyz(0.0) == pytest.approx(np.array([1, 2, 3]) / 4 / 6)
@@ -67,10 +66,9 @@ def test_the_zero_order_is_straight_where_its_samples_are():
 
 
 def test_a_deep_curve_is_not_smoothed():
-    """A reading by B-splines with samples at steps h has an error of Z'' h^2 / 6.
-
-    For a relief of 2 um, Z(w) = exp(-(2 pi 0.58 um w / 550 nm)^2), and the error is 2.2e-4: half a step of a half float
-    at 1. Before w = 0 a reading repeats Z(0), which halves the error there."""
+    """A reading by B-splines with samples at steps h has an error of Z'' h^2 / 6. For a relief of 2 um, Z(w) = exp(-(2
+    pi 0.58 um w / 550 nm)^2), and the error is 2.2e-4: half a step of a half float at 1. Before w = 0 a reading repeats
+    Z(0), which halves the error there."""
     w = np.linspace(0, 2, ZERO_ORDER_SAMPLES)
     rate = 2 * np.pi * 0.58 / 0.55
     table = Table(np.zeros((1, 9, 9, 3)), np.exp(-((rate * w[:, None]) ** 2)) * np.ones(3), 0.5, 1.0, "D65")

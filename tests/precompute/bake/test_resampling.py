@@ -13,9 +13,8 @@ from .conftest import waves
 
 @pytest.mark.parametrize("lam", [400e-9, 720e-9])
 def test_resampling_is_the_references_blur(lam):
-    """Products with matrices, cut at 5.5 standard deviations, against the sum at every place, cut at 7.
-
-    The part between is exp(-5.5^2 / 2) = 2.7e-7 of a bin's own peak, for each of the few bins there."""
+    """Products with matrices, cut at 5.5 standard deviations, against the sum at every place, cut at 7. The part
+    between is exp(-5.5^2 / 2) = 2.7e-7 of a bin's own peak, for each of the few bins there."""
     relief, sigma = waves(), 0.06
     grid = reference_grid(relief, sigma)
     power, _ = scattered_spectrum(relief, 1.5 / lam, grid)

@@ -93,10 +93,8 @@ def test_a_wrong_bound_is_an_error_of_the_conserving_form_alone(made):
 
 
 def test_the_bound_at_directions_is_that_of_each_alone(made):
-    """The directions are laid in rows, and neighbours are computed together.
-
-    The continuum is summed over the cells that any direction of a block reaches, which leaves out 1e-7 of the brightest
-    cell."""
+    """The directions are laid in rows, and neighbours are computed together. The continuum is summed over the cells
+    that any direction of a block reaches, which leaves out 1e-7 of the brightest cell."""
     _, chosen, _ = made
     rng = np.random.default_rng(0)
     cosine, turn = rng.uniform(0.05, 1, 30), rng.uniform(-np.pi, np.pi, 30)

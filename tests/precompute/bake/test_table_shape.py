@@ -58,9 +58,8 @@ def test_nothing_is_stored_outside_the_disc(baked):
 
 
 def test_the_rim_of_the_disc_is_kept():
-    """A surface that is rough at the scale of a pixel scatters up to |(u, v)| = 2 where w is near 0.
-
-    The table is filled there, and one texel beyond."""
+    """A surface that is rough at the scale of a pixel scatters up to |(u, v)| = 2 where w is near 0. The table is
+    filled there, and one texel beyond."""
     rough = 60e-9 * np.random.default_rng(0).standard_normal((40, 40))
     table = bake(
         prepare(HeightMap(rough, (90e-9, 90e-9), "test", periodic=True)),

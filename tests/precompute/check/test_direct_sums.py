@@ -46,10 +46,8 @@ def test_where_it_wraps_it_is_the_reference():
 
 def folded(relief, lam, sigma_b, lengths):
     """Bound for the difference between a sum over frequencies 1 / length apart and its integral, as a density over (u,
-    v).
-
-    The sum cannot tell lags apart that differ by a length. Each lag of the autocorrelation therefore gets the kernel's
-    weight at its images too."""
+    v). The sum cannot tell lags apart that differ by a length. Each lag of the autocorrelation therefore gets the
+    kernel's weight at its images too."""
     rows, cols = relief.height_m.shape
     p = np.exp(-2j * np.pi * (W / lam) * relief.height_m)
     p = relief.apodisation * (p - (relief.apodisation**2 * p).sum() / (relief.apodisation**2).sum())

@@ -20,10 +20,8 @@ def test_progress_as_text(run, scan, tmp_path):
 
 
 def test_map_of_a_mirror_is_colourless(run, tmp_path):
-    """Grey to one code value of rounding, by the bake and by the exact spectrum.
-
-    Half floats of XYZ are exact to 2^-12, and RGB to 3.2 times that. With the slope of sRGB, 1 / 2.4, this is a third
-    of a code value."""
+    """Grey to one code value of rounding, by the bake and by the exact spectrum. Half floats of XYZ are exact to 2^-12,
+    and RGB to 3.2 times that. With the slope of sRGB, 1 / 2.4, this is a third of a code value."""
     for method in ("bake", "reference"):
         path = tmp_path / f"{method}.png"
         options = ("--size", "64", "--method", method, "--step-nm", "50", "--progress", "none")
@@ -49,9 +47,8 @@ def test_map_of_a_grating_is_coloured_on_both_sides(run, scan, tmp_path):
 
 
 def test_maps_by_either_method_agree(run, scan, tmp_path):
-    """Compared in code values of pictures that are each exposed by their own percentile.
-
-    The mean difference is below 2. The colour error of 1 that a bake may have is about 2.5 code values."""
+    """Compared in code values of pictures that are each exposed by their own percentile. The mean difference is below
+    2. The colour error of 1 that a bake may have is about 2.5 code values."""
     shown = []
     for method in ("bake", "reference"):
         path = tmp_path / f"{method}.png"

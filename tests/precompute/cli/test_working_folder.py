@@ -19,9 +19,8 @@ from tests.hostile_folder import set_traps
 ])  # fmt: skip
 @pytest.mark.parametrize("python_path", [None, "", os.pathsep])
 def test_nothing_of_the_working_folder_is_run(tmp_path, monkeypatch, line, python_path):
-    """This holds too if PYTHONPATH has an empty element, which means the working folder.
-
-    The user's own Python, which runs ./dev, would import from there, so it is started with -I."""
+    """This holds too if PYTHONPATH has an empty element, which means the working folder. The user's own Python, which
+    runs ./dev, would import from there, so it is started with -I."""
     mark = set_traps(tmp_path)
     monkeypatch.delenv("PYTHONPATH", raising=False)
     if python_path is not None:

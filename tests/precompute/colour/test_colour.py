@@ -71,11 +71,9 @@ def random_lab(rng, count):
 
 
 def test_delta_e_gives_the_published_figures():
-    """To the four printed decimals.
-
-    If two hues are exactly opposite, as in the 10th and the 14th pair, their mean has two possible values, and rounding
-    selects one. The result is then the figure of a neighbour in the table. colour-science itself gives the other value
-    for the 14th pair."""
+    """To the four printed decimals. If two hues are exactly opposite, as in the 10th and the 14th pair, their mean has
+    two possible values, and rounding selects one. The result is then the figure of a neighbour in the table.
+    colour-science itself gives the other value for the 14th pair."""
     given_order, turned = (delta_e_2000(SHARMA[:, a], SHARMA[:, b]) for a, b in (ORDER, ORDER[::-1]))
     for computed in (given_order, turned):
         wrong = np.abs(computed - SHARMA[:, 6]) > 0.5001e-4

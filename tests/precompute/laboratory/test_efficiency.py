@@ -113,9 +113,8 @@ def test_the_rigorous_solver_knows_a_flat_surface(theta_deg):
 
 @pytest.mark.parametrize("kind", PROFILES)
 def test_scalar_theory_holds_where_the_relief_is_shallow_and_long(kind):
-    """At a wall scalar theory is wrong over a strip as wide as the relief is deep, and a period has two walls.
-
-    A finer RCWA changes an order by at most 5e-4; energy is conserved to rounding."""
+    """At a wall scalar theory is wrong over a strip as wide as the relief is deep, and a period has two walls. A finer
+    RCWA changes an order by at most 5e-4; energy is conserved to rounding."""
     pytest.importorskip("inkstone", reason=RCWA_ABSENT)
     for depth in (0.02, 0.1):
         grating = rcwa.Grating(kind, 10.5, depth)

@@ -46,7 +46,6 @@ def test_a_grid_is_read_as_the_sum_over_all_its_samples(seed, precision):
 
 def test_a_gaussian_is_read_to_the_fourth_order():
     """A Gaussian sampled narrower by VARIANCE is read as the original, with an error of order h^4, h = sigma / texels.
-
     At worst two parts of the error are equal. The B-spline's fourth cumulant, -h^4 / 30, adds 3 h^4 / 720 of the peak;
     the images of the samples' spectrum, 2 zeta(4) / (2 pi)^4 = 1 / 720, add as much."""
     worst = []

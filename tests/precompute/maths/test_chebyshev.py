@@ -20,10 +20,9 @@ T = np.linspace(-1, 1, 2001)
 
 
 def bessel_integral(z, count):
-    """J_n(z) = (1 / pi) integral over [0, pi] of cos(n t - z sin t), by a sum over equal steps.
-
-    The integrand is periodic and entire, so the sum is exact to rounding with somewhat more than n + z steps (Trefethen
-    and Weideman 2014)."""
+    """J_n(z) = (1 / pi) integral over [0, pi] of cos(n t - z sin t), by a sum over equal steps. The integrand is
+    periodic and entire, so the sum is exact to rounding with somewhat more than n + z steps (Trefethen and Weideman
+    2014)."""
     steps = int(z + count + 80)
     t = 2 * np.pi * np.arange(steps) / steps
     return np.mean(np.cos(np.arange(count)[:, None] * t - z * np.sin(t)), axis=1)
@@ -117,10 +116,9 @@ def test_a_phase_is_met_within_its_tolerance(z, digits):
 @pytest.mark.parametrize("z", [0.1, 0.5, 1, 2, 5, 10, 20, 35, 60])
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6, 1e-9])
 def test_a_phase_takes_hardly_more_terms_than_the_least(z, tolerance):
-    """The bound exceeds the true error by a factor of 4 to 8, which costs three or four terms.
-
-    It adds moduli where the true tail partly cancels, and counts every term twice. From n = z on, each J_n is smaller
-    than the one before by a factor of at least 2 (1.5 just past z = 60)."""
+    """The bound exceeds the true error by a factor of 4 to 8, which costs three or four terms. It adds moduli where the
+    true tail partly cancels, and counts every term twice. From n = z on, each J_n is smaller than the one before by a
+    factor of at least 2 (1.5 just past z = 60)."""
     enough = jacobi_anger_terms(z, tolerance)
     least = next(count for count in range(1, enough + 1) if phase_error(z, count) <= tolerance)
     assert enough - least <= 4

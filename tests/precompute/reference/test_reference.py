@@ -46,9 +46,8 @@ def phasors(relief, s):
 @pytest.mark.parametrize("periodic", [True, False])
 def test_it_is_the_direct_sum(periodic, sigma_b):
     """Without FFT, truncated kernel or selection of bins: sums of exp(-2 pi i q x) over every pixel, at every bin of
-    the Nyquist cell, each a Gaussian over all of (u, v); within 1e-9 of the peak.
-
-    The reference leaves out what lies beyond 7 sigma: 2e-11 of a bin's own peak."""
+    the Nyquist cell, each a Gaussian over all of (u, v); within 1e-9 of the peak. The reference leaves out what lies
+    beyond 7 sigma: 2e-11 of a bin's own peak."""
     relief = skin(periodic)
     u, v = places()
     grid = reference_grid(relief, sigma_b)
@@ -76,10 +75,8 @@ def test_it_is_the_direct_sum(periodic, sigma_b):
 def test_bins_stand_for_the_integral():
     """For a scan that does not wrap, the bins stand for the integral over all q of the kernel times the power of the
     apodised scan alone in the plane. That is a sum over the lags of its autocorrelation, times the Gaussian's
-    transform.
-
-    frequency_grid promises 1.5 % at its coarsest. Sigma_b is that of a bake that chooses its own kernel: 30 coherence
-    areas of the scan, which needs no finer bins."""
+    transform. frequency_grid promises 1.5 % at its coarsest. Sigma_b is that of a bake that chooses its own kernel: 30
+    coherence areas of the scan, which needs no finer bins."""
     relief = skin(periodic=False)
     sigma_b = narrowest_averaging_kernel(relief.size_m)
     u, v = places(300)

@@ -18,9 +18,8 @@ def test_only_periods_of_the_band_diffract_visibly():
 def test_a_coarse_wave_sends_out_what_its_closed_form_says():
     """For a long wave tr is nearly -ti, so w = 2 cos(ti). The mean of w^2 over ti, weighted by cos(ti), is
     4 * (integral of cos^3) / (integral of cos) = 4 * (4 / 3) / 2 = 8 / 3. Luminance under D65 is centred near 560 nm,
-    and the mean of 1 / lambda^2 is 2 % above its value there.
-
-    At 6.6 um lambda / d is 0.085: w^2 differs by less than 2 * 0.085 = 17 %, with both signs."""
+    and the mean of 1 / lambda^2 is 2 % above its value there. At 6.6 um lambda / d is 0.085: w^2 differs by less than
+    2 * 0.085 = 17 %, with both signs."""
     expected = (np.pi / 560e-9) ** 2 * 8 / 3
     assert visible_share(np.array(1 / 6.6e-6)) == pytest.approx(expected, rel=0.1)
 

@@ -126,9 +126,8 @@ def test_holes_change_no_figure_by_more_than_their_share():
 
 
 def test_relief_is_that_of_the_levelled_heights():
-    """A wave of 16 whole periods and a plane: the range is twice the amplitude, the rms is amplitude / sqrt(2).
-
-    A plane fitted to 16 whole periods of a sine rises over the scan by at most 6 / (pi 16) amplitudes."""
+    """A wave of 16 whole periods and a plane: the range is twice the amplitude, the rms is amplitude / sqrt(2). A plane
+    fitted to 16 whole periods of a sine rises over the scan by at most 6 / (pi 16) amplitudes."""
     pixel = (20e-9, 20e-9)
     y, x = np.indices((128, 128))
     height = wave((128, 128), pixel, 160e-9, 0, 10e-9) + 5e-9 * x + 7e-9 * y

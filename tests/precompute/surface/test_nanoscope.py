@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""NanoScope headers of other versions, made from real files without changing their heights.
-
-Gwyddion 2.62 (`gwyddion --convert-to-gwy`) reads the same heights in each file made here, to 5e-16 of them."""
+"""NanoScope headers of other versions, made from real files without changing their heights. Gwyddion 2.62 (`gwyddion
+--convert-to-gwy`) reads the same heights in each file made here, to 5e-16 of them."""
 
 import json
 from pathlib import Path

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Real files of instruments and programs, compared with what another program read from them.
-
-The table was made by tests/precompute/surface/make_oracle.py from the package SurfaceTopography."""
+"""Real files of instruments and programs, compared with what another program read from them. The table was made by
+tests/precompute/surface/make_oracle.py from the package SurfaceTopography."""
 
 import json
 from pathlib import Path

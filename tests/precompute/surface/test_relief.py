@@ -152,11 +152,9 @@ def test_no_pixel_aliases_and_the_size_stays(dy, dx, periodic):
 
 
 def test_refining_a_scan_that_does_not_wrap():
-    """A bump of 2 um half-width, cut by the edges, on pixels of 250 nm and 200 nm.
-
-    At an edge the bump meets its mirror image in a corner, as its slope of at most 150 nm / 2 um changes sign there.
-    Pixels of 250 nm round off the corner by at most slope * pixel / 4 = 5 nm. Three pixels further in, the ripple has
-    fallen to a tenth of that."""
+    """A bump of 2 um half-width, cut by the edges, on pixels of 250 nm and 200 nm. At an edge the bump meets its mirror
+    image in a corner, as its slope of at most 150 nm / 2 um changes sign there. Pixels of 250 nm round off the corner
+    by at most slope * pixel / 4 = 5 nm. Three pixels further in, the ripple has fallen to a tenth of that."""
     shape = (40, 50)
     size = 10e-6
 

@@ -93,10 +93,9 @@ def test_a_skin_has_its_relief(name, relief):
 
 
 def test_elaphe_is_as_rough_as_the_real_skin(shared_data):
-    """The first order along T (45 to 70 periods in 65 um), which makes the colour, has the rms of a real scan's.
-
-    The lobe has some 40 independent bins of speckle, so between scans its power varies by 1 / sqrt(40) = 16 % and its
-    rms by 8 %. The test allows three times that."""
+    """The first order along T (45 to 70 periods in 65 um), which makes the colour, has the rms of a real scan's. The
+    lobe has some 40 independent bins of speckle, so between scans its power varies by 1 / sqrt(40) = 16 % and its rms
+    by 8 %. The test allows three times that."""
     scan = read_height_map(str(shared_data / "snake" / "elaphe_65um.png"), size_um=65, height_nm=375)
     assert _first_order_rms(make_sample("elaphe")) == pytest.approx(_first_order_rms(scan), rel=0.24)
 
@@ -156,9 +155,7 @@ def _runs(inside):
 )
 def test_the_strongest_period_is_the_one_told(name, period, angle):
     """To half a bin of the spectrum, which is 1 / 65 um wide (1 / 32 um for Blu-ray), the uncertainty of the skins'
-    lobes.
-
-    An error of half a bin sideways turns the direction by half divided by the number of periods in the scan."""
+    lobes. An error of half a bin sideways turns the direction by half divided by the number of periods in the scan."""
     hm = make_sample(name)
     figures = describe(hm)
     repeats = hm.size_m[1] / period

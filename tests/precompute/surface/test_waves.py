@@ -41,9 +41,8 @@ def shifted_rows(seed, count=COUNT):
 @pytest.mark.parametrize("seed", [0, 4])
 def test_pits_in_tracks_have_the_period_of_the_tracks(seed):
     """Around the tracks' frequency the pits scatter so much that half the period stands out more, but it sends out less
-    light.
-
-    The pits' random lengths move the tracks' peak by less than a tenth of a bin, which is 1 / 6.6 of the period."""
+    light. The pits' random lengths move the tracks' peak by less than a tenth of a bin, which is 1 / 6.6 of the
+    period."""
     tracks, half, *_ = described(pits(seed)).waves.gratings
     assert tracks.period_m == pytest.approx(TRACKS, rel=0.1 / 6.6)
     assert half.period_m == pytest.approx(TRACKS / 2, rel=0.1 / 6.6)

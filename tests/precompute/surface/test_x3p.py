@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""X3P files as other programs write them, and malformed ones.
-
-Gwyddion 2.62 reads the same heights, to the last digit, from points in main.xml as `test_points_in_the_xml`."""
+"""X3P files as other programs write them, and malformed ones. Gwyddion 2.62 reads the same heights, to the last digit,
+from points in main.xml as `test_points_in_the_xml`."""
 
 import io
 import os

@@ -54,9 +54,8 @@ def scan():
 
 
 def random_bake(terms=5, resolution=12, samples=20, peak=1.0, *, seed=0, levels=1, ratio=1.5):
-    """A table with random tiles.
-
-    `resolution` is the texels of a tile on the first level: one number for a square, or (rows, columns)."""
+    """A table with random tiles. `resolution` is the texels of a tile on the first level: one number for a square, or
+    (rows, columns)."""
     rng = np.random.default_rng(seed)
     tile = np.broadcast_to(resolution, 2)
     sizes = [[math.ceil((n - 5) * ratio ** (-level / 2) - 1e-9) + 5 for n in tile] for level in range(levels)]

@@ -30,9 +30,8 @@ few = settings(deadline=None, max_examples=40)
 @few
 @given(st.integers(2, 30), st.floats(-12, 12), st.integers(0, 2**32), st.integers(1, 4), st.sampled_from(RATIOS))
 def test_what_is_packed_comes_back(terms, decades, seed, levels, ratio):
-    """To the rounding of half floats: 2^-11 of a value, and steps of 2^-24 below 2^-14.
-
-    The scale puts the largest value between 4096 and 8192."""
+    """To the rounding of half floats: 2^-11 of a value, and steps of 2^-24 below 2^-14. The scale puts the largest
+    value between 4096 and 8192."""
     table = random_bake(terms, 12, 20, 10.0**decades, seed=seed, levels=levels, ratio=ratio)
     image, layout = atlas.pack(table)
     assert image.dtype == np.float16
@@ -69,9 +68,8 @@ def test_a_mirror_packs():
 @pytest.mark.parametrize("terms", [2, 7, 12, 23])
 @pytest.mark.parametrize("resolution", [6, 15, (41, 70), (300, 33)])
 def test_tiles_do_not_overlap(terms, resolution, levels, ratio):
-    """Every tile of every level lies inside the picture and above the strip, on its own texels.
-
-    Few texels are left empty, since all take memory. The picture is only a little longer than wide."""
+    """Every tile of every level lies inside the picture and above the strip, on its own texels. Few texels are left
+    empty, since all take memory. The picture is only a little longer than wide."""
     table = random_bake(terms, resolution, 6, levels=levels, ratio=ratio)
     layout = atlas.layout_of(table)
     taken = np.zeros((layout.height, layout.width), int)
@@ -159,9 +157,8 @@ def test_row_zero_of_the_image_is_its_bottom():
 
 
 def test_the_strip_goes_on_past_its_end():
-    """A reading at w = 2 uses one more sample, which continues the line through the last two.
-
-    The file holds the same sample."""
+    """A reading at w = 2 uses one more sample, which continues the line through the last two. The file holds the same
+    sample."""
     table = random_bake(terms=4, resolution=12, samples=20)
     image, layout = atlas.pack(table)
     expected = 2 * image[0, 19].astype(float) - image[0, 18]

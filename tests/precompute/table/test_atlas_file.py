@@ -165,9 +165,8 @@ def test_another_version_is_refused(tmp_path):
     {"inner_rows": 2**53 - 1}, {"surplus": 1},
 ])  # fmt: skip
 def test_a_header_that_lies_about_its_picture_is_refused(tmp_path, lie):
-    """Everything is compared with the picture before use, also by the reader of the header.
-
-    A block of 3 x 2 tiles with 5 used has no seventh."""
+    """Everything is compared with the picture before use, also by the reader of the header. A block of 3 x 2 tiles with
+    5 used has no seventh."""
     image, layout = atlas.pack(random_bake())
     path = tmp_path / "table.exr"
     lying = {"format": atlas_file.FORMAT, "layout": {**vars(layout), **lie}}

@@ -34,9 +34,8 @@ def power_over_s2(series, s):
 
 
 def within_three_errors(values, exact):
-    """Whether the mean over texels is the integral, to three standard errors of as many independent draws.
-
-    Stratified draws stay well below that."""
+    """Whether the mean over texels is the integral, to three standard errors of as many independent draws. Stratified
+    draws stay well below that."""
     return abs(values.mean() - exact) <= 3 * values.std() / np.sqrt(values.size)
 
 
@@ -106,10 +105,9 @@ def test_the_z_curve_fills_aligned_blocks_in_turn():
 
 @pytest.mark.parametrize("name", ["blazed", "elaphe", "cd"])
 def test_weights_are_spread_little(samples, name):
-    """At s between the nodes, the heaviest texel weighs at most 4.5 times the mean; the measured factor is 4.
-
-    At a node, a texel weighs at most the mean times the number of nodes, plus what the pieces misplace: the density is
-    the mean over the nodes (table/sample_set.py)."""
+    """At s between the nodes, the heaviest texel weighs at most 4.5 times the mean; the measured factor is 4. At a
+    node, a texel weighs at most the mean times the number of nodes, plus what the pieces misplace: the density is the
+    mean over the nodes (table/sample_set.py)."""
     _, series, found = samples[name]
     for s in S_SEEN:
         weights = found.weights(s)
@@ -133,10 +131,8 @@ def test_a_pdf_of_one_s_would_spread_them(scan):
 
 @pytest.mark.parametrize("scale", [1e-9, 40e-9, 400e-9])
 def test_pieces_misplace_one_percent(scale):
-    """Of the light at any s, against the series itself.
-
-    The number of pieces is chosen on a block of the texels, so all texels together may have a slightly larger error.
-    The last relief is over 2 um deep."""
+    """Of the light at any s, against the series itself. The number of pieces is chosen on a block of the texels, so all
+    texels together may have a slightly larger error. The last relief is over 2 um deep."""
     series = series_of(skin(scale=scale))
     found = make_sample_set([series], SIGMA_B, size=64)
     (pdf,) = densities([series])

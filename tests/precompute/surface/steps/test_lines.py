@@ -16,9 +16,8 @@ BY = pytest.mark.parametrize("text", ["lines", "lines:difference"])
 
 @BY
 def test_rows_that_were_shifted_are_put_back(levelled, text):
-    """The microscope's shifts between lines, on a grating across the lines, which stays.
-
-    With 256 pixels and 16 whole periods each row has the same median and the same mean of differences, 0."""
+    """The microscope's shifts between lines, on a grating across the lines, which stays. With 256 pixels and 16 whole
+    periods each row has the same median and the same mean of differences, 0."""
     clean = wave((64, 256))
     shifted = clean + np.random.default_rng(0).normal(0, 100e-9, 64)[:, None]
     aligned, _, told = levelled(shifted, text)

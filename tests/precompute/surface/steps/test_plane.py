@@ -11,9 +11,8 @@ Y, X = np.indices((128, 128)) / 127 * 2 - 1
 
 
 def test_a_robust_plane_does_not_see_dust(levelled):
-    """Dust 400 nm high on 2 % of the scan, all in one corner, tilts a least-squares plane.
-
-    The wave's own slope is the same in both fits, so the remaining tilt is the dust's."""
+    """Dust 400 nm high on 2 % of the scan, all in one corner, tilts a least-squares plane. The wave's own slope is the
+    same in both fits, so the remaining tilt is the dust's."""
     clean = wave(angle_deg=30, amplitude=20e-9)
     dusty = clean + 40e-9 * X - 10e-9 * Y
     dusty[:18, :18] += 400e-9

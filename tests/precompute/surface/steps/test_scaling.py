@@ -81,9 +81,8 @@ def test_the_tip_is_taken_out_where_it_touched(levelled):
 
 
 def test_a_rounded_top_is_sharper_by_the_radius_of_the_tip(levelled):
-    """A tip of 30 nm scans a ridge of radius 470 nm as one of 500 nm.
-
-    The tip touches between pixels, at most 2.5 nm from one: (2.5 nm)^2 / 2 * (1 / 30 - 1 / 500) / nm = 0.1 nm."""
+    """A tip of 30 nm scans a ridge of radius 470 nm as one of 500 nm. The tip touches between pixels, at most 2.5 nm
+    from one: (2.5 nm)^2 / 2 * (1 / 30 - 1 / 500) / nm = 0.1 nm."""
     x = (np.arange(100) - 50) * 5e-9
     eroded, _, _ = levelled(-(x**2) / (2 * 500e-9) + np.zeros((20, 1)), "tip:30", pixel=(5e-9, 5e-9))
     inner = slice(20, -20)
