@@ -153,7 +153,6 @@ def never(*_, **__):
 
 
 def key(number):
-    """A key of the cache."""
     return f"{number:064x}"
 
 

@@ -45,7 +45,6 @@ def test_the_greatest_value_of_a_function_is_one(baked):
 
 
 def test_a_table_of_one_shape_learns_this_shape(baked):
-    """If every place has the same dependence on w, one function holds the table."""
     shape = np.random.default_rng(0).standard_normal(len(baked.terms)).astype(np.float32)
     terms = shape[:, None, None, None] * np.abs(baked.terms[:1])
     table = replace(baked, terms=terms)

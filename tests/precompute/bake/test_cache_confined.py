@@ -69,7 +69,6 @@ def test_a_record_of_another_kind_is_damage(tmp_path, cache_folder, record):
 
 
 def test_facts_of_wrong_types_are_damage(run_bake, picture, tmp_path, cache_folder):
-    """Covers every printed fact that a bake reports."""
     run_bake(tmp_path / "first")
     (record,) = cache_folder.glob("entries/*/record.json")
     whole = json.loads(record.read_text())

@@ -44,7 +44,6 @@ def test_two_at_once_into_one_folder(tmp_path, cache_folder):
 
 
 def test_a_killed_bake_does_not_stop_the_next(picture, run_bake, tmp_path, cache_folder):
-    """A waiting process goes on too: the lock ends with the killed process."""
     output = tmp_path / "out"
     killed, heir = Child(picture, tmp_path, output), None
     try:

@@ -122,7 +122,6 @@ def test_a_mirror_has_albedo_one_and_no_excess(bakes):
 
 
 def test_a_table_that_interpolates_is_read_at_its_texels():
-    """Where a texel's direction is above the surface, a reading returns the texel's value."""
     values = np.random.default_rng(4).random((12, 12))
     directions = texel_directions(12)
     x, y = np.meshgrid(*[np.linspace(-11, 11, 12) / 9] * 2)
@@ -203,7 +202,6 @@ def test_the_table_holds_the_albedo(bakes, name):
 
 
 def test_a_surface_whose_orders_cross_the_horizon_has_more_texels(bakes, monkeypatch):
-    """Only surfaces that a coarse table reads too badly get a finer one."""
     assert len(bakes["flat"][0].excess_albedo) == BOUND_TEXELS[0]
     monkeypatch.setattr(excess_albedo, "BOUND_TEXELS", (8, 16, 24))
     series = bakes["blazed"][1].series

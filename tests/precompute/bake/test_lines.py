@@ -46,7 +46,6 @@ def test_each_order_is_one_spot_at_the_grating_equation(table):
 
 
 def test_the_mirror_image_has_its_colour(table):
-    """At w = 0 all light is in the zero order."""
     np.testing.assert_allclose(table.zero_order_xyz(np.zeros(1))[0], mirror_xyz("532nm"), rtol=1e-3)
 
 

@@ -18,7 +18,6 @@ REGION = Needs(Region((-0.3, 1.1), (-0.2, 0.5)), w=(0.7, 1.8))
 
 
 def test_a_region_is_the_same_light_in_fewer_texels(baked):
-    """Both tables agree where both hold light."""
     part = bake(waves(), BakeRequest(coherence_length_m=COHERENCE_M, needs=REGION))
     assert part.terms[..., 0].size < 0.3 * baked.terms[..., 0].size
     rng = np.random.default_rng(0)
@@ -31,7 +30,6 @@ def test_a_region_is_the_same_light_in_fewer_texels(baked):
 
 
 def test_outside_a_region_its_rim_is_read():
-    """A place outside the region reads as the nearest place of its rim."""
     part = bake(waves(), BakeRequest(coherence_length_m=COHERENCE_M, needs=REGION))
     u, v, w = np.array([-2.0, 2.0]), np.array([2.0, -2.0]), np.array([0.1, 2.0])
     u_range, v_range = part.region

@@ -27,7 +27,6 @@ def test_resampling_is_the_references_blur(lam):
 
 
 def test_resampling_meets_no_bins():
-    """A window without any bin gives zeros instead of an error."""
     relief = waves()
     grid = frequency_grid(relief, 1e6, 1e5)
     resample = Resampler(grid, np.linspace(1.8, 1.9, 5), np.linspace(1.8, 1.9, 4), 400e-9, 0.01)

@@ -141,7 +141,6 @@ def test_the_footprint_is_exceeded_by_all_but_a_hundredth_of_the_light():
 
 
 def test_a_lamp_at_the_horizon():
-    """Its ranges stay valid for a needs file and within the limits."""
     for angle in (89.9, 89.999, 90 - 1e-9):
         needs = needs_of(lit(at(89.999), at(angle)))
         assert needs.region.u == pytest.approx((2 - MARGIN, 2), abs=2 * DIGITS)

@@ -31,7 +31,6 @@ def test_progress_runs_through_its_stages(made):
 
 
 def distance(table):
-    """The distance |(u, v)| of every texel."""
     v, u = table.axes
     return np.hypot(v[:, None], u)
 

@@ -142,7 +142,6 @@ def test_blocks_that_are_elsewhere_are_refused(tmp_path, bytes_of_one, place):
 
 @pytest.mark.parametrize("packed", [zlib.compress(bytes(1 << 20)), zlib.compress(b"short"), b"no zip at all", b""])
 def test_blocks_of_another_size_are_refused(tmp_path, bytes_of_one, packed):
-    """Unpacking stops if a block has more bytes than its rows."""
     at = open_picture(tmp_path / "whole.exr").table_at
     block = struct.pack("<2i", 0, len(packed)) + packed
     table = struct.pack("<q", len(bytes_of_one))

@@ -11,7 +11,6 @@ from precompute.table.table import Table
 
 @pytest.mark.parametrize("precision", [np.float16, np.float32])
 def test_a_table_is_read_as_a_renderer_reads_it(tmp_path, precision):
-    """Compares with the reader of precompute/table, which shares no code with it."""
     rng = np.random.default_rng(0)
     tiles = rng.standard_normal((5, 40, 300, 3)).astype(np.float32)
     table = Table(

@@ -180,7 +180,6 @@ def test_several_scans(run, refused, scan, tmp_path):
 
 
 def test_a_bake_of_a_part(run, scan, tmp_path):
-    """The bake is judged within the part that it covers."""
     needs = tmp_path / "needs.json"
     needs.write_text(json.dumps({"format": 1, "u": [0.1, 1.3], "v": [-0.2, 0.4], "w": [0.9, 1.8]}))
     quick = (*PICTURE, *SHORT, "--needs", needs, "--no-cache", "--progress", "none")

@@ -58,7 +58,6 @@ def test_bake_tells_its_facts_and_writes_its_files(baked, scan):
 
 
 def test_the_error_in_the_header_is_that_of_the_file(baked, scan):
-    """Measured again from the file, on other direction pairs, the error is within the budget."""
     _, folder = baked
     table, record = atlas_file.read(folder / "skin.exr")
     relief = prepare(read_height_map(str(scan), 4, 250))
@@ -117,7 +116,6 @@ def test_progress_as_json_lines(run, scan, tmp_path):
 
 @pytest.mark.parametrize("name", ["Stam's", "energy-conserving"])
 def test_a_bake_that_misses_its_budget_is_not_written(refused, scan, tmp_path, monkeypatch, name):
-    """The error of either form may exceed the budget."""
     good, poor = Errors(1, 2, 3, 4, 0, 0, 0, 10_000), Errors(1, 7.31, 7.31, 9, 0, 0, 0, 10)
     forms = (poor, good) if name == "Stam's" else (good, poor)
     monkeypatch.setattr(ensemble, "judge", lambda *_, **__: lambda _: FormErrors(*forms))

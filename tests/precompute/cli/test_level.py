@@ -45,7 +45,6 @@ def test_the_steps_are_in_the_header_and_what_they_told_is_in_the_facts(baked):
 
 
 def test_the_bake_is_of_the_levelled_heights(baked, run, dusty, tmp_path):
-    """The relief differs from that of the same file without steps."""
     assert run("bake", dusty, *PICTURE, "-o", tmp_path / "plain", *QUIET)[0] == 0
     levelled, plain = (read_header(folder / "skin.exr")[1] for folder in (baked[0], tmp_path / "plain"))
     assert plain["request"]["levelling"] == ["plane"]
@@ -65,7 +64,6 @@ def test_it_is_repeated_from_its_header_and_taken_from_the_cache(baked, run, dus
 
 
 def test_it_is_checked_against_the_levelled_heights(baked, run, dusty):
-    """`check` takes the steps from the bake's header."""
     folder, _ = baked
     status, out, err = run("check", folder, dusty, *PICTURE, "--pairs", "300", "--progress", "none")
     assert (status, err) == (0, ""), out

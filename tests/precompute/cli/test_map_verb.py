@@ -72,7 +72,6 @@ def test_map_of_a_bake(run, small_bake, tmp_path, which):
 
 
 def test_row_zero_of_an_exr_map_is_plus_y(run, tmp_path):
-    """A table that is bright only for v > 0 lights only the upper rows."""
     tiles = np.zeros((1, 256, 256, 3), np.float32)
     tiles[:, 140:] = 1
     table = Table(tiles, np.zeros((256, 3)), 0.05, 4 / 252, "D65")

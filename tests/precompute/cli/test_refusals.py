@@ -126,7 +126,6 @@ def test_an_output_picture_that_is_a_folder_or_in_a_file(refused, scan, tmp_path
 
 @pytest.mark.parametrize("verb", VERBS)
 def test_a_json_file_that_cannot_be(refused, scan, tmp_path, verb):
-    """Nothing is written if there is an error, not even the bake."""
     for target in (tmp_path, tmp_path / "no" / "such" / "facts.json"):
         quick = {"info": (), "bake": (*SHORT, "--delta-e", "5"), "map": (*SHORT, "--size", "16")}[verb]
         refused(*lines_of(verb, scan, tmp_path, *PICTURE, *quick, "--progress", "none", "--json", target))

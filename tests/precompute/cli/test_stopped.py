@@ -92,7 +92,6 @@ def test_a_run_under_nohup_goes_on(start):
 
 
 def test_a_run_ends_with_the_program_that_it_works_for(start, tmp_path):
-    """The other program's lock becomes free, whichever way it ends."""
     folder = tmp_path / "natural-gratings-1"
     folder.mkdir()
     lock = try_lock(folder / LOCK)

@@ -50,7 +50,6 @@ def test_what_libraries_print_is_not_shown():
 
 
 def test_a_damaged_tiff_is_told_in_one_line(tmp_path):
-    """libtiff prints its own lines about it."""
     path = tmp_path / "cut.tif"
     Image.fromarray(np.random.default_rng(0).integers(0, 255, (64, 64), np.uint8)).save(path, compression="tiff_lzw")
     whole = bytearray(path.read_bytes())

@@ -40,7 +40,6 @@ def test_other_pythons_are_asked_apart_from_the_working_folder(tmp_path, monkeyp
 
 
 def test_the_tools_of_the_set_up_run_apart_from_the_working_folder(tmp_path):
-    """pip and venv start in this environment, whatever folder ./dev is called in."""
     mark = set_traps(tmp_path)
     command = [sys.executable, "-m", "pip", "--version"]
     done = subprocess.run(command, cwd=tmp_path, env=clean_environment(), capture_output=True, text=True)

@@ -95,7 +95,6 @@ def test_delta_e_is_that_of_colour_science(science):
 @rounded
 @given(st.integers(0, 2**32))
 def test_delta_e_is_a_difference(seed):
-    """Zero between a colour and itself, positive otherwise, and symmetric (rounding as above)."""
     one, other = random_lab(np.random.default_rng(seed), 200).reshape(2, 100, 3)
     assert (delta_e_2000(one, one) == 0).all()
     forth, back = delta_e_2000(one, other), delta_e_2000(other, one)

@@ -178,7 +178,6 @@ def test_a_child_that_fails_says_why():
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="asks Linux for the process")
 def test_a_child_ends_with_the_program_that_started_it(tmp_path):
-    """A killed benchmark leaves no running bake."""
     (tmp_path / "sleeper.py").write_text(
         "import os, sys, time\n"
         "with open(sys.argv[1] + '.part', 'w') as file:\n    file.write(str(os.getpid()))\n"

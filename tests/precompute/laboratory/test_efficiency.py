@@ -140,7 +140,6 @@ def test_scalar_theory_fails_where_the_relief_is_deep_and_short(kind, theta_deg)
 
 
 def test_the_boundary_is_the_last_period_within():
-    """Every longer period must hold too."""
     rows = [rcwa.Row(rcwa.Grating("binary", p, 0.1), d, 1.0) for p, d in ((1, 0.01), (2, 0.06), (5, 0.02), (9, 0.01))]
     assert [rcwa.smallest_period(rows, one) for one in (0.001, 0.01, 0.02, 0.05, 0.1)] == [None, 9, 5, 5, 1]
     assert "5% from period 5" in rcwa.boundary(rows)

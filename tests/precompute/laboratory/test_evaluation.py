@@ -119,7 +119,6 @@ def test_the_period_of_a_blaze(blaze):
 
 
 def test_a_wrong_surface_is_seen(blaze):
-    """A method whose frequencies are wrong by 0.1 % gives a period that is wrong by as much."""
     flss = METHODS["flss"](blaze, evaluation.thesis_settings())
 
     class Off(Method):

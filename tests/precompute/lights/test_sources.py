@@ -154,7 +154,6 @@ def test_worlds_without_a_compact_part(luminance):
 
 
 def test_many_small_lamps_are_missed_where_none_is_worth_a_source():
-    """200 lamps with 0.5 % of the light each."""
     luminance = np.full((ROWS, COLS), 1e-6)
     luminance[20:100:8, 0:240:12] = 1.0
     luminance /= np.cos(np.radians((np.arange(ROWS) + 0.5) * PIXEL_DEG - 90))[:, None]
@@ -250,7 +249,6 @@ def test_a_world_turned_about_z_has_its_sources_turned(given_lights, columns):
 @settings(max_examples=6, deadline=None)
 @given(lights, st.integers(-20, 20))
 def test_a_brighter_world_has_brighter_sources_and_nothing_else(given_lights, stops):
-    """Powers of two, which cause no rounding."""
     world = world_of(given_lights)
     for one, other in zip(fit_sources(world, 4), fit_sources(world * 2.0**stops, 4), strict=True):
         np.testing.assert_array_equal(one.direction, other.direction)

@@ -148,7 +148,6 @@ def test_facets_send_light_down_their_slope(method, along_b):
 
 
 def test_row_zero_of_the_picture_is_plus_y():
-    """Facets that rise along B shine at -y: in the lower half of the picture."""
     size = 48
     shown = picture(
         from_bake(bake(facets(along_b=True), BakeRequest(delta_e=5, coherence_length_m=COHERENCE_M)), size, 0.0)
@@ -186,7 +185,6 @@ def test_a_picture_of_nothing_is_black():
 
 
 def test_a_picture_of_one_bright_pixel_shows_it():
-    """The percentile is 0 for this picture."""
     xyz = np.zeros((32, 32, 3))
     xyz[4, 5] = 1e-9 * white_xyz()
     assert (picture(xyz)[32 - 1 - 4, 5] == 255).all()

@@ -104,8 +104,6 @@ def test_a_bake_that_is_no_number_fails(truth):
 
 
 def test_a_bake_that_is_no_number_in_places_fails(truth):
-    """NaN in two of a hundred pairs."""
-
     def holed(u, v, w, xyz):
         return np.where((np.arange(len(u)) % 50 == 0)[:, None], np.nan, xyz)
 

@@ -53,7 +53,6 @@ def test_it_takes_few_steps_whatever_the_size():
 
 
 def test_a_cycle_is_hermitian_and_positive(system):
-    """As conjugate gradients need of a preconditioner."""
     matrix, b = system
     hierarchy = hierarchy_of(matrix)
     other = np.roll(b, 7)

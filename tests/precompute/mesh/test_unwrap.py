@@ -78,7 +78,6 @@ def test_a_rough_ball_has_faces_that_xatlas_would_tear():
 
 
 def test_torn_faces_are_laid_out_in_their_own_size():
-    """Flat faces: every edge keeps its length, and no two faces meet."""
     square = np.array([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], float)
     turn = np.linalg.qr(np.random.default_rng(1).standard_normal((3, 3)))[0]
     points = np.concatenate([square @ turn, square + (0, 0, 5)])
@@ -93,7 +92,6 @@ def test_torn_faces_are_laid_out_in_their_own_size():
 
 
 def test_padding_keeps_islands_apart():
-    """The padding around an island belongs to no other island."""
     found = unwrap(ball(dents=0.2), Packing(size=256, padding=6))
     assert found.islands > 1
     distance = np.full(len(found.uv), np.inf)

@@ -119,7 +119,6 @@ def test_the_limit_of_the_horizon_is_finite():
 
 
 def test_arrays_broadcast():
-    """One light direction and an array of view directions."""
     wi = direction(0.4, 0.1)
     wr = np.stack([[direction(0.1 * i, 0.2 * j) for i in range(4)] for j in range(3)])
     picture = obliquity_times_cosine_and_w2(wi, wr)

@@ -192,7 +192,6 @@ def test_progress_is_told():
 
 
 def test_many_places_are_taken_in_parts():
-    """The result for each place does not depend on how many are computed at once."""
     relief = skin(periodic=True)
     sigma_b, lam = 0.35, 500e-9
     grid = reference_grid(relief, sigma_b)

@@ -57,7 +57,6 @@ def orders(relief, s, along_b=False):
     st.integers(0, 2**32), st.integers(1, 17), st.integers(1, 17), st.booleans(), st.floats(0, 6e6), st.integers(1, 3)
 )
 def test_parseval(seed, rows, cols, periodic, s, refine):
-    """The scattered power and the zero order sum to 1 for every shape, apodisation and padding."""
     relief = rough(seed, (rows, cols), periodic=periodic)
     power, zero = scattered_spectrum(relief, s, every_bin(relief, refine))
     assert (power >= 0).all()
@@ -76,7 +75,6 @@ def test_padding_refines_the_bins_and_not_the_energy():
 
 
 def test_a_mirror_scatters_nothing():
-    """Exactly zero, since the mean of ones is one."""
     relief = prepare(flat())
     for s in (0.0, 1e5, S, 5.2e6):
         power, zero = scattered_spectrum(relief, s, frequency_grid(relief, 5e6, 1e6))
@@ -210,7 +208,6 @@ def test_a_surface_twice_as_wide_scatters_to_half_the_frequencies():
 
 
 def test_height_offset_and_sign():
-    """An offset only adds a phase; reversing the sign of the heights reverses the frequencies."""
     heights = 80e-9 * np.random.default_rng(0).standard_normal((13, 17))
     up, moved, down = (
         prepare(HeightMap(h, (30e-9, 30e-9), "test", periodic=True)) for h in (heights, heights + 1e-6, -heights)

@@ -216,7 +216,6 @@ def container(*components):
 
 @pytest.mark.parametrize("depth", [200, 100_000])
 def test_containers_that_nest_deep(tmp_path, depth):
-    """Nested structures that are not needed are not opened."""
     nested = b""
     for _ in range(min(depth, 5000)):
         nested = b"x\0oGwyContainer\0" + struct.pack("<I", len(nested)) + nested

@@ -77,7 +77,6 @@ def test_levelling_takes_any_plane_out(surface, slope_y, slope_x, offset):
 
 
 def test_levelling_leaves_a_periodic_surface_its_slopes():
-    """A ramp that wraps is a facet, not a tilt of the scan."""
     ramp = np.tile(np.arange(8.0), (3, 2))
     level = level_plane(height_map(ramp, periodic=True)).height_m
     np.testing.assert_array_equal(level, ramp - 3.5)
@@ -109,7 +108,6 @@ def _continued(plane):
 
 @given(holed(), st.floats(-5, 5), st.floats(-5, 5))
 def test_filling_continues_a_plane(surface, slope_y, slope_x):
-    """With the tolerance of levelling."""
     height, holes = surface
     y, x = np.indices(height.shape)
     plane = slope_y * y + slope_x * x

@@ -45,7 +45,6 @@ def described(height, pixel):
 @settings(max_examples=40, deadline=None)
 @given(angle=st.floats(-89, 90), repeats=st.floats(8, 30), stretch=st.floats(0.8, 1.25))
 def test_a_wave_is_found_where_it_is(angle, repeats, stretch):
-    """The pixels need not be square; a tilt and an offset are added."""
     shape, pixel = (128, 128), (100e-9, 100e-9 * stretch)
     side = min(shape[0] * pixel[0], shape[1] * pixel[1])
     period = side / repeats
@@ -146,7 +145,6 @@ def test_figures_are_plain_json_in_their_order():
 
 
 def test_both_files_of_the_real_grid_agree(shared_data):
-    """The two file formats differ by rounding only."""
     paths = (str(shared_data / "nanosurf" / name) for name in ("grid.nid", "grid.gwy"))
     nid, gwy = (describe(read_height_map(path)) for path in paths)
     for key in KEYS[:8]:

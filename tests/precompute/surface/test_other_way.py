@@ -63,7 +63,6 @@ def test_only_such_lines_are_no_grating_at_all(tmp_path):
 
 
 def test_the_way_back_is_judged_by_the_way_forth(tmp_path):
-    """The forward scan is chosen by --channel."""
     figures = described(write(tmp_path, GRATING, GRATING + HUM), channel="Z-Axis backward")
     assert figures.periods_m == (pytest.approx(800e-9, rel=0.002),) and figures.waves.one_way
 
@@ -90,7 +89,6 @@ def test_a_grating_of_both_ways_stays(tmp_path, angle, repeats, shift):
 
 @pytest.mark.parametrize("beside", [0.5, 2.0])
 def test_one_bin_is_the_resolution(tmp_path, beside):
-    """The backward wave may differ by half a bin, but not by two bins."""
     forth, back = (5e-9 * np.sin(2 * np.pi * repeats * Y / COUNT) for repeats in (20, 20 + beside))
     assert bool(described(write(tmp_path, forth, back)).waves.gratings) == (beside < 1)
 

@@ -201,7 +201,6 @@ def test_a_relief_that_no_scan_has_asks_for_its_size(scale, side, told):
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 100.0])
 def test_a_relief_that_a_scan_may_have_is_not_questioned(scale):
-    """Reliefs from 80 pm to 8 um over 12.8 um."""
     assert "size" not in findings(grating() * scale)[1]
 
 

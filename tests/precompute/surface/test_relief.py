@@ -187,7 +187,6 @@ def test_holes_are_filled_within_the_measured_heights(seed):
 
 
 def test_holes_of_a_plane_leave_a_mirror():
-    """A plane with a hole becomes flat to 1e-20 m."""
     flat = plane((20, 20), 3e-9, -5e-9)
     flat[4:9, 6:12] = np.nan
     np.testing.assert_allclose(prepare(height_map(flat)).height_m, 0, atol=1e-20)

@@ -43,7 +43,6 @@ def test_a_sample_is_the_same_every_time(sample):
 
 
 def test_a_sample_wraps(sample):
-    """A step across an edge is at most as high as the highest step inside."""
     for axis in (0, 1):
         inside = np.abs(np.diff(sample.height_m, axis=axis)).max()
         over_the_edge = np.abs(np.take(sample.height_m, 0, axis) - np.take(sample.height_m, -1, axis)).max()

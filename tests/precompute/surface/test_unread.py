@@ -76,7 +76,6 @@ def test_a_table_with_its_heading_marked_is_read(tmp_path):
 
 @pytest.mark.parametrize("shape", [(1, 512), (512, 1), (2, 512), (512, 2), (7, 512), (512, 7), (7, 7), (1, 1)])
 def test_profiles_are_no_maps(tmp_path, shape):
-    """In pictures, bare numbers and instruments' files."""
     height = np.random.default_rng(1).random(shape) * 1e-7
     np.save(tmp_path / "few.npy", height)
     (tmp_path / "few.gsf").write_bytes(instruments.gsf(height, PIXEL_M))

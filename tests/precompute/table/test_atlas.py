@@ -169,7 +169,6 @@ def test_the_strip_goes_on_past_its_end():
 
 
 def test_the_bound_stands_above_the_curve():
-    """Its lower left texel is at the left of the first row above the strip's curve. It may be negative."""
     excess = np.random.default_rng(0).normal(size=(9, 9)).astype(np.float16).astype(np.float32)
     image, layout = atlas.pack(replace(random_bake(), excess_albedo=excess))
     assert layout.strip_rows == atlas.STRIP_ROWS + 9

@@ -75,7 +75,6 @@ def test_texels_follow_the_pdf(scan):
 
 @pytest.mark.parametrize("side", [16, 64])
 def test_every_block_is_a_set_of_its_own(scan, side):
-    """Each aligned block holds the light to three standard errors of its own number of texels."""
     series, found, _ = scan
     weights, exact = found.weights(S_SEEN[4]), power_over_s2(series, S_SEEN[4]).sum()
     blocks = weights.reshape(256 // side, side, -1, side).swapaxes(1, 2).reshape(-1, side * side)
@@ -161,7 +160,6 @@ def test_orders_stay_where_they_are(samples):
 
 
 def test_several_scans_are_averaged():
-    """Scans of different sizes, depths and numbers of nodes."""
     ensemble = [series_of(skin(200, 20e-9, 1)), series_of(skin(160, 90e-9, 2))]
     assert len(ensemble[0].amplitude) != len(ensemble[1].amplitude)
     found = make_sample_set(ensemble, SIGMA_B, tolerance=1e-5)

@@ -98,7 +98,6 @@ def test_no_depth_leaves_the_half_floats(written, decades):
 
 
 def test_neither_file_is_written_without_the_other(written):
-    """Of a table and its sample set, one cannot be written."""
     found, path = written
     before = path.read_bytes()
     pictures = {path: sample_set.pack(found), path.parent / "not there" / "table.exr": sample_set.pack(found)}

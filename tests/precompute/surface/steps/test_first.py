@@ -33,7 +33,6 @@ def test_what_must_be_given_changes_nothing_as_yet(name):
 
 
 def test_calibration_begins_with_the_period_that_the_scan_has():
-    """The period is measured to a thousandth."""
     assert first_step("calibrate", WAVES).values[0] == pytest.approx(800, rel=1e-3)
     with pytest.raises(GratingError, match="flat: calibrate: no grating stands out"):
         first_step("calibrate", HeightMap(np.zeros((64, 64)), (PIXEL, PIXEL), "flat"))

@@ -67,7 +67,6 @@ def test_the_weaker_wave_of_a_crossed_grating_is_warned_of(levelled, text, ampli
 
 @BY
 def test_a_wave_of_a_hundredth_of_the_light_is_not_warned_of(levelled, text):
-    """`info` does not list this wave either."""
     height = wave(amplitude=50e-9) + wave(angle_deg=90, amplitude=5e-9)
     assert levelled(height, text)[2] == ()
 

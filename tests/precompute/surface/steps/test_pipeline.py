@@ -71,7 +71,6 @@ def test_a_step_tells_by_its_text(levelled):
 
 
 def test_without_steps_a_relief_is_what_it_was_before_there_were_any(levelled):
-    """To the bit: a plane is subtracted, and holes are filled."""
     height = wave(angle_deg=20) + 3e-9 * np.arange(128)
     height[3:9, 7:30] = np.nan
     _, given, _ = levelled(height, "none")

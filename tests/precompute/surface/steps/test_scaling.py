@@ -17,7 +17,6 @@ def test_invert_and_zscale(levelled):
 
 
 def test_calibration_gives_the_grating_its_known_period(levelled):
-    """Pixels keep their proportions."""
     pixel = (40e-9, 50e-9)
     height = wave((160, 128), pixel, angle_deg=30)
     _, height_map, told = levelled(height, "calibrate:840", pixel=pixel)
