@@ -46,8 +46,7 @@ class Order:
 
 
 def profile(kind: str, depth_m: float, samples: int) -> np.ndarray:
-    """Heights (samples,) in metres of one period: a sine, a ridge over the first half, or a ramp that rises along
-    +T."""
+    """Heights (samples,) of a period in metres: a sine, a ridge in its first half, or a ramp up along +T."""
     x = (np.arange(samples) + 0.5) / samples
     if kind == "sinusoidal":
         return depth_m / 2 * np.sin(2 * np.pi * x)

@@ -65,8 +65,7 @@ class Evaluation:
         return first_order_angle(self.plane.theta_i, self.lambdas_m, self.expected_m)
 
     def as_dict(self) -> dict[str, float]:
-        """A record for JSON: mean (nm) and population variance (nm^2) of the periods, rms error of the angles in
-        degrees."""
+        """A record for JSON: mean (nm) and population variance (nm^2) of periods, rms error of angles (degrees)."""
         off = np.degrees(self.peak_angles - self.expected_angles)
         return {
             "period_mean_nm": float(np.mean(self.periods_m) * 1e9),
@@ -116,8 +115,7 @@ def thesis_settings(**changes) -> Settings:
 
 
 def turned(height_map: HeightMap, azimuth_deg: int) -> HeightMap:
-    """Turn the height map so that light from azimuth_deg (a multiple of 90, from T towards B) comes from 180
-    degrees."""
+    """Turn the map so that light from azimuth_deg (a multiple of 90, from T towards B) comes from 180 degrees."""
     quarters = (180 - azimuth_deg) // 90
     size = height_map.pixel_size_m if quarters % 2 == 0 else height_map.pixel_size_m[::-1]
     return replace(height_map, height_m=np.rot90(height_map.height_m, quarters), pixel_size_m=size)

@@ -41,8 +41,7 @@ class Plane:
 
 
 def first_order_angle(theta_i: float, lambdas_m, period_m: float) -> np.ndarray:
-    """Viewing angles theta_v (n,) of the first order, in radians. Raises GratingError if an order is below the
-    horizon."""
+    """Viewing angles theta_v (n,) of the first order, in radians. Raises GratingError if one is below the horizon."""
     sine = np.asarray(lambdas_m) / period_m - np.sin(theta_i)
     if np.any(np.abs(sine) >= 1):
         raise GratingError(

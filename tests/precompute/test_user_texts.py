@@ -11,8 +11,7 @@ _PAGE = re.compile(r"\bdocs/|\w\.md\b|\bREADME\b")
 
 
 def user_texts(tree, *, tooltips):
-    """All texts of a source except docstrings. With `tooltips`, the docstrings of classes are included, since Blender
-    shows them."""
+    """A source's texts except docstrings; `tooltips` includes those of classes, which Blender shows."""
     holders = (ast.Module, ast.FunctionDef, ast.AsyncFunctionDef) + (() if tooltips else (ast.ClassDef,))
     docstrings = {id(node.body[0].value) for node in ast.walk(tree)
                   if isinstance(node, holders) and ast.get_docstring(node) is not None}  # fmt: skip

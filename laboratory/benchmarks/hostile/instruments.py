@@ -69,8 +69,7 @@ def ibw(height: np.ndarray, pixel_m: float, *, order: str = "<", labels: tuple[s
 
 
 def tiff(pages: list[dict[int, object]], order: str = ">", *, first: int = 8) -> bytes:
-    """A TIFF from pages of tags (integers, lists of integers, floats, texts, bytes). The first page begins at
-    `first`."""
+    """A TIFF from pages of tags (integers, lists of integers, floats, texts, bytes); the first page is at `first`."""
     out = bytearray((b"MM\0*" if order == ">" else b"II*\0") + struct.pack(f"{order}I", first)).ljust(first, b"\0")
     for number, page in enumerate(pages):
         entries, beyond = b"", bytearray()

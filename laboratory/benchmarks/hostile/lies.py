@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wrong custom properties and grating fields: wrong types, lengths and values, as typed by hand or written by other
-tools."""
+"""Wrong custom properties and grating fields: wrong types, lengths and values, by hand or from other tools."""
 
 from collections.abc import Callable
 from functools import partial

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""User edits of the extension's nodes, drivers, pictures, meshes and pointers: deleted, renamed, swapped or of another
-type."""
+"""Edits of the extension's nodes, drivers, pictures, meshes and pointers: deleted, renamed, swapped, retyped."""
 
 from collections.abc import Callable
 from functools import partial

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Damaged meshes for the verbs `unwrap` and `comb`: wrong numbers, forged array headers, forged zip archives, spoiled
-bytes."""
+"""Damaged meshes for the verbs `unwrap` and `comb`: wrong numbers, forged array headers or zip archives, bad bytes."""
 
 import io
 import random

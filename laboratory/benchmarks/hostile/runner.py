@@ -54,8 +54,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Outcome:
-    """The result of a case: verdict, line of the refusal or fault, processor seconds, and peak bytes beyond the
-    parent's."""
+    """A case's result: verdict, line of the refusal or fault, processor seconds, peak bytes beyond the parent's."""
 
     name: str
     group: str

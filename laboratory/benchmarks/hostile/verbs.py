@@ -88,8 +88,7 @@ def _method(number: int) -> tuple[str, ...]:
 
 
 def _take(file: Path, data: bytes, line: list[object]) -> None:
-    """Write a scan and give it to a verb. Raises as run_verb does, and AssertionError if a refusing verb leaves
-    files."""
+    """Write a scan and give it to a verb. Raises as run_verb does, and AssertionError if a refusal leaves files."""
     out = file.with_name("out")
     file.write_bytes(data)
     try:

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shared by tests of the bake: the bake of two crossed waves (made once a session), and helpers for tests of the
-cache."""
+"""Shared by tests of the bake: the bake of two crossed waves (once a session), helpers for the cache."""
 
 import json
 import os

@@ -18,8 +18,7 @@ from .conftest import SKIN, assert_nothing_is_left, bake_once, fake, key, names,
 
 
 def test_the_second_bake_of_a_surface_is_taken(run_bake, picture, tmp_path, cache_folder, monkeypatch):
-    """A scan in another folder is taken from the cache. Under another name it is baked again, because the bake's header
-    holds the name."""
+    """The scan's folder does not matter, but its name does, because the bake's header holds it."""
     facts, err = run_bake(tmp_path / "first")
     assert facts["cached"] is False and "wavelengths" in err
     moved = tmp_path / "moved" / picture.name

@@ -68,8 +68,7 @@ def test_a_killed_bake_does_not_stop_the_next(picture, run_bake, tmp_path, cache
 @pytest.mark.parametrize("point", ["copy", "rename", "delivery"])
 @pytest.mark.parametrize("same", [True, False], ids=["same", "other"])
 def test_what_a_killed_run_left_goes(tmp_path, cache_folder, point, same):
-    """A process is killed at the worst moments. The next bake, of the same or another surface, removes the leftovers
-    and succeeds."""
+    """After a kill at the worst moments the next bake, of the same or another surface, cleans up and succeeds."""
     output = tmp_path / "out"
     run = subprocess.run([sys.executable, "-c", STOPPED, str(output), point], cwd=ROOT, timeout=60)
     assert run.returncode == 9

@@ -36,8 +36,7 @@ SURFACES = {
 
 
 def albedo_times_cosine(series, sigma_b, directions, *, lambdas):
-    """A = a cos(ti) at R = 1, of shape (rows, cols, n), for light from unit vectors (rows, cols, 3) at n
-    wavelengths."""
+    """A = a cos(ti) at R = 1, (rows, cols, n), for light from unit vectors (rows, cols, 3) at n wavelengths."""
     cosine = directions[..., 2]
     orders = find_orders(series)
     total = cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas=lambdas)

@@ -87,8 +87,7 @@ def test_in_the_middle_the_zero_order_is_bessels(without_bound):
 
 
 def test_a_deep_relief_is_kept_in_floats(without_bound):
-    """Half floats round a term by 2^-12 of itself. Where a relief of 2 um is darkest, its terms are ten thousand times
-    their sum."""
+    """Half floats round terms by 2^-12. At its darkest a relief of 2 um has terms ten thousand times their sum."""
     relief = prepare(scan(skin(96, 96, 2e-6)))
     baked = bake(relief, BakeRequest(coherence_length_m=COHERENCE_M))
     assert baked.precision is np.float32

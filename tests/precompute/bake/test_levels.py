@@ -113,7 +113,7 @@ def test_a_level_of_a_sample_keeps_the_budget(sampled, level):
 
 @pytest.mark.parametrize("grown", [1.22, 2.76, 6.2])
 def test_between_levels_orders_are_little_too_bright(sampled, grown):
-    """Between two levels the variance is exact, and the shape of the kernel nearly so.
+    """Between two levels the variance is exact, the kernel's shape nearly.
 
     Let the variance be sqrt(1.5) times that of a level, so that the share of the next level is f = 0.449. In the middle
     of a narrow order the mixture is 1 - f + f / 1.5 instead of 1 / sqrt(1.5). That is 4.1 % too bright, and the order's
@@ -143,8 +143,7 @@ def test_levels_of_a_file_answer_alike(baked):
 
 
 def lone(sigma_b, texel, texels, peak=1.0):
-    """A table with one term, a lone Gaussian under the kernel sigma_b, and that Gaussian as a function of u, v and the
-    variance."""
+    """A table with a lone Gaussian under the kernel sigma_b, and that Gaussian as a function of u, v, variance."""
     axis = (np.arange(texels) - (texels - 1) / 2) * texel
     middle = 0.3 * texel, -0.2 * texel
 

@@ -42,8 +42,8 @@ LENGTH_M = RELIEF.size_m[1]
 @pytest.mark.parametrize(("w", "lam"), [(1.9, 400e-9), (1.2, 550e-9), (0.5, 700e-9)])
 def test_the_bins_add_up_to_the_reference(w, lam):
     """Sums of Gaussians at the bins give |P|^2. Along each axis, 6e-5 of the peak's 2e-3 folds back. The window is cut
-    where it has fallen to 3e-4 of its amplitude, and there the amplitude is under a tenth of the peak's. The measured
-    error is 2e-4."""
+    where it has fallen to 3e-4 of its amplitude, and there the amplitude is under a tenth of the peak's. Measured:
+    2e-4."""
     window = PatchWindow(RELIEF, LENGTH_M / 4)
     series = patch_series(window, 0.6)
     u, v = np.random.default_rng(0).uniform(-0.55, 0.55, (2, 200))

@@ -57,8 +57,7 @@ def test_texels_are_read_at_their_middles(baked):
 
 
 def test_the_zero_order_is_straight_where_its_samples_are():
-    """A reading before the first sample repeats the first sample, as in a renderer. At w = 0 this makes it too large by
-    a sixth of a step."""
+    """As in a renderer the first sample is repeated, so at w = 0 a reading is too large by a sixth of a step."""
     w = np.array([0.5, 0.7, 1.0, 2.0])
     np.testing.assert_allclose(linear_bake().zero_order_xyz(w), (w / 2)[:, None] * [1, 2, 3], atol=1e-15)
     assert linear_bake().zero_order_xyz(0.0) == pytest.approx(np.array([1, 2, 3]) / 4 / 6)

@@ -43,8 +43,7 @@ def errors_of(made, baked):
 
 @pytest.mark.parametrize("w_range", [(0.0, 2.0), (0.7, 1.3), (1.95, 2.0)])
 def test_every_part_of_the_range_of_w_is_looked_at(w_range):
-    """A deep relief is hardest at large w. A draw of three values that were all below 1.2 passed a bake with a dE00 of
-    22 at w = 1.9."""
+    """A deep relief is hardest at large w. Three values below 1.2 passed a bake with a dE00 of 22 at w = 1.9."""
     for seed in range(20):
         w = self_check.w_within(w_range, 4, np.random.default_rng(seed))
         assert w_range[0] <= w.min() and w.max() <= w_range[1]

@@ -121,8 +121,7 @@ def test_light_from_everywhere_needs_the_hemisphere_around_the_view():
 
 
 def test_the_least_change_across_a_pixel():
-    """The smaller side of a rectangle in any orientation; 0 if one step changes nothing, or if both steps are
-    parallel."""
+    """The smaller side of a rectangle in any orientation; 0 if a step changes nothing or both are parallel."""
     uv, turn = np.zeros((4, 2)), np.radians(20)
     side, up = np.array((math.cos(turn), math.sin(turn))), np.array((-math.sin(turn), math.cos(turn)))
     beside = np.array([0.3 * side, 0.1 * up, 0 * side, 0.2 * side])

@@ -48,8 +48,7 @@ def test_it_is_the_bound_that_the_bake_measures_itself_against(relief, sigma_b):
 
 
 def test_a_mirror_has_no_excess():
-    """A mirror reflects all the light that its kernel keeps above the horizon. The sum over the kernel is exact to
-    2e-4."""
+    """It reflects all light that its kernel keeps above the horizon. The kernel's sum is exact to 2e-4."""
     assert albedo_bound([spectrum_of(prepare(flat()), SIGMA_B)], directions(), sigma_b=SIGMA_B).max() < 1 + 2e-4
 
 

@@ -83,8 +83,7 @@ def test_where_it_does_not_wrap_it_is_the_reference():
 @pytest.mark.parametrize("periodic", [True, False])
 @pytest.mark.parametrize("shape", [(1, 40), (40, 1), (33, 48)])
 def test_the_cells_hold_all_the_light(periodic, shape):
-    """By Parseval's theorem. The Nyquist frequency of an even count is left out; this relief has almost no power
-    there."""
+    """By Parseval's theorem. The omitted Nyquist frequency of an even count has almost no power here."""
     y, x = (np.arange(n) / n for n in shape)
     heights = 60e-9 * (np.cos(2 * np.pi * 2 * x) + np.sin(2 * np.pi * y[:, None]) * (shape[0] > 1))
     relief = prepare(HeightMap(heights, (PIXEL, PIXEL), "test", periodic=periodic))

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The coverage-guided search: it keeps files that reach new lines, and finds files that are neither accepted nor
-refused."""
+"""The coverage-guided search keeps files that reach new lines and finds files that break a reader."""
 
 import random
 

@@ -60,8 +60,7 @@ def test_only_real_orders_are_given():
 
 
 def test_a_blaze_sends_light_down_its_slope():
-    """A facet half a wavelength high, light along the normal: the path difference is one wavelength, and m = -1 has
-    nearly all light."""
+    """A facet half a wavelength high at normal incidence has nearly all light in m = -1."""
     orders = efficiencies("blazed", period_m=50e-6, depth_m=275e-9, wavelength_m=550e-9)
     assert max(orders, key=lambda o: o.computed).order == -1
     assert {o.order: o for o in orders}[-1].computed > 0.999

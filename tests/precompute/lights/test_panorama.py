@@ -23,8 +23,7 @@ def test_a_picture_looks_along_x_from_the_bottom_up():
 
 
 def test_moments_are_the_integral_of_the_direction():
-    """Against the sum over cells 50 times finer, whose own error is the square of the cell size: 1e-4 of the coarse
-    one."""
+    """Against the sum over cells 50 times finer, whose error is 1e-4 of the coarse cells' size squared."""
     coarse, fine = panorama_cells(4, 8), panorama_cells(200, 400)
     sums = (fine.directions * fine.solid_angles[:, None]).reshape(4, 50, 8, 50, 3).sum(axis=(1, 3))
     np.testing.assert_allclose(coarse.moments, sums.reshape(-1, 3), atol=1e-4)

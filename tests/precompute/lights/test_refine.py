@@ -10,8 +10,7 @@ FINE = 9
 
 
 def seen(directions, suns, spread):
-    """Radiance (n, 3) of a sky with discs. `suns` are (direction, radius, radiance); their edges are as soft as a pixel
-    is wide."""
+    """Radiance (n, 3) of a sky with `suns`, discs (direction, radius, radiance) with edges a pixel wide."""
     total = np.where(directions[:, 2] > 0, 0.3 + 0.7 * directions[:, 2], 0.1)
     for towards, radius, radiance in suns:
         # The chord stays exact for tiny angles.

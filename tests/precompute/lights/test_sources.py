@@ -18,8 +18,7 @@ def off_deg(source, towards):
 
 @pytest.mark.parametrize("towards", [(40, 10), (-15, 179), (89, 0), (3, -60)])
 def test_a_sun_of_few_pixels(towards):
-    """A sun of 0.53 degrees lies within one pixel of 1.4 degrees: the source has its light, the pixel's place and the
-    pixel's width."""
+    """A sun of 0.53 degrees in a pixel of 1.4 degrees: the source has its light and the pixel's place and width."""
     sun = direction(*towards)
     light = np.where(np.arange(len(CELLS.directions)) == np.argmax(CELLS.directions @ sun), 20000.0, 0)
     [source] = fit_sources(picture(sky() + light), 8)
@@ -104,8 +103,7 @@ def test_two_windows_and_the_bright_wall_between_them():
 
 
 def test_a_window_that_takes_more_sources_than_there_are_is_none_of_them():
-    """Sampling a window at random is exact, but half of a window as a source would be a streak. A sun beside it still
-    becomes a source."""
+    """Random samples of a window are exact; half of it as a source would be a streak. A sun beside it is a source."""
     window = 5 * box(direction(10, 70), 36, 44)
     assert fit_sources(picture(0.2 + window), 8) == []
     # The window has 0.48 of the light.

@@ -23,8 +23,7 @@ FAILS = 3.0
 
 
 def skin():
-    """A grating of 1.28 um along T, slightly irregular, on 64 x 64 pixels of 80 nm; it differs from its flips and
-    turns."""
+    """A slightly irregular grating of 1.28 um along T without symmetry, 64 x 64 pixels of 80 nm."""
     x, y = np.meshgrid(*[np.arange(64) / 64] * 2)
     phase = 0.7 * np.cos(2 * np.pi * (x + y)) + 0.4 * np.sin(2 * np.pi * (2 * y - x))
     heights = 110e-9 * np.sin(2 * np.pi * 4 * x + phase) + 40e-9 * np.sin(2 * (2 * np.pi * 4 * x + phase))
@@ -203,9 +202,8 @@ def test_the_exposure_follows_the_brightness(truth, factor):
 
 
 def test_the_allowance_is_two_standard_deviations():
-    """The errors have an exponential tail, for which the density at the percentile is exact. The standard deviation of
-    4000 samples is exact to 1 / sqrt(8000) = 1.1 %, and a percentile of 1500 values has a bias of the order of
-    1 / 15."""
+    """For an exponential tail the density at the percentile is exact. The standard deviation of 4000 samples is exact
+    to 1 / sqrt(8000) = 1.1 %, and a percentile of 1500 values has a bias of the order of 1 / 15."""
     drawn = np.random.default_rng(5).exponential(0.2, (4000, 1500))
     p95, p99 = np.percentile(drawn, [95, 99], axis=1)
     allowances = [
@@ -231,8 +229,7 @@ def spectrum_of(relief, sigma_b):
 @few
 @given(st.floats(0.02, 1.98), st.integers(0, 2**32), st.integers(2, 60))
 def test_pairs_are_directions_that_can_be(w, seed, count):
-    """Of unit length, above the surface, and with the group's w, to rounding; a square root of 1 - c^2 adds nothing to
-    the norm."""
+    """Of unit length, above the surface and with the group's w, to rounding."""
     pairs = draw_pairs(spectrum_of(skin(), SIGMA_B), SIGMA_B, w, count=count, rng=np.random.default_rng(seed))
     assert len(pairs.wi) == len(pairs.wr) == len(pairs.drawn)
     assert (~pairs.drawn).sum() == count // 2
@@ -245,8 +242,7 @@ def test_pairs_are_directions_that_can_be(w, seed, count):
 
 
 def test_the_other_half_is_drawn_where_the_light_is():
-    """At a grating of one row, u = m lam / period of some wavelength and v = 0, jittered by the kernel, within 5
-    sigma."""
+    """For one row, u = m lam / period of some wavelength and v = 0, jittered by the kernel, within 5 sigma."""
     x = np.arange(64) / 64
     heights = 60e-9 * np.sin(2 * np.pi * 8 * x)[None, :]
     relief = prepare(HeightMap(heights, (80e-9, 80e-9), "test", periodic=True))
@@ -264,8 +260,8 @@ def test_the_other_half_is_drawn_where_the_light_is():
 
 def test_cosine_weighted_pairs_share_w_evenly():
     """The density of ci for a given w is ci (w - ci): at w = 0.8 a parabola over [0, 0.8], with mean 0.4 and standard
-    deviation 0.8 / sqrt(20). The mean of 4000 values has the deviation 0.8 / sqrt(80000) = 0.0028; the test allows four
-    times that."""
+    deviation 0.8 / sqrt(20). The mean of 4000 values deviates by 0.8 / sqrt(80000) = 0.0028; the test allows four times
+    that."""
     pairs = draw_pairs(spectrum_of(skin(), SIGMA_B), SIGMA_B, 0.8, count=8000, rng=np.random.default_rng(0))
     ci = pairs.wi[~pairs.drawn, 2]
     assert ci.mean() == pytest.approx(0.4, abs=0.0113)

@@ -13,8 +13,7 @@ from .shapes import joined, polygons_of, sheet, sphere, torus
 
 
 def carried(polygons, uv, turn):
-    """The directions (corners, 3) that a renderer finds: each triangle's U projected onto the corner's tangent plane,
-    and turned."""
+    """A renderer's directions (corners, 3): each triangle's U in the corner's tangent plane, turned."""
     corners = polygons.corners
     at, on = polygons.points[polygons.point[corners]], uv[corners].astype(float)
     by_uv = on[:, 1:] - on[:, :1]

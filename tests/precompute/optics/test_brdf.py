@@ -106,8 +106,7 @@ def test_reciprocity_of_fresnel_times_obliquity(theta_i, phi_i, theta_r, phi_r, 
 @pairs
 @given(polar, azimuth)
 def test_obliquity_of_a_mirror_is_one(theta, phi):
-    """For a mirror O = 1, so O cos(ti) w^2 = 4 cos^3. At 89.5 degrees 1 + wi.wr = 2 cos^2 is 1e-4 and keeps 12
-    digits."""
+    """Thus O cos(ti) w^2 = 4 cos^3. At 89.5 degrees 1 + wi.wr = 2 cos^2 is 1e-4 and keeps 12 digits."""
     wi, wr = direction(theta, phi), direction(theta, phi + np.pi)
     assert obliquity_times_cosine_and_w2(wi, wr) == pytest.approx(4 * np.cos(theta) ** 3, rel=1e-10)
 

@@ -136,8 +136,7 @@ def test_a_spectrum_and_its_zero_order_make_white():
 
 @pytest.mark.parametrize("lam", [400e-9, 550e-9, 700e-9])
 def test_the_grating_equation(lam):
-    """u = m lam / period: each order is the kernel itself, since the others are 9 sigma away. The search has steps of
-    1e-4."""
+    """u = m lam / period: each order is the kernel itself, as the others are 9 sigma away. Steps of 1e-4."""
     period, sigma_b = 2e-6, 0.02
     relief = wave(period)
     grid = reference_grid(relief, sigma_b)

@@ -28,8 +28,7 @@ def skin(count=400, pixel=60e-9, scale=30e-9, seed=0, periodic=False):
 @pytest.mark.parametrize("scale", [1e-9, 30e-9, 150e-9])
 def test_the_fast_series_is_the_exact_spectrum(scale):
     """The tolerance is 2e-4 of the sum of the coefficients, and its estimate may be wrong by a factor of two. Single
-    precision adds 1e-6. For a deep relief the power over s^2 is small at large s, so the same error is a larger share
-    of it."""
+    precision adds 1e-6. A deep relief's power over s^2 is small at large s, so its share of error is larger."""
     relief = skin(scale=scale)
     series = fast_series(relief, Q_MAX, S_MAX, finest_kernel=4e4, tolerance=2e-4)
     light = _coefficient_sizes(series.scattered_over_s2).sum()

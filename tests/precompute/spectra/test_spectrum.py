@@ -83,8 +83,7 @@ def test_a_mirror_scatters_nothing():
 
 
 def test_nothing_is_scattered_at_the_horizon():
-    """At s = 0 there is no path difference. The scattered part grows as s^2; the next term is (2 pi s h)^2 times
-    smaller."""
+    """The scattered part grows as s^2; the next term is (2 pi s h)^2 times smaller."""
     relief = rough(0)
     grid = every_bin(relief)
     assert scattered_spectrum(relief, 0.0, grid)[0].max() == 0
@@ -111,8 +110,7 @@ def test_a_facet_sends_light_down_its_slope(along_b):
 
 @pytest.mark.parametrize("turn", [20.0, 110.0, -75.0])
 def test_a_turned_blaze_sends_light_where_its_facets_look(turn):
-    """On a scan that does not wrap, the order lies at q = -(cos, sin) of the turn over the period, to the nearest
-    bin."""
+    """On a scan that does not wrap, the order is in the bin nearest to q = -(cos, sin) of the turn over the period."""
     angle = np.radians(turn)
     count, pixel, period = 96, 50e-9, 1.0e-6
     x = np.arange(count) * pixel
@@ -177,9 +175,8 @@ def test_blazed_orders(depth):
 
 
 def test_white_noise_heights_spread_evenly():
-    """With independent heights each of 4096 bins has (1 - zero) / 4096 on average. The power of a bin is distributed
-    exponentially, as speckle is, so the mean of n bins has a relative deviation of 1 / sqrt(n); the test allows
-    four."""
+    """With independent heights each of 4096 bins has (1 - zero) / 4096 on average. The power of a bin is exponentially
+    distributed, so the mean of n bins has a relative deviation of 1 / sqrt(n); the test allows four."""
     relief = rough(5, (64, 64), periodic=True)
     power, zero = scattered_spectrum(relief, S, every_bin(relief))
     for band in (power[:32], power[32:], power[:, :32], power[:, 32:]):

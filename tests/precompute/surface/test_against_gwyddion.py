@@ -57,8 +57,7 @@ def test_infinite_points_of_a_real_x3p(shared_data, tmp_path, kind, letter, figu
 
 @pytest.mark.parametrize("units", [(148,), (148, 152, 156)], ids=["values", "values and sides"])
 def test_a_real_wave_without_units(shared_data, tmp_path, units):
-    """Units removed from st_spot_1-1000nm.ibw. Gwyddion reads the heights in metres, and the sides, 20.08 um, without a
-    unit."""
+    """st_spot_1-1000nm.ibw without its units. Gwyddion reads heights in metres, and sides of 20.08 um."""
     data = bytearray((shared_data / "formats" / "st_spot_1-1000nm.ibw").read_bytes())
     for at in units:
         data[64 + at : 68 + at] = bytes(4)
@@ -71,8 +70,7 @@ def test_a_real_wave_without_units(shared_data, tmp_path, units):
 
 @pytest.mark.parametrize("sign", ["\xb5m".encode("latin-1"), "\xb5m".encode(), "\u03bcm".encode()])
 def test_micrometres_of_a_real_sur(shared_data, tmp_path, sign):
-    """The millimetres of st_sur-2.sur as micrometres. Gwyddion takes its 117 missing points as heights two steps below
-    the lowest."""
+    """st_sur-2.sur in micrometres. Gwyddion takes its 117 missing points as heights two steps below the lowest."""
     data = bytearray((shared_data / "formats" / "st_sur-2.sur").read_bytes())
     for unit, step, axis in ((180, 120, 228), (196, 124, 244), (212, 128, 260)):
         assert data[unit : unit + 16].strip() == b"mm"
@@ -103,8 +101,7 @@ def sdf(shared_data, largest, *, binary):
 @pytest.mark.parametrize("binary", [False, True])
 @pytest.mark.parametrize("largest", [np.nan, np.finfo("f8").max])
 def test_holes_of_a_real_sdf(shared_data, tmp_path, binary, largest):
-    """Gwyddion takes NaN as missing only in binary files, and DBL_MAX as a height of 1.8e302 m; all other values
-    agree."""
+    """Gwyddion takes NaN as missing only in binary files, and DBL_MAX as a height; all other values agree."""
     height = read(tmp_path, "holes.sdf", sdf(shared_data, largest, binary=binary)).height_m
     assert sorted(map(tuple, np.argwhere(np.isnan(height)).tolist())) == sorted(HOLES)
     holds(height, 4, SDF)

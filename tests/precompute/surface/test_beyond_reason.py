@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that no instrument writes: unreasonable sizes, paths that are not files, tails, bombs. Each is refused quickly,
-in one line."""
+"""Files that no instrument writes: unreasonable sizes, no files, tails, bombs. All are refused quickly."""
 
 import os
 import struct
@@ -138,8 +137,7 @@ def test_a_name_that_no_file_can_have():
 
 @pytest.mark.parametrize("name", ["scan.nid", "scan.gwy", "scan.png", "scan.tif", "scan.bmp"])
 def test_a_tail_of_4_gib_is_not_read(tmp_path, name):
-    """The sparse file takes no room. Whether it is refused or read without its tail, the zeros are not held in
-    memory."""
+    """The sparse file takes no room. Refused or read without its tail, its zeros are not held in memory."""
     path = tmp_path / name
     if name.endswith("nid"):
         path.write_bytes(nid_bytes(TILTED))

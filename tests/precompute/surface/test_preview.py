@@ -24,8 +24,7 @@ def scan(rows=256, cols=256, *, tilt_m=0.0, dust=False):
 
 def test_the_figures_are_those_before_and_after():
     """At 16 pixels a period the pixels beside a top are half a pixel off it. Over whole periods the rms is 20 nm / sqrt
-    2. The tilt adds 500 nm to the range, and to the variance that of n even steps, (500 nm)^2 / 12
-    (n + 1) / (n - 1)."""
+    2. The tilt adds 500 nm to the range, and the variance of n even steps, (500 nm)^2 / 12 (n + 1) / (n - 1)."""
     found = preview(scan(tilt_m=500e-9), parse_steps("plane"))
     height = 40e-9 * np.cos(np.pi / 16)
     assert found.after.range_m == pytest.approx(height, rel=1e-9)

@@ -41,8 +41,7 @@ def shifted_rows(seed, count=COUNT):
 @pytest.mark.parametrize("seed", [0, 4])
 def test_pits_in_tracks_have_the_period_of_the_tracks(seed):
     """Around the tracks' frequency the pits scatter so much that half the period stands out more, but it sends out less
-    light. The pits' random lengths move the tracks' peak by less than a tenth of a bin, which is 1 / 6.6 of the
-    period."""
+    light. They move the tracks' peak by less than a tenth of a bin (1 / 6.6 of the period)."""
     tracks, half, *_ = described(pits(seed)).waves.gratings
     assert tracks.period_m == pytest.approx(TRACKS, rel=0.1 / 6.6)
     assert half.period_m == pytest.approx(TRACKS / 2, rel=0.1 / 6.6)
@@ -58,8 +57,7 @@ def test_tracks_are_calibrated_by_the_tracks():
 
 
 def test_rough_ground_makes_no_longer_period_of_a_grating():
-    """If its power falls with the third power of the frequency, ground is strongest at twice the length, and more so at
-    three times."""
+    """Ground whose power falls as q^-3 is strongest at twice the length, and more so at three times."""
     q = np.hypot(np.fft.fftfreq(COUNT)[:, None], np.fft.rfftfreq(COUNT))
     for seed in range(10):
         rough = np.fft.rfft2(np.random.default_rng(seed).standard_normal((COUNT, COUNT)))

@@ -47,8 +47,7 @@ def with_xml(change, height=TILTED):
 
 @pytest.mark.parametrize("prefix", ["", "{x:.9g};{y:.9g};", ";;"])
 def test_points_in_the_xml(tmp_path, prefix):
-    """Points as z alone, as x, y and z, and with empty x and y; an empty point was not measured. Increment and offset
-    of z apply."""
+    """Points as z, as x, y and z, or with empty x and y; an empty point is missing. z is scaled and offset."""
     points = [
         prefix.format(x=col * PIXEL_M, y=row * PIXEL_M) + repr(float(z) * 1e9)
         for row, line in enumerate(TILTED)

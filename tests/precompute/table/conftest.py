@@ -36,8 +36,7 @@ def series_of(relief, finest_kernel=SIGMA_B / 780e-9, tolerance=2e-4):
 
 
 def bins_of(found, series):
-    """Indices (row, column), each (N, N), of the bins of a sample set's texels, each of which must lie exactly on a
-    bin."""
+    """Indices (row, column), each (N, N), of the bins on which a sample set's texels must lie exactly."""
     sides = ((series.grid.q_y, found.q[..., 1]), (series.grid.q_x, found.q[..., 0]))
     index = tuple(np.minimum(np.searchsorted(axis, q), len(axis) - 1) for axis, q in sides)
     for (axis, q), at in zip(sides, index, strict=True):
@@ -54,8 +53,7 @@ def scan():
 
 
 def random_bake(terms=5, resolution=12, samples=20, peak=1.0, *, seed=0, levels=1, ratio=1.5):
-    """A table with random tiles. `resolution` is the texels of a tile on the first level: one number for a square, or
-    (rows, columns)."""
+    """A table with random tiles of `resolution` texels on the first level: one number, or (rows, columns)."""
     rng = np.random.default_rng(seed)
     tile = np.broadcast_to(resolution, 2)
     sizes = [[math.ceil((n - 5) * ratio ** (-level / 2) - 1e-9) + 5 for n in tile] for level in range(levels)]

@@ -157,8 +157,7 @@ def test_row_zero_of_the_image_is_its_bottom():
 
 
 def test_the_strip_goes_on_past_its_end():
-    """A reading at w = 2 uses one more sample, which continues the line through the last two. The file holds the same
-    sample."""
+    """A reading at w = 2, also from the file, uses one more sample on the line through the last two."""
     table = random_bake(terms=4, resolution=12, samples=20)
     image, layout = atlas.pack(table)
     expected = 2 * image[0, 19].astype(float) - image[0, 18]

@@ -17,8 +17,7 @@ def wave(shape=(128, 128), pixel=(50e-9, 50e-9), *, period=800e-9, angle_deg=0.0
 
 @pytest.fixture
 def levelled():
-    """A function that applies steps to heights (rows, cols) and returns the new heights, the new height map and the
-    steps' messages."""
+    """A function that applies steps to heights (rows, cols) and returns new heights, height map and messages."""
 
     def carry_out(height, steps, *, pixel=(50e-9, 50e-9), periodic=False):
         done = level(HeightMap(height, pixel, "scan", periodic=periodic), parse_steps(steps))

@@ -27,8 +27,7 @@ def test_nothing_is_found_on_clean_gratings(levelled, height, text):
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("wide", [1, 2, 4])
 def test_scars_are_found_to_the_pixel(levelled, wide, sign):
-    """A step of 150 nm, several times the greatest difference between rows of the grating, 50 nm * 2 pi / 16 = 20
-    nm."""
+    """A step of 150 nm is several times the grating's greatest row difference, 50 nm * 2 pi / 16 = 20 nm."""
     height = rough(wave(angle_deg=60))
     height[100 : 100 + wide, 90:115] += sign * 150e-9
     height[90, 5:20] += sign * 150e-9  # a run of 15 pixels is too short for a scar

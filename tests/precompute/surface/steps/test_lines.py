@@ -72,8 +72,7 @@ def test_a_wave_of_a_hundredth_of_the_light_is_not_warned_of(levelled, text):
 
 
 def test_the_real_grid_along_the_rows(shared_data):
-    """The grid's lines run at 45 degrees. Turned along the rows, it keeps its rms with a plane; alignment erases it and
-    warns."""
+    """The grid's lines run at 45 degrees. Turned along the rows, they are erased by alignment, which warns."""
     grid = read_height_map(str(shared_data / "nanosurf" / "grid.nid"))
     turned = level(grid, parse_steps("plane,rotate:45")).height_map
     plane = level(turned, parse_steps("plane")).height_map
