@@ -37,7 +37,6 @@ class Order:
 
     @property
     def error(self) -> float:
-        """Absolute difference of the two efficiencies."""
         return abs(self.computed - self.analytic)
 
     def as_dict(self) -> dict[str, float]:
@@ -46,7 +45,7 @@ class Order:
 
 
 def profile(kind: str, depth_m: float, samples: int) -> np.ndarray:
-    """Heights (samples,) of a period in metres: a sine, a ridge in its first half, or a ramp up along +T."""
+    """Heights (samples,) in metres over one period: a sine, a ridge in its first half, or a ramp up along +T."""
     x = (np.arange(samples) + 0.5) / samples
     if kind == "sinusoidal":
         return depth_m / 2 * np.sin(2 * np.pi * x)

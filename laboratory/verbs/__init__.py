@@ -3,11 +3,9 @@
 
 from precompute.cli import parser
 
-# The verbs' help texts.
 VERBS = {
     "evaluate": "the grating period that follows from each method's colours",
     "efficiency": "a grating's efficiencies against their closed forms",
     "benchmark": "speed against error: every method on the same surfaces",
 }
-# The verbs of the product and of the laboratory.
 PACKAGES = parser.PACKAGES | {__package__: VERBS}

@@ -32,7 +32,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Run `efficiency`."""
     found = efficiency.efficiencies(
         arguments.profile, period_m=arguments.period_um * 1e-6, depth_m=arguments.depth_nm * 1e-9,
         wavelength_m=arguments.wavelength_nm * 1e-9, theta_i=np.radians(arguments.theta_i), orders=arguments.orders,

@@ -62,7 +62,6 @@ def imports(path):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            # One dot is the package itself.
             base = package[: len(package) + 1 - node.level] if node.level else ()
             assert len(package) + 1 >= node.level, f"{path}: a relative import leaves the extension"
             module = ".".join((*base, *([node.module] if node.module else [])))

@@ -27,7 +27,6 @@ SUITES: dict[str, Callable[[int, int, Path], Iterable[runner.Case]]] = {
     "records": records.cases,
     "arguments": arguments.cases,
 }
-# The suite that runs in Blender.
 BLENDS = "blends"
 
 

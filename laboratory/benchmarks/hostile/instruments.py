@@ -156,7 +156,6 @@ def park(height: np.ndarray, pixel_m: float, *, version: int = 2, first: int = 8
 
 
 def wsxm(height: np.ndarray, pixel_m: float, *, kind: str = "short") -> bytes:
-    """A WSxM topography."""
     rows, cols = height.shape
     relief = float(np.ptp(height))
     values = np.round(height / relief * 60000) if kind == "short" else height * 1e9

@@ -54,7 +54,6 @@ def _drivers_of_nodes(it: Skin) -> None:
             curve.driver.variables.remove(curve.driver.variables[0])
 
 
-# The skin's node trees.
 _TREES: dict[str, Callable[[Skin], object]] = {
     "the Diffraction group": lambda it: it.group,
     "the second's group": lambda it: it.second.group,

@@ -22,12 +22,10 @@ _NUMBER = re.compile(rb"(?<![\w.])-?\d[\d.]*(?:e[-+]?\d+)?")
 
 
 def truncated(draw: random.Random, data: bytes) -> bytes:
-    """Cut off the end."""
     return data[: draw.randrange(len(data))]
 
 
 def flipped(draw: random.Random, data: bytes) -> bytes:
-    """Flip one to eight bits."""
     spoiled = bytearray(data)
     for _ in range(draw.randint(1, 8)):
         spoiled[draw.randrange(len(spoiled))] ^= 1 << draw.randrange(8)
@@ -43,7 +41,6 @@ def overwritten(draw: random.Random, data: bytes) -> bytes:
 
 
 def without_block(draw: random.Random, data: bytes) -> bytes:
-    """Remove a block from the middle."""
     start, stop = _span(draw, data)
     return data[:start] + data[stop:]
 

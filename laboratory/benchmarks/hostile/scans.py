@@ -41,12 +41,10 @@ def gwy() -> bytes:
 
 
 def png() -> bytes:
-    """A grey picture, 8 bits."""
     return _saved(_grey(np.uint8), "PNG")
 
 
 def png_16() -> bytes:
-    """A grey picture, 16 bits."""
     return _saved(_grey(np.uint16), "PNG")
 
 
@@ -74,7 +72,6 @@ def tiff_of_floats() -> bytes:
 
 
 def bmp() -> bytes:
-    """A grey picture, 8 bits."""
     return _saved(_grey(np.uint8), "BMP")
 
 

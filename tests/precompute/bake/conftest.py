@@ -113,7 +113,6 @@ class Child:
 
     @property
     def stages(self) -> list[str]:
-        """The reported stages, in order."""
         lines = [line for line in self.err.read_text().splitlines() if line.endswith("}")]
         return list(dict.fromkeys(json.loads(line)["stage"] for line in lines))
 
@@ -142,7 +141,6 @@ def fake(content=b"table", calls=None):
 
 
 def bake_once(key, output, make):
-    """Call cache.bake_once for bakes of `fake`."""
     return cache.bake_once(key, output, make, believed=lambda facts: facts["files"] == ["a.exr"])
 
 

@@ -26,7 +26,6 @@ def height_map():
 
 
 def request(*argv):
-    """The bake request of a `bake` command line."""
     arguments = build_parser().parse_args(["bake", "skin.png", "-o", "out", *argv])
     return request_of(arguments)
 

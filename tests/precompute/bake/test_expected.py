@@ -27,7 +27,6 @@ def scan_of(side=48, width_m=4e-6, height_m=200e-9):
 
 @pytest.fixture
 def little(monkeypatch):
-    """Leave 64 MiB of free memory."""
     monkeypatch.setattr(memory, "free_bytes", lambda: 64 * MIB)
 
 

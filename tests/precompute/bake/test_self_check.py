@@ -29,7 +29,6 @@ def skin():
 
 @pytest.fixture(scope="module")
 def made():
-    """Relief, plan and table."""
     relief = skin()
     chosen = plan(relief, BakeRequest(coherence_length_m=COHERENCE_M))
     return relief, chosen, carry_out(chosen)

@@ -85,7 +85,6 @@ def test_the_zero_order_of_waves_is_bessels(baked):
             for lam in lambdas
         ]
         expected = efficiency @ spectral_weights(lambdas)
-        # Twice the 1e-4 of the amplitude's series.
         np.testing.assert_allclose(baked.zero_order_xyz(w), expected, atol=2e-4)
 
 

@@ -77,7 +77,6 @@ def test_a_pixel_that_is_no_number_is_refused(tmp_path, value, kind):
 
 
 def with_window(data, *corners, which=b"dataWindow"):
-    """The bytes with another data window or display window."""
     at = data.index(which + b"\0box2i\0") + len(which) + 11
     return data[:at] + struct.pack("<4i", *corners) + data[at + 16 :]
 

@@ -71,7 +71,6 @@ def test_a_text_without_end_is_refused():
 
 
 def refused_file(path):
-    """The one-line error for a file."""
     with pytest.raises(GratingError) as caught:
         read_json(path, REMEDY)
     line = str(caught.value)

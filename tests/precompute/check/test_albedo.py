@@ -18,7 +18,6 @@ SIGMA_B = 0.03
 
 
 def skin():
-    """A bumpy skin that does not wrap."""
     rng = np.random.default_rng(3)
     y, x = (np.arange(n) / n for n in (64, 80))
     phase = 0.8 * np.cos(2 * np.pi * (x + y[:, None])) + 0.5 * np.cos(2 * np.pi * (2 * x - y[:, None]) + 1)

@@ -113,7 +113,6 @@ def test_the_period_of_a_blaze(blaze):
         assert told[name]["period_variance_nm"] <= 0.377
         assert told[name]["peak_angle_rms_deg"] <= 0.02
     assert told["pq"]["period_mean_nm"] == pytest.approx(2500, abs=3)
-    # Also against the true period.
     off = found["flss"].peak_angles - first_order_angle(THETA_I, lambdas, 2.5e-6)
     assert np.degrees(np.sqrt(np.mean(off**2))) <= 0.02
 

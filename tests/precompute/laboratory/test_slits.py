@@ -31,7 +31,6 @@ def test_orders_stand_where_the_grating_equation_puts_them():
     assert slits.intensity(orders, 7, LAM) == pytest.approx(slits.envelope(orders, LAM), abs=1e-12)
     # The pitch is five widths: the fifth order falls on the envelope's first zero.
     assert slits.intensity(np.array([5 * LAM / slits.PITCH_M]), 7, LAM)[0] < 1e-25
-    # There are N - 1 zeros between two orders.
     zeros = np.arange(1, 7) * LAM / (7 * slits.PITCH_M)
     assert np.all(slits.intensity(zeros, 7, LAM) < 1e-25)
 

@@ -106,7 +106,6 @@ def test_a_window_that_takes_more_sources_than_there_are_is_none_of_them():
     """Random samples of a window are exact; half of it as a source would be a streak. A sun beside it is a source."""
     window = 5 * box(direction(10, 70), 36, 44)
     assert fit_sources(picture(0.2 + window), 8) == []
-    # The window has 0.48 of the light.
     assert missed(picture(0.2 + window), []) == pytest.approx(0.48, rel=0.1)
     sources = fit_sources(picture(0.2 + window), 16)
     assert len(sources) == 16 and missed(picture(0.2 + window), sources) < 0.02

@@ -61,7 +61,6 @@ def branching():
 
 
 def joined(*meshes):
-    """Join several meshes into one."""
     first = np.cumsum([0, *(len(points) for points, _ in meshes)])
     points = np.concatenate([points for points, _ in meshes])
     return points, np.concatenate([t + at for (_, t), at in zip(meshes, first[:-1], strict=True)])

@@ -40,7 +40,6 @@ def test_fields_are_unit_tangent_and_smooth_but_at_singular_points(name):
         flips = np.abs(edge_turns(surface, field.direction)) > np.pi / 2
         here, there = surface.node, surface.node[following(np.arange(len(surface.node)))]
         assert (near[here] | near[there])[flips].all()
-        # There are only a few singular triangles.
         assert (singular.index != 0).sum() <= 12
 
 

@@ -29,7 +29,6 @@ def skin(periodic=True, shape=(60, 72), seed=3, depth=300e-9):
 
 
 def places(count=60, seed=1):
-    """u, v, w and wavelengths."""
     rng = np.random.default_rng(seed)
     u, v = rng.uniform(-1.5, 1.5, (2, count))
     return u, v, rng.uniform(0.2, 2, count), rng.uniform(380e-9, 780e-9, count)

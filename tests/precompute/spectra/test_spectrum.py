@@ -116,7 +116,6 @@ def test_a_turned_blaze_sends_light_where_its_facets_look(turn):
     x = np.arange(count) * pixel
     along = x[None, :] * np.cos(angle) + x[:, None] * np.sin(angle)
     heights = DEPTH * ((along / period) % 1)
-    # Row 0 at the top.
     relief = prepare(HeightMap(heights[::-1], (pixel, pixel), "test"))
     # Levelling removes a part of the slope, since there are few facets; nine tenths of the light stay in the order.
     grid = every_bin(relief)

@@ -119,7 +119,6 @@ def test_holes_change_no_figure_by_more_than_their_share():
     whole = described(height, pixel)
     height[40:44, 50:54] = np.nan
     holed = described(height, pixel)
-    # 16 of 16384 pixels are missing.
     assert holed.height_rms_m == pytest.approx(whole.height_rms_m, rel=1e-3)
     assert holed.periods_m[0] == pytest.approx(whole.periods_m[0], rel=1e-3)
 

@@ -81,7 +81,6 @@ def test_the_apodisation_rises_over_an_eighth_at_each_end(shape):
     """It is separable and symmetric, 1 over the middle three quarters, and 0.5 at a sixteenth from each end."""
     apodisation = prepare(height_map(rough(0, shape))).apodisation
     rows, cols = shape
-    # Both profiles are 1 in the middle.
     down, across = apodisation[:, cols // 2], apodisation[rows // 2]
     np.testing.assert_allclose(apodisation, np.outer(down, across), atol=1e-15)
     for profile in (down, across):

@@ -66,7 +66,6 @@ def test_a_grating_takes_its_sizes(make):
 
 
 def test_sinusoidal_runs_from_trough_to_crest():
-    # One of 32 samples is the crest, and one the trough.
     assert np.ptp(sinusoidal().height_m) == pytest.approx(200e-9, rel=1e-15)
 
 

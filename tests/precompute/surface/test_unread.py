@@ -24,7 +24,6 @@ def zipped(*names):
 
 
 def igor_wave(version, order):
-    """The headers of a one-dimensional wave, and its values."""
     head = bytearray({1: 118, 2: 126, 3: 130}[version])
     struct.pack_into(f"{order}h", head, 0, version)
     struct.pack_into(f"{order}i", head, 2, 1234)

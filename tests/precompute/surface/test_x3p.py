@@ -40,7 +40,6 @@ def read(folder, data):
 
 
 def with_xml(change, height=TILTED):
-    """The file with another main.xml."""
     members = members_of(instruments.x3p(height, PIXEL_M))
     return zipped(members | {"main.xml": change(members["main.xml"].decode())})
 

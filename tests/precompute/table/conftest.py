@@ -31,7 +31,6 @@ def skin(count=200, scale=40e-9, seed=0):
 
 
 def series_of(relief, finest_kernel=SIGMA_B / 780e-9, tolerance=2e-4):
-    """The series of a relief's spectrum."""
     return fast_series(relief, GRID_MAX, S_MAX, finest_kernel=finest_kernel, tolerance=tolerance)
 
 

@@ -20,7 +20,6 @@ from .conftest import PROVENANCE, plain_exr, random_bake, refusal
 
 @pytest.fixture
 def written(tmp_path):
-    """A small table and its file."""
     table = random_bake()
     path = tmp_path / "table.exr"
     atlas_file.write_together({path: atlas.pack(table)}, PROVENANCE)

@@ -24,7 +24,6 @@ from .conftest import PROVENANCE, S_MAX, S_SEEN, SIGMA_B, plain_exr, refusal
 
 @pytest.fixture
 def written(scan, tmp_path):
-    """A small sample set and its file."""
     found = make_sample_set([scan[0]], SIGMA_B, size=16)
     path = tmp_path / "table.lobes.exr"
     atlas_file.write_together({path: sample_set.pack(found)}, PROVENANCE)
@@ -160,7 +159,6 @@ def test_a_truncated_file_is_refused(written, share):
 
 @pytest.fixture
 def picture(tmp_path):
-    """A grey picture in its own folder."""
     x = np.arange(24) / 24
     grey = 127 + 90 * np.sin(6 * np.pi * x + np.sin(2 * np.pi * x[:, None]))
     (tmp_path / "scans").mkdir()
