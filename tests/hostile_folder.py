@@ -10,7 +10,7 @@ _TRAP = "import os\nopen({mark!r}, 'w').close()\nraise SystemExit('the working f
 
 
 def set_traps(folder: Path) -> Path:
-    """Fill a folder with such modules; return the path of a file that exists once any of them has run."""
+    """Fill a folder with trap modules; return the path of a file that exists once any of them has run."""
     mark = folder / "it was run"
     for name in MODULES:
         (folder / f"{name}.py").write_text(_TRAP.format(mark=str(mark)))
