@@ -33,8 +33,8 @@ def test_the_table_is_the_reference(baked, w):
 
 @pytest.mark.parametrize("delta_e", [3.0, 1.0, 0.5])
 def test_the_table_looks_like_the_reference(delta_e):
-    """The project's error metric stays below its bound, the only input of the bake. The reference's wavelengths are 5
-    nm apart, so that at |u| = 2 an order moves by half a standard deviation."""
+    """The project's error metric stays below its bound, the only input of the bake. The reference's wavelengths are
+    5 nm apart, so that at |u| = 2 an order moves by half a standard deviation."""
     table = bake(waves(), BakeRequest(delta_e=delta_e, coherence_length_m=COHERENCE_M))
     truth = truths.truths(waves(), table.sigma_b, 2, pairs_each=1000, step_m=5e-9)
     errors = measure(truth, table.candidate)

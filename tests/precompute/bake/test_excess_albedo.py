@@ -188,8 +188,8 @@ def test_the_bound_is_continuous_around_and_at_the_horizon(bakes, azimuth):
 
 @pytest.mark.parametrize("name", ["sinusoidal", "blazed"])
 def test_the_table_holds_the_albedo(bakes, name):
-    """A bound read from the file matches the bound computed at the directions themselves. The table is refined until 99
-    % of its probes read the bound to a dE00 of 0.5 (bake/ensemble.py). Of these 100 other directions at most 4 may
+    """A bound read from the file matches the bound computed at the directions themselves. The table is refined until
+    99 % of its probes read the bound to a dE00 of 0.5 (bake/ensemble.py). Of these 100 other directions at most 4 may
     exceed that: 5 would happen by chance in less than 1 % of cases."""
     baked, surface = bakes[name]
     rng = np.random.default_rng(9)

@@ -104,8 +104,8 @@ def sampled(request):
 
 @pytest.mark.parametrize("level", [0, 1, 3, 6])
 def test_a_level_of_a_sample_keeps_the_budget(sampled, level):
-    """Level 0 was asked for a dE00 of 1, and each level has as many texels to its kernel. The luminance may differ by 1
-    %, as in a bake's self-check."""
+    """Level 0 was asked for a dE00 of 1, and each level has as many texels to its kernel. The luminance may differ by
+    1 %, as in a bake's self-check."""
     errors = sampled(1.5**level)
     assert errors.p99 < 1
     assert errors.relative_dy < 0.01

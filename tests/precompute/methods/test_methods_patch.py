@@ -269,8 +269,8 @@ def test_nmm_picks_the_wavelengths_of_the_grating_equation():
 
 
 def test_the_jacobian_makes_nmm_agree_with_flss():
-    """For a true grating whose orders are narrow against the observer's curves: 400 um of coherence make them 0.3 to 3
-    nm wide, which FLSS resolves with steps of a quarter; within 0.5 % of all light."""
+    """For a true grating whose orders are narrow against the observer's curves: 400 um of coherence make them 0.3 to
+    3 nm wide, which FLSS resolves with steps of a quarter; within 0.5 % of all light."""
     relief = prepare(blazed(periods=4, rows=32))
     rng = np.random.default_rng(5)
     u = np.concatenate([rng.uniform(-0.8, -0.2, 40), rng.uniform(0.2, 0.8, 40)])
