@@ -19,7 +19,7 @@ GOLDEN = Path(__file__).with_name("golden.json")
 SURFACES = {"blazed": lambda: blazed(periods=4, rows=96), "sinusoidal": lambda: sinusoidal(periods=3, rows=48)}
 # Spectra have single precision, whose last digit (6e-8) depends on the processor and on NumPy's version; sums of some
 # thousands of them agree to 1e-5. Half floats round a term by at most 2^-11 = 5e-4 of itself. If a last digit changes
-# such a rounding, the sums over a term's texels hardly change. So each sum may differ by this share of the largest.
+# that rounding, the sums over a term's texels hardly change. So each sum may differ by this share of the largest.
 ROUNDING = 2e-5
 
 

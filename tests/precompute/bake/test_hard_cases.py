@@ -123,7 +123,7 @@ def test_a_period_under_the_shortest_wavelength_is_dark_from_above(without_bound
 
 def test_steps_scatter_what_their_rounding_is():
     """Rounding to steps of d has the standard deviation d / sqrt(12) if the surface crosses many steps. Here it crosses
-    25, with 16384 pixels."""
+    25, on 16384 pixels."""
     step = 2e-6 / 255
     off = prepare(hard_cases.stepped(step)).height_m - prepare(scan(skin())).height_m
     assert off.std() == pytest.approx(step / 12**0.5, rel=0.05)
