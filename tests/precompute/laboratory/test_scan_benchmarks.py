@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The benchmarks of imports and of repaired scans, on small ones."""
+"""The benchmarks of imports and of repaired scans, on small scans."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def dusty():
 
 
 def test_an_import_takes_at_most_three_times_the_heights(tmp_path):
-    """Of a picture of 4096 x 4096 pixels of 16 bits, in a process of its own, whose memory is its alone."""
+    """A picture of 4096 x 4096 pixels of 16 bits, read in its own process, whose memory is measured."""
     wave = (30000 + 20000 * np.sin(np.arange(4096) / 20)).astype(np.uint16)
     Image.fromarray(np.tile(wave, (4096, 1))).save(tmp_path / "large.png", compress_level=1)
     found = imports.measured(tmp_path / "large.png")
@@ -43,7 +43,7 @@ def test_a_repaired_bake_is_compared_with_the_plain_one(dusty):
     request = BakeRequest(delta_e=6, coherence_length_m=4e-6)
     plain, other = (scans.baked(dusty, steps, request) for steps in ("plane", "plane,dust"))
     same, changed = scans.facts_of(plain, plain), scans.facts_of(plain, other)
-    # NumPy rounds a sum by where its terms lie in memory, so a table differs from itself by 1e-13 of a colour of 100.
+    # NumPy's sums depend on where the terms lie in memory, so a table differs from itself by 1e-13 of a colour of 100.
     assert (same["mean"], same["p99"], same["relative_dy"]) == pytest.approx((0, 0, 0), abs=1e-11)
     assert same["removed"] == 0
     assert changed["p99"] > 1 and changed["relative_dy"] > 0.01
