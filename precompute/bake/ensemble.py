@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from ..base.progress import Progress, part_of, silent
-from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengths
+from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
 from ..measure.forms import DELTA_E_OF_BOUND
 from ..spectra.fast import fast_series
 from ..spectra.resample import KERNEL_REACH
@@ -20,9 +20,9 @@ from ..surface.relief import Relief
 from ..table.sample_set import SampleSet
 from ..table.table import Table
 from ..table.tiling import BYTES_PER_TEXEL
+from .blur_levels import with_levels
 from .expected import tell
 from .kernel import kernel_for, too_fine
-from .levels import with_levels
 from .plan import Plan
 from .probe import TEXELS_MAX, TEXELS_MIN, probe
 from .request import BakeRequest
@@ -30,7 +30,6 @@ from .resolution import (
     DEFAULT_BYTES,
     RESOLUTION_MAX,
     RESOLUTION_MIN,
-    bake_wavelengths,
     blender_bytes,
     resolution_for,
     texel_middles,
@@ -39,6 +38,7 @@ from .resolution import (
 from .sample_draws import make_sample_set
 from .self_check import judge as judge
 from .tiles import carry_out as carry_out
+from .wavelengths import wavelengths_of
 
 # The request that leaves every value at its default.
 ANY = BakeRequest()
@@ -73,7 +73,7 @@ def plan(
     if auto:  # a kernel too narrow for a table of DEFAULT_BYTES need not be resolved
         sigma_b = max(sigma_b, TEXELS_MIN * texel_size(int(math.sqrt(DEFAULT_BYTES / BYTES_PER_TEXEL / 4))))
     ensemble = _spectra(reliefs, sigma_b, request, progress)
-    lambdas = _wavelengths(sigma_b, request)
+    lambdas = wavelengths_of(sigma_b, request)
     measured = probe(ensemble, sigma_b, lambdas[::2], illuminant=request.illuminant, needs=needs)
     terms = measured.terms(delta_e)
     texels = min(finer * measured.texels_per_sigma(delta_e), TEXELS_MAX)
@@ -87,7 +87,7 @@ def plan(
         raise too_fine(request.coherence_length_m, delta_e)
     if auto and resolution > finest:
         resolution, sigma_b = finest, texels * texel_size(finest)
-        lambdas = _wavelengths(sigma_b, request)
+        lambdas = wavelengths_of(sigma_b, request)
     texel = texel_size(resolution)
     v, u = (texel_middles(*side, texel) for side in (needs.region.v, needs.region.u))
     precision = np.float16 if measured.halves_do(terms, delta_e) else np.float32
@@ -97,19 +97,13 @@ def plan(
     )  # fmt: skip
 
 
-def _wavelengths(sigma_b: float, request: BakeRequest) -> np.ndarray:
-    """The wavelengths (n,) in metres from which the table is summed."""
-    every = bake_wavelengths(sigma_b, request.delta_e, request.needs.region.reach)
-    return seen_wavelengths(every, request.illuminant)
-
-
 def _spectra(
     reliefs: Sequence[Relief], sigma_b: float, request: BakeRequest, progress: Progress
 ) -> tuple[SpectrumSeries, ...]:
     """The series of each relief, for the region that the request asks for and for kernels of sigma_b and wider."""
     needs = request.needs
     reach = max(KERNEL_REACH * sigma_b, _REACH_MIN)
-    wavelengths = len(_wavelengths(sigma_b, request))
+    wavelengths = len(wavelengths_of(sigma_b, request))
     found = []
     for k, relief in enumerate(reliefs):
         found.append(

@@ -23,8 +23,8 @@ from ..table.sample_set import SampleSet
 from ..table.table import Table
 from ..table.tiling import BYTES_PER_TEXEL
 from .basis import comparison, with_learnt_basis
+from .blur_levels import with_levels
 from .coherence_models import COHERENCE_MODELS
-from .levels import with_levels
 from .request import BakeRequest
 from .resolution import blender_bytes
 

@@ -33,15 +33,16 @@ from ..reference.patch_reference import PatchReference
 from ..spectra.patch_window import PatchWindow
 from ..surface.relief import Relief
 from ..table.table import ZERO_ORDER_SAMPLES, Table
-from .levels import narrower
+from .blur_levels import narrower
 from .needs import WIDTH_MIN
 from .patch_series import patch_series
 from .plan import Plan
 from .probe import TEXELS_MAX, probe
 from .request import BakeRequest
-from .resolution import bake_wavelengths, texel_middles
+from .resolution import texel_middles
 from .self_check import Judge, pairs_within, w_within
 from .tiles import xyz_over_w2
+from .wavelengths import bake_wavelengths
 
 # The table's range of w begins here, unless the needs ask for a range that begins later. Measured on a skin of 150 nm,
 # over the whole of (u, v) and for a dE00 of at most 0.5: a range that begins at w = 0.25 takes 13 terms, one from 0.5

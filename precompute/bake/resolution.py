@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How fine a table is: its texels, the wavelengths that it is made from, and the bytes that it takes in Blender."""
+"""How fine a table is: its texels, and the bytes that it takes in Blender."""
 
 import math
 
 import numpy as np
 
-from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
 from ..table import tiling
 from ..table.albedo_bound import BOUND_TEXELS
 from ..table.atlas import STRIP_ROWS
@@ -51,15 +50,3 @@ def texel_middles(low: float, high: float, texel: float) -> np.ndarray:
     If low and high are not a whole number of texels apart, the outer middles lie outside by equal amounts."""
     count = math.ceil((high - low) / texel - 1e-9) + 1 + 2 * TILE_PADDING
     return (low + high) / 2 + (np.arange(count) - (count - 1) / 2) * texel
-
-
-def bake_wavelengths(sigma_b: float, delta_e: float = 1.0, reach: float = 2.0) -> np.ndarray:
-    """Wavelengths (n,) in metres, equally spaced in their logarithm.
-
-    At |u| = reach, an order moves by f sigma_b from one wavelength to the next. A sum of Gaussians at this spacing is
-    flat to 2 exp(-2 pi^2 / f^2) (Poisson's formula). f is chosen so that this is 0.1 % for a dE00 of 1, and in
-    proportion for another dE00. There are at least 80 steps, which the colour matching functions ask for."""
-    spacing = math.pi * math.sqrt(2 / math.log(2 / min(1e-3 * delta_e, 0.1)))
-    step = min(spacing * sigma_b / reach, np.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / 80)
-    count = int(np.ceil(np.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / step)) + 1
-    return np.geomspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, count)

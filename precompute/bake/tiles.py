@@ -19,8 +19,8 @@ from ..maths import chebyshev
 from ..spectra.resample import Resampler
 from ..spectra.series import SpectrumSeries
 from ..table.table import ZERO_ORDER_SAMPLES, Table
+from .blur_levels import narrower
 from .excess_albedo import excess_table
-from .levels import narrower
 from .plan import Plan
 
 # Number of texels past |(u, v)| = 2 that are kept. A reading at |(u, v)| = 2 uses texels less than two texels away

@@ -8,8 +8,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from precompute.lights.sources import Source
 from precompute.table.sample_set import path_beside
+from precompute.world_sources.sources import Source
 
 _SUN = Source(np.array((0.0, 0.6, 0.8)), np.array((3.0, 2.0, 1.0)), 1e-4)
 _REGION = [-2.0, 2.0, -2.0, 2.0, 0.0, 2.0]

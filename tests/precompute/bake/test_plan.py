@@ -14,11 +14,11 @@ from precompute.bake.request import BakeRequest
 from precompute.bake.resolution import (
     DEFAULT_BYTES,
     RESOLUTION_MIN,
-    bake_wavelengths,
     blender_bytes,
     resolution_for,
     texel_size,
 )
+from precompute.bake.wavelengths import bake_wavelengths
 from precompute.base.failure import GratingError
 from precompute.optics import coherence
 from precompute.surface.height_map import HeightMap

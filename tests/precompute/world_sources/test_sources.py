@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from precompute.lights.panorama import crop_cells, crop_frame, panorama_cells
-from precompute.lights.sources import WIDEST, Source, fit_sources, lit, missed, owners, refit
-from tests.precompute.lights.worlds import COLS, ROWS, angles_deg, box, direction, disc, picture, sky
+from precompute.world_sources.panorama import crop_cells, crop_frame, panorama_cells
+from precompute.world_sources.sources import WIDEST, Source, fit_sources, lit, missed, owners, refit
+from tests.precompute.world_sources.worlds import COLS, ROWS, angles_deg, box, direction, disc, picture, sky
 
 CELLS = panorama_cells(ROWS, COLS)
 PIXEL_DEG = 180 / ROWS

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from precompute.bake import self_check
+from precompute.bake.blur_levels import blur_weights, with_levels
 from precompute.bake.ensemble import plan
-from precompute.bake.levels import blur_weights, with_levels
 from precompute.bake.request import BakeRequest
 from precompute.bake.resolution import texel_size
 from precompute.bake.tiles import carry_out

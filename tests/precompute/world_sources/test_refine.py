@@ -2,9 +2,9 @@
 import numpy as np
 import pytest
 
-from precompute.lights.panorama import crop_cells, panorama_cells
-from precompute.lights.refine import fit_closely
-from tests.precompute.lights.worlds import COLS, ROWS, direction, disc, picture, sky
+from precompute.world_sources.panorama import crop_cells, panorama_cells
+from precompute.world_sources.refine import fit_closely
+from tests.precompute.world_sources.worlds import COLS, ROWS, direction, disc, picture, sky
 
 FINE = 9
 
