@@ -3,12 +3,12 @@
 
     P(q; s) = sum over pixels of g t p exp(-i 2 pi q.x),   g = exp(-|x|^2 / (2 sigma^2)),   PSD = dA |P|^2 / sum (g t)^2
 
-p is the phasor at s = w / lambda, x a position, q a spatial frequency, dA the area of a pixel. t is the apodisation of
-the relief, which is 1 where its edges wrap. The integral of PSD over the Nyquist cell is 1.
+p is the phasor at s = w / lambda, x a position, q a spatial frequency, dA the area of a pixel. t is the relief's
+apodisation, which is 1 if its edges wrap. The integral of PSD over the Nyquist cell is 1.
 
-The thesis convolves the patch's DFT with a Gaussian, which is the same as repeating the patch under a window. The
-thesis's window is centred on the patch's corner, so the seams of a raw scan run through the middle of the window and
-show as a cross. The window here is centred on the patch's middle.
+The thesis convolves the patch's DFT with a Gaussian, which is the same as repeating the patch under a window. Its
+window is centred on the patch's corner, so the seams of a raw scan cross the window's centre and show as a cross. The
+window here is centred on the patch's centre.
 """
 
 from dataclasses import dataclass
@@ -34,18 +34,19 @@ class PatchWindow:
         return 1 / (2 * np.pi * self.sigma_m)
 
     def positions(self, axis: int) -> np.ndarray:
-        """Positions (pixels,) in metres from the window's centre, the middle pixel, along axis 0 (B) or 1 (T)."""
+        """Returns positions (pixels,) in metres from the window's centre, the middle pixel, along axis 0 (B) or 1
+        (T)."""
         count = self.relief.height_m.shape[axis]
         return (np.arange(count) - count // 2) * self.relief.pixel_size_m[axis]
 
     def copies(self, axis: int) -> np.ndarray:
-        """Shifts (m,) in metres, along axis 0 (B) or 1 (T), of the patch's copies that the window reaches."""
+        """Returns shifts (m,) in metres, along axis 0 (B) or 1 (T), of the patch's copies that the window reaches."""
         length = self.relief.size_m[axis]
         reach = int(np.ceil(_WINDOW_REACH * self.sigma_m / length + 0.5))
         return np.arange(-reach, reach + 1) * length
 
     def squared_sum(self) -> float:
-        """The sum of (g t)^2 over the pixels of all copies."""
+        """Returns the sum of (g t)^2 over the pixels of all copies."""
         along = [
             np.exp(-(((self.positions(axis)[:, None] + self.copies(axis)) / self.sigma_m) ** 2)).sum(axis=1)
             for axis in (0, 1)
@@ -53,15 +54,15 @@ class PatchWindow:
         return float(along[0] @ self.relief.apodisation**2 @ along[1])
 
     def density_scale(self) -> float:
-        """The factor dA / sum (g t)^2, in square metres, that turns |P|^2 into PSD."""
+        """Returns the factor dA / sum (g t)^2, in square metres, that turns |P|^2 into PSD."""
         return float(np.prod(self.relief.pixel_size_m)) / self.squared_sum()
 
     def kernel_at_zero(self) -> float:
-        """The transform of g at q = 0, as a sum over pixels: the integral of g divided by a pixel's area."""
+        """Returns the transform of g at q = 0, as a sum over pixels: the integral of g divided by a pixel's area."""
         return 2 * np.pi * self.sigma_m**2 / float(np.prod(self.relief.pixel_size_m))
 
     def waves(self, axis: int, q: np.ndarray) -> np.ndarray:
-        """g(x) exp(-i 2 pi q x) summed over the copies of each pixel along an axis: (n, pixels) for q (n,)."""
+        """Sums g(x) exp(-i 2 pi q x) over the copies of each pixel along an axis: (n, pixels) for q (n,)."""
         x = self.positions(axis)
         total = np.zeros((len(q), len(x)), complex)
         for shift in self.copies(axis):
