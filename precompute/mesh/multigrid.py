@@ -133,7 +133,7 @@ class Hierarchy:
 
     @property
     def levels(self) -> list[Hierarchy]:
-        """From this to the coarsest."""
+        """All levels, from this one to the coarsest."""
         return [self, *(self.coarse.levels if self.coarse is not None else [])]
 
 

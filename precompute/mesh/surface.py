@@ -20,9 +20,9 @@ _FLAT = 1e-7
 @dataclass(frozen=True)
 class Surface:
     """points     (n, 3) in metres
-    triangles  (m, 3) their points, wound anticlockwise as seen from outside; those without area are left out
-    kept       (m,) which of the triangles given these are
-    twin       (3 m,) for each corner's edge, that of the triangle across it; -1 at a rim
+    triangles  (m, 3) their points, wound anticlockwise as seen from outside; triangles without area are left out
+    kept       (m,) their indices among the triangles given
+    twin       (3 m,) for each corner's edge, the corner of the same edge in the triangle across it; -1 at a rim
     node       (3 m,) the node of each corner
     polar      (3 m,) the polar angle of each corner's edge at its node
     turn       (3 m,) the angle of each corner in these coordinates

@@ -36,7 +36,7 @@ _ARRAYS = {"points": ("f", (None, 3)), "triangles": ("iu", (None, 3)), "polygons
 class Mesh:
     """points     (n, 3) in metres
     triangles  (m, 3) their points
-    polygons   (m,) the face to which each triangle belongs: a face stays in one piece on the map"""
+    polygons   (m,) the face of each triangle; a face stays in one piece on the map"""
 
     points: np.ndarray
     triangles: np.ndarray
@@ -63,8 +63,8 @@ class Mesh:
 
 @dataclass(frozen=True)
 class Packing:
-    """How islands lie on the map: its side and the space between islands in pixels, and pixels per metre, 0 for as many
-    as the map holds."""
+    """The packing of islands: side of the map in pixels, space between islands in pixels, and pixels per metre (0: as
+    many as fit)."""
 
     size: int = 1024
     padding: int = 4
