@@ -24,8 +24,8 @@ class Part:
     """A connected part of a picture.
 
     pixels      (n,) indices of its pixels
-    base        the luminance of what it stands out of
-    excess      its light above that, luminance x steradians"""
+    base        the luminance of its surroundings
+    excess      its light above the base, luminance x steradians"""
 
     pixels: np.ndarray
     base: float

@@ -36,12 +36,12 @@ _STEPS, _SETTLED = 100, 1e-3
 
 @dataclass(frozen=True)
 class Source:
-    """A compact bright part of the world, and the cone around it in which all the world's light is its own.
+    """A compact bright part of the world, with a cone around it whose light belongs to the source.
 
     direction   (3,) unit vector towards the light, in Blender's world axes
     irradiance  (3,) W/m2 on a surface that faces it, linear RGB of the scene's working space: the integral of the
                 radiance over the cone
-    variance    of the bright part itself, rad^2 along one axis. The cone is where 1 - cos(angle) < 3 x variance"""
+    variance    of the bright part, rad^2 along one axis. The cone is where 1 - cos(angle) < 3 x variance"""
 
     direction: np.ndarray
     irradiance: np.ndarray

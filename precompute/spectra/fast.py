@@ -39,11 +39,11 @@ _BLUR, _SPACING = 0.6, 0.75
 
 @dataclass(frozen=True)
 class Work:
-    """What a series in single precision costs.
+    """The cost of a series in single precision.
 
     transforms  the number of transforms
-    fine_bins   the bins of each transform that are kept
-    bins        the bins of each that the series holds, thinned out or not"""
+    fine_bins   the bins that are kept of each transform
+    bins        the bins per transform that the series holds, thinned out or not"""
 
     transforms: int
     fine_bins: int
