@@ -15,13 +15,11 @@ import numpy as np
 from ..base.memory import refuse_beyond_memory
 from ..base.strict_zip import Archive
 
-# The greatest distance of a point from the origin, in metres. xatlas works in single precision, which must hold the
-# squares of areas.
+# The greatest distance of a point from the origin, in metres: xatlas squares areas in single precision.
 FARTHEST_M = 1e6
 # The greatest total size of a file's arrays, in bytes: about 40 million triangles.
 _LARGEST = 1 << 31
-# NumPy's letters for the kinds of number that are allowed ("f", "i", "u", "U"), and the shape, where None allows any
-# length.
+# NumPy's letters for the allowed kinds of number ("f", "i", "u", "U"), and the shape, where None is any length.
 Wanted = tuple[str, tuple[int | None, ...]]
 # The magic bytes of an .npy file, and the format of the header's length for each major version.
 _BEGINNING = b"\x93NUMPY"

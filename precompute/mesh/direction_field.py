@@ -21,8 +21,7 @@ _LEAST, _MOST = 1e-2, 1e2
 # steps on levels of at most _COARSE nodes, where steps are cheap, and in one step on larger levels.
 _COARSE = 20000
 _EVEN, _EVEN_STEPS, _EVEN_TOLERANCE = 3.0, 4, 1e-3
-# Tolerances of the solver with a guide. If the guide reaches only a few nodes, the solution is weak far from it and
-# needs the smaller one.
+# Tolerances with a guide. If the guide reaches few nodes, the solution is weak far from it and needs the smaller one.
 _TOLERANCE, _SPARSE_TOLERANCE = 1e-6, 1e-9
 # The band around a flip, in edges, on which the guide is dropped; how often new flips are searched for.
 _BAND, _ATTEMPTS = 4, 3
@@ -68,9 +67,8 @@ def guided_field(surface: Surface, pull: np.ndarray, *, progress: Progress = sil
 
 
 def smoothest_field(surface: Surface, *, progress: Progress = silent) -> Field:
-    """Computes the smoothest field without a guide. It starts from the eigenvector of the smallest eigenvalue on the
-    coarsest level. It is smoothed there and on every finer level, because an eigenvector may nearly vanish on half of
-    the surface."""
+    """Computes the smoothest field without a guide. The eigenvector of the smallest eigenvalue on the coarsest level is
+    smoothed there and on every finer level, because it may nearly vanish on half of the surface."""
     kept = surface.mass * (_EVEN / surface.mass.sum())
     hierarchy = hierarchy_of(_with_diagonal(laplacian(surface), kept))
     progress("combing", 0.3)
@@ -151,8 +149,7 @@ def _with_diagonal(matrix: Matrix, added: np.ndarray) -> Matrix:
 
 
 def _least_eigenvector(coarsest: Hierarchy) -> np.ndarray:
-    """Returns the eigenvector of a small matrix's smallest eigenvalue. A large matrix of nodes without neighbours gets
-    ones."""
+    """The eigenvector of a small matrix's smallest eigenvalue. Large matrices of nodes without neighbours get ones."""
     if coarsest.inverse is None:
         return np.ones(len(coarsest.matrix.diagonal), complex)
     return np.linalg.eigh(coarsest.inverse.astype(complex))[1][:, -1]

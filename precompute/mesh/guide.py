@@ -39,8 +39,7 @@ def along_uv(surface: Surface, uv: np.ndarray) -> np.ndarray:
 
 
 def along_bones(surface: Surface, segments: np.ndarray) -> np.ndarray:
-    """Pulls (nodes,) along bones, segments (k, 2, 3) from head to tail. Their directions are blended by the inverse
-    fourth power of the distance."""
+    """Pulls (nodes,) along bones, segments (k, 2, 3) from head to tail, weighted by the distance to the power -4."""
     points = surface.points[surface.point_of_node]
     directions = np.zeros_like(points)
     for head, tail in segments:
@@ -95,8 +94,7 @@ def like_part(surface: Surface, pull: np.ndarray, part: int) -> np.ndarray:
 
 
 def _like_nearest(surface: Surface, parts: np.ndarray, places: np.ndarray, *, directions: np.ndarray) -> np.ndarray:
-    """Returns a pull of one direction on each of some parts: the direction at the place nearest to the part's
-    centre."""
+    """Pulls each of some parts in one direction: the direction at the place nearest to the part's centre."""
     points, part = surface.points[surface.point_of_node], surface.parts
     count = np.bincount(part)
     middle = np.stack([np.bincount(part, points[:, k]) for k in range(3)], axis=1) / count[:, None]

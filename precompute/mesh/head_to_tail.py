@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds the direction along a body, from head to tail, by the heat method (Crane, Weischedel and Wardetzky, "Geodesics
-in heat", 2013)."""
+"""Finds the direction along a body by the heat method (Crane, Weischedel and Wardetzky, "Geodesics in heat", 2013)."""
 
 import numpy as np
 
@@ -12,8 +11,7 @@ from .surface import Surface, unit
 
 # The ends are searched for on a level of at most about this many nodes.
 _COARSE = 3000
-# The heat's decay length, as a share of the body's length. The decay over the whole body, e^-8, is far above the
-# solver's error.
+# The heat's decay length over the body's length. The decay over the body, e^-8, is far above the solver's error.
 _REACH = 1 / 8
 _TOLERANCE = 1e-9
 # Share of the diagonal that is added to the Laplacian, which is singular.
@@ -44,8 +42,7 @@ def head_to_tail(surface: Surface, *, progress: Progress = silent) -> np.ndarray
 
 
 def _downhill(surface: Surface, heat: np.ndarray) -> np.ndarray:
-    """Returns the directions (m, 3) in which a scalar at the nodes decreases on each triangle; 0 where it is
-    constant."""
+    """The directions (m, 3) in which a scalar at the nodes decreases on each triangle; 0 where it is constant."""
     at = heat[surface.node].reshape(-1, 3)
     sides = surface.sides.reshape(-1, 3, 3)
     # The gradient is the sum of each corner's value times the opposite edge, turned about the normal.
@@ -56,8 +53,7 @@ def _downhill(surface: Surface, heat: np.ndarray) -> np.ndarray:
 
 
 def _head(surface: Surface, hierarchy: Hierarchy, largest: np.ndarray) -> tuple[int, float]:
-    """Returns the node at the head of the largest part and the part's length, by shortest paths along a coarse level's
-    edges."""
+    """Finds the head's node and the length of the largest part, by shortest paths along a coarse level's edges."""
     nodes, mass = np.arange(surface.node_count), surface.mass
     while len(nodes) > _COARSE and hierarchy.coarse is not None and largest[nodes].sum() > _COARSE // 10:
         mass = np.bincount(hierarchy.joined, mass * hierarchy.carry, len(hierarchy.seeds))
@@ -80,8 +76,7 @@ def _head(surface: Surface, hierarchy: Hierarchy, largest: np.ndarray) -> tuple[
 
 
 def _ways(matrix: Matrix, lengths: np.ndarray, begin: int) -> np.ndarray:
-    """Returns the shortest path length (n,) from one node to each along the entries' lengths; infinite if
-    unreachable."""
+    """The shortest path lengths (n,) from one node along the entries' lengths; infinite if unreachable."""
     way = np.full(len(matrix.diagonal), np.inf)
     way[begin] = 0
     filled = np.unique(matrix.row)

@@ -12,8 +12,7 @@ import numpy as np
 
 from .surface import Surface, unit
 
-# An island fills this share of its cell. The gap keeps islands apart, because subdivision would join islands that
-# touch.
+# An island fills this share of its cell. Subdivision would join islands that touch.
 _FILL = 0.7
 
 
@@ -53,8 +52,8 @@ def corner_directions(polygons: Polygons, surface: Surface, direction: np.ndarra
 
 
 def uv_directions(polygons: Polygons, uv: np.ndarray) -> np.ndarray:
-    """Returns the tangents (corners, 3) of a UV map (corners, 2) as renderers compute them: averaged over the faces
-    that share a point and its UV."""
+    """The tangents (corners, 3) of a UV map (corners, 2) in renderers: averaged over the faces that share a point and
+    its UV."""
     places = np.column_stack([polygons.point, uv])
     _, weld = np.unique(places, axis=0, return_inverse=True)
     return _tangents(polygons, polygons.points[polygons.point], uv, weld=weld.ravel())
@@ -62,8 +61,7 @@ def uv_directions(polygons: Polygons, uv: np.ndarray) -> np.ndarray:
 
 def lay(polygons: Polygons, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Lays each face into a UV map with U along the field. Returns the UV map (corners, 2) and the turn (corners, 3) as
-    cosine, sine and 0, both in single precision. The directions (corners, 3) are perpendicular to the shading
-    normals."""
+    cosine, sine and 0, in single precision. The directions (corners, 3) are perpendicular to the shading normals."""
     points, face = polygons.points[polygons.point], polygons.face
     faces = int(face.max(initial=-1)) + 1
     face_of_corner = np.zeros(len(points), np.int64)
@@ -117,8 +115,7 @@ def _tangents(polygons: Polygons, points: np.ndarray, uv: np.ndarray, *, weld: n
 
 
 def _across(vectors: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """Projects vectors perpendicular to the normals and scales them to length 1; any perpendicular if nothing is
-    left."""
+    """Projects vectors perpendicular to the normals, at length 1; any perpendicular if nothing is left."""
     left = vectors - normals * np.einsum("ij,ij->i", vectors, normals)[:, None]
     nothing = np.linalg.norm(left, axis=1) < 1e-9
     left[nothing] = np.cross(normals[nothing], np.eye(3)[np.abs(normals[nothing]).argmin(axis=1)])

@@ -33,8 +33,7 @@ def write_mesh(path: Path, polygons: Polygons, request: Mapping[str, np.ndarray]
 
 
 def read_mesh(path: Path) -> tuple[Polygons, dict[str, np.ndarray]]:
-    """Reads a mesh and its request for a comb. Raises GratingError, with the file's name, if either is missing or
-    invalid."""
+    """Reads a mesh and its request for a comb. Raises GratingError, with the file's name, if either is invalid."""
     arrays = _arrays(path, _MESH | _REQUEST, _REMEDY)
     needed = GUIDES.get(str(arrays.get("guide")))
     if "guide" not in arrays or str(arrays["guide"]) not in GUIDES or (needed and needed not in arrays):
@@ -60,8 +59,7 @@ def write_combed(path: Path, combed: Combed) -> None:
 
 
 def read_combed(path: Path) -> dict[str, np.ndarray]:
-    """Reads a combed mesh: the arrays of Combed except `directions`. Raises GratingError if the file holds no combed
-    mesh."""
+    """Reads the arrays of Combed except `directions`. Raises GratingError if the file holds no combed mesh."""
     arrays = _arrays(path, _COMBED, "comb it anew")
     if any(name not in arrays for name in _COMBED):
         raise GratingError(f"{path}: no combed mesh; comb it anew")

@@ -3,8 +3,8 @@
 preconditioned by aggregation multigrid (Notay, "An aggregation-based algebraic multigrid method", 2010).
 
 Conjugate gradients alone take as many steps as the mesh has edges across. Each level of the multigrid joins some nodes
-around a seed. The system's own coefficients carry a field from the seed to these nodes, so a field that is smooth along
-a curved surface stays smooth on every level.
+around a seed. The system's own coefficients carry a field from the seed to these nodes, so a field that is smooth on a
+curved surface stays smooth.
 """
 
 from __future__ import annotations
@@ -67,8 +67,8 @@ class Matrix:
 
 
 def matrix_of(row: np.ndarray, column: np.ndarray, value: np.ndarray, *, diagonal: np.ndarray) -> Matrix:
-    """Builds a matrix from entries in any order. Entries at the same place are added. Entries on the diagonal, whose
-    sum is real, are added to `diagonal`."""
+    """Builds a matrix from entries in any order. Entries at the same place are added; the diagonal's sums must be
+    real."""
     count = len(diagonal)
     here = row == column
     diagonal = diagonal + np.bincount(row[here], value[here].real, count)
@@ -157,8 +157,8 @@ def solve(
     matrix: Matrix, b: np.ndarray, hierarchy: Hierarchy, *, guess: np.ndarray | None = None, tolerance: float = 1e-9,
     progress: Progress = silent,
 ) -> tuple[np.ndarray, float]:  # fmt: skip
-    """Solves A x = b by conjugate gradients. Returns x and its residual |b - A x| / |b|. The iteration ends below the
-    tolerance or after _ITERATIONS_MAX steps."""
+    """Solves A x = b by conjugate gradients. Returns x and its residual |b - A x| / |b|. Iterates down to the
+    tolerance, or for _ITERATIONS_MAX steps."""
     x = np.zeros_like(b) if guess is None else guess
     residual = b - matrix @ x
     size = np.linalg.norm(b)
@@ -205,8 +205,7 @@ def _aggregates(matrix: Matrix) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _independent(links: Matrix) -> np.ndarray:
-    """Chooses nodes of which no two are linked, so that every node with links is chosen or linked to one (Luby's
-    method)."""
+    """Chooses unlinked nodes so that every other node with links is linked to a chosen one (Luby's method)."""
     count = len(links.diagonal)
     rank = np.random.default_rng(0).permutation(count).astype(np.int32) + 1
     linked = links.of_rows(np.ones(len(links.row), np.int8), np.maximum) > 0

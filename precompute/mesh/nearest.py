@@ -22,8 +22,7 @@ def nearest(points: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 
 def _in_grid(points: np.ndarray, places: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the nearest point in each place's cell and its neighbours, and the distance; infinite if there is no
-    point."""
+    """The nearest point in each place's cell and its neighbours, and the distance; infinite without a point."""
     cells = np.floor(points / size).astype(np.int64)
     at = np.floor(np.clip(places / size, -2, cells.max(axis=0) + 3)).astype(np.int64)
     width = cells.max(axis=0) + 7

@@ -189,8 +189,8 @@ def complex_sums(index: np.ndarray, values: np.ndarray, count: int) -> np.ndarra
 
 
 def _twins(triangles: np.ndarray) -> np.ndarray:
-    """Returns for each corner's edge the one other corner whose edge is the same in the opposite direction; -1 if there
-    is no such corner or more than one."""
+    """For each corner's edge, the one other corner with the same edge in the opposite direction; -1 if none or
+    several."""
     begin, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     low, high = np.minimum(begin, end), np.maximum(begin, end)
     key = low * (triangles.max(initial=0) + 1) + high

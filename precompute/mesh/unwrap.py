@@ -63,8 +63,8 @@ class Mesh:
 
 @dataclass(frozen=True)
 class Packing:
-    """The packing of islands: side of the map in pixels, space between islands in pixels, and pixels per metre (0: as
-    many as fit)."""
+    """The packing of islands: the map's side and the space between islands in pixels, and pixels per metre (0: the
+    most)."""
 
     size: int = 1024
     padding: int = 4
