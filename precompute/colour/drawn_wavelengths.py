@@ -11,8 +11,7 @@ _STEPS = 4001
 def wavelength_quantiles(count: int, illuminant: str = "D65") -> np.ndarray:
     """Returns wavelengths (count,) in metres, each for an equal share of the observer's X + Y + Z.
 
-    Samples at these wavelengths have the weight `drawn_weight`. A laser's line returns its own wavelength `count`
-    times."""
+    Samples at these wavelengths have the weight `drawn_weight`. A laser's line gives its own wavelength each time."""
     line = line_of(illuminant)
     if line is not None:
         return np.full(count, line)

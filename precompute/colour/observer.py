@@ -35,8 +35,7 @@ def is_illuminant(name: object) -> bool:
 
 
 def line_of(illuminant: str) -> float | None:
-    """Returns the wavelength in metres of a laser's line, such as "532nm" in whole nanometres; None for other
-    illuminants."""
+    """The wavelength in metres of a laser's line in whole nanometres, such as "532nm"; None for other illuminants."""
     found = re.fullmatch("([0-9]{3})nm", illuminant)
     return int(found[1]) * 1e-9 if found and LINES_NM[0] <= int(found[1]) <= LINES_NM[1] else None
 
@@ -50,8 +49,7 @@ def seen_wavelengths(wavelengths_m: np.ndarray, illuminant: str) -> np.ndarray:
 def observer(wavelengths_m: np.ndarray, illuminant: str = "D65") -> np.ndarray:
     """Returns colour matching functions times the power (n, 3) of one of ILLUMINANTS, at wavelengths (n,) in metres.
 
-    The result is zero outside 380 to 780 nm, and scaled so that the Y column integrates to 1 over wavelength in
-    metres."""
+    Zero outside 380 to 780 nm, and scaled so that the Y column integrates to 1 over wavelength in metres."""
     table = _cie_table()
     power = table[:, 4] if illuminant == "D65" else np.ones(len(table))
     weighted = table[:, 1:4] * power[:, None]

@@ -2,8 +2,8 @@
 """Cells of equirectangular pictures of a world, in Blender's convention.
 
 Row 0 is at the bottom, as in Blender's pixels. The picture's centre looks along +X, its left half towards +Y, its top
-row towards +Z. Blender's Environment Texture reads pictures this way. A panoramic camera of Cycles that looks along +X,
-with +Z up, renders them this way.
+row towards +Z. Blender's Environment Texture reads pictures this way. A panoramic camera of Cycles that looks along +X
+renders them this way.
 """
 
 from dataclasses import dataclass
@@ -44,8 +44,7 @@ def crop_cells(size: int, half_angle: float, direction: np.ndarray) -> Cells:
 
 
 def crop_frame(direction: np.ndarray) -> np.ndarray:
-    """Returns the axes (3, 3) of a crop. Its columns are world directions: to the crop's centre, to its left, and
-    up."""
+    """The axes (3, 3) of a crop. The columns are world directions: to the crop's centre, to its left, and up."""
     forward = np.asarray(direction, float) / np.linalg.norm(direction)
     beside = np.cross((0.0, 0.0, 1.0) if abs(forward[2]) < 0.9 else (0.0, 1.0, 0.0), forward)
     left = beside / np.linalg.norm(beside)

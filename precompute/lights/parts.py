@@ -117,8 +117,8 @@ def compact_parts(luminance: np.ndarray, cells: Cells, *, least: float, widest: 
     Parts that meet within a larger bright set count separately if together they hold at least half of its excess.
     Otherwise the set is one part of uneven brightness."""
     values = luminance.reshape(-1)
-    # An even disc of variance `widest` has 4 pi x `widest` steradians. Pixels so dark that they fill it with half of
-    # `least` count as black.
+    # An even disc of variance `widest` has 4 pi x `widest` steradians. Pixels that fill it with half of `least` are
+    # black.
     floor = least / (8 * np.pi * widest)
     order = np.argsort(-values, kind="stable")
     levels, areas, moments = values.tolist(), cells.solid_angles.tolist(), cells.moments.tolist()
@@ -132,20 +132,18 @@ def compact_parts(luminance: np.ndarray, cells: Cells, *, least: float, widest: 
 
 
 def _resolved(grown: _Set, level: float, least: float) -> list[Part]:
-    """Returns the parts of a set whose surroundings have this level: the set itself, the parts that met in it, or
-    none."""
+    """The parts of a set whose surroundings have this luminance: the set itself, the parts that met in it, or none."""
     excess = grown.light - level * grown.area
     if excess < least or sum(part.excess for part in grown.parts) >= excess / 2:
         return grown.parts
-    # The left side over excess is the part's mean luminance, weighted by light, less the level.
+    # The part's mean luminance, weighted by its excess, must reach _CONTRAST times the level.
     if grown.light_squared - level * grown.light < _CONTRAST * level * excess:
         return grown.parts
     return [Part(np.array(grown.pixels), level, excess)]
 
 
 def _neighbours(pixel: int, rows: int, cols: int) -> tuple[int, ...]:
-    """Returns the neighbours beside, below and above a pixel. A panorama wraps around horizontally, and over the
-    poles."""
+    """The pixels beside, below and above. A panorama wraps around horizontally, and continues across the poles."""
     row, col = divmod(pixel, cols)
     across = (col + cols // 2) % cols
     below = (row - 1) * cols + col if row else across

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fits sources finer than a panorama's pixels, by rendering closer looks at the world."""
+"""Fits sources finer than a panorama's pixels, by closer looks at the world."""
 
 from collections.abc import Callable, Sequence
 
@@ -24,8 +24,7 @@ _LOOKS = 3
 def fit_closely(radiance: np.ndarray, count: int, look: Look, *, suns: Sequence[np.ndarray] = ()) -> list[Source]:
     """Fits sources to a panorama (rows, cols, 3) like fit_sources, and fits each small source again in closer looks.
 
-    `suns` are directions (3,) that always get a closer look, because a sun may be too small for any sample of the
-    panorama."""
+    `suns` are directions (3,) that always get a closer look, because the panorama may miss a small sun."""
     world = _World(radiance, look)
     found = fit_sources(radiance, count)
     narrow = [source for source in found if source.cone_radius < _NARROW]
@@ -82,8 +81,8 @@ class _World:
 def _uncovered(cells: Cells, crop: Cells, half_angle: float) -> np.ndarray:
     """Returns the share of each cell (n,) that a crop does not cover.
 
-    Each cell of the crop is subtracted from the nearest of the cells. Well inside the crop nothing is left, so that a
-    sun is not counted twice."""
+    Each cell of the crop is subtracted from the nearest cell. Well inside the crop the share is 0: a sun counts
+    once."""
     towards = crop.moments.sum(axis=0)
     near = np.flatnonzero(inside_crop(cells.directions, 1.3 * half_angle, towards))
     left = np.ones(len(cells.directions))

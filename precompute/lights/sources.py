@@ -9,9 +9,9 @@ import numpy as np
 from .panorama import Cells, panorama_cells
 from .parts import Part, compact_parts
 
-# A part with a smaller share of the world's light gets no source. Its light is spread over a surface's directions
-# instead of forming its own spectrum; 1 % of the light of a surface at white is at most 0.4 of its lightness (116/3 *
-# 0.01, from L* = 116 Y^(1/3) - 16).
+# The least share of the world's light that gets a source. Other light is spread over a surface's directions instead of
+# forming a spectrum. 1 % of a white surface's light is at most 0.4 of lightness (116/3 * 0.01, from L* = 116 Y^(1/3) -
+# 16).
 LEAST_SHARE = 0.01
 # A part with an even smaller share is noise of the picture.
 _GRAIN_SHARE = 0.0005
@@ -19,11 +19,10 @@ _GRAIN_SHARE = 0.0005
 WIDEST = 0.16
 # A part may be wider, and is then divided. It is dropped if the number of sources is too small for that.
 _WIDEST_PART = 0.6
-# Parts narrower than this are searched for first. So a sun in its glow, or before a bright cloud, becomes one source,
-# and what lies behind it another.
+# Narrower parts are searched for first. So a sun and the glow or cloud behind it become two sources.
 _NARROW = 0.04
-# A source with a wider cone and at least this share of the light is divided, if the number of sources allows it. A box
-# of 10 degrees stays one source.
+# A source with a wider cone and at least this share of the light is divided if `count` allows. A box of 10 degrees is
+# not.
 _UNDIVIDED, _DIVIDED_SHARE = 0.12, 4 * LEAST_SHARE
 # The growth of the variance of each source that results from a division.
 _SOFTENED = 0.4
@@ -91,8 +90,8 @@ def lit(sources: Sequence[Source], radiance: np.ndarray, cells: Cells) -> list[S
 
 def owners(sources: Sequence[Source], directions: np.ndarray) -> np.ndarray:
     """Returns for each direction (n, 3) the index of the source that takes its light, or -1 if no cone contains it.
-    Where cones overlap, the source with the least squared angle times variance takes it: at a sun before a cloud's
-    centre, the sun."""
+    Where cones overlap, the source with the least squared angle times variance takes it: a sun before a cloud, for
+    example."""
     nearest, owner = np.full(len(directions), np.inf), np.full(len(directions), -1)
     for index, source in enumerate(sources):
         away = 1 - directions @ source.direction
@@ -165,8 +164,8 @@ def _without(parts: list[Part], luminance: np.ndarray, cells: Cells) -> np.ndarr
 def _pieces(part: Part, luminance: np.ndarray, cells: Cells, *, free: np.ndarray, least: float) -> list[_Piece]:
     """Splits a part into pieces: the densest one, and others outside it with at least this light.
 
-    For example, two windows with a bright wall between them are one part. A ring around a piece is not a piece, nor is
-    the edge of a sun that straddles pixels."""
+    Two windows with a bright wall between them may be one part. A ring around a piece, like a sun's edge, is no
+    piece."""
     pieces: list[_Piece] = []
     left = part.pixels
     while True:

@@ -32,8 +32,8 @@ def unwrapped(mesh: Mesh, packing: Packing) -> Unwrapped:
     torn = _torn(mesh, uv)
     if not torn.any():
         return _checked(charts, uv)
-    # xatlas knows only triangles and may cut a face in two. These faces become separate islands beside the others, and
-    # all islands are packed again.
+    # xatlas knows only triangles and may cut a face in two. A cut face becomes an island, and all islands are packed
+    # again.
     whole = uv * (charts.width, charts.height) / charts.texels_per_unit  # metres
     whole[torn] = _laid_out(mesh, torn) + (whole.max() + 1.0, 0.0)
     packed = _xatlas().Atlas()

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Factors of the BRDF that do not depend on the relief (docs/theory.md, BRDF).
 
-wi is the unit direction to the light, wr to the viewer, both away from the surface; ti and tr are their angles from the
-normal, and w = cos(ti) + cos(tr).
+wi is the unit direction to the light, wr to the viewer; ti and tr are their angles from the normal; w = cos(ti) +
+cos(tr).
 """
 
 import numpy as np
@@ -19,8 +19,7 @@ def half_angle_cosine(wi: np.ndarray, wr: np.ndarray) -> np.ndarray:
 
 
 def obliquity_times_cosine_and_w2(wi: np.ndarray, wr: np.ndarray) -> np.ndarray:
-    """Computes O(wi, wr) cos(ti) w^2 = (1 + wi.wr)^2 / cos(tr) (...,) for unit directions (..., 3) (Stam 1999, equation
-    5).
+    """O(wi, wr) cos(ti) w^2 = (1 + wi.wr)^2 / cos(tr) (...,) for unit directions (..., 3) (Stam 1999, equation 5).
 
     Stam's obliquity O has w^2 in its denominator, and the scattered spectrum vanishes as w^2. So the bake stores the
     spectrum divided by w^2, and this function returns O cos(ti) multiplied by w^2. Neither divides by a small number,

@@ -41,8 +41,7 @@ def coherence_areas(size_m: tuple[float, float], coherence_length_m: float, prof
 def longest_averaging_length(area_m2: float, profiles_m: float = 0.0) -> float:
     """Returns the longest coherence length in metres at which scans average MINIMUM_AREAS coherence areas.
 
-    area_m2 is the total area of the scans in square metres, profiles_m the total length in metres of scans of one
-    line."""
+    area_m2 is the scans' total area in square metres, profiles_m the total length in metres of scans of one line."""
     half = profiles_m / 2
     shift = (half + math.sqrt(half**2 + MINIMUM_AREAS * area_m2)) / MINIMUM_AREAS
     return 4 * shift / math.sqrt(2)

@@ -20,15 +20,12 @@ from .resample import KERNEL_REACH, Resampler
 from .series import COUNT_MIN, SpectrumSeries, bound
 from .spectrum import FrequencyGrid, fft_order, frequency_grid, scattered_spectrum
 
-# Side in pixels of the cuts on which the number of nodes is measured. A relief whose longer side is under twice this
-# size takes the number from `bound`.
+# Side in pixels of the cuts that measure the number of nodes. Reliefs under twice this size take it from `bound`.
 _CUT = 192
 _ROWS_AT_ONCE, _COLUMNS_AT_ONCE = 128, 64
-# The greatest number of nodes. It allows a depth of 60 um for all of (u, v), far beyond the validity of scalar
-# diffraction.
+# The greatest number of nodes: a depth of 60 um for all of (u, v), far beyond the validity of scalar diffraction.
 _COUNT_MAX = 1000
-# A surface that scatters less than this share of the light scatters only rounding errors: a hundred times the rounding
-# of a transform in single precision.
+# A smaller share of scattered light counts as rounding. It is a hundred times a transform's error in single precision.
 ROUNDING = 1e-10
 # Bins much finer than the finest kernel are blurred by a Gaussian and then thinned out. These are the blur's standard
 # deviation and the new spacing of the bins, in units of the finest kernel at the longest wavelength. The rest of the
@@ -58,8 +55,7 @@ def exact_error(relief: Relief, series: SpectrumSeries, s_values: np.ndarray) ->
     """Returns a series' error: sum |found - exact| / sum exact over the bins, the largest over s_values (n,).
 
     `found` is the series' spectrum and `exact` a transform's in float64. If the bins were thinned out, the exact
-    spectrum is in float32 and thinned out too. Values of s at which the relief scatters at most ROUNDING are
-    skipped."""
+    spectrum is in float32 and thinned out too. Values of s at which the relief scatters up to ROUNDING are skipped."""
     worst = 0.0
     for s in s_values:
         if series.blur_q:
@@ -82,9 +78,9 @@ def fast_series(
 
     finest_kernel is the standard deviation, in cycles per metre, of the narrowest kernel that will be used. Bins much
     finer than this kernel are blurred by a part of it and thinned out. The series omits about the share `tolerance` of
-    the light, estimated from its last coefficients. `before` is called with the cost before the first transform and may
-    raise GratingError; `progress` is called after each transform. Raises GratingError for a relief that may take more
-    than _COUNT_MAX transforms."""
+    the light, estimated from its last coefficients. `before` gets the cost before the first transform and may raise
+    GratingError; `progress` is called after each transform. Raises GratingError if `bound` exceeds _COUNT_MAX
+    transforms."""
     grid = frequency_grid(relief, q_max, finest_kernel)
     most = bound(relief, s_max, tolerance)
     if most > _COUNT_MAX:
@@ -106,8 +102,8 @@ def fast_series(
 def measured_count(relief: Relief, q_max: float, s_max: float, *, tolerance: float) -> int:
     """Returns the number of nodes in s that is enough for each of three cuts of the relief.
 
-    The cuts lie around the centre, the highest point and the deepest point. A small relief takes the number from
-    `bound`. Arguments as in `fast_series`."""
+    The cuts lie around the centre, the highest point and the deepest point. A small relief uses `bound`. Arguments as
+    in `fast_series`."""
     most = bound(relief, s_max, tolerance)
     rows, cols = relief.height_m.shape
     if max(rows, cols) < 2 * _CUT:
@@ -134,8 +130,8 @@ def _slice_around(at: int, count: int) -> slice:
 
 
 def _coefficient_sizes(values: np.ndarray) -> np.ndarray:
-    """Returns the size (count,) of each Chebyshev coefficient of values (count, ...) at the nodes: its modulus, summed
-    over all other axes."""
+    """Sizes (count,) of the Chebyshev coefficients of values (count, ...) at the nodes: moduli summed over other
+    axes."""
     flat = values.reshape(len(values), -1)
     matrix = chebyshev.coefficients_from_nodes(len(values)).astype(values.dtype)
     blocks = range(0, flat.shape[1], 1 << 18)
@@ -180,8 +176,7 @@ def _thinned_grid(grid: FrequencyGrid, finest_kernel: float) -> FrequencyGrid:
 
 
 def _blurred(power: np.ndarray, grid: FrequencyGrid, coarse: FrequencyGrid, *, blur_q: float) -> np.ndarray:
-    """Blurs the power (ny, nx) of the fine grid by blur_q (cycles per metre) and samples it in the bins of the coarse
-    grid."""
+    """Blurs the fine grid's power (ny, nx) by blur_q (cycles per metre) and samples it in the coarse grid's bins."""
     resample = Resampler(grid, coarse.q_x, coarse.q_y, 1.0, blur_q)
     return resample(power[resample.kept]) * np.float32(
         (coarse.q_y[1] - coarse.q_y[0]) * (coarse.q_x[1] - coarse.q_x[0])

@@ -7,8 +7,8 @@ p is the phasor at s = w / lambda, x a position, q a spatial frequency, dA the a
 apodisation, which is 1 if its edges wrap. The integral of PSD over the Nyquist cell is 1.
 
 The thesis convolves the patch's DFT with a Gaussian, which is the same as repeating the patch under a window. Its
-window is centred on the patch's corner, so the seams of a raw scan cross the window's centre and show as a cross. The
-window here is centred on the patch's centre.
+window is centred on the patch's corner, so the seams of a raw scan show as a cross. The window here is centred on the
+patch.
 """
 
 from dataclasses import dataclass
@@ -34,8 +34,7 @@ class PatchWindow:
         return 1 / (2 * np.pi * self.sigma_m)
 
     def positions(self, axis: int) -> np.ndarray:
-        """Returns positions (pixels,) in metres from the window's centre, the middle pixel, along axis 0 (B) or 1
-        (T)."""
+        """Positions (pixels,) in metres from the window's centre, the middle pixel, along axis 0 (B) or 1 (T)."""
         count = self.relief.height_m.shape[axis]
         return (np.arange(count) - count // 2) * self.relief.pixel_size_m[axis]
 

@@ -20,8 +20,7 @@ class Resampler:
 
     The density is G_v power G_u^T with G[i, j] = N(u_i - lambda q_j; sigma), a normal density of standard deviation
     sigma. `lam` is the wavelength in metres. `kept` holds the slices (rows, columns) of the grid's bins that the kernel
-    reaches from any point; a caller passes the power of these bins only. The density may stay 0 farther than `radius`
-    from (0, 0)."""
+    reaches; a caller passes the power of these bins only. The density may stay 0 farther than `radius` from (0, 0)."""
 
     def __init__(
         self, grid: FrequencyGrid, u: np.ndarray, v: np.ndarray, lam: float, sigma: float, radius: float = math.inf
