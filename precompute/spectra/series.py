@@ -3,8 +3,7 @@
 
 Let P be the transform of the phasor at s, and h and h' the heights of two pixels. |P|^2 is a sum of terms exp(-i 2 pi s
 (h - h')). So the range of the relief limits its band in s, and a few Chebyshev nodes suffice. The scattered part
-vanishes as s^2. The series holds the spectrum divided by s^2, which stays well conditioned in grazing directions, where
-s goes to 0.
+vanishes as s^2. The series holds the spectrum divided by s^2, which stays well conditioned at grazing angles.
 """
 
 import math
@@ -57,8 +56,7 @@ class SpectrumSeries:
         return weights @ self.scattered_over_s2.transpose(1, 0, 2)[rows, :, columns]
 
     def kernel_left(self, sigma: float, wavelength_m: float) -> float:
-        """The standard deviation in (u, v) of the kernel that, together with the bins' own blur, makes a kernel of
-        standard deviation sigma at this wavelength."""
+        """The standard deviation in (u, v) that widens the bins' own blur to sigma at a wavelength."""
         return math.sqrt(sigma**2 - (wavelength_m * self.blur_q) ** 2)
 
 

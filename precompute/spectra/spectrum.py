@@ -3,8 +3,7 @@
 
 The phasor is p(x, y; s) = exp(-i 2 pi s h) with s = w / lambda. Its mean, weighted by the squared apodisation, is the
 amplitude of the zero order. The scattered spectrum is the squared modulus of the transform of the phasor minus its
-mean. The weights make both orthogonal, so by Parseval's theorem the zero order's efficiency and the scattered power sum
-to exactly 1.
+mean. The weights make both orthogonal, so by Parseval's theorem the efficiency and the scattered power sum to 1.
 """
 
 import math
@@ -26,8 +25,7 @@ class FrequencyGrid:
     """The bins of a transform that are kept.
 
     q_y, q_x         their frequencies (ny,) and (nx,) in cycles per metre, ascending
-    transform_shape  (rows, cols) of the transform: the relief's shape if the relief wraps, else larger, padded with
-                     zeros
+    transform_shape  (rows, cols) of the transform: the relief's shape if it wraps, else larger, padded with zeros
     """
 
     q_y: np.ndarray

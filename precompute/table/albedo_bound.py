@@ -18,8 +18,7 @@ import numpy as np
 
 from ..maths import bspline
 
-# The allowed sizes of a bake's table, in texels a side, ascending. The first is even, so that quarter turns map the
-# table's corners onto each other.
+# The sizes of a bake's table in texels a side, ascending. The first is even, so that quarter turns swap its corners.
 BOUND_TEXELS = (48, 96, 192)
 # A reading at the rim of the disc uses texels up to two beyond the rim.
 _RIM = 2
@@ -37,8 +36,7 @@ def bound_texel(count: int) -> float:
 def texel_directions(count: int) -> np.ndarray:
     """Unit vectors (count, count, 3) along (T, B, N) for the texels of a table of excess albedo.
 
-    The table's x axis runs along T, its y axis along B. Texels three or more beyond the rim are never read; they have
-    the direction of the third."""
+    The table's x axis runs along T, its y axis along B. Texels over two beyond the rim are never read."""
     at = (np.arange(count) - (count - 1) / 2) * bound_texel(count)
     x, y = np.meshgrid(at, at)
     radius = np.hypot(x, y)

@@ -2,8 +2,7 @@
 """Packs a bake into one OpenEXR image: the tiles B_k side by side, the zero order's curve in a strip below.
 
 One image takes one texture slot. It holds linear numbers without colour management, and all parameters are in its
-header. It holds half floats, or floats if the three digits of a half float do not suffice: for a deep relief or a small
-colour error.
+header. It holds half floats, or floats for a deep relief or a small colour error, which need more than three digits.
 
 The image is read by cubic B-splines: Blender's interpolation "Cubic", which reads at full resolution at any distance.
 With the first texel's centre at index coordinate 0, a reading at x uses the texels floor(x) - 1 to floor(x) + 2. From
@@ -34,15 +33,13 @@ from .tiling import LEVELS_MAX, PICTURE_SIDE_MAX, RATIOS, TERMS_MAX, TILE_PADDIN
 STRIP_ROWS = 4
 # Half floats end at 65504 and lose digits below 6e-5. The scale puts a table's largest value under this number.
 LARGEST_STORED = 8192.0
-# The range of all bakes' kernels: from that of a coherence of 31 mm, three times the longest that can be asked for, to
-# that of a light that fills the sky (pi / 4).
+# The range of kernels: from a coherence of 31 mm, three times the longest allowed, to a light that fills the sky (pi /
+# 4).
 _KERNELS = 8e-6, 1.0
-# The range of all bakes' scales: the largest value of a table, over LARGEST_STORED. The value is taken as at least
-# 1e-30. At most it is (2 pi d / lambda)^2 / (2 pi sigma_b^2) for heights d apart and a kernel sigma_b: 7e17 for a
-# relief of 1 mm.
+# The range of all bakes' scales: the largest value of a table, over LARGEST_STORED. The value is at least 1e-30. At
+# most it is (2 pi d / lambda)^2 / (2 pi sigma_b^2) for heights d apart: 7e17 for a relief of 1 mm.
 _SCALES = 1e-35, 1e15
-# The functions of w are at most 1 over their range, and so are the coefficients of their polynomials, up to a factor of
-# 4 / pi.
+# The functions of w are at most 1 over their range, so the coefficients of their polynomials are at most 4 / pi.
 _COEFFICIENT_MAX = 1.5
 # The least width of a range of w.
 _W_WIDTH_MIN = 1e-3
@@ -57,8 +54,8 @@ class Layout:
     inner_columns texels that hold the table, and TILE_PADDING more on each side for interpolation. The centre of the
     tile's texel (0, 0) is at (v_first, u_first). tiling.py places the other levels; each has a kernel of level_ratio
     times the variance of the one before. `texel` is the step of u and v per texel on level 0. Tiles are stored divided
-    by `scale`. A term's function of w is a sum of `polynomials` Chebyshev polynomials; `basis` holds the coefficients
-    of all terms, one term after the other."""
+    by `scale`. A term's function of w is a sum of `polynomials` Chebyshev polynomials; `basis` holds the coefficients,
+    term by term."""
 
     terms: int
     polynomials: int

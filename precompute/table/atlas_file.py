@@ -112,7 +112,7 @@ def parse(
 ) -> tuple[_Layout, dict[str, Any]]:  # fmt: skip
     """Layout and record of a picture's header.
 
-    Raises GratingError, which names what was `expected`, if the header has no such layout, or one that does not fit the
+    Raises GratingError, which names what was `expected`, if the header's layout is missing or does not fit the
     picture."""
     path, none = picture.path, f"{picture.path}: not a Natural Gratings {expected}"
     if HEADER_KEY not in picture.texts:

@@ -33,8 +33,7 @@ class Skin:
 
 
 AS_BAKED = Skin()
-# From this many standard deviations on, a Gaussian is 0 in double precision: exp(-38.7^2 / 2) = 6e-326. There the zero
-# order need not be read.
+# A Gaussian is 0 in double precision from here on, in standard deviations: exp(-38.7^2 / 2) = 6e-326.
 _KERNEL_ENDS = 38.7
 
 

@@ -58,8 +58,8 @@ from ..colour.observer import S_MAX
 from ..optics.coherence import REFERENCE_WAVELENGTH_M
 from . import atlas_file
 
-# Texels along each side of a set. On the Elaphe scan at w = 1.6, this size misplaces 2.4 % of the light, and 512 texels
-# a side 0.9 % (docs/data_flow.md).
+# Texels a side. On the Elaphe scan at w = 1.6 this misplaces 2.4 % of the light, and 512 misplace 0.9 %
+# (docs/data_flow.md).
 SIZE = 256
 # Coefficients of a cubic; also the number of channels of a picture.
 COEFFICIENTS = 4

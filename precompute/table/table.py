@@ -22,8 +22,7 @@ from ..optics.region import Region
 from .albedo_bound import NO_EXCESS, albedo_bound
 from .tiling import RATIOS, TILE_PADDING
 
-# Number of samples of Z(w). It keeps the error of reading by B-splines to half a step of a half float for a relief of 2
-# um, and less for a shallower one.
+# Number of samples of Z(w). Reading by B-splines is then off by half a step of a half float for a relief of 2 um.
 ZERO_ORDER_SAMPLES = 512
 # How far a sum of two unit vectors may cross the end of a range by rounding.
 _ROUNDING = 1e-9
@@ -120,8 +119,7 @@ class Table:
 
         Texels are read by cubic B-splines, rounded to half floats if the file has them. `w` is a number or (n,).
         `variance`, a number or (n,) in (u, v), is added to the kernel's variance. The result is then a mixture of two
-        blur levels: the last whose kernel's variance is at most the sum, and the next. Beyond the last level, the last
-        level is read alone."""
+        blur levels: the last whose kernel's variance is at most the sum, and the next, if any."""
         w, variance = (np.broadcast_to(np.asarray(each, float), np.shape(u)) for each in (w, variance))
         level, share = level_mix(variance / self.sigma_b**2, len(self.levels), ratio=self.level_ratio)
         out = np.zeros((3, len(u)))
@@ -209,14 +207,12 @@ def level_mix(added: np.ndarray, levels: int, *, ratio: float) -> tuple[np.ndarr
     """The blur level (n,) to read, and the share (n,) of the next level, for a kernel wider than sigma_b.
 
     `added` (n,) is the variance added to the kernel's, in units of sigma_b^2. Each level's kernel has `ratio` times the
-    variance of the one before. The mixture has the requested variance. Beyond the last level, the last level is read
-    alone."""
+    variance of the one before. The mixture has the requested variance, up to the last level's."""
     grown = np.clip(1 + np.asarray(added, float), 1, ratio ** (levels - 1))
     level = np.minimum(np.log(grown) / math.log(ratio), max(levels - 2, 0)).astype(int)
     return level, (grown / ratio**level - 1) / (ratio - 1)
 
 
 def past_end(curve: np.ndarray) -> np.ndarray:
-    """The value (channels,) after the last sample of a curve (n, channels), on the line through the last two
-    samples."""
+    """Extrapolates a curve (n, channels) by one sample (channels,), on the line through the last two."""
     return 2 * curve[-1] - curve[-2]

@@ -11,15 +11,14 @@ Each term has a cell of the picture, and all cells are alike. In a cell, the til
 first levels on the lower shelf from left to right, the others above them, again from the left.
 
 The shaded point decides which level is read, so a material computes a tile's place while it shades. Therefore every
-place has a closed form in l and r^l. Let A be the number of inner columns less 1. If all levels were on one shelf,
-level l would begin at the column
+place has a closed form in l and r^l. Let A be the number of inner columns less 1. On a single shelf, level l would
+begin at the column
 
     X(l) = floor(A (1 - r^l) / (1 - r) + COLUMNS_BESIDE l + phase)
 
 X(l + 1) - X(l) is at least floor(A r^l) + COLUMNS_BESIDE, which is no less than the columns of a tile. The phase, from
 0 to 1, keeps all numbers that are rounded down as far from integers as possible, because a graphics card computes
-powers to six digits only. Levels on the upper shelf keep their place on a single shelf, moved left by the lower shelf's
-columns and up by its rows.
+powers to six digits only. Levels on the upper shelf are moved left by the lower shelf's columns and up by its rows.
 """
 
 import math
@@ -36,7 +35,7 @@ TILE_PADDING = 2
 COLUMNS_BESIDE = 2 * TILE_PADDING + 2
 # The ratios of the variances of two levels. The smallest ratio is used whose picture fits into FINE_BYTES, or else the
 # largest. With the rows beside the tiles, and an empty cell beside seven, that is within the 128 MiB for which a
-# coherence is chosen. Midway between two levels the 99th percentile of the dE00 is 2, 5 and 17 on sample:blazed (`./dev
+# coherence is chosen. Midway between two levels the dE00's 99th percentile is 2, 5 and 17 on sample:blazed (`./dev
 # bench levels`).
 RATIOS = 1.5, 2.0, 4.0
 FINE_BYTES = 110 << 20
@@ -48,13 +47,12 @@ PICTURE_SIDE_MAX = 16384
 ASPECT_MAX = 3.0
 # The greatest number of terms. Light from heights d apart changes with w as exp(2 pi i w d / lambda). Its colour,
 # summed over wavelengths, is a sum of 89 Chebyshev polynomials of w to an error of 1e-5 for d = 5 um, more than twice
-# the depth of any relief that diffracts. Blender's time to build a material's nodes grows as the square of this number,
-# and is some seconds for 64.
+# the depth of any relief that diffracts. Blender's time to build a material grows as the square of this number: some
+# seconds for 64.
 TERMS_MAX = 96
 # Blender holds a picture as RGBA of 32 bits a channel.
 BYTES_PER_TEXEL = 16
-# The standard deviation in (u, v) of the widest kernel that lights and roughness need, and the fewest inner texels
-# along an axis that still resolve a kernel.
+# The widest kernel's standard deviation in (u, v), and the fewest inner texels along an axis that resolve a kernel.
 _WIDEST_KERNEL, _INNER_MIN = 0.25, 8
 
 # Rows and columns, or x and y.
@@ -134,9 +132,8 @@ def cell_for(
 
     `whole` is the number of inner rows and columns of a table of every direction; by default the table is one. The
     first of the ascending ratios is used for which the picture of this whole table is small enough, or else the last.
-    So a part takes less memory than a whole table of the same texels, and is as accurate. The last level is the first
-    whose kernel is as wide as lights and roughness need, or the last that has _INNER_MIN inner texels along each axis,
-    whichever comes first."""
+    So a part takes less memory than a whole table of the same texels, and is as accurate. The last level has a kernel
+    as wide as lights and roughness need, if each axis keeps _INNER_MIN inner texels."""
 
     def cell(inner: Pair, ratio: float) -> Cell:
         wanted = math.ceil(math.log(_WIDEST_KERNEL / sigma_b, ratio) * 2 - 1e-9)
