@@ -9,9 +9,9 @@ With the first texel's centre at index coordinate 0, a reading at x uses the tex
 the bottom of the picture upward, the rows hold:
 
     STRIP_ROWS rows         the curve Z(w) in texels 0 to samples - 1, the same in each of these rows; the texel after
-    the last continues the line through the last two
+                            the last continues the line through the last two
     bound_texels rows       the excess albedo E (albedo_bound.py) in texels 0 to bound_texels - 1, the same in every
-    channel
+                            channel
     above `strip_rows`      a cell for each term, with its tiles of every blur level (tiling.py)
 
 Tiles hold B_k / scale in XYZ. The strip is not scaled: a shallow relief scatters so little, compared with its zero
@@ -33,8 +33,7 @@ from .tiling import LEVELS_MAX, PICTURE_SIDE_MAX, RATIOS, TERMS_MAX, TILE_PADDIN
 STRIP_ROWS = 4
 # Half floats end at 65504 and lose digits below 6e-5. The scale puts a table's largest value under this number.
 LARGEST_STORED = 8192.0
-# The range of kernels: from a coherence of 31 mm, three times the longest allowed, to a light that fills the sky (pi /
-# 4).
+# The range of kernels: from a coherence of 31 mm, three times the longest allowed, to a light that fills the sky.
 _KERNELS = 8e-6, 1.0
 # The range of all bakes' scales: the largest value of a table, over LARGEST_STORED. The value is at least 1e-30. At
 # most it is (2 pi d / lambda)^2 / (2 pi sigma_b^2) for heights d apart: 7e17 for a relief of 1 mm.

@@ -35,7 +35,7 @@ the others. Rows are counted upward from the bottom. Tile k, of `size` x `size` 
 k // columns. A draw reads the same texel of two tiles:
 
     tile 0              (R + B, G + A) = wavelength * q, that is (u, v) at `wavelength` (550 nm): R and G are rounded to
-    half floats, B and A hold the rounding errors
+                        half floats, B and A hold the rounding errors
     tile 1 + piece      (R, G, B, A) = c0 .. c3;  W / wavelength^2 = scale (c0 + c1 t + c2 t^2 + c3 t^3)
                         x = pieces * (w wavelength / lambda) / s_last,  piece = min(floor(x), pieces - 1),
                         t = 2 (x - piece) - 1
