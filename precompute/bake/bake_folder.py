@@ -70,8 +70,7 @@ def bake_to_folder(
 def _levelled(
     height_maps: Sequence[HeightMap], request: BakeRequest, *, progress: Progress
 ) -> tuple[list[Relief], list[str]]:
-    """Levels the scans. Returns the reliefs and the steps' messages, a line each; with several scans, a line starts
-    with the scan's name."""
+    """Levels the scans. Returns the reliefs and the steps' messages; with several scans, each names its scan."""
     reliefs, told = [], []
     for number, height_map in enumerate(height_maps):
         progress(LEVELLING, number / len(height_maps))
@@ -108,8 +107,7 @@ def provenance_of(
 
 
 def are_facts(facts: Mapping[str, Any], height_maps: Sequence[HeightMap]) -> bool:
-    """Whether a record holds facts as bake_to_folder returns them for these height maps, with file names under
-    `files`."""
+    """Whether a record holds bake_to_folder's facts for these height maps, with file names under `files`."""
     name = bake_name(height_maps)
     told = facts.get("levelling", [])
     tile, errors, forms = facts.get("tile"), facts.get("delta_e"), facts.get("delta_e_by_form")

@@ -2,12 +2,12 @@
 """Learns a table's functions of w from the table.
 
 The scattered light depends on w by a few shapes that recur at all places (u, v). The singular vectors of the table are
-these shapes, strongest first. For the same error, fewer of them are needed than Chebyshev polynomials. A renderer reads
-one tile for each.
+these shapes, strongest first. They are fewer than Chebyshev polynomials of the same error. A renderer reads one tile
+for each.
 
 A place is weighted by the colour error it can cause. Lightness grows as the cube root of luminance Y, so an error dY is
-seen as Y^(-2/3) dY. Each w has the same weight relative to its light: where all is grazing, the light is little, and an
-exposure shows it.
+seen as Y^(-2/3) dY. Each w has the same weight relative to its light, because an exposure shows even faint, grazing
+light.
 """
 
 from bisect import bisect_left
@@ -33,8 +33,8 @@ _GROUPS, _PAIRS = 16, 600
 
 
 def with_learnt_basis(table: Table, keeps: Callable[[Table], bool]) -> Table:
-    """Reduces a table to the fewest functions of w that `keeps` accepts. `table` has Chebyshev polynomials and no wider
-    blur levels."""
+    """Reduces a table of Chebyshev polynomials, without wider levels, to the fewest functions of w that `keeps`
+    accepts."""
     if not table.terms.any():
         return table
     functions, tiles = learnt_basis(table)
@@ -75,8 +75,7 @@ def comparison(table: Table, illuminant: str) -> Callable[[Table], FormErrors]:
     """Returns a function that measures how much another table of the same surface differs, in Stam's form.
 
     The values of w are equally spaced. Grazing light has a small w and few direction pairs in the self-check, but it
-    may fill a scene. At each w half of the pairs are cosine weighted, and half are drawn from the table's light
-    there."""
+    may fill a scene. At each w half of the pairs are cosine weighted, half drawn from the table's light."""
     rng = np.random.default_rng(1)
     low, high = table.w_range
     found = []

@@ -10,8 +10,7 @@ The key of a bake is a hash of everything that its result depends on. The cache 
     locks/KEY.lock            locked, through the operating system, by the process that bakes or takes KEY; the system
                               releases the lock when this process dies
 
-Only the process that holds a key's lock touches the key's entry, its partial folder, and the key's partial folders in
-an output folder.
+Only the process that holds a key's lock touches the key's entry and the key's partial folders, here and in outputs.
 
 An entry is used only if its record is valid and each file matches the record. Otherwise the bake is made again.
 """
@@ -58,8 +57,7 @@ WAITING = "waiting for another bake of the same surface"
 def key_of(height_maps: Sequence[HeightMap], request: BakeRequest) -> str:
     """The key of a bake: the SHA-256, in hexadecimal, of heights, pixel size, request, versions and the processor.
 
-    The key includes the names of the source and of its channel, because the bake's header holds them, but not the
-    source's folder."""
+    The key includes the names of source and channel, because the bake's header holds them, but not the folder."""
     surfaces = [
         {
             "heights_sha256": hashlib.sha256(np.ascontiguousarray(one.height_m, dtype="<f8").data).hexdigest(),
@@ -96,11 +94,9 @@ def bake_once(
     believed  whether facts, with file names under `files`, are valid results of `make` for this key
     progress  called with the stage WAITING while this process waits for another one that bakes the same surface
 
-    Returns the facts, and under `cached` whether they came from the cache. If the cache cannot be used, it only prints
-    a warning.
+    Returns the facts, and under `cached` whether they came from the cache. An unusable cache only causes a warning.
 
-    Raises GratingError if the environment sets an invalid size limit, or if the files cannot be written, and whatever
-    `make` raises."""
+    Raises GratingError for an invalid size limit or if the files cannot be written, and whatever `make` raises."""
     limit_bytes = size_limit()
     try:
         cache = Cache(default_folder(), limit_bytes)
@@ -227,11 +223,10 @@ class Cache:
             _remove(partial)
 
     def tidy(self, used: str) -> None:
-        """Removes the leftovers of killed processes, then the least recently used entries until the rest fits the
-        limit.
+        """Removes leftovers of killed processes, then the least recently used entries until the rest fits the limit.
 
-        The entry of the key `used` stays, and so does everything that another process has locked. Raises OSError if the
-        folder cannot be read."""
+        The entry of `used` and everything that another process has locked stay. Raises OSError if the folder is
+        unreadable."""
         left = {path.name for path in _listed(self.folder / "partial")}
         locked = {path.stem for path in _listed(self.folder / "locks")}
         for key in (left | locked) - {used}:

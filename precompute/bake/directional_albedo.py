@@ -73,8 +73,7 @@ def orders_albedo(series: SpectrumSeries, sigma_b: float, *, directions: np.ndar
 
 
 class Orders:
-    """The bins of a series that count as orders. The light of each is a Gaussian of sigma_b about (u, v) = lambda *
-    q."""
+    """The bins of a series that count as orders. The light of each is a Gaussian of sigma_b about lambda * q."""
 
     def __init__(self, series: SpectrumSeries, sigma_b: float):
         row, col = np.unravel_index(find_orders(series), series.scattered_over_s2.shape[1:])
@@ -137,8 +136,8 @@ def continuum_albedo(
 
     A is a sum over the cells of a coarse picture of the spectrum. A cell's light has a factor that depends on the
     light's direction and on the cell, but not on the wavelength, so one matrix product serves all wavelengths. The
-    factors do not change if direction and picture are turned together, so they serve the turned directions as well:
-    only the picture is turned, the other way."""
+    factors do not change if direction and picture are turned together, so for turned directions only the picture is
+    turned, the other way."""
     cell = max(_CELL_MIN, sigma_b)
     sigma = max(sigma_b, _CELLS_PER_SIGMA * cell)
     half = math.ceil((2 + _KERNEL_REACH * sigma) / cell)
@@ -184,8 +183,7 @@ def coarse_terms(
 
 
 def _without_tail(terms: np.ndarray) -> np.ndarray:
-    """Drops the last terms of (K, ...) that together hold at most the share _TERMS_TOLERANCE; keeps at least 2
-    terms."""
+    """Drops the last terms of (K, ...) that together hold at most the share _TERMS_TOLERANCE; keeps 2 or more."""
     size = np.abs(terms).reshape(len(terms), -1).sum(axis=1)
     needed = np.count_nonzero(np.cumsum(size[::-1])[::-1] > _TERMS_TOLERANCE * size.sum())
     return terms[: max(int(needed), 2)]

@@ -79,8 +79,8 @@ class Errors:
         return {name: value if math.isfinite(value) else None for name, value in told.items()}
 
     def worse_by(self, delta_e: float, relative: float) -> "Errors":
-        """Adds two errors that were measured separately: delta_e to each error of colour, `relative` to each relative
-        error of luminance."""
+        """Adds separately measured errors: delta_e to the errors of colour, `relative` to the relative errors of
+        luminance."""
         colour = {name: getattr(self, name) + delta_e for name in _COLOUR}
         light = {name: getattr(self, name) + relative for name in ("relative_dy", "relative_rms")}
         return replace(self, **colour, **light)
@@ -107,8 +107,8 @@ class Truth:
 def measure(
     truth: list[Truth], candidate: Candidate, illuminant: str = "D65", *, held_bound: HeldBound | None = None
 ) -> Errors:
-    """Measures a candidate against the truth, in Stam's form. With `held_bound` it measures the energy-conserving form;
-    every Truth then needs its bound.
+    """Measures a candidate against the truth, in Stam's form, or with `held_bound` in the energy-conserving form, for
+    which every Truth needs its bound.
 
     A candidate that returns NaN or infinity has infinite errors of colour."""
     references, answers, zero = [], [], []

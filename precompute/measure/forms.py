@@ -8,8 +8,8 @@ from .errors import Errors
 
 # The allowed error |dY| / Y of a form, for a requested dE00 of 1 or less; for more, it grows in proportion.
 RELATIVE_DY = 0.01
-# The dE00 per relative error of the albedo bound, at its largest, at Y = 1: the derivative 116 / 3 of L*, over
-# CIEDE2000's weight of lightness there.
+# The greatest dE00 per relative error of the albedo bound, at Y = 1: the derivative 116 / 3 of L*, over CIEDE2000's
+# weight.
 DELTA_E_OF_BOUND = 116 / 3 / 1.75
 # The forms' names in sentences.
 FORM_NAMES = {"conserving": "the energy-conserving form", "stam": "Stam's form"}
@@ -17,8 +17,7 @@ FORM_NAMES = {"conserving": "the energy-conserving form", "stam": "Stam's form"}
 
 @dataclass(frozen=True)
 class FormErrors:
-    """Errors of Stam's form and of the energy-conserving form, the materials' default; None for a bake without an
-    albedo bound."""
+    """Errors of Stam's form and of the energy-conserving form, the materials' default; None without an albedo bound."""
 
     stam: Errors
     conserving: Errors | None

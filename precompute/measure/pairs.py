@@ -12,8 +12,8 @@ from ..optics.region import Region
 
 @dataclass(frozen=True)
 class Pairs:
-    """Unit vectors wi, wr (n, 3) to the light and to the viewer, all of one w; the mask `drawn` (n,) marks the pairs
-    drawn from the truth's spectrum."""
+    """Unit vectors wi, wr (n, 3) to light and viewer, of one w; `drawn` (n,) masks pairs drawn from the truth's
+    spectrum."""
 
     wi: np.ndarray
     wr: np.ndarray

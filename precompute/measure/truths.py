@@ -65,8 +65,8 @@ def truths(
     relief: Relief, sigma_b: float, w_count: int, *, pairs_each: int, step_m: float,    seed: int = 0,
     progress: Progress = silent,
 ) -> list[Truth]:  # fmt: skip
-    """The reference at w_count random values of w, with up to pairs_each direction pairs each, in wavelength steps of
-    step_m metres."""
+    """The reference at w_count random values of w, with up to pairs_each direction pairs each and steps of step_m
+    metres."""
     rng = np.random.default_rng(seed)
     grid = reference_grid(relief, sigma_b)
     found = []
