@@ -11,8 +11,7 @@ it crosses 0, so it is clamped only when it is read. A mirror has no excess.
 
 table/albedo_bound.py maps directions to the table. A cubic reading at a texel gives the exact excess. Between texels,
 readings have an error of fourth order in the texels' distance, and of first order where the excess bends sharply:
-within a few sigma_b of the direction at which an order of a surface that wraps reaches the horizon at the first or the
-last wavelength.
+within a few sigma_b of where a wrapping surface's order reaches the horizon at the first or last wavelength.
 """
 
 from collections.abc import Sequence
@@ -29,8 +28,8 @@ from .directional_albedo import Orders, continuum_albedo, find_orders, orders_al
 
 # Number of wavelengths, equally spaced in their logarithm. As the wavelength grows, an order crosses the horizon, and
 # shows in the albedo only while this logarithm grows by sigma_b / 2. So the orders of a surface that wraps are computed
-# at every _STEP-th wavelength, then at all wavelengths around the largest albedo. All other light is computed at every
-# _STRIDE-th wavelength and interpolated.
+# at every _STEP-th wavelength, then at all wavelengths around the largest albedo. Other light is interpolated between
+# every _STRIDE-th wavelength.
 _WAVELENGTHS, _STEP, _STRIDE = 513, 4, 32
 # A smaller excess counts as none. A spline through such a table would overshoot at the horizon.
 _ROUNDING = 1e-6

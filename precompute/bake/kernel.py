@@ -19,8 +19,7 @@ def kernel_for(reliefs: Sequence[Relief], request: BakeRequest) -> float:
     """The standard deviation sigma_b of the kernel in (u, v) that a bake begins with.
 
     A requested coherence length sets sigma_b. Without one, it is the narrowest kernel that averages enough coherence
-    areas of all scans together (optics/coherence.py). It is at least as wide as the blur of the scene's lights and
-    pixels.
+    areas of all scans together (optics/coherence.py). It is at least as wide as the scene's lights and pixels.
 
     Raises GratingError for a coherence length that is shorter than a wavelength, longer than the scan, or too long for
     any table, and for scans that are too small to average enough areas."""

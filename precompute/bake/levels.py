@@ -57,8 +57,7 @@ def with_levels(table: Table, cell: Cell | None = None) -> Table:
 
 def _blurred(terms: np.ndarray, sigma: float, *, step: float, count: int, mode: _Mode) -> np.ndarray:
     """Blurs terms (K, rows, ...) along axis 1 by a Gaussian of sigma rows, at `count` places that are `step` rows
-    apart. Place TILE_PADDING is the first inner row, at index TILE_PADDING. `mode` is numpy.pad's mode beyond the
-    rows."""
+    apart. Place TILE_PADDING is the first inner row, at the same index. `mode` is numpy.pad's."""
     at = TILE_PADDING + step * (np.arange(count) - TILE_PADDING)
     reach = max(_WINDOW_REACH, math.ceil(_BLUR_REACH * sigma))
     rows = np.floor(at).astype(int)[:, None] + np.arange(1 - reach, 1 + reach)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes a bake that keeps the requested colour error.
 
-The bake is planned and made, and the error of its file's contents is measured. If the error is too large, the bake is
-planned for a smaller error and made once more.
+The bake is planned and made, and the error of its file's contents is measured. If it is too large, the bake is made
+once more for a smaller error.
 """
 
 import math
@@ -82,14 +82,13 @@ def make(
 ) -> Made:
     """Bakes reliefs for a request. `progress` is called with the share of the whole bake.
 
-    Raises GratingError, with `source`, if the requested colour error cannot be kept. The message names an error that
-    can."""
+    Raises GratingError, with `source` and an error that can be kept, if the requested colour error cannot."""
     progress = forwards(progress)
     made = _attempt(reliefs, request, span_of(progress, 0, _FIRST), source)
     excess = _excess(made.claims, request.delta_e)
     if excess > 1:
-        # A smaller error only changes terms, texels, wavelengths and transforms. Errors of another origin stay, and the
-        # measured error shows them.
+        # A smaller error only changes terms, texels, wavelengths and transforms. Errors of another origin stay and are
+        # measured.
         stricter = replace(request, delta_e=request.delta_e / (_MARGIN * excess))
         again = _attempt(reliefs, stricter, span_of(progress, _FIRST, 1), source)
         again = _with_time_of(again, made)

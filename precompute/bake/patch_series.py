@@ -21,16 +21,15 @@ from ..spectra.series import SpectrumSeries, bound
 from ..spectra.spectrum import FrequencyGrid, fft_order, phasor
 
 # The reach of the window from its centre, and of the transform of |P|^2 from lag 0, both in units of sigma_s. There the
-# window has fallen to 3e-4 of its amplitude, and its autocorrelation, exp(-x^2 / (4 sigma_s^2)) at the lag x, to 1e-7
-# of its peak.
+# window has fallen to 3e-4, and its autocorrelation, exp(-x^2 / (4 sigma_s^2)) at the lag x, to 1e-7 of its peak.
 _WINDOW_REACH, _LAG_REACH = 4.0, 8.0
 # From this lag, in units of sigma_s, to _LAG_REACH, the transform of |P|^2 is faded to 0. It is at most 1e-4 of its
 # peak there. The fade keeps its quotient by the Gaussian's transform small.
 _LAG_KEPT = 6.0
 # The Gaussian's standard deviation, in units of sigma_f. The transform of |P|^2 repeats after 2 _LAG_REACH, and the
 # Gaussian's transform suppresses the repetitions. The repetition of lag -5, where the autocorrelation is 2e-3 of its
-# peak, is at lag 11. Its weight is exp(-48 0.45^2) = 6e-5: reading a table leaves about 0.45 of the 0.5. Repetitions of
-# shorter lags have smaller weights.
+# peak, is at lag 11. Its weight is exp(-48 0.45^2) = 6e-5: reading a table leaves about 0.45 of the 0.5. Those of
+# shorter lags weigh less.
 _GAUSSIAN = 0.5
 # Cubic reading widens the Gaussian, so the Gaussian is narrowed. This share of its variance always stays, however
 # coarse the table. It leaves a standard deviation of 0.3 sigma_f, and a weight of 1e-2 at lag 11.

@@ -171,8 +171,7 @@ def _patches(
 
 
 def _kernels(q: np.ndarray, at: np.ndarray, lam: float, sigma: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Indices (patches, m) of the bins around each patch, and their kernel weights (patches, n, m) at `at` (patches,
-    n)."""
+    """Indices (patches, m) of the bins around each patch, and their kernel weights (patches, n, m) at `at`."""
     if len(q) == 1:
         index = np.zeros((len(at), 1), int)
     else:
