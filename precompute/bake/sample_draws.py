@@ -21,8 +21,7 @@ from ..table.sample_set import COEFFICIENTS, SIZE, SampleSet, piece_and_powers
 INTERPOLATION = 0.01
 # In cycles per metre: |(u, v)| is at most 2, so no pair of directions reaches further at any visible wavelength.
 Q_MAX = 2 / WAVELENGTH_MIN_M
-# Number of texels on which the number of pieces is chosen. The first texels along the Z curve are a block of the set,
-# which is itself a smaller sample set.
+# Number of texels on which the number of pieces is chosen. The first texels along the Z curve are a smaller sample set.
 _PROBED = 1024
 # Values of s at which a piece is compared with the series: twice the number of its cubic's coefficients.
 _PROBES_PER_PIECE = 8

@@ -35,8 +35,7 @@ from .plan import Plan
 
 # Number of values of w at which a bake is checked.
 GROUPS = 4
-# The least and the greatest number of direction pairs at each w. In between, about _BINS_SUMMED bins are summed for all
-# pairs of one w together.
+# The least and the greatest number of direction pairs at each w. In between, about _BINS_SUMMED bins are summed per w.
 _PAIRS_MIN, _PAIRS_MAX, _BINS_SUMMED = 700, 1600, 800_000
 # The least number of direction pairs at each w for the energy-conserving form; at most twice as many are used.
 _BOUND_PAIRS = 100
@@ -125,8 +124,8 @@ def _affordable_pairs(chosen: Plan) -> int:
 def w_within(w_range: tuple[float, float], count: int, rng: np.random.Generator) -> np.ndarray:
     """Draws values of w (count,) within a range, distributed as for two cosine-weighted directions.
 
-    One value comes from each of `count` quantiles. A deep relief is hardest at large w, and so one value is always
-    large."""
+    One value comes from each of `count` quantiles. One value is always large, because a deep relief is hardest
+    there."""
     drawn = np.sort(draw_w(4096, rng))
     drawn = drawn[(drawn >= w_range[0]) & (drawn <= w_range[1])]
     if len(drawn) < count:
@@ -149,8 +148,7 @@ def pairs_within(chosen: Plan, w: float, count: int, *, rng: np.random.Generator
 
 
 def _spectrum(ensemble: Sequence[SpectrumSeries], rng: np.random.Generator) -> Spectrum:
-    """A Spectrum that returns a random scan's spectrum at each call, so that pairs drawn from it follow the mean
-    spectrum."""
+    """A Spectrum that returns a random scan's at each call, so that pairs drawn from it follow the mean spectrum."""
     whole = (slice(None), slice(None))
 
     def at(s: float) -> tuple[np.ndarray, FrequencyGrid]:

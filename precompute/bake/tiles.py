@@ -26,13 +26,12 @@ from .plan import Plan
 # Number of texels past |(u, v)| = 2 that are kept. A reading at |(u, v)| = 2 uses texels less than two texels away
 # along each axis, so less than 2.9 texels away in all.
 _RIM = 3
-# Number of wavelengths, and of rows of the table, that are summed at once: this part of the table and of the
-# wavelengths' images fits into a core's cache.
+# Number of wavelengths, and of rows of the table, that are summed at once, to fit into a core's cache.
 _WAVELENGTHS_AT_ONCE, _ROWS_AT_ONCE = 8, 16
 # Number of bins that are mixed at once, over several nodes: 32 MiB of floats.
 _BINS_AT_ONCE = 1 << 23
-# The share of a table's time after which its wavelengths are summed: on the samples Elaphe and Xenopeltis, 0.34 and
-# 0.43.
+# The share of a table's time after which its wavelengths are summed: 0.34 and 0.43 on the samples Elaphe and
+# Xenopeltis.
 _SUMMED = 0.4
 
 

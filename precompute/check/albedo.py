@@ -32,8 +32,7 @@ from .direct_sums import scattered_cells, zero_order_efficiency
 # Number of wavelengths of the blocks, equally spaced in their logarithm, and steps between two of them for the orders.
 # At |(u, v)| = 1 an order moves by 0.0014 per step, a fifth of a default kernel's sigma_b.
 _WAVELENGTHS, _STEPS = 17, 32
-# The least width of a block, and its least width in units of sigma_b. A block spreads its light evenly, which adds
-# width^2 / 12 to the kernel's variance.
+# The least width of a block, also in units of sigma_b. A block's even light adds width^2 / 12 to the kernel's variance.
 _BLOCK, _BLOCK_TO_SIGMA = 0.0175, 0.6
 # The greatest number of orders of a surface that wraps, and the least share of the light of each, at some s.
 _ORDERS, _ORDER_SHARE = 256, 3e-4

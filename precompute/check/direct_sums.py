@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Computes the ensemble model's radiance by direct sums: the results of precompute/reference in a second way, for
-`check` only.
+"""Computes the ensemble model's radiance by direct sums, a second way to precompute/reference, for `check` only.
 
 This file shares no code with the reference or the bake, except the relief (levelled, filled, refined and apodised) and
 the observer's tables. There is no FFT and no expansion: the apodised phasor without its mean is summed against cosines
@@ -32,8 +31,8 @@ PAD = 3.0
 KERNEL_REACH = 6.0
 # Number of bands of wavelength, all of the same luminance, in which half vectors are drawn.
 _DRAWN_AT = 12
-# Number of classes of heights. On a relief of 2 um, the phase changes by at most 0.02 radians across a class, so the
-# mean phasor is off by 1e-5.
+# Number of classes of heights. On a relief of 2 um, a class spans 0.02 radians of phase, and the mean phasor is off by
+# 1e-5.
 _HEIGHT_CLASSES = 4096
 # Number of values gathered at once, to limit memory.
 _GATHERED = 4_000_000
@@ -113,8 +112,8 @@ def _waves(q: np.ndarray, relief: Relief, axis: int) -> np.ndarray:
 def _power(sums: np.ndarray) -> np.ndarray:
     """|sum of p exp(-2 pi i (q_y y + q_x x))|^2 (2 ny - 1, 2 nx - 1) for both signs of both frequencies.
 
-    p is the summed field, y and x are positions. `sums` (2 ny, 2 nx) are the sums of p times the cosines, then times
-    the sines, along each axis."""
+    p is the summed field, y and x are positions. `sums` (2 ny, 2 nx) holds p times cosines, then sines, along each
+    axis."""
     ny, nx = sums.shape[0] // 2, sums.shape[1] // 2
     cc, cs, sc, ss = sums[:ny, :nx], sums[:ny, nx:], sums[ny:, :nx], sums[ny:, nx:]
     same, opposite = (cc - ss, cs + sc), (cc + ss, cs - sc)

@@ -229,8 +229,7 @@ def _table(image: np.ndarray, record: dict[str, Any]) -> Table:
 
 
 def _picture_size(layout: dict[str, Any]) -> tuple[int, int]:
-    """Height and width of a picture with this layout: the strip, and above it a cell for each term, which begins with
-    the tile of the first blur level."""
+    """Height and width of a picture with this layout: the strip, and above it a cell for each term."""
     strip = layout["zero_order_samples"] + 1, layout["bound_texels"]
     height = layout["strip_rows"] + layout["rows"] * layout["cell_rows"]
     return height, max(layout["columns"] * layout["cell_columns"], *strip)
