@@ -130,8 +130,8 @@ def check(
     """Measures a bake's error again in both forms, at `groups` values of w with up to `pairs` direction pairs each.
 
     The wavelengths are summed in steps of step_m metres, by default default_step. delta_e is the dE00 that the bake
-    must keep, by default the one in the file's header. Raises GratingError if the file is no bake, or not a bake of
-    these height maps."""
+    must keep, by default the one in the file's header. Raises GratingError if the file is no bake of these height
+    maps."""
     started = time.perf_counter()
     table = read_table(bake)
     _refuse_another_surface(bake, table.record, height_maps)
@@ -234,8 +234,7 @@ def _measured(table: Table, truth: list[Truth]) -> Errors:
 def _in_both_forms(table: Table, reliefs: Sequence[Relief], truth: list[Truth], progress: Progress) -> FormErrors:
     """Measures the errors in both forms.
 
-    The energy-conserving form is measured on some of the pairs, because integrating the bound for one pair takes as
-    long as the sums for many pairs."""
+    The energy-conserving form is measured on some pairs only, because integrating the bound is slow."""
     spectra = [
         albedo.spectrum_of(relief, table.sigma_b, part_of(progress, "albedo", done=k, total=len(reliefs)))
         for k, relief in enumerate(reliefs)

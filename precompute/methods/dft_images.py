@@ -3,15 +3,14 @@
 
 Tile n holds term n: R is its real part and G its imaginary part, float32, linear. It is at column n % columns and row n
 // columns, counted upward from the bottom of the picture. Inside a tile the x axis is +u and the y axis +v, and the
-zero frequency is at (tile_rows // 2, tile_columns // 2). A Chebyshev term is stored times its (-i)^n, so that every
-expansion's coefficients are real:
+zero frequency is at (tile_rows // 2, tile_columns // 2). A Chebyshev term is stored times its (-i)^n, which makes all
+coefficients real:
 
     Taylor      z^n / n!, z = -2 pi s scale_m          of (i h / scale_m)^n
     Chebyshev   J_0(z), 2 J_n(z), z = 2 pi s scale_m   of (-i)^n T_n(h / scale_m)
 
 B is 1 in the bottom row and 0 above, because renderers disagree on the direction of a texture's t, and a shader reads
-it from B. There are three channels because some renderers read two channels as grey with alpha, and divide the colours
-of four channels by alpha.
+it from B. There are three channels because some renderers read two as grey with alpha, and divide four by alpha.
 """
 
 import hashlib
@@ -64,7 +63,7 @@ class DftImages:
 
 def pack(method: Method) -> tuple[np.ndarray, Layout]:
     """Image (height, width, 3) float32, row 0 at the bottom, and its layout. Raises GratingError for a method without a
-    shader, and for too many texels."""
+    shader or too many texels."""
     needed = method.shader_images()
     images, expansion = needed.images, needed.expansion
     rows, columns, terms = images.terms.shape

@@ -5,8 +5,7 @@
 
 Heights are counted from the lowest point, as in the thesis, or from the middle of the relief, which halves z = 2 pi s
 max|h|. The terms grow to e^z / sqrt(2 pi z) before they fall, while their sum has modulus 1: the digits above 1 cancel
-and are lost. So a sum can lose accuracy in two ways: by too few terms, which more terms fix, and by too few digits,
-which they cannot fix.
+and are lost. So a sum fails by too few terms, or by too few digits, which more terms cannot fix.
 """
 
 import math
@@ -30,8 +29,7 @@ THESIS_TERMS = 37
 
 
 def truncation_error(z: float, terms: int) -> float:
-    """Bound of the error of exp(-i z), z >= 0, after N = `terms` terms: z^N / N! (Lagrange; derivatives have modulus
-    1)."""
+    """Bound of the error of exp(-i z), z >= 0, after N = `terms` terms: z^N / N! (Lagrange; |derivatives| = 1)."""
     return math.exp(terms * math.log(z) - math.lgamma(terms + 1)) if z > 0 else 0.0
 
 
@@ -55,8 +53,7 @@ def expected_loss(z: float, dtype: type) -> float:
 
 @dataclass(frozen=True)
 class Taylor:
-    """The expansion: terms (i h / scale_m)^n, with h from origin_m. The scale keeps the powers within the floats'
-    range."""
+    """The expansion: terms (i h / scale_m)^n, with h from origin_m. The scale keeps the powers representable."""
 
     terms: int
     origin_m: float

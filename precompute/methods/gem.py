@@ -2,8 +2,8 @@
 """The rainbow of GPU Gems, chapter 8 (Stam 2004): an artistic look without physics.
 
 Each order n = 1 .. 7 of u d = n lambda, with lambda from 0.5 to 1 um running over the rainbow, adds three bumps 1 - x^2
-in red, green and blue. The highlight is a Gaussian of r u / w, where r is the roughness. Heights, v and conservation of
-energy are ignored.
+in red, green and blue. The highlight is a Gaussian of r u / w, where r is the roughness. It ignores heights, v and
+energy.
 """
 
 from dataclasses import dataclass

@@ -61,8 +61,7 @@ class Method(Protocol):
         ...
 
     def xyz(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float) -> np.ndarray:
-        """XYZ (n, 3): the density summed over the method's wavelengths, scaled so that a perfect mirror's white has Y =
-        1."""
+        """XYZ (n, 3): the density summed over the method's wavelengths. A perfect mirror's white has Y = 1."""
         return spectral_sum(self.density, u, v, w=w, settings=self.settings)
 
     def densities_in_plane(self, u: np.ndarray, w: np.ndarray, lambdas_m: np.ndarray) -> np.ndarray:

@@ -31,8 +31,7 @@ _SPECULAR_REACH = 3.0
 
 @dataclass(frozen=True)
 class Nmm(Method):
-    """NMM over the images of FLSS (`full`). `jacobian` selects whether densities are multiplied by the orders'
-    widths."""
+    """NMM over the images of FLSS (`full`). With `jacobian`, densities are multiplied by the orders' widths."""
 
     name: str
     full: WindowedImages

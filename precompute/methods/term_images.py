@@ -49,8 +49,7 @@ class Expansion(Protocol):
 class TermImages:
     """terms (ny, nx, N), complex: the DFT of each term times the apodisation, divided by the number of pixels.
 
-    The zero frequency is in the middle, phases count from the middle pixel, and the frequencies are bins of 1 / size_m
-    (Ly, Lx) metres."""
+    The zero frequency is in the middle, phases count from the middle pixel, and a bin is 1 / size_m (Ly, Lx) metres."""
 
     terms: np.ndarray
     size_m: tuple[float, float]
