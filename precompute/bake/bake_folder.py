@@ -34,7 +34,7 @@ _ERRORS = ("mean", "p95", "p99", "max", "pairs")
 def bake_to_folder(
     height_maps: Sequence[HeightMap], request: BakeRequest, folder: Path, *, progress: Progress
 ) -> dict[str, Any]:
-    """Bakes height maps and writes the table's file and the sample set's file into a folder.
+    """Bake height maps into a folder: the table's file and the sample set's file.
 
     Returns the run's facts, as for `--json`; the table's file comes first in `files`. Raises GratingError as
     `check_can_write`, `make` and `write_together` do."""
@@ -70,7 +70,7 @@ def bake_to_folder(
 def _levelled(
     height_maps: Sequence[HeightMap], request: BakeRequest, *, progress: Progress
 ) -> tuple[list[Relief], list[str]]:
-    """Levels the scans. Returns the reliefs and the steps' messages; with several scans, each names its scan."""
+    """Level the scans. Returns the reliefs and the steps' messages; with several scans, each names its scan."""
     reliefs, told = [], []
     for number, height_map in enumerate(height_maps):
         progress(LEVELLING, number / len(height_maps))

@@ -2,12 +2,11 @@
 """Learns a table's functions of w from the table.
 
 The scattered light depends on w by a few shapes that recur at all places (u, v). The singular vectors of the table are
-these shapes, strongest first. They are fewer than Chebyshev polynomials of the same error. A renderer reads one tile
+these shapes, strongest first. They are fewer than Chebyshev polynomials of equal error, and a renderer reads one tile
 for each.
 
 A place is weighted by the colour error it can cause. Lightness grows as the cube root of luminance Y, so an error dY is
-seen as Y^(-2/3) dY. Each w has the same weight relative to its light, because an exposure shows even faint, grazing
-light.
+seen as Y^(-2/3) dY. Each w has equal weight relative to its light, because exposures show faint light too.
 """
 
 from bisect import bisect_left
@@ -33,8 +32,7 @@ _GROUPS, _PAIRS = 16, 600
 
 
 def with_learnt_basis(table: Table, keeps: Callable[[Table], bool]) -> Table:
-    """Reduces a table of Chebyshev polynomials, without wider levels, to the fewest functions of w that `keeps`
-    accepts."""
+    """Reduce a table of Chebyshev polynomials, without wider levels, to the fewest functions that `keeps` accepts."""
     if not table.terms.any():
         return table
     functions, tiles = learnt_basis(table)
@@ -72,7 +70,7 @@ def learnt_basis(table: Table) -> tuple[np.ndarray, np.ndarray]:
 
 
 def comparison(table: Table, illuminant: str) -> Callable[[Table], FormErrors]:
-    """Returns a function that measures how much another table of the same surface differs, in Stam's form.
+    """Return a function that measures how much another table of the same surface differs, in Stam's form.
 
     The values of w are equally spaced. Grazing light has a small w and few direction pairs in the self-check, but it
     may fill a scene. At each w half of the pairs are cosine weighted, half drawn from the table's light."""
@@ -90,7 +88,7 @@ def comparison(table: Table, illuminant: str) -> Callable[[Table], FormErrors]:
 
 
 def _lit_pairs(table: Table, w: float, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Draws unit vectors wi and wr (up to count, 3) whose (u, v) follow the table's luminance at w."""
+    """Draw unit vectors wi and wr (up to count, 3) whose (u, v) follow the table's luminance at w."""
     v, u = (axis[TILE_PADDING:-TILE_PADDING] for axis in table.axes)
     luminance = table.at_w(w)[TILE_PADDING:-TILE_PADDING, TILE_PADDING:-TILE_PADDING, 1]
     # Two unit vectors above the surface whose sum has the component w reach no farther in u and v.

@@ -88,7 +88,7 @@ def bake_once(
     believed: Callable[[Mapping[str, Any]], bool],
     progress: Progress = silent,
 ) -> dict[str, Any]:
-    """Brings the bake of a key into the folder `output`, from the cache or by `make`. The folder is created if missing.
+    """Bring the bake of a key into the folder `output`, from the cache or by `make`. The folder is created if missing.
 
     make      writes the bake's files into a folder; returns the bake's facts, with the files' paths under `files`
     believed  whether facts, with file names under `files`, are valid results of `make` for this key
@@ -168,7 +168,7 @@ class Cache:
     limit_bytes: int
 
     def lock(self, key: str, waiting: Callable[[], None]) -> BinaryIO:
-        """Takes the lock of a key. It is released when it is closed or when the process ends.
+        """Take the lock of a key. It is released when it is closed or when the process ends.
 
         `waiting` is called repeatedly while another process has the lock. Raises OSError if the folder cannot be
         used."""
@@ -179,7 +179,7 @@ class Cache:
         return lock
 
     def take(self, key: str, folder: Path, believed: Callable[[Mapping[str, Any]], bool]) -> dict[str, Any] | None:
-        """Copies an entry's files into a folder. Returns the entry's facts, or None if it is missing or damaged.
+        """Copy an entry's files into a folder. Returns the entry's facts, or None if it is missing or damaged.
 
         The caller must hold the key's lock. Raises GratingError if the folder cannot be written into."""
         entry = self._entry(key)
@@ -199,7 +199,7 @@ class Cache:
         return facts
 
     def put(self, key: str, folder: Path, facts: dict[str, Any]) -> None:
-        """Stores a bake's files from a folder, in place of an older entry.
+        """Store a bake's files from a folder, in place of an older entry.
 
         The caller must hold the key's lock. Raises OSError if the bake cannot be stored."""
         partial, entry = self._partial(key), self._entry(key)
@@ -223,10 +223,9 @@ class Cache:
             _remove(partial)
 
     def tidy(self, used: str) -> None:
-        """Removes leftovers of killed processes, then the least recently used entries until the rest fits the limit.
+        """Remove leftovers of killed processes, then the least recently used entries until the rest fits the limit.
 
-        The entry of `used` and everything that another process has locked stay. Raises OSError if the folder is
-        unreadable."""
+        The entry of `used` and entries locked by other processes stay. Raises OSError if the folder is unreadable."""
         left = {path.name for path in _listed(self.folder / "partial")}
         locked = {path.stem for path in _listed(self.folder / "locks")}
         for key in (left | locked) - {used}:
@@ -240,7 +239,7 @@ class Cache:
                 excess_bytes -= entry.size_bytes
 
     def _discard(self, key: str, entry: bool) -> bool:
-        """Removes a key's leftovers, and its entry if asked, unless its lock is held. Returns whether it was free."""
+        """Remove a key's leftovers, and its entry if asked, unless its lock is held. Returns whether it was free."""
         lock = try_lock(self._lock_path(key))
         if lock is None:
             return False
@@ -275,7 +274,7 @@ class Cache:
 
 @contextlib.contextmanager
 def _staging(output: Path, key: str) -> Iterator[Path]:
-    """Creates a partial folder in `output` for the files of a bake.
+    """Create a partial folder in `output` for the files of a bake.
 
     Leftovers of killed processes for the same key are removed, and so is `output` if it was created here and stays
     empty. Raises GratingError if the folder cannot be created."""
@@ -300,7 +299,7 @@ def _is_plain(name: str) -> bool:
 
 
 def _is_copied(source: Path, target: Path, expected: Any) -> bool:
-    """Copies a file if it has the expected fingerprint. Returns whether it has.
+    """Copy a file if it has the expected fingerprint. Returns whether it has.
 
     Raises GratingError if the target cannot be written: a full disk does not mean that the source is damaged."""
     try:
@@ -323,7 +322,7 @@ def _listed(folder: Path) -> list[Path]:
 
 
 def _remove(folder: Path) -> None:
-    """Removes a folder, or a link in its place but not the link's target."""
+    """Remove a folder, or a link in its place but not the link's target."""
     if folder.is_symlink():
         folder.unlink()
     shutil.rmtree(folder, ignore_errors=True)

@@ -18,21 +18,21 @@ class CoherenceModel(Protocol):
     """A coherence model: plans the resolution of a bake, makes the bake, and measures its error."""
 
     def plan(self, reliefs: Sequence[Relief], request: BakeRequest, *, progress: Progress = ...) -> Plan:
-        """Chooses the resolution that a table needs to keep the request's colour error.
+        """Choose the resolution that a table needs to keep the request's colour error.
 
         Raises GratingError for a request that the model cannot keep."""
         ...
 
     def carry_out(self, chosen: Plan, illuminant: str, progress: Progress) -> Table:
-        """Makes the table of a plan, without wider blur levels."""
+        """Make the table of a plan, without wider blur levels."""
         ...
 
     def judge(self, reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress: Progress) -> Judge:
-        """Returns a function that measures a plan's table in both forms, against the reliefs' exact spectra."""
+        """Return a function that measures a plan's table in both forms, against the reliefs' exact spectra."""
         ...
 
     def sample_set(self, chosen: Plan) -> SampleSet | None:
-        """Makes the sample set that belongs to the table, for lights of every kind; None if the model has none."""
+        """Make the sample set that belongs to the table, for lights of every kind; None if the model has none."""
         ...
 
 

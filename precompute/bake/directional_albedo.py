@@ -111,7 +111,7 @@ class Orders:
 
 
 def _read(samples: np.ndarray, row: np.ndarray, w: np.ndarray) -> np.ndarray:
-    """Interpolates samples (rows, _SAMPLES + 1) over w from 0 to 2 linearly, at rows and values of w that broadcast."""
+    """Interpolate samples (rows, _SAMPLES + 1) over w from 0 to 2 linearly, at rows and values of w that broadcast."""
     at = w * np.float32(_SAMPLES / 2)
     below = np.minimum(at.astype(np.int32), _SAMPLES - 1)
     place = below + (row * samples.shape[1]).astype(np.int32)
@@ -136,8 +136,7 @@ def continuum_albedo(
 
     A is a sum over the cells of a coarse picture of the spectrum. A cell's light has a factor that depends on the
     light's direction and on the cell, but not on the wavelength, so one matrix product serves all wavelengths. The
-    factors do not change if direction and picture are turned together, so for turned directions only the picture is
-    turned, the other way."""
+    factors do not change if direction and picture turn together, so turned directions only turn the picture."""
     cell = max(_CELL_MIN, sigma_b)
     sigma = max(sigma_b, _CELLS_PER_SIGMA * cell)
     half = math.ceil((2 + _KERNEL_REACH * sigma) / cell)
@@ -183,7 +182,7 @@ def coarse_terms(
 
 
 def _without_tail(terms: np.ndarray) -> np.ndarray:
-    """Drops the last terms of (K, ...) that together hold at most the share _TERMS_TOLERANCE; keeps 2 or more."""
+    """Drop the last terms of (K, ...) that together hold at most the share _TERMS_TOLERANCE; at least 2 remain."""
     size = np.abs(terms).reshape(len(terms), -1).sum(axis=1)
     needed = np.count_nonzero(np.cumsum(size[::-1])[::-1] > _TERMS_TOLERANCE * size.sum())
     return terms[: max(int(needed), 2)]
@@ -207,7 +206,7 @@ class NearHorizon:
     Take a kernel of standard deviation sigma about a place at distance rho from (0, 0), and any function g. The
     weighted sum of g at the two cosines is the mean of cos(tr)^power g(cos(tr)) over the kernel, for real directions
     only. It is exact for polynomials g of up to third degree (Gaussian quadrature). Away from the horizon both cosines
-    are the cosine of the place itself.
+    are the place's own.
 
     Let c = cos(tr). For power = -1 the integrand 1 / c is integrable, but infinite at the horizon. With c as the
     variable, drho = -c / rho dc removes the pole: mean(g / c) = integral of N(sqrt(1 - c^2) - rho) g / sqrt(1 - c^2)

@@ -60,7 +60,7 @@ def plan(
     progress: Progress = silent,
     finer: float = 1.0,
 ) -> Plan:
-    """Chooses kernel, texels and terms for reliefs and a request.
+    """Choose kernel, texels and terms for reliefs and a request.
 
     If the request leaves the coherence length open, the kernel is widened until the table fits DEFAULT_BYTES. The table
     has `finer` times as many texels as the probe finds necessary. `progress` is called after each transform.
@@ -131,7 +131,7 @@ def bake(
     *,
     progress: Progress = silent,
 ) -> Table:
-    """Bakes the table of a request, without measuring its error. Raises GratingError as `plan` does."""
+    """Bake the table of a request, without measuring its error. Raises GratingError as `plan` does."""
     return with_levels(carry_out(plan(reliefs, request, progress=progress), request.illuminant, progress))
 
 

@@ -28,8 +28,8 @@ from .directional_albedo import Orders, continuum_albedo, find_orders, orders_al
 
 # Number of wavelengths, equally spaced in their logarithm. As the wavelength grows, an order crosses the horizon, and
 # shows in the albedo only while this logarithm grows by sigma_b / 2. So the orders of a surface that wraps are computed
-# at every _STEP-th wavelength, then at all wavelengths around the largest albedo. Other light is interpolated between
-# every _STRIDE-th wavelength.
+# at every _STEP-th wavelength, then at all around the largest albedo. Other light is interpolated between every
+# _STRIDE-th wavelength.
 _WAVELENGTHS, _STEP, _STRIDE = 513, 4, 32
 # A smaller excess counts as none. A spline through such a table would overshoot at the horizon.
 _ROUNDING = 1e-6
@@ -43,7 +43,7 @@ _PROBES = 512
 def excess_table(
     ensemble: Sequence[SpectrumSeries], sigma_b: float, *, tolerance: float, progress: Progress = silent
 ) -> np.ndarray:
-    """Computes the table (n, n) float32 of the excess albedo E of the mean of some spectra under a kernel sigma_b.
+    """Compute the table (n, n) float32 of the excess albedo E of the mean of some spectra under a kernel sigma_b.
 
     It is read by table/albedo_bound.py. n is the least of BOUND_TEXELS with which 99 % of directions have a relative
     error of the bound of at most `tolerance`, or the greatest. `progress` is called with the stage "albedo bound"."""
@@ -113,7 +113,7 @@ def _continuum_table(series: SpectrumSeries, sigma_b: float, progress: Progress)
 
 
 def _read_planes(planes: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Reads planes (n, count, count) over the disc at unit vectors (rows, cols, 3); (rows, cols, n)."""
+    """Read planes (n, count, count) over the disc at unit vectors (rows, cols, 3); (rows, cols, n)."""
     y, x = place(directions, planes.shape[1])
     return np.stack([bspline.read_grid(bspline.interpolating(plane), y, x) for plane in planes], axis=-1)
 

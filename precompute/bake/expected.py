@@ -35,7 +35,7 @@ def expected_seconds(work: Work, wavelengths: int) -> float:
 
 
 def tell(work: Work, wavelengths: int, *, scans: int, progress: Progress) -> None:
-    """Reports to `progress` the expected memory and time of a bake of `scans` scans, all like the first.
+    """Report to `progress` the expected memory and time of a bake of `scans` scans, all like the first.
 
     Raises GratingError if the memory is more than half of the free memory."""
     needed, seconds = scans * expected_bytes(work), scans * expected_seconds(work, wavelengths)
@@ -45,7 +45,7 @@ def tell(work: Work, wavelengths: int, *, scans: int, progress: Progress) -> Non
 
 
 def expected_table_bytes(layout: Layout, needs: Needs) -> tuple[int, int]:
-    """Estimates a table's bytes in Blender if it holds only the needs, from the layout of a whole table of the same
+    """Estimate a table's bytes in Blender if it holds only the needs, from the layout of a whole table of the same
     surface; returns them and the whole table's bytes.
 
     The tiles are cropped to the region. Their texels grow with the kernel if the scene's lights and pixels are wider

@@ -33,7 +33,7 @@ def narrower(sigma: float, texel: float) -> float:
 
 
 def with_levels(table: Table, cell: Cell | None = None) -> Table:
-    """Adds the wider blur levels to a table: a given cell's, or as many and as close as memory allows.
+    """Add the wider blur levels to a table: a given cell's, or as many and as close as memory allows.
 
     A wider kernel reaches past the rim of the table. If the table ends at |u| = 2, there is no light beyond the rim. If
     its region ends earlier, the values at the rim are repeated."""
@@ -56,8 +56,8 @@ def with_levels(table: Table, cell: Cell | None = None) -> Table:
 
 
 def _blurred(terms: np.ndarray, sigma: float, *, step: float, count: int, mode: _Mode) -> np.ndarray:
-    """Blurs terms (K, rows, ...) along axis 1 by a Gaussian of sigma rows, at `count` places that are `step` rows
-    apart. Place TILE_PADDING is the first inner row, at the same index. `mode` is numpy.pad's."""
+    """Blur terms (K, rows, ...) along axis 1 by a Gaussian of sigma rows, at `count` places that are `step` rows apart.
+    Place TILE_PADDING is the first inner row, at the same index. `mode` is numpy.pad's."""
     at = TILE_PADDING + step * (np.arange(count) - TILE_PADDING)
     reach = max(_WINDOW_REACH, math.ceil(_BLUR_REACH * sigma))
     rows = np.floor(at).astype(int)[:, None] + np.arange(1 - reach, 1 + reach)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes a bake that keeps the requested colour error.
 
-The bake is planned and made, and the error of its file's contents is measured. If it is too large, the bake is made
-once more for a smaller error.
+The bake is planned and made, and the error of its file's contents is measured. If it is too large, the bake is repeated
+once.
 """
 
 import math
@@ -80,15 +80,14 @@ class Made:
 def make(
     reliefs: Sequence[Relief], request: BakeRequest, *, progress: Progress = silent, source: str = "the scan"
 ) -> Made:
-    """Bakes reliefs for a request. `progress` is called with the share of the whole bake.
+    """Bake reliefs for a request. `progress` is called with the share of the whole bake.
 
     Raises GratingError, with `source` and an error that can be kept, if the requested colour error cannot."""
     progress = forwards(progress)
     made = _attempt(reliefs, request, span_of(progress, 0, _FIRST), source)
     excess = _excess(made.claims, request.delta_e)
     if excess > 1:
-        # A smaller error only changes terms, texels, wavelengths and transforms. Errors of another origin stay and are
-        # measured.
+        # A smaller error only changes terms, texels, wavelengths and transforms. Other errors stay and are measured.
         stricter = replace(request, delta_e=request.delta_e / (_MARGIN * excess))
         again = _attempt(reliefs, stricter, span_of(progress, _FIRST, 1), source)
         again = _with_time_of(again, made)
@@ -121,7 +120,7 @@ def _reached(errors: Errors) -> float:
 
 
 def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress, source: str) -> Made:
-    """Plans and makes one bake of the reliefs for a request, and measures its errors."""
+    """Plan and make one bake of the reliefs for a request, and measure its errors."""
     started = time.perf_counter()
     model = COHERENCE_MODELS[request.model]
     if not request.needs.is_reached:

@@ -75,12 +75,12 @@ EVERYTHING = Needs()
 
 
 def read_needs(path: Path) -> Needs:
-    """Reads the needs in a file. Raises GratingError with the file, the key, and the allowed values."""
+    """Read the needs in a file. Raises GratingError with the file, the key, and the allowed values."""
     return needs_of(read_json(path, "write one by the verb `needs` inside Blender"), str(path))
 
 
 def needs_of(record: object, source: str) -> Needs:
-    """Converts a JSON record to needs. Raises GratingError with `source`, the key, and the allowed values."""
+    """Convert a JSON record to needs. Raises GratingError with `source`, the key, and the allowed values."""
     if not isinstance(record, dict) or not _is_number(record.get("format")) or record["format"] != FORMAT:
         raise GratingError(f'{source}: not a needs file of format {FORMAT}; it begins {{"format": {FORMAT}, ...')
     if not isinstance(record.get("measured", {}), dict):

@@ -28,8 +28,8 @@ _WINDOW_REACH, _LAG_REACH = 4.0, 8.0
 _LAG_KEPT = 6.0
 # The Gaussian's standard deviation, in units of sigma_f. The transform of |P|^2 repeats after 2 _LAG_REACH, and the
 # Gaussian's transform suppresses the repetitions. The repetition of lag -5, where the autocorrelation is 2e-3 of its
-# peak, is at lag 11. Its weight is exp(-48 0.45^2) = 6e-5: reading a table leaves about 0.45 of the 0.5. Those of
-# shorter lags weigh less.
+# peak, is at lag 11. Its weight is exp(-48 0.45^2) = 6e-5: reading a table leaves about 0.45 of the 0.5. Shorter lags
+# weigh less.
 _GAUSSIAN = 0.5
 # Cubic reading widens the Gaussian, so the Gaussian is narrowed. This share of its variance always stays, however
 # coarse the table. It leaves a standard deviation of 0.3 sigma_f, and a weight of 1e-2 at lag 11.
@@ -71,7 +71,7 @@ class PatchSeries(SpectrumSeries):
 
 
 def patch_series(window: PatchWindow, reach: float, progress: Progress = silent) -> PatchSeries:
-    """Computes the series of a window's relief for |u|, |v| <= reach. `progress` is called after each transform."""
+    """Compute the series of a window's relief for |u|, |v| <= reach. `progress` is called after each transform."""
     s_max = 2 / WAVELENGTH_MIN_M
     gaussian = _GAUSSIAN * window.sigma_f
     q_max = reach / WAVELENGTH_MIN_M + KERNEL_REACH * gaussian

@@ -86,7 +86,7 @@ class Probe:
         return np.tensordot(chebyshev.coefficients_from_nodes(len(self.truth)), self.truth, axes=1)
 
     def _sum(self, coefficients: np.ndarray) -> np.ndarray:
-        """Sums the first terms at the nodes of w."""
+        """Sum the first terms at the nodes of w."""
         basis = chebyshev.polynomials(chebyshev.nodes(len(self.truth), -1, 1), len(coefficients))
         return np.tensordot(basis, coefficients, axes=1)
 
@@ -99,7 +99,7 @@ class Probe:
 def probe(
     ensemble: Sequence[SpectrumSeries], sigma_b: float, lambdas: np.ndarray, *, illuminant: str, needs: Needs
 ) -> Probe:
-    """Measures the mean of the ensemble's spectra under a kernel sigma_b, in the needed region of (u, v, w)."""
+    """Measure the mean of the ensemble's spectra under a kernel sigma_b, in the needed region of (u, v, w)."""
     rng = np.random.default_rng(0)
     centres = _patch_centres(ensemble[0], sigma_b, needs, rng=rng, line_m=line_of(illuminant))
     texel = sigma_b / _TEXELS_MEASURED
@@ -188,7 +188,7 @@ def _kernels(q: np.ndarray, at: np.ndarray, lam: float, sigma: np.ndarray) -> tu
 
 
 def _read(texels: np.ndarray, y: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Reads lattices (k, patches, rows, columns, 3) of texels at each pair of a y and an x of a patch.
+    """Read lattices (k, patches, rows, columns, 3) of texels at each pair of a y and an x of a patch.
 
     y and x (patches, n) count in texels from the centre of the lattice. Returns (k, patches, n, n, 3)."""
     shares = [_shares(each + (_LATTICE - 1) / 2) for each in (y, x)]

@@ -48,7 +48,7 @@ class Scan:
     channel: str | None = None
 
     def read(self) -> HeightMap:
-        """Reads the scan's height map. Raises GratingError as read_height_map does."""
+        """Read the scan's height map. Raises GratingError as read_height_map does."""
         return read_height_map(self.source, self.size_um, self.height_nm, channel=self.channel)
 
 
@@ -74,7 +74,7 @@ class BakeRequest:
     scans: tuple[Scan, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """Converts the request to JSON, with every key.
+        """Convert the request to JSON, with every key.
 
         The scans' folders are left out, because a bake moves from machine to machine."""
         scans = [{**asdict(scan), "source": _without_folder(scan.source)} for scan in self.scans]
@@ -94,7 +94,7 @@ class BakeRequest:
 
 
 def request_from(record: object, source: str) -> BakeRequest:
-    """Converts a JSON record to a request. Missing keys have their defaults.
+    """Convert a JSON record to a request. Missing keys have their defaults.
 
     Raises GratingError, with `source` and the key, for a value that no bake can have."""
     known = set(BakeRequest().as_dict())

@@ -43,7 +43,7 @@ class _Drawn:
 def make_sample_set(
     ensemble: Sequence[SpectrumSeries], sigma_b: float, size: int = SIZE, *, tolerance: float = INTERPOLATION
 ) -> SampleSet:
-    """Makes the sample set of the mean of the scans' spectra under a kernel sigma_b.
+    """Make the sample set of the mean of the scans' spectra under a kernel sigma_b.
 
     It has `size` texels along each side, a power of two. Its pieces misplace at most the share `tolerance` of the light
     at any s."""
@@ -109,7 +109,7 @@ def z_curve(size: int) -> np.ndarray:
 
 
 def _draw(ensemble: Sequence[SpectrumSeries], pdfs: Sequence[np.ndarray], points: np.ndarray) -> list[_Drawn]:
-    """Draws one bin for each point (n, 2).
+    """Draw one bin for each point (n, 2).
 
     The rows of bins of all scans form one long list. The point's first coordinate is the share of the light in the rows
     before the drawn row. Its second coordinate is the share of the row's light in the bins before the drawn bin."""

@@ -60,7 +60,7 @@ def wavelengths_for(sigma_b: float) -> np.ndarray:
 
 
 def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress: Progress) -> Judge:
-    """Returns a function that measures a plan's table in both forms.
+    """Return a function that measures a plan's table in both forms.
 
     It measures at a few values of w, on direction pairs that the bake was not made from. The series' error is added to
     every error of colour and to every relative error of luminance. `progress` is called with the stage "self-check"."""
@@ -90,7 +90,7 @@ def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress:
 
 
 def _with_bound(chosen: Plan, found: Sequence[Truth]) -> list[Truth]:
-    """Adds the divisors of the energy-conserving form to the truths."""
+    """Add the divisors of the energy-conserving form to the truths."""
     directions = np.concatenate([way for truth in found for way in (truth.pairs.wi, truth.pairs.wr)])
     bound = 1 + np.maximum(_excess(chosen, directions) / np.maximum(directions[:, 2], 1e-6), 0)
     ends = np.cumsum([len(truth.pairs.wi) for truth in found for _ in range(2)])
@@ -122,10 +122,9 @@ def _affordable_pairs(chosen: Plan) -> int:
 
 
 def w_within(w_range: tuple[float, float], count: int, rng: np.random.Generator) -> np.ndarray:
-    """Draws values of w (count,) within a range, distributed as for two cosine-weighted directions.
+    """Draw values of w (count,) within a range, distributed as for two cosine-weighted directions.
 
-    One value comes from each of `count` quantiles. One value is always large, because a deep relief is hardest
-    there."""
+    One value comes from each of `count` quantiles. One is always large, where a deep relief is hardest."""
     drawn = np.sort(draw_w(4096, rng))
     drawn = drawn[(drawn >= w_range[0]) & (drawn <= w_range[1])]
     if len(drawn) < count:
@@ -134,7 +133,7 @@ def w_within(w_range: tuple[float, float], count: int, rng: np.random.Generator)
 
 
 def pairs_within(chosen: Plan, w: float, count: int, *, rng: np.random.Generator, illuminant: str = "D65") -> Pairs:
-    """Draws up to `count` direction pairs of one w, with (u, v) inside the table's region.
+    """Draw up to `count` direction pairs of one w, with (u, v) inside the table's region.
 
     For a small region up to 64 times as many are drawn, until at least half of `count` are inside."""
     for more in (1, 4, 16, 64):

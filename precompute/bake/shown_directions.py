@@ -73,8 +73,8 @@ def under_lamp(
 
 
 def under_everything(wr: np.ndarray, *, skin: Skin = AS_BAKED) -> Shown:
-    """The boxes of places under light from everywhere, for unit vectors wr (n, 3) to the viewer. Places that face the
-    viewer have equal weights."""
+    """The boxes of places under light from everywhere, for unit vectors wr (n, 3) to the viewer. All have equal
+    weights."""
     wr = wr[wr[:, 2] > 0]
     low = wr - np.array((1.0, 1.0, 0.0))
     zero = np.zeros(len(wr))
@@ -82,7 +82,7 @@ def under_everything(wr: np.ndarray, *, skin: Skin = AS_BAKED) -> Shown:
 
 
 def joined(parts: Sequence[Shown]) -> Shown:
-    """Joins boxes; without parts, the result is dark."""
+    """Join boxes; without parts, the result is dark."""
     empty = Shown(np.zeros((0, 3)), np.zeros((0, 3)), *(np.zeros(0) for _ in range(3)))
     fields = zip(*(vars(part).values() for part in (empty, *parts)), strict=True)
     return Shown(*(np.concatenate(field) for field in fields))
@@ -135,7 +135,7 @@ def held_share(shown: Shown, needs: Needs) -> float:
 
 
 def left_out(shown: Shown, needs: Needs, share: float = 0.0) -> list[str]:
-    """Describes for each range how far the light exceeds it, without the farthest `share` of the light."""
+    """Describe for each range how far the light exceeds it, without the farthest `share` of the light."""
     low, high = _ends(needs)
     told = []
     for k, axis in enumerate(_AXES):
@@ -163,7 +163,7 @@ def _within_limits(
 
 
 def _rounded_down(value: float) -> float:
-    """Rounds a number down to three digits; 0 for what is negligible in (u, v)."""
+    """Round a number down to three digits; 0 for what is negligible in (u, v)."""
     if value < 1e-9:
         return 0.0
     step = 10.0 ** (np.floor(np.log10(value)) - 2)

@@ -30,13 +30,12 @@ _RIM = 3
 _WAVELENGTHS_AT_ONCE, _ROWS_AT_ONCE = 8, 16
 # Number of bins that are mixed at once, over several nodes: 32 MiB of floats.
 _BINS_AT_ONCE = 1 << 23
-# The share of a table's time after which its wavelengths are summed: 0.34 and 0.43 on the samples Elaphe and
-# Xenopeltis.
+# The share of a table's time for summing its wavelengths: 0.34 and 0.43 on the samples Elaphe and Xenopeltis.
 _SUMMED = 0.4
 
 
 def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent) -> Table:
-    """Makes the table of a plan, without wider blur levels. `progress` is called with the share of the table."""
+    """Make the table of a plan, without wider blur levels. `progress` is called with the share of the table."""
     sigma_table = narrower(chosen.sigma_b, chosen.texel)
     nodes = chebyshev.nodes(chosen.terms, *chosen.w_range)
     at_nodes = xyz_over_w2(chosen, nodes, sigma_table, illuminant=illuminant, progress=span_of(progress, 0, _SUMMED))

@@ -70,7 +70,7 @@ def _nodes(count: int) -> np.ndarray:
 
 
 def spectrum_of(relief: Relief, sigma_b: float, progress: Progress = silent) -> Spectrum:
-    """Computes the spectrum of a relief, for kernels of at least sigma_b.
+    """Compute the spectrum of a relief, for kernels of at least sigma_b.
 
     The light of two heights d apart changes with s as exp(-i 2 pi s d). Over the range of s this takes about z terms, z
     = pi s_max d. Hardly any light has the largest d, so 0.6 z + 8 terms are used for it."""
@@ -101,7 +101,7 @@ def albedo_bound(spectra: Sequence[Spectrum], directions: np.ndarray, *, sigma_b
 
 
 def _between(values: np.ndarray) -> np.ndarray:
-    """Interpolates values (n, m) at every _STEPS-th wavelength linearly to all wavelengths."""
+    """Interpolate values (n, m) at every _STEPS-th wavelength linearly to all wavelengths."""
     count = (values.shape[1] - 1) * _STEPS + 1
     return np.stack([np.interp(np.arange(count), np.arange(0, count, _STEPS), row) for row in values])
 
@@ -218,7 +218,7 @@ def _of_blocks(
 
 
 def _counted(values: np.ndarray, index: np.ndarray, count: int, axis: int) -> np.ndarray:
-    """Sums values along an axis by their index (ascending) into `count` sums; other indices are ignored."""
+    """Sum values along an axis by their index (ascending) into `count` sums; other indices are ignored."""
     kept = np.flatnonzero((index >= 0) & (index < count))
     which, starts = np.unique(index[kept], return_index=True)
     shape = list(values.shape)

@@ -31,8 +31,7 @@ PAD = 3.0
 KERNEL_REACH = 6.0
 # Number of bands of wavelength, all of the same luminance, in which half vectors are drawn.
 _DRAWN_AT = 12
-# Number of classes of heights. On a relief of 2 um, a class spans 0.02 radians of phase, and the mean phasor is off by
-# 1e-5.
+# Number of classes of heights. On a relief of 2 um, a class spans 0.02 radians; the mean phasor is off by 1e-5.
 _HEIGHT_CLASSES = 4096
 # Number of values gathered at once, to limit memory.
 _GATHERED = 4_000_000
@@ -112,8 +111,7 @@ def _waves(q: np.ndarray, relief: Relief, axis: int) -> np.ndarray:
 def _power(sums: np.ndarray) -> np.ndarray:
     """|sum of p exp(-2 pi i (q_y y + q_x x))|^2 (2 ny - 1, 2 nx - 1) for both signs of both frequencies.
 
-    p is the summed field, y and x are positions. `sums` (2 ny, 2 nx) holds p times cosines, then sines, along each
-    axis."""
+    p is the summed field, y and x are positions. `sums` (2 ny, 2 nx): p times cosines, then sines, per axis."""
     ny, nx = sums.shape[0] // 2, sums.shape[1] // 2
     cc, cs, sc, ss = sums[:ny, :nx], sums[:ny, nx:], sums[ny:, :nx], sums[ny:, nx:]
     same, opposite = (cc - ss, cs + sc), (cc + ss, cs - sc)
@@ -179,7 +177,7 @@ def draw_pairs(
     reliefs: Sequence[Relief], sigma_b: float, w: float, *, count: int, region: Region, rng: np.random.Generator,
     line_m: float | None = None,
 ) -> Pairs:  # fmt: skip
-    """Draws up to `count` direction pairs with cos(ti) + cos(tr) = w and with u and v in a region.
+    """Draw up to `count` direction pairs with cos(ti) + cos(tr) = w and with u and v in a region.
 
     Half of the pairs are cosine weighted, and half are drawn from the spectrum. Fewer are returned if pairs rarely fall
     in the region. `line_m` is the wavelength of a laser's line."""
@@ -210,7 +208,7 @@ def _half_vectors(
     rng: np.random.Generator,
     line_m: float | None,
 ) -> np.ndarray:
-    """Draws up to `count` half vectors (n, 3) from the scattered power times luminance, blurred by the kernel."""
+    """Draw up to `count` half vectors (n, 3) from the scattered power times luminance, blurred by the kernel."""
     nm = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401)
     luminance = np.cumsum(observer(nm)[:, 1])
     # Twice `count` half vectors are drawn, because the kernel moves some of them past the horizon.

@@ -131,7 +131,7 @@ def cubic_bspline(x: np.ndarray) -> np.ndarray:
 
 
 def read_table(path: Path) -> Table:
-    """Reads the table in a bake's file. Raises GratingError if the file is no bake of the ensemble model."""
+    """Read the table in a bake's file. Raises GratingError if the file is no bake of the ensemble model."""
     picture = open_picture(path)
     record = parse_json(picture.texts.get("natural_gratings", b"null"), f"{path}: its header", "bake it again")
     if not isinstance(record, dict) or not {"format", "layout", "model"} <= set(record):

@@ -102,7 +102,7 @@ class Verdict:
         return found
 
     def as_dict(self) -> dict[str, Any]:
-        """Converts the result to JSON."""
+        """Convert the result to JSON."""
         return {
             "passed": not self.faults,
             "faults": self.faults,
@@ -127,11 +127,10 @@ def check(
     step_m: float | None = None,
     progress: Progress = silent,
 ) -> Verdict:
-    """Measures a bake's error again in both forms, at `groups` values of w with up to `pairs` direction pairs each.
+    """Measure a bake's error again in both forms, at `groups` values of w with up to `pairs` direction pairs each.
 
-    The wavelengths are summed in steps of step_m metres, by default default_step. delta_e is the dE00 that the bake
-    must keep, by default the one in the file's header. Raises GratingError if the file is no bake of these height
-    maps."""
+    The wavelengths are summed in steps of step_m metres, by default default_step. delta_e is the dE00 to keep, by
+    default the one in the file's header. Raises GratingError if the file is no bake of these height maps."""
     started = time.perf_counter()
     table = read_table(bake)
     _refuse_another_surface(bake, table.record, height_maps)
@@ -216,7 +215,7 @@ def truths(
 
 
 def _draw_w(w_range: tuple[float, float], count: int, rng: np.random.Generator) -> np.ndarray:
-    """Draws values of w (count,) in a range, distributed as for two cosine-weighted directions.
+    """Draw values of w (count,) in a range, distributed as for two cosine-weighted directions.
 
     One value comes from each of `count` quantiles."""
     low, high = w_range
@@ -232,7 +231,7 @@ def _measured(table: Table, truth: list[Truth]) -> Errors:
 
 
 def _in_both_forms(table: Table, reliefs: Sequence[Relief], truth: list[Truth], progress: Progress) -> FormErrors:
-    """Measures the errors in both forms.
+    """Measure the errors in both forms.
 
     The energy-conserving form is measured on some pairs only, because integrating the bound is slow."""
     spectra = [

@@ -18,7 +18,7 @@ from .option_types import count, name_argument, number, path_argument
 
 
 def add_input(parser: argparse.ArgumentParser, several: str | None = None) -> None:
-    """Adds FILE, the options for the size of a picture and the channel of an instrument's file, and --json.
+    """Add FILE, the options for the size of a picture and the channel of an instrument's file, and --json.
 
     `several` is argparse's `nargs` for verbs that take more than one FILE."""
     text = "height map, or sample:NAME (" + ", ".join(sample_names()) + ")"
@@ -44,12 +44,12 @@ def add_input(parser: argparse.ArgumentParser, several: str | None = None) -> No
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
-    """Adds --json."""
+    """Add --json."""
     parser.add_argument("--json", type=name_argument, metavar="FILE|-", help="write the result as JSON")
 
 
 def add_bake_options(parser: argparse.ArgumentParser) -> None:
-    """Adds the options of a bake."""
+    """Add the options of a bake."""
     parser.add_argument(
         "--delta-e",
         type=number(*DELTA_E),
@@ -79,7 +79,7 @@ def add_bake_options(parser: argparse.ArgumentParser) -> None:
 
 
 def add_level(parser: argparse.ArgumentParser, default: str, steps: tuple[Step, ...] = ()) -> None:
-    """Adds --level. Its default is `steps`, which `default` describes in words."""
+    """Add --level. Its default is `steps`, which `default` describes in words."""
     parser.add_argument(
         "--level", type=level_argument, default=steps, metavar="STEP,STEP",
         help=f"steps that level and repair the scan, in the order given, or none; default {default}. {help_text()}",
@@ -87,7 +87,7 @@ def add_level(parser: argparse.ArgumentParser, default: str, steps: tuple[Step, 
 
 
 def level_argument(text: str) -> tuple[Step, ...]:
-    """Parses levelling steps."""
+    """Parse levelling steps."""
     try:
         return parse_steps(text, f"{text:.40}")
     except GratingError as error:
@@ -95,21 +95,21 @@ def level_argument(text: str) -> tuple[Step, ...]:
 
 
 def sample_names() -> tuple[str, ...]:
-    """Returns the names for `sample:NAME`."""
+    """The names for `sample:NAME`."""
     from ..surface.samples.catalogue import SAMPLES
 
     return tuple(SAMPLES)
 
 
 def illuminant_argument(text: str) -> str:
-    """Parses an illuminant."""
+    """Parse an illuminant."""
     if not is_illuminant(text):
         raise argparse.ArgumentTypeError(f"{text:.40}: give {ILLUMINANTS_TOLD}")
     return text
 
 
 def coherence_argument(text: str) -> float | None:
-    """Parses a coherence length in micrometres; None for "auto"."""
+    """Parse a coherence length in micrometres; None for "auto"."""
     return None if text == "auto" else number(*COHERENCE_UM)(text)
 
 
@@ -141,14 +141,14 @@ def existing_bake(file: str) -> Path | None:
 
 
 def height_map_of(arguments: argparse.Namespace, file: str | None = None) -> HeightMap:
-    """Reads the height map of `file`, by default the command line's only FILE. Raises GratingError as read_height_map
+    """Read the height map of `file`, by default the command line's only FILE. Raises GratingError as read_height_map
     does."""
     return read_height_map(file or arguments.file, arguments.size_um, arguments.height_nm, channel=arguments.channel)
 
 
 @contextlib.contextmanager
 def naming(file: str) -> Iterator[None]:
-    """Adds `file` to the message of a GratingError inside, unless the message begins with it."""
+    """Add `file` to the message of a GratingError inside, unless the message begins with it."""
     try:
         yield
     except GratingError as error:

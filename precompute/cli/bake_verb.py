@@ -26,7 +26,7 @@ _READING = "reading the scan"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of `bake`."""
+    """Add the arguments of `bake`."""
     add_input(parser, several="*")
     parser.add_argument("-o", "--output", required=True, type=path_argument, metavar="DIR", help="folder for the bake")
     add_bake_options(parser)
@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Runs the verb `bake`: reads the scans, bakes them, measures the error, writes the files."""
+    """Run the verb `bake`: read the scans, bake them, measure the error, write the files."""
     request = request_of(arguments)
     told = Progress(arguments.progress, may_be_refused=(_READING, LEVELLING))
     height_maps = []
@@ -95,7 +95,7 @@ def _found_at(files: list[str], request: BakeRequest, source: Path) -> BakeReque
 
 
 def read_request(path: Path) -> BakeRequest:
-    """Reads the request in a JSON file or in the header of a bake's .exr. Its scans are searched for beside the file.
+    """Read the request in a JSON file or in the header of a bake's .exr. Its scans are searched for beside the file.
 
     Raises GratingError if the file holds no request, or one without scans."""
     if path.suffix.lower() == ".exr":

@@ -14,7 +14,7 @@ from .printing import Progress, emit
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of `check`."""
+    """Add the arguments of `check`."""
     parser.add_argument("bake", type=name_argument, metavar="BAKE", help=".exr, or a folder that holds one")
     add_input(parser, several="+")
     parser.add_argument(
@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Runs the verb `check`: prints the error metrics. Raises GratingError if the bake exceeds the requested error."""
+    """Run the verb `check`: print the error metrics. Raises GratingError if the bake exceeds the requested error."""
     file = existing_bake(arguments.bake)
     if file is None:
         raise GratingError(f"{arguments.bake}: there is no bake; give the .exr that `bake` wrote, or its folder")

@@ -19,7 +19,7 @@ _READING = "reading the mesh"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of `comb`."""
+    """Add the arguments of `comb`."""
     parser.add_argument("mesh", nargs="+", type=path_argument, metavar="MESH.npz", help="as Comb Grating writes it")
     parser.add_argument(
         "-o",
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Runs the verb `comb`."""
+    """Run the verb `comb`."""
     progress = Progress(arguments.progress, may_be_refused=(_READING,))
     names = [path.name for path in arguments.mesh]
     if len(set(names)) < len(names):

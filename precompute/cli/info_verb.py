@@ -15,13 +15,13 @@ _IN_WORDS = ("gratings", "waviness", "fine", "line_noise", "quality", "levelling
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of `info`."""
+    """Add the arguments of `info`."""
     add_input(parser)
     add_level(parser, "as scanned")
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Runs the verb `info`."""
+    """Run the verb `info`."""
     height_map = height_map_of(arguments)
     levelled = level(height_map, arguments.level)
 

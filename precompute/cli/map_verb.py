@@ -33,7 +33,7 @@ from .printing import Progress, emit
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of `map`."""
+    """Add the arguments of `map`."""
     add_input(parser)
     parser.add_argument("-o", "--output", required=True, type=path_argument, metavar="PNG|EXR")
     parser.add_argument("--method", choices=MAP_METHODS, default=baked.ENTRY.name)
@@ -69,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Runs the verb `map`: writes a PNG to look at, or an EXR of linear Rec.709 radiance under unit irradiance."""
+    """Run the verb `map`: write a PNG to look at, or an EXR of linear Rec.709 radiance under unit irradiance."""
     if arguments.output.suffix.lower() not in (".png", ".exr"):
         raise GratingError(f"{arguments.output}: neither PNG nor EXR; name the file .png or .exr")
     bundled("PIL.Image" if arguments.output.suffix.lower() == ".png" else "OpenEXR")  # fail before the map is computed
@@ -124,7 +124,7 @@ def method_map(
 
 
 def write_picture(path: Path, xyz: np.ndarray, illuminant: str) -> None:
-    """Writes XYZ (size, size, 3) as a PNG to look at, or as an EXR of linear Rec.709."""
+    """Write XYZ (size, size, 3) as a PNG to look at, or as an EXR of linear Rec.709."""
     if path.suffix.lower() == ".png":
         write_whole(path, bundled("PIL.Image").fromarray(brdf_map.picture(xyz, illuminant)).save)
         return

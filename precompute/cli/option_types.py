@@ -39,14 +39,14 @@ def count(low: int, high: int) -> Callable[[str], int]:
 
 
 def name_argument(text: str) -> str:
-    """Parses the name of a file or of a channel."""
+    """Parse the name of a file or of a channel."""
     if not text:
         raise argparse.ArgumentTypeError("is empty; give a name")
     return text
 
 
 def path_argument(text: str) -> Path:
-    """Parses a path."""
+    """Parse a path."""
     return Path(name_argument(text))
 
 

@@ -50,7 +50,7 @@ class OneLineParser(argparse.ArgumentParser):
         return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> NoReturn:
-        """Prints the message as one line, and exits with status 2."""
+        """Print the message as one line, and exit with status 2."""
         if len(message) > _SHOWN:
             message = f"{message[: _SHOWN // 2]} ... {message[-_SHOWN // 2 :]}"
         print(f"error: {GratingError(message)}; see `{self.prog} --help`", file=sys.stderr)
@@ -58,7 +58,7 @@ class OneLineParser(argparse.ArgumentParser):
 
 
 def main(argv: Sequence[str] | None = None, packages: Mapping[str, Mapping[str, str]] = PACKAGES) -> int:
-    """Runs one verb of the command line `argv`, by default the program's own. Returns the exit status."""
+    """Run one verb of the command line `argv`, by default the program's own. Returns the exit status."""
     argv = sys.argv[1:] if argv is None else argv
 
     def run() -> None:
@@ -76,7 +76,7 @@ def main(argv: Sequence[str] | None = None, packages: Mapping[str, Mapping[str, 
 
 
 def exit_status(run: Callable[[], object]) -> int:
-    """Runs a command and returns its exit status. An error prints one line."""
+    """Run a command and return its exit status. An error prints one line."""
     try:
         run()
     except GratingError as error:
@@ -102,7 +102,7 @@ def exit_status(run: Callable[[], object]) -> int:
 def build_parser(
     argv: Sequence[str] = tuple(VERBS), packages: Mapping[str, Mapping[str, str]] = PACKAGES
 ) -> OneLineParser:
-    """Builds the parser of every verb of the packages. Only the verbs in `argv` are loaded and know their arguments."""
+    """Build the parser of every verb of the packages. Only the verbs in `argv` are loaded and know their arguments."""
     parser = OneLineParser(prog="grating", description="From a height map to a diffraction table.")
     verbs = parser.add_subparsers(required=True, metavar="VERB", parser_class=OneLineParser)
     for package, texts in packages.items():

@@ -15,8 +15,7 @@ from ..base.job import is_forsaken
 
 
 class Progress:
-    """Reports progress on standard error: as lines of text for people, as lines of JSON for the parent program, or not
-    at all.
+    """Reports progress on standard error: as lines of text, as lines of JSON for the parent program, or not at all.
 
     A line is printed when a stage begins, when it ends, and after every step of 1 % (JSON) or 25 % (text). Stages in
     `may_be_refused`, in which a verb may still refuse its files, are not printed as text: a refusal is one line. A run
@@ -75,7 +74,7 @@ def _check_file(path: Path) -> None:
 
 
 def emit(facts: Mapping[str, Any], target: str | None, summary: Callable[[], Iterable[str]]) -> None:
-    """Writes facts as JSON to the file `target`, or to standard output if `target` is "-".
+    """Write facts as JSON to the file `target`, or to standard output if `target` is "-".
 
     Otherwise prints the lines of `summary()`, the facts as text. Raises GratingError if the facts cannot be written, or
     if JSON is requested and a figure is not finite, which JSON cannot hold."""
@@ -88,7 +87,7 @@ def emit(facts: Mapping[str, Any], target: str | None, summary: Callable[[], Ite
 
 
 def _write_json(path: Path, text: str) -> None:
-    """Writes text directly to a pipe or a device, or atomically to a file."""
+    """Write text directly to a pipe or a device, or atomically to a file."""
     if path.exists() and not path.is_file():
         with told_of(path):
             path.write_text(text)
@@ -107,7 +106,7 @@ def _print(text: str) -> None:
 
 
 def leave_to_nobody(stream: TextIO) -> None:
-    """Discards what a stream still holds, so that Python does not try to write it again at exit."""
+    """Discard what a stream still holds, so that Python does not try to write it again at exit."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, stream.fileno())
     os.close(nowhere)

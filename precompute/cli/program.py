@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Runs the command line as a separate program: its terminal and its signals.
 
-Blender, which runs verbs in its own process, and the tests call parser.main instead.
+The tests call parser.main instead, and Blender's command line uses parser.exit_status.
 """
 
 import os
@@ -19,7 +19,7 @@ _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
 
 
 def run(packages: Mapping[str, Mapping[str, str]] = PACKAGES) -> int:
-    """Runs the verb in the program's arguments. Returns the exit status."""
+    """Run the verb in the program's arguments. Returns the exit status."""
     warnings.simplefilter("ignore")
     keep_the_terminal_to_python()
     for name in _SIGNALS:
@@ -32,7 +32,7 @@ def run(packages: Mapping[str, Mapping[str, str]] = PACKAGES) -> int:
 
 
 def _stop(number: int, _: FrameType | None) -> None:
-    """Ends the run. The partial files are removed on the way out, which no further signal interrupts."""
+    """End the run. The partial files are removed on the way out, which no further signal interrupts."""
     for name in _SIGNALS:
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
@@ -40,10 +40,10 @@ def _stop(number: int, _: FrameType | None) -> None:
 
 
 def keep_the_terminal_to_python() -> None:
-    """Lets only Python's own prints reach standard output and standard error.
+    """Let only Python's own prints reach standard output and standard error.
 
-    Lines that libtiff, OpenEXR, Blender and others write there, past Python, are discarded. A character outside the
-    terminal's encoding is written as an escape."""
+    Lines that libtiff, OpenEXR, Blender and others write there are discarded. A character outside the terminal's
+    encoding is escaped."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for number, name in ((1, "stdout"), (2, "stderr")):
         stream = getattr(sys, name)

@@ -5,7 +5,7 @@ import numpy as np
 
 
 def lab(xyz: np.ndarray, white: np.ndarray) -> np.ndarray:
-    """Converts XYZ (..., 3) to CIE 1976 L*a*b* (..., 3), relative to a white's XYZ (3,)."""
+    """Convert XYZ (..., 3) to CIE 1976 L*a*b* (..., 3), relative to a white's XYZ (3,)."""
     t = xyz / white
     eps, kappa = 216 / 24389, 24389 / 27
     f = np.where(t > eps, np.cbrt(t), (kappa * t + 16) / 116)

@@ -9,7 +9,7 @@ _STEPS = 4001
 
 
 def wavelength_quantiles(count: int, illuminant: str = "D65") -> np.ndarray:
-    """Returns wavelengths (count,) in metres, each for an equal share of the observer's X + Y + Z.
+    """Wavelengths (count,) in metres, each for an equal share of the observer's X + Y + Z.
 
     Samples at these wavelengths have the weight `drawn_weight`. A laser's line gives its own wavelength each time."""
     line = line_of(illuminant)
@@ -22,5 +22,5 @@ def wavelength_quantiles(count: int, illuminant: str = "D65") -> np.ndarray:
 
 
 def drawn_weight(illuminant: str = "D65") -> float:
-    """Returns the integral of the observer's X + Y + Z over all wavelengths."""
+    """The integral of the observer's X + Y + Z over all wavelengths."""
     return float(mirror_xyz(illuminant).sum())

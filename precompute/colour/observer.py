@@ -25,12 +25,12 @@ LINES_NM = (400, 700)
 
 @cache
 def _cie_table() -> np.ndarray:
-    """Loads the table (401, 5): wavelength in nanometres, the observer's x, y and z, and D65's power."""
+    """Load the table (401, 5): wavelength in nanometres, the observer's x, y and z, and D65's power."""
     return np.loadtxt(Path(__file__).with_name("cie_1931_d65_1nm.csv"), delimiter=",")
 
 
 def is_illuminant(name: object) -> bool:
-    """Returns whether a name is one of ILLUMINANTS or of a laser's line."""
+    """Whether a name is one of ILLUMINANTS or of a laser's line."""
     return isinstance(name, str) and (name in ILLUMINANTS or line_of(name) is not None)
 
 
@@ -41,13 +41,13 @@ def line_of(illuminant: str) -> float | None:
 
 
 def seen_wavelengths(wavelengths_m: np.ndarray, illuminant: str) -> np.ndarray:
-    """Returns the wavelengths that spectral_weights needs: the given ones, or the line's own under a laser's line."""
+    """The wavelengths that spectral_weights needs: the given ones, or the line's own under a laser's line."""
     line = line_of(illuminant)
     return wavelengths_m if line is None else np.array([line])
 
 
 def observer(wavelengths_m: np.ndarray, illuminant: str = "D65") -> np.ndarray:
-    """Returns colour matching functions times the power (n, 3) of one of ILLUMINANTS, at wavelengths (n,) in metres.
+    """Colour matching functions times the power (n, 3) of one of ILLUMINANTS, at wavelengths (n,) in metres.
 
     Zero outside 380 to 780 nm, and scaled so that the Y column integrates to 1 over wavelength in metres."""
     table = _cie_table()
@@ -59,7 +59,7 @@ def observer(wavelengths_m: np.ndarray, illuminant: str = "D65") -> np.ndarray:
 
 
 def spectral_weights(wavelengths_m: np.ndarray, illuminant: str = "D65") -> np.ndarray:
-    """Returns weights (n, 3) whose products with a spectrum, summed over n, are its XYZ by the trapezoid rule.
+    """Weights (n, 3) whose products with a spectrum, summed over n, are its XYZ by the trapezoid rule.
 
     The spectrum is sampled at ascending wavelengths (n,) in metres. Each channel is scaled so that a constant spectrum
     of 1 gives a mirror's colour exactly, at any step. Raises ValueError if the wavelengths under a laser's line are
@@ -80,12 +80,12 @@ def _white(illuminant: str) -> tuple[float, ...]:
 
 
 def white_xyz(illuminant: str = "D65") -> np.ndarray:
-    """Returns the XYZ (3,) of white, scaled to Y = 1: the illuminant's, or D65's under a laser's line."""
+    """The XYZ (3,) of white, scaled to Y = 1: the illuminant's, or D65's under a laser's line."""
     return np.array(_white("D65" if line_of(illuminant) else illuminant))
 
 
 def mirror_xyz(illuminant: str = "D65") -> np.ndarray:
-    """Returns the XYZ (3,) of the illuminant as a perfect mirror shows it, scaled to Y = 1."""
+    """The XYZ (3,) of the illuminant as a perfect mirror shows it, scaled to Y = 1."""
     line = line_of(illuminant)
     if line is None:
         return white_xyz(illuminant)
@@ -94,7 +94,7 @@ def mirror_xyz(illuminant: str = "D65") -> np.ndarray:
 
 
 def _trapezoid_weights(x: np.ndarray) -> np.ndarray:
-    """Returns the trapezoid rule's weights (n,) for ascending points (n,); 1 for a single point."""
+    """The trapezoid rule's weights (n,) for ascending points (n,); 1 for a single point."""
     x = np.asarray(x, dtype=float)
     if len(x) == 1:
         return np.ones(1)
@@ -103,6 +103,6 @@ def _trapezoid_weights(x: np.ndarray) -> np.ndarray:
 
 
 def wavelengths(step_m: float = 1e-9) -> np.ndarray:
-    """Returns wavelengths (n,) in metres from 380 to 780 nm, both included, in equal steps of at most `step_m`."""
+    """Wavelengths (n,) in metres from 380 to 780 nm, both included, in equal steps of at most `step_m`."""
     count = int(np.ceil((WAVELENGTH_MAX_M - WAVELENGTH_MIN_M) / step_m - 1e-6))
     return np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, count + 1)

@@ -22,7 +22,7 @@ def _xyz_of_xy(xy: tuple[float, float]) -> np.ndarray:
 
 
 def rgb_from_xyz(space: str = "Rec.709", illuminant: str = "D65") -> np.ndarray:
-    """Returns the matrix (3, 3) from XYZ under an illuminant to linear RGB of a space in RGB_SPACES.
+    """The matrix (3, 3) from XYZ under an illuminant to linear RGB of a space in RGB_SPACES.
 
     A perfect mirror becomes (1, 1, 1): the Bradford transform (Lindbloom) adapts the white of the illuminant."""
     primaries_xy, white_xy = RGB_SPACES[space]
@@ -35,6 +35,6 @@ def rgb_from_xyz(space: str = "Rec.709", illuminant: str = "D65") -> np.ndarray:
 
 
 def srgb_encode(linear: np.ndarray) -> np.ndarray:
-    """Encodes linear Rec.709 (...,) as sRGB code values (...,) from 0 to 1, clipped to that range (IEC 61966-2-1)."""
+    """Encode linear Rec.709 (...,) as sRGB code values (...,) from 0 to 1, clipped to that range (IEC 61966-2-1)."""
     x = np.clip(linear, 0, 1)
     return np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)

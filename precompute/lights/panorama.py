@@ -2,8 +2,7 @@
 """Cells of equirectangular pictures of a world, in Blender's convention.
 
 Row 0 is at the bottom, as in Blender's pixels. The picture's centre looks along +X, its left half towards +Y, its top
-row towards +Z. Blender's Environment Texture reads pictures this way. A panoramic camera of Cycles that looks along +X
-renders them this way.
+row towards +Z. Blender's Environment Texture reads pictures this way. So do panoramic cameras of Cycles along +X.
 """
 
 from dataclasses import dataclass
@@ -25,17 +24,17 @@ class Cells:
     moments: np.ndarray
 
     def __getitem__(self, which: np.ndarray) -> "Cells":
-        """Returns some of the cells, by their indices or a mask."""
+        """Some of the cells, by their indices or a mask."""
         return Cells(self.directions[which], self.solid_angles[which], self.moments[which])
 
 
 def panorama_cells(rows: int, cols: int) -> Cells:
-    """Returns the cells of a picture of the whole sphere."""
+    """The cells of a picture of the whole sphere."""
     return _cells((rows, cols), np.pi / 2, np.pi)
 
 
 def crop_cells(size: int, half_angle: float, direction: np.ndarray) -> Cells:
-    """Returns the cells of a square picture, `size` pixels wide, that looks along `direction` (3,).
+    """The cells of a square picture, `size` pixels wide, that looks along `direction` (3,).
 
     Latitude and longitude about the axes of crop_frame(direction) go from -half_angle to half_angle, in radians."""
     cells = _cells((size, size), half_angle, half_angle)
@@ -52,13 +51,13 @@ def crop_frame(direction: np.ndarray) -> np.ndarray:
 
 
 def inside_crop(directions: np.ndarray, half_angle: float, direction: np.ndarray) -> np.ndarray:
-    """Returns which directions (n, 3) a crop shows, as a mask (n,)."""
+    """Which directions (n, 3) a crop shows, as a mask (n,)."""
     x, y, z = (directions @ crop_frame(direction)).T
     return (np.abs(np.arctan2(y, x)) < half_angle) & (np.abs(np.arcsin(np.clip(z, -1, 1))) < half_angle)
 
 
 def _cells(shape: tuple[int, int], latitude: float, longitude: float) -> Cells:
-    """Returns the cells of a picture from -latitude to latitude, and from longitude at its left to -longitude.
+    """The cells of a picture from -latitude to latitude, and from longitude at its left to -longitude.
 
     The integrals over a cell are written as products, which stay exact for tiny cells."""
     rows, cols = shape

@@ -68,7 +68,7 @@ class _Sets:
         self.found: list[Part] = []
 
     def add(self, pixel: int, alone: _Set, *, level: float, neighbours: Iterable[int]) -> None:
-        """Adds a pixel of luminance `level`, and joins the sets that it touches."""
+        """Add a pixel of luminance `level`, and join the sets that it touches."""
         self._parent[pixel], self._sets[pixel] = pixel, alone
         for neighbour in neighbours:
             if neighbour in self._parent:
@@ -78,7 +78,7 @@ class _Sets:
             self._close(grown, level)
 
     def close_all(self, level: float) -> None:
-        """Closes all sets at the luminance `level` of the surroundings."""
+        """Close all sets at the luminance `level` of the surroundings."""
         for grown in self._sets.values():
             self._close(grown, level)
 
@@ -111,13 +111,13 @@ class _Sets:
 
 
 def compact_parts(luminance: np.ndarray, cells: Cells, *, least: float, widest: float) -> list[Part]:
-    """Finds the parts of a panorama's luminance (rows, cols), the greatest excess first. Each has an excess of at least
+    """Find the parts of a panorama's luminance (rows, cols), the greatest excess first. Each has an excess of at least
     `least` and, if it were evenly bright, a variance of at most `widest` (rad^2).
 
     Parts that meet within a larger bright set count separately if together they hold at least half of its excess.
     Otherwise the set is one part of uneven brightness."""
     values = luminance.reshape(-1)
-    # An even disc of variance `widest` has 4 pi x `widest` steradians. Pixels that fill it with half of `least` are
+    # An even disc of variance `widest` has 4 pi x `widest` steradians. Pixels filling it with half of `least` are
     # black.
     floor = least / (8 * np.pi * widest)
     order = np.argsort(-values, kind="stable")

@@ -22,7 +22,7 @@ _LOOKS = 3
 
 
 def fit_closely(radiance: np.ndarray, count: int, look: Look, *, suns: Sequence[np.ndarray] = ()) -> list[Source]:
-    """Fits sources to a panorama (rows, cols, 3) like fit_sources, and fits each small source again in closer looks.
+    """Fit sources to a panorama (rows, cols, 3) like fit_sources, and fit each small source again in closer looks.
 
     `suns` are directions (3,) that always get a closer look, because the panorama may miss a small sun."""
     world = _World(radiance, look)
@@ -51,11 +51,11 @@ class _World:
         self.radiance = clean(radiance)
 
     def least(self) -> float:
-        """Returns the least light of a part that is worth a source, summed over the colours."""
+        """The least light of a part that is worth a source, summed over the colours."""
         return LEAST_SHARE * float(np.sum(self.radiance * self.cells.solid_angles[:, None]))
 
     def seen_closely(self, source: Source) -> Source:
-        """Fits a narrow source again in closer looks; a wide source stays as it is."""
+        """Fit a narrow source again in closer looks; a wide source stays as it is."""
         for _ in range(_LOOKS if source.cone_radius < _NARROW else 0):
             half_angle = _LOOK_RADII * source.cone_radius
             crop = crop_cells(LOOK_SIZE, half_angle, source.direction)
@@ -79,10 +79,9 @@ class _World:
 
 
 def _uncovered(cells: Cells, crop: Cells, half_angle: float) -> np.ndarray:
-    """Returns the share of each cell (n,) that a crop does not cover.
+    """The share of each cell (n,) that a crop does not cover.
 
-    Each cell of the crop is subtracted from the nearest cell. Well inside the crop the share is 0: a sun counts
-    once."""
+    Each cell of the crop is subtracted from the nearest cell. Well inside the crop it is 0: a sun counts once."""
     towards = crop.moments.sum(axis=0)
     near = np.flatnonzero(inside_crop(cells.directions, 1.3 * half_angle, towards))
     left = np.ones(len(cells.directions))
@@ -95,8 +94,8 @@ def _uncovered(cells: Cells, crop: Cells, half_angle: float) -> np.ndarray:
 
 
 def _is_same(one: Source, other: Source) -> bool:
-    """Returns whether two narrow sources became one in a closer look: each lies in the other's cone, and their widths
-    are similar. Pieces of a wide source may lie in each other's cones too."""
+    """Whether two narrow sources became one in a closer look: each lies in the other's cone, and their widths are
+    similar. Pieces of a wide source may lie in each other's cones too."""
     narrow, wide = sorted((one, other), key=lambda source: source.variance)
     is_near = owners([narrow], wide.direction[None])[0] == 0
     return is_near and wide.cone_radius < _NARROW and wide.variance < 4 * narrow.variance

@@ -10,8 +10,7 @@ from .panorama import Cells, panorama_cells
 from .parts import Part, compact_parts
 
 # The least share of the world's light that gets a source. Other light is spread over a surface's directions instead of
-# forming a spectrum. 1 % of a white surface's light is at most 0.4 of lightness (116/3 * 0.01, from L* = 116 Y^(1/3) -
-# 16).
+# forming a spectrum. 1 % of white is at most 0.4 of lightness (116/3 * 0.01, from L* = 116 Y^(1/3) - 16).
 LEAST_SHARE = 0.01
 # A part with an even smaller share is noise of the picture.
 _GRAIN_SHARE = 0.0005
@@ -21,8 +20,7 @@ WIDEST = 0.16
 _WIDEST_PART = 0.6
 # Narrower parts are searched for first. So a sun and the glow or cloud behind it become two sources.
 _NARROW = 0.04
-# A source with a wider cone and at least this share of the light is divided if `count` allows. A box of 10 degrees is
-# not.
+# A source with a wider cone and at least this share of the light is divided if possible. A box of 10 degrees is not.
 _UNDIVIDED, _DIVIDED_SHARE = 0.12, 4 * LEAST_SHARE
 # The growth of the variance of each source that results from a division.
 _SOFTENED = 0.4
@@ -53,7 +51,7 @@ class Source:
 
 
 def fit_sources(radiance: np.ndarray, count: int) -> list[Source]:
-    """Fits at most `count` sources to a world, the brightest first.
+    """Fit at most `count` sources to a world, the brightest first.
 
     radiance (rows, cols, 3) is a panorama, laid out as in panorama.py. Negative and non-finite pixels count as black. A
     part brighter than its surroundings becomes a source if it holds LEAST_SHARE of the world's light. The widest
@@ -73,7 +71,7 @@ def fit_sources(radiance: np.ndarray, count: int) -> list[Source]:
 
 
 def refit(source: Source, radiance: np.ndarray, cells: Cells) -> Source:
-    """Fits a source again: direction and variance from finer cells around it and their radiance (..., 3), and the
+    """Fit a source again: direction and variance from finer cells around it and their radiance (..., 3), and the
     irradiance from these cells' light in its cone."""
     flat = clean(radiance)
     piece = _settled(source, flat.mean(axis=1), cells)
@@ -81,7 +79,7 @@ def refit(source: Source, radiance: np.ndarray, cells: Cells) -> Source:
 
 
 def lit(sources: Sequence[Source], radiance: np.ndarray, cells: Cells) -> list[Source]:
-    """Gives each source the light (n, 3) of the cells in its cone as its irradiance. Returns the brightest first."""
+    """Give each source the light (n, 3) of the cells in its cone as its irradiance. Returns the brightest first."""
     owner = owners(sources, cells.directions)
     light = clean(radiance) * cells.solid_angles[:, None]
     own = [replace(source, irradiance=light[owner == index].sum(axis=0)) for index, source in enumerate(sources)]
@@ -89,9 +87,8 @@ def lit(sources: Sequence[Source], radiance: np.ndarray, cells: Cells) -> list[S
 
 
 def owners(sources: Sequence[Source], directions: np.ndarray) -> np.ndarray:
-    """Returns for each direction (n, 3) the index of the source that takes its light, or -1 if no cone contains it.
-    Where cones overlap, the source with the least squared angle times variance takes it: a sun before a cloud, for
-    example."""
+    """For each direction (n, 3) the index of the source that takes its light, or -1 if no cone contains it. Where cones
+    overlap, the source with the least squared angle times variance takes it: a sun before a cloud."""
     nearest, owner = np.full(len(directions), np.inf), np.full(len(directions), -1)
     for index, source in enumerate(sources):
         away = 1 - directions @ source.direction
@@ -101,7 +98,7 @@ def owners(sources: Sequence[Source], directions: np.ndarray) -> np.ndarray:
 
 
 def missed(radiance: np.ndarray, sources: Sequence[Source]) -> float:
-    """Returns the share, from 0 to 1, of the world's light that is bright and compact but in no source.
+    """The share, from 0 to 1, of the world's light that is bright and compact but in no source.
 
     It sums the excess, outside all cones, of the parts that fit_sources finds, and of fainter parts down to
     _GRAIN_SHARE. A pixel that a cone touches counts as inside, because a sun may be smaller than a pixel."""
@@ -134,7 +131,7 @@ class _Piece:
 
 
 def _parts(luminance: np.ndarray, shape: tuple[int, int], share: float) -> Iterator[tuple[list[Part], np.ndarray]]:
-    """Yields the narrow parts with at least this share of the light and the luminance (n,) that contains them, then the
+    """Yield the narrow parts with at least this share of the light and the luminance (n,) that contains them, then the
     wide parts and the luminance without the narrow ones."""
     cells = panorama_cells(*shape)
     total = float(luminance @ cells.solid_angles)
@@ -149,7 +146,7 @@ def _parts(luminance: np.ndarray, shape: tuple[int, int], share: float) -> Itera
 
 
 def _without(parts: list[Part], luminance: np.ndarray, cells: Cells) -> np.ndarray:
-    """Returns the luminance (n,) with each narrow part, and the soft edge around it, clipped to its surroundings."""
+    """The luminance (n,) with each narrow part, and the soft edge around it, clipped to its surroundings."""
     seen = luminance.copy()
     for part in parts:
         middle = cells.moments[part.pixels].sum(axis=0)
@@ -162,10 +159,9 @@ def _without(parts: list[Part], luminance: np.ndarray, cells: Cells) -> np.ndarr
 
 
 def _pieces(part: Part, luminance: np.ndarray, cells: Cells, *, free: np.ndarray, least: float) -> list[_Piece]:
-    """Splits a part into pieces: the densest one, and others outside it with at least this light.
+    """Split a part into pieces: the densest one, and others outside it with at least this light.
 
-    Two windows with a bright wall between them may be one part. A ring around a piece, like a sun's edge, is no
-    piece."""
+    Two windows with a bright wall between them may be one part. A ring, like a sun's edge, is no piece."""
     pieces: list[_Piece] = []
     left = part.pixels
     while True:
@@ -186,7 +182,7 @@ def _pieces(part: Part, luminance: np.ndarray, cells: Cells, *, free: np.ndarray
 
 
 def _settled(source: Source, luminance: np.ndarray, cells: Cells) -> _Piece:
-    """Iterates a source until its cone contains the light that gives it its variance.
+    """Iterate a source until its cone contains the light that gives it its variance.
 
     The light in a cone, above the median of the cone's surroundings, has a variance, which gives the next cone. A cone
     that is too wide narrows down to the dense part: a sun in its glow becomes the sun."""
@@ -205,7 +201,7 @@ def _settled(source: Source, luminance: np.ndarray, cells: Cells) -> _Piece:
 
 
 def _moments(light: np.ndarray, cells: Cells) -> Source:
-    """Returns light above the surroundings, in cells, as a source without irradiance.
+    """Light above the surroundings, in cells, as a source without irradiance.
 
     The mean of 1 - cos(angle) is the variance along one axis, half of the sum along both."""
     moment, power = light @ cells.moments, light @ cells.solid_angles
@@ -214,7 +210,7 @@ def _moments(light: np.ndarray, cells: Cells) -> Source:
 
 
 def _divided(pieces: list[_Piece], count: int, least: float) -> list[Source]:
-    """Returns the sources of the pieces, at most `count`.
+    """The sources of the pieces, at most `count`.
 
     A piece that is wider than a source may be is divided until no part is too wide. Pieces with the most light per
     source come first. A piece is dropped if it needs more sources than are left. Spare sources then halve those with
@@ -238,14 +234,14 @@ def _divided(pieces: list[_Piece], count: int, least: float) -> list[Source]:
 
 
 def _narrow(piece: _Piece) -> list[_Piece]:
-    """Halves a piece until no part is wider than a source may be."""
+    """Halve a piece until no part is wider than a source may be."""
     if piece.source.cone_radius <= WIDEST or np.count_nonzero(piece.light) <= 1:
         return [piece]
     return [part for half in _halves(piece) for part in _narrow(half)]
 
 
 def _softened(family: list[_Piece]) -> list[Source]:
-    """Returns the sources of a divided piece, made wider and moved together, which keeps the piece's variance.
+    """The sources of a divided piece, made wider and moved together, which keeps the piece's variance.
 
     A surface shows each source as a Gaussian. Squares side by side have a deviation of 0.29 of their distance.
     Gaussians of this width show as separate streaks: their sum varies by 39 %, 2 exp(-2 (pi 0.29)^2). With _SOFTENED,
@@ -271,7 +267,7 @@ def _softened(family: list[_Piece]) -> list[Source]:
 
 
 def _halves(piece: _Piece) -> list[_Piece]:
-    """Halves a piece by the plane through its centre, perpendicular to its longest direction."""
+    """Halve a piece by the plane through its centre, perpendicular to its longest direction."""
     weights = piece.light * piece.cells.solid_angles
     off = piece.cells.directions - np.average(piece.cells.directions, axis=0, weights=weights)
     _, axes = np.linalg.eigh((weights * off.T) @ off)
@@ -280,6 +276,6 @@ def _halves(piece: _Piece) -> list[_Piece]:
 
 
 def clean(radiance: np.ndarray) -> np.ndarray:
-    """Returns radiance (..., 3) as (n, 3), black where it is negative or not finite."""
+    """Radiance (..., 3) as (n, 3), black where it is negative or not finite."""
     flat = np.asarray(radiance, float).reshape(-1, 3)
     return np.where(np.isfinite(flat) & (flat > 0), flat, 0.0)

@@ -27,14 +27,13 @@ from ..table.table import Table
 _EXACT = 1e-9
 # The allowed relative error of the albedo bound at 1 % of a picture's directions.
 _BOUND_TOLERANCE = 0.005
-# Directions that are evaluated at once. For a bake they fit into a core's cache. For a method, the texels that it
-# gathers stay within tens of megabytes.
+# Directions that are evaluated at once. For a bake they fit into a core's cache. A method's texels take tens of
+# megabytes.
 _PIXELS, _METHOD_PIXELS = 16384, 8192
 
 
 def view_hemisphere(size: int, theta_i: float, rows: slice = slice(None)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Light direction wi (3,), view directions wr (rows, size, 3), and a mask (rows, size) of the pixels in the
-    hemisphere.
+    """Light direction wi (3,), views wr (rows, size, 3), and a mask (rows, size) of the pixels in the hemisphere.
 
     `rows` picks rows of a map of size x size pixels, counted along +y. The light comes from azimuth 180 degrees at
     theta_i radians from the normal, so that its mirror image is on the +x side."""
@@ -94,8 +93,8 @@ def from_method(method: Method, size: int, theta_i: float, *, progress: Progress
     """The map of from_bake in Stam's form, from any method of precompute/methods.
 
     A method's density includes its zero order, which is therefore multiplied by Stam's obliquity O instead of its own,
-    cos(ti) / cos(tr) = 1. Close to the mirror direction the two agree. `progress` is called with the method's name
-    after each block of rows."""
+    cos(ti) / cos(tr) = 1. Close to the mirror direction the two agree. `progress` is called after each block of
+    rows."""
 
     def xyz(wi: np.ndarray, view: np.ndarray) -> np.ndarray:
         u, v, w = (wi + view).T
@@ -113,8 +112,7 @@ def _hemisphere_of(
     at_once: int,
     told: Callable[[float], None],
 ) -> np.ndarray:
-    """Evaluates xyz(wi (3,), views (n, 3)) for every view above the surface, in blocks of rows of about `at_once`
-    pixels."""
+    """Evaluate xyz(wi (3,), views (n, 3)) for all views above the surface, in rows of about `at_once` pixels."""
     image = np.full((size, size, 3), np.nan)
     rows_at_once = max(1, at_once // size)
     for start in range(0, size, rows_at_once):
@@ -138,7 +136,7 @@ def _gains(wi: np.ndarray, view: np.ndarray, excess_albedo: np.ndarray | None) -
 
 
 def linear_rgb(xyz: np.ndarray, illuminant: str = "D65") -> np.ndarray:
-    """Converts XYZ (..., 3) to linear Rec.709."""
+    """Convert XYZ (..., 3) to linear Rec.709."""
     return xyz @ rgb_from_xyz("Rec.709", illuminant).T
 
 

@@ -74,13 +74,12 @@ class Errors:
         return self.p99 + self.p99_allowance
 
     def as_dict(self) -> dict[str, float | None]:
-        """Converts the errors to JSON, with p99_most; null stands for an infinite error (see `measure`)."""
+        """Convert the errors to JSON, with p99_most; null stands for an infinite error (see `measure`)."""
         told = {**asdict(self), "p99_most": self.p99_most}
         return {name: value if math.isfinite(value) else None for name, value in told.items()}
 
     def worse_by(self, delta_e: float, relative: float) -> "Errors":
-        """Adds separately measured errors: delta_e to the errors of colour, `relative` to the relative errors of
-        luminance."""
+        """Add separately measured errors: delta_e to errors of colour, `relative` to relative errors of luminance."""
         colour = {name: getattr(self, name) + delta_e for name in _COLOUR}
         light = {name: getattr(self, name) + relative for name in ("relative_dy", "relative_rms")}
         return replace(self, **colour, **light)
@@ -107,8 +106,8 @@ class Truth:
 def measure(
     truth: list[Truth], candidate: Candidate, illuminant: str = "D65", *, held_bound: HeldBound | None = None
 ) -> Errors:
-    """Measures a candidate against the truth, in Stam's form, or with `held_bound` in the energy-conserving form, for
-    which every Truth needs its bound.
+    """Measure a candidate against the truth, in Stam's form, or with `held_bound` and bounds in the energy-conserving
+    form.
 
     A candidate that returns NaN or infinity has infinite errors of colour."""
     references, answers, zero = [], [], []

@@ -8,8 +8,7 @@ from .errors import Errors
 
 # The allowed error |dY| / Y of a form, for a requested dE00 of 1 or less; for more, it grows in proportion.
 RELATIVE_DY = 0.01
-# The greatest dE00 per relative error of the albedo bound, at Y = 1: the derivative 116 / 3 of L*, over CIEDE2000's
-# weight.
+# The greatest dE00 per relative error of the bound, at Y = 1: the derivative 116 / 3 of L* over CIEDE2000's weight.
 DELTA_E_OF_BOUND = 116 / 3 / 1.75
 # The forms' names in sentences.
 FORM_NAMES = {"conserving": "the energy-conserving form", "stam": "Stam's form"}
@@ -34,6 +33,6 @@ class FormErrors:
         return self.stam if self.conserving is None else self.conserving
 
     def as_dict(self) -> dict[str, dict[str, Any]]:
-        """Converts the errors to JSON: the default form's, and each form's by its name."""
+        """Convert the errors to JSON: the default form's, and each form's by its name."""
         by_form = {name: errors.as_dict() for name, errors in self.forms.items()}
         return {"delta_e": self.shown.as_dict(), "delta_e_by_form": by_form}

@@ -12,8 +12,7 @@ from ..optics.region import Region
 
 @dataclass(frozen=True)
 class Pairs:
-    """Unit vectors wi, wr (n, 3) to light and viewer, of one w; `drawn` (n,) masks pairs drawn from the truth's
-    spectrum."""
+    """Unit vectors wi, wr (n, 3) to light and viewer, of one w; `drawn` (n,) marks pairs from the truth's spectrum."""
 
     wi: np.ndarray
     wr: np.ndarray
@@ -46,7 +45,7 @@ class Pairs:
 
 
 def draw_w(count: int, rng: np.random.Generator) -> np.ndarray:
-    """Draws values of w = cos(ti) + cos(tr), (count,), distributed as for two cosine-weighted directions.
+    """Draw values of w = cos(ti) + cos(tr), (count,), distributed as for two cosine-weighted directions.
 
     One value comes from each of `count` quantiles, so that a few values cover the range."""
     sums = np.sort(np.sqrt(rng.random((4096, 2))).sum(axis=1))
@@ -54,7 +53,7 @@ def draw_w(count: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def cosine_weighted(w: float, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Draws unit vectors wi, wr (count, 3) with cos(ti) + cos(tr) = w, both cosine weighted, at random azimuths."""
+    """Draw unit vectors wi, wr (count, 3) with cos(ti) + cos(tr) = w, both cosine weighted, at random azimuths."""
     low, high = max(0.0, w - 1), min(1.0, w)
     candidates = rng.uniform(low, high, 64 * count)
     # The cosine c of a cosine-weighted direction has the density 2 c, and its partner's cosine is w - c. Their joint
@@ -71,7 +70,7 @@ def _direction(cosine: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
 
 
 def pair_about(half: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Draws unit vectors wi and wr, both above the surface, whose sums wi + wr are the vectors `half` (n, 3).
+    """Draw unit vectors wi and wr, both above the surface, whose sums wi + wr are the vectors `half` (n, 3).
 
     A vector of `half` without a pair after 200 trials is left out, so fewer than n pairs may be returned."""
     length = np.linalg.norm(half, axis=1, keepdims=True)

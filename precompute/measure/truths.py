@@ -24,7 +24,7 @@ Spectrum = Callable[[float], tuple[np.ndarray, FrequencyGrid]]
 def draw_pairs(
     spectrum: Spectrum, sigma_b: float, w: float, *, count: int, rng: np.random.Generator, line_m: float | None = None
 ) -> Pairs:
-    """Draws `count` pairs with cos(ti) + cos(tr) = w: half cosine weighted, half from the spectrum under a kernel of
+    """Draw `count` pairs with cos(ti) + cos(tr) = w: half cosine weighted, half from the spectrum under a kernel of
     sigma_b. Fewer pairs are returned if the spectrum is dark or lies mostly past the horizon.
 
     `line_m` is the wavelength in metres of a laser's line."""
@@ -38,7 +38,7 @@ def draw_pairs(
 def _spectrum_weighted(
     spectrum: Spectrum, sigma_b: float, w: float, count: int, rng: np.random.Generator, line_m: float | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Draws pairs whose half vectors follow the scattered power times luminance, blurred by the kernel."""
+    """Draw pairs whose half vectors follow the scattered power times luminance, blurred by the kernel."""
     lambdas = wavelengths(20e-9) if line_m is None else np.array([line_m])
     luminance = spectral_weights(lambdas)[:, 1]
     half = []
@@ -65,8 +65,7 @@ def truths(
     relief: Relief, sigma_b: float, w_count: int, *, pairs_each: int, step_m: float,    seed: int = 0,
     progress: Progress = silent,
 ) -> list[Truth]:  # fmt: skip
-    """The reference at w_count random values of w, with up to pairs_each direction pairs each and steps of step_m
-    metres."""
+    """The reference at w_count random values of w, with up to pairs_each direction pairs each, every step_m metres."""
     rng = np.random.default_rng(seed)
     grid = reference_grid(relief, sigma_b)
     found = []

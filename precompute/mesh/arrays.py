@@ -31,7 +31,7 @@ _HEADER = re.compile(
 
 
 def read_arrays(path: Path, wanted: Mapping[str, Wanted]) -> dict[str, np.ndarray]:
-    """Reads the wanted arrays that a file holds; other arrays are ignored. The arrays are read-only.
+    """Read the wanted arrays that a file holds; other arrays are ignored. The arrays are read-only.
 
     Raises OSError if the file cannot be read; ValueError, with the fault, if it is no .npz file or an array has another
     kind or shape; GratingError if the arrays do not fit into memory."""
@@ -48,7 +48,7 @@ def read_arrays(path: Path, wanted: Mapping[str, Wanted]) -> dict[str, np.ndarra
 
 
 def _array(name: str, data: bytes, wanted: Wanted) -> np.ndarray:
-    """Decodes the array in the bytes of an .npy file."""
+    """Decode the array in the bytes of an .npy file."""
     form = _LENGTHS.get(data[6]) if data.startswith(_BEGINNING) and len(data) >= 12 else None
     if form is None:
         raise ValueError(f"{name} is no array")

@@ -47,7 +47,7 @@ class Combed:
 
 
 def comb(name: str, polygons: Polygons, request: Mapping[str, np.ndarray], *, progress: Progress = silent) -> Combed:
-    """Combs a mesh. The request holds `guide`, one of GUIDES, and the array that this guide needs.
+    """Comb a mesh. The request holds `guide`, one of GUIDES, and the array that this guide needs.
 
     Raises GratingError, with the mesh's name, if no face has an area or the guide has nothing to follow."""
     if not len(polygons.corners):
@@ -82,7 +82,7 @@ def comb(name: str, polygons: Polygons, request: Mapping[str, np.ndarray], *, pr
 def _pull(
     name: str, polygons: Polygons, surface: Surface, *, request: Mapping[str, np.ndarray], progress: Progress
 ) -> np.ndarray:
-    """Returns the guide's pull (nodes,). Raises GratingError if there is nothing to follow."""
+    """The guide's pull (nodes,). Raises GratingError if there is nothing to follow."""
     kind = str(request["guide"])
     if kind == "tail":
         return head_to_tail(surface, progress=progress)

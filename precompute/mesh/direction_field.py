@@ -37,7 +37,7 @@ class Field:
 
 
 def laplacian(surface: Surface, *, transported: bool = True) -> Matrix:
-    """Builds the Laplacian of the surface for directions or, if not transported, for scalars. It is Hermitian and
+    """Build the Laplacian of the surface for directions or, if not transported, for scalars. It is Hermitian and
     positive: z* L z sums weight times |z_j - r z_i|^2 over the edges."""
     weight = np.append(_cotangents(surface), 0)
     weight = np.clip(weight[:-1] + weight[surface.twin], _LEAST, _MOST)
@@ -51,7 +51,7 @@ def laplacian(surface: Surface, *, transported: bool = True) -> Matrix:
 
 
 def guided_field(surface: Surface, pull: np.ndarray, *, progress: Progress = silent) -> Field:
-    """Solves for the field that follows a guide, given as direction times weight (nodes,) complex. An edge of the
+    """Solve for the field that follows a guide, given as direction times weight (nodes,) complex. An edge of the
     surface has about weight 1. Every loose part needs a guide somewhere.
 
     Where the guide reverses from one node to the next, the solution passes through zero and its direction flips. There
@@ -67,7 +67,7 @@ def guided_field(surface: Surface, pull: np.ndarray, *, progress: Progress = sil
 
 
 def smoothest_field(surface: Surface, *, progress: Progress = silent) -> Field:
-    """Computes the smoothest field without a guide. The eigenvector of the smallest eigenvalue on the coarsest level is
+    """Compute the smoothest field without a guide. The eigenvector of the smallest eigenvalue on the coarsest level is
     smoothed there and on every finer level, because it may nearly vanish on half of the surface."""
     kept = surface.mass * (_EVEN / surface.mass.sum())
     hierarchy = hierarchy_of(_with_diagonal(laplacian(surface), kept))
@@ -86,7 +86,7 @@ def smoothest_field(surface: Surface, *, progress: Progress = silent) -> Field:
 
 
 def _without_flips(surface: Surface, bare: Matrix, z: np.ndarray, *, progress: Progress) -> np.ndarray:
-    """Recomputes the field on a band around its flips; the field outside is fixed."""
+    """Recompute the field on a band around its flips; the field outside is fixed."""
     free = np.zeros(surface.node_count, bool)
     kept = surface.mass / (_BAND * surface.length) ** 2
     # One direction, added along the whole flip, decides to which side the field turns there.
@@ -110,7 +110,7 @@ def _without_flips(surface: Surface, bare: Matrix, z: np.ndarray, *, progress: P
 def _evened(
     hierarchy: Hierarchy, kept: np.ndarray, z: np.ndarray, *, pull: np.ndarray, steps: int
 ) -> tuple[np.ndarray, float]:
-    """Smooths a field and scales it back to length 1, several times.
+    """Smooth a field and scale it back to length 1, several times.
 
     The hierarchy's matrix is the Laplacian plus the weights of the pull and the weights `kept` that hold the field. A
     smaller `kept` smooths farther. Singular points closer than this distance meet and vanish (diffusion generated
@@ -122,7 +122,7 @@ def _evened(
 
 
 def _around(surface: Surface, triangles: np.ndarray, *, rings: int) -> np.ndarray:
-    """Returns whether each node lies within `rings` edges of one of the chosen triangles (m,)."""
+    """Whether each node lies within `rings` edges of one of the chosen triangles (m,)."""
     corners = surface.node.reshape(-1, 3)
     near = np.zeros(surface.node_count, bool)
     near[corners[triangles]] = True
@@ -132,13 +132,13 @@ def _around(surface: Surface, triangles: np.ndarray, *, rings: int) -> np.ndarra
 
 
 def unit_complex(z: np.ndarray) -> np.ndarray:
-    """Scales complex numbers to length 1; 0 becomes 1."""
+    """Scale complex numbers to length 1; 0 becomes 1."""
     size = np.abs(z)
     return np.where(size > 0, z / np.where(size > 0, size, 1), 1)
 
 
 def _cotangents(surface: Surface) -> np.ndarray:
-    """Returns half the cotangent (3 m,) of the angle opposite to each corner's edge."""
+    """Half the cotangent (3 m,) of the angle opposite to each corner's edge."""
     sides = surface.sides.reshape(-1, 3, 3)
     opposite = -np.einsum("ijk,ijk->ij", np.roll(sides, -1, axis=1), np.roll(sides, -2, axis=1))
     return (opposite / (4 * surface.areas[:, None])).ravel()

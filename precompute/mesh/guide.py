@@ -17,19 +17,19 @@ _STROKE = 10.0
 
 
 def along_axis(surface: Surface, axis: np.ndarray) -> np.ndarray:
-    """Pulls (nodes,) along one direction (3,) everywhere; 0 where the surface is perpendicular to it."""
+    """Pull (nodes,) along one direction (3,) everywhere; 0 where the surface is perpendicular to it."""
     return along_triangles(surface, np.broadcast_to(unit(np.reshape(axis, (1, 3))), (len(surface.triangles), 3)))
 
 
 def along_triangles(surface: Surface, vectors: np.ndarray) -> np.ndarray:
-    """Pulls (nodes,) along a vector (m, 3) of at most length 1 on each triangle."""
+    """Pull (nodes,) along a vector (m, 3) of at most length 1 on each triangle."""
     shares = np.repeat(surface.areas / 3, 3) / (_SMOOTHED * surface.length) ** 2
     laid = surface.to_complex(np.repeat(vectors, 3, axis=0)) * shares
     return complex_sums(surface.node, laid, surface.node_count)
 
 
 def along_uv(surface: Surface, uv: np.ndarray) -> np.ndarray:
-    """Pulls (nodes,) along U, from the UV (m, 3, 2) of the triangles' corners. A triangle without area in the UV map
+    """Pull (nodes,) along U, from the UV (m, 3, 2) of the triangles' corners. A triangle without area in the UV map
     pulls nothing. The two sides of a seam where U reverses pull against each other."""
     one, two = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
     turned = np.sign(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
@@ -39,7 +39,7 @@ def along_uv(surface: Surface, uv: np.ndarray) -> np.ndarray:
 
 
 def along_bones(surface: Surface, segments: np.ndarray) -> np.ndarray:
-    """Pulls (nodes,) along bones, segments (k, 2, 3) from head to tail, weighted by the distance to the power -4."""
+    """Pull (nodes,) along bones, segments (k, 2, 3) from head to tail, weighted by the distance to the power -4."""
     points = surface.points[surface.point_of_node]
     directions = np.zeros_like(points)
     for head, tail in segments:
@@ -51,7 +51,7 @@ def along_bones(surface: Surface, segments: np.ndarray) -> np.ndarray:
 
 
 def along_strokes(surface: Surface, segments: np.ndarray) -> np.ndarray:
-    """Pulls (nodes,) along strokes on the surface, segments (k, 2, 3) in drawing order. Each stroke pulls the nodes
+    """Pull (nodes,) along strokes on the surface, segments (k, 2, 3) in drawing order. Each stroke pulls the nodes
     nearest to it. A loose part without a stroke takes the direction of the stroke nearest to its centre."""
     places, directions = _pieces(segments, surface.length / 2)
     points = surface.points[surface.point_of_node]
@@ -67,7 +67,7 @@ def along_strokes(surface: Surface, segments: np.ndarray) -> np.ndarray:
 
 
 def where_bare(surface: Surface, pull: np.ndarray) -> np.ndarray:
-    """Adds a pull to loose parts that have none: along the longest of their x, y and z axes."""
+    """Add a pull to loose parts that have none: along the longest of their x, y and z axes."""
     bare = _bare_parts(surface, pull)
     if not len(bare):
         return pull
@@ -81,7 +81,7 @@ def where_bare(surface: Surface, pull: np.ndarray) -> np.ndarray:
 
 
 def like_part(surface: Surface, pull: np.ndarray, part: int) -> np.ndarray:
-    """Adds a pull to loose parts that have none: that of the nearest node of the given part."""
+    """Add a pull to loose parts that have none: that of the nearest node of the given part."""
     bare = _bare_parts(surface, pull)
     bare = bare[bare != part]
     if not len(bare):
@@ -94,7 +94,7 @@ def like_part(surface: Surface, pull: np.ndarray, part: int) -> np.ndarray:
 
 
 def _like_nearest(surface: Surface, parts: np.ndarray, places: np.ndarray, *, directions: np.ndarray) -> np.ndarray:
-    """Pulls each of some parts in one direction: the direction at the place nearest to the part's centre."""
+    """Pull each of some parts in one direction: the direction at the place nearest to the part's centre."""
     points, part = surface.points[surface.point_of_node], surface.parts
     count = np.bincount(part)
     middle = np.stack([np.bincount(part, points[:, k]) for k in range(3)], axis=1) / count[:, None]
@@ -104,12 +104,12 @@ def _like_nearest(surface: Surface, parts: np.ndarray, places: np.ndarray, *, di
 
 
 def _pull_of(surface: Surface, vectors: np.ndarray) -> np.ndarray:
-    """Returns the pull of a vector (nodes, 3) at each node."""
+    """The pull of a vector (nodes, 3) at each node."""
     return surface.to_plane(vectors) * surface.mass / (_SMOOTHED * surface.length) ** 2
 
 
 def _bare_parts(surface: Surface, pull: np.ndarray) -> np.ndarray:
-    """Returns the loose parts that have almost no pull."""
+    """The loose parts that have almost no pull."""
     part = surface.parts
     pulled = np.bincount(part, np.abs(pull))
     most = np.bincount(part, surface.mass) / (_SMOOTHED * surface.length) ** 2
@@ -117,7 +117,7 @@ def _bare_parts(surface: Surface, pull: np.ndarray) -> np.ndarray:
 
 
 def _pieces(segments: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Cuts segments into pieces no longer than `longest`. Returns their midpoints (p, 3) and their vectors (p, 3)."""
+    """Cut segments into pieces no longer than `longest`. Returns their midpoints (p, 3) and their vectors (p, 3)."""
     along = segments[:, 1] - segments[:, 0]
     count = np.ceil(np.linalg.norm(along, axis=1) / longest).astype(int)
     of = np.repeat(np.arange(len(segments)), count)

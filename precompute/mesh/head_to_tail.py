@@ -21,8 +21,8 @@ _HEAD = 0.15
 
 
 def head_to_tail(surface: Surface, *, progress: Progress = silent) -> np.ndarray:
-    """Returns the pull (nodes,) from head to tail along the largest loose part. The head is the thicker end. Other
-    parts, such as eyes, take the pull of the largest part nearest to them."""
+    """The pull (nodes,) from head to tail along the largest loose part. The head is the thicker end. Other parts, such
+    as eyes, take the pull of the largest part nearest to them."""
     bare = laplacian(surface, transported=False)
     # One hierarchy serves both steps: a preconditioner need not match the matrix exactly.
     hierarchy = hierarchy_of(Matrix(bare.diagonal * (1 + _SHARE), bare.row, bare.column, bare.value))
@@ -53,7 +53,7 @@ def _downhill(surface: Surface, heat: np.ndarray) -> np.ndarray:
 
 
 def _head(surface: Surface, hierarchy: Hierarchy, largest: np.ndarray) -> tuple[int, float]:
-    """Finds the head's node and the length of the largest part, by shortest paths along a coarse level's edges."""
+    """Find the head's node and the length of the largest part, by shortest paths along a coarse level's edges."""
     nodes, mass = np.arange(surface.node_count), surface.mass
     while len(nodes) > _COARSE and hierarchy.coarse is not None and largest[nodes].sum() > _COARSE // 10:
         mass = np.bincount(hierarchy.joined, mass * hierarchy.carry, len(hierarchy.seeds))

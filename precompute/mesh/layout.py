@@ -39,8 +39,8 @@ class Polygons:
 
 
 def corner_directions(polygons: Polygons, surface: Surface, direction: np.ndarray) -> np.ndarray:
-    """Returns a field's directions (nodes,) at the corners of the faces: (corners, 3), of length 1, perpendicular to
-    the shading normals. A corner without a triangle of some area takes the direction at its point, if known."""
+    """A field's directions (nodes,) at the corners of the faces: (corners, 3), of length 1, perpendicular to the
+    shading normals. A corner without a triangle of some area takes the direction at its point, if known."""
     in_space = surface.to_space(direction)
     node_of_point = np.full(len(polygons.points), -1)
     node_of_point[surface.point_of_node] = np.arange(surface.node_count)
@@ -52,15 +52,15 @@ def corner_directions(polygons: Polygons, surface: Surface, direction: np.ndarra
 
 
 def uv_directions(polygons: Polygons, uv: np.ndarray) -> np.ndarray:
-    """The tangents (corners, 3) of a UV map (corners, 2) in renderers: averaged over the faces that share a point and
-    its UV."""
+    """The tangents (corners, 3) of a UV map (corners, 2) in renderers: averaged over faces that share a point and its
+    UV."""
     places = np.column_stack([polygons.point, uv])
     _, weld = np.unique(places, axis=0, return_inverse=True)
     return _tangents(polygons, polygons.points[polygons.point], uv, weld=weld.ravel())
 
 
 def lay(polygons: Polygons, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lays each face into a UV map with U along the field. Returns the UV map (corners, 2) and the turn (corners, 3) as
+    """Lay each face into a UV map with U along the field. Returns the UV map (corners, 2) and the turn (corners, 3) as
     cosine, sine and 0, in single precision. The directions (corners, 3) are perpendicular to the shading normals."""
     points, face = polygons.points[polygons.point], polygons.face
     faces = int(face.max(initial=-1)) + 1
@@ -84,8 +84,8 @@ def lay(polygons: Polygons, directions: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _in_cells(flat: np.ndarray, face: np.ndarray, faces: int) -> np.ndarray:
-    """Places the corners (corners, 2) of each face in the face's own cell of the UV square. Each coordinate is
-    stretched to fill the cell, which keeps the direction of U."""
+    """Place the corners (corners, 2) of each face in the face's own cell of the UV square. Each coordinate is stretched
+    to fill the cell, which keeps the direction of U."""
     low, high = np.full((faces, 2), np.inf), np.full((faces, 2), -np.inf)
     np.minimum.at(low, face, flat)
     np.maximum.at(high, face, flat)
@@ -97,9 +97,9 @@ def _in_cells(flat: np.ndarray, face: np.ndarray, faces: int) -> np.ndarray:
 
 
 def _tangents(polygons: Polygons, points: np.ndarray, uv: np.ndarray, *, weld: np.ndarray) -> np.ndarray:
-    """Returns the tangents (corners, 3) of a UV map as renderers compute them: each triangle's tangent, projected
-    perpendicular to the corner's normal, averaged over triangles by their angles (Mikkelsen, "Simulation of wrinkled
-    surfaces revisited", 2008, section 3.4). Corners with the same number in `weld` (corners,) are one place."""
+    """The tangents (corners, 3) of a UV map as renderers compute them: each triangle's tangent, projected perpendicular
+    to the corner's normal, averaged over triangles by their angles (Mikkelsen, "Simulation of wrinkled surfaces
+    revisited", 2008, section 3.4). Corners with the same number in `weld` (corners,) are one place."""
     at, on = points[polygons.corners], uv[polygons.corners]
     one, two = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
     by_one, by_two = on[:, 1] - on[:, 0], on[:, 2] - on[:, 0]
@@ -115,7 +115,7 @@ def _tangents(polygons: Polygons, points: np.ndarray, uv: np.ndarray, *, weld: n
 
 
 def _across(vectors: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """Projects vectors perpendicular to the normals, at length 1; any perpendicular if nothing is left."""
+    """Project vectors perpendicular to the normals, at length 1; any perpendicular if nothing is left."""
     left = vectors - normals * np.einsum("ij,ij->i", vectors, normals)[:, None]
     nothing = np.linalg.norm(left, axis=1) < 1e-9
     left[nothing] = np.cross(normals[nothing], np.eye(3)[np.abs(normals[nothing]).argmin(axis=1)])
@@ -131,5 +131,5 @@ def _normals(corners: np.ndarray) -> np.ndarray:
 
 
 def _sums(index: np.ndarray, vectors: np.ndarray, count: int) -> np.ndarray:
-    """Sums vectors by their index: (count, 3)."""
+    """Sum vectors by their index: (count, 3)."""
     return np.stack([np.bincount(index, vectors[:, axis], count) for axis in range(3)], axis=1)

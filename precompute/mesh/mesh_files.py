@@ -27,13 +27,13 @@ _REMEDY = "let Comb Grating write it"
 
 
 def write_mesh(path: Path, polygons: Polygons, request: Mapping[str, np.ndarray]) -> None:
-    """Writes a mesh and its request for a comb. Raises GratingError if the file cannot be written."""
+    """Write a mesh and its request for a comb. Raises GratingError if the file cannot be written."""
     arrays = {name: getattr(polygons, name) for name in _MESH}
     write_whole(path, lambda partial: np.savez(partial, **arrays, **request))  # type: ignore[arg-type]  # none is named allow_pickle
 
 
 def read_mesh(path: Path) -> tuple[Polygons, dict[str, np.ndarray]]:
-    """Reads a mesh and its request for a comb. Raises GratingError, with the file's name, if either is invalid."""
+    """Read a mesh and its request for a comb. Raises GratingError, with the file's name, if either is invalid."""
     arrays = _arrays(path, _MESH | _REQUEST, _REMEDY)
     needed = GUIDES.get(str(arrays.get("guide")))
     if "guide" not in arrays or str(arrays["guide"]) not in GUIDES or (needed and needed not in arrays):
@@ -54,12 +54,12 @@ def read_mesh(path: Path) -> tuple[Polygons, dict[str, np.ndarray]]:
 
 
 def write_combed(path: Path, combed: Combed) -> None:
-    """Writes a combed mesh. Raises GratingError if the file cannot be written."""
+    """Write a combed mesh. Raises GratingError if the file cannot be written."""
     write_whole(path, lambda partial: np.savez(partial, **{name: getattr(combed, name) for name in _COMBED}))
 
 
 def read_combed(path: Path) -> dict[str, np.ndarray]:
-    """Reads the arrays of Combed except `directions`. Raises GratingError if the file holds no combed mesh."""
+    """Read the arrays of Combed except `directions`. Raises GratingError if the file holds no combed mesh."""
     arrays = _arrays(path, _COMBED, "comb it anew")
     if any(name not in arrays for name in _COMBED):
         raise GratingError(f"{path}: no combed mesh; comb it anew")
@@ -67,7 +67,7 @@ def read_combed(path: Path) -> dict[str, np.ndarray]:
 
 
 def _below(numbers: np.ndarray, limit: int) -> bool:
-    """Returns whether all are integers from 0 to below a limit."""
+    """Whether all are integers from 0 to below a limit."""
     return numbers.dtype.kind in "iu" and (not numbers.size or (numbers.min() >= 0 and numbers.max() < limit))
 
 

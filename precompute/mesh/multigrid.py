@@ -3,8 +3,7 @@
 preconditioned by aggregation multigrid (Notay, "An aggregation-based algebraic multigrid method", 2010).
 
 Conjugate gradients alone take as many steps as the mesh has edges across. Each level of the multigrid joins some nodes
-around a seed. The system's own coefficients carry a field from the seed to these nodes, so a field that is smooth on a
-curved surface stays smooth.
+around a seed. The system's own coefficients carry a field from the seed to these nodes, so a smooth field stays smooth.
 """
 
 from __future__ import annotations
@@ -48,27 +47,26 @@ class Matrix:
         return self.diagonal * x + self.of_rows(self.value * x[self.column], np.add)
 
     def of_rows(self, values: np.ndarray, ufunc: np.ufunc) -> np.ndarray:
-        """Reduces values (k,) at the entries over each row: (n,); 0 in a row without entries."""
+        """Reduce values (k,) at the entries over each row: (n,); 0 in a row without entries."""
         reduced = np.zeros(len(self.diagonal), values.dtype)
         if len(self.row):
             reduced[self.row[self.starts]] = ufunc.reduceat(values, self.starts)
         return reduced
 
     def single(self) -> Matrix:
-        """Converts the matrix to single precision."""
+        """Convert the matrix to single precision."""
         kind = np.complex64 if np.iscomplexobj(self.value) else np.float32
         return Matrix(self.diagonal.astype(np.float32), self.row, self.column, self.value.astype(kind))
 
     def dense(self) -> np.ndarray:
-        """Converts the matrix to an array (n, n)."""
+        """Convert the matrix to an array (n, n)."""
         full = np.diag(self.diagonal).astype(self.value.dtype)
         full[self.row, self.column] = self.value
         return full
 
 
 def matrix_of(row: np.ndarray, column: np.ndarray, value: np.ndarray, *, diagonal: np.ndarray) -> Matrix:
-    """Builds a matrix from entries in any order. Entries at the same place are added; the diagonal's sums must be
-    real."""
+    """Build a matrix from entries in any order. Entries at the same place are added."""
     count = len(diagonal)
     here = row == column
     diagonal = diagonal + np.bincount(row[here], value[here].real, count)
@@ -101,7 +99,7 @@ class Hierarchy:
     inverse: np.ndarray | None = None
 
     def apply(self, b: np.ndarray) -> np.ndarray:
-        """Approximates the solution x of A x = b by one cycle, which visits each coarser level twice as often."""
+        """Approximate the solution x of A x = b by one cycle, which visits each coarser level twice as often."""
         if self.inverse is not None:
             return self.inverse @ b
         x = np.zeros_like(b)
@@ -120,11 +118,11 @@ class Hierarchy:
         return x
 
     def up(self, coarse: np.ndarray) -> np.ndarray:
-        """Carries a vector from the joined nodes to the nodes."""
+        """Carry a vector from the joined nodes to the nodes."""
         return self.carry * coarse[self.joined]
 
     def down(self, fine: np.ndarray) -> np.ndarray:
-        """Applies the adjoint of `up`."""
+        """Apply the adjoint of `up`."""
         values, count = np.conj(self.carry) * fine, len(self.seeds)
         sums: np.ndarray = np.bincount(self.joined, values.real, count)
         if np.iscomplexobj(values):
@@ -138,7 +136,7 @@ class Hierarchy:
 
 
 def hierarchy_of(matrix: Matrix) -> Hierarchy:
-    """Builds the hierarchy of a Hermitian, positive definite matrix with a dominant diagonal."""
+    """Build the hierarchy of a Hermitian, positive definite matrix with a dominant diagonal."""
     count = len(matrix.diagonal)
     if count <= _SMALL:
         inverse = np.linalg.inv(matrix.dense())
@@ -157,8 +155,8 @@ def solve(
     matrix: Matrix, b: np.ndarray, hierarchy: Hierarchy, *, guess: np.ndarray | None = None, tolerance: float = 1e-9,
     progress: Progress = silent,
 ) -> tuple[np.ndarray, float]:  # fmt: skip
-    """Solves A x = b by conjugate gradients. Returns x and its residual |b - A x| / |b|. Iterates down to the
-    tolerance, or for _ITERATIONS_MAX steps."""
+    """Solve A x = b by conjugate gradients. Returns x and its residual |b - A x| / |b|: the tolerance, or more after
+    _ITERATIONS_MAX."""
     x = np.zeros_like(b) if guess is None else guess
     residual = b - matrix @ x
     size = np.linalg.norm(b)
@@ -183,8 +181,8 @@ def solve(
 
 
 def _aggregates(matrix: Matrix) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns the seeds, the seed's index for each node, and the factor from the seed to the node. The factor is 0 for
-    a node without neighbours, which the smoother solves alone."""
+    """The seeds, the seed's index for each node, and the factor from the seed to the node. The factor is 0 for a node
+    without neighbours, which the smoother solves alone."""
     count = len(matrix.diagonal)
     size = np.abs(matrix.value)
     most = matrix.of_rows(size, np.maximum)
@@ -205,7 +203,7 @@ def _aggregates(matrix: Matrix) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _independent(links: Matrix) -> np.ndarray:
-    """Chooses unlinked nodes so that every other node with links is linked to a chosen one (Luby's method)."""
+    """Choose unlinked nodes so that every other node with links is linked to a chosen one (Luby's method)."""
     count = len(links.diagonal)
     rank = np.random.default_rng(0).permutation(count).astype(np.int32) + 1
     linked = links.of_rows(np.ones(len(links.row), np.int8), np.maximum) > 0

@@ -5,7 +5,7 @@ import numpy as np
 
 
 def nearest(points: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Returns for each place (p, 3) the index (p,) of the nearest of the points (n, 3), n >= 1."""
+    """For each place (p, 3) the index (p,) of the nearest of the points (n, 3), n >= 1."""
     low, high = points.min(axis=0), points.max(axis=0)
     extent = float((high - low).max()) or 1.0
     found = np.full(len(places), -1)
@@ -47,6 +47,6 @@ def _in_grid(points: np.ndarray, places: np.ndarray, size: float) -> tuple[np.nd
 
 
 def _key(cells: np.ndarray, width: np.ndarray) -> np.ndarray:
-    """Returns one number for each cell (n, 3), whose indices run from -3 to width - 4."""
+    """One number for each cell (n, 3), whose indices run from -3 to width - 4."""
     x, y, z = (cells + 3).T
     return (x * width[1] + y) * width[2] + z

@@ -22,7 +22,7 @@ class Singular:
 
 
 def singular_triangles(surface: Surface, direction: np.ndarray) -> Singular:
-    """Finds the singular triangles of a direction field (nodes,)."""
+    """Find the singular triangles of a direction field (nodes,)."""
     turns = edge_turns(surface, direction).reshape(-1, 3)
     index = np.rint((turns.sum(axis=1) + surface.curvature) / (2 * np.pi)).astype(int)
     near = np.bincount(surface.node, np.repeat(index != 0, 3), surface.node_count)[surface.node] > 0
@@ -31,7 +31,7 @@ def singular_triangles(surface: Surface, direction: np.ndarray) -> Singular:
 
 
 def edge_turns(surface: Surface, direction: np.ndarray) -> np.ndarray:
-    """Returns the angle (3 m,), from -pi to pi, by which a field turns along each corner's edge."""
+    """The angle (3 m,), from -pi to pi, by which a field turns along each corner's edge."""
     here = surface.node
     there = here[following(np.arange(len(here)))]
     return np.angle(direction[there] * np.conj(surface.transport * direction[here]))

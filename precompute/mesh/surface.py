@@ -92,20 +92,20 @@ class Surface:
         return n_turned(x, y, offset), n_turned(y, -x, offset), n
 
     def gathered(self, vectors: np.ndarray) -> np.ndarray:
-        """Sums vectors (3 m, 3) at the corners over each node: (nodes, 3)."""
+        """Sum vectors (3 m, 3) at the corners over each node: (nodes, 3)."""
         return np.stack([np.bincount(self.node, vectors[:, axis], self.node_count) for axis in range(3)], axis=1)
 
     def to_complex(self, vectors: np.ndarray) -> np.ndarray:
-        """Projects vectors (3 m, 3) at the corners into the tangent planes of their nodes: (3 m,) complex."""
+        """Project vectors (3 m, 3) at the corners into the tangent planes of their nodes: (3 m,) complex."""
         return self._in_plane(vectors, *self.frames[:2])
 
     def to_plane(self, vector: np.ndarray) -> np.ndarray:
-        """Projects a vector (3,), or one per node (nodes, 3), into the nodes' tangent planes: (nodes,) complex."""
+        """Project a vector (3,), or one per node (nodes, 3), into the nodes' tangent planes: (nodes,) complex."""
         x, y, _ = self.frames
         return (x * vector).sum(axis=1) + 1j * (y * vector).sum(axis=1)
 
     def to_space(self, field: np.ndarray) -> np.ndarray:
-        """Returns the vectors (nodes, 3) of a field (nodes,) in the tangent planes."""
+        """The vectors (nodes, 3) of a field (nodes,) in the tangent planes."""
         x, y, _ = self.frames
         return n_turned(x, y, field)
 
@@ -143,7 +143,7 @@ class Surface:
 
 
 def surface_of(points: np.ndarray, triangles: np.ndarray) -> Surface:
-    """Builds the surface of points (n, 3), in metres, and triangles (m, 3). Triangles without area are dropped."""
+    """Build the surface of points (n, 3), in metres, and triangles (m, 3). Triangles without area are dropped."""
     points, triangles = np.asarray(points, float), np.asarray(triangles, np.int64)
     sides = np.linalg.norm(points[triangles] - points[np.roll(triangles, -1, axis=1)], axis=2)
     corners = points[triangles]
@@ -163,34 +163,33 @@ def surface_of(points: np.ndarray, triangles: np.ndarray) -> Surface:
 
 
 def following(corners: np.ndarray) -> np.ndarray:
-    """Returns the next corner of the same triangle."""
+    """The next corner of the same triangle."""
     return corners + 1 - 3 * (corners % 3 == 2)
 
 
 def preceding(corners: np.ndarray) -> np.ndarray:
-    """Returns the previous corner of the same triangle."""
+    """The previous corner of the same triangle."""
     return corners - 1 + 3 * (corners % 3 == 0)
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
-    """Scales vectors (n, 3) to length 1; a zero vector becomes Z."""
+    """Scale vectors (n, 3) to length 1; a zero vector becomes Z."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.where(length > 0, vectors / np.where(length > 0, length, 1), [0.0, 0.0, 1.0])
 
 
 def n_turned(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Returns the vectors x Re z + y Im z (n, 3)."""
+    """The vectors x Re z + y Im z (n, 3)."""
     return x * z.real[:, None] + y * z.imag[:, None]
 
 
 def complex_sums(index: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
-    """Sums complex values by their index: (count,)."""
+    """Sum complex values by their index: (count,)."""
     return np.bincount(index, values.real, count) + 1j * np.bincount(index, values.imag, count)
 
 
 def _twins(triangles: np.ndarray) -> np.ndarray:
-    """For each corner's edge, the one other corner with the same edge in the opposite direction; -1 if none or
-    several."""
+    """For each corner's edge, the one other corner with the same edge reversed; -1 if none or several."""
     begin, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     low, high = np.minimum(begin, end), np.maximum(begin, end)
     key = low * (triangles.max(initial=0) + 1) + high
@@ -205,7 +204,7 @@ def _twins(triangles: np.ndarray) -> np.ndarray:
 
 
 def _starts(twins: np.ndarray, onwards: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the corner at which each fan starts, and whether the fan is open. An open fan starts at the rim."""
+    """The corner at which each fan starts, and whether the fan is open. An open fan starts at the rim."""
     first = np.flatnonzero(twins < 0)
     last = first.copy()
     while (onwards[last] >= 0).any():
@@ -226,7 +225,7 @@ def _starts(twins: np.ndarray, onwards: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _walk(starts: np.ndarray, onwards: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Walks all fans at once. Returns for each corner its fan and the angle before it, and for each fan the total
+    """Walk all fans at once. Returns for each corner its fan and the angle before it, and for each fan the total
     angle."""
     node, polar = np.full(len(angles), -1), np.zeros(len(angles))
     total = np.zeros(len(starts))

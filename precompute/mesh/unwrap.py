@@ -56,14 +56,14 @@ class Mesh:
             raise GratingError("the mesh: no face has an area; scale it up, or dissolve degenerate faces")
 
     def areas(self) -> np.ndarray:
-        """Returns twice the area (m,) of each triangle."""
+        """Twice the area (m,) of each triangle."""
         first, second, third = (self.points[self.triangles[:, each]].astype(float) for each in range(3))
         return np.linalg.norm(np.cross(second - first, third - first), axis=1)
 
 
 @dataclass(frozen=True)
 class Packing:
-    """The packing of islands: the map's side and the space between islands in pixels, and pixels per metre (0: the
+    """The packing of islands: the map's side and the islands' distance in pixels, and pixels per metre (0: the
     most)."""
 
     size: int = 1024
@@ -83,22 +83,22 @@ class Unwrapped:
 
 
 def has_xatlas() -> bool:
-    """Returns whether xatlas is installed, without loading it, since a panel asks at every redraw."""
+    """Whether xatlas is installed, without loading it, since a panel asks at every redraw."""
     return importlib.util.find_spec("xatlas") is not None
 
 
 def expected_seconds(triangles: int) -> float:
-    """Estimates the time of xatlas for a number of triangles."""
+    """Estimate the time of xatlas for a number of triangles."""
     return 0.5 + _SECONDS_PER_TRIANGLE * triangles**_GROWTH
 
 
 def longest_seconds(triangles: int) -> float:
-    """Returns the time after which xatlas is ended, for a number of triangles."""
+    """The time after which xatlas is ended, for a number of triangles."""
     return _LEAST_PATIENCE_SECONDS + _PATIENCE * expected_seconds(triangles)
 
 
 def unwrap(mesh: Mesh, packing: Packing, *, progress: Progress = silent) -> Unwrapped:
-    """Unwraps a mesh. Progress is the share of the expected time that has passed.
+    """Unwrap a mesh. Progress is the share of the expected time that has passed.
 
     Raises GratingError if xatlas is missing or crashes, or if the map is too small for the density."""
     if not has_xatlas():
@@ -114,7 +114,7 @@ def unwrap(mesh: Mesh, packing: Packing, *, progress: Progress = silent) -> Unwr
 
 
 def _started(mesh: Mesh, packing: Packing) -> ChildProcess:
-    """Starts xatlas on a mesh in a child process."""
+    """Start xatlas on a mesh in a child process."""
     numbers = (packing.size, packing.padding, packing.density)
 
     def prepare(folder: Path) -> list[str]:
@@ -135,7 +135,7 @@ def _started(mesh: Mesh, packing: Packing) -> ChildProcess:
 
 
 def _wait(worker: ChildProcess, expected: float, progress: Progress) -> None:
-    """Waits until xatlas has written its map. Raises GratingError if xatlas fails or is late."""
+    """Wait until xatlas has written its map. Raises GratingError if xatlas fails or is late."""
     begun = time.monotonic()
     while worker.running:
         progress("unwrap", min(0.99, (time.monotonic() - begun) / expected))
@@ -151,13 +151,13 @@ def _wait(worker: ChildProcess, expected: float, progress: Progress) -> None:
 
 
 def write_mesh(path: Path, mesh: Mesh) -> None:
-    """Writes a mesh's file."""
+    """Write a mesh's file."""
     arrays = {name: getattr(mesh, name) for name in _ARRAYS}
     write_whole(path, lambda partial: np.savez(partial, **arrays))
 
 
 def read_mesh(path: Path) -> Mesh:
-    """Reads the mesh in a file. Raises GratingError, with the file's name, if the file holds no mesh."""
+    """Read the mesh in a file. Raises GratingError, with the file's name, if the file holds no mesh."""
     try:
         arrays = read_arrays(path, _ARRAYS)
         if missing := [name for name in _ARRAYS if name not in arrays]:

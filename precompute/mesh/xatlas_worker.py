@@ -24,7 +24,7 @@ _SAME = 1e-6
 
 
 def unwrapped(mesh: Mesh, packing: Packing) -> Unwrapped:
-    """Unwraps a mesh. Raises GratingError if the map is too small for the density."""
+    """Unwrap a mesh. Raises GratingError if the map is too small for the density."""
     charts = _xatlas().Atlas()
     charts.add_mesh(mesh.points.astype(np.float32), mesh.triangles.astype(np.uint32))
     charts.generate(_cut(), _options(packing))
@@ -32,8 +32,7 @@ def unwrapped(mesh: Mesh, packing: Packing) -> Unwrapped:
     torn = _torn(mesh, uv)
     if not torn.any():
         return _checked(charts, uv)
-    # xatlas knows only triangles and may cut a face in two. A cut face becomes an island, and all islands are packed
-    # again.
+    # xatlas knows only triangles and may cut a face in two. Cut faces become islands, and all are packed again.
     whole = uv * (charts.width, charts.height) / charts.texels_per_unit  # metres
     whole[torn] = _laid_out(mesh, torn) + (whole.max() + 1.0, 0.0)
     packed = _xatlas().Atlas()
@@ -63,7 +62,7 @@ def _options(packing: Packing) -> xatlas.PackOptions:
 
 
 def _corners(atlas: xatlas.Atlas) -> np.ndarray:
-    """Returns the UV (m, 3, 2) of each triangle's corners."""
+    """The UV (m, 3, 2) of each triangle's corners."""
     _, corners, uv = atlas.get_mesh(0)
     return uv[corners].astype(float)
 
@@ -78,7 +77,7 @@ def _checked(atlas: xatlas.Atlas, uv: np.ndarray) -> Unwrapped:
 
 
 def _torn(mesh: Mesh, uv: np.ndarray) -> np.ndarray:
-    """Returns which triangles (m,) belong to faces whose triangles disagree on the UV of a common point."""
+    """Which triangles (m,) belong to faces whose triangles disagree on the UV of a common point."""
     keys = mesh.polygons[:, None].astype(np.int64) * len(mesh.points) + mesh.triangles
     order = np.argsort(keys, axis=None, kind="stable")
     keys, places = keys.ravel()[order], uv.reshape(-1, 2)[order]
@@ -87,7 +86,7 @@ def _torn(mesh: Mesh, uv: np.ndarray) -> np.ndarray:
 
 
 def _laid_out(mesh: Mesh, torn: np.ndarray) -> np.ndarray:
-    """Lays out torn triangles: their corners (k, 3, 2) in metres, each face on a plane in a cell of a square grid.
+    """Lay out torn triangles: their corners (k, 3, 2) in metres, each face on a plane in a cell of a square grid.
 
     The plane's normal is the sum of the triangles' unit normals. On this plane the two triangles of a bent quad never
     fold over each other; on the mean plane they can."""
@@ -111,7 +110,7 @@ def _laid_out(mesh: Mesh, torn: np.ndarray) -> np.ndarray:
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
-    """Scales vectors to length 1; zero stays zero."""
+    """Scale vectors to length 1; zero stays zero."""
     return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-300)
 
 

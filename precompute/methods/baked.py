@@ -39,13 +39,13 @@ class Baked(Method):
 
 
 def build(relief: Relief, settings: Settings) -> Baked:
-    """Bakes a relief and rounds its table to the half floats of the atlas, without measuring the error."""
+    """Bake a relief and round its table to the half floats of the atlas, without measuring the error."""
     request = BakeRequest(coherence_length_m=settings.coherence_length_m, illuminant=settings.illuminant)
     return stored(bake(relief, request), settings)
 
 
 def stored(table: Table, settings: Settings) -> Baked:
-    """Rounds a table to the half floats of its file."""
+    """Round a table to the half floats of its file."""
     image, layout = atlas.pack(table)
     return Baked(atlas.unpack(image, layout), settings, layout.width * layout.height * BYTES_PER_TEXEL)
 

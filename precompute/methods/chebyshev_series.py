@@ -70,7 +70,7 @@ def expansion_for(relief: Relief, settings: Settings, s_max: float = S_MAX) -> C
 
 
 def build(relief: Relief, settings: Settings) -> WindowedImages:
-    """Builds FLSS over Chebyshev images."""
+    """Build FLSS over Chebyshev images."""
     return windowed("chebyshev", relief, expansion_for(relief, settings), settings=settings)
 
 

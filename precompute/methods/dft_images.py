@@ -3,8 +3,8 @@
 
 Tile n holds term n: R is its real part and G its imaginary part, float32, linear. It is at column n % columns and row n
 // columns, counted upward from the bottom of the picture. Inside a tile the x axis is +u and the y axis +v, and the
-zero frequency is at (tile_rows // 2, tile_columns // 2). A Chebyshev term is stored times its (-i)^n, which makes all
-coefficients real:
+zero frequency is at (tile_rows // 2, tile_columns // 2). A Chebyshev term is stored times (-i)^n, for real
+coefficients:
 
     Taylor      z^n / n!, z = -2 pi s scale_m          of (i h / scale_m)^n
     Chebyshev   J_0(z), 2 J_n(z), z = 2 pi s scale_m   of (-i)^n T_n(h / scale_m)
@@ -50,7 +50,7 @@ class DftImages:
     files: tuple[Path, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """Converts the result to JSON."""
+        """Convert the result to JSON."""
         return {
             "method": self.layout.method,
             "expansion": self.layout.expansion,
@@ -62,8 +62,8 @@ class DftImages:
 
 
 def pack(method: Method) -> tuple[np.ndarray, Layout]:
-    """Image (height, width, 3) float32, row 0 at the bottom, and its layout. Raises GratingError for a method without a
-    shader or too many texels."""
+    """Image (height, width, 3) float32, row 0 at the bottom, and its layout. Raises GratingError without a shader or
+    for too many texels."""
     needed = method.shader_images()
     images, expansion = needed.images, needed.expansion
     rows, columns, terms = images.terms.shape
@@ -126,7 +126,7 @@ def images_to_folder(
     levelling: Sequence[Step] = DEFAULT,
     progress: Progress = silent,
 ) -> DftImages:
-    """Writes the images of a method of a levelled height map into a folder, which is created if missing.
+    """Write the images of a method of a levelled height map into a folder, which is created if missing.
 
     If the settings have 0 texels, texels_for chooses their number. Raises GratingError, with the source, for a relief
     that the method cannot handle, and as `check_can_write` does."""

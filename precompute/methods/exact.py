@@ -112,14 +112,14 @@ class Patch(Method):
 
 
 def build_ensemble(relief: Relief, settings: Settings) -> Ensemble:
-    """Builds the ensemble model's reference."""
+    """Build the ensemble model's reference."""
     length_m = settings.coherence_length_m
     sigma_b = coherence.kernel_sigma(length_m) if length_m else coherence.narrowest_averaging_kernel(relief.size_m)
     return Ensemble(relief, sigma_b, settings)
 
 
 def build_patch(relief: Relief, settings: Settings) -> Patch:
-    """Builds the patch model's reference."""
+    """Build the patch model's reference."""
     return Patch(PatchWindow(relief, settings.patch_sigma_m), settings)
 
 

@@ -96,7 +96,7 @@ def expansion_for(relief: Relief, settings: Settings, s_max: float = S_MAX) -> T
 
 
 def build(relief: Relief, settings: Settings) -> WindowedImages:
-    """Builds FLSS of a relief. Raises GratingError for a relief that is too deep for the series."""
+    """Build FLSS of a relief. Raises GratingError for a relief that is too deep for the series."""
     return windowed("flss", relief, expansion_for(relief, settings), settings=settings)
 
 

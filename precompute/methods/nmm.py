@@ -93,12 +93,12 @@ def specular_radius(sigma_f: float) -> float:
 
 
 def build(relief: Relief, settings: Settings) -> Nmm:
-    """Builds NMM as printed. Raises GratingError if the relief has no period or is too deep for FLSS."""
+    """Build NMM as printed. Raises GratingError if the relief has no period or is too deep for FLSS."""
     return Nmm("nmm", flss.build(relief, settings), grating_period(relief, settings.period_m), False, settings)
 
 
 def build_jacobian(relief: Relief, settings: Settings) -> Nmm:
-    """Builds NMM with the missing Jacobian. Raises GratingError as `build` does."""
+    """Build NMM with the missing Jacobian. Raises GratingError as `build` does."""
     period = grating_period(relief, settings.period_m)
     return Nmm("nmm-jacobian", flss.build(relief, settings), period, True, settings)
 

@@ -6,8 +6,8 @@ The transform of N copies along an axis is the transform of one patch times a Di
     p + i q = sum_n exp(-i 2 pi f T n),   n = 0 .. N - 1,
 
 for a patch of length T at the frequency f. The transform of one patch is interpolated from its DFT by sinc functions.
-The thesis multiplies the kernels of the two axes as (p1 p2 - q1 q2) + i (p1 p2 + q1 q2). The right product is (p1 p2 -
-q1 q2) + i (p1 q2 + q1 p2).
+The thesis multiplies the kernels of the two axes as (p1 p2 - q1 q2) + i (p1 p2 + q1 q2). Right is (p1 p2 - q1 q2) + i
+(p1 q2 + q1 p2).
 """
 
 from dataclasses import dataclass
@@ -108,12 +108,12 @@ def _build(name: str, printed: bool, relief: Relief, settings: Settings) -> Pq:
 
 
 def build(relief: Relief, settings: Settings) -> Pq:
-    """Builds PQ with the right product. Raises GratingError for a relief too deep for the Taylor series."""
+    """Build PQ with the right product. Raises GratingError for a relief too deep for the Taylor series."""
     return _build("pq", False, relief, settings)
 
 
 def build_printed(relief: Relief, settings: Settings) -> Pq:
-    """Builds PQ as the thesis prints it. Raises GratingError as `build` does."""
+    """Build PQ as the thesis prints it. Raises GratingError as `build` does."""
     return _build("pq-printed", True, relief, settings)
 
 

@@ -97,7 +97,7 @@ def mean_profile(relief: Relief, period_m: float) -> np.ndarray:
 
 
 def build(relief: Relief, settings: Settings) -> Stam:
-    """Builds Stam's form of a relief. Raises GratingError if the relief has no period."""
+    """Build Stam's form of a relief. Raises GratingError if the relief has no period."""
     period = grating_period(relief, settings.period_m)
     length_m = settings.coherence_length_m
     sigma_b = coherence.kernel_sigma(length_m) if length_m else coherence.narrowest_averaging_kernel(relief.size_m)

@@ -117,7 +117,7 @@ class ShaderImages:
 
 
 def make_images(relief: Relief, expansion: Expansion, dtype: type) -> TermImages:
-    """Makes the images of an expansion, in float32 or float64, at the frequencies that |u|, |v| <= 2 reach.
+    """Make the images of an expansion, in float32 or float64, at the frequencies that |u|, |v| <= 2 reach.
 
     Raises GratingError if they would take more than half of the free memory."""
     kept = [_kept(n, length) for n, length in zip(relief.height_m.shape, relief.size_m, strict=True)]

@@ -1,20 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Factors of the BRDF that do not depend on the relief (docs/theory.md, BRDF).
 
-wi is the unit direction to the light, wr to the viewer; ti and tr are their angles from the normal; w = cos(ti) +
-cos(tr).
+wi is the unit direction to the light, wr to the viewer; ti and tr are their angles from the normal.
 """
 
 import numpy as np
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Computes scalar products (...,) of vectors (..., 3)."""
+    """Compute scalar products (...,) of vectors (..., 3)."""
     return np.einsum("...i,...i->...", a, b)
 
 
 def half_angle_cosine(wi: np.ndarray, wr: np.ndarray) -> np.ndarray:
-    """Computes the cosine (...,) of the half angle: between wi (..., 3) and the half vector of wi and wr (..., 3)."""
+    """Compute the cosine (...,) of the half angle: between wi (..., 3) and the half vector of wi and wr (..., 3)."""
     return np.sqrt(np.clip(0.5 * (1 + dot(wi, wr)), 0, 1))
 
 

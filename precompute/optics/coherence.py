@@ -18,18 +18,17 @@ THESIS_COHERENCE_M = 65e-6
 
 
 def kernel_sigma(coherence_length_m: float) -> float:
-    """Returns the kernel's standard deviation sigma_b in (u, v) for a coherence length in metres."""
+    """The kernel's standard deviation sigma_b in (u, v) for a coherence length in metres."""
     return REFERENCE_WAVELENGTH_M / (2 * math.pi * math.sqrt(2) * coherence_length_m / 4)
 
 
 def coherence_length(sigma_b: float) -> float:
-    """Returns the coherence length in metres of a kernel of standard deviation sigma_b in (u, v); inverts
-    kernel_sigma."""
+    """The coherence length in metres of a kernel of standard deviation sigma_b in (u, v); inverts kernel_sigma."""
     return kernel_sigma(1.0) / sigma_b
 
 
 def coherence_areas(size_m: tuple[float, float], coherence_length_m: float, profiles_m: float = 0.0) -> float:
-    """Returns the number of coherence areas over which scans average.
+    """The number of coherence areas over which scans average.
 
     size_m is the size (Ly, Lx) of a scan in metres. profiles_m is the total length in metres of profiles, scans of one
     line that know the heights along one direction only. Two windows count as separate areas if they are at least
@@ -39,7 +38,7 @@ def coherence_areas(size_m: tuple[float, float], coherence_length_m: float, prof
 
 
 def longest_averaging_length(area_m2: float, profiles_m: float = 0.0) -> float:
-    """Returns the longest coherence length in metres at which scans average MINIMUM_AREAS coherence areas.
+    """The longest coherence length in metres at which scans average MINIMUM_AREAS coherence areas.
 
     area_m2 is the scans' total area in square metres, profiles_m the total length in metres of scans of one line."""
     half = profiles_m / 2
@@ -48,5 +47,5 @@ def longest_averaging_length(area_m2: float, profiles_m: float = 0.0) -> float:
 
 
 def narrowest_averaging_kernel(size_m: tuple[float, float]) -> float:
-    """Returns the least sigma_b at which a scan of size (Ly, Lx) metres averages MINIMUM_AREAS coherence areas."""
+    """The least sigma_b at which a scan of size (Ly, Lx) metres averages MINIMUM_AREAS coherence areas."""
     return kernel_sigma(longest_averaging_length(size_m[0] * size_m[1]))

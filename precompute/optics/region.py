@@ -37,5 +37,5 @@ class Region(NamedTuple):
         return all(low <= 1e-9 - FARTHEST and high >= FARTHEST - 1e-9 for low, high in self)
 
     def contains(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Returns whether each of the points u, v (...,) lies in the region or on its rim."""
+        """Whether each of the points u, v (...,) lies in the region or on its rim."""
         return (u >= self.u[0]) & (u <= self.u[1]) & (v >= self.v[0]) & (v <= self.v[1])

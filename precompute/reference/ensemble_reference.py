@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reference of the ensemble model of coherence: exact phasor, float64, 1 nm, no table and no expansion in s.
 
-It takes one transform per w and wavelength, and sums over the bins within the kernel. It is deliberately slow and
-simple.
+It takes one transform per w and wavelength, and sums over the kernel's bins. It is deliberately slow and simple.
 """
 
 import numpy as np
@@ -30,8 +29,8 @@ def reference_xyz(
 
     XYZ is the integral over wavelength of PSD((u, v) / lambda; w / lambda) / lambda^2 times the observer: the density
     over (u, v) of the light from a surface of reflectance R = 1 and obliquity O = 1, scaled so that a perfect mirror's
-    white has Y = 1. The zero order's XYZ multiplies the kernel at (u, v) (docs/theory.md, "The bake"). `progress` is
-    called after each wavelength."""
+    white has Y = 1. The zero order's XYZ multiplies the kernel (docs/theory.md, "The bake"). `progress` is called after
+    each wavelength."""
     grid = reference_grid(relief, sigma_b)
     lambdas = seen_wavelengths(wavelengths(step_m), illuminant)
     weights = spectral_weights(lambdas, illuminant)

@@ -48,11 +48,11 @@ class Work:
 
 
 def unasked(work: Work) -> None:
-    """Accepts any cost: the default of `before`."""
+    """Accept any cost: the default of `before`."""
 
 
 def exact_error(relief: Relief, series: SpectrumSeries, s_values: np.ndarray) -> float:
-    """Returns a series' error: sum |found - exact| / sum exact over the bins, the largest over s_values (n,).
+    """A series' error: sum |found - exact| / sum exact over the bins, the largest over s_values (n,).
 
     `found` is the series' spectrum and `exact` a transform's in float64. If the bins were thinned out, the exact
     spectrum is in float32 and thinned out too. Values of s at which the relief scatters up to ROUNDING are skipped."""
@@ -74,13 +74,12 @@ def fast_series(
     relief: Relief, q_max: float, s_max: float, *, finest_kernel: float, tolerance: float, progress: Progress = silent,
     before: Callable[[Work], None] = unasked,
 ) -> SpectrumSeries:  # fmt: skip
-    """Computes the series of a relief in float32, with bins up to q_max and s up to s_max, both in cycles per metre.
+    """Compute the series of a relief in float32, with bins up to q_max and s up to s_max, both in cycles per metre.
 
     finest_kernel is the standard deviation, in cycles per metre, of the narrowest kernel that will be used. Bins much
     finer than this kernel are blurred by a part of it and thinned out. The series omits about the share `tolerance` of
     the light, estimated from its last coefficients. `before` gets the cost before the first transform and may raise
-    GratingError; `progress` is called after each transform. Raises GratingError if `bound` exceeds _COUNT_MAX
-    transforms."""
+    GratingError; `progress` is called after each. Raises GratingError if `bound` exceeds _COUNT_MAX."""
     grid = frequency_grid(relief, q_max, finest_kernel)
     most = bound(relief, s_max, tolerance)
     if most > _COUNT_MAX:
@@ -100,10 +99,10 @@ def fast_series(
 
 
 def measured_count(relief: Relief, q_max: float, s_max: float, *, tolerance: float) -> int:
-    """Returns the number of nodes in s that is enough for each of three cuts of the relief.
+    """The number of nodes in s that is enough for each of three cuts of the relief.
 
-    The cuts lie around the centre, the highest point and the deepest point. A small relief uses `bound`. Arguments as
-    in `fast_series`."""
+    The cuts are around the centre, the highest and the deepest point. A small relief uses `bound`. Arguments as in
+    fast_series."""
     most = bound(relief, s_max, tolerance)
     rows, cols = relief.height_m.shape
     if max(rows, cols) < 2 * _CUT:
@@ -124,14 +123,13 @@ def measured_count(relief: Relief, q_max: float, s_max: float, *, tolerance: flo
 
 
 def _slice_around(at: int, count: int) -> slice:
-    """Returns a slice of _CUT out of `count` pixels, centred on pixel `at`, or moved inwards at the edges."""
+    """A slice of _CUT out of `count` pixels, centred on pixel `at`, or moved inwards at the edges."""
     start = int(np.clip(at - _CUT // 2, 0, max(count - _CUT, 0)))
     return slice(start, start + min(_CUT, count))
 
 
 def _coefficient_sizes(values: np.ndarray) -> np.ndarray:
-    """Sizes (count,) of the Chebyshev coefficients of values (count, ...) at the nodes: moduli summed over other
-    axes."""
+    """Sizes (count,) of Chebyshev coefficients from values (count, ...) at the nodes: moduli summed over axes."""
     flat = values.reshape(len(values), -1)
     matrix = chebyshev.coefficients_from_nodes(len(values)).astype(values.dtype)
     blocks = range(0, flat.shape[1], 1 << 18)
@@ -139,7 +137,7 @@ def _coefficient_sizes(values: np.ndarray) -> np.ndarray:
 
 
 def _left_out(sizes: np.ndarray) -> tuple[float, float]:
-    """Estimates the share of light in the coefficients after the last, from sizes (count,).
+    """Estimate the share of light in the coefficients after the last, from sizes (count,).
 
     Even and odd coefficients each fall at least geometrically (Jacobi-Anger). The estimate sums this geometric series,
     whose ratio is the size of the last two coefficients over that of the two before. Returns the share and the
@@ -152,7 +150,7 @@ def _left_out(sizes: np.ndarray) -> tuple[float, float]:
 def _transforms(
     relief: Relief, grid: FrequencyGrid, s_max: float, *, finest_kernel: float, count: int, progress: Progress
 ) -> SpectrumSeries:
-    """Computes the series of `count` nodes. Bins much finer than finest_kernel are thinned out."""
+    """Compute the series of `count` nodes. Bins much finer than finest_kernel are thinned out."""
     coarse = _thinned_grid(grid, finest_kernel)
     blur_q = 0.0 if coarse is grid else _BLUR * finest_kernel
     scattered = np.empty((count, len(coarse.q_y), len(coarse.q_x)), np.float32)
@@ -166,7 +164,7 @@ def _transforms(
 
 
 def _thinned_grid(grid: FrequencyGrid, finest_kernel: float) -> FrequencyGrid:
-    """Returns a coarser grid for bins blurred by _BLUR, or the grid itself if that saves less than half of the bins."""
+    """A coarser grid for bins blurred by _BLUR, or the grid itself if that saves less than half of the bins."""
     spacing = _SPACING * finest_kernel
     reach = [math.ceil((q[-1] + KERNEL_REACH * _BLUR * finest_kernel) / spacing) for q in (grid.q_y, grid.q_x)]
     if np.prod([2 * n + 1 for n in reach]) > 0.5 * len(grid.q_y) * len(grid.q_x):
@@ -176,7 +174,7 @@ def _thinned_grid(grid: FrequencyGrid, finest_kernel: float) -> FrequencyGrid:
 
 
 def _blurred(power: np.ndarray, grid: FrequencyGrid, coarse: FrequencyGrid, *, blur_q: float) -> np.ndarray:
-    """Blurs the fine grid's power (ny, nx) by blur_q (cycles per metre) and samples it in the coarse grid's bins."""
+    """Blur the fine grid's power (ny, nx) by blur_q (cycles per metre) and sample it in the coarse grid's bins."""
     resample = Resampler(grid, coarse.q_x, coarse.q_y, 1.0, blur_q)
     return resample(power[resample.kept]) * np.float32(
         (coarse.q_y[1] - coarse.q_y[0]) * (coarse.q_x[1] - coarse.q_x[0])
@@ -184,7 +182,7 @@ def _blurred(power: np.ndarray, grid: FrequencyGrid, coarse: FrequencyGrid, *, b
 
 
 def _power(relief: Relief, s: float, grid: FrequencyGrid) -> tuple[np.ndarray, complex]:
-    """Returns the scattered power per bin (ny, nx) float32, and the zero order's amplitude.
+    """The scattered power per bin (ny, nx) float32, and the zero order's amplitude.
 
     Like `scattered_spectrum`, but in single precision and by blocks. The phasor is exact to 1e-6, so rounding scatters
     1e-12 of the light, far less than the shallowest visible relief does."""
@@ -218,7 +216,7 @@ def _mean_phasor(relief: Relief, s: float) -> complex:
 
 
 def _phases(relief: Relief, s: float) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
-    """Yields blocks of rows: their slice, and the cosine and sine (n, cols) float32 of 2 pi s h."""
+    """Yield blocks of rows: their slice, and the cosine and sine (n, cols) float32 of 2 pi s h."""
     for start in range(0, len(relief.height_m), _ROWS_AT_ONCE):
         part = slice(start, start + _ROWS_AT_ONCE)
         phase = (2 * np.pi * s * relief.height_m[part]).astype(np.float32)

@@ -7,8 +7,7 @@ p is the phasor at s = w / lambda, x a position, q a spatial frequency, dA the a
 apodisation, which is 1 if its edges wrap. The integral of PSD over the Nyquist cell is 1.
 
 The thesis convolves the patch's DFT with a Gaussian, which is the same as repeating the patch under a window. Its
-window is centred on the patch's corner, so the seams of a raw scan show as a cross. The window here is centred on the
-patch.
+window is centred on the patch's corner, so the seams of a raw scan show as a cross. Here it is centred on the patch.
 """
 
 from dataclasses import dataclass
@@ -39,13 +38,13 @@ class PatchWindow:
         return (np.arange(count) - count // 2) * self.relief.pixel_size_m[axis]
 
     def copies(self, axis: int) -> np.ndarray:
-        """Returns shifts (m,) in metres, along axis 0 (B) or 1 (T), of the patch's copies that the window reaches."""
+        """Shifts (m,) in metres, along axis 0 (B) or 1 (T), of the patch's copies that the window reaches."""
         length = self.relief.size_m[axis]
         reach = int(np.ceil(_WINDOW_REACH * self.sigma_m / length + 0.5))
         return np.arange(-reach, reach + 1) * length
 
     def squared_sum(self) -> float:
-        """Returns the sum of (g t)^2 over the pixels of all copies."""
+        """The sum of (g t)^2 over the pixels of all copies."""
         along = [
             np.exp(-(((self.positions(axis)[:, None] + self.copies(axis)) / self.sigma_m) ** 2)).sum(axis=1)
             for axis in (0, 1)
@@ -53,15 +52,15 @@ class PatchWindow:
         return float(along[0] @ self.relief.apodisation**2 @ along[1])
 
     def density_scale(self) -> float:
-        """Returns the factor dA / sum (g t)^2, in square metres, that turns |P|^2 into PSD."""
+        """The factor dA / sum (g t)^2, in square metres, that turns |P|^2 into PSD."""
         return float(np.prod(self.relief.pixel_size_m)) / self.squared_sum()
 
     def kernel_at_zero(self) -> float:
-        """Returns the transform of g at q = 0, as a sum over pixels: the integral of g divided by a pixel's area."""
+        """The transform of g at q = 0, as a sum over pixels: the integral of g divided by a pixel's area."""
         return 2 * np.pi * self.sigma_m**2 / float(np.prod(self.relief.pixel_size_m))
 
     def waves(self, axis: int, q: np.ndarray) -> np.ndarray:
-        """Sums g(x) exp(-i 2 pi q x) over the copies of each pixel along an axis: (n, pixels) for q (n,)."""
+        """Sum g(x) exp(-i 2 pi q x) over the copies of each pixel along an axis: (n, pixels) for q (n,)."""
         x = self.positions(axis)
         total = np.zeros((len(q), len(x)), complex)
         for shift in self.copies(axis):

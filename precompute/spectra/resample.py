@@ -44,7 +44,7 @@ class Resampler:
         self._shape = len(v), len(u)
 
     def __call__(self, power: np.ndarray) -> np.ndarray:
-        """Returns the density (len(v), len(u)) of the power (ny, nx) of the kept bins; its row index runs along +v."""
+        """The density (len(v), len(u)) of the power (ny, nx) of the kept bins; its row index runs along +v."""
         half = np.zeros((self._shape[0], power.shape[1]), power.dtype)
         for out, bins, columns, factor in self._rows:
             np.matmul(factor.astype(power.dtype), power[bins, columns], out=half[out, columns])
@@ -55,7 +55,7 @@ class Resampler:
 
 
 def _half_chord(axis: np.ndarray, radius: float) -> float:
-    """Returns half the longest chord that a disc of `radius` around 0 cuts from the lines at the positions `axis` (n,).
+    """Half the longest chord that a disc of `radius` around 0 cuts from the lines at the positions `axis` (n,).
 
     It is 0 if no line meets the disc."""
     nearest = 0.0 if axis[0] <= 0 <= axis[-1] else float(np.abs(axis).min())
@@ -63,13 +63,13 @@ def _half_chord(axis: np.ndarray, radius: float) -> float:
 
 
 def _within(centres: np.ndarray, low: float, high: float, reach: float) -> slice:
-    """Returns the slice of ascending centres (n,) that are at most `reach` outside the interval from low to high."""
+    """The slice of ascending centres (n,) that are at most `reach` outside the interval from low to high."""
     return slice(*np.searchsorted(centres, [low - reach, high + reach]))
 
 
 def _gaussian_blocks(centres: np.ndarray, axis: np.ndarray, sigma: float) -> list[tuple[slice, slice, np.ndarray]]:
-    """Returns the matrix G in blocks. Each has the slice of its points on the axis, the slice of the bins that the
-    kernel reaches from these points, and this part of G."""
+    """The matrix G in blocks. Each has the slice of its points on the axis, the slice of the bins that the kernel
+    reaches from these points, and this part of G."""
     blocks = []
     for start in range(0, len(axis), _ROWS_PER_BLOCK):
         out = slice(start, min(start + _ROWS_PER_BLOCK, len(axis)))

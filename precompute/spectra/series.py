@@ -48,7 +48,7 @@ class SpectrumSeries:
         return np.abs(self.weights(s) @ self.amplitude) ** 2
 
     def mixed(self, weights: np.ndarray, kept: tuple[slice, slice]) -> np.ndarray:
-        """Sums scattered_over_s2 over the nodes, once per row of weights (k, count): (ny, k, nx).
+        """Sum scattered_over_s2 over the nodes, once per row of weights (k, count): (ny, k, nx).
 
         Only the bins in `kept`, slices of rows and columns, are summed."""
         rows, columns = kept
@@ -63,7 +63,7 @@ class SpectrumSeries:
 def spectrum_series(
     relief: Relief, grid: FrequencyGrid, s_max: float, *, tolerance: float, progress: Progress = silent
 ) -> SpectrumSeries:
-    """Computes the series of a relief in float64, for s up to s_max in cycles per metre.
+    """Compute the series of a relief in float64, for s up to s_max in cycles per metre.
 
     Its interpolation error is at most `tolerance` times its largest value. `progress` is called after each
     transform."""

@@ -53,8 +53,8 @@ class Layout:
     inner_columns texels that hold the table, and TILE_PADDING more on each side for interpolation. The centre of the
     tile's texel (0, 0) is at (v_first, u_first). tiling.py places the other levels; each has a kernel of level_ratio
     times the variance of the one before. `texel` is the step of u and v per texel on level 0. Tiles are stored divided
-    by `scale`. A term's function of w is a sum of `polynomials` Chebyshev polynomials; `basis` holds the coefficients,
-    term by term."""
+    by `scale`. A term's function of w sums `polynomials` Chebyshev polynomials; `basis` holds the coefficients, term by
+    term."""
 
     terms: int
     polynomials: int

@@ -54,7 +54,7 @@ _Layout = TypeVar("_Layout", bound=AnyLayout)
 
 
 def write_together(pictures: Mapping[Path, tuple[np.ndarray, AnyLayout]], provenance: Mapping[str, Any]) -> None:
-    """Writes images (height, width, 3 or 4), row 0 at the bottom, each with its layout, by path; all or none.
+    """Write images (height, width, 3 or 4), row 0 at the bottom, each with its layout, by path; all or none.
 
     The header's attribute `natural_gratings` is JSON: format, layout, and the keys of `provenance`. Raises
     GratingError, with the path, if a file cannot be written or its header is too long to be read."""
@@ -68,7 +68,7 @@ def write_together(pictures: Mapping[Path, tuple[np.ndarray, AnyLayout]], proven
 
 
 def write_exr(path: Path, image: np.ndarray, attributes: Mapping[str, str]) -> None:
-    """Writes an image (height, width, 3 or 4), row 0 at the bottom, as OpenEXR with attributes in its header.
+    """Write an image (height, width, 3 or 4), row 0 at the bottom, as OpenEXR with attributes in its header.
 
     Raises OSError if it cannot be written, GratingError if OpenEXR cannot be loaded."""
     OpenEXR = bundled("OpenEXR")
@@ -100,7 +100,7 @@ def read_sound_header(path: Path) -> tuple[Layout, dict[str, Any]]:
 
 
 def read(path: Path) -> tuple[Table, dict[str, Any]]:
-    """Reads the bake in an atlas file, and its header record. Raises GratingError as read_sound_header does."""
+    """Read the bake in an atlas file, and its header record. Raises GratingError as read_sound_header does."""
     picture = open_picture(path)
     layout, record = _parse(picture)
     return unpack(picture.pixels(), layout), record
@@ -112,8 +112,7 @@ def parse(
 ) -> tuple[_Layout, dict[str, Any]]:  # fmt: skip
     """Layout and record of a picture's header.
 
-    Raises GratingError, which names what was `expected`, if the header's layout is missing or does not fit the
-    picture."""
+    Raises GratingError, naming what was `expected`, if the header's layout is missing or does not fit the picture."""
     path, none = picture.path, f"{picture.path}: not a Natural Gratings {expected}"
     if HEADER_KEY not in picture.texts:
         raise GratingError(none)

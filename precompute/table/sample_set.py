@@ -2,8 +2,7 @@
 """The sample set of a surface: frequencies q drawn in proportion to its spectrum, and their weights.
 
 A material for lights of every kind draws random samples from it (addon/materials/lobes/). Here q is spatial frequency
-in cycles per metre, s = w / lambda, and PSD the scattered part of the power spectrum (docs/theory.md). For every
-function F,
+in cycles per metre, s = w / lambda, and PSD the scattered power spectrum (docs/theory.md). For every function F,
 
     integral PSD(q; s) F(q) d^2q  =  mean over texels of s^2 W(texel; s) F(q(texel)),   W = PSD / (s^2 pdf)
 
@@ -58,8 +57,7 @@ from ..colour.observer import S_MAX
 from ..optics.coherence import REFERENCE_WAVELENGTH_M
 from . import atlas_file
 
-# Texels a side. On the Elaphe scan at w = 1.6 this misplaces 2.4 % of the light, and 512 misplace 0.9 %
-# (docs/data_flow.md).
+# Texels a side. On Elaphe at w = 1.6 this misplaces 2.4 % of the light, and 512 misplace 0.9 % (docs/data_flow.md).
 SIZE = 256
 # Coefficients of a cubic; also the number of channels of a picture.
 COEFFICIENTS = 4
@@ -202,7 +200,7 @@ def read_header(path: Path) -> tuple[SampleSetLayout, dict[str, Any]]:
 
 
 def read(path: Path) -> tuple[SampleSet, dict[str, Any]]:
-    """Reads the sample set in a file, and its header record. Raises GratingError if the file is not a sample set."""
+    """Read the sample set in a file, and its header record. Raises GratingError if the file is not a sample set."""
     picture = open_picture(path)
     layout, record = _parse(picture)
     return unpack(picture.pixels(), layout), record

@@ -153,7 +153,7 @@ class Table:
         return np.tensordot(functions, self.terms, axes=1)
 
     def _read_terms(self, level: int, u: np.ndarray, v: np.ndarray) -> Iterator[Iterator[np.ndarray]]:
-        """Yields the terms of one blur level, each as its channels (n,), which are sums over the B-spline's texels."""
+        """Yield the terms of one blur level, each as its channels (n,), which are sums over the B-spline's texels."""
         terms = self.levels[level]
         _, rows, columns, _ = terms.shape
         (u_low, u_high), (v_low, v_high) = self.region
@@ -214,5 +214,5 @@ def level_mix(added: np.ndarray, levels: int, *, ratio: float) -> tuple[np.ndarr
 
 
 def past_end(curve: np.ndarray) -> np.ndarray:
-    """Extrapolates a curve (n, channels) by one sample (channels,), on the line through the last two."""
+    """Extrapolate a curve (n, channels) by one sample (channels,), on the line through the last two."""
     return 2 * curve[-1] - curve[-2]

@@ -11,8 +11,8 @@ Each term has a cell of the picture, and all cells are alike. In a cell, the til
 first levels on the lower shelf from left to right, the others above them, again from the left.
 
 The shaded point decides which level is read, so a material computes a tile's place while it shades. Therefore every
-place has a closed form in l and r^l. Let A be the number of inner columns less 1. On a single shelf, level l would
-begin at the column
+place has a closed form in l and r^l. Let A be the number of inner columns less 1. On one shelf, level l begins at the
+column
 
     X(l) = floor(A (1 - r^l) / (1 - r) + COLUMNS_BESIDE l + phase)
 
@@ -35,8 +35,7 @@ TILE_PADDING = 2
 COLUMNS_BESIDE = 2 * TILE_PADDING + 2
 # The ratios of the variances of two levels. The smallest ratio is used whose picture fits into FINE_BYTES, or else the
 # largest. With the rows beside the tiles, and an empty cell beside seven, that is within the 128 MiB for which a
-# coherence is chosen. Midway between two levels the dE00's 99th percentile is 2, 5 and 17 on sample:blazed (`./dev
-# bench levels`).
+# coherence is chosen. Midway between levels the dE00's p99 is 2, 5 and 17 on sample:blazed (`./dev bench levels`).
 RATIOS = 1.5, 2.0, 4.0
 FINE_BYTES = 110 << 20
 # More levels than any table has: with the smallest ratio, 52 levels lead from a kernel of 8e-6 to one of 0.25.
@@ -47,8 +46,7 @@ PICTURE_SIDE_MAX = 16384
 ASPECT_MAX = 3.0
 # The greatest number of terms. Light from heights d apart changes with w as exp(2 pi i w d / lambda). Its colour,
 # summed over wavelengths, is a sum of 89 Chebyshev polynomials of w to an error of 1e-5 for d = 5 um, more than twice
-# the depth of any relief that diffracts. Blender's time to build a material grows as the square of this number: some
-# seconds for 64.
+# the depth of any relief that diffracts. Blender's time to build a material grows as the square: some seconds for 64.
 TERMS_MAX = 96
 # Blender holds a picture as RGBA of 32 bits a channel.
 BYTES_PER_TEXEL = 16
@@ -128,7 +126,7 @@ class Cell:
 def cell_for(
     terms: int, inner: Pair, sigma_b: float, *, whole: Pair | None = None, ratios: tuple[float, ...] = RATIOS
 ) -> Cell:
-    """Chooses the number and ratio of blur levels for a table's terms, and returns their cell.
+    """Choose the number and ratio of blur levels for a table's terms, and return their cell.
 
     `whole` is the number of inner rows and columns of a table of every direction; by default the table is one. The
     first of the ascending ratios is used for which the picture of this whole table is small enough, or else the last.
