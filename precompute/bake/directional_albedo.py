@@ -136,7 +136,8 @@ def continuum_albedo(
 
     A is a sum over the cells of a coarse picture of the spectrum. A cell's light has a factor that depends on the
     light's direction and on the cell, but not on the wavelength, so one matrix product serves all wavelengths. The
-    factors do not change if direction and picture turn together, so turned directions only turn the picture."""
+    factors do not change if direction and picture are turned together, so for turned directions only the picture is
+    turned, the other way."""
     cell = max(_CELL_MIN, sigma_b)
     sigma = max(sigma_b, _CELLS_PER_SIGMA * cell)
     half = math.ceil((2 + _KERNEL_REACH * sigma) / cell)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes a bake that keeps the requested colour error.
 
-The bake is planned and made, and the error of its file's contents is measured. If it is too large, the bake is repeated
-once.
+The bake is planned and made, and the error of its file's contents is measured. If the error is too large, the bake is
+made once more for a smaller error.
 """
 
 import math

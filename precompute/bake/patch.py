@@ -11,7 +11,8 @@ The power spectrum |P|^2 is computed on a grid of frequencies 1.5 times as fine 
 grid's points it is read as by a non-uniform Fourier transform (A. Dutt and V. Rokhlin, Fast Fourier transforms for
 nonequispaced data, 1993): the transform of |P|^2, which ends where the window's autocorrelation ends, is divided by the
 transform of a Gaussian. Gaussians about the grid's points, with the quotient's values, then sum to |P|^2. The ensemble
-model's Resampler makes such sums, so it serves here as well. Each Gaussian is narrowed by what reading adds.
+model's Resampler makes such sums, so it serves here as well. As in the ensemble model, each Gaussian is narrowed by
+what the cubic reading of the table adds.
 """
 
 from collections.abc import Sequence
@@ -45,7 +46,8 @@ from .tiles import xyz_over_w2
 # v) and for a dE00 of at most 0.5: a range from w = 0.25 takes 13 terms, from 0.5 11, from 0.75 8, and from 1 6. A
 # range from 0.1 has a dE00 of 42 with 13 terms.
 W_MIN = 0.25
-# Number of values of w for the self-check, and of direction pairs at each. Small, since each pair sums over all pixels.
+# Number of values of w for the self-check, and of direction pairs at each. Both are small, because the reference sums
+# over all pixels for each pair.
 _CHECK_GROUPS, _CHECK_PAIRS = 3, 200
 
 

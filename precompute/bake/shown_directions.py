@@ -73,8 +73,8 @@ def under_lamp(
 
 
 def under_everything(wr: np.ndarray, *, skin: Skin = AS_BAKED) -> Shown:
-    """The boxes of places under light from everywhere, for unit vectors wr (n, 3) to the viewer. All have equal
-    weights."""
+    """The boxes of places under light from everywhere, for unit vectors wr (n, 3) to the viewer. Places that face the
+    viewer have equal weights."""
     wr = wr[wr[:, 2] > 0]
     low = wr - np.array((1.0, 1.0, 0.0))
     zero = np.zeros(len(wr))

@@ -117,8 +117,8 @@ def compact_parts(luminance: np.ndarray, cells: Cells, *, least: float, widest: 
     Parts that meet within a larger bright set count separately if together they hold at least half of its excess.
     Otherwise the set is one part of uneven brightness."""
     values = luminance.reshape(-1)
-    # An even disc of variance `widest` has 4 pi x `widest` steradians. Pixels filling it with half of `least` are
-    # black.
+    # An even disc of variance `widest` has 4 pi x `widest` steradians. Pixels so dark that they fill it with half of
+    # `least` count as black.
     floor = least / (8 * np.pi * widest)
     order = np.argsort(-values, kind="stable")
     levels, areas, moments = values.tolist(), cells.solid_angles.tolist(), cells.moments.tolist()

@@ -20,7 +20,8 @@ WIDEST = 0.16
 _WIDEST_PART = 0.6
 # Narrower parts are searched for first. So a sun and the glow or cloud behind it become two sources.
 _NARROW = 0.04
-# A source with a wider cone and at least this share of the light is divided if possible. A box of 10 degrees is not.
+# A source with a wider cone and at least this share of the light is divided if `count` allows. A box of 10 degrees is
+# not.
 _UNDIVIDED, _DIVIDED_SHARE = 0.12, 4 * LEAST_SHARE
 # The growth of the variance of each source that results from a division.
 _SOFTENED = 0.4
@@ -161,7 +162,8 @@ def _without(parts: list[Part], luminance: np.ndarray, cells: Cells) -> np.ndarr
 def _pieces(part: Part, luminance: np.ndarray, cells: Cells, *, free: np.ndarray, least: float) -> list[_Piece]:
     """Split a part into pieces: the densest one, and others outside it with at least this light.
 
-    Two windows with a bright wall between them may be one part. A ring, like a sun's edge, is no piece."""
+    Two windows with a bright wall between them may be one part. A ring around a piece is no piece, nor is the edge of a
+    sun that straddles pixels."""
     pieces: list[_Piece] = []
     left = part.pixels
     while True:

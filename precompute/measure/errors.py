@@ -106,8 +106,8 @@ class Truth:
 def measure(
     truth: list[Truth], candidate: Candidate, illuminant: str = "D65", *, held_bound: HeldBound | None = None
 ) -> Errors:
-    """Measure a candidate against the truth, in Stam's form, or with `held_bound` and bounds in the energy-conserving
-    form.
+    """Measure a candidate against the truth, in Stam's form, or with `held_bound` in the energy-conserving form, which
+    needs the truths' bounds.
 
     A candidate that returns NaN or infinity has infinite errors of colour."""
     references, answers, zero = [], [], []

@@ -66,7 +66,8 @@ class Matrix:
 
 
 def matrix_of(row: np.ndarray, column: np.ndarray, value: np.ndarray, *, diagonal: np.ndarray) -> Matrix:
-    """Build a matrix from entries in any order. Entries at the same place are added."""
+    """Build a matrix from entries in any order. Entries at the same place are added, also on the diagonal, whose sums
+    are real."""
     count = len(diagonal)
     here = row == column
     diagonal = diagonal + np.bincount(row[here], value[here].real, count)
@@ -155,8 +156,8 @@ def solve(
     matrix: Matrix, b: np.ndarray, hierarchy: Hierarchy, *, guess: np.ndarray | None = None, tolerance: float = 1e-9,
     progress: Progress = silent,
 ) -> tuple[np.ndarray, float]:  # fmt: skip
-    """Solve A x = b by conjugate gradients. Returns x and its residual |b - A x| / |b|: the tolerance, or more after
-    _ITERATIONS_MAX."""
+    """Solve A x = b by conjugate gradients. Returns x and its residual |b - A x| / |b|. Stops below the tolerance or
+    after _ITERATIONS_MAX steps."""
     x = np.zeros_like(b) if guess is None else guess
     residual = b - matrix @ x
     size = np.linalg.norm(b)

@@ -3,8 +3,8 @@
 
 Tile n holds term n: R is its real part and G its imaginary part, float32, linear. It is at column n % columns and row n
 // columns, counted upward from the bottom of the picture. Inside a tile the x axis is +u and the y axis +v, and the
-zero frequency is at (tile_rows // 2, tile_columns // 2). A Chebyshev term is stored times (-i)^n, for real
-coefficients:
+zero frequency is at (tile_rows // 2, tile_columns // 2). A Chebyshev term is stored times its (-i)^n, so that all
+coefficients are real:
 
     Taylor      z^n / n!, z = -2 pi s scale_m          of (i h / scale_m)^n
     Chebyshev   J_0(z), 2 J_n(z), z = 2 pi s scale_m   of (-i)^n T_n(h / scale_m)
@@ -62,8 +62,8 @@ class DftImages:
 
 
 def pack(method: Method) -> tuple[np.ndarray, Layout]:
-    """Image (height, width, 3) float32, row 0 at the bottom, and its layout. Raises GratingError without a shader or
-    for too many texels."""
+    """Image (height, width, 3) float32, row 0 at the bottom, and its layout. Raises GratingError for a method without a
+    shader, or for too many texels."""
     needed = method.shader_images()
     images, expansion = needed.images, needed.expansion
     rows, columns, terms = images.terms.shape

@@ -16,8 +16,8 @@ from ..table import atlas_file
 TERMS_MAX, TEXELS_MAX = 1000, 31
 # Ranges of a shader's values, in SI units, as wide as the verb's options and as heights and sides of any scan: a relief
 # is between 1 pm and 1 mm deep, a scan at most a metre long, a period 10 nm to 1 mm, a wavelength step 0.1 to 100 nm. A
-# window of at least a pixel of 1 pm has a transform narrower than 1e12 cycles per metre. This pixel's area bounds the
-# power.
+# window of at least a pixel of 1 pm has a transform narrower than 1e12 cycles per metre. The power is an area, at least
+# that of this pixel.
 _RANGES = {
     "length_v_m": (1e-12, 1.0),
     "length_u_m": (1e-12, 1.0),

@@ -6,8 +6,8 @@ The transform of N copies along an axis is the transform of one patch times a Di
     p + i q = sum_n exp(-i 2 pi f T n),   n = 0 .. N - 1,
 
 for a patch of length T at the frequency f. The transform of one patch is interpolated from its DFT by sinc functions.
-The thesis multiplies the kernels of the two axes as (p1 p2 - q1 q2) + i (p1 p2 + q1 q2). Right is (p1 p2 - q1 q2) + i
-(p1 q2 + q1 p2).
+The thesis multiplies the kernels of the two axes as (p1 p2 - q1 q2) + i (p1 p2 + q1 q2). The right product is (p1 p2 -
+q1 q2) + i (p1 q2 + q1 p2).
 """
 
 from dataclasses import dataclass

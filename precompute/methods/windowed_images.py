@@ -60,7 +60,7 @@ def left_out(texels: int, sigma_bins: float) -> float:
     """Bound of the weights, along one axis, of all texels that are not read: sum of exp(-d^2 / (2 sigma^2)).
 
     The nearest texel is at most half a bin away. On its side, the first unread texel is therefore at least texels / 2
-    bins away; on the other side it is at least half a bin further. It is 0.07 for 3 texels and a patch of its coherence
-    length (sigma = 2 / pi)."""
+    bins away; on the other side it is at least half a bin further. The bound is 0.07 for 3 texels and a patch as long
+    as its coherence (sigma = 2 / pi bins)."""
     distance = texels / 2 + np.arange(0, 64, 0.5)
     return float(np.exp(-0.5 * (distance / sigma_bins) ** 2).sum())

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Factors of the BRDF that do not depend on the relief (docs/theory.md, BRDF).
 
-wi is the unit direction to the light, wr to the viewer; ti and tr are their angles from the normal.
+wi is the unit direction to the light, wr to the viewer, both away from the surface. ti and tr are their angles from the
+normal, and w = cos(ti) + cos(tr).
 """
 
 import numpy as np

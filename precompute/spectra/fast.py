@@ -79,7 +79,7 @@ def fast_series(
     finest_kernel is the standard deviation, in cycles per metre, of the narrowest kernel that will be used. Bins much
     finer than this kernel are blurred by a part of it and thinned out. The series omits about the share `tolerance` of
     the light, estimated from its last coefficients. `before` gets the cost before the first transform and may raise
-    GratingError; `progress` is called after each. Raises GratingError if `bound` exceeds _COUNT_MAX."""
+    GratingError; `progress` is called after each transform. Raises GratingError if `bound` exceeds _COUNT_MAX."""
     grid = frequency_grid(relief, q_max, finest_kernel)
     most = bound(relief, s_max, tolerance)
     if most > _COUNT_MAX:
@@ -129,7 +129,8 @@ def _slice_around(at: int, count: int) -> slice:
 
 
 def _coefficient_sizes(values: np.ndarray) -> np.ndarray:
-    """Sizes (count,) of Chebyshev coefficients from values (count, ...) at the nodes: moduli summed over axes."""
+    """Sizes (count,) of Chebyshev coefficients from values (count, ...) at the nodes: moduli summed over the other
+    axes."""
     flat = values.reshape(len(values), -1)
     matrix = chebyshev.coefficients_from_nodes(len(values)).astype(values.dtype)
     blocks = range(0, flat.shape[1], 1 << 18)
