@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes a table's wider blur levels, each from the level before by a blur and fewer texels.
 
-The step between texels grows by a factor that is no integer, and the blur is narrower than a texel of the finer level.
-A Gaussian sampled so coarsely is no longer a Gaussian. Therefore the samples are first interpolated to a smooth
-function of all their frequencies, and this function is blurred.
+The step between texels grows by a factor that is no integer in general, and the blur is narrower than a texel of the
+finer level. A Gaussian sampled so coarsely is no longer a Gaussian. Therefore the samples are first interpolated to a
+smooth function of all their frequencies, and this function is blurred.
 """
 
 import math

@@ -37,7 +37,6 @@ _BLOCK, _BLOCK_TO_SIGMA = 0.0175, 0.6
 # The greatest number of orders of a surface that wraps, and the least share of the light of each, at some s.
 _ORDERS, _ORDER_SHARE = 256, 3e-4
 # The kernel is cut at _REACH standard deviations. Within _NEAR of them from the horizon, it is integrated across the
-# The kernel is cut at _REACH standard deviations. Within _NEAR of them from the horizon, it is integrated across the
 # horizon over _PLACES places; farther away 1 / cos(tr) is taken at its centre.
 _REACH, _NEAR, _PLACES = 4.5, 9.0, 12
 # Places from -1 to 1, and their weights.

@@ -2,7 +2,8 @@
 """Cells of equirectangular pictures of a world, in Blender's convention.
 
 Row 0 is at the bottom, as in Blender's pixels. The picture's centre looks along +X, its left half towards +Y, its top
-row towards +Z. Blender's Environment Texture reads pictures this way. So do panoramic cameras of Cycles along +X.
+row towards +Z. Blender's Environment Texture reads pictures this way. A panoramic camera of Cycles that looks along +X,
+with +Z up, renders them this way.
 """
 
 from dataclasses import dataclass

@@ -10,7 +10,8 @@ from .panorama import Cells, panorama_cells
 from .parts import Part, compact_parts
 
 # The least share of the world's light that gets a source. Other light is spread over a surface's directions instead of
-# forming a spectrum. 1 % of white is at most 0.4 of lightness (116/3 * 0.01, from L* = 116 Y^(1/3) - 16).
+# forming a spectrum. 1 % of a white surface's light changes its lightness by at most 0.4 (116/3 * 0.01, from L* = 116
+# Y^(1/3) - 16).
 LEAST_SHARE = 0.01
 # A part with an even smaller share is noise of the picture.
 _GRAIN_SHARE = 0.0005
@@ -89,7 +90,7 @@ def lit(sources: Sequence[Source], radiance: np.ndarray, cells: Cells) -> list[S
 
 def owners(sources: Sequence[Source], directions: np.ndarray) -> np.ndarray:
     """For each direction (n, 3) the index of the source that takes its light, or -1 if no cone contains it. Where cones
-    overlap, the source with the least squared angle times variance takes it: a sun before a cloud."""
+    overlap, the source with the least squared angle times variance takes it, such as a sun before a cloud."""
     nearest, owner = np.full(len(directions), np.inf), np.full(len(directions), -1)
     for index, source in enumerate(sources):
         away = 1 - directions @ source.direction

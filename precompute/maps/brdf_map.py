@@ -47,7 +47,7 @@ def view_hemisphere(size: int, theta_i: float, rows: slice = slice(None)) -> tup
 
 
 def from_bake(bake: Table, size: int, theta_i: float, *, conserving: bool = True) -> np.ndarray:
-    """Radiance XYZ (size, size, 3) under unit irradiance, row along +y, from a bake; NaN outside the hemisphere.
+    """Radiance XYZ (size, size, 3) under unit irradiance, axis 0 along +y, from a bake; NaN outside the hemisphere.
 
     `conserving` selects the energy-conserving form of the materials, else Stam's (docs/theory.md, BRDF)."""
     skin = Skin(energy_conserving=float(conserving))

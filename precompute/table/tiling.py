@@ -17,8 +17,9 @@ column
     X(l) = floor(A (1 - r^l) / (1 - r) + COLUMNS_BESIDE l + phase)
 
 X(l + 1) - X(l) is at least floor(A r^l) + COLUMNS_BESIDE, which is no less than the columns of a tile. The phase, from
-0 to 1, keeps all numbers that are rounded down as far from integers as possible, because a graphics card computes
-powers to six digits only. Levels on the upper shelf are moved left by the lower shelf's columns and up by its rows.
+0 to 1, keeps all numbers that are rounded down as far from integers as possible. So they round alike on a graphics
+card, which computes powers to six digits only. Levels on the upper shelf are moved left by the lower shelf's columns
+and up by its rows.
 """
 
 import math
@@ -130,8 +131,9 @@ def cell_for(
 
     `whole` is the number of inner rows and columns of a table of every direction; by default the table is one. The
     first of the ascending ratios is used for which the picture of this whole table is small enough, or else the last.
-    So a part takes less memory than a whole table of the same texels, and is as accurate. The last level has a kernel
-    as wide as lights and roughness need, if each axis keeps _INNER_MIN inner texels."""
+    So a part takes less memory than a whole table of the same texels, and is as accurate. The last level is the first
+    with a kernel as wide as lights and roughness need, or the last with _INNER_MIN inner texels along each axis,
+    whichever comes first."""
 
     def cell(inner: Pair, ratio: float) -> Cell:
         wanted = math.ceil(math.log(_WIDEST_KERNEL / sigma_b, ratio) * 2 - 1e-9)
