@@ -113,7 +113,7 @@ def _evened(
     """Smooth a field and scale it back to length 1, several times.
 
     The hierarchy's matrix is the Laplacian plus the weights of the pull and the weights `kept` that hold the field. A
-    smaller `kept` smooths farther. Singular points closer than this distance meet and vanish (diffusion generated
+    smaller `kept` smooths farther. Singular points within the smoothing distance meet and vanish (diffusion generated
     motion: Viertel and Osting, "An approach to quad meshing based on harmonic cross-valued maps", 2019)."""
     for _ in range(steps):
         z = unit_complex(z)

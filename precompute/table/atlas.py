@@ -93,7 +93,7 @@ class Layout:
     def region(self) -> Region:
         """The region of (u, v) that the tiles hold, from the centre of the first inner texel to that of the last.
 
-        A reading outside gives the value at the rim."""
+        A reading outside gives the value at the rim; the materials show black there."""
         ends = TILE_PADDING * self.texel, (TILE_PADDING - 1) * self.texel
         u, v = (
             (first + ends[0], first + ends[1] + count * self.texel)

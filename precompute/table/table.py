@@ -117,9 +117,9 @@ class Table:
     def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w: _Number, *, variance: _Number = 0.0) -> np.ndarray:
         """Scattered XYZ over w^2 (n, 3) at u and v (n,), as a renderer reads it.
 
-        Texels are read by cubic B-splines, rounded to half floats if the file has them. `w` is a number or (n,).
-        `variance`, a number or (n,) in (u, v), is added to the kernel's variance. The result is then a mixture of two
-        blur levels: the last whose kernel's variance is at most the sum, and the next, if any."""
+        Texels are read by cubic B-splines. `w` is a number or (n,). `variance`, a number or (n,) in (u, v), is added to
+        the kernel's variance. The result is then a mixture of two blur levels: the last whose kernel's variance is at
+        most the sum, and the next, if any."""
         w, variance = (np.broadcast_to(np.asarray(each, float), np.shape(u)) for each in (w, variance))
         level, share = level_mix(variance / self.sigma_b**2, len(self.levels), ratio=self.level_ratio)
         out = np.zeros((3, len(u)))
