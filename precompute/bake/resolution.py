@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How fine a table is: its texels, and the bytes that it takes in Blender."""
+"""The resolution of a table: its texels, and its bytes in Blender."""
 
 import math
 
@@ -11,24 +11,24 @@ from ..table.atlas import STRIP_ROWS
 from ..table.table import ZERO_ORDER_SAMPLES
 from ..table.tiling import BYTES_PER_TEXEL, TILE_PADDING
 
-# The smallest and the largest number of texels a side of a whole table. A finer table is refused (kernel.py).
+# The least and greatest number of texels a side of a whole table. kernel.py refuses a finer table.
 RESOLUTION_MIN, RESOLUTION_MAX = 64, 2048
-# Bytes that a bake may take in Blender unless a coherence length is asked for.
+# The greatest number of bytes of a bake in Blender if no coherence length is requested.
 DEFAULT_BYTES = 128 << 20
-# Texels to a standard deviation of the kernel that keep a dE00 of 1 on any surface, ideal line gratings included
+# Texels per standard deviation of the kernel that keep a dE00 of 1 on any surface, ideal line gratings included
 # (docs/data_flow.md).
 TEXELS_ALWAYS = 1.2
 
 
 def texel_size(resolution: int) -> float:
-    """Step of u from one texel to the next, for a tile of `resolution` texels a side.
+    """The step of u per texel, for a tile of `resolution` texels a side.
 
-    The middles of its inner texels reach from -2 to 2."""
+    The centres of its inner texels reach from -2 to 2."""
     return 4 / (resolution - 2 * TILE_PADDING - 1)
 
 
 def resolution_for(sigma_b: float, texels_per_sigma: float) -> int:
-    """Texels a side of the coarsest whole table that has `texels_per_sigma` texels to a kernel sigma_b.
+    """Texels a side of the coarsest whole table that has `texels_per_sigma` texels per kernel sigma_b.
 
     The number is even, and at least RESOLUTION_MIN."""
     count = math.ceil(4 * texels_per_sigma / sigma_b - 1e-9) + 1 + 2 * TILE_PADDING
@@ -36,7 +36,7 @@ def resolution_for(sigma_b: float, texels_per_sigma: float) -> int:
 
 
 def blender_bytes(terms: int, tile: tuple[int, int], sigma_b: float) -> int:
-    """Bytes that the atlas of a table takes in Blender. `tile` is rows and columns of a tile of level 0."""
+    """Bytes of a table's atlas in Blender. `tile` is rows and columns of a tile of blur level 0."""
     inner_rows, inner_columns = (n - 2 * TILE_PADDING for n in tile)
     rows, columns = tiling.cell_for(terms, (inner_rows, inner_columns), sigma_b).size
     width_min = ZERO_ORDER_SAMPLES + 1
@@ -45,8 +45,8 @@ def blender_bytes(terms: int, tile: tuple[int, int], sigma_b: float) -> int:
 
 
 def texel_middles(low: float, high: float, texel: float) -> np.ndarray:
-    """The middles of the texels from low to high, and of TILE_PADDING more texels at each end.
+    """The centres of the texels from low to high, and of TILE_PADDING more texels at each end.
 
-    If low and high are not a whole number of texels apart, the outer middles lie outside by equal amounts."""
+    If low and high are not a whole number of texels apart, the outer centres exceed them by equal amounts."""
     count = math.ceil((high - low) / texel - 1e-9) + 1 + 2 * TILE_PADDING
     return (low + high) / 2 + (np.arange(count) - (count - 1) / 2) * texel

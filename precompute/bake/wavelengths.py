@@ -20,7 +20,7 @@ def bake_wavelengths(sigma_b: float, delta_e: float = 1.0, reach: float = 2.0) -
 
     At |u| = reach, an order moves by f sigma_b from one wavelength to the next. A sum of Gaussians at this spacing is
     flat to 2 exp(-2 pi^2 / f^2) (Poisson's formula). f is chosen so that this is 0.1 % for a dE00 of 1, and in
-    proportion for another dE00. There are at least 80 steps, which the colour matching functions ask for."""
+    proportion for another dE00. The colour matching functions need at least 80 steps."""
     spacing = math.pi * math.sqrt(2 / math.log(2 / min(1e-3 * delta_e, 0.1)))
     step = min(spacing * sigma_b / reach, np.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / 80)
     count = int(np.ceil(np.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / step)) + 1

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The light of a world, seen from one point: its compact bright parts as a few sources, and the rest."""
+"""Splits the light of a world, seen from one point, into a few sources for its compact bright parts, and the rest."""
