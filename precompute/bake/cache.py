@@ -125,6 +125,7 @@ def bake_once(
 def default_folder() -> Path:
     """The cache's folder: $NATURAL_GRATINGS_CACHE, or else `~/.cache/natural-gratings`.
 
+    Blender sets the variable for its jobs to the folder that addon/gratings/cache_folder.py names.
     Raises OSError if the variable is not set and the user has no home folder."""
     chosen = os.environ.get(FOLDER_VARIABLE)
     if chosen:

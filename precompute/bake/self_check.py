@@ -9,7 +9,8 @@ terms and half floats) are measured by the error metric, against sums over the s
 The energy-conserving form divides by an albedo bound, which is integrated at the directions of some of the pairs, with
 four times as many wavelengths as in the bake's table, and without reading a table.
 
-The verb `check` measures the same errors independently (precompute/check).
+make.py compares the errors with the requested dE00. The verb `check` measures the same errors independently
+(precompute/check).
 """
 
 import math

@@ -9,6 +9,7 @@ wavelengths lambda_n = |u| d / n, each weighted by the observer and by the Jacob
 
 The bump is the mean profile over the relief's periods, which is exact for a line grating. An irregular grating is
 reduced to this mean. Along v Stam's orders have no width; here they are as wide as the ensemble's kernel.
+Stam's obliquity is in optics/brdf.py.
 """
 
 from dataclasses import dataclass

@@ -207,7 +207,8 @@ def level_mix(added: np.ndarray, levels: int, *, ratio: float) -> tuple[np.ndarr
     """The blur level (n,) to read, and the share (n,) of the next level, for a kernel wider than sigma_b.
 
     `added` (n,) is the variance added to the kernel's, in units of sigma_b^2. Each level's kernel has `ratio` times the
-    variance of the one before. The mixture has the requested variance, up to the last level's."""
+    variance of the one before. The mixture has the requested variance, up to the last level's. Materials
+    leave wider lamps to a closure (addon/materials/wide_lamps.py)."""
     grown = np.clip(1 + np.asarray(added, float), 1, ratio ** (levels - 1))
     level = np.minimum(np.log(grown) / math.log(ratio), max(levels - 2, 0)).astype(int)
     return level, (grown / ratio**level - 1) / (ratio - 1)
