@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The OpenEXR files that hold a table or a sample set.
 
-Files are written completely or not at all (base/files.py). A header must fit the picture and have values that a bake can have.
+Files are written completely or not at all (base/files.py). A header must fit the picture and have values that a bake
+can have.
 """
 
 import json
