@@ -30,6 +30,7 @@ from precompute.surface.relief import Relief, prepare
 from precompute.surface.samples.ruled_gratings import sinusoidal
 from precompute.table.table import Table
 
+from ..study.pages import filled, table
 from . import hard_scenes, report
 from .albedo import greatest, no_bound, surface_of
 from .hard_directions import (
@@ -249,10 +250,10 @@ def outcome(case: Case, baker: Baker = as_baked) -> Outcome:
 
 def page(outcomes: list[Outcome], scenes: list[tuple[hard_scenes.SceneCase, str]]) -> str:
     """The text of docs/hard_cases.md."""
-    rows = [f"| {case.name} | {case.asked} | {each.text} |" for case, each in zip(CASES, outcomes, strict=True)]
-    in_scenes = [f"| {case.name} | {case.asked} | {text} |" for case, text in scenes]
-    head = ["| case | asked | value, error or refusal |", "| --- | --- | --- |"]
-    return report.filled("hard_cases.md", {"cases": "\n".join(head + rows), "scenes": "\n".join(head + in_scenes)})
+    rows = [[case.name, case.asked, each.text] for case, each in zip(CASES, outcomes, strict=True)]
+    in_scenes = [[case.name, case.asked, outcome] for case, outcome in scenes]
+    head = ["case", "asked", "value, error or refusal"]
+    return filled("hard_cases.md", {"cases": table(head, rows), "scenes": table(head, in_scenes)})
 
 
 def main(argv: list[str] | None = None) -> None:

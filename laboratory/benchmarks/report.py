@@ -1,16 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What every benchmark does with its figures: lines for people, `--json FILE|-` for programs, and pages of docs/."""
+"""Prints the figures of a benchmark: lines for people, and `--json FILE|-` for programs."""
 
 import argparse
-import re
 import sys
-from collections.abc import Mapping
 
-from devtools import ROOT
 from precompute.cli.printing import emit
-
-# A place for figures: in a line `<!-- NAME -->figure<!-- /NAME -->`, or with the figures in lines of their own.
-_PLACE = re.compile(r"<!-- (?P<name>[^/>][^>]*) -->.*?<!-- /(?P=name) -->", re.DOTALL)
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -27,20 +21,3 @@ def write(facts: dict, target: str | None) -> None:
     """The facts as JSON, if that was asked for."""
     if target:
         emit(facts, target, lambda: [target])
-
-
-def filled(page: str, figures: Mapping[str, str]) -> str:
-    """The text of a page of docs/ with new figures in the places that they are named after.
-
-    Raises ValueError if the page does not have exactly these places."""
-    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
-    places = [place["name"] for place in _PLACE.finditer(text)]
-    if sorted(places) != sorted(figures):
-        raise ValueError(f"{page}: its places are {places}, the figures {list(figures)}")
-
-    def new(place: re.Match) -> str:
-        name, old = place["name"], place[0]
-        around = "\n" if "-->\n" in old else ""
-        return f"<!-- {name} -->{around}{figures[name].strip()}{around}<!-- /{name} -->"
-
-    return _PLACE.sub(new, text)

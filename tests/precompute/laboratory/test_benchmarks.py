@@ -18,13 +18,10 @@ from laboratory.benchmarks import (
     bake,
     evaluation,
     evaluation_maps,
-    evaluation_page,
     evaluation_rows,
     evaluation_sheets,
     evaluation_surfaces,
-    hard_cases,
     report,
-    terms,
 )
 from laboratory.speed.surfaces import SKINS
 from laboratory.study.evaluation import evaluate_method, thesis_settings, turned
@@ -128,32 +125,6 @@ def test_a_picture_s_steps_are_small():
     picture = np.arange(256, dtype=np.uint8).reshape(16, 16)
     assert np.abs(evaluation.coarser(picture).astype(int) - picture).max() <= 3
     assert evaluation.coarser(np.full((1, 1), 255, np.uint8))[0, 0] == 255
-
-
-def test_a_table_is_markdown():
-    assert evaluation_page.table([["a", "b"], ["1", "2"]]) == "| a | b |\n| --- | --- |\n| 1 | 2 |"
-
-
-def test_a_page_is_filled_with_figures(monkeypatch, tmp_path):
-    (tmp_path / "docs").mkdir()
-    page = "Of <!-- n -->1<!-- /n -->:\n\n<!-- a table -->\n| a |\n<!-- /a table -->\n\nEnd.\n"
-    (tmp_path / "docs" / "page.md").write_text(page)
-    monkeypatch.setattr(report, "ROOT", tmp_path)
-    found = report.filled("page.md", {"n": "2", "a table": "| b |\n| c |\n"})
-    assert found == "Of <!-- n -->2<!-- /n -->:\n\n<!-- a table -->\n| b |\n| c |\n<!-- /a table -->\n\nEnd.\n"
-    for figures in ({}, {"n": "2"}, {"n": "2", "a table": "", "more": ""}):
-        with pytest.raises(ValueError, match="page.md: its places are"):
-            report.filled("page.md", figures)
-
-
-def test_the_pages_have_a_place_for_every_figure():
-    tables = {"blaze": [], "elaphe": [], "xenopeltis": []}
-    facts = evaluation_page.Facts(True, tables, {}, 0.4, {"elaphe": [1.0], "xenopeltis": [1.0]}, terms.table()[:1], [])
-    page = evaluation_page.text(facts, evaluation_maps.groups())
-    assert "has a variance of\n<!-- grid -->0.400<!-- /grid --> square" in page
-    none = hard_cases.Outcome(refusal="no")
-    page = hard_cases.page([none] * len(hard_cases.CASES), [(hard_cases.CASES[0], "finite")])
-    assert "\n| flat | zeros | refused: no |\n" in page and "| finite |\n<!-- /scenes -->\n" in page
 
 
 @pytest.mark.parametrize("page", sorted(path.name for path in DOCS.glob("*.md")))
