@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The thesis's methods in OSL compared with the node group of the patch model's bake, both rendered by Cycles: colour
-differences and seconds.
+"""Colour differences between the thesis's methods in OSL and the node group of the patch model's bake, both rendered by
+Cycles.
 
     ./dev bench osl [--pixels N] [--shared DIR] [--json FILE|-]
 
 The scene is a plane one metre under the camera and one sun, with one sample in each pixel. The node group's picture is
 compared with its table as precompute reads it, and each shader's picture with the node group's picture. CIEDE2000 is
-taken over the lit pixels, at the exposure that puts the 99th percentile of the second picture's Y at 1. The seconds of
-each render are printed too; those of the first render include the start-up.
+taken over the lit pixels, at the exposure that puts the 99th percentile of the second picture's Y at 1. `./dev bench
+render_time` measures what the shaders cost.
 """
 
 import math
 import os
 import tempfile
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -201,13 +200,13 @@ def colour_differences(picture: np.ndarray, truth: np.ndarray) -> np.ndarray:
 
 
 def compare(addon, relief: Relief, made: Made, view: PlaneView, folder: Path, runs=RUNS) -> Iterator[dict]:
-    """A row for the node group and for each run: its settings, terms, seconds of the render and colour differences."""
+    """A row for the node group and for each run: its settings, terms and colour differences."""
     software = view.radiance(made.table.scattered_over_w2)
     path = folder / "table.exr"
     write_together({path: (made.image, made.layout)}, {"precision": str(made.image.dtype)})
     group = addon.making_materials.new_diffraction_group(path, shadows=False, lights="LAMPS")
-    truth, seconds = _timed(addon, group, view, folder)
-    yield _row("node group", made.layout.terms, seconds, colour_differences(truth, software))
+    truth = render(addon, group, view, folder / "picture.exr")
+    yield _row("node group", made.layout.terms, colour_differences(truth, software))
     for name, step_nm, texels in runs:
         method = METHODS[name](relief, dft_images.settings_for(step_m=step_nm * 1e-9, texels=texels))
         path = folder / f"{name}_{step_nm}_{texels}.exr"
@@ -215,27 +214,20 @@ def compare(addon, relief: Relief, made: Made, view: PlaneView, folder: Path, ru
         write_together({path: (image, layout)}, {})
         response = addon.thesis_methods.build_osl_response(path.stem, path, rgb_from_xyz("Rec.709"))
         group = addon.skin.group_around(path.stem, response, shadows=False)
-        picture, seconds = _timed(addon, group, view, folder)
+        picture = render(addon, group, view, folder / "picture.exr")
         path.unlink()
-        how = f"{name}, {step_nm:g} nm, {texels} texels"
-        yield _row(how, layout.terms, seconds, colour_differences(picture, truth))
+        yield _row(f"{name}, {step_nm:g} nm, {texels} texels", layout.terms, colour_differences(picture, truth))
 
 
-def _timed(addon, group, view: PlaneView, folder: Path) -> tuple[np.ndarray, float]:
-    started = time.perf_counter()
-    picture = render(addon, group, view, folder / "picture.exr")
-    return picture, time.perf_counter() - started
-
-
-def _row(how: str, terms: int, seconds: float, differences: np.ndarray) -> dict:
+def _row(how: str, terms: int, differences: np.ndarray) -> dict:
     percentiles = {f"p{p}": float(np.percentile(differences, p)) for p in (50, 95, 99)}
-    return {"how": how, "terms": terms, "seconds": seconds, "lit": len(differences), **percentiles}
+    return {"how": how, "terms": terms, "lit": len(differences), **percentiles}
 
 
 def as_text(row: dict) -> str:
     """A row of compare, for people."""
     figures = ", ".join(f"p{p} {row[f'p{p}']:.2f}" for p in (50, 95, 99))
-    return f"{row['how']:<31} {row['terms']:>2} terms: {row['seconds']:6.1f} s, dE00 {figures} of {row['lit']} lit"
+    return f"{row['how']:<31} {row['terms']:>2} terms: dE00 {figures} of {row['lit']} lit"
 
 
 def view_of(pixels: int, field_deg: float, light_uv: tuple[float, float]) -> PlaneView:

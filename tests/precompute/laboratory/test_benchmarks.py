@@ -15,7 +15,6 @@ import pytest
 
 from laboratory.benchmarks import __main__ as runner
 from laboratory.benchmarks import (
-    bake,
     evaluation,
     evaluation_maps,
     evaluation_rows,
@@ -157,24 +156,6 @@ def test_figures_go_to_programs_and_people(tmp_path, capsys):
         else:
             assert json.loads(Path(target).read_text()) == {"n": 1}
             assert captured.out.startswith("for people\n")
-
-
-def test_a_bake_is_held_against_its_transforms(monkeypatch, capsys):
-    seconds = iter([2.0, 4.0, 6.0])
-    named = []
-
-    def bake_in_child(scan, folder):
-        named.append(scan)
-        return {"seconds": next(seconds), "check_seconds": 1.0}
-
-    monkeypatch.setattr(bake, "bake_in_child", bake_in_child)
-    monkeypatch.setattr(bake, "transform_seconds", lambda shape: 0.25)
-    runner.main(["bake", "sample:flat", "--runs", "1", "--json", "-"])
-    facts = json.loads(capsys.readouterr().out)
-    assert named == 3 * [["sample:flat"]]
-    assert facts["surface"] == "sample:flat"
-    assert (facts["alone"]["median_to_transforms"], facts["beside"]["best_to_transforms"]) == (2 / 6, 4 / 6)
-    assert facts["beside_to_alone"] == 2.5
 
 
 def test_a_bake_has_one_thread_whatever_is_asked():
