@@ -15,16 +15,12 @@ import pytest
 
 from laboratory.benchmarks import __main__ as runner
 from laboratory.benchmarks import (
-    bake,
     evaluation,
     evaluation_maps,
-    evaluation_page,
     evaluation_rows,
     evaluation_sheets,
     evaluation_surfaces,
-    hard_cases,
     report,
-    terms,
 )
 from laboratory.speed.surfaces import SKINS
 from laboratory.study.evaluation import evaluate_method, thesis_settings, turned
@@ -130,32 +126,6 @@ def test_a_picture_s_steps_are_small():
     assert evaluation.coarser(np.full((1, 1), 255, np.uint8))[0, 0] == 255
 
 
-def test_a_table_is_markdown():
-    assert evaluation_page.table([["a", "b"], ["1", "2"]]) == "| a | b |\n| --- | --- |\n| 1 | 2 |"
-
-
-def test_a_page_is_filled_with_figures(monkeypatch, tmp_path):
-    (tmp_path / "docs").mkdir()
-    page = "Of <!-- n -->1<!-- /n -->:\n\n<!-- a table -->\n| a |\n<!-- /a table -->\n\nEnd.\n"
-    (tmp_path / "docs" / "page.md").write_text(page)
-    monkeypatch.setattr(report, "ROOT", tmp_path)
-    found = report.filled("page.md", {"n": "2", "a table": "| b |\n| c |\n"})
-    assert found == "Of <!-- n -->2<!-- /n -->:\n\n<!-- a table -->\n| b |\n| c |\n<!-- /a table -->\n\nEnd.\n"
-    for figures in ({}, {"n": "2"}, {"n": "2", "a table": "", "more": ""}):
-        with pytest.raises(ValueError, match="page.md: its places are"):
-            report.filled("page.md", figures)
-
-
-def test_the_pages_have_a_place_for_every_figure():
-    tables = {"blaze": [], "elaphe": [], "xenopeltis": []}
-    facts = evaluation_page.Facts(True, tables, {}, 0.4, {"elaphe": [1.0], "xenopeltis": [1.0]}, terms.table()[:1], [])
-    page = evaluation_page.text(facts, evaluation_maps.groups())
-    assert "has a variance of\n<!-- grid -->0.400<!-- /grid --> square" in page
-    none = hard_cases.Outcome(refusal="no")
-    page = hard_cases.page([none] * len(hard_cases.CASES), [(hard_cases.CASES[0], "finite")])
-    assert "\n| flat | zeros | refused: no |\n" in page and "| finite |\n<!-- /scenes -->\n" in page
-
-
 @pytest.mark.parametrize("page", sorted(path.name for path in DOCS.glob("*.md")))
 def test_what_the_pages_name_is_there(page):
     text = (DOCS / page).read_text()
@@ -186,24 +156,6 @@ def test_figures_go_to_programs_and_people(tmp_path, capsys):
         else:
             assert json.loads(Path(target).read_text()) == {"n": 1}
             assert captured.out.startswith("for people\n")
-
-
-def test_a_bake_is_held_against_its_transforms(monkeypatch, capsys):
-    seconds = iter([2.0, 4.0, 6.0])
-    named = []
-
-    def bake_in_child(scan, folder):
-        named.append(scan)
-        return {"seconds": next(seconds), "check_seconds": 1.0}
-
-    monkeypatch.setattr(bake, "bake_in_child", bake_in_child)
-    monkeypatch.setattr(bake, "transform_seconds", lambda shape: 0.25)
-    runner.main(["bake", "sample:flat", "--runs", "1", "--json", "-"])
-    facts = json.loads(capsys.readouterr().out)
-    assert named == 3 * [["sample:flat"]]
-    assert facts["surface"] == "sample:flat"
-    assert (facts["alone"]["median_to_transforms"], facts["beside"]["best_to_transforms"]) == (2 / 6, 4 / 6)
-    assert facts["beside_to_alone"] == 2.5
 
 
 def test_a_bake_has_one_thread_whatever_is_asked():
