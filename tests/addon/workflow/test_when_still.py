@@ -10,8 +10,8 @@ import pytest
 from tests.addon.worlds.test_fingerprint import CHANGES as WORLD_CHANGES
 from tests.addon.worlds.test_fingerprint import node, world  # noqa: F401  a fixture
 
-# Changes that Blender does not report to handlers: a picture that is painted, packed or scaled, and a curve's point that
-# a script moves (the curve's widget reports it).
+# Changes that Blender does not report to handlers: a picture that is painted, packed or scaled, and a curve's point
+# that a script moves (the curve's widget reports it).
 UNTOLD = {"painted", "size", "curve"}
 
 
