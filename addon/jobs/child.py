@@ -15,7 +15,7 @@ from ...precompute.bake.cache import FOLDER_VARIABLE
 from ...precompute.base.child_process import PYTHON_FLAGS, ChildProcess, inherited_environment, lines_of
 from ...precompute.base.failure import GratingError
 from ...precompute.base.strict_json import read_json
-from ..gratings.grating import cache_folder
+from ..gratings.cache_folder import cache_folder
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -6,7 +6,7 @@ import re
 import bpy
 
 from ...precompute.base.failure import GratingError, printable
-from ..gratings.grating import cache_folder
+from ..gratings.cache_folder import cache_folder
 
 # Precompute names its settings as its command line does. Here each is named as the panel and the dialogs name it.
 WORDS = {

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import bpy
 
 from ...precompute.surface.steps.pipeline import WARNING
-from ..gratings.bakes import asked, note_bake
+from ..gratings.cache_folder import bakes_folder
 from ..gratings.grating import Grating, request_record
+from ..gratings.remembered_bakes import asked, note_bake
 from ..jobs.child import Deadline, Job
 from .making_materials import refresh_group
-from .restoring_bakes import bakes_folder
 
 if TYPE_CHECKING:
     from ...precompute.bake.request import BakeRequest
