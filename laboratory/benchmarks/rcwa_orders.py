@@ -18,6 +18,7 @@ import importlib.util
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -25,9 +26,9 @@ import numpy as np
 from precompute.cli.parser import OneLineParser
 from precompute.optics.brdf import half_angle_cosine
 from precompute.optics.fresnel import fresnel_reflectance
-from precompute.optics.small_slope import small_slope_reflectance
 
 from ..study.efficiency import PROFILES, profile
+from ..study.small_slope import small_slope_reflectance
 from . import report
 from .rcwa import EXTRA_ORDERS, KERATIN, PARTS, steps
 
@@ -39,6 +40,8 @@ RANGES_DEG = ((0, 30), (30, 60), (60, 75), (75, 90))
 LEAST = 1e-4
 _SHALLOW = 0.2
 _SAMPLES = 4096
+# A smaller ratio means that the relief has no such order in scalar theory, as the even orders of a binary grating.
+_NOTHING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -135,21 +138,16 @@ def rows_of(case: Case, **accuracy: int) -> Iterator[Row]:
 def cases(*, quick: bool = False) -> list[Case]:
     """All cases: every profile in the plane of incidence, and sinusoids out of it."""
     periods, depths = (PERIODS[1:3], DEPTHS[:3:2]) if quick else (PERIODS, DEPTHS)
-    found = [Case(*each) for each in _product(PROFILES, periods, depths, ANGLES_DEG)]
-    conical = [Case(*each) for each in _product(PROFILES[:1], periods, depths, ANGLES_DEG[1:])]
+    found = [Case(*each) for each in product(PROFILES, periods, depths, ANGLES_DEG)]
+    conical = [Case(*each) for each in product(PROFILES[:1], periods, depths, ANGLES_DEG[1:])]
     return found + [replace(case, azimuth_deg=azimuth) for case in conical for azimuth in AZIMUTHS_DEG[1:]]
 
 
-def _product(*axes: Iterable) -> Iterator[tuple]:
-    from itertools import product
-
-    return product(*axes)
-
-
 def off_by(rows: Iterable[Row], name: str) -> np.ndarray:
-    """The factor, at least 1, by which each row's order is off."""
+    """The factor, at least 1, by which each row's order is off; infinite for an order that scalar theory lacks."""
     ratio = np.array([row.scalar[name] / row.rigorous for row in rows])
-    return np.maximum(ratio, 1 / np.maximum(ratio, 1e-12))
+    with np.errstate(divide="ignore"):
+        return np.where(ratio > _NOTHING, np.maximum(ratio, 1 / ratio), np.inf)
 
 
 def table(rows: list[Row]) -> str:
@@ -177,7 +175,7 @@ def table(rows: list[Row]) -> str:
             cells = []
             for name in FACTORS:
                 off = off_by(chosen, name)
-                cells.append(f"{np.median(off):14.2f} ({np.percentile(off, 90):5.2f})")
+                cells.append(f"{np.median(off):14.2f} ({np.percentile(off, 90, method="higher"):5.2f})")
             lines.append(f"{low:>2} - {high:<4}" + "".join(f"{cell:>22}" for cell in cells) + f"{len(chosen):>6}")
     return "\n".join(lines)
 
