@@ -175,7 +175,7 @@ def table(rows: list[Row]) -> str:
             cells = []
             for name in FACTORS:
                 off = off_by(chosen, name)
-                cells.append(f"{np.median(off):14.2f} ({np.percentile(off, 90, method="higher"):5.2f})")
+                cells.append(f"{np.median(off):14.2f} ({np.quantile(off, 0.9, method='higher'):5.2f})")
             lines.append(f"{low:>2} - {high:<4}" + "".join(f"{cell:>22}" for cell in cells) + f"{len(chosen):>6}")
     return "\n".join(lines)
 
