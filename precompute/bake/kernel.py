@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from ..base.failure import GratingError
 from ..optics import coherence
 from ..surface.relief import Relief
-from .probe import TEXELS_MAX, TEXELS_MIN
 from .request import BakeRequest
 from .resolution import RESOLUTION_MAX, TEXELS_ALWAYS, resolution_for, texel_size
+from .terms_and_texels import TEXELS_MAX, TEXELS_MIN
 
 # The least coherence length, a wavelength: its kernel is as wide as the hemisphere.
 SHORTEST_COHERENCE_M = coherence.REFERENCE_WAVELENGTH_M

@@ -36,10 +36,10 @@ from .blur_levels import narrower
 from .needs import WIDTH_MIN
 from .patch_series import patch_series
 from .plan import Plan
-from .probe import TEXELS_MAX, probe
 from .request import BakeRequest
 from .resolution import texel_middles
 from .self_check import Judge, pairs_within, w_within
+from .terms_and_texels import TEXELS_MAX, probe
 from .tiles import xyz_over_w2
 from .wavelengths import bake_wavelengths
 
