@@ -15,6 +15,7 @@ from typing import Any
 from ...precompute.bake.cache import FOLDER_VARIABLE
 from ...precompute.base.child_process import PYTHON_FLAGS, ChildProcess, inherited_environment, lines_of
 from ...precompute.base.failure import GratingError
+from ...precompute.base.failure_line import failure_in
 from ...precompute.base.strict_json import read_json
 from ..gratings.grating import cache_folder
 
@@ -26,10 +27,10 @@ class Deadline:
     """Ends a job that hangs, such as one that reads a scan from a drive that does not answer.
 
     seconds  after which the job is ended; longer than any honest job takes
-    line     what the user then reads: the file or mesh, what was not done, and the remedy"""
+    failure  what the user then reads: the file or mesh, what was not done, and the remedy"""
 
     seconds: float
-    line: str
+    failure: GratingError
 
 
 class Job(ChildProcess):
@@ -61,15 +62,15 @@ class Job(ChildProcess):
     def progress(self) -> tuple[str, float]:
         """The stage and the fraction of it that is done, as last reported."""
         for line in reversed(lines_of(self.err_path)):
-            if line.startswith("{") and line.endswith("}"):
+            if line.startswith('{"stage"') and line.endswith("}"):
                 report = json.loads(line)
                 return report["stage"], report["fraction"]
         return "starting", 0.0
 
     def result(self, take: Callable[[dict[str, Any]], Any] = lambda facts: facts) -> Any:
         """What `take` makes of the facts of the run, once it has ended; by default the facts. It may read files in the
-        private folder, which is removed after it. Raises GratingError with the process's own line if it failed, or with
-        the deadline's line if it was late."""
+        private folder, which is removed after it. Raises the process's own GratingError if it failed, or the
+        deadline's if it was late."""
         told = lines_of(self.err_path)
         try:
             if self.status == 0:
@@ -77,12 +78,11 @@ class Job(ChildProcess):
         finally:
             self.clean_up()
         if self.is_late:
-            raise GratingError(self._deadline.line)
-        lines = [line for line in told if line.strip() and not line.startswith("{")]
-        message = next((line for line in lines if line.startswith("error: ")), lines[-1] if lines else None)
-        if message is None:
-            message = f"{self._verb}: its process ended without a word (status {self.status}); try again"
-        raise GratingError(message.removeprefix("error: "))
+            raise self._deadline.failure
+        # Python and libraries print lines of their own.
+        last = next((line for line in reversed(told) if line.strip() and not line.startswith("{")), "")
+        fault = last or f"its process ended without a word (status {self.status})"
+        raise failure_in(told) or GratingError(self._verb, fault, "try again")
 
     def clean_up(self) -> None:
         """Remove the private folder, and what the process has left in the job's name where it was killed."""

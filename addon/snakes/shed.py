@@ -22,7 +22,7 @@ def shed_shape(species_name: str, *, size: float, faces: int, seed: int = 0) -> 
 
     It is a sheet, open along its zigzag edge. Raises GratingError for a number of faces out of range."""
     if not LEAST_FACES <= faces <= MOST_FACES:
-        raise GratingError(f"shed skin: {faces} faces; give {LEAST_FACES} to {MOST_FACES}")
+        raise GratingError("shed skin", f"{faces} faces", f"give {LEAST_FACES} to {MOST_FACES}")
     species = SPECIES[species_name]
     radius = size / (2 * SIDE_ANGLE)
     unit = radius * species.scale_length

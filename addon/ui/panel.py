@@ -7,6 +7,7 @@ from ..blender import compat, stored
 from ..blender.guard import guarded_draw, guarded_item
 from ..gratings.direction_source import FRAMES, KINDS, STORED
 from ..gratings.lights_choice import ALL, LAMPS_ONLY, LIGHTS, REST
+from ..gratings.wording import in_words
 from ..operators.add_diffraction import AddDiffraction
 from ..operators.add_diffraction_lamp import AddDiffractionLamp
 from ..operators.add_sun import AddSun
@@ -25,7 +26,6 @@ from ..operators.new_material import NewDiffractionMaterial
 from ..operators.osl_reference import NewOslReference
 from ..operators.remove_diffraction import RemoveDiffraction
 from ..operators.remove_grating import RemoveGrating
-from ..operators.reports import in_words
 from ..operators.vary_grating import VaryGrating
 from ..workflow.fitting_worlds import is_fitting, last_failure
 from .facts import NOT_FITTED, Facts, GratingFacts, SceneFacts, facts_of
@@ -164,13 +164,13 @@ def _draw_quality(layout, context, grating) -> None:
     column = layout.column(align=True)
     column.label(text=f"Quality: {light}", icon=_LIGHT_ICONS.get(light, "QUESTION"))
     for finding in findings:
-        draw_note(column, context, in_words(finding))
+        draw_note(column, context, finding)
 
 
 def _draw_lines(layout, summary: str) -> None:
     """Draw each fact of a summary on a line of its own, as the sidebar is narrow."""
     column = layout.column(align=True)
-    for fact in filter(None, summary.split(", ")):
+    for fact in summary.splitlines():
         column.label(text=fact)
 
 
@@ -251,6 +251,6 @@ def _draw_world(column, context, text: str) -> None:
         text = "fitting its sources ..."
     draw_note(column, context, f"{context.scene.world.name}: {text}", icon="WORLD")
     if text == NOT_FITTED:
-        if last_failure(context.scene):
-            draw_note(column, context, last_failure(context.scene), icon="ERROR")
+        if (failure := last_failure(context.scene)) is not None:
+            draw_note(column, context, in_words(failure), icon="ERROR")
         column.operator(FitWorld.bl_idname, icon="FILE_REFRESH")

@@ -39,7 +39,7 @@ class _Running:
 
 _running: _Running | None = None
 # Why the last fit of a scene's world came to nothing, by the scene's full name.
-_failed: dict[str, str] = {}
+_failed: dict[str, GratingError] = {}
 
 
 @dataclass(frozen=True)
@@ -114,9 +114,9 @@ def world_is_animated(scene: bpy.types.Scene) -> bool:
     return scene.world is not None and not is_even(scene.world) and is_animated(scene.world)
 
 
-def last_failure(scene: bpy.types.Scene) -> str:
-    """Why the last fit of the scene's world came to nothing; empty if none has failed since."""
-    return _failed.get(scene.name_full, "")
+def last_failure(scene: bpy.types.Scene) -> GratingError | None:
+    """Why the last fit of the scene's world came to nothing; None if none has failed since."""
+    return _failed.get(scene.name_full)
 
 
 def fit_world(scene: bpy.types.Scene) -> None:
@@ -183,7 +183,7 @@ def _go_on() -> float | None:
         _take(scene, running.probe.result(), running.fingerprint)
     except GratingError as error:  # nobody waits for it; the panel tells it
         _running = None
-        _failed[scene.name_full] = str(error)
+        _failed[scene.name_full] = error
         print(f"Natural Gratings: {error}")
     _fit_another()
     return None

@@ -47,7 +47,9 @@ class Probe(ChildProcess):
         """Start to look for at most `count` sources. Raises GratingError while a render is running, which reads the
         data that the copy of the world would change, and where no file can be written."""
         if is_rendering():
-            raise GratingError(f"world {world.name}: not fitted while a render is running; try again when it has ended")
+            raise GratingError(
+                f"world {world.name}", "not fitted while a render is running", "try again when it has ended"
+            )
         self._name = world.name
 
         def prepare(private: Path) -> list[str]:
@@ -61,8 +63,9 @@ class Probe(ChildProcess):
         try:
             if self.is_late:
                 raise GratingError(
-                    f"world {self._name}: not rendered within {_LONGEST_SECONDS} s; use smaller pictures, and none "
-                    "from a drive that does not answer"
+                    f"world {self._name}",
+                    f"not rendered within {_LONGEST_SECONDS} s",
+                    "use smaller pictures, and none from a drive that does not answer",
                 )
             if self.status == 0:
                 found = read_json(self.folder / "fit.json", "try again")
@@ -75,7 +78,7 @@ class Probe(ChildProcess):
         finally:
             self.clean_up()
         last = next((line for line in reversed(told) if line.strip()), "no word")
-        raise GratingError(f"world {self._name}: not rendered ({last}); look at its nodes and pictures")
+        raise GratingError(f"world {self._name}", f"not rendered ({last})", "look at its nodes and pictures")
 
 
 def fit_of(world: bpy.types.World, scene: bpy.types.Scene, count: int) -> Fit:

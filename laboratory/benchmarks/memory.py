@@ -67,7 +67,7 @@ def measure(what: str, file: Path, width_um: float, height_nm: float) -> dict[st
     """What one piece of work takes in this process: bytes over those before it, seconds, and what was expected."""
     told: list[float] = []
 
-    def note(needed: float, what: str, remedy: str) -> None:
+    def note(needed: float, what: str, remedy: str, **_: object) -> None:
         told.append(needed)
 
     for module in [module for name, module in sys.modules.items() if name.startswith("precompute.")]:

@@ -11,7 +11,7 @@ def pyplot() -> ModuleType:
     """matplotlib.pyplot, drawing into files. Raises GratingError where matplotlib is not installed."""
     # Only the search path tells: where matplotlib is absent, colour-science leaves a stand-in among the loaded modules.
     if PathFinder.find_spec("matplotlib") is None:
-        raise GratingError("plots need matplotlib, which is not installed: python -m pip install matplotlib")
+        raise GratingError("", "plots need matplotlib, which is not installed", "python -m pip install matplotlib")
     import matplotlib
 
     matplotlib.use("Agg")

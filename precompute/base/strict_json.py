@@ -26,16 +26,18 @@ def read_json(path: Path, remedy: str) -> Any:
     Raises GratingError "PATH: fault; REMEDY" if the file cannot be read, or if parse_json refuses its content."""
     try:
         if path.exists() and not path.is_file():  # a fifo would be waited for
-            raise GratingError(f"{path}: is no file; {remedy}")
+            raise GratingError(path, "is no file", remedy)
         with path.open("rb") as file:
             content = file.read(LARGEST_BYTES + 1)
     except (OSError, ValueError) as error:
-        raise GratingError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error}); {remedy}") from error
-    return parse_json(content, str(path), remedy)
+        raise GratingError(path, f"cannot be read ({getattr(error, 'strerror', None) or error})", remedy) from error
+    return parse_json(content, path, remedy)
 
 
-def parse_json(text: str | bytes, source: str, remedy: str) -> Any:
+def parse_json(text: str | bytes, source: str | Path, remedy: str, *, part: str = "") -> Any:
     """The content of a text of JSON; of bytes, in UTF-8.
+
+    `part` is that of the source which holds the text, for the message: "its header: ".
 
     Raises GratingError "SOURCE: fault; REMEDY" if the text is not JSON or breaks one of the bounds above."""
     try:
@@ -49,9 +51,9 @@ def parse_json(text: str | bytes, source: str, remedy: str) -> Any:
         if _is_deeper(found, DEEPEST):
             raise RecursionError
     except RecursionError as error:
-        raise GratingError(f"{source}: not JSON that can be used (nested too deeply); {remedy}") from error
+        raise GratingError(source, f"{part}not JSON that can be used (nested too deeply)", remedy) from error
     except ValueError as error:
-        raise GratingError(f"{source}: not JSON that can be used ({error}); {remedy}") from error
+        raise GratingError(source, f"{part}not JSON that can be used ({error})", remedy) from error
     return found
 
 

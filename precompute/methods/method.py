@@ -77,7 +77,7 @@ class Method(Protocol):
 
     def shader_images(self) -> ShaderImages:
         """The images that an OSL shader of the method reads. Raises GratingError if there is no such shader."""
-        raise GratingError(f"{self.name}: no shader evaluates it; choose another method")
+        raise GratingError(self.name, "no shader evaluates it", "choose another method")
 
 
 class _Density(Protocol):

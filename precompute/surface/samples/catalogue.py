@@ -32,5 +32,5 @@ def title_of(name: str) -> str:
 def make_sample(name: str) -> HeightMap:
     """The surface of a name in SAMPLES. Raises GratingError where there is none of that name."""
     if name not in SAMPLES:
-        raise GratingError(f"{SAMPLE_PREFIX}{name}: there is no such sample; choose one of {', '.join(SAMPLES)}")
+        raise GratingError(f"{SAMPLE_PREFIX}{name}", "there is no such sample", f"choose one of {', '.join(SAMPLES)}")
     return SAMPLES[name]()

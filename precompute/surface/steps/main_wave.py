@@ -19,7 +19,7 @@ def main_wave(height_map: HeightMap, step: str) -> Wave:
     of another, the other. Raises GratingError, naming the step, where there is none."""
     waves = waves_of(level_plane(height_map))
     if not waves.gratings:
-        raise GratingError(f"{height_map.source}: {step}: no grating stands out of the scan; leave {step} out")
+        raise GratingError(height_map.source, f"{step}: no grating stands out of the scan", f"leave {step} out")
     first, *others = waves.gratings
     slower = [*others]
     if waves.waviness is not None and waves.waviness.amplitude_m > first.amplitude_m:

@@ -25,7 +25,8 @@ import bpy
 import addon_utils
 assert addon_utils.enable(EXTENSION) is not None
 child = importlib.import_module(f"{{EXTENSION}}.addon.jobs.child")
-job = child.Job("bake", ["sample:elaphe", "--no-cache"], Path(sys.argv[1]), deadline=child.Deadline(600, ""))
+deadline = child.Deadline(600, child.GratingError("", "", ""))
+job = child.Job("bake", ["sample:elaphe", "--no-cache"], Path(sys.argv[1]), deadline=deadline)
 while job.progress()[0] == "starting":
     time.sleep(0.05)
 keeper = job._process.pid
@@ -119,7 +120,7 @@ def test_an_interrupted_wait_stops_the_process(job, tmp_path, monkeypatch):
 
 def test_a_job_that_hangs_is_ended_at_its_deadline(addon, scene, tmp_path):
     """In one line that names its file, with nothing left."""
-    deadline = addon.child.Deadline(0.5, "elaphe.png: not baked within 0.5 s; crop it")
+    deadline = addon.child.Deadline(0.5, addon.child.GratingError("elaphe.png", "not baked within 0.5 s", "crop it"))
     job = addon.child.Job("bake", ["sample:elaphe", "--no-cache"], tmp_path / "out", deadline=deadline)
     private = Path(job._private.name)
     job.wait()

@@ -97,7 +97,12 @@ def test_the_verb_bakes_and_saves(addon, scene, coarse, tmp_path):
 def test_a_bake_of_a_sample_alone_tells_what_to_bake(addon, scene, watched, tmp_path):
     """The grating that `assign` adds has no height map of its own; its bake's header names the sample."""
     given = ["--delta-e", "9", "--coherence-um", "3"]
-    job = addon.child.Job("bake", ["sample:cd", *given], tmp_path, deadline=addon.child.Deadline(600, ""))
+    job = addon.child.Job(
+        "bake",
+        ["sample:cd", *given],
+        tmp_path,
+        deadline=addon.child.Deadline(600, addon.child.GratingError("", "", "")),
+    )
     job.wait()
     bake = job.result()["files"][0]
     assign = ["assign", bake, "--object", "Plane", "--lights", "lamps", "--save", str(tmp_path / "a.blend")]
