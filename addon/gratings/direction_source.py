@@ -40,7 +40,7 @@ AXES = (
     ("Z", "Z", "The object's Z axis"),
 )
 # What gives a direction to a mesh that has none. The first two need no UV map.
-DIRECTION_REMEDY = "press Comb Grating, or choose Object Axis as Frame, or unwrap it with U along the body"
+DIRECTION_REMEDY = "press Comb Grating, or choose Object Axis as Direction, or unwrap it with U along the body"
 # The UV map, each of whose faces is an island, and the attribute of corners in which Comb Grating stores a field
 # (precompute/mesh/layout.py): T is the map's tangent, turned about the normal by the attribute's cosine and sine.
 COMB_UV, COMB_TURN = "Grating", "grating_comb"

@@ -100,7 +100,9 @@ class Grating(bpy.types.PropertyGroup):
         default=True,
     )
     lights: EnumProperty(name="Lights", description="Which lights the diffraction shows", items=LIGHTS)
-    frame_kind: EnumProperty(name="Frame", description="What the scan's x axis (left to right) follows", items=KINDS)
+    frame_kind: EnumProperty(
+        name="Direction", description="What the scan's x axis (left to right) follows", items=KINDS
+    )
     frame_uv_map: StringProperty(name="UV Map", description="UV map whose U the scan's x axis (left to right) follows")
     frame_axis: EnumProperty(name="Axis", description="Of the object's own axes", items=AXES, default="Z")
     frame_map: PointerProperty(type=bpy.types.Image, name="Direction Map", description="Made by Bake Direction Map")

@@ -27,7 +27,7 @@ Which lights count is one of gratings/lights_choice.py:
 EEVEE holds at most 64 KiB of a material's constants (nodes/eevee_constants.py). Sources beyond that, the dimmest first,
 are left to the closures, in Cycles too.
 
-No light counts twice. In REST the closure of the scattered light is a perfect mirror around a random normal. It is black
+No light counts twice. In REST the closure of the scattered light is a perfect mirror around a random normal, black
 where its one direction leads to a followed lamp. A lamp's cone has the radius sqrt(6) standard deviations of its disc:
 the corner of a square lamp, and 1.22 radii of a round one. The table shares a wide lamp with the closure.
 """

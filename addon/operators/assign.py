@@ -8,7 +8,7 @@ from .on_selected_meshes import OnSelectedMeshes
 
 class AssignToSelected(OnSelectedMeshes, bpy.types.Operator):
     """Put the active grating's material into the active slot of the selected meshes. The scan's x axis
-    (left to right) follows the direction that Frame names"""
+    (left to right) follows the direction that Direction names"""
 
     bl_idname = "grating.assign"
     bl_label = "Assign to Selected"

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 class CombGrating(FollowsJob, bpy.types.Operator):
     """Lay a smooth direction over the selected meshes and store it on them. The scan's x axis (left to right) follows
-    it if the grating's Frame is Stored, whatever the UV map. It moves with the deformed mesh. Esc cancels"""
+    it if the grating's Direction is Stored, whatever the UV map. It moves with the deformed mesh. Esc cancels"""
 
     bl_idname = "grating.comb"
     bl_label = "Comb Grating"

@@ -189,7 +189,7 @@ def _draw_material(layout, grating, facts: GratingFacts) -> None:
     row.operator_menu_enum(ChooseLights.bl_idname, "lights", text=chosen)
     chosen = {name: label for name, label, _ in KINDS}[stored.choice(grating.frame_kind, FRAMES, STORED)]
     row = layout.row()
-    row.label(text="Frame")
+    row.label(text="Direction")
     row.operator(ChooseDirection.bl_idname, text=chosen, icon="ORIENTATION_LOCAL")
     _draw_comb(layout)
     row = layout.row()

@@ -100,7 +100,7 @@ def _prepared(meshes: list[bpy.types.Object], grating: Grating) -> list[str]:
     lines = prepare_meshes(grating.group, meshes) + lamps_alone(grating) + lost([grating.group])
     if grating.frame_source().kind != grating.frame_kind:
         lines.append(
-            f"{grating.name}: its direction map was deleted, and the UV map taken instead; choose its Frame again"
+            f"{grating.name}: its direction map was deleted, and the UV map taken instead; choose its Direction again"
         )
     return lines
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the second Blender runs first: `start.py REQUEST`. The extension is not enabled there; of its packages, only the
-modules that inside.py asks for are imported."""
+"""What the second Blender runs first: `start_second_blender.py REQUEST`. The extension is not enabled there, and only
+the modules that second_blender.py imports are loaded."""
 
 import importlib
 import sys

@@ -3,7 +3,7 @@
 
 A render in this Blender would replace the artist's Render Result, and the interface would stand still. So a copy of the
 world goes into a file, and a second Blender without the artist's settings renders that: a panorama, and closer looks
-where it has small bright parts (inside.py).
+where it has small bright parts (second_blender.py).
 """
 
 import json
@@ -22,7 +22,7 @@ from ...precompute.lights.sources import Source
 from ..blender.rendering import is_rendering
 from .stand_alone import stand_alone
 
-_START = Path(__file__).with_name("start.py")
+_START = Path(__file__).with_name("start_second_blender.py")
 # A world whose pictures take longer to load is a fault: of 16384 x 8192 pixels it takes seconds.
 _LONGEST_SECONDS = 300
 
@@ -89,7 +89,7 @@ def fit_of(world: bpy.types.World, scene: bpy.types.Scene, count: int) -> Fit:
 
 
 def _blender() -> list[str]:
-    """The command that runs start.py in a Blender without the artist's settings and without a window."""
+    """The command that runs start_second_blender.py in a Blender without the artist's settings and without a window."""
     if bpy.app.binary_path:
         background = ("--background", "--factory-startup", "--python-exit-code", "1")
         return [bpy.app.binary_path, *background, "--python", str(_START), "--"]

@@ -93,13 +93,13 @@ def wear(studio: Worlds, fake: str, *, bake: Path, period_m: float) -> None:
         material = three_lobes(studio, period_m)
     elif fake == "rainbow":
         material = rainbow(studio, period_m)
-        for source in studio.addon.probe.fit_of(studio.scene.world, studio.scene, _SOURCES).sources:
+        for source in studio.addon.world_probe.fit_of(studio.scene.world, studio.scene, _SOURCES).sources:
             _stand_in(studio, source)
     else:
         material = thin_film(studio)
     studio.mesh.material_slots[0].material = material
-    studio.addon.fit_world.fit_world(studio.scene)
-    studio.addon.lamps.update_lamps(studio.scene)
+    studio.addon.fitting_worlds.fit_world(studio.scene)
+    studio.addon.following_lamps.update_lamps(studio.scene)
 
 
 def three_lobes(studio: Worlds, period_m: float):

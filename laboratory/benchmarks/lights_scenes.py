@@ -118,7 +118,7 @@ def light_by(studio: Worlds, world: str) -> Light:
     from mathutils import Vector
 
     bpy.data.batch_remove([lamp for lamp in bpy.data.objects if lamp.type == "LIGHT"])
-    studio.addon.lamps.update_lamps(studio.scene)
+    studio.addon.following_lamps.update_lamps(studio.scene)
     if world == "area lamp":
         studio.world()[1].inputs["Color"].default_value = (0, 0, 0, 1)
         data = bpy.data.lights.new("Area", "AREA")
@@ -128,7 +128,7 @@ def light_by(studio: Worlds, world: str) -> Light:
         lamp.rotation_euler = Vector(_TO_LAMP).to_track_quat("Z", "Y").to_euler()
         studio.scene.collection.objects.link(lamp)
         bpy.context.view_layer.update()
-        studio.addon.lamps.update_lamps(studio.scene)
+        studio.addon.following_lamps.update_lamps(studio.scene)
         return Light(
             np.zeros((_ROWS, 2 * _ROWS, 3)), square=(np.array(lamp.location), np.array(lamp.matrix_world.to_3x3()).T)
         )

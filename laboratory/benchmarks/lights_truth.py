@@ -118,7 +118,7 @@ def pictures(studio: Worlds, bake: Path, *, world: str, size: tuple[int, int]) -
         material, skin = studio.material(path, lights)
         skin.inputs["Base Color"].default_value = (0, 0, 0, 1)
         studio.mesh.material_slots[0].material = material
-        studio.addon.fit_world.fit_world(studio.scene)
+        studio.addon.fitting_worlds.fit_world(studio.scene)
         yield lights, part, two_halves(studio, *size)
 
 

@@ -50,7 +50,7 @@ class Worlds(Studio):
 
     def material(self, bake: Path, lights: str):
         """A new diffraction material of a bake, and its skin's node."""
-        group = self.addon.grating_material.new_diffraction_group(bake, False, lights)
+        group = self.addon.making_materials.new_diffraction_group(bake, False, lights)
         made = self.addon.material.new_diffraction_material("lit", group)
         return made, next(node for node in made.node_tree.nodes if node.label == "Skin")
 
@@ -140,7 +140,7 @@ class Worlds(Studio):
             material.node_tree.links.new(skin.outputs[0], output.inputs["Surface"])
         self.mesh.material_slots[0].material = material
         self.scene.cycles.shading_system = False
-        self.addon.fit_world.fit_world(self.scene)
+        self.addon.fitting_worlds.fit_world(self.scene)
         return skin
 
     def noise(self) -> dict[str, float]:

@@ -137,9 +137,9 @@ class Scene:
 
         depsgraph = bpy.context.evaluated_depsgraph_get()
         found = []
-        for places in self.addon.look.look(self.scene, depsgraph, rays=_RAYS).places:
+        for places in self.addon.camera_look.look(self.scene, depsgraph, rays=_RAYS).places:
             wr = np.einsum("nij,nj->ni", places.frames, places.to_view)
-            for sent in self.addon.sent.lamps_sent(self.scene, places.thing, places.points):
+            for sent in self.addon.irradiance.lamps_sent(self.scene, places.thing, places.points):
                 wi = np.einsum("nij,nj->ni", places.frames, sent.direction)
                 lit = (wi[:, 2] > 0) & (wr[:, 2] > 0) & (sent.irradiance > 0)
                 found.append((wi[lit], wr[lit], sent.irradiance[lit], sent.variance[lit]))
@@ -177,30 +177,30 @@ def measure(of: Scene, arguments: argparse.Namespace) -> list[dict]:
     facts = []
     camera, exact = of.scene.camera.matrix_world.copy(), of.exact()
     for lights in LIGHTS:
-        of.addon.grating_material.choose_lights(of.grating, lights)
+        of.addon.making_materials.choose_lights(of.grating, lights)
         (whole, before), first = of.table(), of.render(f"{lights.lower()}_whole")
         start = time.perf_counter()
-        measured = of.addon.needs.measure_needs(of.scene, of.grating)
+        measured = of.addon.measuring_needs.measure_needs(of.scene, of.grating)
         seconds = time.perf_counter() - start
-        request = of.addon.needs.request_with(of.grating, measured.needs)
-        of.addon.bake.bake_and_wait(of.grating, request=request)
+        request = of.addon.measuring_needs.request_with(of.grating, measured.needs)
+        of.addon.baking.bake_and_wait(of.grating, request=request)
         (part, after), second = of.table(), of.render(f"{lights.lower()}_needs")
         row = {
             "scene": of.name, "lights": lights, "before": before, "after": after, "measured_s": seconds,
             "needs": measured.as_dict(), **errors(exact, (whole, part), of.pairs()),
-            "pixels": pixels(first, second), "still": of.addon.outside.notice_outside(of.scene),
+            "pixels": pixels(first, second), "still": of.addon.noticing_outside.notice_outside(of.scene),
         }  # fmt: skip
         for way, upwards in (("aside", False), ("up", True)):
             of.move(upwards=upwards)
             start = time.perf_counter()
-            row[way] = of.addon.outside.notice_outside(of.scene)
+            row[way] = of.addon.noticing_outside.notice_outside(of.scene)
             row["noticed_s"] = time.perf_counter() - start
             of.scene.camera.matrix_world = camera
         facts.append(row)
         tell(row, arguments.json)
         bpy.context.view_layer.update()
-        whole_again = of.addon.needs.request_with(of.grating, of.addon.needs.EVERYTHING)
-        of.addon.bake.bake_and_wait(of.grating, request=whole_again)
+        whole_again = of.addon.measuring_needs.request_with(of.grating, of.addon.measuring_needs.EVERYTHING)
+        of.addon.baking.bake_and_wait(of.grating, request=whole_again)
     return facts
 
 

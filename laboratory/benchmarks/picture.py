@@ -103,11 +103,11 @@ class Stage:
 
         self.of, self.addon, self.folder = of, of.addon, of.pictures
         self.surface = f"sample:{SCENES[of.name][0]}"
-        self.addon.grating_material.choose_lights(of.grating, "LAMPS")
+        self.addon.making_materials.choose_lights(of.grating, "LAMPS")
         # Before Blender 5.1 Cycles traces the material's shadow rays in OSL alone, so that the reference would have
         # shadows that no method has.
         of.grating.shadows = False
-        self.needs = self.addon.needs.measure_needs(of.scene, of.grating).needs
+        self.needs = self.addon.measuring_needs.measure_needs(of.scene, of.grating).needs
         self.group = of.grating.group
         materials = bpy.data.objects[SCENES[of.name][1]].data.materials
         self.material = next(m for m in materials if self.addon.material.diffraction_nodes(m))
@@ -218,14 +218,14 @@ class Stage:
 
     def wear_bake(self, budget: float, needs: Needs, footprint: bool) -> None:
         """Direct as nodes."""
-        response = self.addon.direct.direct_response(self.bake(budget, needs))
+        response = self.addon.direct_response.direct_response(self.bake(budget, needs))
         self.addon.replace.replace_response(self.group, response)
         self.count_footprint(footprint)
 
     def count_footprint(self, counts: bool) -> None:
         """Have the footprint of a pixel count, or not: the add-on keeps the material as the grating is set."""
         self.of.grating.footprint = counts
-        self.addon.settings.follow_settings()
+        self.addon.following_settings.follow_settings()
 
     def wear_shader(self, budget: float) -> None:
         """Direct as a shader in OSL, which evaluates the formula exactly."""

@@ -230,7 +230,7 @@ class Studio:
 
     def direct(self, shadows: bool = False, lights: str = "LAMPS", footprint: bool = False):
         """The add-on's own material."""
-        group = self.addon.grating_material.new_diffraction_group(self.bake, shadows, lights)
+        group = self.addon.making_materials.new_diffraction_group(self.bake, shadows, lights)
         self.addon.skin.set_footprint(group, footprint)
         return self.addon.material.new_diffraction_material("timed", group)
 

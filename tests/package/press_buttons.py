@@ -75,7 +75,7 @@ def set_the_stage():
     yield from show_sidebar()
 
 
-def add_lamp():
+def add_diffraction_lamp():
     """A lamp more, as a step of its own for undo."""
     bpy.context.scene.collection.objects.link(bpy.data.objects.new("Late", bpy.data.lights.new("Late", "SUN")))
     bpy.ops.ed.undo_push(message="a lamp")
@@ -107,7 +107,7 @@ def story():
     yield from press_undo_redo("bpy.ops.grating.add_diffraction_lamp")
     assert bpy.data.objects["Diffraction Lamp"].parent == bpy.data.objects["Ball"]
     assert followed() == ["Bulb", "Torch", "Window"]
-    add_lamp()
+    add_diffraction_lamp()
     yield LONG
     assert followed() == ["Bulb", "Late", "Torch", "Window"]
     after = contents()

@@ -245,7 +245,7 @@ def test_a_bake_made_again_reaches_it(stage, baked, steep):
     stage.rgb(pixels=PIXELS)
     grating = stage.scene.natural_gratings.active()
     grating.bake_path = str(steep[0])
-    stage.addon.grating_material.refresh_group(grating)
+    stage.addon.making_materials.refresh_group(grating)
     wanted = expected(screen_points(stage), steep[1], lamp, turn=np.eye(3))
     close(stage.rgb(pixels=PIXELS), wanted)
 

@@ -13,13 +13,13 @@ TOLERANCE = 0.006
 
 def shown(stage, mesh, engine, **choice):
     """T (n, n, 3) of a source, without Rotation, as an engine shows it."""
-    held = stage.addon.frame_source
+    held = stage.addon.direction_source
     source = held.DirectionSource(combed=held.file_has_comb(), **choice)
     material, tree = stage.material("T")
     inputs = {"Normal": (0.0, 0.0, 0.0), "Tangent": (0.0, 0.0, 0.0)}
     inputs = {name: tree.value(tree.node("ShaderNodeCombineXYZ", *zero).outputs[0]) for name, zero in inputs.items()}
     inputs["Rotation"] = tree.value(tree.node("ShaderNodeValue").outputs[0])
-    _, t = stage.addon.frame.frame_nodes(tree, inputs, source)
+    _, t = stage.addon.tangent_frame.frame_nodes(tree, inputs, source)
     tree.node("ShaderNodeOutputMaterial", tree.emission(t.times_plus(0.25, (0.5, 0.5, 0.5)), 1.0))
     mesh.data.materials.clear()
     mesh.data.materials.append(material)
@@ -92,7 +92,7 @@ def test_a_frame_map_turns_the_tangent_of_its_uv_map(stage, disc, engine):
     image.colorspace_settings.name = "Non-Color"
     held = (1 + np.cos(0.7)) / 2, (1 + np.sin(0.7)) / 2, 0, 1
     image.pixels.foreach_set(np.tile(np.float32(held), 64))
-    image[stage.addon.frame_source.BAKED_OF] = {"uv_map": "Turned"}
+    image[stage.addon.direction_source.BAKED_OF] = {"uv_map": "Turned"}
     found = shown(stage, disc, engine, kind="FRAME_MAP", frame_map=image)
     np.testing.assert_allclose(found, along(0.5 + 0.3 + 0.7), atol=TOLERANCE)
 

@@ -28,7 +28,7 @@ def drawn(stage, skin):
     """The sample set, and the pictures (PIXELS, PIXELS) of u, v, the wavelength over the set's, and two normals."""
     path = sample_set.path_beside(skin[0])
     found, layout = sample_set.read(path)[0], sample_set.read_header(path)[0]
-    direct = stage.addon.direct
+    direct = stage.addon.direct_response
     image = direct.load_atlas(path, half=True, alpha="CHANNEL_PACKED")
     nodes = direct.SampleSetNodes(image, layout, direct.wavelengths_image("D65", layout.wavelength))
     material, tree = stage.material("Drawn")

@@ -107,16 +107,16 @@ def test_a_world_that_changes_gives_its_sources_up(stage, skin):
     assign(stage, path, "REST")
     held = stage.addon.sky
     assert held.source_count(stage.scene) >= 1
-    assert stage.addon.fit_world.unfitted_world(stage.scene) == []
+    assert stage.addon.fitting_worlds.unfitted_world(stage.scene) == []
     sky = background.inputs["Color"].links[0].from_node
     sky.sun_elevation += 0.3
     bpy.context.view_layer.update()
     assert held.source_count(stage.scene) == 0
-    (line,) = stage.addon.fit_world.unfitted_world(stage.scene)
+    (line,) = stage.addon.fitting_worlds.unfitted_world(stage.scene)
     assert line.startswith(f"world {world.name}: its bright parts are not fitted")
     assert bpy.ops.grating.fit_world() == {"FINISHED"}
     assert held.source_count(stage.scene) >= 1
     world.node_tree.nodes.remove(sky)
     bpy.context.view_layer.update()
     assert held.source_count(stage.scene) == 0
-    assert stage.addon.fit_world.unfitted_world(stage.scene) == []
+    assert stage.addon.fitting_worlds.unfitted_world(stage.scene) == []

@@ -75,7 +75,7 @@ def test_the_sun_of_the_sky_is_what_the_probe_finds(studio):
     """Two looks at the same sun. The probe is good to 2 %."""
     scenes.build(studio, "sphere")
     light = scenes.light_by(studio, "clear sky")
-    source = studio.addon.probe.fit_of(studio.scene.world, studio.scene, 4).sources[0]
+    source = studio.addon.world_probe.fit_of(studio.scene.world, studio.scene, 4).sources[0]
     assert light.directions @ source.direction == pytest.approx(1, abs=1e-4)
     np.testing.assert_allclose(light.irradiance.sum(axis=0), source.irradiance, rtol=0.05)
     assert light.panorama.max() < 0.01 * light.irradiance.sum() / 6e-5, "the disc is not in the panorama"

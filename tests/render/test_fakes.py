@@ -34,7 +34,7 @@ def shown(studio, material, degrees: float) -> np.ndarray:
     sun = bpy.data.objects.new("Sun", data)
     sun.rotation_euler = (0, np.radians(degrees), 0)
     studio.scene.collection.objects.link(sun)
-    studio.addon.lamps.update_lamps(studio.scene)
+    studio.addon.following_lamps.update_lamps(studio.scene)
     studio.mesh.material_slots[0].material = material
     return studio.render("cycles", 64)[1].mean(axis=(0, 1))
 
@@ -70,7 +70,7 @@ def test_the_rainbow_alone_takes_suns_for_the_world_s_sources(studio):
     suns = [lamp for lamp in bpy.data.objects if lamp.type == "LIGHT"]
     assert 3 <= len(suns) == count(studio.scene) <= 4
     power = sum(sun.data.energy * np.array(sun.data.color) for sun in suns)
-    sources = studio.addon.probe.fit_of(studio.scene.world, studio.scene, 4).sources
+    sources = studio.addon.world_probe.fit_of(studio.scene.world, studio.scene, 4).sources
     np.testing.assert_allclose(power, sum(source.irradiance for source in sources), rtol=1e-3)
     fakes.wear(studio, "thin film", bake=studio.bake, period_m=PERIOD_M)
     assert count(studio.scene) == 0

@@ -88,11 +88,11 @@ def test_few_samples_are_nearer_to_the_mean(stage, skin, engine):
     lamps(stage, "sun")
     assign(stage, mesh, skin[0])
     (grating,) = stage.scene.natural_gratings.items
-    stage.addon.grating_material.choose_lights(grating, "LAMPS")
+    stage.addon.making_materials.choose_lights(grating, "LAMPS")
 
     def seen(counts, engine, samples):
         grating.footprint = counts
-        stage.addon.settings.follow_settings()
+        stage.addon.following_settings.follow_settings()
         return stage.rgb(engine, PIXELS, samples)
 
     truth = seen(False, "cycles", 512)
@@ -111,10 +111,10 @@ def test_close_by_nothing_changes(stage, baked):
     assign(stage, mesh, baked[0])
     (grating,) = stage.scene.natural_gratings.items
     grating.footprint = True
-    stage.addon.settings.follow_settings()
+    stage.addon.following_settings.follow_settings()
     on = stage.rgb("cycles", PIXELS, 64)
     grating.footprint = False
-    stage.addon.settings.follow_settings()
+    stage.addon.following_settings.follow_settings()
     off = stage.rgb("cycles", PIXELS, 64)
     assert off.max() > 0
     np.testing.assert_allclose(on, off, atol=0.01 * off.max())

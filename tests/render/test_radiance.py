@@ -113,7 +113,7 @@ def assign(stage, mesh, path, **inputs):
     grating = gratings.items.add()
     grating.name, grating.bake_path, grating.shadows = "radiance", str(path), False
     gratings.active_index = len(gratings.items) - 1
-    stage.addon.assign.assign_to_meshes(stage.scene, [mesh])
+    stage.addon.assigning.assign_to_meshes(stage.scene, [mesh])
     (node,) = stage.addon.material.diffraction_nodes(mesh.active_material)
     node.inputs["Rotation"].default_value = TURN
     for name, value in inputs.items():

@@ -42,7 +42,7 @@ def shown(stage, mesh, engine, responses, **choice):
     group = stage.addon.skin.group_around("varied", first, shadows=False, lights="LAMPS")
     stage.addon.skin.set_variation(group, stage.addon.variation.Variation(**choice), others)
     tree.node("ShaderNodeOutputMaterial", tree.group(group, {"Base Blend": 0.0})["Shader"])
-    stage.addon.lamps.update_all_lamps()
+    stage.addon.following_lamps.update_all_lamps()
     return stage.rgb(engine, PIXELS)
 
 
@@ -152,5 +152,5 @@ def _material_with(stage, mesh, group):
     mesh.data.materials.clear()
     mesh.data.materials.append(material)
     tree.node("ShaderNodeOutputMaterial", tree.group(group)["Shader"])
-    stage.addon.lamps.update_all_lamps()
+    stage.addon.following_lamps.update_all_lamps()
     return [node for node in material.node_tree.nodes if node.type == "GROUP"]

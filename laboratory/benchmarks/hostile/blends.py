@@ -38,8 +38,8 @@ _BUTTONS: dict[str, dict[str, object]] = {
     "mend": {},
     "vary": {"turn": 0.2},
     "lights": {"lights": "LAMPS"},
-    "add_lamp": {},
-    "frame": {"kind": "AXIS"},
+    "add_diffraction_lamp": {},
+    "direction": {"kind": "AXIS"},
     "unwrap": {"size": 16, "method": "MINIMUM_STRETCH"},
     "comb": {"source": "X"},
     "add_diffraction": {},
@@ -224,7 +224,7 @@ def _draw(skin: Skin) -> None:
         lists["GratingList"].draw_item(None, context, Layout(), None, grating, 0, None, "")
         for step in grating.steps:
             lists["StepList"].draw_item(None, context, Layout(), None, step, 0, None, "")
-    skin.addon.level_preview.refresh()
+    skin.addon.previewing_levelling.refresh()
 
 
 def _asked(skin: Skin) -> str | None:
@@ -245,7 +245,7 @@ def _needed(skin: Skin) -> str | None:
     if grating is None:
         return None
     try:
-        skin.addon.needs.measure_needs(skin.scene, grating)
+        skin.addon.measuring_needs.measure_needs(skin.scene, grating)
     except skin.addon.child.GratingError as fault:
         return str(fault)
     return None

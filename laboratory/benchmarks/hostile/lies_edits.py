@@ -61,7 +61,7 @@ _TREES: dict[str, Callable[[Skin], object]] = {
     "the second's group": lambda it: it.second.group,
     "the response": lambda it: it.response.group,
     "the response to the world": lambda it: it.response.world,
-    "the Lamp group": lambda it: it.addon.group.lamp_group(),
+    "the Lamp group": lambda it: it.addon.lamp_group.lamp_group(),
 }
 
 
@@ -308,13 +308,13 @@ def of_parts() -> dict[str, Lie]:
         "the material's sockets are no numbers": _sockets_are_wild,
         "the grating's material is another": _other_material,
         "the grating's material draws strokes": _stroke_material,
-        "the grating's group is the Lamp group": partial(_remapped, lambda it: it.addon.group.lamp_group()),
+        "the grating's group is the Lamp group": partial(_remapped, lambda it: it.addon.lamp_group.lamp_group()),
         "the grating's group is its response": partial(_remapped, lambda it: it.response.group),
         "the grating's group is the second's": partial(_remapped, lambda it: it.second.group),
         "the grating's group is empty": partial(_remapped, partial(_new_tree, "ShaderNodeTree")),
         "the grating's group is geometry nodes": partial(_remapped, partial(_new_tree, "GeometryNodeTree")),
         "the inner group is none": partial(_inner, lambda it: None),
-        "the inner group is the Lamp group": partial(_inner, lambda it: it.addon.group.lamp_group()),
+        "the inner group is the Lamp group": partial(_inner, lambda it: it.addon.lamp_group.lamp_group()),
         "the inner group is empty": partial(_inner, partial(_new_tree, "ShaderNodeTree")),
         "the inner group is the second's skin": partial(_inner, lambda it: it.second.group),
         "the picture is a movie": partial(_picture, lambda image: setattr(image, "source", "MOVIE")),

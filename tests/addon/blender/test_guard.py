@@ -13,7 +13,7 @@ from tests.addon.layout import Layout
 # By the name of a method that Blender calls: its guard.
 METHODS = {"draw": "guarded_draw", "draw_item": "guarded_item", "modal": "guarded_modal"}
 # What catches its own exceptions, as it has to take itself away.
-OWN_GUARD = {"overlay.py": {"_draw"}}
+OWN_GUARD = {"direction_overlay.py": {"_draw"}}
 # What takes a function for Blender to call.
 TAKERS = ("timers.register", "draw_handler_add")
 

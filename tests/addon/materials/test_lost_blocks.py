@@ -118,16 +118,16 @@ def unpacked(_):
 
 
 def frame_map(it):
-    image = it.addon.frame_map.new_map("Direction Map", 16)
-    it.addon.frame_map.note_mesh(image, it.plane, "UVMap")
-    it.first.take_frame_source(it.addon.frame_source.DirectionSource("FRAME_MAP", frame_map=image))
+    image = it.addon.direction_map.new_map("Direction Map", 16)
+    it.addon.direction_map.note_mesh(image, it.plane, "UVMap")
+    it.first.take_frame_source(it.addon.direction_source.DirectionSource("FRAME_MAP", frame_map=image))
     it.addon.skin.set_frame(it.first.group, it.first.frame_source())
     bpy.data.images.remove(image)
 
 
 def comb(it):
     values = it.plane.data.attributes.new(COMB, "FLOAT_VECTOR", "CORNER")
-    it.addon.grating_material.read_combs()
+    it.addon.making_materials.read_combs()
     it.plane.data.attributes.remove(values)
 
 
@@ -185,10 +185,10 @@ DONE = {
     "the second's response is deleted": (of("node_groups", second_response), "Variation again"),
     "the Diffraction group is deleted": (of("node_groups", lambda it: it.first.group), ""),
     "the second's Diffraction group is deleted": (of("node_groups", lambda it: it.second.group), ""),
-    "the Lamp group is deleted": (of("node_groups", lambda it: it.addon.group.lamp_group()), ""),
+    "the Lamp group is deleted": (of("node_groups", lambda it: it.addon.lamp_group.lamp_group()), ""),
     "the scripts are deleted": (lambda it: bpy.data.batch_remove(list(bpy.data.texts)), ""),
     "the material is deleted": (of("materials", lambda it: it.first.material), ""),
-    "the direction map is deleted": (frame_map, "choose its Frame again"),
+    "the direction map is deleted": (frame_map, "choose its Direction again"),
     "the comb is deleted": (comb, ""),
     "the lamp is deleted": (of("lights", lambda it: bpy.data.lights["Sun"]), ""),
     "the world is deleted": (of("worlds", lambda it: it.scene.world), ""),
@@ -261,7 +261,7 @@ def assigned(it, done, wanted, capfd):
     drawn(it)
     if not line and it.first.own_group:
         own = it.first.group
-        assert not it.addon.lost.lost_of_own(own) and not it.addon.lost.lost_of_nodes(own)
+        assert not it.addon.lost_parts.lost_of_own(own) and not it.addon.lost_parts.lost_of_nodes(own)
         assert it.plane.active_material == it.first.material
         np.testing.assert_array_equal(shown_pixels(it), wanted)
 
@@ -278,15 +278,15 @@ def test_every_other_button_and_the_panel_work(skin, done, capfd):
     pressed("lights", lights="LAMPS")  # which makes groups anew
     assigned(skin, done, wanted, capfd)
     for button, options in (
-        ("vary", {"second": "second", "turn": 0.2}), ("add_diffraction", {}), ("add_lamp", {}), ("mend", {}),
-        ("show_direction", {}), ("remove_diffraction", {}),
+        ("vary", {"second": "second", "turn": 0.2}), ("add_diffraction", {}), ("add_diffraction_lamp", {}),
+        ("mend", {}), ("show_direction", {}), ("remove_diffraction", {}),
     ):  # fmt: skip
         pressed(button, **options)
     drawn(skin)
     for event in ("save_pre", "load_post", "undo_post"):
         skin.addon.handlers.HANDLERS[event]()
     try:
-        skin.addon.bake.record_bake(skin.first, facts, request)
+        skin.addon.baking.record_bake(skin.first, facts, request)
     except skin.addon.child.GratingError as fault:
         assert len(str(fault).splitlines()) == 1
     drawn(skin)
@@ -326,7 +326,7 @@ def test_a_group_of_no_grating_is_mended_from_its_pictures(skin):
     bpy.data.batch_remove([group for group in bpy.data.node_groups if group.name.startswith("Diffraction World")])
     bpy.ops.grating.mend()
     groups = [group for group in bpy.data.node_groups if skin.addon.skin.is_diffraction(group)]
-    assert skin.addon.lost.lost(groups) == []
+    assert skin.addon.lost_parts.lost(groups) == []
 
 
 def test_the_bake_s_files_come_back_from_the_pictures(skin):
@@ -334,6 +334,6 @@ def test_the_bake_s_files_come_back_from_the_pictures(skin):
     first = skin.first.baked_file()
     contents = first.read_bytes(), path_beside(first).read_bytes()
     bake_files(skin)
-    found = skin.addon.restore.bake_of(skin.first)
+    found = skin.addon.restoring_bakes.bake_of(skin.first)
     assert found != first and (found.read_bytes(), path_beside(found).read_bytes()) == contents
     assert skin.first.baked_file() == found

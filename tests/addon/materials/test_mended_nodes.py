@@ -29,12 +29,12 @@ def counts(group):
 @pytest.mark.parametrize("edit", NOTICED)
 def test_edited_nodes_are_noticed_and_mended(skin, tree, edit):
     whole = counts(skin.group)
-    assert skin.addon.lost.lost([skin.group]) == []
+    assert skin.addon.lost_parts.lost([skin.group]) == []
     lies_edits.of_trees()[f"{tree} {edit}"](skin)
-    (line,) = skin.addon.lost.lost([skin.group])
+    (line,) = skin.addon.lost_parts.lost([skin.group])
     assert "press Mend Materials" in line
     assert bpy.ops.grating.mend() == {"FINISHED"}
-    assert skin.addon.lost.lost([skin.group]) == [] and counts(skin.group) == whole
+    assert skin.addon.lost_parts.lost([skin.group]) == [] and counts(skin.group) == whole
     (node,) = skin.addon.material.diffraction_nodes(skin.material)
     assert node.outputs["Shader"].is_linked or edit in NOTICED[3:]
 
@@ -42,10 +42,10 @@ def test_edited_nodes_are_noticed_and_mended(skin, tree, edit):
 @pytest.mark.parametrize("edit", ["has no nodes", "has no links"])
 def test_an_edited_lamp_group_is_made_anew(skin, edit):
     lies_edits.of_trees()[f"the Lamp group {edit}"](skin)
-    (line,) = skin.addon.lost.lost([skin.group])
-    assert "were deleted in Diffraction Lamp; press Mend Materials" in line
+    (line,) = skin.addon.lost_parts.lost([skin.group])
+    assert "were deleted in Lamp Irradiance; press Mend Materials" in line
     bpy.ops.grating.mend()
-    assert skin.addon.lost.lost([skin.group]) == []
+    assert skin.addon.lost_parts.lost([skin.group]) == []
 
 
 def test_renamed_sockets_keep_what_an_artist_set(skin):

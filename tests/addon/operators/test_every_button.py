@@ -14,7 +14,7 @@ GIVEN = {
     "add_shed_skin": {"faces": 11_000},
     "bake_direction_map": {"size": 16},
     "comb": {"source": "X"},
-    "frame": {"kind": "AXIS"},
+    "direction": {"kind": "AXIS"},
     "import_height_map": {"filepath": "sample:flat"},
     "lights": {"lights": "LAMPS"},
     "unwrap": {"size": 16, "method": "MINIMUM_STRETCH"},

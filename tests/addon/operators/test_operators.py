@@ -253,13 +253,13 @@ def test_assign_without_a_uv_map_changes_nothing(scene, baked):
     layer = plane.data.uv_layers[0]
     plane.data.uv_layers.remove(layer)
     with pytest.raises(
-        RuntimeError, match="no UV map.*; press Comb Grating, or choose Object Axis as Frame, or unwrap"
+        RuntimeError, match="no UV map.*; press Comb Grating, or choose Object Axis as Direction, or unwrap"
     ):
         bpy.ops.grating.assign()
     assert not plane.material_slots and not bpy.data.materials
 
 
-@pytest.mark.parametrize("button", ["comb", "frame"])
+@pytest.mark.parametrize("button", ["comb", "direction"])
 def test_the_remedies_for_a_missing_uv_map_work(scene, baked, button):
     """Those that the refusal names and that need no UV map."""
     add_baked(scene, baked)

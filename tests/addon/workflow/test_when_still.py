@@ -79,7 +79,7 @@ def in_another_collection(scene, sun):
     scene.collection.objects.unlink(sun)
 
 
-def add_lamp(scene, sun):
+def add_diffraction_lamp(scene, sun):
     scene.collection.objects.link(bpy.data.objects.new("New", bpy.data.lights.new("New", "POINT")))
 
 
@@ -108,7 +108,7 @@ LAMP_CHANGES = {
     "linked to objects": lambda scene, sun: setattr(
         sun.light_linking, "receiver_collection", bpy.data.collections.new("Receivers")
     ),
-    "another lamp": add_lamp,
+    "another lamp": add_diffraction_lamp,
     "removed": lambda scene, sun: bpy.data.objects.remove(sun),
     "its data removed": lambda scene, sun: bpy.data.lights.remove(sun.data),
     "parented": parent_to_lamp,
@@ -181,7 +181,7 @@ def test_the_panel_shows_the_former_facts_until_it_is_still(addon, scene, gratin
     assert bpy.ops.grating.assign() == {"FINISHED"}
     facts = addon.facts.facts_of(bpy.context)
     assert [lamp.name for lamp in facts.scene.lamps] == ["Sun"]
-    add_lamp(scene, None)
+    add_diffraction_lamp(scene, None)
     bpy.context.view_layer.update()
     assert addon.facts.facts_of(bpy.context) is facts
     be_still(addon)
