@@ -34,4 +34,4 @@ def _part(part: object) -> str | Setting:
     match part:
         case {"setting": str(name)}:
             return Setting(name) if name in {setting.value for setting in Setting} else name
-    return str(part)
+    return part if isinstance(part, str) else ""

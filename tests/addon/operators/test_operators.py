@@ -75,12 +75,12 @@ def test_a_real_scan_imports(scene, shared_data):
 
 def test_the_skins_show_the_periods_of_their_gratings_and_where_their_relief_comes_from(scene, shared_data):
     for name, height_nm, told in (
-        ("elaphe", 375, "relief 408 nm levelled (375 nm as scanned), period 1130 nm at 0 deg"),
-        ("xenopeltis", 818.69, "relief 805 nm levelled (809 nm as scanned), period 1501 nm at 87 deg"),
+        ("elaphe", 375, "relief 408 nm levelled (375 nm as scanned)\nperiod 1130 nm at 0 deg"),
+        ("xenopeltis", 818.69, "relief 805 nm levelled (809 nm as scanned)\nperiod 1501 nm at 87 deg"),
     ):
         scan = shared_data / "snake" / f"{name}_65um.png"
         bpy.ops.grating.import_height_map(filepath=str(scan), size_um=65, height_nm=height_nm)
-        assert scene.natural_gratings.active().summary == f"65 x 65 um, {told}"
+        assert scene.natural_gratings.active().summary == f"65 x 65 um\n{told}"
 
 
 def test_bake_runs_and_is_recorded(scene, scan, tmp_path):
