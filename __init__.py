@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Natural Gratings: measured surfaces as iridescent materials. Blender's entry point.
 
-The add-on is imported inside the functions, so that this folder stays importable where there is no Blender.
-"""
+The functions import the add-on, so that this folder can be imported without Blender."""
 
 
 def register() -> None:

@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Blender side: lamps, node groups, materials, operators, the panel, and the command line. The physics is in
+"""The Blender add-on: lamps, node groups, materials, operators, panels and the command line. The physics is in
 precompute/.
 
-Enabling the extension loads only what registration needs. Operators load their actions, and the command line its verbs,
-when they are called.
-"""
+Enabling the extension loads only what registration needs. Operators and command-line verbs load the rest when run."""
 
 import bpy
 
@@ -37,7 +35,7 @@ from .operators import (
 from .ui import direction_panel, facts, panel, steps_panel
 from .workflow import handlers, previewing_levelling
 
-# In the order of registration: a property group comes before the property groups that hold it.
+# Registration order: a property group comes before the property groups that hold it.
 CLASSES = (
     levelling_steps.LevellingStep,
     grating.Grating,
@@ -97,7 +95,7 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Undo register(), last first. The gratings and materials of open files stay in them."""
+    """Undo register() in reverse order. Gratings and materials stay in open files."""
     bpy.utils.unregister_cli_command(_command)
     for following in (bake_grating.BakeGrating, bake_needs.BakeNeeds, comb_grating.CombGrating):
         following.stop()

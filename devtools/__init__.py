@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The code behind ./dev: environments, Blender, test suites, packages. It uses the standard library only."""
+"""The code of ./dev: environments, Blender, test suites, packages. It needs only the standard library."""
 
 from pathlib import Path
 
@@ -9,4 +9,4 @@ EXTENSION = "bl_ext.user_default.natural_gratings"
 
 
 class DevError(Exception):
-    """A fault that ./dev shows in one line, which tells what is wrong and what to do."""
+    """An error that ./dev prints as one line, with its cause and remedy."""

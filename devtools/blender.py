@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finding a Blender and starting it with this working tree as its extension.
-
-The Blender is a real binary, or the bpy wheel behind the shim (blender_shim.py)."""
+"""Finding a Blender and starting it with this working tree as its extension. The Blender is a real binary, or the bpy
+wheel behind the shim (blender_shim.py)."""
 
 import os
 import re
@@ -22,24 +21,24 @@ from .steps import become, clean_environment, say
 OLDEST = (4, 5)
 CHROOT_BLENDER = ENVIRONMENTS / "sid-blender"
 SHIM = ROOT / "devtools" / "blender_shim.py"
-# A developer who sets one of these has their own Blender set-up, which is left as it is.
+# If one of these is set, the developer's own Blender set-up is used.
 USER_FOLDERS = ("BLENDER_USER_RESOURCES", "BLENDER_USER_EXTENSIONS")
 
 
 @dataclass(frozen=True)
 class Launch:
-    """A command line, and the variables to add to its environment."""
+    """A command line, and extra environment variables."""
 
     command: list[str]
     variables: dict[str, str] = field(default_factory=dict)
 
     def run(self) -> NoReturn:
-        """Run the command in the place of this process."""
+        """Replace this process by the command."""
         become(self.command, clean_environment(**self.variables))
 
 
 def binary_version(binary: str | Path) -> tuple[int, int]:
-    """The version (major, minor) of a Blender binary. Raises DevError where it is no Blender or does not run."""
+    """The version (major, minor) of a Blender binary. Raises DevError if it is no Blender or does not run."""
     try:
         answer = subprocess.run([binary, "--version"], capture_output=True, text=True, timeout=120)
     except (OSError, subprocess.TimeoutExpired) as fault:
@@ -51,7 +50,7 @@ def binary_version(binary: str | Path) -> tuple[int, int]:
 
 
 def require_binary(path: str) -> Path:
-    """The binary that --blender names. Raises DevError where it is missing, no Blender, or too old."""
+    """The binary that --blender names. Raises DevError if it is missing, no Blender, or too old."""
     binary = shutil.which(path)
     if binary is None:
         raise DevError(f"{path}: no such program; remedy: give --blender the path of a Blender binary")
@@ -61,7 +60,7 @@ def require_binary(path: str) -> Path:
 
 
 def find_binary() -> Path | None:
-    """The Blender binary on PATH, else the binary that `./dev blender-setup` made; None where there is neither."""
+    """The Blender binary on PATH, else the one that `./dev blender-setup` made, else None."""
     for candidate in (shutil.which("blender"), CHROOT_BLENDER):
         if candidate is None or not Path(candidate).exists():
             continue
@@ -73,12 +72,12 @@ def find_binary() -> Path | None:
 
 
 def has_own_user_folder() -> bool:
-    """Whether the environment names a Blender user folder already."""
+    """Whether the environment sets a Blender user folder."""
     return any(os.environ.get(name) for name in USER_FOLDERS)
 
 
 def launch_binary(binary: Path, arguments: Sequence[str]) -> Launch:
-    """How to start a real Blender, with a user folder under .env in which the working tree is the extension."""
+    """How to start a real Blender, with a user folder under .env that links the working tree as its extension."""
     if has_own_user_folder():
         return Launch([str(binary), *arguments])
     fetch_wheels(environments.require(environments.PY311))
@@ -89,7 +88,7 @@ def launch_binary(binary: Path, arguments: Sequence[str]) -> Launch:
 
 
 def launch_shim(environment: Environment, arguments: Sequence[str]) -> Launch:
-    """How to start the bpy wheel behind the shim, with a user folder as in launch_binary."""
+    """How to start the bpy wheel behind the shim, with a user folder like launch_binary's."""
     ensure_blender_libraries()
     environments.require(environment)
     user = ENVIRONMENTS / "bpy-user"

@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A stand-in for the `blender` binary over a bpy wheel: the same arguments, in their order, the same exit statuses.
+"""A stand-in for the `blender` binary that uses a bpy wheel: the same arguments in order, the same exit statuses.
 
-It does only what needs no window. It fails as Blender 5.2 fails. After a script that raises, the next argument is
-carried out unless --python-exit-code was given. A file that cannot be read, or a --command that raises, ends Blender
-with status 1.
-"""
+It does only what needs no window, and fails as Blender 5.2 does. After a script raises, the next argument is processed
+unless --python-exit-code was given. A file that cannot be read, or a --command that raises, gives status 1."""
 
 import contextlib
 import os
@@ -39,7 +37,7 @@ commands: dict[str, Callable[[list[str]], int]] = {}
 
 
 def fail(text: str) -> None:
-    """End with an error."""
+    """Exit with an error."""
     print(f"Error: {text}", file=sys.stderr)
     sys.exit(1)
 
@@ -52,7 +50,7 @@ def show_hidden_packages() -> None:
 
 
 def record_commands() -> None:
-    """Record add-ons' commands when they are registered: bpy keeps them where only the binary can reach them."""
+    """Record the commands that add-ons register. Otherwise only the binary could reach them."""
     register = bpy.utils.register_cli_command
 
     def register_and_record(name: str, execute: Callable[[list[str]], int]) -> object:
@@ -70,20 +68,20 @@ def extension_is_installed() -> bool:
 
 
 def enable(module: str) -> None:
-    """Enable an add-on, or say that it cannot be enabled."""
-    import addon_utils  # found only once bpy is loaded
+    """Enable an add-on, or print that it cannot be enabled."""
+    import addon_utils  # importable only after bpy
 
     if addon_utils.enable(module) is None:
         print(f"Error: add-on {module} cannot be enabled", file=sys.stderr)
 
 
 def context_of_commands() -> contextlib.AbstractContextManager:
-    """The context in which the binary runs a --command: once a file is open there is no window in it."""
+    """The context in which the binary runs a --command: once a file is open, it has no window."""
     return bpy.context.temp_override(window=None) if bpy.data.filepath else contextlib.nullcontext()
 
 
 def run_command(name: str, arguments: list[str]) -> None:
-    """Run a command of an add-on, and end with its status."""
+    """Run an add-on's command and exit with its status."""
     if name == "grating" and name not in commands:
         if not extension_is_installed():
             os.environ["BLENDER_USER_EXTENSIONS"] = os.environ["NATURAL_GRATINGS_LINKED_EXTENSIONS"]
@@ -105,7 +103,7 @@ def run_command(name: str, arguments: list[str]) -> None:
 
 
 def run_script(run: Callable[[], object], name: str, exit_code: int) -> None:
-    """Run a script; where it raises, end with exit_code unless that is 0."""
+    """Run a script. If it raises, exit with exit_code unless that is 0."""
     try:
         run()
     except Exception:
@@ -224,13 +222,13 @@ OPTIONS = {
 
 
 def own_arguments(arguments: list[str]) -> list[str]:
-    """The arguments for Blender itself: all arguments before `--`, or up to and including the flag of a command."""
+    """The arguments for Blender itself: all before `--`, or up to and including a command's flag."""
     ends = [index for index, argument in enumerate(arguments) if argument in ("--", "-c", "--command")]
     return arguments[: ends[0] + 1] if ends else arguments
 
 
 def carry_out(arguments: list[str]) -> None:
-    """Carry out the arguments one after the other."""
+    """Process the arguments in order."""
     exit_code = 0
     queue = iter(arguments)
     for argument in queue:

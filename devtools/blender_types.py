@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A plugin of mypy that reads Blender's stubs as Blender's documentation is meant.
+"""A mypy plugin that corrects Blender's stubs to match Blender's documentation.
 
-The stubs say of every pointer that it may be None, of `context.scene` too, and of `Object.data` that it may be any of
-fourteen kinds of data. Code that tested for each of these would be unreadable. The plugin leaves None out when such a
-property is read, and takes a property of many kinds for one of an unknown kind. What a function returns, as
-`bpy.data.objects.get` does, stays as the stubs have it.
+In the stubs every pointer may be None, even `context.scene`, and `Object.data` may be any of fourteen types. Code that
+tested for each would be unreadable. When such a property is read, the plugin removes None, and turns a union of many
+types into Any. Return values of functions, such as `bpy.data.objects.get`, stay as in the stubs.
 
-The stubs have every subclass of a node or of a lamp, but `tree.nodes` and `bpy.data.lights` give the base class. The
-plugin lets code use on a base class what only some of its subclasses have. It also adds what the stubs forgot:
-`"name" in block`, the elements of a vector, and the property that this add-on gives to every scene.
-"""
+The stubs have every subclass of a node or of a lamp, but `tree.nodes` and `bpy.data.lights` return the base class. The
+plugin accepts attributes of subclasses on a base class. It also adds what the stubs lack: `"name" in block`, the
+elements of a vector, and this add-on's property of scenes."""
 
 from collections.abc import Callable
 
@@ -19,12 +17,12 @@ from mypy.plugins.common import add_attribute_to_class, add_method_to_class
 from mypy.typeops import make_simplified_union
 from mypy.types import AnyType, NoneType, Type, TypeOfAny, UnionType, get_proper_type
 
-# A property of more kinds is one of an unknown kind.
+# Unions of more types than this become Any.
 _KINDS_MAX = 3
-# Properties whose kind the stubs have too narrow: an array as one number, a node tree as any data-block, the renderer
-# as the one that is always there.
+# Properties with too narrow a type in the stubs: arrays typed as a number, a node tree as any data-block, the render
+# engine as one fixed name.
 _OF_ANY_KIND = (".id_data", ".pixels", ".image_pixels_float", ".RenderSettings.engine")
-# Classes of which Blender gives an object where code expects one of a certain subclass.
+# Base classes that Blender returns where code expects a certain subclass.
 _BASES = {
     f"bpy.types.{name}"
     for name in (
@@ -44,13 +42,13 @@ class BlenderTypes(Plugin):
     """The plugin."""
 
     def get_attribute_hook(self, fullname: str) -> Callable[[AttributeContext], Type] | None:
-        """Called by mypy for each attribute that is read or written."""
+        """mypy calls this for each attribute that is read or written."""
         if not fullname.startswith("bpy.types."):
             return None
         return _of_any_kind if fullname.endswith(_OF_ANY_KIND) else _present
 
     def get_customize_class_mro_hook(self, fullname: str) -> Callable[[ClassDefContext], None] | None:
-        """Called by mypy for each class."""
+        """mypy calls this for each class."""
         if fullname in _BASES:
             return _with_any_attribute
         if fullname in _SEQUENCES:
@@ -99,5 +97,5 @@ def _present(context: AttributeContext) -> Type:
 
 
 def plugin(_: str) -> type[Plugin]:
-    """The entry point by which mypy finds the plugin."""
+    """The entry point of the plugin for mypy."""
     return BlenderTypes

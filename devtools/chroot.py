@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A real Blender on Debian: a folder that holds Debian sid and its Blender, made by debootstrap, and a wrapper to
-run it."""
+"""A real Blender on Debian: debootstrap installs Debian sid with its Blender into a folder, and a wrapper runs it."""
 
 import os
 import shutil
@@ -15,8 +14,8 @@ from .steps import run_step, say
 SID = ENVIRONMENTS / "sid"
 PACKAGES = "blender python3-numpy python3-cattr python3-requests libgl1 libopengl0 libegl1 libgl1-mesa-dri"
 
-# The mounts are in a mount namespace of the process's own and end with it. Inside, the machine's folders appear at the
-# same paths, except for those of the system, so that paths on a command line keep their meaning.
+# The mounts are in the process's own mount namespace and end with it. The machine's folders, except system folders,
+# have the same paths inside, so paths on a command line keep their meaning.
 WRAPPER = """\
 #!/bin/sh
 # Runs Blender, or what CHROOT_RUN names, in the Debian sid beside this script.
@@ -43,10 +42,8 @@ def write_wrapper(path: Path, root: Path) -> None:
 
 
 def set_up() -> Path:
-    """Make .env/sid and the wrapper .env/sid-blender in about a minute; the wrapper's path.
-
-    After an interruption it starts again from nothing. Raises DevError where the machine is not Debian or the user is
-    not root."""
+    """Make .env/sid and the wrapper .env/sid-blender, in about a minute. Returns the wrapper's path. After an
+    interruption it starts from nothing. Raises DevError if the machine is not Debian or the user is not root."""
     if CHROOT_BLENDER.exists():
         say(f"Blender {'.'.join(map(str, binary_version(CHROOT_BLENDER)))} is there: {CHROOT_BLENDER}")
         return CHROOT_BLENDER
@@ -60,7 +57,7 @@ def set_up() -> Path:
     shutil.rmtree(partial, ignore_errors=True)
     shutil.rmtree(SID, ignore_errors=True)
     logs = ENVIRONMENTS / "logs"
-    # debootstrap mounts /proc in the folder; a mount namespace of its own makes that mount end with it.
+    # debootstrap mounts /proc in the folder. In its own mount namespace, that mount ends with it.
     private = ["unshare", "--mount", "--propagation", "private"]
     debootstrap = [*private, "debootstrap", "--variant=minbase", "sid", partial]
     run_step("Debian sid in a folder", debootstrap, logs / "debootstrap.log")

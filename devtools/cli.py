@@ -19,24 +19,24 @@ PACKAGE = "natural_gratings"  # the name under which mypy knows this folder; pyp
 
 VERBS_HELP = """\
 verbs:
-  demo [--output DIR]     the main job: a scan baked, mapped and rendered on a snake, with a report
-  scenes [--output DIR]   the sample scenes as .blend files, and their pictures
-  test [PYTEST ARGS]      every test that CI runs; a path under tests/ chooses suites
-  lint [--fix]            ruff: rules and formatting; mypy: types
-  bench [ARGS]            the benchmarks of laboratory/benchmarks/
-  build [--output DIR]    the extension's zip for each platform, validated
-  grating ARGS            the command line without Blender: info, bake, map, ...
-  blender ARGS            Blender with this working tree as its extension
-  walk [--output DIR]     an artist's walk in a Blender with a window, with a picture of each station
-  blender-setup           a real Blender on Debian, in .env
-  env                     what there is: interpreters, environments, libraries, Blenders
+  demo [--output DIR]     the main job: bakes a scan, maps it and renders it on a snake, with a report
+  scenes [--output DIR]   writes the sample scenes as .blend files, with pictures
+  test [PYTEST ARGS]      runs every test that CI runs; a path under tests/ chooses suites
+  lint [--fix]            checks rules and formatting with ruff, types with mypy
+  bench [ARGS]            runs the benchmarks of laboratory/benchmarks/
+  build [--output DIR]    builds and validates the extension's zip for each platform
+  grating ARGS            runs the command line without Blender: info, bake, map, ...
+  blender ARGS            runs Blender with this working tree as its extension
+  walk [--output DIR]     presses the panel's buttons in a Blender with a window, and saves pictures
+  blender-setup           installs a real Blender into .env, on Debian
+  env                     lists the interpreters, environments, libraries and Blenders on this machine
 
-`./dev VERB --help` tells more. The first use of a verb makes the environment it needs, under .env.
+`./dev VERB --help` gives details. The first use of a verb makes the environment that it needs, under .env.
 """
 
 
 def chosen(options: argparse.Namespace) -> Environment:
-    """The environment that --bpy names; that of Blender 4.5 by default."""
+    """The environment for --bpy; by default that of Blender 4.5."""
     return next((one for one in ALL if one.blender_version == options.bpy), PY311)
 
 
@@ -53,7 +53,7 @@ def scenes(options: argparse.Namespace, arguments: list[str]) -> NoReturn:
 
 
 def _run_scenes(verb: str, description: str, options: argparse.Namespace, arguments: list[str]) -> NoReturn:
-    """Become the module of sample_scenes that the verb names, with the Blender that was asked for."""
+    """Replace this process by the verb's module of sample_scenes, with the Blender that was asked for."""
     parser = verb_parser(verb, description)
     parser.add_argument("--output", type=Path, default=ROOT / "dist" / verb, help=f"default: dist/{verb}")
     own, rest = parser.parse_known_args(arguments)
@@ -81,7 +81,7 @@ def test(options: argparse.Namespace, arguments: list[str]) -> int:
 
 def lint(_: argparse.Namespace, arguments: list[str]) -> int:
     parser = verb_parser("lint", "Checks rules and formatting with ruff, and types with mypy.")
-    parser.add_argument("--fix", action="store_true", help="mend what ruff can mend, and format")
+    parser.add_argument("--fix", action="store_true", help="fix what ruff can fix, and format")
     fix = parser.parse_args(arguments).fix
     environment = environments.require(LINT)
     commands = (
@@ -98,9 +98,8 @@ def lint(_: argparse.Namespace, arguments: list[str]) -> int:
 def _check_types(environment: Environment) -> int:
     """Run mypy over the packages that ship. Returns its exit status.
 
-    The add-on imports precompute by a path relative to this folder, so mypy needs this folder as a package. The
-    folder's own name need not be a package's name; a link gives it one.
-    """
+    The add-on imports precompute relative to the repository's folder, so mypy needs that folder as a package. Its name
+    may not be a valid package name, so a link provides one."""
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, PACKAGE).symlink_to(ROOT, target_is_directory=True)
         command = [environment.python, "-m", "mypy", "--config-file", ROOT / "pyproject.toml"]
@@ -123,7 +122,7 @@ def bench(options: argparse.Namespace, arguments: list[str]) -> NoReturn:
 def build(_: argparse.Namespace, arguments: list[str]) -> int:
     parser = verb_parser("build", "Builds the extension's zip for each platform and validates each.")
     parser.add_argument("--output", type=Path, default=ROOT / "dist", help="default: dist")
-    parser.add_argument("--lock", action="store_true", help="record the wheels' hashes anew")
+    parser.add_argument("--lock", action="store_true", help="record the wheels' hashes instead of checking them")
     own = parser.parse_args(arguments)
     for package in packages.build(environments.require(PY311), own.output, own.lock):
         print(f"{package} ({package.stat().st_size / 1e6:.1f} MB)")
@@ -135,7 +134,7 @@ def grating(_: argparse.Namespace, arguments: list[str]) -> NoReturn:
     own = {path.stem for path in (ROOT / "laboratory" / "verbs").glob("[a-z]*.py")}
     # The laboratory's program lists the verbs of both.
     package = "laboratory" if not arguments or arguments[0] in {*own, "-h", "--help"} else "precompute"
-    # The working folder stays the caller's, so that the files it names are found.
+    # The working folder stays the caller's, so relative paths keep their meaning.
     become([environment.python, "-m", package, *arguments], project_environment())
 
 
@@ -210,7 +209,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one verb. Returns the exit status of the program that it ran, or 1 after one line on what prevented it."""
+    """Run one verb. Returns the exit status of the program that it ran, or 1 after printing a one-line error."""
     parser = make_parser()
     arguments = sys.argv[1:] if arguments is None else arguments
     if not arguments:
@@ -220,7 +219,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         status = VERBS[options.verb](options, options.arguments)
-        return status if status >= 0 else 128 - status  # the status that a shell gives after a signal
+        return status if status >= 0 else 128 - status  # as a shell reports a signal
     except DevError as fault:
         print(f"error: {fault}", file=sys.stderr)
         return 1

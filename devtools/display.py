@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A screen of its own for a Blender with a window."""
+"""A virtual screen for a Blender with a window."""
 
 import os
 import shutil
@@ -13,8 +13,8 @@ from . import DevError
 
 @contextmanager
 def display(width: int = 1280, height: int = 900, *, folder: Path | None = None) -> Iterator[str]:
-    """A screen that nobody sees, as DISPLAY names it. In `folder` its picture is always in the file Xvfb_screen0, in
-    the format of xwd. Raises DevError where there is no Xvfb."""
+    """A virtual screen; yields its name for DISPLAY. The file Xvfb_screen0 in `folder` always holds its picture, in the
+    xwd format. Raises DevError if there is no Xvfb."""
     if shutil.which("Xvfb") is None:
         raise DevError("Xvfb is missing; remedy: apt-get install xvfb")
     reader, writer = os.pipe()

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The environments under .env: one for each version of Blender, and one for ./dev lint. venv and pip make them from
-pyproject.toml."""
+"""The environments under .env, made from pyproject.toml: one for each version of Blender, and one for ./dev lint."""
 
 import contextlib
 import fcntl
@@ -34,7 +33,7 @@ class Environment:
 
     @property
     def stamp(self) -> Path:
-        """The file that is written last and lists the installed requirements; it is missing after an interruption."""
+        """The list of installed requirements. It is written last, so it is missing after an interruption."""
         return self.folder / "stamp.json"
 
     @property
@@ -51,7 +50,7 @@ LINT = Environment("lint", "3.11")
 
 
 def dependency_group(name: str) -> list[str]:
-    """The pinned requirements of a group in pyproject.toml, with the requirements of the groups that it includes."""
+    """The pinned requirements of a group in pyproject.toml, including those of the groups that it includes."""
     groups = tomllib.loads((ROOT / "pyproject.toml").read_text())["dependency-groups"]
     requirements: list[str] = []
     for entry in groups[name]:
@@ -60,7 +59,7 @@ def dependency_group(name: str) -> list[str]:
 
 
 def is_ready(environment: Environment) -> bool:
-    """Whether the environment is complete and holds the present pins."""
+    """Whether the environment is complete and matches the present pins."""
     try:
         stamped = json.loads(environment.stamp.read_text())
     except (OSError, ValueError):
@@ -70,7 +69,7 @@ def is_ready(environment: Environment) -> bool:
 
 @contextlib.contextmanager
 def one_at_a_time() -> Iterator[None]:
-    """A lock for set-up: two ./dev processes that set up at the same time would spoil each other's environment."""
+    """Lock the set-up: two ./dev processes at the same time would corrupt each other's environment."""
     ENVIRONMENTS.mkdir(exist_ok=True)
     with (ENVIRONMENTS / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
@@ -78,7 +77,7 @@ def one_at_a_time() -> Iterator[None]:
 
 
 def make(environment: Environment, base_python: Path) -> None:
-    """Make the environment, or bring a complete one to the present pins."""
+    """Make the environment, or update a complete one to the present pins."""
     logs = ENVIRONMENTS / "logs"
     if not environment.stamp.exists() or not environment.python.exists():
         command = [base_python, "-m", "venv", "--clear", environment.folder]
@@ -93,10 +92,9 @@ def make(environment: Environment, base_python: Path) -> None:
 
 
 def ensure(*wanted: Environment) -> list[Environment]:
-    """Make the wanted environments that are not ready yet; returns all wanted environments that are ready in the end.
+    """Make the wanted environments that are not ready. Returns the wanted environments that are ready afterwards.
 
-    Where the machine lacks Python 3.13, its environment is left out. Raises DevError where it lacks Python 3.11.
-    """
+    Without Python 3.13 on the machine, its environment is left out. Raises DevError if there is no Python 3.11."""
     if all(map(is_ready, wanted)):
         return list(wanted)
     with one_at_a_time():
@@ -113,7 +111,7 @@ def ensure(*wanted: Environment) -> list[Environment]:
 
 
 def require(environment: Environment) -> Environment:
-    """The environment, made if necessary. Raises DevError where its Python is not on this machine."""
+    """The environment, made if necessary. Raises DevError if its Python is not on this machine."""
     if not ensure(environment):
         raise DevError(
             f"no Python {environment.python_version} for Blender {environment.blender_version}; "

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The working tree as an installed extension: links in a Blender user folder, so that no copy goes stale."""
+"""The working tree as an installed extension: links in a Blender user folder, so no copy gets outdated."""
 
 import importlib
 import re
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 
@@ -13,8 +14,7 @@ WHEELS_LIST = re.compile(r"^wheels = \[.*?^\]\n", re.DOTALL | re.MULTILINE)
 
 
 def write_if_changed(path: Path, text: str) -> None:
-    """Write the text unless the file holds it already: Blender checks its add-ons anew when a manifest is newer than
-    its notes."""
+    """Write the text unless the file already has it, because Blender checks its add-ons again if a manifest changes."""
     if not path.exists() or path.read_text() != text:
         path.write_text(text)
 
@@ -26,10 +26,9 @@ def link(path: Path, target: Path) -> None:
 
 
 def link_extension(user_folder: Path, wheels: bool = False) -> Path:
-    """Put the working tree into `user_folder` (a BLENDER_USER_RESOURCES) as natural_gratings; returns the place.
+    """Link the working tree into `user_folder` (a BLENDER_USER_RESOURCES) as natural_gratings. Returns the folder.
 
-    Without `wheels` the manifest names no wheels, because the environment around a bpy wheel has the packages itself.
-    """
+    Without `wheels` the manifest lists no wheels, because the environment of a bpy wheel has the packages."""
     folder = user_folder / "extensions" / "user_default" / "natural_gratings"
     folder.mkdir(parents=True, exist_ok=True)
     manifest = (ROOT / "blender_manifest.toml").read_text()
@@ -46,10 +45,16 @@ class AddonModules:
         self.package = importlib.import_module(f"{extension_name}.addon")
 
     def __getattr__(self, name: str) -> ModuleType:
-        folder = ROOT / "addon"
-        for path in folder.rglob(f"{name}.py"):
-            dotted = ".".join(path.relative_to(folder).with_suffix("").parts)
-            module = importlib.import_module(f"{self.package.__name__}.{dotted}")
-            setattr(self, name, module)
-            return module
-        raise AttributeError(f"no file {name}.py in addon/")
+        if name not in _dotted_names():
+            raise AttributeError(f"no file {name}.py in addon/")
+        module = importlib.import_module(f"{self.package.__name__}.{_dotted_names()[name]}")
+        setattr(self, name, module)
+        return module
+
+
+@cache
+def _dotted_names() -> dict[str, str]:
+    """The dotted name within addon/ of each module, by its file's name."""
+    folder = ROOT / "addon"
+    files = [path.relative_to(folder).with_suffix("") for path in folder.rglob("*.py")]
+    return {file.name: ".".join(file.parts) for file in files}

@@ -16,7 +16,7 @@ HEADER = (
 
 
 def table() -> np.ndarray:
-    """Rows (401, 5) of the wavelength in nanometres, x, y and z of the observer, and D65."""
+    """Rows (401, 5): wavelength in nanometres; x, y and z of the observer; D65."""
     cmfs = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
     d65 = colour.SDS_ILLUMINANTS["D65"]
     values = np.array([cmfs[float(nm)] for nm in WAVELENGTHS_NM])

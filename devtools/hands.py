@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mouse and keyboard events in a Blender with a window and --enable-event-simulate, as steps of a story.
+"""Mouse and keyboard events for a Blender with a window and --enable-event-simulate, as steps of a story.
 
-Steps are generators; each yields the seconds that Blender has until the next. play() runs them by Blender's timer.
-Where a button lies is found as a person finds it, by looking under the pointer: Ctrl-C over a button copies what it
-does.
-"""
+Steps are generators. Each yields the seconds that Blender gets before the next; play() runs them by Blender's timer. A
+button is found as a person finds it, by trying under the pointer: Ctrl-C over a button copies its command."""
 
 import os
 import struct
@@ -20,11 +18,11 @@ from bpy_extras.view3d_utils import location_3d_to_region_2d
 if TYPE_CHECKING:
     from PIL import Image
 
-# Seconds that Blender has for an event, and for one that builds a node group.
+# Seconds for an event, and for an event that builds a node group.
 MOMENT, LONG = 0.05, 1.0
 _ROW = 14  # pixels; a button is 20 high
 
-# By the button's command: the row where it was found last.
+# The row where each button was found last, by its command.
 _rows: dict[str, int] = {}
 
 Steps = Iterator[float]
@@ -43,12 +41,12 @@ def view() -> tuple[bpy.types.Area, bpy.types.Region, bpy.types.Region]:
 
 
 def move(x: float, y: float) -> None:
-    """The pointer goes there."""
+    """Move the pointer."""
     window().event_simulate("MOUSEMOVE", "NOTHING", x=int(x), y=int(y))
 
 
 def click(x: float, y: float) -> Steps:
-    """The pointer goes there, then the button goes down and up."""
+    """Move the pointer and click."""
     move(x, y)
     yield MOMENT
     for value in ("PRESS", "RELEASE"):
@@ -57,17 +55,17 @@ def click(x: float, y: float) -> Steps:
 
 
 def press_key(key: str, x: float, y: float, **modifiers: bool) -> Steps:
-    """A key goes down and up, with the pointer there."""
+    """Press and release a key at the pointer's position."""
     for value in ("PRESS", "RELEASE"):
         window().event_simulate(key, value, x=int(x), y=int(y), **modifiers)
         yield MOMENT
 
 
 def find_button(command: str, across: float = 0.3) -> Generator[float, None, tuple[float, float]]:
-    """Looks for the button that runs a command, so far across the sidebar; returns where it lies."""
+    """Find the button that runs a command and return its position. `across` is the share of the sidebar's width."""
     sidebar = view()[2]
     x = sidebar.x + sidebar.width * across
-    # The panel's height changes little: near where the button was last time.
+    # The panel's height changes little, so the search starts where the button was last time.
     rows = range(sidebar.y + sidebar.height - _ROW, sidebar.y, -_ROW)
     known = _rows.get(command, rows[0])
     for y in sorted(rows, key=lambda row: abs(row - known)):
@@ -82,14 +80,14 @@ def find_button(command: str, across: float = 0.3) -> Generator[float, None, tup
 
 
 def press_button(command: str, across: float = 0.3) -> Steps:
-    """Finds the button that runs the command, so far across the sidebar, and clicks it."""
+    """Find the button that runs a command, and click it. `across` is as in find_button."""
     x, y = yield from find_button(command, across)
     yield from click(x, y)
     yield LONG
 
 
 def press_in_view(key: str, **modifiers: bool) -> Steps:
-    """Presses a key over the 3D view."""
+    """Press a key over the 3D view."""
     region = view()[1]
     x, y = region.x + region.width / 4, region.y + region.height / 2
     move(x, y)
@@ -99,7 +97,7 @@ def press_in_view(key: str, **modifiers: bool) -> Steps:
 
 
 def click_object(name: str, at: tuple[float, float, float]) -> Steps:
-    """Clicks the object in the 3D view, at a place of the world on it."""
+    """Click an object in the 3D view, at the world position `at`."""
     area, region, _ = view()
     place = location_3d_to_region_2d(region, area.spaces.active.region_3d, at)
     yield from click(region.x + place.x, region.y + place.y)
@@ -108,7 +106,7 @@ def click_object(name: str, at: tuple[float, float, float]) -> Steps:
 
 
 def show_sidebar() -> Steps:
-    """The camera's view, and the extension's tab of the sidebar."""
+    """Show the camera's view, and the extension's tab of the sidebar."""
     area, _, sidebar = view()
     area.spaces.active.show_region_ui = True
     area.spaces.active.region_3d.view_perspective = "CAMERA"
@@ -119,19 +117,18 @@ def show_sidebar() -> Steps:
 
 
 def screen_picture(screen: Path) -> "Image.Image":
-    """The screen, from the file that holds its picture (display.py). Blender's own screenshot is black without a
-    graphics card's front buffer."""
+    """The screen, read from its picture file (display.py). Blender's screenshot is black without a graphics card."""
     from PIL import Image
 
     held = screen.read_bytes()
-    # The fields of an xwd header, 32 bits each, that say where the pixels begin, and how they are laid out.
+    # An xwd header has fields of 32 bits, including the start of the pixels and their layout.
     header_size, _, _, _, width, height, *rest = struct.unpack(">25I", held[:100])
     row_bytes, colours = rest[6], rest[13]
     return Image.frombytes("RGB", (width, height), held[header_size + 12 * colours :], "raw", "BGRX", row_bytes)
 
 
 def play(story: Steps) -> None:
-    """Plays a story by Blender's timer and quits; what went wrong is in the exit status and the output."""
+    """Play a story by Blender's timer, then quit. An error is printed and gives exit status 1."""
     bpy.app.timers.register(lambda: _next(story), first_interval=1.0, persistent=True)
 
 

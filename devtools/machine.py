@@ -12,7 +12,7 @@ from pathlib import Path
 from . import ENVIRONMENTS, DevError
 from .steps import clean_environment, run_step
 
-# Debian packages, each with the library that is looked for on other systems. For the DRI drivers there is no library.
+# Debian packages, and for each the library to look for on other systems. The DRI drivers have no library.
 BLENDER_LIBRARIES = {
     "libegl1": "libEGL.so.1",
     "libegl-mesa0": "libEGL_mesa.so.0",
@@ -34,7 +34,7 @@ def is_debian() -> bool:
 
 
 def install_debian_packages(packages: Sequence[str], reason: str) -> None:
-    """Install packages as root. Raises DevError with the line to run where the user is not root."""
+    """Install packages as root. Raises DevError with the command to run if the user is not root."""
     install = ["apt-get", "install", "-y", "--no-install-recommends", *packages]
     if os.geteuid() != 0:
         raise DevError(f"{reason}; remedy: sudo apt-get update && sudo {' '.join(install)}")
@@ -60,8 +60,7 @@ def loads(library: str) -> bool:
 
 
 def missing_blender_libraries() -> list[str]:
-    """The names of the packages (on Debian) or libraries (elsewhere) that `import bpy` and EEVEE need and the
-    machine lacks."""
+    """The missing packages (on Debian) or libraries (elsewhere) that `import bpy` and EEVEE need."""
     if sys.platform != "linux":
         return []
     if is_debian():
@@ -71,7 +70,7 @@ def missing_blender_libraries() -> list[str]:
 
 
 def ensure_blender_libraries() -> None:
-    """Install the missing libraries as root on Debian. Otherwise raises DevError with the remedy, if any is missing."""
+    """Install missing libraries as root on Debian. Raises DevError with the remedy if that is impossible."""
     missing = missing_blender_libraries()
     if not missing:
         return
@@ -113,11 +112,10 @@ def makes_environments(python: Path) -> bool:
 
 
 def find_python(version: str) -> Path | None:
-    """The first interpreter of a version that runs and can make environments; None where there is none.
+    """The first interpreter of a version that runs and can make environments, or None.
 
-    On Debian an interpreter needs the package python3.11-venv in order to make environments; as root, this function
-    installs the package. Raises DevError where an interpreter runs but cannot make environments.
-    """
+    On Debian this needs the package python3.11-venv, which is installed if the user is root. Raises DevError if an
+    interpreter runs but cannot make environments."""
     running = list(runnable_pythons(version))
     able = next(filter(makes_environments, running), None)
     if able or not running:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The extension's packages: fetching and checking wheels, building and validating a zip for each platform."""
+"""The extension's packages: downloading and checking wheels, building and validating a zip for each platform."""
 
 import hashlib
 import re
@@ -18,7 +18,7 @@ from .steps import clean_environment, run_step, run_together, say
 
 WHEELS = ROOT / "wheels"
 HASHES = ROOT / "devtools" / "wheels.sha256"
-# The date of every file in a zip, the earliest that there can be, and its mode.
+# Date (the earliest possible), system and mode of every file in a zip.
 _DATE, _UNIX, _MODE = (1980, 1, 1, 0, 0, 0), 3, 0o644
 
 
@@ -33,7 +33,7 @@ def sha256(path: Path) -> str:
 
 
 def known_hashes() -> dict[str, str]:
-    """The recorded SHA-256 of each wheel by its file name; the record has the format of sha256sum."""
+    """The recorded SHA-256 of each wheel by file name. The record has the format of sha256sum."""
     lines = HASHES.read_text().splitlines() if HASHES.exists() else []
     return {name: digest for digest, name in (line.split() for line in lines)}
 
@@ -71,7 +71,7 @@ class Download:
 
 
 def downloads(names: list[str]) -> list[Download]:
-    """The downloads that bring the wheels of these file names."""
+    """The downloads that fetch the wheels with these file names."""
     plan: dict[tuple[str, str], Download] = {}
     for name in names:
         package, version, python_tag, _, platform_tags = name.removesuffix(".whl").split("-")
@@ -83,9 +83,8 @@ def downloads(names: list[str]) -> list[Download]:
 
 
 def fetch_wheels(environment: Environment, lock: bool = False) -> None:
-    """Download the manifest's wheels into wheels/ and check their SHA-256; with `lock`, record these instead.
-
-    Raises DevError where a wheel is missing or its SHA-256 is not the recorded one."""
+    """Download the manifest's wheels into wheels/ and check their SHA-256, or with `lock`, record the SHA-256. Raises
+    DevError if a wheel is missing or its SHA-256 differs from the record."""
     hashes = known_hashes()
     wanted = [name for name in wheel_names() if not (WHEELS / name).is_file() or not (lock or is_genuine(name, hashes))]
     for name in wanted:
@@ -100,7 +99,7 @@ def fetch_wheels(environment: Environment, lock: bool = False) -> None:
 
 
 def extension_tool(environment: Environment, *arguments: str | Path) -> None:
-    """Run Blender's own tool for extensions, from the bpy wheel. Raises DevError with its complaint."""
+    """Run Blender's own tool for extensions, from the bpy wheel. Raises DevError with its output if it fails."""
     scripts = environment.bpy_folder / "scripts"
     tool = scripts / "addons_core" / "bl_pkg" / "cli" / "blender_ext.py"
     tags = scripts / "modules" / "_bpy_internal" / "extensions" / "tags.py"
@@ -112,8 +111,7 @@ def extension_tool(environment: Environment, *arguments: str | Path) -> None:
 
 
 def missing_wheels(package: Path) -> list[str]:
-    """The wheels that a zip's manifest lists and the zip does not hold. Blender's validator does not check that they
-    are there."""
+    """Wheels that a zip's manifest lists but the zip lacks. Blender's validator does not check this."""
     with zipfile.ZipFile(package) as archive:
         manifest = tomllib.loads(archive.read("blender_manifest.toml").decode())
         held = set(archive.namelist())
@@ -122,17 +120,15 @@ def missing_wheels(package: Path) -> list[str]:
 
 
 def validate(package: Path, environment: Environment) -> None:
-    """Raise DevError where a zip is not a valid extension or lacks a wheel."""
+    """Raise DevError unless a zip is a valid extension with all its wheels."""
     extension_tool(environment, "validate", package)
     if missing := missing_wheels(package):
         raise DevError(f"{package.name}: wheels missing in the zip: {', '.join(missing)}")
 
 
 def make_reproducible(package: Path) -> None:
-    """Write a zip anew so that its bytes depend on its files' names and contents alone.
-
-    Files are in the order of their names and have one date and mode. Blender's tool takes both from the disk, where a
-    checkout and the manifest that it makes for each platform have others every time."""
+    """Rewrite a zip so that its bytes depend only on its files' names and contents: files are sorted, with a fixed date
+    and mode. Blender's tool takes order and date from the disk, where they differ from one checkout to the next."""
     with tempfile.TemporaryDirectory(dir=package.parent) as folder:
         plain = Path(folder) / package.name
         with zipfile.ZipFile(package) as given, zipfile.ZipFile(plain, "w") as made:
@@ -144,9 +140,8 @@ def make_reproducible(package: Path) -> None:
 
 
 def build(environment: Environment, output: Path, lock: bool = False) -> list[Path]:
-    """Build and validate the zip of each platform; their paths. The same sources give the same bytes.
-
-    Nothing half-made is left in `output`."""
+    """Build and validate the zip of each platform, reproducibly. Returns their paths. No partial zip is left in
+    `output`."""
     fetch_wheels(environment, lock)
     output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=output, prefix=".build-") as folder:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Running slow commands, with signs of life on standard error; standard output is for a verb's own output."""
+"""Running slow commands with progress on standard error. Standard output is for a verb's own output."""
 
 import os
 import signal
@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 from . import ROOT, DevError
 
 HEARTBEAT_SECONDS = 15
-# How long a command that is told to end may take for it.
+# Seconds that a command has to end after a signal.
 GRACE_SECONDS = 10
 running: set[subprocess.Popen] = set()
 
@@ -25,9 +25,8 @@ def say(text: str) -> None:
 
 
 def clean_environment(**changes: str) -> dict[str, str]:
-    """This process's environment with `changes`, and without the variables that would mislead another Python.
-
-    A Python in it never imports from the working folder, where a json.py of anyone's may lie."""
+    """This process's environment with `changes`, and without variables that would mislead another Python. That Python
+    never imports from the working folder, which may hold an unrelated json.py."""
     astray = {"PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV", "__PYVENV_LAUNCHER__"}
     kept = {name: value for name, value in os.environ.items() if name not in astray}
     return kept | {"PYTHONSAFEPATH": "1"} | changes
@@ -39,9 +38,9 @@ def project_environment(**changes: str) -> dict[str, str]:
 
 
 def become(command: Sequence[str | Path], environment: Mapping[str, str]) -> NoReturn:
-    """Run a command in the place of this process: signals reach it, and its exit status is this process's."""
+    """Replace this process by a command: the command gets its signals, and sets its exit status."""
     sys.stdout.flush()
-    for each in (signal.SIGPIPE, signal.SIGXFSZ):  # Python ignores them, and the command would inherit that
+    for each in (signal.SIGPIPE, signal.SIGXFSZ):  # Python ignores these signals, and the command would inherit that
         signal.signal(each, signal.SIG_DFL)
     os.execve(command[0], [str(part) for part in command], environment)
 
@@ -52,11 +51,8 @@ def last_lines(log: Path, count: int) -> list[str]:
 
 
 def run_step(title: str, command: Sequence[str | Path], log: Path, **changes: str) -> None:
-    """Run a command with its output in `log`; say what runs, and every 15 seconds that it is still running.
-
-    `changes` are variables for its environment. Raises DevError with the last lines of the log where the command fails.
-    An interrupt ends the command too.
-    """
+    """Run a command with its output in `log`. Print its title, and every 15 seconds a sign of progress. `changes` are
+    environment variables. Raises DevError with the log's last lines if the command fails. An interrupt ends it too."""
     log.parent.mkdir(parents=True, exist_ok=True)
     start = time.monotonic()
     say(f"{title} ...")
@@ -88,8 +84,8 @@ def run_step(title: str, command: Sequence[str | Path], log: Path, **changes: st
 
 
 def run_together(tasks: Sequence[Callable[[], Any]], workers: int = 4) -> list[Any]:
-    """Run tasks side by side; their results. Raises the first fault of any. An interrupt ends the commands that they
-    run, and begins no more."""
+    """Run tasks in parallel and return their results. Raises the error of the first task that failed. An interrupt ends
+    the running commands and starts no more."""
     with ThreadPoolExecutor(workers) as pool:
         jobs = [pool.submit(task) for task in tasks]
         try:
@@ -103,7 +99,7 @@ def run_together(tasks: Sequence[Callable[[], Any]], workers: int = 4) -> list[A
 
 
 def _end_running(jobs: Sequence[Future]) -> None:
-    """End the commands of jobs: as Ctrl-C does, which lets a test clean up, and then by force."""
+    """End the commands of jobs: first by SIGINT as Ctrl-C does, so that a test can clean up, then by force."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
         for process in list(running):
             process.send_signal(number)

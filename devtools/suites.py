@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The test suites: a folder of tests/ in an environment. Each runs in its own process, two at a time."""
+"""The test suites: each is a folder of tests/ in an environment. Each runs in its own process, two at a time."""
 
 import os
 import subprocess
@@ -16,9 +16,9 @@ from .environments import PY311, PY313, Environment
 from .steps import project_environment, run_together, running, say
 
 NO_TESTS_COLLECTED = 5
-# A suite that takes so long hangs: the slowest takes a fifth of it, on a slow machine half.
+# A suite that takes this long hangs: the slowest takes a fifth of it, or half on a slow machine.
 LIMIT_SECONDS = 50 * 60
-# Folder of tests/ and environment of each suite, the slowest first, so that two workers end at about the same time.
+# Folder of tests/ and environment of each suite, the slowest first, so that both workers end at about the same time.
 SUITES = (
     ("render", PY313),
     ("precompute", PY311),
@@ -29,19 +29,18 @@ SUITES = (
     ("precompute", PY313),
 )
 FOLDERS = tuple(dict.fromkeys(name for name, _ in SUITES))
-# The tests of precompute that also run under the newer Python and NumPy. Precompute is pure Python over NumPy, so only
-# the rooms where versions can differ are tested twice. The tests of readers and files meet Pillow and OpenEXR.
-# The others mix single and double precision, for which NumPy 2 has other promotion rules. The golden bake passes
-# through all of it.
+# Tests of precompute that also run under the newer Python and NumPy, because results may differ between versions. The
+# tests of readers and files use Pillow and OpenEXR. Others mix single and double precision, for which NumPy 2 has new
+# promotion rules. The golden bake covers all of precompute.
 PRECOMPUTE_AGAIN = ("surface", "table", "maths", "colour", "spectra", "bake/test_golden.py", "bake/test_cache.py")
-# The renders that the older Blender makes too: one of each kind of node, lamp and shader, and whatever appends, links,
-# saves, undoes or follows. The others are sums over the same nodes.
+# Renders that also run in the older Blender: one for each kind of node, lamp and shader, and everything that appends,
+# links, saves, undoes or follows. The other renders are sums over the same nodes.
 RENDER_AGAIN = (
     "test_plane.py", "test_lamps.py", "test_lights_move.py", "test_hidden_lamps.py", "test_direction_source.py",
     "test_kept.py", "test_brought_over.py", "test_added_and_removed.py", "test_data_pictures.py", "test_shadows.py",
     "test_osl.py", "test_osl_direct.py", "test_osl_reference.py", "test_diffraction_lamp.py", "test_bounces.py",
 )  # fmt: skip
-# The suites of which an environment runs these parts alone.
+# Suites that run only in part in an environment.
 AGAIN = {("precompute", PY313): PRECOMPUTE_AGAIN, ("render", PY311): RENDER_AGAIN}
 
 
@@ -74,7 +73,7 @@ def test_files(folder: Path) -> list[Path]:
 
 
 def split_arguments(arguments: Sequence[str]) -> tuple[list[Path], list[str]]:
-    """Split off the arguments that are paths under tests/, which may name a test after `::`; paths and the rest."""
+    """Split off paths under tests/, which may name a test after `::`. Returns the paths and the other arguments."""
     paths = [argument for argument in arguments if is_test_path(Path(argument.partition("::")[0]))]
     return [Path(path).absolute() for path in paths], [argument for argument in arguments if argument not in paths]
 
@@ -84,7 +83,7 @@ def is_test_path(path: Path) -> bool:
 
 
 def counts(report: Path) -> dict[str, int]:
-    """The numbers passed, failed and skipped of a JUnit report; empty where the process died before it wrote one."""
+    """The numbers passed, failed and skipped in a JUnit report. Empty if the process died before it wrote one."""
     if not report.exists():
         return {}
     suite = ElementTree.parse(report).getroot().find("testsuite")
@@ -96,9 +95,8 @@ def counts(report: Path) -> dict[str, int]:
 def run_suite(
     name: str, environment: Environment, targets: list[Path], *, options: list[str], variables: dict[str, str]
 ) -> Result:
-    """Run pytest on the targets in an environment, with `variables` added to the process's environment.
-
-    Its output is printed once it has ended, so that the lines of two suites do not mix."""
+    """Run pytest on the targets in an environment with extra `variables`. The output is printed at the end, in one
+    piece."""
     title = f"{name}, Python {environment.python_version}, bpy {environment.blender_version}"
     say(f"tests: {title}")
     report = ENVIRONMENTS / "reports" / f"{name}-{environment.name}.xml"
@@ -119,14 +117,13 @@ def run_suite(
     print(f"\n{title}\n{output}", flush=True)
     status = process.returncode
     if status == NO_TESTS_COLLECTED and options:
-        status = 0  # the options, such as -k, chose tests of another suite
+        status = 0  # options such as -k chose tests of another suite
     return Result(title, status, time.monotonic() - start, **counts(report))
 
 
 def targets_of(name: str, environment: Environment, paths: list[Path]) -> list[Path]:
-    """The paths that a suite runs: the given paths that are in the suite's folder.
-
-    Where no paths are given, it runs the whole folder, or for some environments the part of it that concerns them."""
+    """The given paths in the suite's folder. Without given paths, the whole folder, or in some environments a part
+    (AGAIN)."""
     folder = ROOT / "tests" / name
     if paths and ROOT / "tests" not in paths:
         return [path for path in paths if path.is_relative_to(folder)]
@@ -136,7 +133,7 @@ def targets_of(name: str, environment: Environment, paths: list[Path]) -> list[P
 
 
 def print_summary(results: list[Result]) -> None:
-    """Print a line for each suite, and last a line of totals that programs can read."""
+    """Print a line for each suite, and a last line of totals for programs."""
     print(f"\n{'suite':44} {'result':9} {'passed':>7} {'failed':>7} {'skipped':>8} {'seconds':>8}")
     for result in results:
         numbers = f"{result.passed:7} {result.failed:7} {result.skipped:8} {result.seconds:8.1f}"
@@ -146,7 +143,7 @@ def print_summary(results: list[Result]) -> None:
 
 
 def run(environments: Sequence[Environment], arguments: Sequence[str], blender: Path | None) -> int:
-    """Run the suites that `arguments` name, or all where they name none; 0 where every suite passed, else 1."""
+    """Run the suites that `arguments` name, by default all. Returns 0 if every suite passed, else 1."""
     paths, options = split_arguments(arguments)
     variables = {"NATURAL_GRATINGS_BLENDER": str(blender)} if blender else {}
     wanted = [

@@ -13,15 +13,13 @@ from .steps import clean_environment, say
 
 HERE = Path(__file__).parent
 SIZE = 1280, 1000
-# A walk takes two to four minutes; a Blender that waits for ever is ended.
+# A walk takes two to four minutes. A Blender that hangs is ended.
 _LIMIT_SECONDS = 1200
 
 
 def walk(binary: Path, folder: Path) -> list[Path]:
-    """Walk with a Blender binary and this working tree as its extension; the pictures in `folder`, instead of a
-    former walk's.
-
-    Raises DevError where a station does not show what it should."""
+    """Walk with a Blender binary and this working tree as its extension. Returns the pictures, which replace those of
+    an earlier walk in `folder`. Raises DevError if a station does not show what it should."""
     fetch_wheels(environments.require(environments.PY311))
     folder.mkdir(parents=True, exist_ok=True)
     for former in folder.glob("[0-9][0-9]_*.png"):
@@ -40,12 +38,12 @@ def walk(binary: Path, folder: Path) -> list[Path]:
 
 
 def stage_arguments(folder: Path) -> list[str | Path]:
-    """The arguments of a Blender that makes the stage in a folder."""
+    """Arguments for the Blender that makes the stage in `folder`."""
     return ["--background", "--python-exit-code", "1", "--python", HERE / "walk_stage.py", "--", folder]
 
 
 def walk_arguments(folder: Path, screen_folder: Path) -> list[str | Path]:
-    """The arguments of a Blender that walks on the stage of a folder, on the screen whose picture is in the other."""
+    """Arguments for the Blender that walks on the stage in `folder`. The screen's picture is in `screen_folder`."""
     size = [str(number) for number in SIZE]
     options = ["--enable-event-simulate", "--window-geometry", "0", "0", *size]
     script = ["--python", HERE / "walk_in_blender.py", "--", folder, screen_folder / "Xvfb_screen0"]
@@ -53,7 +51,7 @@ def walk_arguments(folder: Path, screen_folder: Path) -> list[str | Path]:
 
 
 def run(command: list[str | Path], variables: dict[str, str]) -> None:
-    """Run Blender. Raises DevError with the last line of its output where it fails."""
+    """Run Blender. Raises DevError with the last line of its errors if it fails."""
     done = subprocess.run(
         command, env=clean_environment(**variables), cwd=ROOT, capture_output=True, text=True, timeout=_LIMIT_SECONDS
     )

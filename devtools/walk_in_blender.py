@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run by a Blender with a window and event simulation: `--python walk_in_blender.py -- FOLDER SCREEN`.
+"""An artist's walk through everything that once failed in Blender, on walk_stage.py's file. It runs in a Blender with a
+window and event simulation: `--python walk_in_blender.py -- FOLDER SCREEN`.
 
-An artist's walk through all that once went wrong in Blender, on walk_stage.py's file. The panel's buttons are pressed
-with the mouse, undo and redo with the keyboard. Each station asserts what it shows and leaves a picture of the window
-and a line in FOLDER/walk.md. SCREEN is the file that holds the screen's picture (display.py). What goes wrong is in the
-exit status and the output.
-"""
+The panel's buttons are pressed with the mouse, undo and redo with the keyboard. Each station asserts its result, and
+adds a picture of the window and a line to FOLDER/walk.md. SCREEN is the screen's picture file (display.py). Errors are
+in the exit status and the output."""
 
 import importlib
 import sys
@@ -33,7 +32,7 @@ from devtools.hands import window as first_window
 FOLDER, SCREEN = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :])
 EXTENSION = "bl_ext.user_default.natural_gratings.addon"
 SECOND = 1.0
-# Samples of the viewport's renderer take their time where two processors are shared.
+# Time for the viewport's samples where two processors are shared.
 RENDERED = 3.0
 _stations: list[str] = []
 
@@ -44,7 +43,7 @@ def part(name: str):
 
 
 def grating():
-    """The active grating, found anew: undo frees what Python held."""
+    """The active grating, fetched each time because undo frees the former object."""
     return bpy.context.scene.natural_gratings.active()
 
 
@@ -54,7 +53,7 @@ def thing(name: str) -> bpy.types.Object:
 
 
 def select(*names: str) -> None:
-    """Select the named objects, as a step that undo knows."""
+    """Select the named objects, as an undo step."""
     for each in bpy.context.view_layer.objects:
         each.select_set(each.name in names)
     bpy.context.view_layer.objects.active = thing(names[0])
@@ -62,13 +61,13 @@ def select(*names: str) -> None:
 
 
 def diffracts(name: str) -> bool:
-    """Whether some material that the object shows has diffraction."""
+    """Whether a material of the object has diffraction."""
     nodes = part("materials.material").diffraction_nodes
     return any(nodes(slot.material) for slot in thing(name).material_slots)
 
 
 def picture(name: str, text: str) -> None:
-    """A picture of the screen, and the line on what it shows."""
+    """Save a picture of the screen and a line about it."""
     number = len(_stations) + 1
     file = f"{number:02}_{name}.png"
     screen_picture(SCREEN).save(FOLDER / file)
@@ -78,7 +77,7 @@ def picture(name: str, text: str) -> None:
 
 
 def dismiss() -> Steps:
-    """Close the message that has popped up."""
+    """Close the message popup."""
     x, y = view()[1].x + 20, view()[1].y + 20
     yield from press_key("ESC", x, y)
     move(x, y)
@@ -86,7 +85,7 @@ def dismiss() -> Steps:
 
 
 def set_up() -> Steps:
-    """The rendered view from the camera, the sidebar, and beside them the list of all reports."""
+    """Show the rendered camera view, the sidebar, and the list of reports."""
     area, _, _ = view()
     area.spaces.active.shading.type = "RENDERED"
     area.spaces.active.overlay.show_floor = area.spaces.active.overlay.show_axis_x = False
@@ -100,7 +99,7 @@ def set_up() -> Steps:
 
 
 def import_a_sample() -> Steps:
-    """The menu names discs as people do; the dialog afterwards does not offer the sample as a file."""
+    """The menu spells discs as people do. The dialog afterwards does not offer the sample as a file."""
     region = view()[1]
     first_window().cursor_warp(region.x + region.width // 2, region.y + region.height // 2)
     yield SECOND
@@ -112,12 +111,12 @@ def import_a_sample() -> Steps:
     bpy.ops.grating.import_height_map("EXEC_DEFAULT", True, filepath="sample:cd")
     assert grating().name == "CD"
     view()[0].tag_redraw()
-    yield RENDERED  # time for the preview of levelling, too
+    yield RENDERED  # also time for the preview of levelling
     picture("before_anything_is_assigned", "a grating is imported, nothing is assigned: no warning in the panel")
 
 
 def import_dialog() -> Steps:
-    """A file without a size is refused in the words of the dialog, whose fields begin empty."""
+    """A file without a size is refused in the words of the dialog. Its fields begin empty."""
     with bpy.context.temp_override(window=first_window(), area=view()[0], region=view()[1]):
         bpy.ops.grating.import_height_map("INVOKE_DEFAULT")
     yield LONG
@@ -137,7 +136,7 @@ def import_dialog() -> Steps:
 
 
 def bake(delta_e: float, name: str, text: str) -> Steps:
-    """Set the colour error, press Bake, watch the bar, and wait for the end."""
+    """Set the colour error, press Bake, watch the progress bar, and wait for the end."""
     operator = part("operators.bake_grating").BakeGrating
     grating().delta_e = delta_e
     bpy.ops.ed.undo_push(message="colour error")
@@ -155,7 +154,7 @@ def bake(delta_e: float, name: str, text: str) -> Steps:
 
 
 def undo_past_the_bake() -> Steps:
-    """Undo leads back past the bake; the grating knows its bake, and redo leads on."""
+    """Undo goes back past the bake, the grating still knows its bake, and redo goes forward."""
     yield from bake(6.0, "baking", "the bake: one bar over all its stages, here and in the status bar")
     path = grating().bake_path
     picture("baked", "the bake's facts in the panel")
@@ -178,7 +177,7 @@ def undo_past_the_bake() -> Steps:
 
 
 def slots() -> Steps:
-    """Assign takes one slot and says so; Add takes all."""
+    """Assign replaces one slot and reports it. Add changes all slots."""
     select("Three")
     yield from press_button("bpy.ops.grating.assign")
     assert [slot.material.name for slot in thing("Three").material_slots][1:] == ["Belly", "Eye"]
@@ -193,7 +192,7 @@ def slots() -> Steps:
 
 
 def shared_material() -> Steps:
-    """Remove on one of two objects that share a material; Assign afterwards; a node deleted by hand."""
+    """Remove on one of two objects that share a material; then Assign; then Assign after a node was deleted by hand."""
     select("Left", "Right")
     yield from press_button("bpy.ops.grating.add_diffraction")
     assert diffracts("Left") and diffracts("Right")
@@ -216,7 +215,7 @@ def shared_material() -> Steps:
 
 
 def baked_again() -> Steps:
-    """Another bake shows in all materials, under the same names."""
+    """A new bake shows in all materials, under the same names."""
 
     def names():
         return sorted(one.name for each in ("images", "node_groups", "materials") for one in getattr(bpy.data, each))
@@ -234,7 +233,7 @@ def baked_again() -> Steps:
 
 
 def refusals() -> Steps:
-    """What cannot be done is one line, and nothing is changed."""
+    """What cannot be done gives a one-line error and changes nothing."""
     select("Suzanne", "Broken")
     thing("Suzanne").data.materials.append(bpy.data.materials.new("Plain"))
     yield from press_button("bpy.ops.grating.add_diffraction")
@@ -255,7 +254,7 @@ def refusals() -> Steps:
 
 
 def passed_over() -> Steps:
-    """A curve is named; islands are told."""
+    """Warnings name a curve, and UV islands."""
     select("Right", "Curve")
     yield from press_button("bpy.ops.grating.assign")
     assert diffracts("Right") and not diffracts("Curve")
@@ -263,7 +262,7 @@ def passed_over() -> Steps:
     select("Curve")
     yield SECOND
     x, y = yield from find_button("bpy.ops.grating.assign")
-    move(x, y - 300)  # a tooltip shows where the pointer comes to rest anew
+    move(x, y - 300)  # a tooltip appears where the pointer comes to rest
     yield SECOND
     move(x, y)
     yield SECOND
@@ -278,7 +277,7 @@ def passed_over() -> Steps:
 
 
 def lamps() -> Steps:
-    """A lamp hidden, made another kind, deleted, and another added: diffraction follows by itself."""
+    """A lamp is hidden, changes type, is deleted, and another is added. Diffraction follows automatically."""
 
     def followed():
         return [lamp.name for lamp in part("lamps.follow").followed_lamps(bpy.context.scene)]
@@ -309,7 +308,7 @@ def lamps() -> Steps:
 
 
 def another_file() -> Steps:
-    """Another file opened during a bake ends the bake."""
+    """Opening another file ends a running bake."""
     operator = part("operators.bake_grating").BakeGrating
     grating().delta_e = 0.4
     yield from press_button("bpy.ops.grating.bake")

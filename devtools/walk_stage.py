@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run by Blender in background: `--python walk_stage.py -- FOLDER` writes the file that the walk begins with.
+"""Writes the file for the walk: `--python walk_stage.py -- FOLDER`, in a Blender in background.
 
-stage.blend has a row of objects, each with what an artist's object may have, and a sun; guest.blend holds an object
-that stage.blend links. waves.png is a scan that does not hold its size.
-"""
+stage.blend has a sun and a row of objects, each a case that artists' files contain. guest.blend holds an object that
+stage.blend links. waves.png is a scan that does not store its size."""
 
 import sys
 from math import radians, sin
@@ -25,7 +24,7 @@ def material(name: str, colour: tuple[float, float, float]) -> bpy.types.Materia
 
 
 def placed(name: str, x: float, y: float, *materials: bpy.types.Material) -> bpy.types.Object:
-    """The object that an operator has just added, at its place in the row."""
+    """The object that an operator has just added, moved to its place in the row."""
     thing = bpy.context.object
     thing.name, thing.location = name, (x, y, 0)
     for each in materials:
@@ -88,6 +87,6 @@ scene.render.engine = "CYCLES"
 scene.cycles.preview_samples = 4
 scene.cycles.use_preview_denoising = False
 save("stage.blend")
-# Without preferences of its own, a Blender greets with its Quick Setup.
+# Without saved preferences, Blender opens with its Quick Setup.
 bpy.context.preferences.view.show_splash = False
 bpy.ops.wm.save_userpref()

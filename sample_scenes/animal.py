@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A snake on soil, photographed: the whole animal, its scales, in a room, on a turntable.
+"""A snake on soil: the whole animal, close-ups of its scales, in a room, on a turntable.
 
 blender --background --python sample_scenes/animal.py -- --output hero.blend [--view hero] [--species XENOPELTIS]
 
-The extension must be enabled: the snake is that of Add > Mesh > Snake. After `grating assign BAKE --object Snake
---over` its skin has the diffraction. Blender without the extension opens and renders the file as it is.
-"""
+The extension must be enabled, because the snake is made by Add > Mesh > Snake. `grating assign BAKE --object Snake
+--over` adds diffraction to its skin. Blender without the extension opens and renders the file too."""
 
 from __future__ import annotations
 
@@ -35,8 +34,8 @@ TURNTABLE_FRAMES = 48
 
 @dataclass(frozen=True)
 class View:
-    """A picture of the animal: where the camera stands and looks, its lens, what lights the scene: suns, one sun alone,
-    a clear sky, or a room's panorama; and the exposure in stops."""
+    """A view of the animal: camera, target, lens, light (suns, one sun, sky or a room's panorama), and exposure in
+    stops."""
 
     camera: Towards
     target: tuple[float, float, float]
@@ -50,7 +49,7 @@ VIEWS = {
     "hero": View(Towards(-88.0, 32.0, 0.60), (-0.045, -0.035, 0.014), 95.0),
     "sky": View(Towards(-88.0, 32.0, 0.60), (-0.045, -0.035, 0.014), 95.0, light="sky"),
     "macro": View(Towards(-88.0, 36.0, 0.35), (-0.03, -0.043, 0.022), 180.0),
-    # As the thesis shows its snakes: from straight above, under one small sun aslant to the body.
+    # As in the thesis: seen from straight above, under one small sun at an angle to the body.
     "close": View(Towards(-90.0, 89.0, 0.40), (-0.01, -0.030, 0.022), 260.0, light="one sun"),
     "room": View(Towards(-95.0, 43.0, 0.42), _LOOPS, 50.0, light="room", exposure=1.3),
     "turntable": View(Towards(-90.0, 38.0, 0.75), (0.0, -0.02, 0.01), 52.0),
@@ -59,7 +58,7 @@ VIEWS = {
 
 @dataclass(frozen=True)
 class Sun:
-    """A small lamp: where it stands in degrees, its irradiance in W/m2, its width in degrees."""
+    """A small sun lamp: position in degrees, irradiance in W/m2, angular size in degrees."""
 
     azimuth_deg: float
     elevation_deg: float
@@ -67,8 +66,8 @@ class Sun:
     angle_deg: float
 
 
-# Xenopeltis spreads its light across the body and Elaphe along it. So the strongest sun stands across the long straight
-# runs, or aslant to them, opposite to the camera; a second near the camera shows the skin, a third the bends.
+# Xenopeltis diffracts across the body, Elaphe along it. So the strongest sun stands opposite the camera, across the
+# long straight runs or at an angle to them. The second, near the camera, shows the skin; the third lights the bends.
 SUNS = {
     "XENOPELTIS": (Sun(92.0, 29.0, 17.0, 1.5), Sun(250.0, 58.0, 2.6, 1.5), Sun(150.0, 35.0, 6.0, 3.0)),
     "ELAPHE": (Sun(128.0, 30.0, 12.0, 1.5), Sun(250.0, 58.0, 3.0, 1.5), Sun(52.0, 35.0, 8.0, 2.0)),
@@ -79,7 +78,7 @@ LONE_SUN = Sun(-75.0, 58.0, 7.0, 0.53)
 
 
 def add_soil(scene: bpy.types.Scene, half_size_m: float = 3.0) -> bpy.types.Object:
-    """A floor of dark crumbs: a plane whose colour and bumps are those of cells of two sizes, moved by noise."""
+    """A floor of dark crumbs: a plane with colour and bumps from Voronoi cells of two sizes, distorted by noise."""
     material = plain_material("Soil", SOIL_DARK, roughness=0.95)
     nodes, links = material.node_tree.nodes, material.node_tree.links
     shader = nodes["Principled BSDF"]
@@ -93,7 +92,7 @@ def add_soil(scene: bpy.types.Scene, half_size_m: float = 3.0) -> bpy.types.Obje
     links.new(noise.outputs["Color"], moved.inputs[0])
     moved.inputs[1].default_value = (CRUMB_M,) * 3
     links.new(where.outputs["Object"], moved.inputs[2])
-    # The distance from the middle of the nearest cell: coarse crumbs, with a third of it from fine ones.
+    # Distance to the nearest cell centre: coarse crumbs plus a third of the fine ones.
     for cells, per_crumb in ((height.inputs[0], 1.0), (height.inputs[2], 3.0)):
         crumbs = nodes.new("ShaderNodeTexVoronoi")
         crumbs.inputs["Scale"].default_value = per_crumb / CRUMB_M
@@ -116,7 +115,7 @@ def add_soil(scene: bpy.types.Scene, half_size_m: float = 3.0) -> bpy.types.Obje
 
 
 def turn_camera(camera: bpy.types.Object, target: tuple[float, float, float]) -> None:
-    """Have the camera go round the target once, in as many frames as a turntable has."""
+    """Animate the camera once round the target, in TURNTABLE_FRAMES frames."""
     scene = bpy.context.scene
     pivot = add_object(scene, "Turntable", None)
     pivot.location = target
@@ -130,7 +129,7 @@ def turn_camera(camera: bpy.types.Object, target: tuple[float, float, float]) ->
 
 
 def _keep_pace(animation) -> None:
-    """Have all curves of an action be straight lines."""
+    """Make all keyframes of an action linear."""
     action = animation.action
     if bpy.app.version < (5, 0):
         curves = action.fcurves
@@ -142,7 +141,7 @@ def _keep_pace(animation) -> None:
 
 
 def build(scene: bpy.types.Scene, view: View, species: str, *, faces: int, panorama: Path | None) -> None:
-    """Snake, soil, light and camera."""
+    """Add snake, soil, light and camera."""
     bpy.ops.grating.add_snake(species=species, pose="RESTING", length_m=1.0, faces=faces)
     bpy.context.object.name = "Snake"
     add_soil(scene)

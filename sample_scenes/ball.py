@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A ball or a crumpled foil in a studio: what a grating does on every slope at once.
+"""A ball or a crumpled foil in a studio, which shows a grating at every slope at once.
 
 python -m sample_scenes.ball --output ball.blend [--thing foil]
 blender --background --python sample_scenes/ball.py -- --output ball.blend
 
-After `grating assign BAKE --object Ball` (or Foil) it shows its spectrum.
-"""
+`grating assign BAKE --object Ball` (or Foil) adds the diffraction."""
 
 from __future__ import annotations
 
@@ -26,9 +25,9 @@ from .studio import Towards, add_camera, add_floor, add_key, settings, wrap_in_d
 
 BALL_RADIUS_M = 0.05
 FOIL_M, FOIL_CELLS = 0.16, 480
-# Facets of the foil: how many, and the standard deviation of their slopes.
+# Facets of the foil: their number, and the standard deviation of their slopes.
 FACETS, SLOPE = 260, 0.20
-# Azimuth and elevation of the lamps. A foil has flat facets, so that it takes several to light many of them.
+# Azimuth and elevation of the lamps. The foil's facets are flat, so it takes several lamps to light many of them.
 KEYS_DEG = {
     "ball": ((-130.0, 50.0), (60.0, 35.0)),
     "foil": ((80.0, 50.0), (110.0, 30.0), (50.0, 35.0), (95.0, 72.0), (150.0, 55.0), (20.0, 60.0)),
@@ -39,7 +38,7 @@ STRENGTH = {"ball": 3.0, "foil": 1.0}
 
 
 def grid_object(name: str, points: np.ndarray, uv: np.ndarray, material: bpy.types.Material) -> bpy.types.Object:
-    """A smooth mesh of quads from a grid of points (rows, columns, 3) with UVs (rows, columns, 2)."""
+    """A smooth-shaded mesh of quads from a grid of points (rows, columns, 3) with UVs (rows, columns, 2)."""
     rows, columns = points.shape[:2]
     index = np.arange(rows * columns).reshape(rows, columns)
     quads = np.stack([index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]], axis=-1).reshape(-1, 4)
@@ -53,7 +52,7 @@ def grid_object(name: str, points: np.ndarray, uv: np.ndarray, material: bpy.typ
 
 
 def add_ball(segments: int = 192) -> bpy.types.Object:
-    """A ball on the floor. U runs round its vertical axis, V from the lower pole to the upper."""
+    """A ball on the floor. U runs round its vertical axis, V from the bottom to the top."""
     turn, height = np.linspace(0, 2 * np.pi, segments + 1), np.linspace(-np.pi / 2, np.pi / 2, segments // 2 + 1)
     turn, height = np.meshgrid(turn, height)
     flat = np.cos(height)
@@ -63,13 +62,13 @@ def add_ball(segments: int = 192) -> bpy.types.Object:
 
 
 def crumpled(x: np.ndarray, y: np.ndarray, seed: int = 4) -> np.ndarray:
-    """The height of a crumpled sheet, in the units of x and y from 0 to 1: near each of many places a tilted plane of
-    its own, so that its facets are flat and its folds narrow."""
+    """The height of a crumpled sheet at x and y from 0 to 1, in the same units: randomly tilted planes with narrow
+    folds."""
     rng = np.random.default_rng(seed)
     slopes, heights = rng.normal(0, SLOPE, (FACETS, 2)), rng.normal(0, 0.03, FACETS)
     middles = rng.random((FACETS, 2))
     away = np.stack([x, y], axis=-1)[..., None, :] - middles
-    # Far from its own middle a plane gives way to its neighbours'.
+    # The plane with the nearest centre dominates.
     nearness = -((away**2).sum(axis=-1) / 0.0012)
     weight = np.exp(nearness - nearness.max(axis=-1, keepdims=True))
     planes = heights * 0.3 + (away * slopes).sum(axis=-1)
@@ -87,7 +86,7 @@ def add_foil() -> bpy.types.Object:
 
 
 def build(scene: bpy.types.Scene, thing: str) -> None:
-    """The thing, its light and the camera."""
+    """Add the ball or foil, lamps and camera."""
     add_floor(scene, (0.05, 0.052, 0.058) if thing == "ball" else (0.012, 0.013, 0.016))
     (add_ball if thing == "ball" else add_foil)()
     target = (0.0, 0.0, BALL_RADIUS_M if thing == "ball" else 0.008)

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The main job from end to end: `./dev demo`. A scan is baked, laid over a snake's skin, and rendered; and the sample
-is rendered under a sky too, and throws its spectrum on a wall, of white light and of a laser.
+"""The main job from end to end: `./dev demo`. It bakes a scan, lays it over a snake's skin, and renders it under suns.
+The sample is also rendered under a sky, and its spectrum is thrown on a wall, with white light and with a laser.
 
 Every step is a command that a user can type: `python -m precompute` for the bake and the map, and Blender in background
-with `--command grating` to assign and render. This file only joins them.
-"""
+with `--command grating` to assign and render."""
 
 import json
 import platform
@@ -25,7 +24,7 @@ from precompute.cli.parser import OneLineParser
 from sample_scenes.report import write_report
 
 LASER = "532nm"
-# The views of animal.py that the demo shows, and of how many faces its snake is.
+# Views of animal.py in the demo, and the number of faces of its snake.
 VIEWS = {"snake": "hero", "sky": "sky"}
 FACES = 120_000
 SCANS = ROOT.parent / "shared" / "data" / "snake"
@@ -33,8 +32,8 @@ SCANS = ROOT.parent / "shared" / "data" / "snake"
 
 @dataclass(frozen=True)
 class Subject:
-    """A height map of the demo: its title, FILE and options for the command line, the folder of its results, the
-    species that wears it, and its pictures: their names, in the order of PICTURES."""
+    """A height map of the demo: title, FILE, options, folder for the results, the snake's species, and keys of
+    PICTURES."""
 
     title: str
     file: str
@@ -44,12 +43,12 @@ class Subject:
     pictures: tuple[str, ...] = ("snake",)
 
 
-# The thesis's scans: title, file, height in nanometres from black to white, species. Both are 65 um wide.
+# The thesis's scans, both 65 um wide: title, file, height in nanometres from black to white, species.
 REAL_SCANS = (
     ("Elaphe guttata, AFM scan", "elaphe_65um.png", "375", "ELAPHE"),
     ("Xenopeltis unicolor, AFM scan", "xenopeltis_65um.png", "818.69", "XENOPELTIS"),
 )
-# What a picture is: its title in the report, and its file.
+# Each picture's title in the report, and its file.
 PICTURES = {
     "snake": ("Cycles, under suns", "snake_cycles.png"),
     "sky": ("Cycles, under a clear sky", "snake_cycles_sky.png"),
@@ -59,20 +58,20 @@ PICTURES = {
 
 
 class Stopwatch:
-    """Prints each step as it starts, and keeps how many seconds it took."""
+    """Prints each step as it starts, and records how many seconds it took."""
 
     def __init__(self):
         self.seconds: dict[str, float] = {}
 
     def run(self, step: str, command: list, **settings) -> str:
-        """Run a command; its standard output. Exits with its status and the end of its output if it fails."""
+        """Run a command and return its standard output. If it fails, exit with its status and the end of its output."""
         print(f"{step} ...", flush=True)
         start = time.monotonic()
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
         process = subprocess.Popen([str(part) for part in command], cwd=ROOT, **pipes, **settings)
         try:
             out, err = process.communicate()
-        except BaseException:  # a signal to the demo ends the step too
+        except BaseException:  # a signal that ends the demo ends the step too
             process.terminate()
             process.wait()
             raise
@@ -85,7 +84,7 @@ class Stopwatch:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the demo; the exit status."""
+    """Run the demo. Returns the exit status."""
     parser = OneLineParser(prog="./dev demo", description=__doc__)
     parser.add_argument("--output", type=Path, required=True, metavar="DIR")
     parser.add_argument("--bpy", choices=[e.blender_version for e in ALL], help="the bpy wheel to render with")
@@ -106,7 +105,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def subjects(output: Path, scans: Path = SCANS) -> list[Subject]:
-    """The shipped sample, and those of the real scans whose files are in the folder `scans`."""
+    """The shipped sample, and each real scan that is in the folder `scans`."""
     found = [Subject("Elaphe-like sample", "sample:elaphe", (), output, "ELAPHE", tuple(PICTURES))]
     for title, name, height_nm, species in REAL_SCANS:
         file = scans / name
@@ -119,7 +118,7 @@ def subjects(output: Path, scans: Path = SCANS) -> list[Subject]:
 
 
 def run_subject(subject: Subject, arguments, watch: Stopwatch) -> dict:
-    """Bake, map and render one height map; the facts for the report."""
+    """Bake, map and render one height map. Returns the facts for the report."""
     folder, name = subject.folder, subject.title
     precompute = [sys.executable, "-m", "precompute"]
     height_map = [subject.file, *subject.options]
@@ -144,7 +143,7 @@ def run_subject(subject: Subject, arguments, watch: Stopwatch) -> dict:
 def render_snake(
     step: str, baked: Path, look: tuple[str, str], picture: Path, arguments, watch: Stopwatch
 ) -> None:  # fmt: skip
-    """Build the scene of a snake, lay the bake over its skin, render. `look` is the view and the species."""
+    """Build the scene of a snake, lay the bake over its skin, and render. `look` is the view and the species."""
     view, species = look
     stage = ["animal.py", "--view", view, "--species", species, "--faces", FACES]
     edits = (["assign", baked, "--object", "Snake", "--over"],)
@@ -152,8 +151,8 @@ def render_snake(
 
 
 def render_wall(step: str, baked: Path, picture: Path, *, arguments, watch: Stopwatch) -> None:
-    """Build the scene of a grating before a wall, assign the bake, add a Diffraction Lamp, render. The spectrum has no
-    noise, so an eighth of the samples does."""
+    """Build the scene of a grating before a wall, assign the bake, add a Diffraction Lamp, and render. The spectrum is
+    noise-free, so an eighth of the samples is enough."""
     edits = (["assign", baked, "--object", "Carrier", "--lights", "lamps"], ["diffraction-lamp", "--object", "Carrier"])
     samples = max(1, arguments.samples // 8)
     render_scene(step, picture, [["wall.py"]], edits=edits, samples=samples, arguments=arguments, watch=watch)
@@ -169,10 +168,10 @@ def render_scene(
     arguments,
     watch: Stopwatch,
 ) -> None:
-    """Have a script of sample_scenes write a scene, change it by further scripts and by verbs of the command line, and
-    render it: a run of Blender in background each. `stages` and `edits` hold the scripts' and the verbs' names and
-    arguments; `arguments` the width of the picture, which Blender renders it, and in which engine, Cycles unless it
-    says."""
+    """Write a scene, edit it and render it, each step by a run of Blender in background.
+
+    `stages` are scripts of sample_scenes with their arguments; `edits` are verbs of the command line with theirs.
+    `arguments` gives the picture's width, the Blender to use, and the engine (by default Cycles)."""
     scene = picture.with_suffix(".blend")
     commands = []
     for script, *options in stages:
@@ -191,7 +190,7 @@ def render_scene(
 
 
 def start_blender(arguments, command: list[str]) -> blender.Launch:
-    """How to start Blender: the one that was asked for, else a binary if there is one, else the bpy wheel."""
+    """How to start Blender: as asked for, else a Blender binary if there is one, else the bpy wheel."""
     binary = arguments.blender or (None if arguments.bpy else blender.find_binary())
     if binary:
         return blender.launch_binary(binary, command)
@@ -200,7 +199,7 @@ def start_blender(arguments, command: list[str]) -> blender.Launch:
 
 
 def stop(number: int, _: object) -> NoReturn:
-    """End the demo after a signal, and with it the step that runs."""
+    """End the demo and its running step after a signal."""
     sys.exit(128 + number)
 
 

@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Optical discs in a studio: CD, DVD and Blu-ray, whose tracks run round their middles.
+"""Optical discs in a studio: CD, DVD and Blu-ray, whose tracks run round their centres.
 
 python -m sample_scenes.discs --output discs.blend [--disc cd --disc dvd --disc bluray]
 blender --background --python sample_scenes/discs.py -- --output discs.blend
 
-U points from the middle outwards, across the tracks, and V runs round it. After `grating assign BAKE --object CD` the
-disc shows its spectrum.
-"""
+U points outwards, across the tracks; V runs round the disc. `grating assign BAKE --object CD` adds the diffraction."""
 
 from __future__ import annotations
 
@@ -26,7 +24,7 @@ from .snake import plain_material
 from .stage import add_object, clean_scene
 from .studio import Towards, add_camera, add_floor, add_key, add_softbox, settings, wrap_in_dusk
 
-# Of every optical disc, in metres: the hole, the clear ring, the written part, the rim.
+# Radii of every optical disc, in metres: hole, clear ring, data area, rim.
 HOLE_M, CLEAR_M, WRITTEN_M, RIM_M = 0.0075, 0.022, 0.058, 0.060
 THICKNESS_M = 0.0012
 SEGMENTS = 256
@@ -34,17 +32,17 @@ NAMES = {"cd": "CD", "dvd": "DVD", "bluray": "Blu-ray"}
 BETWEEN_M = 0.132
 TILT_DEG = 14.0
 TARGET_M = (0.0, 0.0, 0.012)
-# Azimuth, elevation and strength of small lamps: each sends its orders into wedges of its own.
+# Azimuth, elevation and strength of small lamps. Each sends its diffraction orders into its own wedges.
 KEYS = (("Key", 70.0, 52.0, 0.8), ("Side", 160.0, 40.0, 0.4), ("Back", 20.0, 30.0, 0.4))
-# In stops: discs are dark but for their wedges.
+# Stops. Discs are dark outside their wedges.
 EXPOSURE = 1.5
 CAMERA = Towards(-90.0, 38.0, 0.85)
 LENS_MM = {1: 150.0, 2: 85.0, 3: 60.0}
 
 
 def ring(inner_m: float, outer_m: float, height_m: float, *, outwards: bool = True) -> tuple[np.ndarray, ...]:
-    """Points (2 SEGMENTS, 3), quads (SEGMENTS, 4), and UVs (SEGMENTS, 4, 2) of a flat ring; U is the radius in units of
-    the rim's, V the turn."""
+    """Points (2 SEGMENTS, 3), quads (SEGMENTS, 4) and UVs (SEGMENTS, 4, 2) of a flat ring: U is radius / RIM_M, V the
+    turn."""
     turn = np.arange(SEGMENTS + 1) / SEGMENTS
     around = np.stack([np.cos(2 * np.pi * turn[:-1]), np.sin(2 * np.pi * turn[:-1])], axis=-1)
     points = np.concatenate([np.c_[r * around, np.full(SEGMENTS, height_m)] for r in (inner_m, outer_m)])
@@ -57,7 +55,7 @@ def ring(inner_m: float, outer_m: float, height_m: float, *, outwards: bool = Tr
 
 
 def add_ring(name: str, size_m: tuple[float, float], height_m: float, material) -> bpy.types.Object:
-    """A flat ring as an object."""
+    """Add a flat ring."""
     points, quads, uv = ring(*size_m, height_m)
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(points.tolist(), [], quads.tolist())
@@ -67,7 +65,7 @@ def add_ring(name: str, size_m: tuple[float, float], height_m: float, material) 
 
 
 def add_disc(name: str, place: tuple[float, float, float]) -> bpy.types.Object:
-    """A disc, tilted towards the camera: its written part, named so, and the plastic rings beside it."""
+    """Add a disc, tilted towards the camera: the data area, which gets the name, and plastic rings on both sides."""
     dark = plain_material(f"{name} Lacquer", (0.02, 0.02, 0.022), roughness=0.35)
     clear = plain_material(f"{name} Plastic", (0.25, 0.26, 0.28), roughness=0.15)
     written = add_ring(name, (CLEAR_M, WRITTEN_M), THICKNESS_M, dark)
@@ -79,7 +77,7 @@ def add_disc(name: str, place: tuple[float, float, float]) -> bpy.types.Object:
 
 
 def build_discs(scene: bpy.types.Scene, discs: list[str]) -> None:
-    """The discs side by side, their light and the camera."""
+    """Add the discs side by side, lamps and camera."""
     add_floor(scene, (0.035, 0.036, 0.04))
     for index, disc in enumerate(discs):
         x = (index - (len(discs) - 1) / 2) * BETWEEN_M

@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Worlds as panoramas: radiance (rows, 2 rows, 3), laid out as precompute/lights/panorama.py says.
-
-The room, a third, has a module of its own (room.py)."""
+"""Worlds as panoramas: radiance (rows, 2 rows, 3), laid out as precompute/lights/panorama.py says. See also room.py."""
 
 import numpy as np
 
 from precompute.lights.panorama import panorama_cells
 
-# Where each soft box stands, its width and height in degrees, and its radiance.
+# Direction, width and height in degrees, and radiance of each soft box.
 BOXES = (
     ((0.6, -0.5, 0.75), 30, 20, (10.0, 10.0, 10.0)),
     ((-0.8, -0.3, 0.6), 16, 16, (5.0, 5.2, 5.6)),
@@ -16,7 +14,7 @@ BOXES = (
 
 
 def overcast(rows: int) -> np.ndarray:
-    """CIE's overcast sky over dark ground."""
+    """The CIE overcast sky over dark ground."""
     height = panorama_cells(rows, 2 * rows).directions[:, 2]
     edge = np.clip(height * rows / np.pi + 0.5, 0, 1)
     grey = 0.3 * (edge * (1 + 2 * np.maximum(height, 0)) / 3 + (1 - edge) * 0.1)
@@ -24,7 +22,7 @@ def overcast(rows: int) -> np.ndarray:
 
 
 def soft_boxes(rows: int) -> np.ndarray:
-    """A studio: a key, a fill and a strip on a dim gradient."""
+    """A studio: key, fill and strip light on a dim gradient."""
     directions = panorama_cells(rows, 2 * rows).directions
     grey = 0.06 * (1.2 + directions[:, 2])
     colour = np.repeat(grey[:, None], 3, axis=1)

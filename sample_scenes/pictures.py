@@ -3,8 +3,7 @@
 
 python -m sample_scenes.pictures --output DIR [--bpy 5.2] [--samples 16 --width 480]
 
-The sheet of Elaphe is made from the real scan where its file is present, else from the shipped sample that imitates it.
-"""
+Elaphe's sheet uses the real scan if its file is present, else the shipped sample that imitates it."""
 
 import json
 import sys
@@ -23,7 +22,7 @@ ZOOMS, AZIMUTHS = ("whole", "bends", "scales"), (128, 90, 52)
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Bake, assign and render both species and lay their sheets out; the exit status."""
+    """Bake, assign and render both species, and write their sheets. Returns the exit status."""
     parser = OneLineParser(prog="sample_scenes.pictures", description=__doc__.splitlines()[0])
     parser.add_argument("--output", type=Path, required=True, metavar="DIR")
     parser.add_argument("--bpy", choices=[e.blender_version for e in ALL], help="the bpy wheel to render with")
@@ -39,7 +38,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def sheet(name: str, height_map: list, arguments) -> None:
-    """One species: a row for each zoom, a column for each sun."""
+    """The sheet of one species: a row for each zoom, a column for each sun."""
     watch = Stopwatch()
     folder = arguments.output.resolve() / name
     folder.mkdir(parents=True, exist_ok=True)

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Another light for a sample scene: a world, or one large lamp near by, in place of its own lamps and world.
+"""Replaces the lamps and world of a sample scene by another world, or by one large area lamp.
 
-blender scene.blend --background --python sample_scenes/relight.py -- --world studio --output scene.blend
-"""
+blender scene.blend --background --python sample_scenes/relight.py -- --world studio --output scene.blend"""
 
 from __future__ import annotations
 
@@ -32,7 +31,7 @@ _LAMP_M, _LAMP_W = 1.0, 10.0
 
 @dataclass(frozen=True)
 class Sun:
-    """Where the scene's brightest sun lamp stood."""
+    """Direction of the scene's former brightest sun lamp."""
 
     azimuth_deg: float
     elevation_deg: float
@@ -52,7 +51,7 @@ def _lamp(scene: bpy.types.Scene, sun: Sun) -> None:
     add_softbox(scene, "Area", at, target=(0.0, 0.0, 0.0), size_m=_LAMP_M, power_w=_LAMP_W)
 
 
-# The name of each light: what sets it up, and the exposure in stops.
+# Each light's set-up function and exposure in stops.
 WORLDS = {
     "studio": (partial(_painted, soft_boxes), 1.0),
     "sky": (_sky, 0.0),
@@ -63,7 +62,7 @@ WORLDS = {
 
 
 def paint(scene: bpy.types.Scene, radiance: np.ndarray) -> None:
-    """A world of this radiance (rows, columns, 3), laid out as precompute/lights/panorama.py says."""
+    """Make a world from radiance (rows, columns, 3) in the layout of precompute/lights/panorama.py."""
     rows, columns, _ = radiance.shape
     image = bpy.data.images.new("World", columns, rows, float_buffer=True, is_data=True)
     pixels = np.ones((rows, columns, 4), np.float32)
@@ -74,8 +73,8 @@ def paint(scene: bpy.types.Scene, radiance: np.ndarray) -> None:
 
 
 def relight(scene: bpy.types.Scene, world: str) -> None:
-    """Light a scene that has sun lamps by one of WORLDS."""
-    bpy.context.view_layer.update()  # of lamps that are new
+    """Replace the lights of a scene that has sun lamps by one of WORLDS."""
+    bpy.context.view_layer.update()  # updates the matrices of new lamps
     lamps = [thing for thing in scene.objects if thing.type == "LIGHT"]
     brightest = max((lamp for lamp in lamps if lamp.data.type == "SUN"), key=lambda lamp: lamp.data.energy)
     to_sun = brightest.matrix_world.to_3x3() @ Vector((0, 0, 1))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def write_report(output: Path, results: list[dict], seconds: dict[str, float], machine: str) -> Path:
-    """Write report.md into `output`; its path."""
+    """Write report.md into `output` and return its path."""
     lines = ["# Natural Gratings: from scan to snake", "", f"Made by `./dev demo` on {machine}.", ""]
     for result in results:
         lines += section(output, result)
@@ -18,7 +18,7 @@ def write_report(output: Path, results: list[dict], seconds: dict[str, float], m
 
 
 def section(output: Path, result: dict) -> list[str]:
-    """The report's lines on one height map: its measurements and its pictures."""
+    """The report's lines on one height map: measurements and pictures."""
     info, bake = result["info"], result["bake"]
     error = bake["delta_e"]
     dy, dx = info["pixel_size_m"]

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A room as an environment picture: two windows, two ceiling panels and a warm lamp, seen from its middle.
+"""A room as a panorama: two windows, two ceiling panels and a warm lamp, seen from its centre.
 
 python -m sample_scenes.room --output room.exr [--rows 512 --seed 1]
 
-The picture that this writes is in the public domain (CC0). Each point of a wall shows the light that reaches it
-straight from the bright parts, past the furniture, and an even share for what the walls send each other.
-"""
+The picture is in the public domain (CC0). Each point of a wall shows direct light from the bright parts, shaded by the
+furniture, and a constant for the light between walls."""
 
 import sys
 from dataclasses import dataclass
@@ -20,21 +19,21 @@ from precompute.cli.parser import OneLineParser, exit_status
 from precompute.lights.panorama import panorama_cells
 from precompute.table.atlas_file import write_exr
 
-# Metres, x to the windows, z up, the viewer at 0.
+# Corners of the room in metres: x towards the windows, z up, the viewer at 0.
 LOW, HIGH = np.array((-2.6, -2.3, -1.3)), np.array((2.4, 2.9, 1.4))
-# Albedo of each wall: low and high x, y, z.
+# Albedo of each wall: low and high end of x, y, z.
 _WALLS = np.array([[(0.66, 0.63, 0.57)] * 2, [(0.60, 0.62, 0.60)] * 2, [(0.30, 0.19, 0.11), (0.80, 0.80, 0.78)]])
 _PLANK_M, _SKIRTING_M, _BAR_M = 0.16, 0.09, 0.03
-# What walls send to walls: this share of the mean light, everywhere.
+# Light between walls: a constant irradiance.
 _EVEN = np.array((0.55, 0.50, 0.44))
-# Emitters are lit from points this many to a side.
+# Samples per side of a panel.
 _POINTS = 3
 
 
 @dataclass(frozen=True)
 class Panel:
-    """A bright rectangle in a wall. `axis` is the wall's axis and `end` 0 at its low end, 1 at its high one; low and
-    high (2,) are its corners along the other two axes, in metres. `bars`: it has a window's cross."""
+    """A bright rectangle in a wall. `axis` is the wall's axis, `end` is 0 at its low end and 1 at its high end. `low`
+    and `high` are the corners along the other two axes, in metres. `bars`: it is a window with a cross."""
 
     axis: int
     end: int
@@ -46,7 +45,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Block:
-    """A piece of furniture: corners and albedo. The lamp's shade shines by itself."""
+    """A piece of furniture: corners and albedo. The lamp's shade also emits light."""
 
     low: tuple[float, float, float]
     high: tuple[float, float, float]
@@ -63,7 +62,7 @@ PANELS = (
 BLOCKS = (
     Block((-2.4, -1.7, -1.3), (-1.5, 0.6, -0.85), (0.07, 0.11, 0.17)),  # a sofa, and its back
     Block((-2.6, -1.7, -0.85), (-2.3, 0.6, -0.45), (0.07, 0.11, 0.17)),
-    Block((-0.5, 1.5, -0.9), (0.8, 2.2, -0.84), (0.22, 0.12, 0.06)),  # a table's top
+    Block((-0.5, 1.5, -0.9), (0.8, 2.2, -0.84), (0.22, 0.12, 0.06)),  # a table top
     Block((-2.45, 2.05, -1.3), (-2.4, 2.1, 0.1), (0.05, 0.05, 0.05)),  # a lamp's stand, and its shade
     Block((-2.6, 1.9, 0.1), (-2.25, 2.25, 0.45), (0.8, 0.7, 0.5), (6.5, 4.0, 1.9)),
     Block((-0.9, -2.3, -0.1), (0.4, -2.26, 0.8), (0.10, 0.04, 0.03)),  # a picture on the wall
@@ -71,15 +70,14 @@ BLOCKS = (
 
 
 def room(rows: int, seed: int = 1) -> np.ndarray:
-    """Its radiance (rows, 2 rows, 3) in linear Rec.709, laid out as precompute/lights/panorama.py says.
-
-    Each pixel is the mean of four directions."""
+    """The room's radiance (rows, 2 rows, 3) in linear Rec.709, laid out as precompute/lights/panorama.py says; a mean
+    of four directions in each pixel."""
     fine = _seen(panorama_cells(2 * rows, 4 * rows).directions, np.random.default_rng(seed))
     return fine.reshape(rows, 2, 2 * rows, 2, 3).mean(axis=(1, 3))
 
 
 def _seen(directions: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """Radiance (n, 3) towards the viewer from directions (n, 3)."""
+    """Radiance (n, 3) that the viewer sees in directions (n, 3)."""
     with np.errstate(divide="ignore"):
         ends = np.where(directions > 0, HIGH, LOW) / directions
     axis = ends.argmin(axis=1)
@@ -108,7 +106,7 @@ def _seen(directions: np.ndarray, random: np.random.Generator) -> np.ndarray:
 
 
 def _light(at: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """Irradiance (n, 3) from panels and the lamp's shade at places (n, 3), past the furniture."""
+    """Irradiance (n, 3) at points (n, 3) from panels and the lamp's shade, with shadows of the furniture."""
     total = np.zeros_like(at)
     for panel in PANELS:
         others = [axis for axis in range(3) if axis != panel.axis]
@@ -125,7 +123,7 @@ def _light(at: np.ndarray, normal: np.ndarray) -> np.ndarray:
                 cosines = np.maximum((away * normal).sum(axis=1), 0) * np.maximum(-away[:, panel.axis] * facing, 0)
                 seen = cosines / np.maximum(squared, 0.01) ** 2 * size.prod() / _POINTS**2
                 lit = np.flatnonzero(seen)
-                for block in BLOCKS[:3]:  # below the panels, so that they shade what is lower than themselves
+                for block in BLOCKS[:3]:  # these are below the panels and shade only lower points
                     low = lit[at[lit, 2] < block.high[2]]
                     seen[low[_enter(block, at[low], away[low])[0] < 1]] = 0
                 total[lit] += seen[lit, None] * panel.radiance
@@ -138,8 +136,8 @@ def _light(at: np.ndarray, normal: np.ndarray) -> np.ndarray:
 
 
 def _enter(block: Block, start: np.ndarray, towards: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How far along rays (n, 3) a block begins, in their lengths, infinity where they miss it; and through which of its
-    axes they enter."""
+    """Where rays (n, 3) enter a block: the distance in ray lengths (infinity if they miss), and the axis of the
+    face."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ends = np.stack([(np.array(corner) - start) / towards for corner in (block.low, block.high)])
     near, far = np.nan_to_num(ends.min(axis=0), nan=-np.inf), ends.max(axis=0)
@@ -149,7 +147,7 @@ def _enter(block: Block, start: np.ndarray, towards: np.ndarray) -> tuple[np.nda
 
 
 def _inside(panel: Panel, at: np.ndarray) -> np.ndarray:
-    """Which places (n, 3) of its wall shine: those of the panel, less a window's bars."""
+    """Which points (n, 3) of its wall a panel covers, without a window's bars."""
     across = np.delete(at, panel.axis, axis=1)
     inside = ((across > panel.low) & (across < panel.high)).all(axis=1)
     if panel.bars:
@@ -158,7 +156,8 @@ def _inside(panel: Panel, at: np.ndarray) -> np.ndarray:
 
 
 def _sky(panel: Panel, at: np.ndarray) -> np.ndarray:
-    """The brightness (n,) of what is behind a panel: a sky that is brighter above, over houses; else even."""
+    """The brightness (n,) behind a panel: constant, or for a window, a sky that is brighter higher up, above dark
+    houses."""
     if not panel.bars:
         return np.ones(len(at))
     rise = at[:, 2] / np.linalg.norm(at[:, :2], axis=1)
@@ -166,7 +165,7 @@ def _sky(panel: Panel, at: np.ndarray) -> np.ndarray:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Write the picture; the exit status."""
+    """Write the picture. Returns the exit status."""
     parser = OneLineParser(prog="sample_scenes.room", description=__doc__.splitlines()[0])
     parser.add_argument("--output", type=Path, required=True, metavar="FILE.exr")
     parser.add_argument("--rows", type=count(16, 4096), default=512)

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The sample scenes: `./dev scenes`. Each is a .blend that opens and renders without the extension, and its picture.
 
-A scene is a script of this folder, the bakes of shipped samples, and verbs of the command line that join them, as a
-user would type them. The snakes take the real scan where its file is present, else the sample that imitates it.
-"""
+A scene is a script of this folder, bakes of shipped samples, and verbs of the command line that join them. The snakes
+use the real scan if its file is present, else the sample that imitates it."""
 
 import argparse
 import json
@@ -17,19 +16,20 @@ from precompute.cli.parser import OneLineParser
 from sample_scenes.demo import LASER, REAL_SCANS, SCANS, Stopwatch, render_scene
 
 METAL = ("--set", "IOR=10")
-# Those of relight.py, which runs in Blender alone. They take the place of sun lamps, which these scenes have not.
+# Scenes without sun lamps, and the lights of relight.py, which replace sun lamps. relight.py itself runs only in
+# Blender.
 WITHOUT_SUNS = {"room", "shed"}
 WORLDS = ("studio", "sky", "overcast", "room", "area")
-# Each scale of a snake has one relief or the other, and the direction turns slowly, in patches of 15 mm.
+# Each scale shows one of two reliefs. The direction turns slowly, in patches of 15 mm.
 _OTHER_PLATES = {"sample:xenopeltis": 0.45}
 _VARIED = ("--by", "scale_random", "--turn", "7", "--size-mm", "15")
 
 
 @dataclass(frozen=True)
 class SampleScene:
-    """A scene: the script that writes it and its options; for each object the FILE that is baked for it; further
-    arguments of `assign`; by FILE the share of the surface that varies from the first, from scale to scale; verbs after
-    it; samples of a pixel at which the picture is clean."""
+    """A scene: the script that writes it and its options; the FILE to bake for each object; more arguments of `assign`;
+    by FILE, the share of the surface that shows this bake instead, varied from scale to scale; verbs to run afterwards;
+    Cycles samples at which the picture is clean."""
 
     script: str
     bakes: dict[str, str]
@@ -71,7 +71,7 @@ SCENES = {
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Write and render scenes; the exit status."""
+    """Write and render scenes. Returns the exit status."""
     parser = OneLineParser(prog="./dev scenes", description=__doc__.splitlines()[0])
     parser.add_argument("--output", type=Path, required=True, metavar="DIR")
     parser.add_argument("--scene", action="append", choices=list(SCENES), help="which; default all")
@@ -103,7 +103,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def make(name: str, scene: SampleScene, output: Path, *, arguments: argparse.Namespace, watch: Stopwatch) -> Path:
-    """Bake, build, assign and render one scene; the path of its picture. The .blend is beside it."""
+    """Bake, build, assign and render one scene. Returns the path of its picture; the .blend is beside it."""
     options = list(scene.options)
     if name == "room":
         panorama = output / "room.exr"
@@ -141,7 +141,7 @@ def make(name: str, scene: SampleScene, output: Path, *, arguments: argparse.Nam
 
 
 def _height_map(file: str) -> list[str]:
-    """The real scan that a sample imitates, with its size, where the scan is present; else the sample."""
+    """The real scan that a sample imitates, with its size, if its file is present; else the sample."""
     for _, scan, height_nm, _ in REAL_SCANS:
         if scan.startswith(file.removeprefix("sample:")) and (SCANS / scan).is_file():
             return [str(SCANS / scan), "--size-um", "65", "--height-nm", height_nm]

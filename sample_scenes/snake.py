@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A coiled snake with modelled scales, whose UV map gives the grating's frame.
+"""A coiled snake with modelled scales, whose UV map gives the grating's direction.
 
 U runs along the body from head to tail, in units of the largest girth. V runs once round the body, from the belly seam
-over the back. So the UV tangent points tailwards, and (T, B, N) is right-handed. Lengths are in metres.
-"""
+over the back. So the UV tangent points tailwards, and (T, B, N) is right-handed. Lengths are in metres."""
 
 from __future__ import annotations
 
@@ -21,7 +20,7 @@ BELLY_ANGLE = 0.74 * np.pi
 SCALE_LENGTH_PER_RADIUS = 0.66
 EYE_RADIUS_M = 0.0034
 
-# The resting pose from snout to tail: control points of a B-spline; x, y, height of the belly over the floor.
+# The resting pose from snout to tail: B-spline control points; x, y, height of the belly over the floor.
 POSE_M = np.array(
     [
         (-0.205, -0.150, 0.000),
@@ -59,7 +58,7 @@ POSE_M = np.array(
 
 
 class Spine(NamedTuple):
-    """The body's axis and size at n arc lengths `s` from the snout; `scale_count` is the number of scales up to
+    """The body's axis and size at n arc lengths `s` from the snout. `scale_count` is the number of scales up to
     there."""
 
     s: np.ndarray
@@ -71,7 +70,7 @@ class Spine(NamedTuple):
 
 
 def bspline(points: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """Uniform cubic B-spline of `points` (n, d) from the first to the last of them, at t (m,) in [0, 1]."""
+    """Uniform cubic B-spline from the first to the last of `points` (n, d), at t (m,) in [0, 1]."""
     padded = np.vstack([2 * points[0] - points[1], points, 2 * points[-1] - points[-2]])
     x = t * (len(points) - 1)
     span = np.minimum(x.astype(int), len(points) - 2)
@@ -102,7 +101,7 @@ def half_sizes(s: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def make_spine(rings: int) -> Spine:
-    """The body at `rings` arc lengths: a fixed number of rings for each scale, and more of them at the head."""
+    """The body at `rings` arc lengths: evenly spaced in scales, more densely at the head."""
     t = np.linspace(0, 1, 20001)
     pose = bspline(POSE_M, t)
     steps = np.linalg.norm(np.diff(pose, axis=0), axis=1)
@@ -131,10 +130,9 @@ def scatter(i: np.ndarray, j: np.ndarray) -> np.ndarray:
 def scale_relief(along: np.ndarray, across: np.ndarray) -> np.ndarray:
     """Relief of overlapping scales, in scale lengths, at most 0.
 
-    `along` counts scales tailwards, `across` counts rows from the back's midline. Odd rows are shifted by half a scale.
-    Beyond the last row are the broad belly scales. Each scale is a dome, tilted a little in a direction of its own. It
-    rises tailwards and ends in a free edge above the next scale. Where scales overlap, the highest is seen.
-    """
+    `along` counts scales tailwards, `across` counts rows from the middle of the back. Odd rows are shifted by half a
+    scale. The broad belly scales follow the last row. Each scale is a dome with a slight random tilt. It rises
+    tailwards and ends in a free edge above the next scale. Where scales overlap, the highest shows."""
     across = np.clip(across, -(DORSAL_ROWS + 1) / 2, (DORSAL_ROWS + 1) / 2)
     relief = np.full(np.broadcast(along, across).shape, -1.0)
     for row in (np.floor(across), np.floor(across) + 1):
@@ -160,10 +158,8 @@ def eye_relief(s: np.ndarray, angle: np.ndarray, half_width: np.ndarray) -> np.n
 
 
 def body_surface(spine: Spine, segments: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points (rings, segments, 3) in metres and UVs (rings, segments + 1, 2) of the skin.
-
-    A ring starts and ends at the belly seam. The UVs have the seam twice, the points once.
-    """
+    """Points (rings, segments, 3) in metres and UVs (rings, segments + 1, 2) of the skin. Rings start and end at the
+    belly seam, which is one column of points but two of UVs."""
     v = np.linspace(0, 1, segments + 1)
     angle = 2 * np.pi * (v[:-1] - 0.5)
     width, height = spine.half_width[:, None], spine.half_height[:, None]
@@ -184,7 +180,7 @@ def body_surface(spine: Spine, segments: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def tube_quads(rings: int, segments: int) -> tuple[np.ndarray, np.ndarray]:
-    """Corner indices (quads, 4) into the points and UVs of `body_surface`, counter-clockwise from outside."""
+    """Corner indices (quads, 4) into the points and into the UVs of `body_surface`, counter-clockwise from outside."""
     ring, segment = np.meshgrid(np.arange(rings - 1), np.arange(segments), indexing="ij")
     corner_ring = ring[..., None] + (0, 1, 1, 0)
     corner_segment = segment[..., None] + (0, 0, 1, 1)
@@ -195,7 +191,7 @@ def tube_quads(rings: int, segments: int) -> tuple[np.ndarray, np.ndarray]:
 
 def plain_material(name: str, colour: tuple[float, float, float], roughness: float) -> bpy.types.Material:
     material = bpy.data.materials.new(name)
-    if bpy.app.version < (5, 0):  # later ones always use nodes
+    if bpy.app.version < (5, 0):  # always on in later versions
         material.use_nodes = True
     shader = material.node_tree.nodes["Principled BSDF"]
     shader.inputs["Base Color"].default_value = (*colour, 1)
@@ -204,7 +200,7 @@ def plain_material(name: str, colour: tuple[float, float, float], roughness: flo
 
 
 def build_snake(name: str = "Snake", rings: int = 1850, segments: int = 132) -> bpy.types.Object:
-    """Add the snake, at rest on the floor z = 0, to the scene: a tube of quads with a pinhole at each tip."""
+    """Add the snake to the scene, at rest on the floor z = 0. It is a tube of quads with a pinhole at each tip."""
     points, uv = body_surface(make_spine(rings), segments)
     quads, uv_quads = tube_quads(rings, segments)
 
@@ -219,7 +215,7 @@ def build_snake(name: str = "Snake", rings: int = 1850, segments: int = 132) -> 
     mesh.uv_layers.new(name="UVMap").uv.foreach_set("vector", corner_uv.ravel())
     mesh.update(calc_edges=True)
     mesh.shade_smooth()
-    # Nearly black, as the iridescent species are.
+    # Nearly black, like iridescent species.
     mesh.materials.append(plain_material("Snake Skin", (0.03, 0.02, 0.015), roughness=0.4))
 
     snake = bpy.data.objects.new(name, mesh)

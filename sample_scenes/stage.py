@@ -2,8 +2,7 @@
 """The stage on which the sample snake is rendered: dark ground, one sun or a clear sky, camera.
 
 python -m sample_scenes.stage --output snake.blend [--sun-azimuth-deg 52 --sun-elevation-deg 30] [--sky]
-blender --background --python sample_scenes/stage.py -- --output snake.blend
-"""
+blender --background --python sample_scenes/stage.py -- --output snake.blend"""
 
 from __future__ import annotations
 
@@ -22,13 +21,13 @@ from precompute.cli.parser import OneLineParser
 
 from .snake import build_snake, plain_material
 
-# The sun and the camera almost face each other across the snake's long straight runs. On most of these runs the first
-# order of a grating of 1144 nm along the body meets the camera. From azimuth 52 the colours run in the other direction.
+# Sun and camera almost face each other across the snake's long straight runs. On most runs the first order of a grating
+# of 1144 nm along the body meets the camera. From azimuth 52 the colours run in the other direction.
 SUN_AZIMUTH_DEG = 128.0
 SUN_ELEVATION_DEG = 30.0
 SUN_STRENGTH = 12.0
 SUN_ANGLE_DEG = 0.53
-# A sky's radiance relative to the Sky Texture's own, so that the ground is as bright as under the lamp.
+# Relative to the Sky Texture's own radiance: the ground is as bright as under the lamp.
 SKY_STRENGTH = 0.15
 CAMERA_LOCATION_M = (-0.036, -0.80, 0.69)
 CAMERA_TARGET_M = (-0.036, -0.025, 0.02)
@@ -36,7 +35,7 @@ CAMERA_LENS_MM = 74.0
 
 
 def clean_scene() -> None:
-    """Remove all objects and their data. Reading the factory settings would do so too, but disables extensions."""
+    """Remove all objects and their data. Loading the factory settings instead would disable extensions."""
     data = bpy.data
     for collection in (data.objects, data.meshes, data.lights, data.cameras, data.materials):
         data.batch_remove(list(collection))
@@ -49,7 +48,7 @@ def add_object(scene: bpy.types.Scene, name: str, data: bpy.types.ID) -> bpy.typ
 
 
 def add_ground(scene: bpy.types.Scene, half_size_m: float = 4.0) -> bpy.types.Object:
-    """A dark, dull plane at z = 0 that fills the view."""
+    """A dark, matt plane at z = 0 that fills the view."""
     mesh = bpy.data.meshes.new("Ground")
     h = half_size_m
     mesh.from_pydata([(-h, -h, 0), (h, -h, 0), (h, h, 0), (-h, h, 0)], [], [(0, 1, 2, 3)])
@@ -58,7 +57,7 @@ def add_ground(scene: bpy.types.Scene, half_size_m: float = 4.0) -> bpy.types.Ob
 
 
 def add_sun(scene: bpy.types.Scene, azimuth_deg: float, elevation_deg: float) -> bpy.types.Object:
-    """A sun lamp; azimuth is counter-clockwise from +X as seen from above, elevation from the floor."""
+    """A sun lamp. Azimuth is counter-clockwise from +X seen from above, elevation is from the floor."""
     azimuth, elevation = radians(azimuth_deg), radians(elevation_deg)
     to_sun = Vector((cos(elevation) * cos(azimuth), cos(elevation) * sin(azimuth), sin(elevation)))
     light = bpy.data.lights.new("Sun", "SUN")
@@ -83,7 +82,7 @@ def add_camera(scene: bpy.types.Scene) -> bpy.types.Object:
 
 
 def new_world(scene: bpy.types.Scene, name: str) -> bpy.types.Node:
-    """A new world of a scene; its Background node."""
+    """Give a scene a new world and return its Background node."""
     scene.world = bpy.data.worlds.new(name)
     if bpy.app.version < (5, 0):
         scene.world.use_nodes = True
@@ -91,7 +90,7 @@ def new_world(scene: bpy.types.Scene, name: str) -> bpy.types.Node:
 
 
 def surround_by(scene: bpy.types.Scene, name: str, panorama: bpy.types.Image) -> None:
-    """A new world of a scene that shows a panorama."""
+    """Give a scene a new world that shows a panorama."""
     background = new_world(scene, name)
     texture = scene.world.node_tree.nodes.new("ShaderNodeTexEnvironment")
     texture.image = panorama
@@ -99,17 +98,17 @@ def surround_by(scene: bpy.types.Scene, name: str, panorama: bpy.types.Image) ->
 
 
 def dim_world(scene: bpy.types.Scene) -> None:
-    """A weak grey surrounding that keeps the unlit skin readable."""
+    """A dim grey world that keeps the unlit skin visible."""
     background = new_world(scene, "Dim")
     background.inputs["Color"].default_value = (0.9, 0.95, 1.0, 1)
     background.inputs["Strength"].default_value = 0.12
 
 
 def light_by_sky(scene: bpy.types.Scene, azimuth_deg: float, elevation_deg: float) -> None:
-    """A clear sky in place of sun lamp and surroundings; its sun stands where the lamp would."""
+    """Replace sun lamp and world by a clear sky whose sun is in the lamp's place."""
     background = new_world(scene, "Sky")
     sky = scene.world.node_tree.nodes.new("ShaderNodeTexSky")
-    # A Sky Texture's sun turns clockwise from +Y.
+    # The azimuth of a Sky Texture's sun is clockwise from +Y.
     sky.sun_rotation, sky.sun_elevation = radians(90 - azimuth_deg), radians(elevation_deg)
     scene.world.node_tree.links.new(sky.outputs[0], background.inputs["Color"])
     background.inputs["Strength"].default_value = SKY_STRENGTH
@@ -134,7 +133,7 @@ def build_stage(
     *,
     sky: bool = False,
 ) -> None:
-    """Add ground, light and camera to `scene` and set it up for Cycles on the CPU."""
+    """Add ground, light and camera to `scene`, and set it up for Cycles on the CPU."""
     add_ground(scene)
     add_camera(scene)
     if sky:

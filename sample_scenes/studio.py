@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A photographer's studio for small things: a floor, a key lamp, a fill, a rim, a camera.
+"""A photographer's studio for small objects: a floor, a key, a fill and a rim lamp, a camera.
 
-The lamps are the fewest that show a grating: the key is small in the sky of the thing that it lights, so that its
-orders are colours and not white; fill and rim are wide, and show shape.
-"""
+The lamps are the fewest that show a grating. The key has a small angular size, so its diffraction orders are coloured
+and not white. Fill and rim are wide and show the shape."""
 
 from __future__ import annotations
 
@@ -16,14 +15,14 @@ from mathutils import Vector
 from .snake import plain_material
 from .stage import add_object, new_world, render_settings
 
-# White keeps its place and saturated light keeps its hue: Standard would clip it, AgX would wash it out.
+# Keeps white, and the hue of saturated light: Standard would clip it, AgX would desaturate it.
 VIEW_TRANSFORM = "Khronos PBR Neutral"
 
 
 @dataclass(frozen=True)
 class Towards:
-    """Where a lamp or the camera stands: azimuth counter-clockwise from +X, elevation from the floor, in degrees, and
-    the distance in metres from the thing that it faces."""
+    """Position of a lamp or the camera relative to its target: azimuth counter-clockwise from +X and elevation from the
+    floor, in degrees, and distance in metres."""
 
     azimuth_deg: float
     elevation_deg: float
@@ -37,7 +36,7 @@ class Towards:
 
 
 def face(thing: bpy.types.Object, at: Towards, target: tuple[float, float, float]) -> None:
-    """Put a lamp or a camera somewhere and turn it to the target."""
+    """Place a lamp or a camera and turn it to the target."""
     thing.location = at.place(target)
     thing.rotation_euler = (thing.location - Vector(target)).to_track_quat("Z", "Y").to_euler()
 
@@ -45,7 +44,7 @@ def face(thing: bpy.types.Object, at: Towards, target: tuple[float, float, float
 def add_floor(
     scene: bpy.types.Scene, colour: tuple[float, float, float], *, half_m: float = 6.0, roughness: float = 0.8
 ) -> bpy.types.Object:
-    """A sheet on the floor. It ends in no wall, which would stand before the lamps behind the scene."""
+    """A flat floor. There is no back wall, because it would block the lamps behind the scene."""
     corners = [(x * half_m, y * half_m, 0.0) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     mesh = bpy.data.meshes.new("Floor")
     mesh.from_pydata(corners, [], [(0, 1, 2, 3)])
@@ -73,7 +72,7 @@ def add_key(
     strength: float,
     angle_deg: float,
 ) -> bpy.types.Object:
-    """A sun: a lamp so far away that every scale sees it in one direction, `angle_deg` wide."""
+    """A sun lamp with the angular size `angle_deg`, so distant that every scale sees it in one direction."""
     light = bpy.data.lights.new(name, "SUN")
     light.energy, light.angle = strength, radians(angle_deg)
     lamp = add_object(scene, name, light)
@@ -94,8 +93,8 @@ def add_camera(
 
 
 def wrap_in_dusk(scene: bpy.types.Scene, radiance: float, *, low: float = 0.25) -> None:
-    """A world that is brightest overhead and falls to the share `low` at the horizon: no lamp, and no black void in
-    what mirrors it."""
+    """A world without bright spots that falls from the zenith to the share `low` at the horizon, so reflections are not
+    black."""
     background = new_world(scene, "Dusk")
     nodes, links = scene.world.node_tree.nodes, scene.world.node_tree.links
     where, split, ramp = (
@@ -111,7 +110,7 @@ def wrap_in_dusk(scene: bpy.types.Scene, radiance: float, *, low: float = 0.25) 
 
 
 def settings(scene: bpy.types.Scene, samples: int = 64) -> None:
-    """Cycles on the CPU with its denoiser, and a view that keeps spectral colours."""
+    """Set up Cycles on the CPU with its denoiser, and a view transform that keeps spectral colours."""
     render_settings(scene)
     scene.cycles.samples = samples
     scene.cycles.max_bounces = 6

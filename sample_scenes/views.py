@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Render the stage at three zooms under three suns. The material stays: it follows the lamp by itself.
+"""Renders the stage at three zooms under three suns. The material follows the lamp by itself.
 
-blender FILE --background --python sample_scenes/views.py -- --output DIR [--samples 16 --width 480]
-"""
+blender FILE --background --python sample_scenes/views.py -- --output DIR [--samples 16 --width 480]"""
 
 from __future__ import annotations
 
@@ -18,7 +17,7 @@ if not __package__:  # `blender --python` runs this file as a script
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 
-# Name, focal length in mm, and the camera's target: the whole animal, two of its bends, single scales.
+# Name, focal length in mm, and camera target: the whole animal, two of its bends, single scales.
 ZOOMS = (
     ("whole", 74.0, (-0.036, -0.025, 0.02)),
     ("bends", 240.0, (-0.03, -0.05, 0.03)),

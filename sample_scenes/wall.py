@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A grating on a table before a white wall, under a narrow spot: where its spectrum is thrown onto the wall.
+"""A grating on a table before a white wall, under a narrow spot, to throw its spectrum onto the wall.
 
 python -m sample_scenes.wall --output wall.blend
 blender --background --python sample_scenes/wall.py -- --output wall.blend
 
-The grating's grooves run towards the wall, so that its orders lie beside each other on it. After `grating assign BAKE
---object Carrier --lights lamps` and `grating diffraction-lamp --object Carrier` the spectrum is there.
-"""
+The grooves run towards the wall, so the diffraction orders lie side by side on it. `grating assign BAKE --object
+Carrier --lights lamps`, then `grating diffraction-lamp --object Carrier` add the spectrum."""
 
 from __future__ import annotations
 
@@ -25,8 +24,8 @@ from precompute.cli.parser import OneLineParser
 from .snake import plain_material
 from .stage import add_object, clean_scene, dim_world, render_settings
 
-# Along y: the wall, and the spot on the other side of the grating, which lies in the origin. The spot's light comes at
-# 45 degrees, so that the mirror image is as high on the wall as the wall is far away.
+# The grating is at the origin, the wall and the spot on opposite sides along y. The spot's light comes at 45 degrees,
+# so the mirror image is as high on the wall as the wall is far away.
 WALL_M = 0.30
 SPOT_LOCATION_M = (0.0, -0.5, 0.5)
 SPOT_CONE_DEG = 1.0
@@ -41,7 +40,7 @@ WORLD = 0.04
 def add_plane(
     scene: bpy.types.Scene, name: str, corners: list[tuple[float, float, float]], material: bpy.types.Material | None
 ) -> bpy.types.Object:
-    """A rectangle by its corners, the first edge along U."""
+    """A rectangle from its corners, the first edge along U."""
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(corners, [], [(0, 1, 2, 3)])
     layer = mesh.uv_layers.new(name="UVMap")
@@ -53,7 +52,7 @@ def add_plane(
 
 
 def add_spot(scene: bpy.types.Scene) -> bpy.types.Object:
-    """A spot that lights the middle of the grating and nothing else."""
+    """A spot that lights only the middle of the grating."""
     light = bpy.data.lights.new("Spot", "SPOT")
     light.energy, light.shadow_soft_size = SPOT_POWER_W, 0.0
     light.spot_size, light.spot_blend = radians(SPOT_CONE_DEG), 0.1
@@ -64,7 +63,7 @@ def add_spot(scene: bpy.types.Scene) -> bpy.types.Object:
 
 
 def build_wall(scene: bpy.types.Scene) -> None:
-    """Table, wall, grating, spot and camera."""
+    """Add table, wall, grating, spot and camera."""
     table, wall = (plain_material(name, 3 * (grey,), roughness=1.0) for name, grey in (("Table", 0.05), ("Wall", 0.8)))
     x, z = 0.6, 0.6
     add_plane(scene, "Table", [(-x, -1, 0), (x, -1, 0), (x, WALL_M, 0), (-x, WALL_M, 0)], table)

@@ -7,7 +7,7 @@ import sys
 import tempfile
 from importlib.machinery import PathFinder
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import ModuleType
 
 import pytest
 
@@ -57,8 +57,8 @@ def extension() -> ModuleType:
 
 
 @pytest.fixture
-def addon(extension: ModuleType) -> SimpleNamespace:
-    """The add-on's modules by their short names."""
+def addon(extension: ModuleType) -> AddonModules:
+    """The add-on's modules by their files' names."""
     return AddonModules(extension.__name__)
 
 

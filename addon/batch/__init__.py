@@ -1,4 +1,3 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line `blender --background [FILE] --command grating VERB ...`.
-
-Each verb is a module of its own, which is loaded when the verb is called."""
+"""The command line `blender --background [FILE] --command grating VERB ...`. A verb's module is imported when it is
+called."""

@@ -29,19 +29,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--lights",
         choices=[name.lower() for name, _, _ in LIGHTS],
-        help="rest: lamps without noise, all else with little; lamps: lamps only; all: every light, noisy and exact. "
-        "Default: as the grating has it, at first rest",
+        help="rest: lamps without noise, other light by random samples; lamps: only lamps; all: every light by random "
+        "samples, exact but noisy. Default: the grating's setting, rest for a new one",
     )
-    parser.add_argument(
-        "--over", action="store_true", help="lay the diffraction over the meshes' own materials, and keep these"
-    )
-    parser.add_argument("--no-shadows", action="store_true", help="let nothing shade the diffraction")
+    parser.add_argument("--over", action="store_true", help="add the diffraction on top of the meshes' own materials")
+    parser.add_argument("--no-shadows", action="store_true", help="objects cast no shadows on the diffraction")
     parser.add_argument(
         "--set",
         action="append",
         type=name_argument,
         metavar="NAME=VALUE",
-        help=f"an input of the material, angles in degrees (repeatable): {', '.join(SETTABLE)}",
+        help=f"set an input of the material, angles in degrees (repeatable): {', '.join(SETTABLE)}",
     )
     add_save(parser)
 
@@ -67,8 +65,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def index_of(bake: str) -> int:
-    """The number of the scene's grating that has a bake's file, which is added if there is none. Raises GratingError if
-    there is no such file."""
+    """The index of the scene's grating with a bake, added if missing. Raises GratingError if there is no such file."""
     path = kept_path(str(check_bake(bake).resolve()))
     items = bpy.context.scene.natural_gratings.items
     for index, grating in enumerate(items):
@@ -80,7 +77,7 @@ def index_of(bake: str) -> int:
 
 
 def check_bake(bake: str) -> Path:
-    """The file of a bake that is named by its file or folder. Raises GratingError if there is none."""
+    """A bake's file, given the file or its folder. Raises GratingError if there is none."""
     file = existing_bake(bake)
     if file is None or not file.is_file():
         raise GratingError(bake, "no bake there", "give the .exr that `bake` wrote, or its folder")
@@ -88,8 +85,7 @@ def check_bake(bake: str) -> Path:
 
 
 def _setting(text: str) -> tuple[str, float]:
-    """The name and the value of an input from NAME=VALUE. Raises GratingError if there is no such input, or if the
-    value is no number in its range."""
+    """Parse NAME=VALUE. Raises GratingError if there is no such input, or if the value is no number in its range."""
     name, _, given = text.partition("=")
     socket = SETTABLE.get(name)
     if socket is None:
@@ -108,7 +104,7 @@ def _setting(text: str) -> tuple[str, float]:
 
 
 def _set_inputs(objects: Iterable[bpy.types.Object], group: bpy.types.NodeTree, values: dict[str, float]) -> None:
-    """Set inputs of the nodes of a grating's Diffraction group in the materials of objects."""
+    """Set inputs of a grating's Diffraction nodes in the materials of objects."""
     materials = {slot.material for thing in objects for slot in thing.material_slots}
     for node in (node for material in materials for node in diffraction_nodes(material) if node.node_tree == group):
         for name, value in values.items():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`bake`: import a height map and bake it. The grating holds the whole request, so the button can repeat the bake."""
+"""`bake`: import a height map and bake it. The grating keeps the whole request, so its button can repeat the bake."""
 
 import argparse
 from dataclasses import asdict
@@ -17,8 +17,7 @@ from .save import add_save, save
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The arguments of `bake`: those of `python -m precompute bake`, with a folder for the bake that may be left
-    out."""
+    """The arguments of `bake`: those of `python -m precompute bake`, but --output is optional."""
     add_input(parser, several="*")
     parser.add_argument(
         "-o", "--output", type=path_argument, metavar="DIR", help="folder for the bake; default: the cache"
@@ -28,13 +27,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--request",
         type=path_argument,
         metavar="BAKE.exr|JSON",
-        help="repeat a bake: all that was asked of it, scans included",
+        help="repeat an earlier bake with the same scans and settings",
     )
     add_save(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """The `bake` verb. It also works without a file open, and then saves only to --save."""
+    """The `bake` verb. Without an open file it saves only if --save is given."""
     request = request_of(arguments).at(Path.cwd())
     grating = add_averaged(bpy.context.scene, [asdict(scan) for scan in request.scans])
     grating.take_request(request)

@@ -19,14 +19,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `comb`."""
     parser.add_argument(
         "--object", action="append", required=True, type=name_argument, metavar="NAME",
-        help="a mesh, or an object that it follows: a curve, hair, an armature (repeatable)",
+        help="a mesh to comb, or an object to follow: a curve, hair, an armature (repeatable)",
     )  # fmt: skip
     kinds = [name.lower() for name, _, _ in COMB_SOURCES]
     parser.add_argument(
         "--source", choices=[*(kind for kind in kinds if kind not in _AXES), "axis"], default="tail",
-        help="what the direction follows; default tail: along the body, by its shape",
+        help="what the direction follows; default tail: along the body, found from its shape",
     )  # fmt: skip
-    parser.add_argument("--axis", choices=_AXES, default="x", help="of the object, for --source axis; default x")
+    parser.add_argument("--axis", choices=_AXES, default="x", help="axis of the object, for --source axis; default x")
     add_save(parser)
 
 

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line inside Blender. Its verbs call the same actions as the buttons.
+"""The command line inside Blender. Its verbs call the same functions as the buttons.
 
-Each verb works on the file that Blender has open. A verb that changes the file saves it: to --save, else in place.
-"""
+Each verb works on the file that is open in Blender. A verb that changes the file saves it, by default in place."""
 
 import argparse
 import importlib
@@ -12,13 +11,13 @@ from ...precompute.base.failure import GratingError
 from ...precompute.cli.parser import OneLineParser, exit_status
 from ...precompute.cli.printing import check_targets
 
-# Each is a module of this folder, with add_arguments(parser) and run(arguments).
+# Modules of this folder with add_arguments(parser) and run(arguments), and help texts.
 VERBS = {
     "import": ("import_command", "add a height map to the scene"),
     "bake": ("bake_command", "import a height map and bake it"),
     "assign": ("assign_command", "put a bake's material on meshes and save the file"),
-    "vary": ("vary_command", "vary a bake's material over the meshes that show it and save the file"),
-    "needs": ("needs_command", "measure what the scene needs of a bake, bake only that, and save the file"),
+    "vary": ("vary_command", "vary a bake's material over the meshes with it and save the file"),
+    "needs": ("needs_command", "measure which part of a bake the scene needs, bake only that, and save the file"),
     "comb": ("comb_command", "store a smooth direction on meshes and save the file"),
     "unwrap": ("unwrap_command", "give meshes a UV map without overlaps and save the file"),
     "direction-map": ("direction_map_command", "bake a grating's direction into a picture and save the file"),
@@ -31,7 +30,7 @@ VERBS = {
 
 
 def execute(argv: Sequence[str]) -> int:
-    """Run one verb; Blender's exit status."""
+    """Run one verb and return Blender's exit status."""
     try:
         arguments = build_parser(argv).parse_args(argv)
     except SystemExit as stop:
@@ -49,7 +48,7 @@ def _run(arguments: argparse.Namespace) -> None:
 
 
 def build_parser(argv: Sequence[str] = tuple(VERBS)) -> OneLineParser:
-    """The parser of every verb. Only the verbs that `argv` names are loaded and know their arguments."""
+    """The parser of all verbs. Only verbs in `argv` are imported and know their arguments."""
     parser = OneLineParser(prog="blender --command grating", description="Diffraction gratings in batch.")
     verbs = parser.add_subparsers(required=True, metavar="VERB", parser_class=OneLineParser)
     for name, (module_name, text) in VERBS.items():

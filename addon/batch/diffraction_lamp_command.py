@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`lamp`: add a Diffraction Lamp to a mesh of the open file that shows a grating."""
+"""`diffraction-lamp`: add a Diffraction Lamp to a mesh of the open file that shows a grating."""
 
 import argparse
 
@@ -15,19 +15,23 @@ _ANYWHERE = number(-1e6, 1e6)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The arguments of `lamp`."""
+    """The arguments of `diffraction-lamp`."""
     parser.add_argument("--object", required=True, type=name_argument, metavar="NAME", help="a mesh with a grating")
     parser.add_argument(
         "--near", nargs=3, type=_ANYWHERE, metavar=("X", "Y", "Z"), default=None,
-        help="the patch is where the mesh is nearest to this point, m; default: the 3D cursor",
+        help="place the patch where the mesh is nearest to this point, in metres; default: the 3D cursor",
     )  # fmt: skip
-    parser.add_argument("--size-mm", type=number(1e-3, 1e6), default=10.0, metavar="MM", help="side of the patch")
-    parser.add_argument("--lit-by", type=name_argument, metavar="LAMP", help="default: the first followed")
+    parser.add_argument(
+        "--size-mm", type=number(1e-3, 1e6), default=10.0, metavar="MM", help="side of the square patch; default 10"
+    )
+    parser.add_argument(
+        "--lit-by", type=name_argument, metavar="LAMP", help="lamp whose light it diffracts; default: the first"
+    )
     add_save(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """The `lamp` verb."""
+    """The `diffraction-lamp` verb."""
     scene = bpy.context.scene
     mesh = scene.objects.get(arguments.object)
     if mesh is None or not shows_grating(mesh):

@@ -17,15 +17,19 @@ from .save import add_save, save
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `direction-map`."""
     add_objects(parser)
-    parser.add_argument("--uv-map", type=name_argument, metavar="NAME", help="the map; default: the active one")
-    parser.add_argument("--size", type=count(16, 1 << 14), default=1024, metavar="PIXELS", help="default 1024")
     parser.add_argument(
-        "--margin", type=count(2, 64), default=8, metavar="PIXELS", help="past the islands' rims; default 8"
+        "--uv-map", type=name_argument, metavar="NAME", help="UV map to bake onto; default: the active one"
     )
     parser.add_argument(
-        "-o", "--output", type=path_argument, metavar="EXR", help="write the picture here too; it is packed anyway"
+        "--size", type=count(16, 1 << 14), default=1024, metavar="PIXELS", help="side of the picture; default 1024"
     )
-    parser.add_argument("--keep-source", action="store_true", help="do not have the grating read the picture")
+    parser.add_argument(
+        "--margin", type=count(2, 64), default=8, metavar="PIXELS", help="bleed past UV islands; default 8"
+    )
+    parser.add_argument(
+        "-o", "--output", type=path_argument, metavar="EXR", help="also save the picture here; it is always packed"
+    )
+    parser.add_argument("--keep-source", action="store_true", help="do not make the grating use the picture")
     add_json(parser)
     add_save(parser)
     parser.set_defaults(output_is_file=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`needs`: what the open file's scene needs of a bake, as a needs file; and the bake of only that."""
+"""`needs`: measure which part of a bake the open file's scene needs, write a needs file, and bake only that part."""
 
 import argparse
 import json
@@ -24,21 +24,21 @@ _FRAME = count(-(1 << 20), 1 << 20)
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `needs`."""
     parser.add_argument(
-        "-o", "--output", type=path_argument, metavar="NEEDS.json", help="write the needs here; `bake --needs` reads it"
+        "-o", "--output", type=path_argument, metavar="NEEDS.json", help="write the needs here, for `bake --needs`"
     )
     parser.add_argument(
-        "--grating", type=name_argument, metavar="NAME", help="of the scene's gratings; default: the active"
+        "--grating", type=name_argument, metavar="NAME", help="grating of the scene; default: the active one"
     )
     parser.add_argument(
         "--frames", nargs=2, type=_FRAME, metavar=("FIRST", "LAST"),
-        help="look at this range; default: the scene's range where something moves, else the present frame",
+        help="measure this range; default: the scene's range if something moves, else the present frame",
     )  # fmt: skip
     parser.add_argument(
         "--bake",
         action="store_true",
-        help="bake only that, show this bake in its stead, and save the file; not if it saves less than a tenth",
+        help="bake only that, switch the grating to it, and save the file, unless it saves less than a tenth of memory",
     )
-    parser.add_argument("--json", type=name_argument, metavar="FILE|-", help="write what was found as JSON")
+    parser.add_argument("--json", type=name_argument, metavar="FILE|-", help="write the result as JSON")
     add_save(parser)
     parser.set_defaults(output_is_file=True)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The objects on which a verb works: those that it names, else the selected."""
+"""The objects that a verb works on: named ones, or by default the selected ones."""
 
 import argparse
 
@@ -10,20 +10,19 @@ from ...precompute.cli.option_types import name_argument
 
 
 def add_objects(parser: argparse.ArgumentParser) -> None:
-    """The option that names objects."""
+    """Add the option that names objects."""
     parser.add_argument(
         "--object",
         action="append",
         type=name_argument,
         metavar="NAME",
-        help="a mesh (repeatable); default: the selected",
+        help="a mesh (repeatable); default: the selected meshes",
     )
 
 
 def chosen_objects(names: list[str] | None) -> list[bpy.types.Object]:
-    """The objects of these names, also those that the viewport hides or that cannot be selected; without names the
-    selected ones. As far as Blender can, these are selected then, and no others. Raises GratingError if one is
-    missing."""
+    """The objects with these names, including hidden and unselectable ones; without names, the selected objects. Named
+    objects become the selection, as far as Blender allows. Raises GratingError if one is missing."""
     if not names:
         return [o for o in bpy.context.view_layer.objects if o.select_get()]
     objects = bpy.context.view_layer.objects
@@ -36,7 +35,7 @@ def chosen_objects(names: list[str] | None) -> list[bpy.types.Object]:
 
 
 def chosen_meshes(names: list[str] | None) -> list[bpy.types.Object]:
-    """The meshes of these names, else those that are selected. Raises GratingError if there is none."""
+    """The meshes with these names, by default the selected ones. Raises GratingError if there is none."""
     chosen = chosen_objects(names)
     meshes = [o for o in chosen if o.type == "MESH"]
     if not meshes:

@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_objects(parser)
     parser.add_argument(
         "--method", choices=("xatlas", "minimum-stretch"), default="xatlas",
-        help="minimum-stretch is Blender's own, along the seams of the mesh; default xatlas",
+        help="minimum-stretch is Blender's own method, along the mesh's seams; default xatlas",
     )  # fmt: skip
     add_packing(parser)
     add_json(parser)
@@ -28,10 +28,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """The `unwrap` verb. Nothing is saved unless all meshes are unwrapped."""
+    """The `unwrap` verb. It saves only if all meshes are unwrapped."""
     packing = Packing(arguments.size, arguments.padding, arguments.density)
     lines = []
-    meshes = {mesh.data: mesh for mesh in chosen_meshes(arguments.object)}  # linked duplicates share one
+    meshes = {mesh.data: mesh for mesh in chosen_meshes(arguments.object)}  # linked duplicates share a mesh
     for mesh in meshes.values():
         if arguments.method == "xatlas":
             lines += unwrap_and_wait(mesh, packing)

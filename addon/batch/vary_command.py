@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`vary`: have a grating of the open file vary over the skins that show it."""
+"""`vary`: vary a grating of the open file over the meshes that show it."""
 
 import argparse
 import math
@@ -21,19 +21,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("bake", type=name_argument, metavar="BAKE", help="the .exr that `bake` wrote, or its folder")
     parser.add_argument(
         "--with", action="append", type=_shared, metavar="BAKE=SHARE", dest="others", default=[],
-        help="a further bake, and its share of the surface from 0 to 1 (twice at most)",
+        help="another bake to mix in, and its share of the surface from 0 to 1 (at most twice)",
     )  # fmt: skip
     parser.add_argument(
         "--by", type=name_argument, default="noise", metavar="noise|ATTRIBUTE",
-        help="lay the bakes out in patches of noise (default), or by a number from 0 to 1 that the meshes hold, such "
-        "as scale_random",
+        help="spread the bakes in patches of noise (default), or by a mesh attribute with values from 0 to 1, such as "
+        "scale_random",
     )  # fmt: skip
-    parser.add_argument("--softness", type=number(0, 1), default=0.0, help="how far they run into each other, 0 to 1")
     parser.add_argument(
-        "--turn", type=number(0, 90), default=0.0, metavar="DEGREES", help="of the direction, either way"
+        "--softness", type=number(0, 1), default=0.0, help="how widely they blend into each other, 0 to 1"
     )
     parser.add_argument(
-        "--size-mm", type=number(1e-3, 1e9), default=20.0, help="width of the patches in the object's space; default 20"
+        "--turn", type=number(0, 90), default=0.0, metavar="DEGREES", help="largest turn of the direction either way"
+    )
+    parser.add_argument(
+        "--size-mm", type=number(1e-3, 1e9), default=20.0, help="width of the patches in object space; default 20"
     )
     add_save(parser)
 
@@ -44,7 +46,7 @@ def run(arguments: argparse.Namespace) -> None:
         too_many, _ = arguments.others[_OTHERS_MAX]
         raise GratingError(f"--with {too_many}", "one too many", f"a bake has {_OTHERS_MAX} others at most")
     names = [arguments.bake, *(name for name, _ in arguments.others)]
-    # All are added before any is kept, as adding one may move the others in memory.
+    # Adding a grating may move the others in memory, so all are added before any is kept.
     gratings = bpy.context.scene.natural_gratings.items
     grating, *others = (gratings[index] for index in [index_of(name) for name in names])
     choice = Variation(
@@ -59,7 +61,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _shared(text: str) -> tuple[str, float]:
-    """The type of an option that takes BAKE=SHARE."""
+    """Parse BAKE=SHARE."""
     name, _, share = text.rpartition("=")
     if not name:
         raise argparse.ArgumentTypeError(f"{text}: give BAKE=SHARE, such as skin.exr=0.3")

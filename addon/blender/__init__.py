@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender itself: its versions, windows, renders, change notices and custom properties. Knows nothing of gratings."""
+"""Helpers for Blender itself: versions, windows, renders, changes and custom properties. Independent of gratings."""

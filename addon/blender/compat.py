@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every difference between Blender versions, 4.5 to 5.2, in one place."""
+"""All differences between Blender versions 4.5 to 5.2."""
 
 import bpy
 
-# Whether materials have a Raycast node. In Cycles it sees every object, in EEVEE only objects on screen.
+# Whether materials have a Raycast node. It hits all objects in Cycles, and objects on screen in EEVEE.
 HAS_RAYCAST = bpy.app.version >= (5, 1, 0)
 
 
 def working_space() -> str:
-    """The file's linear working space, by precompute.colour's name. Files have a choice from Blender 5.0 on."""
+    """The file's linear working space, named as in precompute.colour. Files can choose it from Blender 5.0 on."""
     if bpy.app.version < (5, 0, 0):
         return "Rec.709"
     return bpy.data.colorspace.working_space.removeprefix("Linear ")  # type: ignore[attr-defined]  # since Blender 5.0
@@ -20,44 +20,39 @@ def eevee_engine() -> str:
 
 
 def write_pictures(settings: bpy.types.ImageFormatSettings, file_format: str) -> None:
-    """Have renders written as single pictures of a format. From Blender 5.0 on, the formats depend on the kind of
-    media, which may be video."""
+    """Set the output to single pictures of a file format. From Blender 5.0 on, the media type must be set first."""
     if bpy.app.version >= (5, 0, 0):
         settings.media_type = "IMAGE"  # type: ignore[attr-defined]  # since Blender 5.0
     settings.file_format = file_format  # type: ignore[assignment]  # the stubs list the names
 
 
 def enable_nodes(material: bpy.types.Material | bpy.types.World | bpy.types.Light) -> None:
-    """Switch the nodes of a new material, world or lamp on. From Blender 5.0 they always are, and setting them gives a
-    warning."""
+    """Enable the nodes of a new material, world or lamp. Does nothing from Blender 5.0 on (they are always enabled)."""
     if bpy.app.version < (5, 0, 0):
         material.use_nodes = True
 
 
 def lamp_nodes(lamp: bpy.types.Light) -> bpy.types.NodeTree | None:
-    """The nodes that make a lamp's light, if they are on. From Blender 5.0 they always are, and asking gives a
-    warning."""
+    """A lamp's node tree if its nodes are enabled, else None. Blender 5.0 and later warn if use_nodes is read."""
     return lamp.node_tree if bpy.app.version >= (5, 0, 0) or lamp.use_nodes else None
 
 
 def world_nodes(world: bpy.types.World) -> bpy.types.NodeTree | None:
-    """The nodes that make a world's light, if they are on. From Blender 5.0 they always are, and asking gives a
-    warning."""
+    """A world's node tree if its nodes are enabled, else None. Blender 5.0 and later warn if use_nodes is read."""
     return world.node_tree if bpy.app.version >= (5, 0, 0) or world.use_nodes else None
 
 
 def texture_scale(scene: bpy.types.Scene) -> float:
-    """The scale to which Simplify brings the pictures that Cycles reads, in the viewport or a render, the smaller of
-    the two. Older versions than Blender 5.2 have no such scale."""
+    """Simplify's texture scale in Cycles, the smaller of the viewport's and the render's; 1 before Blender 5.2."""
     names = ("texture_resolution", "texture_resolution_render")
     return min(getattr(scene.cycles, name, 1.0) for name in names)
 
 
 def has_texture_cache(scene: bpy.types.Scene) -> bool:
-    """Whether Cycles may read pictures of files in smaller sizes, as Blender 5.2 does."""
+    """Whether Cycles may load reduced versions of image files (the texture cache of Blender 5.2)."""
     return getattr(scene.render, "use_texture_cache", False)
 
 
 def annotation_of(scene: bpy.types.Scene) -> bpy.types.ID | None:
-    """What is drawn with the annotation tool in a scene. It is called a grease pencil before Blender 5.0."""
+    """The scene's annotations, or None. Before Blender 5.0 the property is called grease_pencil."""
     return scene.annotation if bpy.app.version >= (5, 0, 0) else scene.grease_pencil  # type: ignore[attr-defined]  # since Blender 5.0

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Guards of the functions that Blender calls: handlers, timers, and what draws panels, lists and menus.
+"""Guards for functions that Blender calls: handlers, timers, and the drawing of panels, lists and menus.
 
-An exception that leaves such a function is a traceback, at each redraw or at each change of the scene. So no exception
-leaves it. One line on the standard error says what failed, once; a panel also shows the line where it stopped."""
+An exception in such a function would print a traceback at each redraw or scene change. A guard catches it and prints
+one line on standard error, once. A panel also shows the line where its drawing stopped."""
 
 import contextlib
 import sys
@@ -14,12 +14,12 @@ from typing import Any
 
 from ...precompute.base.failure import GratingError, printable
 
-# What was printed already: the function, the kind of the error, and where it was raised.
+# Failures that were printed already: the function, the kind of the error, and where it was raised.
 _printed: set[tuple[str, str, str]] = set()
 
 
 def guarded(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A handler, a timer or a menu entry that never raises. It returns None where it fails, which ends a timer."""
+    """Guard a handler, timer or menu entry. After an exception it returns None, which ends a timer."""
 
     @wraps(function)
     def call(*given: Any) -> Any:
@@ -32,11 +32,11 @@ def guarded(function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-# Blender counts the arguments of the methods of registered classes, so each of these has the arguments of its kind.
+# Blender checks the number of arguments of a registered class's methods, so each guard has its method's arguments.
 
 
 def guarded_draw(draw: Callable[[Any, Any], None]) -> Callable[[Any, Any], None]:
-    """The draw() of a panel, a menu or an operator that never raises."""
+    """Guard the draw() of a panel, menu or operator."""
 
     @wraps(draw)
     def call(self: Any, context: Any) -> None:
@@ -49,7 +49,7 @@ def guarded_draw(draw: Callable[[Any, Any], None]) -> Callable[[Any, Any], None]
 
 
 def guarded_item(function: Callable[..., None]) -> Callable[..., None]:
-    """The draw_item() of a list that never raises."""
+    """Guard the draw_item() of a list."""
 
     @wraps(function)
     def draw_item(self, context, layout, data, item, icon, active_data, active_property) -> None:
@@ -62,7 +62,7 @@ def guarded_item(function: Callable[..., None]) -> Callable[..., None]:
 
 
 def guarded_modal(modal: Callable[..., Any]) -> Callable[..., Any]:
-    """The modal() of an operator that never raises. Where it fails, the operator is cancelled and reports the line."""
+    """Guard the modal() of an operator. After an exception the operator is cancelled and reports the line."""
 
     @wraps(modal)
     def call(self: Any, context: Any, event: Any) -> Any:
@@ -70,7 +70,7 @@ def guarded_modal(modal: Callable[..., Any]) -> Callable[..., Any]:
             return modal(self, context, event)
         except Exception as error:
             line = _report(modal, error)
-            with contextlib.suppress(Exception):  # it may have ended already
+            with contextlib.suppress(Exception):  # the operator may have ended already
                 self.cancel(context)
             self.report({"ERROR"}, line)
             return {"CANCELLED"}
@@ -79,12 +79,12 @@ def guarded_modal(modal: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _report(function: Callable[..., Any], error: Exception) -> str:
-    """Print the line about a failure, unless it was printed before; the line."""
+    """Print one line about a failure, unless it was printed before. Return the line."""
     place = extract_tb(error.__traceback__)[-1]
     kind, where = type(error).__name__, f"{Path(place.filename).name}:{place.lineno}"
     name = f"{function.__module__.rpartition('.')[2]}.{function.__qualname__}"
     line = str(error)
-    if not isinstance(error, GratingError):  # whose text tells what to do
+    if not isinstance(error, GratingError):  # a GratingError's text already gives the remedy
         line = printable(f"{name} failed at {where} ({kind}: {error}); report this line")
     if (name, kind, where) not in _printed:
         _printed.add((name, kind, where))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether Blender renders beside the interface: then its data may be read at any time, and must stay as they are."""
+"""Whether a render runs in a background thread. While it does, it may read any data, so data must not change."""
 
 from typing import Any
 
@@ -7,6 +7,6 @@ import bpy
 
 
 def is_rendering() -> bool:
-    """Whether a picture is rendered or a texture is baked, in a thread of its own."""
-    running: Any = bpy.app.is_job_running  # the stubs say that it returns None
+    """Whether a render or a texture bake is running in a background thread."""
+    running: Any = bpy.app.is_job_running  # the stubs say it returns None
     return bool(running("RENDER") or running("OBJECT_BAKE"))

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Custom properties as they are read: a .blend is a file like any other, and may hold anything under our names.
+"""Validated reading of custom properties: a .blend file may hold any value under our names.
 
-Each function gives the value if it has the right type, length and range, else the default. Nothing raises. A reader
-says what its property holds, and need not ask whether it is there."""
+Each function returns the value if its type, length and range are right, else the default. None of them raises."""
 
 import math
 from collections.abc import Collection, Mapping
@@ -11,10 +10,10 @@ from typing import Any
 import bpy
 from idprop.types import IDPropertyArray, IDPropertyGroup
 
-# A property that holds others; and what has custom properties: a data-block, a view layer, or such a property.
+# Record: a property that holds others. Holder: a data-block, a view layer or a Record.
 Record = IDPropertyGroup | Mapping[str, Any]
 Holder = bpy.types.bpy_struct | Record
-# The type codes of arrays that Blender makes of a list of floats, and of a list of truth values.
+# The type codes of the arrays that Blender stores for lists of floats and of booleans.
 _FLOATS, _FLAGS = "fd", "bi"
 
 
@@ -27,67 +26,66 @@ def number(holder: Holder, name: str, default: float = 0.0, *, low: float = -mat
 
 
 def count(holder: Holder, name: str, most: int) -> int:
-    """A whole number from 0 to `most`, by default 0."""
+    """An integer from 0 to `most`; 0 by default."""
     value = number(holder, name, low=0, high=most)
     return value if isinstance(value, int) else 0
 
 
 def flag(holder: Holder, name: str, default: bool = False) -> bool:
-    """Yes or no. Earlier versions of Blender hold it as 0 or 1."""
+    """A boolean. Earlier versions of Blender store it as 0 or 1."""
     value = holder.get(name)
     return bool(value) if isinstance(value, int) and value in (0, 1) else default
 
 
 def flags(holder: Holder, name: str, most: int) -> list[bool]:
-    """A list of yes or no, of at most so many; empty by default."""
+    """A list of at most `most` booleans; empty by default."""
     value: Any = holder.get(name)
     is_list = _is_array(value) and value.typecode in _FLAGS and len(value) <= most
     return [bool(each) for each in value] if is_list and all(each in (0, 1) for each in value) else []
 
 
 def has_floats(holder: Holder, name: str, length: int) -> bool:
-    """Whether a property is a list of so many floats, each of any value."""
+    """Whether a property is a list of `length` floats, finite or not."""
     value: Any = holder.get(name)
-    if isinstance(value, list | tuple):  # not yet in Blender
+    if isinstance(value, list | tuple):  # not yet converted by Blender
         return len(value) == length and all(isinstance(each, float) for each in value)
     is_array = _is_array(value) and len(value) == length
     return is_array and (length == 0 or value.typecode in _FLOATS)
 
 
 def numbers(holder: Holder, name: str, length: int) -> tuple[float, ...] | None:
-    """So many finite floats; None by default."""
+    """A tuple of `length` finite floats; None by default."""
     value: Any = holder.get(name)
     found = tuple(value) if has_floats(holder, name, length) else (math.nan,)
     return found if all(map(math.isfinite, found)) else None
 
 
 def some_numbers(holder: Holder, name: str, most: int) -> tuple[float, ...]:
-    """At most so many finite floats; none by default."""
+    """A tuple of at most `most` finite floats; empty by default."""
     value: Any = holder.get(name)
     length = len(value) if _is_array(value) or isinstance(value, list | tuple) else 0
     return (numbers(holder, name, length) or ()) if length <= most else ()
 
 
 def text(holder: Holder, name: str, default: str = "") -> str:
-    """A text."""
+    """A text; `default` for any other type."""
     value = holder.get(name)
     return value if isinstance(value, str) else default
 
 
 def choice(value: object, allowed: Collection[str], default: str) -> str:
-    """A value if it is one of those that are allowed. Also for Blender's enumerations, which are numbers in the file,
-    and empty texts where the number stands for nothing."""
+    """The value if it is allowed, else the default. Unknown numbers of Blender's enumeration properties read as ""."""
     return value if isinstance(value, str) and value in allowed else default
 
 
 def record(holder: Holder, name: str) -> Record | None:
-    """A property that holds others; None by default."""
+    """A property that holds other properties; None by default."""
     value = holder.get(name)
     return value if isinstance(value, IDPropertyGroup | dict) else None
 
 
 def block(holder: Holder, name: str, kind: type[bpy.types.ID]) -> Any:
-    """A pointer to a data-block of a kind; None by default, and where the data-block was deleted."""
+    """A data-block of the given type; None by default, or if it was deleted."""
     value = holder.get(name)
     return value if isinstance(value, kind) else None
 

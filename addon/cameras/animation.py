@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What of a scene may change from frame to frame."""
+"""Finding out which parts of a scene may change from frame to frame."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any
 
 import bpy
 
-# Modifiers that move without keys.
+# Modifiers that can move a mesh without keyframes.
 _BY_THEMSELVES = {
     "CLOTH", "SOFT_BODY", "FLUID", "DYNAMIC_PAINT", "OCEAN", "WAVE", "MESH_SEQUENCE_CACHE", "MESH_CACHE", "NODES",
     "PARTICLE_SYSTEM", "EXPLODE", "BUILD",
@@ -14,7 +14,7 @@ _BY_THEMSELVES = {
 
 
 def moves(things: Iterable[bpy.types.Object]) -> bool:
-    """Whether one of the objects, or an object on which it depends, may change from frame to frame."""
+    """Whether one of the objects, or an object that it depends on, may change from frame to frame."""
     pending, seen = list(things), set()
     while pending:
         thing = pending.pop()
@@ -28,7 +28,7 @@ def moves(things: Iterable[bpy.types.Object]) -> bool:
 
 
 def frames_between(first: int, last: int, most: int) -> list[int]:
-    """At most so many frames from the first to the last, these two among them, equally far apart."""
+    """At most `most` evenly spaced frames, including `first` and `last`."""
     count = min(most, last - first + 1)
     return sorted({first + round(k * (last - first) / max(count - 1, 1)) for k in range(count)})
 
@@ -42,13 +42,13 @@ def _blocks(thing: bpy.types.Object) -> Iterator[bpy.types.ID]:
 
 
 def is_animated(block: Any) -> bool:
-    """Whether keys, strips or drivers change a data-block."""
+    """Whether keyframes, NLA strips or drivers change a data-block."""
     held = block.animation_data
     return held is not None and bool(held.action or held.nla_tracks or held.drivers)
 
 
 def _leads_to(thing: bpy.types.Object) -> Iterator[bpy.types.Object]:
-    """The objects that the object's parent, constraints and modifiers name."""
+    """The objects that the object's parent, constraints and modifiers point to."""
     held = [thing, *thing.constraints, *thing.modifiers]
     if thing.pose is not None:
         held += [constraint for bone in thing.pose.bones for constraint in bone.constraints]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A look through the scene's camera at the gratings, and what it shows of them."""
+"""Casting rays through the scene's camera and collecting which directions of each grating they show."""
 
 from dataclasses import dataclass
 
@@ -17,26 +17,26 @@ from ..materials.skin import answers_to_world
 from .camera_rays import Pixels
 from .seen_surfaces import Places, boxes_with_gratings, seen_by
 
-# Inputs of a Diffraction node by which a link may change what is read of the table from place to place.
+# Inputs of a Diffraction node. A link to one may change which part of the table is read.
 _LINKABLE = ("Normal", "Tangent", "Rotation", "Roughness", "Period Scale", "Height Scale")
-# Of so many rays one has its neighbours looked at.
+# Every fourth ray also samples its neighbour pixels.
 _NEIGHBOURS = 4
-# A grating that is turned either way is looked at in so many directions, 15 degrees apart at most. Between two of them
-# (u, v), which is 2 long at most, is at most 0.017 beyond both: less than the margin of the needs.
+# A grating whose direction varies is sampled at this many angles, at most 15 degrees apart. (u, v) is at most 2 long,
+# so between two angles it leaves their range by at most 0.017, less than the margin of the needs (MARGIN).
 _TURNS = 13
 
 
 @dataclass(frozen=True)
 class Look:
-    """What one look met. `count` rays go through the middles of pixels, and then two rows of further rays: through the
-    pixels beside each fourth of them, and through those above; without footprints there are none of these."""
+    """The result of one look. The first `count` rays go through pixel centres. With footprints, every fourth of them
+    has a ray through the pixel to its right; these rays come next, and then the rays through the pixels above."""
 
     scene: bpy.types.Scene
     places: list[Places]
     count: int
 
     def shown(self, response: Response, places: Places) -> Shown:
-        """What is shown of a response at places; dark where they show another."""
+        """What the camera sees of a response at places; empty where the places show another response."""
         if response not in responses_in(places.node.node_tree):
             return joined([])
         middle = places.rays < self.count
@@ -60,9 +60,10 @@ class Look:
         return joined(parts)
 
     def _footprint(self, places: Places, uv: np.ndarray) -> np.ndarray:
-        """The least change of (u, v) (n, 2) across each place's pixel, (n,); NaN where a neighbour lies elsewhere."""
+        """The smallest change of (u, v) (n, 2) across each place's pixel, (n,). NaN without neighbour rays on the same
+        object."""
         further = -(-self.count // _NEIGHBOURS)
-        # One more at the end stands for what no ray went through.
+        # The extra entry at the end, -1, stands for rays that were not cast.
         row = np.full(self.count + 2 * further + 1, -1)
         row[places.rays] = np.arange(len(places.rays))
         has = (places.rays < self.count) & (places.rays % _NEIGHBOURS == 0)
@@ -72,9 +73,9 @@ class Look:
 
 
 def look(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, *, rays: int, footprints: bool = False) -> Look | None:
-    """Look through the scene's camera, as it is evaluated, by about this number of rays at the part of the picture in
-    which meshes with gratings are; None without a camera."""
-    if scene.camera is None or scene.camera.type != "CAMERA":  # Blender looks through any object
+    """Cast about `rays` rays through the evaluated scene's camera, towards meshes with gratings. None without a
+    camera."""
+    if scene.camera is None or scene.camera.type != "CAMERA":  # Blender accepts any object as the scene's camera
         return None
     pixels = Pixels(scene, scene.camera.evaluated_get(depsgraph))
     window = pixels.window_of(boxes_with_gratings(depsgraph))
@@ -89,12 +90,12 @@ def look(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, *, rays: int, f
 
 
 def answers_to_everything(group: bpy.types.NodeTree) -> bool:
-    """Whether a Diffraction group answers to light from everywhere, not to lamps alone."""
+    """Whether a Diffraction group responds to light from all directions, not only to lamps."""
     return lights_of(group) != LAMPS_ONLY and answers_to_world(group)
 
 
 def unknown_inputs(node: bpy.types.Node) -> list[str]:
-    """The inputs of a Diffraction node whose links say what only a renderer knows."""
+    """The inputs of a Diffraction node whose links only a renderer can evaluate."""
     return linked_among(node, _LINKABLE)
 
 
@@ -103,11 +104,11 @@ def _skin_of(node: bpy.types.Node) -> Skin:
 
 
 def _in_frames(places: Places, directions: np.ndarray) -> np.ndarray:
-    """Directions (n, 3) of the scene's space in the places' frames (T, B, N)."""
+    """World-space directions (n, 3), expressed in the places' tangent frames (T, B, N)."""
     return np.einsum("nij,nj->ni", places.frames, directions)
 
 
 def _turned(directions: np.ndarray, angle: float) -> np.ndarray:
-    """Directions (n, 3) in frames that are turned from T towards B."""
+    """Directions (n, 3) in tangent frames that are rotated by `angle` (radians) from T towards B."""
     x, y, z = directions.T
     return np.stack([np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x, z], axis=1)

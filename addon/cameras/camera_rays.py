@@ -9,24 +9,24 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-# Of the picture, how much is looked at around what is to be seen there.
+# Border around the boxes, as a fraction of the picture.
 _AROUND = 0.01
 
 
 @dataclass(frozen=True)
 class Window:
-    """The part of a picture between places from 0 to 1 along x and y."""
+    """A rectangle of a picture, in coordinates from 0 to 1 along x and y."""
 
     low: tuple[float, float] = (0.0, 0.0)
     high: tuple[float, float] = (1.0, 1.0)
 
 
 class Pixels:
-    """The pixels of a camera's picture as rays into the scene."""
+    """Converts the pixels of a camera's picture to rays into the scene."""
 
     def __init__(self, scene: bpy.types.Scene, camera: bpy.types.Object) -> None:
         render, place = scene.render, camera.matrix_world
-        # As in renders, a camera's scale does not count.
+        # As in renders, the camera's scale is ignored.
         self._axes = np.array(place.to_quaternion().to_matrix())
         self._origin = np.array(place.translation)
         self._kind = camera.data.type
@@ -36,8 +36,8 @@ class Pixels:
         self.size = tuple(max(1, int(side * share)) for side in (render.resolution_x, render.resolution_y))
 
     def rays(self, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Origins (n, 3) and unit directions (n, 3) of the rays through places (n, 2) of the picture, from 0 to 1. A
-        panorama is taken for one of all directions around."""
+        """Origins (n, 3) and unit directions (n, 3) of the rays through picture coordinates (n, 2) from 0 to 1. Every
+        panorama is treated as a full equirectangular one."""
         if self._kind == "PANO":
             around, up = (0.5 - at[:, 0]) * 2 * math.pi, (at[:, 1] - 0.5) * math.pi
             own = np.stack([-np.cos(up) * np.sin(around), np.sin(up), -np.cos(up) * np.cos(around)], axis=1)
@@ -51,8 +51,8 @@ class Pixels:
         return origins @ self._axes.T + self._origin, directions / np.linalg.norm(directions, axis=1, keepdims=True)
 
     def places(self, window: Window, count: int) -> np.ndarray:
-        """The middles (about `count`, 2) of pixels on a grid in a window of the picture, each by its place from 0 to
-        1; those of a panorama are equally far apart in the sky."""
+        """The centres of about `count` pixels on a grid in a window, (n, 2), in picture coordinates from 0 to 1. In a
+        panorama they cover equal areas of the sky."""
         (x0, y0), (x1, y1) = window.low, window.high
         wide, high = (x1 - x0) * self.size[0], (y1 - y0) * self.size[1]
         columns = max(1, round(math.sqrt(count * wide / high)))
@@ -63,8 +63,9 @@ class Pixels:
         return (np.floor(np.minimum(at, np.array(self.size) - 0.5)) + 0.5) / self.size
 
     def window_of(self, boxes: Iterable[tuple[np.ndarray, Matrix]]) -> Window | None:
-        """The window in which boxes are seen, each of corners (8, 3) in an object's space and the object's matrix; None
-        where there is none. It is the whole picture where a corner is behind the camera."""
+        """The part of the picture that contains the given boxes, each as corners (8, 3) in object space and a matrix.
+        None if none is in the picture; the whole picture for a panorama, or if a corner is behind a perspective
+        camera."""
         found = []
         for corners, matrix in boxes:
             world = np.array(matrix)

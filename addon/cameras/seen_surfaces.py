@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the camera's rays meet meshes that show gratings, and the frame of the scan there."""
+"""Where the camera's rays meet meshes that show gratings, and the grating's tangent frame there."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,17 +17,17 @@ from ..direction.uv_maps import has_uv_map
 from ..materials.group_properties import frame_of
 from ..materials.material import diffraction_nodes, number_in
 
-# How many objects that no render shows a ray goes through, and how far behind one it goes on, in its own length.
+# Limits for rays through hidden objects: how many objects, and the step behind each, relative to the distance.
 _THROUGH, _BEHIND = 8, 1e-5
 
 
 @dataclass(frozen=True)
 class Places:
-    """Places (n, 3) of one object in the scene's space, seen by a camera.
+    """n points of one object that a camera sees, in world space.
 
-    rays     (n,), the numbers of the rays that met them
+    rays     (n,), the indices of the rays that hit them
     to_view  (n, 3), unit vectors to the camera
-    frames   (n, 3, 3), the unit vectors T, B, N, with Rotation and the object's own angle"""
+    frames   (n, 3, 3), the tangent frames: unit vectors T, B, N, turned by Rotation and the object's own angle"""
 
     thing: bpy.types.Object
     node: bpy.types.Node
@@ -39,7 +39,7 @@ class Places:
 
 @dataclass
 class _Hits:
-    """What rays met of one object, instance and material slot: their numbers, the numbers of the faces, the points."""
+    """Ray hits on one object, instance and material slot: indices of the rays and of the faces, and the points."""
 
     thing: bpy.types.Object
     matrix: Matrix
@@ -52,8 +52,8 @@ class _Hits:
 def seen_by(
     scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, rays: tuple[np.ndarray, np.ndarray]
 ) -> list[Places]:
-    """The places with a grating that rays meet first, rays being origins and unit directions (n, 3). Objects that no
-    render shows to the camera are looked through, and meshes in Edit Mode show nothing."""
+    """The nearest surfaces with a grating along rays, given as origins and unit directions (n, 3). Rays pass through
+    objects that are hidden from the camera in renders. Meshes in Edit Mode are left out."""
     origins, directions = rays
     foreign = _own_instances(depsgraph)
     meshes: dict[bpy.types.Object, _Mesh] = {}
@@ -82,9 +82,9 @@ def seen_by(
 
 
 def _own_instances(depsgraph: bpy.types.Depsgraph) -> set[tuple[bpy.types.Object, tuple[Any, ...]]]:
-    """Objects whose Geometry Nodes make instances of meshes, and the matrices of these. A ray that meets one tells the
-    object, but the number of a face of the other mesh, which nothing leads to. An instance in the object's own place
-    cannot be told from the object: so are its curves and points, which rays do not meet."""
+    """Instances that Geometry Nodes make of another object's mesh, as pairs of object and matrix. The ray cast reports
+    a hit on one with the object, but with the other mesh's face index, so the face cannot be found. Instances at the
+    object's own matrix are left out: they look like the object, as do its curves and points, which rays do not hit."""
     return {
         (instance.object.original, tuple(map(tuple, instance.matrix_world)))
         for instance in depsgraph.object_instances
@@ -96,8 +96,7 @@ def _own_instances(depsgraph: bpy.types.Depsgraph) -> set[tuple[bpy.types.Object
 
 
 def boxes_with_gratings(depsgraph: bpy.types.Depsgraph) -> Iterator[tuple[np.ndarray, Matrix]]:
-    """The bounding boxes of the scene's meshes that show a grating, instances among them: corners (8, 3) and
-    matrices."""
+    """The bounding boxes of the scene's meshes and instances that show a grating: corners (8, 3) and matrices."""
     for instance in depsgraph.object_instances:
         thing = instance.object
         if thing.type == "MESH" and any(diffraction_nodes(slot.material) for slot in thing.original.material_slots):
@@ -105,16 +104,16 @@ def boxes_with_gratings(depsgraph: bpy.types.Depsgraph) -> Iterator[tuple[np.nda
 
 
 class _Mesh:
-    """The evaluated mesh of an object, read when it is first asked for."""
+    """The evaluated mesh of an object. Its arrays are read when they are first used."""
 
     def __init__(self, thing: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
         self.thing, self._evaluated = thing, thing.evaluated_get(depsgraph)
         nodes = [diffraction_nodes(slot.material) for slot in thing.material_slots]
-        # As in Blender, a face past the last slot shows the last.
+        # As in Blender, a face with a slot index that is too high shows the last slot.
         self.nodes = [each[0] if each and self._can_show(each[0]) else None for each in nodes] or [None]
 
     def slot_of(self, face: int) -> int:
-        """The material slot of a face; -1, the last, where there are none."""
+        """The material slot of a face; -1, the last slot, if the object has at most one."""
         return min(int(self._slots[face]), len(self.nodes) - 1) if len(self.nodes) > 1 else -1
 
     @property
@@ -128,7 +127,7 @@ class _Mesh:
 
     @cached_property
     def first_triangles(self) -> np.ndarray:
-        """(faces + 1,), the number of the first triangle of each face, and of the triangles at last."""
+        """(faces + 1,): the index of each face's first triangle, then the number of triangles."""
         self.data.calc_loop_triangles()
         return np.searchsorted(
             _numbers(self.data.loop_triangles, "polygon_index"), np.arange(len(self.data.polygons) + 1)
@@ -141,8 +140,8 @@ class _Mesh:
 def _first(
     scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, origin: Vector, direction: Vector
 ) -> tuple[bool, Vector, int, bpy.types.Object | None, Matrix]:
-    """What a ray meets first among the objects that renders show: whether anything; the point, the face, the object and
-    its matrix."""
+    """A ray's first hit on an object that is visible in renders: whether there is one, point, face, object and
+    matrix."""
     for _ in range(_THROUGH):
         hit, point, _, face, thing, matrix = scene.ray_cast(depsgraph, origin, direction)
         if not hit or not (thing.hide_render or not thing.visible_camera):
@@ -152,7 +151,7 @@ def _first(
 
 
 def _placed(hits: _Hits, mesh: _Mesh, directions: np.ndarray) -> Places:
-    """The frames at hits, without those where the source of the tangent has no direction."""
+    """The places of hits with their tangent frames. Hits where the source gives no direction are dropped."""
     source = frame_of(hits.node.node_tree)
     world = np.array(hits.matrix)
     points, rays = np.array(hits.points), np.array(hits.rays)
@@ -161,7 +160,7 @@ def _placed(hits: _Hits, mesh: _Mesh, directions: np.ndarray) -> Places:
     field = frame_field(mesh.data, triangles, shares=shares, source=source)
     normals = _unit(field.normals @ np.linalg.inv(world[:3, :3]))
     flat = _unit(_face_normals(mesh.data, triangles) @ np.linalg.inv(world[:3, :3]))
-    # As renderers do, the normal is turned to the side of the face that is seen.
+    # As in renderers, the normal faces the side that is seen.
     normals *= np.where((flat * directions[rays]).sum(axis=1, keepdims=True) > 0, -1.0, 1.0)
     along = field.tangents @ world[:3, :3].T
     along = _unit(along - normals * (along * normals).sum(axis=1, keepdims=True))
@@ -174,8 +173,8 @@ def _placed(hits: _Hits, mesh: _Mesh, directions: np.ndarray) -> Places:
 
 
 def _triangles_at(mesh: _Mesh, faces: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The numbers of the triangles (n,) of faces (n,) in which points (n, 3) of the object's space lie, and the shares
-    (n, 3) of their corners there, none of them negative."""
+    """The triangles (n,) that contain points (n, 3) in object space on faces (n,), and the points' barycentric
+    coordinates (n, 3), none of them negative."""
     first = mesh.first_triangles
     triangles, shares = first[faces], np.full((len(faces), 3), -np.inf)
     corners = _numbers(mesh.data.loop_triangles, "vertices", 3)
@@ -191,7 +190,7 @@ def _triangles_at(mesh: _Mesh, faces: np.ndarray, points: np.ndarray) -> tuple[n
 
 
 def _shares(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """The shares (n, 3) of triangles' corners (n, 3, 3) in points (n, 3) of their planes; NaN without an area."""
+    """The barycentric coordinates (n, 3) of points (n, 3) in triangles (n, 3, 3); NaN for a triangle without area."""
     a, b, p = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], points - corners[:, 0]
     aa, ab, bb = (a * a).sum(axis=1), (a * b).sum(axis=1), (b * b).sum(axis=1)
     pa, pb, area = (p * a).sum(axis=1), (p * b).sum(axis=1), aa * bb - ab * ab
@@ -201,7 +200,7 @@ def _shares(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def _face_normals(mesh: bpy.types.Mesh, triangles: np.ndarray) -> np.ndarray:
-    """The normals (n, 3) of triangles, of any length."""
+    """The normals (n, 3) of triangles, not of unit length."""
     corners = _numbers(mesh.vertices, "co", 3, np.float32).astype(float)[
         _numbers(mesh.loop_triangles, "vertices", 3)[triangles]
     ]
@@ -216,7 +215,7 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 def _numbers(
     items: "bpy.types.bpy_prop_collection[Any]", name: str, width: int = 1, kind: type = np.int32
 ) -> np.ndarray:
-    """A property of all items: (n,), or (n, width)."""
+    """A property of all items as an array (n,) or (n, width)."""
     values: np.ndarray = np.empty(len(items) * width, kind)
     items.foreach_get(name, values)
     return values if width == 1 else values.reshape(-1, width)

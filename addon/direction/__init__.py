@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The direction of the scan on the surface: its normal and tangent, as nodes and at single points."""
+"""The direction of the scan on a surface (normal and tangent), as nodes and in NumPy."""

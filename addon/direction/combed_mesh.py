@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A mesh as Comb Grating reads it, and the field that it stores on it."""
+"""Reading a mesh for Comb Grating, and storing the resulting direction field on it."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from ..gratings.direction_source import COMB_SINGULAR, COMB_TURN, COMB_UV
 
 
 def polygons_of(mesh: bpy.types.Mesh) -> Polygons:
-    """The faces of a mesh as it was modelled, without modifiers."""
+    """The faces of a mesh, without modifiers."""
     mesh.calc_loop_triangles()
     return Polygons(
         points=_values(mesh.vertices, "co", 3, np.float32).astype(float),
@@ -23,12 +23,12 @@ def polygons_of(mesh: bpy.types.Mesh) -> Polygons:
 
 
 def uv_of(layer: bpy.types.MeshUVLoopLayer) -> np.ndarray:
-    """The UV (corners, 2) of a map."""
+    """The UV coordinates (corners, 2) of a UV map."""
     return _values(layer.uv, "vector", 2, np.float32).astype(float)
 
 
 def store(mesh: bpy.types.Mesh, uv: np.ndarray, turn: np.ndarray) -> None:
-    """Store a field's UV map (corners, 2) and turns (corners, 3). Which map is active, and which renders, stays."""
+    """Store a field's UV map (corners, 2) and turns (corners, 3). The active and the rendering UV map stay the same."""
     layer = mesh.uv_layers.get(COMB_UV) or mesh.uv_layers.new(name=COMB_UV, do_init=False)
     layer.uv.foreach_set("vector", np.ascontiguousarray(uv, np.float32).ravel())
     old = mesh.attributes.get(COMB_TURN)
@@ -40,8 +40,7 @@ def store(mesh: bpy.types.Mesh, uv: np.ndarray, turn: np.ndarray) -> None:
 
 
 def note_singular(mesh: bpy.types.Mesh, triangles: np.ndarray) -> None:
-    """Note the faces of a mesh's singular triangles (s,) in an attribute, which Show Direction reads, and select their
-    vertices and nothing else."""
+    """Store the faces of singular triangles (s,) in an attribute for Show Direction, and select only their vertices."""
     mesh.calc_loop_triangles()
     chosen, singular = np.zeros(len(mesh.vertices), bool), np.zeros(len(mesh.polygons), bool)
     chosen[_values(mesh.loop_triangles, "vertices", 3, np.int32)[triangles]] = True
@@ -57,7 +56,7 @@ def note_singular(mesh: bpy.types.Mesh, triangles: np.ndarray) -> None:
 
 
 def singular_faces(mesh: bpy.types.Mesh) -> np.ndarray:
-    """The faces (k,) of a combed mesh that its comb noted as singular."""
+    """The indices (k,) of the faces that Comb Grating stored as singular."""
     noted = mesh.attributes.get(COMB_SINGULAR)
     if noted is None or noted.domain != "FACE" or noted.data_type != "BOOLEAN":
         return np.empty(0, int)
@@ -65,7 +64,7 @@ def singular_faces(mesh: bpy.types.Mesh) -> np.ndarray:
 
 
 def _values(items: "bpy.types.bpy_prop_collection[Any]", name: str, width: int, kind: type) -> np.ndarray:
-    """A property of all items (n, width)."""
+    """A property of all items, as an array (n, width)."""
     values: np.ndarray = np.empty(len(items) * width, kind)
     items.foreach_get(name, values)
     return values.reshape(-1, width)

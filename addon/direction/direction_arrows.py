@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lines that show the direction of a scan on a mesh: arrows along T, and the seams where a UV map turns it."""
+"""Lines that show the scan's direction on a mesh: arrows along T, UV seams where T turns, and rings around faces."""
 
 import bpy
 import numpy as np
@@ -9,15 +9,15 @@ from .seams import Seams
 from .tangents_at_points import frame_field
 from .uv_maps import has_comb, has_uv_map
 
-# An arrow's length and its head's, as shares of the mean distance of arrows; and how far it lies above the surface.
+# The length of an arrow, the length of its head, and its distance from the surface, in mean arrow spacings.
 _LENGTH, _HEAD, _ABOVE = 0.7, 0.2, 0.05
-# A ring's radius in the same unit, and the number of its lines.
+# The radius of a ring in the same unit, and its number of line segments.
 _RADIUS, _SIDES = 0.6, 12
 
 
 def arrows(mesh: bpy.types.Mesh, triangles: np.ndarray, *, source: DirectionSource, angle: float) -> np.ndarray:
-    """Arrows along T, turned by an angle in radians, in the middle of triangles of a mesh (n,): the ends (k, 2, 3) of
-    their lines, in the mesh's space. Where the source has no direction there is none."""
+    """Arrows along T, turned by an angle in radians, at the centres of triangles (n,): the end points (k, 2, 3) of
+    their lines in the mesh's space. Arrows are left out where the source has no direction."""
     if not len(triangles) or not has_uv_map(mesh, source):
         return np.empty((0, 2, 3))
     field = frame_field(mesh, triangles, shares=np.full((len(triangles), 3), 1 / 3), source=source)
@@ -33,7 +33,7 @@ def arrows(mesh: bpy.types.Mesh, triangles: np.ndarray, *, source: DirectionSour
 
 
 def seam_lines(mesh: bpy.types.Mesh, source: DirectionSource) -> np.ndarray:
-    """The edges (k, 2, 3) where a source that is the U of a UV map jumps, in the mesh's space."""
+    """The edges (k, 2, 3), in the mesh's space, where U turns across a UV seam. Empty if the source does not use U."""
     combed = source.kind == STORED and has_comb(mesh)
     if source.kind not in (STORED, UV_MAP) or combed or not has_uv_map(mesh, source):
         return np.empty((0, 2, 3))
@@ -46,12 +46,12 @@ def seam_lines(mesh: bpy.types.Mesh, source: DirectionSource) -> np.ndarray:
 
 
 def rings(mesh: bpy.types.Mesh, faces: np.ndarray, *, among: int) -> np.ndarray:
-    """Rings around the middles of faces (k,) of a mesh: the ends (n, 2, 3) of their lines, in the mesh's space. They
-    are as large as fits a mesh that shows `among` arrows."""
+    """Rings around the centres of faces (k,): the ends (n, 2, 3) of their lines, in the mesh's space. `among`: number
+    of arrows that set the scale."""
     step = np.sqrt(_area(mesh) / max(1, among))
     middles = np.array([mesh.polygons[face].center for face in faces]).reshape(-1, 3)
     normals = np.array([mesh.polygons[face].normal for face in faces]).reshape(-1, 3)
-    # Any direction across the normal: from the axis that is farthest from it.
+    # Some direction in the face: from the axis that is farthest from the normal.
     across = np.cross(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
     across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
     turns = np.linspace(0, 2 * np.pi, _SIDES + 1)[:, None, None]

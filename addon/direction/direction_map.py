@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Direction maps: pictures that hold the direction of a scan, on a UV map of one mesh.
+"""Direction maps: pictures of the scan's direction on the UV map of one mesh.
 
-A pixel's red and green are (1 + cos a) / 2 and (1 + sin a) / 2, where a is the angle from the UV map's tangent, the
-direction of U across the normal, to the scan's T, towards N x tangent."""
+Red is (1 + cos a) / 2 and green is (1 + sin a) / 2. The angle a turns the UV map's tangent (the direction of U,
+orthogonal to the normal) to the scan's T, towards N x tangent."""
 
 import bpy
 
@@ -15,16 +15,15 @@ from .uv_maps import fingerprint
 
 
 def new_map(name: str, size: int) -> bpy.types.Image:
-    """A new picture for a direction map: data in single precision, that no renderer may resample."""
+    """A new picture for a direction map: non-colour data in single precision, so that Blender does not convert it."""
     image = bpy.data.images.new(name, size, size, alpha=False, float_buffer=True)
-    image.colorspace_settings.is_data = True  # whatever a studio's configuration calls its data
+    image.colorspace_settings.is_data = True  # independent of the colour configuration's names
     image.alpha_mode, image.use_half_precision = "NONE", False
     return image
 
 
 def baking_material(source: DirectionSource, uv_map: str, image: bpy.types.Image) -> bpy.types.Material:
-    """A material that shines as a direction map of a source's T is to hold it, relative to a UV map, and names the
-    picture that Cycles is to bake this into."""
+    """A material that emits the direction map of a source, relative to a UV map. Cycles bakes into its active node."""
     material = bpy.data.materials.new("Direction Map")
     compat.enable_nodes(material)
     material.node_tree.nodes.clear()
@@ -40,12 +39,12 @@ def baking_material(source: DirectionSource, uv_map: str, image: bpy.types.Image
 
 
 def note_mesh(image: bpy.types.Image, mesh: bpy.types.Object, uv_map: str) -> None:
-    """Note on a direction map of which mesh and UV map it was baked."""
+    """Store the mesh and the UV map of which a direction map was baked on its picture."""
     image[BAKED_OF] = {"uv_map": uv_map, "mesh": mesh.name, "fingerprint": fingerprint(mesh.data, uv_map)}
 
 
 def check_frame_map(mesh: bpy.types.Object, image: bpy.types.Image) -> None:
-    """Raise GratingError unless a direction map was baked of this mesh, which has its UV map, as both are now."""
+    """Raise GratingError if a direction map was baked of other faces or another UV map. The mesh must have the map."""
     noted = baked_of(image)
     if fingerprint(mesh.data, noted["uv_map"]) != noted["fingerprint"]:
         raise GratingError(

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lines that tell a direction on a mesh: annotations, Grease Pencil, curves, hair, and bones. Each is read as segments
-(k, 2, 3) in the scene's space, in drawing order, from root to tip, from head to tail."""
+"""Lines that show a direction on a mesh: annotations, Grease Pencil, curves, hair and bones. Each line is an array of
+segments (k, 2, 3) in world space, in drawing order, from root to tip, or from head to tail."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -16,7 +16,7 @@ _BEZIER_STEPS = 12
 
 
 def strokes(scene: bpy.types.Scene, objects: Sequence[bpy.types.Object]) -> list[np.ndarray]:
-    """The segments of each stroke of the scene's annotations, and of the Grease Pencil and curve objects given."""
+    """The segments of each annotation stroke of the scene, and of the given Grease Pencil and curve objects."""
     drawn = [np.array([point.co for point in stroke.points]) for stroke in _annotated(scene)]
     for thing in objects:
         if thing.type == "GREASEPENCIL":
@@ -27,7 +27,7 @@ def strokes(scene: bpy.types.Scene, objects: Sequence[bpy.types.Object]) -> list
 
 
 def hairs(mesh: bpy.types.Object, objects: Sequence[bpy.types.Object]) -> list[np.ndarray]:
-    """The segments of each hair on a mesh: of the hair objects given, and of those that grow on it."""
+    """The segments of each hair: of the given hair objects and of all hair that grows on the mesh."""
     growing = [o for o in bpy.data.objects if o.type == "CURVES" and (o in objects or o.data.surface == mesh)]
     found = []
     for thing in growing:
@@ -39,7 +39,7 @@ def hairs(mesh: bpy.types.Object, objects: Sequence[bpy.types.Object]) -> list[n
 
 
 def bones(mesh: bpy.types.Object, objects: Sequence[bpy.types.Object]) -> list[np.ndarray]:
-    """The segment of each bone that deforms, at rest: of the mesh's armature, else of an armature given."""
+    """The segment of each deforming bone at rest. Uses the mesh's armature, else one among the given objects."""
     armature = mesh.find_armature() or next((o for o in objects if o.type == "ARMATURE"), None)
     if armature is None:
         return []
@@ -63,7 +63,7 @@ def _pencilled(pencil: Any) -> Iterable[np.ndarray]:
 
 
 def _along_spline(spline: bpy.types.Spline) -> np.ndarray:
-    """Points along a spline; of one of NURBS, its control points."""
+    """Points along a Bezier spline; the control points of any other spline."""
     if spline.type != "BEZIER":
         return np.array([point.co[:3] for point in spline.points])
     knots = list(spline.bezier_points)
@@ -75,12 +75,12 @@ def _along_spline(spline: bpy.types.Spline) -> np.ndarray:
 
 
 def _placed(points: np.ndarray, world: Matrix) -> np.ndarray:
-    """Points of an object in the scene's space."""
+    """Points of an object, converted to world space."""
     matrix = np.array(world)
     return np.reshape(points, (-1, 3)) @ matrix[:3, :3].T + matrix[:3, 3]
 
 
 def _segments(lines: Iterable[np.ndarray]) -> list[np.ndarray]:
-    """Each line that has a length, from point to point."""
+    """The segments between the points of each line, without lines of zero length."""
     pairs = [np.stack([line[:-1], line[1:]], axis=1) for line in lines if len(line) > 1]
     return [pair for pair in pairs if np.ptp(pair.reshape(-1, 3), axis=0).any()]

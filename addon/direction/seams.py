@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a mesh's UV map changes direction from one face to the next, so that the colours of a grating jump."""
+"""UV seams where the direction of U changes from one face to the next, so that a grating's colours jump."""
 
 import math
 from typing import Any
@@ -10,15 +10,14 @@ import numpy as np
 from ..gratings.direction_source import STORED, UV_MAP, DirectionSource
 from .uv_maps import has_comb, rendering_map
 
-# A turn of U by less moves the colours about as little as the bend of the surface itself does.
+# Smaller turns of U shift the colours about as little as the curvature of the surface does.
 _TURN_DEG = 15.0
-# Of the UV square. Unwrapping gives the two sides of an edge that is no seam the same numbers.
+# In UV units. Unwrapping gives both sides of an edge without a seam the same coordinates.
 _SAME_UV = 1e-5
 
 
 def seam_warning(mesh: bpy.types.Object, source: DirectionSource) -> str:
-    """A line on the UV islands of a mesh, or nothing if U keeps its direction across all seams, or if the source of the
-    tangent is no U of a UV map."""
+    """One warning line if U turns across the mesh's UV seams; else empty, also if the source does not follow U."""
     if source.kind not in (STORED, UV_MAP) or (source.kind == STORED and has_comb(mesh.data)):
         return ""
     seams = Seams(mesh.data, source.named_uv_map)
@@ -30,19 +29,19 @@ def seam_warning(mesh: bpy.types.Object, source: DirectionSource) -> str:
 
 
 class Seams:
-    """The edges of a mesh where two faces meet, by its UV map of a name, or by the one that renders.
+    """The edges between two faces of a mesh, and how its UV map crosses them: a named map, else the one that renders.
 
-    edges   (n,) the edge
-    faces   (n, 2) its faces
-    joined  (n,) whether the UV map goes on from the one to the other
-    turned  (n,) whether it does not, and U turns along the surface by more than _TURN_DEG"""
+    edges   (n,) index of the edge
+    faces   (n, 2) indices of its two faces
+    joined  (n,) whether the UV map is continuous there
+    turned  (n,) whether there is a seam and U turns on the surface by more than _TURN_DEG"""
 
     def __init__(self, mesh: bpy.types.Mesh, uv_map: str = "") -> None:
         corners = _Corners(mesh, mesh.uv_layers[uv_map] if uv_map else rendering_map(mesh))
         order = np.argsort(corners.edge, kind="stable")
         alike = corners.edge[order[:-1]] == corners.edge[order[1:]]
         one, other = order[:-1][alike], order[1:][alike]
-        # Two faces of the same winding run along their edge opposite ways.
+        # Two faces of the same winding traverse their shared edge in opposite directions.
         opposite = corners.vertex[one] != corners.vertex[other]
         after, beyond = corners.following[one], corners.following[other]
         first, second = np.where(opposite, beyond, other), np.where(opposite, other, beyond)
@@ -53,17 +52,17 @@ class Seams:
         self.turned = np.zeros(len(one), bool)
         cut = np.flatnonzero(~self.joined)
         here, there = corners.direction_of_u(one[cut]), corners.direction_of_u(other[cut])
-        # The same direction, told from the other face's side of the edge.
+        # The same angle, measured from the other face's side of the edge.
         there = np.where(opposite[cut], there + math.pi, -there)
         self.turned[cut] = np.cos(here - there) < math.cos(math.radians(_TURN_DEG))
         self._face_count = len(mesh.polygons)
 
     def island_count(self) -> int:
-        """The number of pieces into which the UV map cuts the mesh."""
+        """The number of UV islands."""
         island = np.arange(self._face_count)
         pairs = self.faces[self.joined]
         while len(pairs):
-            # Each island joins its neighbour of the lowest number; then every face learns its island's new number.
+            # Each island joins its neighbour with the lowest number; then every face looks up its new number.
             ends = np.sort(island[pairs], axis=1)
             apart = ends[:, 0] != ends[:, 1]
             pairs, ends = pairs[apart], ends[apart]
@@ -74,7 +73,7 @@ class Seams:
 
 
 class _Corners:
-    """The corners of a mesh's faces (n,): each with its vertex, its edge to the corner that follows, and its UV."""
+    """The corners (n,) of a mesh's faces: each with its vertex, its UV, and its edge to the next corner."""
 
     def __init__(self, mesh: bpy.types.Mesh, layer: bpy.types.MeshUVLoopLayer) -> None:
         start, count = (_read(mesh.polygons, name, np.int32) for name in ("loop_start", "loop_total"))
@@ -86,8 +85,9 @@ class _Corners:
         self._points = _read(mesh.vertices, "co", np.float32).reshape(-1, 3)
 
     def direction_of_u(self, corners: np.ndarray) -> np.ndarray:
-        """The angle (n,) from a corner's edge to the direction of U along the face, towards the face's inside. It is
-        that of the triangle of the edge and the corner after it. NaN where the triangle has no area."""
+        """The angle (n,) from a corner's edge to the direction of U, in radians, positive towards the face's inside.
+
+        Measured in the triangle of the edge and the corner after it. NaN where the triangle has no area in UV."""
         ends = self.following[corners]
         third = self.following[ends]
         begin, along, across = (self._points[self.vertex[at]] for at in (corners, ends, third))
@@ -96,7 +96,7 @@ class _Corners:
         with np.errstate(divide="ignore", invalid="ignore"):
             x = (along * across).sum(axis=1) / length
             y = np.sqrt(np.maximum((across * across).sum(axis=1) - x * x, 0))
-            # (u, v) per length along the edge, and at right angles to it.
+            # The change of (u, v) per length along the edge, and orthogonal to it.
             per_x = (self.uv[ends] - self.uv[corners]) / length[:, None]
             per_y = (self.uv[third] - self.uv[corners] - per_x * x[:, None]) / y[:, None]
             sign = np.sign(per_x[:, 0] * per_y[:, 1] - per_x[:, 1] * per_y[:, 0])
@@ -104,7 +104,7 @@ class _Corners:
 
 
 def _read(items: "bpy.types.bpy_prop_collection[Any]", name: str, kind: type) -> np.ndarray:
-    """A property of all items, one after the other."""
+    """A property of all items, as a flat array."""
     width = {"vector": 2, "co": 3}.get(name, 1)
     values: np.ndarray = np.empty(len(items) * width, kind)
     items.foreach_get(name, values)

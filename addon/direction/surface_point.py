@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The frame of the scan at one place of a mesh, as the nodes of tangent_frame.py have it in every pixel."""
+"""The scan's direction at one point of a mesh, as the nodes of tangent_frame.py give it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,12 +19,12 @@ from .uv_maps import has_uv_map
 
 @dataclass(frozen=True)
 class Place:
-    """A place on a surface, in the scene's space.
+    """A point on a surface, in world space.
 
     position  of the point, m
-    normal    shading normal there, unit
-    tangent   T without Rotation, unit, across the normal
-    slot      the number of its face's material slot"""
+    normal    unit shading normal
+    tangent   unit tangent T without Rotation, orthogonal to the normal
+    slot      index of its face's material slot"""
 
     position: Vector
     normal: Vector
@@ -32,8 +32,8 @@ class Place:
     slot: int
 
     def lamp_matrix(self, *, rotation: float, height: float) -> Matrix:
-        """The world matrix of a lamp that stands `height` above the place and shines along the normal. Its X axis is
-        the direction of the scan's x axis: the tangent, turned by `rotation` radians towards B = N x T."""
+        """The world matrix of a lamp `height` above the point that shines along the normal. Its X axis is the scan's x
+        axis: the tangent, turned by `rotation` radians towards B = N x T."""
         across = self.normal.cross(self.tangent)
         columns: Any = self.tangent * cos(rotation) + across * sin(rotation)  # type: ignore[operator]  # vectors
         axes = (columns, columns.cross(self.normal), -self.normal)
@@ -43,8 +43,7 @@ class Place:
 
 
 def own_angle(thing: bpy.types.Object, source: DirectionSource) -> float:
-    """The angle in radians by which an object turns its scan, beside Rotation. As in a renderer it is the object's
-    custom property, or else its data's, and 0 where neither is a number."""
+    """An object's own angle in radians, added to Rotation: its custom property, else its data's, else 0."""
     held = (stored.number(owner, source.angle, nan) for owner in (thing, thing.data))
     return next((float(value) for value in held if not isnan(value)), 0.0) if source.angle else 0.0
 
@@ -52,10 +51,10 @@ def own_angle(thing: bpy.types.Object, source: DirectionSource) -> float:
 def place_nearest(
     mesh: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *, to: Vector, source_at: Callable[[int], DirectionSource]
 ) -> Place:
-    """The place of a mesh, modifiers included, that is nearest to a point of the scene. `source_at` tells where the
-    material of a slot takes the tangent from.
+    """The point of a mesh, with modifiers, nearest to a point in world space. `source_at` returns the source of the
+    tangent for a material slot.
 
-    Raises GratingError if the mesh has no face, or if the source has no direction there."""
+    Raises GratingError if the mesh has no faces, or if the source has no direction there."""
     evaluated = mesh.evaluated_get(depsgraph)
     data, world = evaluated.data, evaluated.matrix_world
     if not data.polygons:
@@ -81,7 +80,7 @@ def place_nearest(
 
 
 def _shares(corners: list[Vector], point: Vector) -> np.ndarray:
-    """The shares (3,) of a triangle's corners in a point of its plane; one is negative for a point outside."""
+    """The barycentric coordinates (3,) of a point in a triangle's plane. One is negative if the point is outside."""
     first, *edges = np.array(corners)
     along = np.linalg.lstsq(np.transpose(edges - first), np.array(point) - first, rcond=None)[0]
     return np.array([1 - along.sum(), *along])

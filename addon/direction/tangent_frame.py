@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The frame of the scan on the surface: the normal N and the tangent T, as nodes. Only the chosen source costs any."""
+"""The normal N and the tangent T of the scan on the surface, as nodes. Only the chosen source adds nodes."""
 
 import bpy
 
@@ -11,8 +11,8 @@ MAP_LABEL = "Direction Map"
 
 
 def frame_nodes(tree: Tree, inputs: dict[str, Value], source: DirectionSource) -> tuple[Value, Value]:
-    """The unit vectors N and T: the linked vectors, else the surface's own and that of the source. T is made orthogonal
-    to N and then turned by Rotation, and by the object's own angle if the source names one."""
+    """The unit vectors N and T: the linked vectors, else the surface's normal and the source's tangent. T is made
+    orthogonal to N, then turned by Rotation and by the object's angle if the source names one."""
     surface = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Normal"])
     n = tree.normalize(_linked_else(tree, inputs["Normal"], surface))
     t = across(tree, n, _linked_else(tree, inputs["Tangent"], tangent_nodes(tree, n, source)))
@@ -26,11 +26,11 @@ def frame_nodes(tree: Tree, inputs: dict[str, Value], source: DirectionSource) -
 
 
 def tangent_nodes(tree: Tree, n: Value, source: DirectionSource) -> Value:
-    """The direction T of a source, of any length, not yet made orthogonal to the normal N."""
+    """The tangent of a source, of any length, not yet orthogonal to the normal."""
     if source.kind == AXIS:
         return tree.from_object(source.axis_vector)
     if source.kind == RADIAL:
-        # Of the position, the part across the axis.
+        # Remove the part of the position along the axis.
         place = tree.value(tree.node("ShaderNodeTexCoord").outputs["Object"])
         x, y, z = (1.0 - part for part in source.axis_vector)
         return tree.from_object(place * (x, y, z))
@@ -46,24 +46,24 @@ def tangent_nodes(tree: Tree, n: Value, source: DirectionSource) -> Value:
 
 
 def combed_tangent(tree: Tree, n: Value) -> Value:
-    """The direction that Comb Grating stored; 0 on a mesh without it."""
+    """The tangent that Comb Grating stored; 0 on a mesh without one."""
     held, _ = tree.attribute(COMB_TURN, "GEOMETRY")
     cosine, sine, _ = tree.outputs_of(tree.node("ShaderNodeSeparateXYZ", held)).values()
     return turned(tree, n, uv_tangent(tree, COMB_UV), by=(cosine, sine))
 
 
 def uv_tangent(tree: Tree, uv_map: str) -> Value:
-    """The direction in which the U of a UV map grows; of the map that renders without a name."""
+    """The direction of U of a UV map; an empty name stands for the map that renders."""
     return tree.value(tree.node("ShaderNodeTangent", direction_type="UV_MAP", uv_map=uv_map).outputs["Tangent"])
 
 
 def across(tree: Tree, n: Value, tangent: Value) -> Value:
-    """The unit vector along the part of a tangent that is orthogonal to the normal."""
+    """The part of a tangent that is orthogonal to the normal, normalised."""
     return tree.normalize(tangent - n * tree.dot(n, tangent))
 
 
 def turned(tree: Tree, n: Value, t: Value, *, by: tuple[Value, Value]) -> Value:
-    """A unit tangent turned about the normal, from T towards N x T, by an angle of this cosine and sine."""
+    """Turn a unit tangent about the normal, from T towards N x T. `by`: cosine and sine of the angle."""
     cosine, sine = by
     return t * cosine + tree.cross(n, t) * sine
 
@@ -74,5 +74,5 @@ def frame_maps_in(group: bpy.types.NodeTree) -> list[bpy.types.Image]:
 
 
 def _linked_else(tree: Tree, linked: Value, own: Value) -> Value:
-    """A linked vector; without a link, another."""
+    """The linked vector, or `own` where nothing is linked."""
     return linked + own * tree.math("LESS_THAN", tree.dot(linked, linked), 1e-6)

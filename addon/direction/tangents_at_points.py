@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The frame of the scan at places of a mesh, in NumPy: what the nodes of tangent_frame.py have there, but with the
-direction of U of the flat triangle where renderers smooth it over its neighbours."""
+"""The scan's direction at points of a mesh, in NumPy. Mirrors the nodes of tangent_frame.py, but takes the direction of
+U per flat triangle, where renderers smooth it over neighbouring triangles."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -14,8 +14,8 @@ from .uv_maps import has_comb, rendering_map
 
 @dataclass(frozen=True)
 class Field:
-    """Places (n, 3) of a mesh, in its own space, with their unit normals (n, 3) and unit tangents (n, 3). A tangent is
-    NaN where its source has no direction, as where a UV map has no area."""
+    """Points (n, 3) of a mesh in its own space, their unit normals (n, 3) and unit tangents (n, 3). A tangent is NaN
+    where its source has no direction, for example where the UV map has no area."""
 
     points: np.ndarray
     normals: np.ndarray
@@ -23,8 +23,8 @@ class Field:
 
 
 def frame_field(mesh: bpy.types.Mesh, triangles: np.ndarray, *, shares: np.ndarray, source: DirectionSource) -> Field:
-    """The frame in triangles of a mesh (n,), the numbers of its loop triangles; at the places that are `shares` (n, 3)
-    of their corners. The mesh has the UV map that the source names, and is not changed; Rotation is not in it."""
+    """The normals and tangents at points of loop triangles, given by indices (n,) and barycentric coordinates `shares`
+    (n, 3). Rotation is not applied. The mesh must have the UV map that the source names."""
     corners = _numbers(mesh.loop_triangles, "loops", 3)[triangles]
     vertices = _numbers(mesh.loops, "vertex_index", 1)[corners, 0]
     ends = _values(mesh.vertices, "co", 3)[vertices]
@@ -47,7 +47,7 @@ def frame_field(mesh: bpy.types.Mesh, triangles: np.ndarray, *, shares: np.ndarr
 
 
 def _combed(mesh: bpy.types.Mesh, corners: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """The directions (n, 3, 3) that Comb Grating stored at corners (n, 3), whose points are `ends` (n, 3, 3)."""
+    """The tangents (n, 3, 3) that Comb Grating stored at corners (n, 3) with positions `ends` (n, 3, 3)."""
     along = _along_u(ends, _values(mesh.uv_layers[COMB_UV].uv, "vector", 2)[corners])
     normals = _values(mesh.corner_normals, "vector", 3)[corners].reshape(-1, 3)
     turn = _values(mesh.attributes[COMB_TURN].data, "vector", 3)[corners].reshape(-1, 3)
@@ -56,8 +56,7 @@ def _combed(mesh: bpy.types.Mesh, corners: np.ndarray, ends: np.ndarray) -> np.n
 
 
 def _along_u(ends: np.ndarray, uv: np.ndarray) -> np.ndarray:
-    """The direction (n, 3) in which U grows in triangles with these points (n, 3, 3) and UV (n, 3, 2); NaN where the
-    UV map has no area."""
+    """The direction (n, 3) of U in triangles with points (n, 3, 3) and UV (n, 3, 2). NaN where the UV has no area."""
     edges, steps = ends[:, 1:] - ends[:, :1], uv[:, 1:] - uv[:, :1]
     area = steps[:, 0, 0] * steps[:, 1, 1] - steps[:, 0, 1] * steps[:, 1, 0]
     # dP = P_u du + P_v dv along both edges, solved for P_u.
@@ -66,7 +65,7 @@ def _along_u(ends: np.ndarray, uv: np.ndarray) -> np.ndarray:
 
 
 def _read_map(image: bpy.types.Image, uv: np.ndarray) -> np.ndarray:
-    """The cosine and sine (n, 2) that a direction map holds at UV (n, 2), by its nearest pixel."""
+    """The cosine and sine (n, 2) in a direction map's pixels nearest to UV (n, 2)."""
     width, height = image.size
     pixels = np.empty(width * height * image.channels, np.float32)
     image.pixels.foreach_get(pixels)
@@ -76,7 +75,7 @@ def _read_map(image: bpy.types.Image, uv: np.ndarray) -> np.ndarray:
 
 
 def _across(normals: np.ndarray, tangents: np.ndarray) -> np.ndarray:
-    """The unit vectors along the parts of tangents that are orthogonal to unit normals."""
+    """The parts of tangents that are orthogonal to unit normals, normalised."""
     return _unit(tangents - normals * (normals * tangents).sum(axis=1, keepdims=True))
 
 
@@ -86,14 +85,14 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def _values(items: "bpy.types.bpy_prop_collection[Any]", name: str, width: int) -> np.ndarray:
-    """A vector property of all items (n, width)."""
+    """A vector property of all items, as an array (n, width)."""
     values = np.empty(len(items) * width, np.float32)
     items.foreach_get(name, values)
     return values.reshape(-1, width).astype(float)
 
 
 def _numbers(items: "bpy.types.bpy_prop_collection[Any]", name: str, width: int) -> np.ndarray:
-    """A property of whole numbers of all items (n, width)."""
+    """An integer property of all items, as an array (n, width)."""
     values = np.empty(len(items) * width, np.int32)
     items.foreach_get(name, values)
     return values.reshape(-1, width)

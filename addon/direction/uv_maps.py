@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A mesh's UV maps: which one renders, and by what a map is known again."""
+"""A mesh's UV maps: which one renders, and a fingerprint that detects changes."""
 
 import hashlib
 
@@ -10,7 +10,7 @@ from ..gratings.direction_source import AXIS, COMB_TURN, COMB_UV, RADIAL, Direct
 
 
 def rendering_map(mesh: bpy.types.Mesh) -> bpy.types.MeshUVLoopLayer:
-    """The UV map of a mesh, which has one, that materials read unless they name another."""
+    """The UV map that renders: materials read it unless they name another. The mesh must have a UV map."""
     return next((each for each in mesh.uv_layers if each.active_render), mesh.uv_layers[0])
 
 
@@ -20,15 +20,14 @@ def has_comb(mesh: bpy.types.Mesh) -> bool:
 
 
 def has_uv_map(mesh: bpy.types.Mesh, source: DirectionSource) -> bool:
-    """Whether a mesh has the UV map on which a source of the tangent rests; true if it rests on none."""
+    """Whether a mesh has the UV map that a source needs; true if the source needs none."""
     if source.kind in (RADIAL, AXIS):
         return True
     return source.named_uv_map in mesh.uv_layers if source.named_uv_map else bool(mesh.uv_layers)
 
 
 def fingerprint(mesh: bpy.types.Mesh, uv_map: str) -> str:
-    """A text that is the same as long as the faces of a mesh, and what its UV map of a name holds, are the same. Moved
-    vertices do not change it."""
+    """A hash of a mesh's faces and of the coordinates of one UV map. Moving vertices does not change it."""
     told = hashlib.sha256()
     for items, name, kind, width in (
         (mesh.loops, "vertex_index", np.int32, 1),

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The region that a bake holds, noted on the node group that reads its table, and what was noticed of scenes that left
-it. Saved .blend files hold the note's name: it must stay."""
+"""The region of directions that a bake holds, stored on the node group that reads its table, and warnings about scenes
+outside it. Saved .blend files contain the property's name, so it must not change."""
 
 from typing import TYPE_CHECKING
 
@@ -12,23 +12,23 @@ if TYPE_CHECKING:
     from ...precompute.bake.needs import Needs
     from ...precompute.table.atlas import Layout
 
-# The lowest and the highest u, v and w, one after the other. A group without it holds every direction.
+# The bounds of u, v and w, each as low, high. A group without this property holds all directions.
 _REGION = "ng_region"
-# No bound is farther from 0, up to rounding.
+# The largest valid bound, with a margin for rounding.
 _FARTHEST = 2.0 + 1e-6
-# What was noticed, by the scenes' full names, for the panel.
+# The warnings for the panel, by the full name of the scene.
 _noticed: dict[str, list[str]] = {}
 
 
 def note_region(group: bpy.types.NodeTree, layout: "Layout") -> None:
-    """Note which part of (u, v, w) a table of this layout holds, unless it holds all."""
+    """Store the part of (u, v, w) that a table of this layout holds, unless it holds all."""
     (u, v), w = layout.region, (layout.w_min, layout.w_max)
     if not (layout.region.is_whole and w == (0.0, 2.0)):
         group[_REGION] = [*u, *v, *w]
 
 
 def noted_region(group: bpy.types.NodeTree) -> "Needs | None":
-    """What a node group's table holds; None if that is every direction."""
+    """The region that a node group's table holds; None if it holds all directions."""
     from ...precompute.bake.needs import Needs
     from ...precompute.optics.region import Region
 
@@ -40,20 +40,20 @@ def noted_region(group: bpy.types.NodeTree) -> "Needs | None":
 
 
 def _is_region(held: tuple[float, ...]) -> bool:
-    """Whether the bounds are in the order and the range of (u, v, w)."""
+    """Whether the bounds are in order and within the range of (u, v, w)."""
     return all(-_FARTHEST <= low < high <= _FARTHEST for low, high in zip(held[::2], held[1::2], strict=True))
 
 
 def has_regions() -> bool:
-    """Whether some table of the file holds less than every direction."""
+    """Whether some table in the file holds only a part of the directions."""
     return any(_REGION in group for group in bpy.data.node_groups)
 
 
 def note_outside(scene: bpy.types.Scene, lines: list[str]) -> None:
-    """Note what was noticed of a scene; no line if all is well."""
+    """Store the warnings about a scene; an empty list if there are none."""
     _noticed[scene.name_full] = lines
 
 
 def noticed_outside(scene: bpy.types.Scene) -> list[str]:
-    """The lines that were noted when the scene was last looked at."""
+    """The warnings stored by the last check of the scene."""
     return _noticed.get(scene.name_full, [])

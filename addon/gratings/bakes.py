@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bakes that this session knows. Undo goes back to a grating as it was before its bake; the bake itself is still
-there, and the grating is told so."""
+"""The bakes of this session. Undo removes a bake from its grating; it is given back, as its file still exists."""
 
 import contextlib
 import json
@@ -26,36 +25,36 @@ class _Bake:
     summary: str
 
 
-# By all that was asked of the bake, as JSON.
+# Keyed by all settings of the bake, as JSON.
 _known: dict[str, _Bake] = {}
 
 
 def note_bake(grating: Grating, path: str, summary: str, *, request: "BakeRequest") -> None:
-    """Note a finished bake in its grating, and for a grating from which undo has taken it. `request` is what was asked
-    of the bake; the grating may ask for something else by now."""
+    """Store a finished bake in its grating, and remember it in case undo removes it. `request` has the bake's settings,
+    which may differ from the grating's by now."""
     grating.bake_path, grating.bake_summary, grating.asked = path, summary, _settings(request)
     _known[asked(request)] = _Bake(path, summary)
 
 
 def is_asked_otherwise(grating: Grating) -> bool:
-    """Whether the grating's settings are no longer those of its bake."""
+    """Whether the grating's settings differ from its bake's."""
     if not (grating.asked and grating.source):
         return False
     try:
         return _settings(grating.bake_request()) != grating.asked
-    except GratingError:  # its settings are of no bake
+    except GratingError:  # no bake can have its settings
         return True
 
 
 def _settings(request: "BakeRequest") -> str:
-    """All that a request asks but the scans' folders, which change when files are moved, as JSON."""
+    """The settings of a request as JSON, without the scans' folders, which change when files are moved."""
     return json.dumps(request_record(request) | {"scans": request.as_dict()["scans"]}, sort_keys=True)
 
 
 @persistent
 @guarded
 def recall_bakes(*_: object) -> None:
-    """Called after undo and redo: a grating without a bake takes the bake that it has had with the same settings."""
+    """After undo and redo, give gratings without a bake the bake made earlier with the same settings."""
     for scene in bpy.data.scenes if _known else ():
         gratings: Iterable[Any] = scene.natural_gratings.items if scene.library is None else ()
         for grating in gratings:
@@ -64,12 +63,12 @@ def recall_bakes(*_: object) -> None:
 
 
 def asked(request: "BakeRequest") -> str:
-    """All that a request asks, as JSON."""
+    """All settings of a request, as JSON."""
     return json.dumps(request_record(request), sort_keys=True)
 
 
 def _recall(grating: Grating) -> None:
-    with contextlib.suppress(GratingError):  # its settings are of no bake
+    with contextlib.suppress(GratingError):  # no bake can have its settings
         bake = _known.get(asked(grating.bake_request()))
         if bake is not None and Path(bake.path).is_file():
             grating.bake_path, grating.bake_summary = bake.path, bake.summary

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The gratings of a scene. Each holds the source of its height map, the request for its bake, and the bake's file."""
+"""The gratings of a scene: for each the height map, the settings of its bake, and the bake's file."""
 
 import json
 import os
@@ -34,31 +34,31 @@ _SAMPLE = "sample:"
 
 
 class Grating(bpy.types.PropertyGroup):
-    """One height map and its bake."""
+    """A height map and its bake."""
 
     name: StringProperty(
         name="Name",
-        description="The grating's name. Its material and node group follow it, unless you gave them another",
+        description="Name of the grating. Its material and node group follow it, unless you renamed them yourself",
         update=lambda grating, _: follow_name(grating),
     )
-    source: StringProperty(name="Height Map", description="The scan's file, or sample:NAME for a shipped sample")
+    source: StringProperty(name="Height Map", description="File of the scan, or sample:NAME for a built-in sample")
     size_um: FloatProperty(
-        name="Width", description="Width of the scan in micrometres; 0 if the file holds its own", min=0
+        name="Width", description="Width of the scan in micrometres; 0 uses the width in the file", min=0
     )
     height_nm: FloatProperty(
-        name="Height", description="Height from black to white in nanometres; 0 if the file holds its own", min=0
+        name="Height", description="Height from black to white in nanometres; 0 uses the heights in the file", min=0
     )
-    channel: StringProperty(name="Channel", description="The file's channel; empty for its topography")
-    summary: StringProperty(name="Summary", description="Size, relief and strongest period")
-    quality: StringProperty(name="Quality", description="How good the scan is, and a line of each thing that limits it")
+    channel: StringProperty(name="Channel", description="Channel of the file to read; empty for its topography")
+    summary: StringProperty(name="Summary", description="Size, relief and strongest period of the scan")
+    quality: StringProperty(name="Quality", description="Rating of the scan, and a line for each thing that limits it")
     steps: CollectionProperty(
-        type=LevellingStep, name="Levelling", description="Steps that level and repair the scan, in their order"
+        type=LevellingStep, name="Levelling", description="Steps that level and repair the scan, in order"
     )
-    active_step: IntProperty(name="Active Step", description="The step whose arguments are shown")
+    active_step: IntProperty(name="Active Step", description="Step whose settings are shown")
     delta_e: FloatProperty(
         name="Colour Error",
-        description="Largest colour difference (CIEDE2000) between the bake and the exact surface in 99 of 100 of the "
-        "directions tested. The directions of one view may show more",
+        description="Largest colour difference (CIEDE2000) between the bake and the exact surface, in 99 % of the "
+        "tested directions. A single view may show larger differences",
         default=1.0,
         min=1e-3,
         max=100.0,
@@ -67,8 +67,8 @@ class Grating(bpy.types.PropertyGroup):
     )
     coherence_um: FloatProperty(
         name="Coherence",
-        description="Coherence length in micrometres: the width over which light interferes. A longer one gives "
-        "sharper colours, and speckle if the scan is too small to average it. 0 chooses it by the scan's size",
+        description="Coherence length in micrometres: the width over which light interferes. Longer gives sharper "
+        "colours, but speckle if the scan is too small to average it out. 0 chooses it from the scan's size",
         default=0.0,
         min=0.0,
         max=1e4,
@@ -76,21 +76,21 @@ class Grating(bpy.types.PropertyGroup):
     )
     request: StringProperty(
         name="Request",
-        description="What else is asked of the bake, as JSON; empty for the defaults",
+        description="Further settings of the bake, as JSON; empty for the defaults",
         options={"HIDDEN"},
     )
-    bake_path: StringProperty(name="Bake", description="The baked table's file", subtype="FILE_PATH")
+    bake_path: StringProperty(name="Bake", description="File of the baked table", subtype="FILE_PATH")
     asked: StringProperty(
-        name="Asked", description="What was asked of the bake, as JSON; empty if unknown", options={"HIDDEN"}
+        name="Asked", description="Settings of the present bake, as JSON; empty if unknown", options={"HIDDEN"}
     )
-    bake_summary: StringProperty(name="Bake Summary", description="The bake's measured error and its size")
+    bake_summary: StringProperty(name="Bake Summary", description="Measured error and size of the bake")
     for_scene: BoolProperty(
         name="For This Scene", description="The bake holds only the directions that the scene needs", options={"HIDDEN"}
     )
     shadows: BoolProperty(
         name="Shadows",
-        description="Objects shade the diffraction: all objects in Cycles, objects on screen in EEVEE. Before Blender "
-        "5.1 this works only in Cycles with Open Shading Language",
+        description="Objects cast shadows on the diffraction: all objects in Cycles, objects on screen in EEVEE. "
+        "Before Blender 5.1 this works only in Cycles with Open Shading Language",
         default=True,
     )
     footprint: BoolProperty(
@@ -104,24 +104,24 @@ class Grating(bpy.types.PropertyGroup):
         name="Direction", description="What the scan's x axis (left to right) follows", items=KINDS
     )
     frame_uv_map: StringProperty(name="UV Map", description="UV map whose U the scan's x axis (left to right) follows")
-    frame_axis: EnumProperty(name="Axis", description="Of the object's own axes", items=AXES, default="Z")
-    frame_map: PointerProperty(type=bpy.types.Image, name="Direction Map", description="Made by Bake Direction Map")
+    frame_axis: EnumProperty(name="Axis", description="Axis of the object", items=AXES, default="Z")
+    frame_map: PointerProperty(type=bpy.types.Image, name="Direction Map", description="From Bake Direction Map")
     frame_angle: StringProperty(
-        name="Object Angle", description="Custom property of objects that turns their scan, in radians; empty for none"
+        name="Object Angle", description="Custom property that turns the scan on its object, in radians; empty for none"
     )
-    group: PointerProperty(type=bpy.types.ShaderNodeTree, name="Node Group", description="Made from the bake")
-    material: PointerProperty(type=bpy.types.Material, name="Material", description="Made from the bake")
+    group: PointerProperty(type=bpy.types.ShaderNodeTree, name="Node Group", description="Group made from the bake")
+    material: PointerProperty(type=bpy.types.Material, name="Material", description="Material made from the bake")
 
     @property
     def levelling(self) -> str:
-        """The steps as one text, as `--level` takes it: "plane,scars,dust:5", or "none"."""
+        """The steps as one text in the form of `--level`: "plane,scars,dust:5", or "none"."""
         from ...precompute.surface.steps.pipeline import NONE
 
         return ",".join(step.text for step in self.steps) or NONE
 
     @levelling.setter
     def levelling(self, text: str) -> None:
-        """Take steps. Raises GratingError, naming the grating, for a text that holds none, and changes nothing."""
+        """Set the steps. Raises GratingError for an invalid text, and then changes nothing."""
         from ...precompute.surface.steps.pipeline import parse_steps
 
         steps = parse_steps(text, f"{self.name}: Levelling")
@@ -132,16 +132,16 @@ class Grating(bpy.types.PropertyGroup):
 
     @property
     def lit_by(self) -> str:
-        """Which lights the diffraction answers to; the default where the file holds no such choice."""
+        """The chosen lights, one of CHOICES; the default if the file holds another value."""
         return stored.choice(self.lights, CHOICES, REST)
 
     @property
     def own_group(self) -> bpy.types.ShaderNodeTree | None:
-        """The node group, if there is one and it can be changed: one that is linked is another file's."""
+        """The node group if it can be changed; None if there is none or it is linked from another file."""
         return None if self.group is None or self.group.library is not None else self.group
 
     def baked_file(self) -> Path:
-        """The bake's file. Raises GratingError if there is none."""
+        """The path of the bake's file. Raises GratingError if there is none."""
         if not self.bake_path:
             raise GratingError(self.name, "not baked yet", "press Bake Grating first")
         path = Path(bpy.path.abspath(self.bake_path))
@@ -151,24 +151,23 @@ class Grating(bpy.types.PropertyGroup):
         return path
 
     def source_file(self) -> str:
-        """The height map as precompute reads it: sample:NAME or a whole path.
+        """The height map as precompute reads it: sample:NAME or an absolute path.
 
-        Raises GratingError if there is none, as in a grating that was made from a bake alone."""
+        Raises GratingError if there is none, as for a grating that was made from a bake alone."""
         if not self.source:
             raise GratingError(self.name, "made from a bake, without a height map", "import the height map to bake it")
         return self.source if self.source.startswith(_SAMPLE) else bpy.path.abspath(self.source)
 
     def scan(self) -> dict[str, Any]:
-        """The grating's own scan, the first, as a request's record has it. Raises GratingError as source_file does."""
+        """The record of the grating's own scan, the first of a request. Raises GratingError as source_file does."""
         return scan_record(self.source_file(), self.size_um, self.height_nm, channel=self.channel)
 
     def further_scans(self) -> list[dict[str, Any]]:
-        """The scans that are averaged with the grating's own, as a request's record has them. Raises GratingError,
-        naming the grating, where `request` holds none."""
+        """The records of the further scans that are averaged with it. Raises GratingError if `request` is damaged."""
         return self._kept().get("scans", [])
 
     def _kept(self) -> dict[str, Any]:
-        """What `request` holds."""
+        """The parsed content of `request`."""
         from ...precompute.base.strict_json import parse_json
 
         kept = parse_json(self.request or "{}", self.name, "import the height map again", part="its request: ")
@@ -177,9 +176,7 @@ class Grating(bpy.types.PropertyGroup):
         return kept
 
     def bake_request(self) -> "BakeRequest":
-        """All that is asked of the bake: the panel's fields, and what `request` holds beside them.
-
-        Raises GratingError, naming the grating, for a value that no bake can have."""
+        """All settings of the bake, from the panel's fields and `request`. Raises GratingError for invalid values."""
         from ...precompute.bake.request import request_from
         from ...precompute.surface.steps.pipeline import steps_of
 
@@ -192,7 +189,7 @@ class Grating(bpy.types.PropertyGroup):
         return request_from(self._kept() | shown, self.name)
 
     def frame_source(self) -> DirectionSource:
-        """Where the direction of the scan comes from: the default, where a direction map was chosen that is gone."""
+        """The source of the scan's direction; the default if the chosen direction map was deleted."""
         held = {
             "kind": self.frame_kind,
             "uv_map": self.frame_uv_map,
@@ -203,13 +200,12 @@ class Grating(bpy.types.PropertyGroup):
         return DirectionSource.from_property(held | {"frame_map": self.frame_map})
 
     def take_frame_source(self, source: DirectionSource) -> None:
-        """Note where the direction of the scan comes from."""
+        """Set the source of the scan's direction."""
         self.frame_kind, self.frame_uv_map, self.frame_axis = source.kind, source.uv_map, source.axis
         self.frame_map, self.frame_angle = source.frame_map, source.angle
 
     def take_request(self, request: "BakeRequest") -> None:
-        """Take over a request. The first scan and the values that the panel shows go into the fields, the rest into
-        `request`."""
+        """Set all fields from a request. Values that the panel does not show go into `request`."""
         record = request_record(request)
         first, *others = record.pop("scans")
         self.source, self.channel = first["source"], first["channel"] or ""
@@ -219,32 +215,31 @@ class Grating(bpy.types.PropertyGroup):
         self.request = json.dumps(record | {"scans": others}, sort_keys=True)
 
     def take_needs(self, needs: "Needs") -> None:
-        """Ask for a bake of what a scene needs from now on; all else stays as it is. Raises GratingError as
-        bake_request does."""
+        """Restrict further bakes to what a scene needs. Raises GratingError as bake_request does."""
         record = request_record(replace(self.bake_request(), needs=needs))
         self.request = json.dumps(json.loads(self.request or "{}") | {"needs": record["needs"]}, sort_keys=True)
 
 
 class SceneGratings(bpy.types.PropertyGroup):
-    """All gratings of a scene, and which one the panel shows."""
+    """All gratings of a scene, and which one is active."""
 
     items: CollectionProperty(type=Grating)
-    active_index: IntProperty(name="Active Grating", description="The grating that the buttons work on")
+    active_index: IntProperty(name="Active Grating", description="Grating that the buttons work on")
 
     map_size: IntProperty(
-        name="Map Size", description="Side of UV maps' pictures and of direction maps, in pixels", default=1024, min=16,
+        name="Map Size", description="Side of direction maps and UV maps' pictures, in pixels", default=1024, min=16,
         max=1 << 15,
     )  # fmt: skip
     map_padding: IntProperty(
         name="Padding", description="Space between the islands of a UV map, in pixels", default=4, min=0, max=256
     )
     map_density: FloatProperty(
-        name="Density", description="Pixels of a UV map per metre of the surface; 0 for as many as it holds", min=0.0,
+        name="Density", description="Pixels of the UV map per metre of the surface; 0 for as many as fit", min=0.0,
         max=1e9,
     )  # fmt: skip
 
     def active(self) -> Grating | None:
-        """The grating that the panel shows; None if there is none."""
+        """The grating that the panel shows, or None."""
         if 0 <= self.active_index < len(self.items):
             return self.items[self.active_index]
         return None
@@ -259,31 +254,28 @@ def active_grating(scene: bpy.types.Scene) -> Grating:
 
 
 def unused_name(name: str, taken: set[str]) -> str:
-    """The name, with a number in Blender's form where it is taken. Names must differ because a finished bake finds
-    its grating by name."""
+    """The name, with a number appended as Blender does if it is taken. A finished bake finds its grating by name."""
     candidates = (name, *(f"{name}.{number:03}" for number in range(1, len(taken) + 1)))
     return next(c for c in candidates if c not in taken)
 
 
 def scan_record(source: str, size_um: float, height_nm: float, *, channel: str) -> dict[str, Any]:
-    """A scan as a request's record has it, of what the fields of the panel or of a dialog hold."""
+    """The record of a scan for a request, made from the fields of the panel or a dialog."""
     sizes = {"size_um": _decimal(size_um, 7), "height_nm": _decimal(height_nm, 7)}
     return {"source": source, **sizes, "channel": channel or None}
 
 
 def request_record(request: "BakeRequest") -> dict[str, Any]:
-    """A request as JSON, its scans with their folders, for a file that is read on this machine."""
+    """A request as JSON, with the folders of its scans. Valid on this machine only."""
     record = request.as_dict() | {"scans": [asdict(scan) for scan in request.scans]}
-    # A request holds metres and radians. Rounding removes the error of the conversion and gives back the number that
-    # the user typed. The key in the cache is then the same.
+    # Rounding restores the numbers that the user typed from metres and radians, so that the cache key is the same.
     record["coherence_um"] = _decimal(record["coherence_um"] or 0.0, 12)
     record["needs"]["light_radius_deg"] = _decimal(record["needs"]["light_radius_deg"], 12) or 0.0
     return record
 
 
 def cache_folder() -> Path:
-    """Where bakes are kept: $NATURAL_GRATINGS_CACHE, else the folder that Blender gives this extension. It need not
-    exist yet: whoever writes there makes it."""
+    """The cache folder: $NATURAL_GRATINGS_CACHE, else the extension's folder in Blender. It may not exist yet."""
     from ...precompute.bake import cache
 
     if EXTENSION.startswith("bl_ext.") and not os.environ.get(cache.FOLDER_VARIABLE):
@@ -292,7 +284,7 @@ def cache_folder() -> Path:
 
 
 def is_there(path: Path) -> bool:
-    """Whether a path leads to a file. One that no system can have, as it is too long, does not."""
+    """Whether a path leads to a file; false for a path that is too long or invalid for the system."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -300,7 +292,7 @@ def is_there(path: Path) -> bool:
 
 
 def kept_path(path: str) -> str:
-    """A path that a .blend is to keep. Raises GratingError if it cannot: Blender keeps text."""
+    """The path, if a .blend file can store it. Raises GratingError if it is not valid UTF-8."""
     try:
         path.encode()
     except UnicodeEncodeError as error:
@@ -309,6 +301,5 @@ def kept_path(path: str) -> str:
 
 
 def _decimal(value: float, digits: int) -> float | None:
-    """A number rounded to `digits` significant digits, which removes the error of single precision. None for 0,
-    which leaves the choice to the bake."""
+    """A number rounded to `digits` significant digits, to remove single-precision error; None for 0 (automatic)."""
     return float(f"{value:.{digits}g}") if value else None

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The steps that level and repair a scan, as the panel lists and edits them.
 
-A step is kept as its text, as the command line and a bake's header have it. Its arguments are read from that text and
-written into it, so that panel and command line cannot differ.
-"""
+A step is stored as its text, as on the command line and in a bake's header. The panel reads the arguments from the text
+and writes them back, so the panel and the command line cannot differ."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,7 +16,7 @@ from ...precompute.base.failure import GratingError
 if TYPE_CHECKING:
     from ...precompute.surface.steps.step import Step
 
-# By the name of an argument (precompute/surface/steps/pipeline.py): the property that shows it.
+# The property that shows each argument, by the argument's name in precompute/surface/steps/pipeline.py.
 ARGUMENTS = {
     "least-squares|robust": "fit",
     "median|difference": "by",
@@ -32,8 +31,8 @@ ARGUMENTS = {
     "FACTOR": "factor",
 }
 _FITS = (
-    ("least-squares", "Least Squares", "The plane through all heights"),
-    ("robust", "Robust", "The plane through the heights that are no dust"),
+    ("least-squares", "Least Squares", "Plane through all heights"),
+    ("robust", "Robust", "Plane through all heights except dust"),
 )
 _BYS = (
     ("median", "Median", "Shift each scan line, left to right, to a median of zero"),
@@ -42,7 +41,7 @@ _BYS = (
 
 
 def _read(name: str) -> Callable[["LevellingStep"], float]:
-    """Reads an argument from a step's text; of a word, its place among the words."""
+    """A getter that reads an argument from a step's text. For an argument of words it returns the word's index."""
 
     def read(self: "LevellingStep") -> float:
         for argument, value in self._arguments():
@@ -56,7 +55,7 @@ def _read(name: str) -> Callable[["LevellingStep"], float]:
 
 
 def _write(name: str) -> Callable[["LevellingStep", float], None]:
-    """Writes an argument into a step's text, the nearest that the step takes."""
+    """A setter that writes an argument into a step's text, limited to the range that the step allows."""
 
     def write(self: "LevellingStep", shown: float) -> None:
         values = [
@@ -70,7 +69,7 @@ def _write(name: str) -> Callable[["LevellingStep", float], None]:
 
 
 def _taken(argument: Any, shown: float) -> float | str:
-    """What an argument takes for the number that the panel gives, which has single precision."""
+    """The value of an argument for a number from the panel, which has single precision."""
     words = getattr(argument, "words", None)
     return words[int(shown)] if words else min(argument.high, max(argument.low, float(f"{shown:.7g}")))
 
@@ -80,22 +79,26 @@ def _kept(name: str) -> dict[str, Callable[..., Any]]:
 
 
 class LevellingStep(bpy.types.PropertyGroup):
-    """One step, and its arguments."""
+    """A levelling step and its arguments."""
 
-    text: StringProperty(name="Step", description="The step as the command line takes it", options={"HIDDEN"})
-    fit: EnumProperty(name="Fit", description="Which heights count", items=_FITS, **_kept("fit"))
+    text: StringProperty(name="Step", description="Step in the form of the command line", options={"HIDDEN"})
+    fit: EnumProperty(name="Fit", description="Heights that the plane is fitted to", items=_FITS, **_kept("fit"))
     by: EnumProperty(name="By", description="What becomes zero in each scan line", items=_BYS, **_kept("by"))
     degree: IntProperty(
         name="Degree", description="Degree of the polynomial in x and y", min=1, max=5, **_kept("degree")
     )
     threshold: FloatProperty(
         name="Threshold",
-        description="How far heights must stand out to count as a defect: for scars in rms differences of scan lines, "
-        "for outliers and dust in standard deviations. A lower value removes more",
+        description="How far heights must stand out to count as a defect: for scars, in rms differences of scan lines; "
+        "for outliers and dust, in standard deviations. Lower values remove more",
         min=0.1, soft_max=20.0, **_kept("threshold"),
     )  # fmt: skip
     angle_deg: FloatProperty(
-        name="Angle (deg)", description="Counterclockwise, in degrees", min=-360, max=360, **_kept("angle_deg")
+        name="Angle (deg)",
+        description="Turns the scan counterclockwise, in degrees",
+        min=-360,
+        max=360,
+        **_kept("angle_deg"),
     )
     left_um: FloatProperty(
         name="Left (um)", description="From the scan's left edge, in micrometres", min=0, **_kept("left_um")
@@ -111,22 +114,20 @@ class LevellingStep(bpy.types.PropertyGroup):
     )
     length_nm: FloatProperty(
         name="Length (nm)",
-        description="In nanometres: of calibrate, the period that the grating has; of tip, the tip's radius",
+        description="In nanometres: the grating's true period for calibrate, the tip's radius for tip",
         min=0.1, **_kept("length_nm"),
     )  # fmt: skip
-    factor: FloatProperty(
-        name="Factor", description="By which heights are multiplied", min=1e-3, max=1e3, **_kept("factor")
-    )
+    factor: FloatProperty(name="Factor", description="Multiplies all heights", min=1e-3, max=1e3, **_kept("factor"))
 
     def step(self) -> "Step":
-        """The step. Raises GratingError if the text is none, as it may be in a file that was not written here."""
+        """The parsed step. Raises GratingError for an invalid text, which a foreign file may hold."""
         from ...precompute.surface.steps.pipeline import steps_of
 
         (step,) = steps_of([self.text], "Levelling")
         return step
 
     def _arguments(self) -> list[tuple[Any, float | str]]:
-        """The step's arguments, each with its value; none if the text is no step."""
+        """The step's arguments with their values; empty if the text is invalid."""
         try:
             step = self.step()
         except GratingError:

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a grating varies over a skin: further gratings beside it, patch by patch, and a slow turn of its direction.
-Saved .blend files hold these names: they must stay."""
+"""How a grating varies over a skin: patches of further gratings, and slow turns. Saved files contain these names."""
 
 from dataclasses import asdict, dataclass, replace
 from math import degrees
@@ -9,27 +8,27 @@ from typing import Any
 from ..blender import stored
 
 NOISE, ATTRIBUTE = "NOISE", "ATTRIBUTE"
-# Name, label and tooltip, as Blender's enumerations want them.
+# Identifier, label and tooltip, as in Blender's enumerations.
 PATTERNS = (
-    (NOISE, "Noise", "In patches that run into each other"),
-    (ATTRIBUTE, "Attribute", "By a number from 0 to 1 that the mesh holds, such as scale_random, one for each scale of "
-     "Add > Mesh > Snake, or a painted one"),
+    (NOISE, "Noise", "In random patches that blend into each other"),
+    (ATTRIBUTE, "Attribute", "By an attribute of the mesh from 0 to 1: one that you painted, or scale_random of "
+     "Add > Mesh > Snake, one number per scale"),
 )  # fmt: skip
 
-# More further gratings than any button or verb offers.
+# More further gratings than the interface or the command line offers.
 _SHARES_MAX = 8
 
 
 @dataclass(frozen=True)
 class Variation:
-    """A choice.
+    """A chosen variation.
 
-    shares     the share of the surface that each further grating has; the first has the rest
-    pattern    one of PATTERNS: by which the shares are laid out
+    shares     share of the surface of each further grating; the first grating has the rest
+    pattern    one of PATTERNS: how the gratings are distributed
     attribute  of ATTRIBUTE: its name
-    softness   how wide the gratings run into each other, in shares of the surface
-    turn       the most by which the direction turns to either side, in radians
-    size_m     the width of the patches of NOISE and of those in which the direction turns, in the object's space"""
+    softness   width of the transition between gratings, as a share of the surface
+    turn       largest turn of the direction to either side, in radians
+    size_m     width of the patches of NOISE and of the turns, in the object's space, in metres"""
 
     shares: tuple[float, ...] = ()
     pattern: str = NOISE
@@ -40,16 +39,16 @@ class Variation:
 
     @property
     def pattern_attribute(self) -> str:
-        """The name of the attribute by which the gratings are laid out; empty for none."""
+        """The name of the attribute that distributes the gratings; empty for none."""
         return self.attribute if self.shares and self.pattern == ATTRIBUTE else ""
 
     def of_others(self, count: int) -> "Variation":
-        """The choice with this number of further gratings at most: the first has the others' shares as well."""
+        """The variation with at most `count` further gratings; the first grating takes over the other shares."""
         return replace(self, shares=self.shares[:count])
 
     @property
     def summary(self) -> str:
-        """The choice in a few words."""
+        """A short description of the variation."""
         told = []
         if self.shares:
             told.append(" + ".join(f"{share:.0%}" for share in (1.0 - sum(self.shares), *self.shares)))
@@ -58,12 +57,12 @@ class Variation:
         return ", ".join(told) or "None"
 
     def as_property(self) -> dict[str, Any]:
-        """The choice as a custom property holds it."""
+        """The variation as a value for a custom property."""
         return asdict(self) | {"shares": [float(share) for share in self.shares]}
 
     @classmethod
     def from_property(cls, held: stored.Record | None) -> "Variation":
-        """The choice that a custom property holds; no variation where there is none."""
+        """The variation stored in a custom property; no variation if there is none."""
         if held is None:
             return cls()
         shares = stored.some_numbers(held, "shares", _SHARES_MAX)

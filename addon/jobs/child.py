@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Precompute's work in a process of its own. Blender's interface stays alive, and work is cancelled by ending the
-process."""
+"""Precompute jobs in a separate process: Blender's interface stays responsive, and ending the process cancels a job."""
 
 import importlib.util
 import json
@@ -24,19 +23,19 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @dataclass(frozen=True)
 class Deadline:
-    """Ends a job that hangs, such as one that reads a scan from a drive that does not answer.
+    """The time limit for a job that hangs, for example while reading a scan from a drive that does not answer.
 
-    seconds  after which the job is ended; longer than any honest job takes
-    failure  what the user then reads: the file or mesh, what was not done, and the remedy"""
+    seconds  limit, longer than any valid job takes
+    failure  error for the user: the file or mesh, what was not done, and the remedy"""
 
     seconds: float
     failure: GratingError
 
 
 class Job(ChildProcess):
-    """`python -m precompute VERB ... -o FOLDER` with JSON progress.
+    """A process `python -m precompute VERB ... -o FOLDER` that reports progress as JSON.
 
-    Without a folder it writes into the private one, which is removed with the job."""
+    Without a folder, it writes into its private folder, which is removed with the job."""
 
     def __init__(
         self,
@@ -46,8 +45,7 @@ class Job(ChildProcess):
         *,
         deadline: Deadline,
     ) -> None:
-        """Start it. Arguments may be made by a function, which is given the private folder to write files there for
-        the verb to read. Raises GratingError where no file can be written."""
+        """Start the process. `arguments` may write files into the private folder. Raises GratingError if this fails."""
 
         self._verb, self._deadline = verb, deadline
 
@@ -60,7 +58,7 @@ class Job(ChildProcess):
         super().__init__(prepare, child_environment(), longest_seconds=deadline.seconds)
 
     def progress(self) -> tuple[str, float]:
-        """The stage and the fraction of it that is done, as last reported."""
+        """The last reported stage, and its completed fraction."""
         for line in reversed(lines_of(self.err_path)):
             if line.startswith('{"stage"') and line.endswith("}"):
                 report = json.loads(line)
@@ -68,9 +66,8 @@ class Job(ChildProcess):
         return "starting", 0.0
 
     def result(self, take: Callable[[dict[str, Any]], Any] = lambda facts: facts) -> Any:
-        """What `take` makes of the facts of the run, once it has ended; by default the facts. It may read files in the
-        private folder, which is removed after it. Raises the process's own GratingError if it failed, or the
-        deadline's if it was late."""
+        """What `take` returns for the facts that the finished process reported; by default the facts. `take` may read
+        files in the private folder, which is then removed. Raises GratingError if the process failed or was late."""
         told = lines_of(self.err_path)
         try:
             if self.status == 0:
@@ -85,15 +82,15 @@ class Job(ChildProcess):
         raise failure_in(told) or GratingError(self._verb, fault, "try again")
 
     def clean_up(self) -> None:
-        """Remove the private folder, and what the process has left in the job's name where it was killed."""
+        """Remove the private folder, and partial files that a killed process left behind."""
         for left in self._written.glob(f".*.{self.folder.name}.partial"):
             shutil.rmtree(left, ignore_errors=True)
         super().clean_up()
 
 
 def child_environment() -> dict[str, str]:
-    """The process's environment: it finds precompute in this extension, the packages where this Blender has them, and
-    the extension's cache. What needs a package that is missing or broken fails there with one line."""
+    """The environment of the process: it finds precompute in this extension, the packages of this Blender, and the
+    cache. A missing or broken package gives a one-line error in the process that needs it."""
     folders = [str(ROOT)]
     for package in ("numpy", "OpenEXR", "PIL", "xatlas"):
         spec = importlib.util.find_spec(package)

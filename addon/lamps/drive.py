@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Properties of the scene, or of an object in it, that drivers write. What is driven already as wanted is not touched:
-each write would make Blender evaluate the scene again."""
+"""Driven custom properties of the scene or an object. Unchanged drivers are kept: a write re-evaluates the scene."""
 
 import re
 from collections.abc import Sequence
@@ -10,7 +9,7 @@ import bpy
 
 from ..blender import stored
 
-# What holds a value that a driver reads: a data-block, or the view layer that is being evaluated.
+# What holds a value that a driver reads: a data-block, or the view layer being evaluated.
 VIEW_LAYER = "view layer"
 Holder = bpy.types.ID | str
 _ID_TYPES = {bpy.types.Object: "OBJECT", bpy.types.Collection: "COLLECTION", bpy.types.Scene: "SCENE"}
@@ -18,8 +17,7 @@ _ID_TYPES = {bpy.types.Object: "OBJECT", bpy.types.Collection: "COLLECTION", bpy
 
 @dataclass(frozen=True)
 class Variable:
-    """A value that a driver reads: its name in expressions, what holds it, its path there, and the value in its place
-    where there is no such path."""
+    """A value that a driver reads: name in expressions, holder, path there, and fallback if the path is missing."""
 
     name: str
     holder: Holder
@@ -28,19 +26,20 @@ class Variable:
 
 
 class Drivers:
-    """The drivers of a scene's own properties, or of those of a holder in the scene."""
+    """The drivers of custom properties of a scene, or of a holder in the scene."""
 
     def __init__(self, scene: bpy.types.Scene, holder: bpy.types.Object | None = None):
         self.scene, self.holder = scene, holder or scene
         curves = self.holder.animation_data.drivers if self.holder.animation_data else ()
-        # A curve with keys, as Blender 5.2 makes it, rounds a driver's value to a key that is nearer than 1e-4.
+        # A curve with keyframes, which Blender 5.2 creates, snaps a driver's value to a keyframe within 1e-4.
         self._present = {(c.data_path, c.array_index): c.driver for c in curves if not c.keyframe_points}
 
     def drive(self, name: str, expressions: Sequence[str], variables: Sequence[Variable]) -> bool:
-        """Drive the numbers of a property, which is made if need be, by an expression each; whether anything changed.
+        """Drive each number of a property by an expression, creating the property if needed. Return whether anything
+        changed.
 
-        A driver gets only the variables that its expression uses. Blender evaluates simple expressions only up to 255
-        characters, so blanks around operators are left out."""
+        A driver gets only the variables that its expression uses. Blender evaluates simple expressions without Python
+        only up to 255 characters, so blanks around operators are removed."""
         wanted = [re.sub(r" ?([-+*/,<>]) ?", r"\1", expression) for expression in expressions]
         used = [_used(expression, variables) for expression in wanted]
         path = f'["{name}"]'
@@ -51,7 +50,7 @@ class Drivers:
         self.holder.driver_remove(path)
         for index, expression in enumerate(wanted):
             curve = self.holder.driver_add(path, index)
-            assert isinstance(curve, bpy.types.FCurve)  # with an index it is one
+            assert isinstance(curve, bpy.types.FCurve)  # given an index, it returns one curve
             curve.keyframe_points.clear()
             driver = curve.driver
             driver.type = "SCRIPTED"
@@ -61,7 +60,7 @@ class Drivers:
         return True
 
     def remove(self, name: str) -> bool:
-        """Remove a property and its drivers; whether it was there."""
+        """Remove a property and its drivers. Return whether it existed."""
         if name not in self.holder:
             return False
         self.holder.driver_remove(f'["{name}"]')
@@ -92,7 +91,7 @@ def _reads(made: bpy.types.DriverVariable, wanted: Variable) -> bool:
 def _add(driver: bpy.types.Driver, wanted: Variable) -> None:
     made = driver.variables.new()
     made.name = wanted.name
-    if isinstance(wanted.holder, str):  # VIEW_LAYER
+    if isinstance(wanted.holder, str):  # the view layer
         made.type = "CONTEXT_PROP"
         target = made.targets[0]
         target.context_property = "ACTIVE_VIEW_LAYER"

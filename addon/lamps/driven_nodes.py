@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Properties of the scene as nodes read them: drivers of the nodes copy the numbers.
+"""Reading scene properties in nodes: drivers copy the numbers into the nodes.
 
-The Attribute node (View Layer) reads such properties too. But EEVEE looks each one up in a loop of its own for every
-pixel, and a compiler may take time that grows with the third power of the number of loops: minutes from a dozen on. A
-number that a driver writes is a constant of the shader, and a change of it compiles nothing again.
+The Attribute node (View Layer) could read the properties too. But EEVEE searches for each property in a separate loop
+in every pixel, and some compilers take time cubic in the number of loops: minutes from a dozen on. A driven number is a
+constant of the shader, and changing it needs no recompilation.
 
-The drivers have no expression, and no target but the scene that is being evaluated. So Blender evaluates them with
-auto-run of scripts off, and a material that is appended to another file brings nothing else with it.
-"""
+The drivers need no Python, and their only target is the scene being evaluated. So they work with auto-run of scripts
+off, and appending a material to another file brings nothing else along."""
 
 from collections.abc import Mapping
 
@@ -17,8 +16,7 @@ from ..nodes.builder import Tree, Value
 
 
 def read_property(tree: Tree, name: str) -> tuple[Value, Value]:
-    """Add nodes that hold a custom property of the scene: its first three numbers as a vector, and its fourth. They are
-    0 where there is no such property."""
+    """Add nodes that hold a custom property of the scene: its first three numbers as a vector, and its fourth, or 0."""
     vector = tree.node("ShaderNodeCombineXYZ", label=name)
     number = tree.node("ShaderNodeValue", label=name)
     for index, socket in enumerate((*vector.inputs, number.outputs[0])):
@@ -27,9 +25,8 @@ def read_property(tree: Tree, name: str) -> tuple[Value, Value]:
 
 
 def drive_by_scene(tree: Tree, expression: str, variables: Mapping[str, str], *, label: str) -> Value:
-    """Add a node that holds a number which an expression makes of properties of the scene that is being evaluated, by
-    their paths from it; 0 stands for a property that is absent. The expression is one of those that Blender evaluates
-    without Python."""
+    """Add a node that holds an expression of scene properties, given by their paths in the scene being evaluated. A
+    missing property counts as 0. The expression must be one that Blender evaluates without Python."""
     socket = tree.node("ShaderNodeValue", label=label).outputs[0]
     driver = _new_driver(socket, "SCRIPTED")
     driver.expression = expression
@@ -39,14 +36,14 @@ def drive_by_scene(tree: Tree, expression: str, variables: Mapping[str, str], *,
 
 
 def _follow(socket: bpy.types.NodeSocket, path: str) -> None:
-    """Drive a socket's value by a number of the scene that is being evaluated, else by 0."""
+    """Drive a socket's value by a number of the scene being evaluated; 0 if it is missing."""
     _add_variable(_new_driver(socket, "SUM"), path)
 
 
 def _new_driver(socket: bpy.types.NodeSocket, kind: str) -> bpy.types.Driver:
     curve = socket.driver_add("default_value")
-    assert isinstance(curve, bpy.types.FCurve)  # of one number it is one
-    curve.keyframe_points.clear()  # Blender 5.2 makes some, and rounds the driver's values to them
+    assert isinstance(curve, bpy.types.FCurve)  # for a single number it returns one curve
+    curve.keyframe_points.clear()  # Blender 5.2 creates some and snaps the driver's value to them
     curve.driver.type = kind  # type: ignore[assignment]  # the stubs list the names
     socket.default_value = 0.0
     return curve.driver

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The lamps of a scene: which of them light diffraction, and which of their features it does not follow."""
+"""The lamps of a scene: which of them light diffraction, and which of their features are not supported."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -15,39 +15,35 @@ if TYPE_CHECKING:
 
 # Finds the bounding boxes (n, 2, 3) of what the lamps light (strength.py). Called only if there are too many lamps.
 LitBoxes = Callable[[bpy.types.Scene], "np.ndarray"]
-# Every lamp costs time in every pixel, so only the brightest are followed.
+# Each lamp costs time in every pixel, so only the brightest are used.
 LAMPS_MAX = 8
-# So many lamps that are left out are named.
+# The largest number of left-out lamps that a warning names.
 _NAMED_MAX = 8
-# A lamp takes the place of a followed one if it is brighter by more than this factor. Without it, a lamp that moves to
-# and fro where two are equally bright would have drivers written at each step. A factor of 1.5 is half a stop of a
-# camera, or 22 % of a distance: the choice loses little light by it.
+# A lamp replaces a followed one only if it is brighter by more than this factor. Otherwise, a lamp moving where two are
+# equally bright would rewrite drivers at each step. The factor is about half a photographic stop, or 22 % in distance.
 _LEAD = 1.5
-# A custom property of a lamp's data, also in saved files: it is a Diffraction Lamp, which sends diffracted light
-# (materials/diffraction_lamp.py).
+# Custom property of lamp data, saved in files: marks a Diffraction Lamp (materials/diffraction_lamp.py).
 DIFFRACTION_LAMP = "ng_fan"
 
 
 def lamps_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """All lamps of the scene, also those that are hidden now: they may be shown later. Diffraction Lamps are not
-    counted."""
+    """All lamps of the scene, including hidden ones, which may be shown later. Diffraction Lamps are not counted."""
     return [o for o in scene.collection.all_objects if o.type == "LIGHT" and not is_fan(o)]
 
 
 def is_fan(lamp: bpy.types.Object) -> bool:
-    """Whether a lamp is a Diffraction Lamp. Its light was counted where it was diffracted."""
+    """Whether a lamp is a Diffraction Lamp. Its light has already been diffracted."""
     return DIFFRACTION_LAMP in lamp.data
 
 
 def brightest(
     scene: bpy.types.Scene, *, followed: Sequence[bpy.types.Object] = (), lit: LitBoxes | None = None
 ) -> list[bpy.types.Object]:
-    """The lamps that light diffraction, at most LAMPS_MAX of them, in the order of the panel's list: suns first, then
-    by strength, then by name.
+    """The lamps that light diffraction, at most LAMPS_MAX, in the panel's order: suns first, then by strength, then by
+    name.
 
-    If there are more lamps, those that the render shows are chosen before hidden ones, then those that send the most
-    light to the boxes that `lit` finds. A lamp that is followed already gives its place only to one that is clearly
-    brighter."""
+    If there are more, lamps visible in the render come first, then the ones that send the most light to the boxes that
+    `lit` finds. A followed lamp is replaced only by a clearly brighter one."""
     lamps = lamps_of(scene)
     if len(lamps) > LAMPS_MAX:
         lamps = _chosen(scene, lamps, set(followed), lit)
@@ -57,7 +53,7 @@ def brightest(
 def _chosen(
     scene: bpy.types.Scene, lamps: list[bpy.types.Object], followed: set[bpy.types.Object], lit: LitBoxes | None
 ) -> list[bpy.types.Object]:
-    from .strength import irradiances  # most files load no more than this
+    from .strength import irradiances  # imported here because most files do not need it
 
     strengths = irradiances(lamps, lit(scene) if lit is not None else ()).tolist()
     order = [
@@ -68,9 +64,9 @@ def _chosen(
 
 
 def instanced_lamps(depsgraph: bpy.types.Depsgraph) -> list[str]:
-    """Names of the lamps that instances of collections or particles show.
+    """The names of lamps that are instanced by collections or particles.
 
-    Such a lamp is one object at many places, and no driver can follow all of them."""
+    An instanced lamp is one object at many places, and drivers cannot follow all of them."""
     if not _may_be_instanced(list(bpy.data.lights)):
         return []
     instances = [i.object.original for i in depsgraph.object_instances if i.is_instance and i.object.type == "LIGHT"]
@@ -78,8 +74,8 @@ def instanced_lamps(depsgraph: bpy.types.Depsgraph) -> list[str]:
 
 
 def _may_be_instanced(lights: list[bpy.types.Light]) -> bool:
-    """Whether instances may show a lamp of the file: it, or a collection that holds it, is used by something that is
-    neither a scene nor a collection, or a parent of it shows instances. To look through all instances takes long."""
+    """Whether instances may show a lamp of the file: something other than a scene or a collection uses it or its
+    collection, or a parent of it is an instancer. Avoids a slow search through all instances."""
     found: set[bpy.types.ID] = set(lights)
     pending = found
     while pending:
@@ -101,15 +97,13 @@ def _has_instancer_above(thing: bpy.types.Object) -> bool:
 
 
 def instances_are_not_followed(names: list[str]) -> str:
-    """The message that names instanced lamps and their remedy."""
+    """The warning that names instanced lamps and the remedy."""
     return f"instanced lamps do not light diffraction: {', '.join(names)}; use Object > Apply > Make Instances Real"
 
 
 def unfollowed_features(scene: bpy.types.Scene, counted: Sequence[bpy.types.Object]) -> list[str]:
-    """One line for each feature of the lamps that diffraction does not follow. `counted`: the lamps that light
-    diffraction, of which there are LAMPS_MAX at most.
-
-    Lamps that are left out are named if the render shows them."""
+    """One warning line for each lamp feature that diffraction does not support, and one that names the lamps not among
+    `counted`, if the render shows them."""
     lamps = lamps_of(scene)
     lines = []
     if len(lamps) > LAMPS_MAX:
@@ -127,7 +121,7 @@ def unfollowed_features(scene: bpy.types.Scene, counted: Sequence[bpy.types.Obje
 
 
 def _has_own_nodes(lamp: bpy.types.Light) -> bool:
-    """Whether the lamp's nodes are more than the white emission of strength 1 that every lamp has."""
+    """Whether the lamp has nodes other than the white emission of strength 1 that every lamp has."""
     tree = compat.lamp_nodes(lamp)
     nodes = tree.nodes if tree is not None else ()
     return not all(n.type == "OUTPUT_LIGHT" or _is_plain_emission(n) for n in nodes)

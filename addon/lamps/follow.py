@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finding out which lamps the scene's properties follow, and making the properties follow the scene's present lamps.
+"""Which lamps the scene's properties follow, and making them follow the lamps that are in the scene now.
 
-A scene without lamps has no such properties. Nodes then read 0, and the diffraction is dark."""
+A scene without lamps has no properties. Nodes then read 0, and the diffraction is black."""
 
 import bpy
 
@@ -15,7 +15,7 @@ _FIRST = {f'["{property_name(index, "place")}"]': index for index in range(LAMPS
 
 
 def followed_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """The lamps that the scene's properties follow, as their drivers say. A lamp that is gone is left out."""
+    """The lamps that the scene's properties follow, read from their drivers. Deleted lamps are left out."""
     if lamp_count(scene) == 0 or scene.animation_data is None:
         return []
     found = {}
@@ -26,24 +26,24 @@ def followed_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 
 
 def _lamp_of(driver: bpy.types.Driver) -> bpy.types.Object | None:
-    """The lamp that a driver reads first; None where it is gone, or where an artist edited the driver."""
+    """The lamp that a driver reads first; None if it was deleted, or if an artist edited the driver."""
     read = [target.id for variable in driver.variables for target in variable.targets][:1]
     return next((each for each in read if isinstance(each, bpy.types.Object) and each.type == "LIGHT"), None)
 
 
 def counted_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """The lamps that the scene's properties follow; if they follow none, those that they would follow."""
+    """The lamps that the scene's properties follow; if there are none, the lamps that they would follow."""
     return followed_lamps(scene) or brightest(scene)
 
 
 def follow_lamps(
     scene: bpy.types.Scene, *, in_viewport: bool = False, lit: LitBoxes | None = None
 ) -> list[bpy.types.Object]:
-    """Make the scene's properties follow its lamps, at most LAMPS_MAX of them; the lamps that are followed.
+    """Make the scene's properties follow its lamps, at most LAMPS_MAX. Return the followed lamps.
 
-    What is as it should be is not written. Lamps that are followed already stay before new ones, so that another
-    strength does not change their order. `in_viewport`: what only the viewport hides is hidden too. `lit` finds what
-    the lamps light: of too many lamps, the brightest there are chosen (find.brightest)."""
+    Unchanged drivers are not written. Lamps that are already followed stay before new ones, so that a change of
+    strength keeps their order. With `in_viewport`, lamps hidden only in the viewport count as hidden. `lit` finds the
+    boxes that the lamps light, to choose the brightest of too many lamps (find.brightest)."""
     followed = followed_lamps(scene)
     chosen = brightest(scene, followed=followed, lit=lit)
     before = [lamp for lamp in followed if lamp in chosen]
@@ -60,29 +60,29 @@ def follow_lamps(
 
 
 def update_shown(scene: bpy.types.Scene, lamps: list[bpy.types.Object], *, in_viewport: bool) -> None:
-    """Note which of the followed lamps each view layer shows (rendered_lamps.py)."""
+    """Store which of the followed lamps each view layer shows (rendered_lamps.py)."""
     if note_shown(scene, lamps, in_viewport=in_viewport):
         scene.update_tag()
 
 
 def stop_following(scene: bpy.types.Scene) -> None:
-    """Remove the drivers and the properties."""
+    """Remove all drivers and properties."""
     _forget(Drivers(scene), 0)
     note_shown(scene, [], in_viewport=False)
 
 
 def _forget(drivers: Drivers, first: int) -> bool:
-    """Remove the drivers and the properties from lamp `first` on; whether there was anything to remove."""
+    """Remove the drivers and properties of lamp `first` and all after it. Return whether any existed."""
     names = [property_name(index, what) for index in range(first, LAMPS_MAX) for what in (*PROPERTIES, ON)]
     removed = [drivers.remove(name) for name in names]
     return any(removed)
 
 
 def is_on(scene: bpy.types.Scene, index: int) -> bool:
-    """Whether the followed lamp of this index was shown when Blender last evaluated the scene."""
+    """Whether the followed lamp with this index was shown when Blender last evaluated the scene."""
     return (stored.numbers(scene, property_name(index, ON), 1) or (0.0,))[0] > 0
 
 
 def lamp_count(scene: bpy.types.Scene) -> int:
-    """How many lamps the scene's properties describe."""
+    """The number of lamps that the scene's properties describe."""
     return sum(property_name(index, "place") in scene for index in range(LAMPS_MAX))

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the scene's lamps send to places: in NumPy what the nodes of lamp_group.py have there, from the same properties
-of the scene. No shadow is in it."""
+"""Irradiance of the scene's lamps at given points, in NumPy, without shadows. Mirrors the nodes of lamp_group.py."""
 
 from dataclasses import dataclass
 
@@ -16,11 +15,11 @@ from .strength import LUMINANCE
 
 @dataclass(frozen=True)
 class Sent:
-    """What a lamp sends to places.
+    """The light from one lamp at n points.
 
     direction   (n, 3), unit vectors to the lamp
-    irradiance  (n,), luminance of the irradiance of a surface that faces the lamp, W/m2
-    variance    (n,), of the lamp's disc in the sky along one axis, rad2"""
+    irradiance  (n,), luminance of the irradiance on a surface facing the lamp, W/m2
+    variance    (n,), of the lamp's disc as seen from the point, along one axis, rad2"""
 
     direction: np.ndarray
     irradiance: np.ndarray
@@ -28,8 +27,8 @@ class Sent:
 
 
 def lamps_sent(scene: bpy.types.Scene, thing: bpy.types.Object, places: np.ndarray) -> list[Sent]:
-    """What each lamp that a scene follows, as it was last evaluated, sends to places (n, 3) of an object in the scene's
-    space; lamps that are dark, or that light linking keeps from the object, are left out."""
+    """The light from each followed lamp at points (n, 3) of an object, in world space, as the scene was last evaluated.
+    Lamps that are dark, or that light linking excludes for the object, are left out."""
     found = []
     for index in range(lamp_count(scene)):
         held = [stored.numbers(scene, property_name(index, what), 4) for what in PROPERTIES]
@@ -42,7 +41,7 @@ def lamps_sent(scene: bpy.types.Scene, thing: bpy.types.Object, places: np.ndarr
 
 
 def _from_lamp(packed: np.ndarray, places: np.ndarray) -> Sent:
-    """Of a lamp whose properties (4, 4) are those of pack.py."""
+    """The light from a lamp with the properties (4, 4) of pack.py."""
     (place, power, z, x), (disc, scales, rim_outer, rim_inner) = packed[:, :3], packed[:, 3]
     is_sun = disc <= -0.5
     away = np.broadcast_to(place, places.shape) if is_sun else place - places

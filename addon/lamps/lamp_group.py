@@ -1,21 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Lamp node group: what one of the scene's lamps sends to the shaded point.
+"""The Lamp node group: the light from one of the scene's lamps at the shaded point.
 
 | output     | symbol | unit  | meaning |
 |------------|--------|-------|---------|
 | To Light   | wi     |       | unit vector to the lamp |
-| Irradiance | E      | W/m2  | on a surface that faces the lamp, unshadowed |
-| Variance   |        | rad2  | of the lamp's disc in the sky, along one axis |
+| Irradiance | E      | W/m2  | on a surface that faces the lamp, without shadows |
+| Variance   |        | rad2  | of the lamp's disc as seen from the point, along one axis |
 | Distance   | d      | m     | to the lamp |
 | Shadow     |        |       | 1 if the lamp casts shadows |
 
     sun:      wi = place,               E = power
     others:   wi = (place - P) / d,     E = power cone(wi) / d^2
 
-P is the shaded point; the inputs are the scene's four properties of the lamp (pack.py). One group serves every lamp, of
-whatever kind. So a material need not change when a lamp becomes another kind, and it can be given more lamps without a
-new data-block: Blender's undo would lose one that no step of it has made.
-"""
+P is the shaded point. The inputs are the scene's four properties of the lamp (pack.py). One group serves lamps of all
+kinds: a material need not change when a lamp changes its kind, and more lamps need no new data-block, which Blender's
+undo would lose if no undo step created it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -31,16 +30,16 @@ from .driven_nodes import read_property
 from .light_linking import read_unlinked
 from .pack import PROPERTIES, PackedLamp, property_name, unpack
 
-# The name of a custom property that marks the group, also in saved files.
+# Custom property that marks the group, saved in files.
 _LAMP = "ng_key_light"
 _NAME = "Lamp Irradiance"
-# A property's vector, and its fourth number.
+# The vector of each property, and its fourth number.
 _INPUTS = tuple(
     Socket(name, kind, "A property of the scene")
     for what in PROPERTIES
     for name, kind in ((what, "Vector"), (f"{what} 4", "Float"))
 )
-# The distance to a sun, in metres: further than any scene reaches.
+# The distance to a sun, in metres: larger than any scene.
 FAR = 1e5
 _TO_LIGHT = Socket("To Light", "Vector", "Unit vector to the lamp")
 _IRRADIANCE = Socket("Irradiance", "Color", "On a surface that faces the lamp, W/m2")
@@ -52,14 +51,8 @@ _OUTPUTS = (_TO_LIGHT, _IRRADIANCE, _VARIANCE, _DISTANCE, _SHADOW)
 
 @dataclass(frozen=True)
 class Light:
-    """What a lamp sends to the shaded point.
-
-    direction     unit vector to the lamp
-    irradiance    on a surface that faces the lamp, W/m2
-    variance      of the lamp's disc in the sky along one axis, rad2
-    distance      to the lamp, m
-    casts_shadow  1 or 0
-    """
+    """The light from a lamp at the shaded point: unit vector to the lamp, irradiance (W/m2) on a surface that faces it,
+    variance (rad2) of its disc as seen from the point along one axis, distance (m), and 1 or 0 for shadows."""
 
     direction: Value
     irradiance: Value
@@ -69,28 +62,27 @@ class Light:
 
 
 def light_of(tree: Tree, index: int, linked: bool) -> Light:
-    """Add the nodes of the scene's lamp `index` to a tree; what it sends. `linked`: with light linking's marks."""
+    """Add nodes for the scene's lamp `index`. `linked`: apply light linking."""
     packed = [value for what in PROPERTIES for value in read_property(tree, property_name(index, what))]
     light = light_from(tree, packed, label=f"Lamp {index}")
     return replace(light, irradiance=light.irradiance * (1.0 - read_unlinked(tree, index))) if linked else light
 
 
 def light_of_object(tree: Tree) -> Light:
-    """Add the nodes of the lamp whose properties the object itself holds (pack.py), as its lamp 0; what it sends."""
+    """Add nodes for the lamp whose properties the object itself holds, as its lamp 0 (pack.py)."""
     packed = [value for what in PROPERTIES for value in tree.attribute(property_name(0, what), "OBJECT")]
     return light_from(tree, packed, label="Lamp")
 
 
 def light_from(tree: Tree, packed: Sequence[Operand], *, label: str) -> Light:
-    """Add the nodes of a packed lamp (pack.py) to a tree, of each property its vector and its fourth number; what it
-    sends."""
+    """Add nodes for a packed lamp (pack.py): the vector and the fourth number of each property."""
     given = {socket.name: value for socket, value in zip(_INPUTS, packed, strict=True)}
     outputs = tree.group(lamp_group(), given, label=label)
     return Light(*(outputs[socket.name] for socket in _OUTPUTS))
 
 
 def lamp_group() -> bpy.types.NodeTree:
-    """The file's Lamp group, made if need be."""
+    """The file's Lamp group, created if needed."""
     for group in bpy.data.node_groups:
         if stored.text(group, _LAMP) == _NAME and group.library is None and _is_whole(group):
             return group
@@ -101,7 +93,7 @@ def lamp_group() -> bpy.types.NodeTree:
 
     lamp = unpack(tree, list(tree.inputs().values()))
     position = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Position"])
-    # A sun's place is a unit vector, and its distance 1.
+    # For a sun, place is a unit vector, so the distance is 1.
     away = lamp.place - position * lamp.is_local
     squared_distance = tree.maximum(tree.dot(away, away), 1e-18)
     distance = tree.sqrt(squared_distance)
@@ -119,7 +111,7 @@ def _is_whole(group: bpy.types.NodeTree) -> bool:
 
 
 def _cone(tree: Tree, lamp: PackedLamp, wi: Value) -> Value:
-    """Blender's own formulas: a spot's soft cone in the lamp's own space, an area lamp's cosine, 1 for others."""
+    """The angular falloff by Blender's formulas: a soft cone for a spot, a cosine for an area lamp, 1 for others."""
     axis = tree.normalize(lamp.z)
     y = tree.cross(axis, lamp.x) * lamp.x_over_y
     own_z = tree.dot(wi, lamp.z)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light linking: which objects a lamp does not light, marked on the objects and read by nodes."""
+"""Light linking: marks on objects for the lamps that do not light them, read by nodes."""
 
 import bpy
 
@@ -7,12 +7,12 @@ from ..nodes.builder import Tree, Value
 from .find import LAMPS_MAX
 from .pack import property_name
 
-# A custom property of an object: 1 where light linking keeps the lamp from the object.
+# Custom property of an object: 1 if light linking excludes the lamp for the object.
 _UNLINKED = "unlinked"
 
 
 def mark_unlinked(scene: bpy.types.Scene, lamps: list[bpy.types.Object]) -> None:
-    """Mark the scene's objects that the lamps do not light, each lamp by its index, and clear all other marks."""
+    """Mark each object of the scene with the indices of the lamps that do not light it, and clear all other marks."""
     receivers = [lamp.light_linking.receiver_collection for lamp in lamps]
     names = [property_name(index, _UNLINKED) for index in range(LAMPS_MAX)]
     for thing in scene.collection.all_objects:
@@ -29,7 +29,7 @@ def mark_unlinked(scene: bpy.types.Scene, lamps: list[bpy.types.Object]) -> None
 
 
 def is_linked(lamp: bpy.types.Object) -> bool:
-    """Whether the lamp has a list of objects that it lights, or does not light."""
+    """Whether the lamp has a light linking list."""
     return lamp.light_linking.receiver_collection is not None
 
 
@@ -40,12 +40,12 @@ def read_unlinked(tree: Tree, index: int) -> Value:
 
 
 def is_unlinked(thing: bpy.types.Object, index: int) -> bool:
-    """Whether an object is marked as one that the lamp of this index does not light."""
+    """Whether an object is marked as not lit by the lamp with this index."""
     return property_name(index, _UNLINKED) in thing
 
 
 def _receives(receivers: bpy.types.Collection, mesh: bpy.types.Object) -> bool:
-    """Whether a lamp with this list of receivers lights the object. The list names objects to light, or not to."""
+    """Whether a lamp with this list of receivers lights the object. Entries of the list include or exclude objects."""
     states = {}
     for item, entry in zip(receivers.objects, receivers.collection_objects, strict=True):
         states[item] = entry.light_linking.link_state
@@ -54,5 +54,5 @@ def _receives(receivers: bpy.types.Collection, mesh: bpy.types.Object) -> bool:
             states.setdefault(item, listed.light_linking.link_state)
     if mesh in states:
         return states[mesh] == "INCLUDE"
-    # As in Blender, a lamp whose list only excludes objects lights every object that the list does not name.
+    # As in Blender, a list that only excludes objects lets the lamp light all others.
     return "INCLUDE" not in states.values() and bool(states)

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a lamp is packed into four properties of the scene. Drivers write the properties and nodes read them; this file
-holds both sides.
+"""Packing a lamp into four properties of the scene: the drivers that write them and the nodes that read them.
 
-Materials read the properties by drivers of their own (driven_nodes.py). The drivers are simple expressions: Blender
-evaluates them with auto-run of scripts off and without this extension. Every change of a lamp is therefore followed,
-and a material that is appended to another scene follows that scene's lamps.
+Materials read the properties by their own drivers (driven_nodes.py). All drivers are simple expressions that Blender
+evaluates with auto-run of scripts off and without this extension. So diffraction follows every change of a lamp, and a
+material appended to another scene follows the lamps of that scene.
 
-The properties of the lamp `i` are named `ng_key_<i>_<what>`. Each holds a vector, then a fourth number:
+The properties of lamp `i` are named `ng_key_<i>_<what>`. Each holds a vector, then a fourth number:
 
     place   unit vector to a sun; position of another lamp, m
             mean variance v of the lamp's disc along one axis: v in m2; for a sun -1 - v, v in rad2
@@ -15,11 +14,10 @@ The properties of the lamp `i` are named `ng_key_<i>_<what>`. Each holds a vecto
     z       the lamp's z axis over its squared length
             cosine of the angle off the axis at which a spot begins to shine; 3 for an area lamp, -3 for others
     x       the lamp's x axis over its squared length
-            cosine of the angle within which a spot shines in full; 2 for an area lamp, -2 for others
+            cosine of the angle within which a spot has full brightness; 2 for an area lamp, -2 for others
 
-The Diffraction Lamp's material, which serves each lamp as an object, reads them from that object by the Attribute node.
-EEVEE looks each of those up in a loop of its own for every pixel: there are four of them and not more.
-"""
+Diffraction Lamps read the properties from their own object by Attribute nodes. EEVEE searches for each attribute in a
+separate loop in every pixel, so a lamp has only four properties."""
 
 import math
 from collections.abc import Sequence
@@ -32,15 +30,15 @@ from .drive import Drivers, Variable
 from .rendered_lamps import drive_on
 
 PROPERTIES = ("place", "power", "z", "x")
-# One number that the drivers of the power read, 0 where the lamp is not shown (rendered_lamps.py).
+# One number that the drivers of `power` read: 0 if the render does not show the lamp (rendered_lamps.py).
 ON = "on"
-# Values in place of a spot's outer and inner cosine for the other kinds of lamp. No cosine has these values, and the
-# smooth step from the first to the second value is 1 at every cosine.
+# Values in place of a spot's outer and inner cosines for other lamps. They are outside the range of cosines, and the
+# smooth step from the first to the second is 1 for all cosines.
 _AREA_RIM, _NO_RIM = ("3", "2"), ("-3", "-2")
 
 
 def property_name(index: int, what: str) -> str:
-    """The name of a lamp's property. Saved .blend files hold properties of these names: they must stay."""
+    """The name of a lamp's property. Saved .blend files contain these names, so they must not change."""
     return f"ng_key_{index}_{what}"
 
 
@@ -55,10 +53,9 @@ class PackedLamp:
     x_over_y      the lamp's x scale over its y scale
     casts_shadow  1 if it casts shadows, else 0
     z, x          the lamp's axes, each over its squared length
-    rim_outer     cosine at which the light begins, for a smooth step that is 1 for every lamp but a spot
-    rim_inner     cosine from which the light is full
-    is_not_area   0 for an area lamp, 1 for others
-    """
+    rim_outer     cosine at which the light begins, for a smooth step that is 1 for all lamps except spots
+    rim_inner     cosine from which the light has full brightness
+    is_not_area   0 for an area lamp, 1 for others"""
 
     place: Value
     is_local: Value
@@ -74,7 +71,7 @@ class PackedLamp:
 
 
 def unpack(tree: Tree, packed: Sequence[Value]) -> PackedLamp:
-    """Nodes that unpack a lamp: of each property its vector, then its fourth number."""
+    """Unpack a lamp by nodes, from the vector and the fourth number of each property."""
     place, disc, power, scales, z, rim_outer, x, rim_inner = packed
     is_local = tree.math("GREATER_THAN", disc, -0.5)
     return PackedLamp(
@@ -94,10 +91,9 @@ def unpack(tree: Tree, packed: Sequence[Value]) -> PackedLamp:
 
 
 def drive_properties(drivers: Drivers, index: int, lamp: bpy.types.Object) -> bool:
-    """Make the properties of a lamp and drive them by what the lamp is; whether anything changed.
+    """Create the properties of a lamp and the drivers that write them. Return whether anything changed.
 
-    Every driver reads the lamp's object, and the lamp's data through it. The data may be exchanged, and where the lamp
-    is gone all are 0."""
+    All drivers read the lamp's data through its object, so the data may be exchanged. They give 0 without the lamp."""
     data = lamp.data
     axes = {f"{name}{i}": f"matrix_world[{axis}][{i}]" for axis, name in enumerate("xyz") for i in range(3)}
     position = {name: f"matrix_world[3][{i}]" for i, name in enumerate("abc")}
@@ -108,7 +104,7 @@ def drive_properties(drivers: Drivers, index: int, lamp: bpy.types.Object) -> bo
     variables = [Variable(name, lamp, path) for name, path in paths.items()]
     variables.append(Variable("on", drivers.holder, f'["{property_name(index, ON)}"][0]'))
     variance = _variance(data)
-    # A lamp shines along its own -Z: a sun lies along +Z.
+    # A lamp shines along its own -Z, so the direction to a sun is +Z.
     is_sun = data.type == "SUN"
     place = [f"z{i} / max({_length('z')}, 1e-30)" for i in range(3)] if is_sun else "abc"
     strength = f"on * energy * pow(2, exposure) * {_per_watt(data)}"
@@ -116,7 +112,7 @@ def drive_properties(drivers: Drivers, index: int, lamp: bpy.types.Object) -> bo
     outer, inner = _AREA_RIM if data.type == "AREA" else _NO_RIM
     if data.type == "SPOT":
         outer = "cos(cone / 2)"
-        # At blend 0 the rim is sharp. It gets the least width that single precision can hold.
+        # A blend of 0 gives a sharp rim. It gets the smallest width that single precision resolves.
         inner = f"{outer} + max((1 - {outer}) * blend, 1e-5)"
     driven = {
         "place": (*place, f"-1 - {variance}" if is_sun else variance),
@@ -133,9 +129,9 @@ def drive_properties(drivers: Drivers, index: int, lamp: bpy.types.Object) -> bo
 def _per_watt(lamp: bpy.types.Light) -> str:
     """An expression for the factor from a lamp's strength to `power`.
 
-    A Blender point or spot lamp of P watts has a radiant intensity of P / (4 pi) W/sr, an area lamp P / pi along its
-    axis; a sun's strength is its irradiance. The strength of a lamp that is not normalized is multiplied by its area:
-    a sphere's for points and spots, for a sun the solid angle of its disc."""
+    A point or spot lamp of P watts has a radiant intensity of P / (4 pi) W/sr, and an area lamp P / pi along its axis.
+    A sun's strength is its irradiance. Without Normalize the strength is multiplied by the lamp's area: a sphere's for
+    points and spots, the solid angle of the disc for a sun."""
     pi = f"{math.pi:.9f}"
     if lamp.type == "SUN":
         return f"(1 if normalized else {pi} * pow(sin(min(angle, {pi}) / 2), 2))"
@@ -146,7 +142,7 @@ def _per_watt(lamp: bpy.types.Light) -> str:
 
 
 def _variance(lamp: bpy.types.Light) -> str:
-    """Expression for the mean variance along one axis: r^2 / 4 for a disc of radius r, s^2 / 12 for a side s."""
+    """An expression for the mean variance along one axis: r^2 / 4 for a disc of radius r, s^2 / 12 for a side s."""
     if lamp.type == "SUN":
         return "pow(sin(min(angle, 3.14159265) / 2), 2) / 4"
     if lamp.type in {"POINT", "SPOT"}:

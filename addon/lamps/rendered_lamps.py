@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which lamps light the picture: what the render does not show does not diffract.
+"""Which lamps light the picture: lamps that the render does not show do not diffract.
 
-Two things decide for each lamp. Drivers follow what can be animated: `hide_render` of the lamp and of its collections,
-its glossy visibility and its scale. A property of each view layer (`ng_key_shown`, one number for each lamp, absent
-where all are 1) holds what drivers cannot follow: whether the layer excludes the lamp's collections. While a window is
-open the property also holds whether the viewport hides the lamp, by an eye or a monitor. Renders and saved files know
-nothing of those, as in Blender.
-"""
+Drivers follow what can be animated: `hide_render` of the lamp and of its collections, its glossy visibility and its
+scale. Drivers cannot follow whether a view layer excludes the lamp's collections. A property of each view layer holds
+this (`ng_key_shown`, one number for each lamp, absent if all are 1). While a window is open, the property also holds
+whether an eye or monitor icon hides the lamp in the viewport. Renders and saved files ignore this, as in Blender."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, TypeVar
@@ -17,24 +15,23 @@ from ..blender import stored
 from .drive import VIEW_LAYER, Drivers, Variable
 
 _SHOWN = "ng_key_shown"
-# Lamps that Blender leaves out if they have no extent along one of their axes.
+# Lamp types that Blender ignores if their size along one of their axes is zero.
 _WITH_EXTENT = {"AREA", "SPOT"}
 _Held = TypeVar("_Held", bpy.types.Collection, bpy.types.LayerCollection)
 
 
 def drive_on(drivers: Drivers, index: int, lamp: bpy.types.Object, *, name: str) -> bool:
-    """Drive the property `name`, which is 1 where the render shows the lamp and else 0; whether anything
-    changed."""
+    """Drive the property `name`: 1 if the render shows the lamp, else 0. Return whether anything changed."""
     collections: dict[bpy.types.Collection, str] = {}
     hidden = []
     for way in _ways(drivers.scene.collection, set(lamp.users_collection)):
-        # The scene's own collection, the first of each way, cannot be hidden.
+        # Each chain starts with the scene's own collection, which cannot be hidden.
         names = [collections.setdefault(collection, f"h{len(collections)}") for collection in way[1:]]
         hidden.append(f"max({', '.join(names)})" if len(names) > 1 else names[0] if names else "0")
     factors = ["visible", "(1 - hidden)", f"(1 - min({', '.join(hidden)}))" if hidden else "0"]
     variables = [Variable(name, collection, "hide_render") for collection, name in collections.items()]
     variables += [Variable("hidden", lamp, "hide_render"), Variable("visible", lamp, "visible_glossy")]
-    if drivers.holder == drivers.scene:  # view layers note only the lamps that the scene follows
+    if drivers.holder == drivers.scene:  # view layers store only the lamps that the scene follows
         factors.insert(0, "shown")
         variables.append(Variable("shown", VIEW_LAYER, f'["{_SHOWN}"][{index}]', otherwise=1.0))
     if lamp.data.type in _WITH_EXTENT:
@@ -46,9 +43,9 @@ def drive_on(drivers: Drivers, index: int, lamp: bpy.types.Object, *, name: str)
 
 
 def note_shown(scene: bpy.types.Scene, lamps: Sequence[bpy.types.Object], *, in_viewport: bool) -> bool:
-    """Note in each view layer of the scene which lamps it shows; whether anything changed.
+    """Store in each view layer which lamps it shows. Return whether anything changed.
 
-    `in_viewport`: a lamp that only the viewport hides is hidden too."""
+    `in_viewport`: lamps that only the viewport hides count as hidden."""
     changed = False
     for layer in scene.view_layers:
         wanted = _shown(layer, lamps)
@@ -65,9 +62,9 @@ def note_shown(scene: bpy.types.Scene, lamps: Sequence[bpy.types.Object], *, in_
 
 
 def show_as_rendered(scene: bpy.types.Scene, lamps: Sequence[bpy.types.Object]) -> None:
-    """Take from the notes what only the viewport hides.
+    """Show lamps again that only the viewport hides.
 
-    Called beside Blender's main thread too, so numbers change in place: nothing is made or freed."""
+    Also called outside Blender's main thread, so numbers change in place and no memory is allocated or freed."""
     for layer in scene.view_layers:
         if stored.has_floats(layer, _SHOWN, len(lamps)):
             for index, shown in enumerate(_shown(layer, lamps)):
@@ -75,14 +72,14 @@ def show_as_rendered(scene: bpy.types.Scene, lamps: Sequence[bpy.types.Object]) 
 
 
 def rendered(scene: bpy.types.Scene, lamps: Sequence[bpy.types.Object]) -> list[bool]:
-    """For each lamp of the scene whether a render of some view layer shows it. A lamp that is hidden now counts as
-    shown if what hides it is animated: it may be shown in another frame."""
+    """For each lamp, whether a render of some view layer shows it. A hidden lamp counts as shown if the property that
+    hides it is animated, because it may be visible in another frame."""
     held = _in_shown_collections(scene)
     return [(held is None or lamp in held) and _renders(lamp) for lamp in lamps]
 
 
 def _in_shown_collections(scene: bpy.types.Scene) -> set[bpy.types.Object] | None:
-    """The objects of the collections that some view layer renders; None where it renders every collection."""
+    """The objects in collections that some view layer renders; None if all collections are rendered."""
     met, shown = set(), set()
     pending = [(layer.layer_collection, False) for layer in scene.view_layers]
     while pending:
@@ -97,7 +94,7 @@ def _in_shown_collections(scene: bpy.types.Scene) -> set[bpy.types.Object] | Non
 
 
 def _renders(lamp: bpy.types.Object) -> bool:
-    """Whether a render shows a lamp whose collections it shows."""
+    """Whether a render shows a lamp, given that it shows the lamp's collections."""
     if lamp.hide_render and not _is_animated(lamp, "hide_render"):
         return False
     if not lamp.visible_glossy and not _is_animated(lamp, "visible_glossy"):
@@ -107,7 +104,7 @@ def _renders(lamp: bpy.types.Object) -> bool:
 
 
 def _is_animated(holder: bpy.types.ID, path: str) -> bool:
-    """Whether keys or a driver set a property of a data-block."""
+    """Whether keyframes or a driver control a property of a data-block."""
     animation = getattr(holder, "animation_data", None)
     if animation is None:
         return False
@@ -117,17 +114,15 @@ def _is_animated(holder: bpy.types.ID, path: str) -> bool:
 
 
 def _keyed(holder: bpy.types.AnimData | bpy.types.NlaStrip) -> Iterator[bpy.types.FCurve]:
-    """The curves of an action, as what has the action uses it."""
+    """The F-curves of an action in the slot that its user has chosen."""
     if holder.action is not None:
         bags = (bag for layer in holder.action.layers for strip in layer.strips for bag in strip.channelbags)
         yield from (curve for bag in bags if bag.slot == holder.action_slot for curve in bag.fcurves)
 
 
 def _shown(layer: bpy.types.ViewLayer, lamps: Sequence[bpy.types.Object]) -> list[float]:
-    """For each lamp 1, or 0 where the view layer excludes it.
-
-    A lamp of several collections is there if one of them is. Of an excluded collection's lamp only the present
-    `hide_render` of its other collections counts."""
+    """For each lamp 1, or 0 if the view layer excludes it. A lamp in several collections is shown if one of them is; of
+    a lamp with an excluded collection, only the current `hide_render` of the others counts."""
     if not any(way[-1].exclude for way in _ways(layer.layer_collection)):
         return [1.0] * len(lamps)
     return [float(_is_in(layer, lamp)) for lamp in lamps]
@@ -142,8 +137,7 @@ def _is_in(layer: bpy.types.ViewLayer, lamp: bpy.types.Object) -> bool:
 def _ways(
     held: _Held, holders: set[bpy.types.Collection] | None = None, above: tuple[_Held, ...] = ()
 ) -> Iterator[tuple[_Held, ...]]:
-    """The chains of collections, or of a view layer's collections, that lead to one of the holders; without holders,
-    to any collection."""
+    """The chains of nested collections, or of a view layer's collections, to each holder; without holders, to all."""
     way: tuple[_Held, ...] = above + (held,)
     if holders is None or getattr(held, "collection", held) in holders:
         yield way

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sources of a scene's world, held by properties of the scene and read by nodes.
+"""The sources of a scene's world, stored in properties of the scene and read by nodes.
 
-A source is a compact bright part of the world: a sun in a sky, a window of an HDRI. To the surface it is a sun. The
-properties of source `i` are named `ng_world_<i>_<what>`, and hold numbers that nothing drives. When the world changes
-they are given up (workflow/fitting_worlds.py), and the closures take all of the world's light.
+A source is a compact bright part of the world, such as the sun in a sky or a window in an HDRI. The surface treats it
+as a sun. The properties of source `i` are named `ng_world_<i>_<what>` and have no drivers. When the world changes, the
+sources are removed (workflow/fitting_worlds.py), and the closures take over all light of the world.
 
     place   unit vector to the source; -1 - its variance in rad2 along one axis
-    power   its irradiance, W/m2, in the scene's linear RGB; 1, as its shadow is cast from its middle
-"""
+    power   its irradiance, W/m2, in the scene's linear RGB; 1, because shadow rays go to its centre"""
 
 from __future__ import annotations
 
@@ -24,15 +23,14 @@ from .lamp_group import FAR, Light
 if TYPE_CHECKING:
     from ...precompute.lights.sources import Source
 
-# Every source costs time in every pixel that the material fills. A world has as many as it needs.
+# Each source costs time in every pixel of the material.
 SOURCES_MAX = 8
-# What the scene notes of the fit: the world's fingerprint, and the share of its light that is bright and compact but in
-# no source.
+# Properties of the scene for the fit: the world's fingerprint, and the share of bright, compact light in no source.
 _FINGERPRINT, _MISSED = "ng_world_fingerprint", "ng_world_missed"
 
 
 def hold_sources(scene: bpy.types.Scene, sources: Sequence[Source], *, fingerprint: str, missed: float) -> None:
-    """Note a fit: at most SOURCES_MAX sources."""
+    """Store a fit with at most SOURCES_MAX sources."""
     forget_sources(scene)
     for index, source in enumerate(sources[:SOURCES_MAX]):
         scene[_name(index, "place")] = [*map(float, source.direction), -1.0 - float(source.variance)]
@@ -42,7 +40,7 @@ def hold_sources(scene: bpy.types.Scene, sources: Sequence[Source], *, fingerpri
 
 
 def forget_sources(scene: bpy.types.Scene) -> bool:
-    """Remove what is noted; whether anything was."""
+    """Remove all stored sources. Return whether there were any."""
     names = [_name(index, what) for index in range(SOURCES_MAX) for what in ("place", "power")]
     present = [name for name in (*names, _FINGERPRINT, _MISSED) if name in scene]
     for name in present:
@@ -53,18 +51,17 @@ def forget_sources(scene: bpy.types.Scene) -> bool:
 
 
 def source_count(scene: bpy.types.Scene) -> int:
-    """How many sources of its world the scene notes."""
+    """The number of sources that the scene stores."""
     return sum(_name(index, "place") in scene for index in range(SOURCES_MAX))
 
 
 def fitted_world(scene: bpy.types.Scene) -> str:
-    """The fingerprint of the world whose sources the scene notes; empty if it notes none, or if a note of them was
-    deleted or edited."""
+    """The fingerprint of the fitted world; empty if there is no fit, or if a property of it was deleted or edited."""
     return stored.text(scene, _FINGERPRINT) if _is_whole(scene) else ""
 
 
 def _is_whole(scene: bpy.types.Scene) -> bool:
-    """Whether the notes of the sources are as hold_sources makes them."""
+    """Whether the properties of all sources are complete."""
     noted = [[_name(index, what) in scene for what in ("place", "power")] for index in range(SOURCES_MAX)]
     names = [_name(index, what) for index in range(sum(map(any, noted))) for what in ("place", "power")]
     return all(stored.numbers(scene, name, 4) is not None for name in names)
@@ -76,7 +73,7 @@ def missed_share(scene: bpy.types.Scene) -> float:
 
 
 def source_light(tree: Tree, index: int) -> Light:
-    """Add the nodes that read the world's source `index` to a tree; what it sends. It is all 0 where there is none."""
+    """Add nodes that read the world's source `index`. All values are 0 if it does not exist."""
     (direction, disc), (irradiance, shadow) = (read_property(tree, _name(index, what)) for what in ("place", "power"))
     return Light(direction, irradiance, tree.maximum(-1.0 - disc, 0.0), FAR, shadow)
 

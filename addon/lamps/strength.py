@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How strongly lamps light objects, for the choice of the lamps that light diffraction (find.py).
+"""How strongly lamps light objects, to choose the lamps that light diffraction (find.py).
 
-Shadows do not count. Nor does the direction in which a spot or an area lamp points: a lamp may turn within a shot, and
-a render chooses its lamps once, at its start."""
+Shadows and the direction of spots and area lamps are ignored: lamps may turn, but a render chooses them only once."""
 
 import math
 from collections.abc import Sequence
@@ -10,26 +9,24 @@ from collections.abc import Sequence
 import bpy
 import numpy as np
 
-# The luminance of linear Rec.709. For a choice among lamps it is near enough in other working spaces.
+# The luminance of linear Rec.709. Accurate enough to choose lamps in other working spaces.
 LUMINANCE = (0.2126, 0.7152, 0.0722)
-# Distance from which lamps are compared if no object shows diffraction yet, m. It only decides between suns and other
-# lamps: from 3 m, as far as a lamp stands in a studio, a point lamp of 113 W is as bright as a sun of 1 W/m2.
+# The distance in metres at which lamps are compared if no object shows diffraction yet. It matters only between suns
+# and other lamps: at 3 m, typical of a studio, a point lamp of 113 W is as bright as a sun of 1 W/m2.
 _AFAR = 3.0
-# A lamp counts as at least this share of the box's half diagonal away. A lamp inside a box (beside a coil of a snake,
-# say) is somewhere beside the surface, not on it.
+# The least distance of a lamp, as a share of the box's half diagonal. A lamp inside a box is not on the surface.
 _NEAREST = 0.1
-# The share is 0 for a box of no extent. This is the least distance then, m.
+# The least distance in metres, for boxes of zero size.
 _LEAST = 1e-6
-# Lamps times boxes that are compared at once, so that arrays stay below 2 MB each.
+# Lamps times boxes compared at once, so that arrays stay below 2 MB each.
 _AT_ONCE = 2**16
 
 
 def irradiances(lamps: Sequence[bpy.types.Object], boxes: np.ndarray | tuple[()]) -> np.ndarray:
-    """For each lamp the greatest irradiance (luminance, W/m2) that it sends to one of the boxes (n, 2, 3), which are
-    least and greatest corners in the scene's space. Without boxes all lamps are compared from one distance.
+    """For each lamp, the largest irradiance (luminance, W/m2) at one of the boxes (n, 2, 3), which are minimum and
+    maximum corners in world space. Without boxes, all lamps are compared at the same distance.
 
-    The distance is that of a box's nearest point: a lamp beside one end of a long object lights that end, however far
-    away the object's centre is."""
+    The nearest point of a box counts: a lamp beside one end of a long object lights that end."""
     matrices = np.array([lamp.matrix_world for lamp in lamps], float).reshape(-1, 4, 4)
     scales = np.linalg.norm(matrices[:, :3, :2], axis=1).tolist()
     power = np.array([_power(lamp.data, *scale) for lamp, scale in zip(lamps, scales, strict=True)])
@@ -37,13 +34,13 @@ def irradiances(lamps: Sequence[bpy.types.Object], boxes: np.ndarray | tuple[()]
     squared = np.full(len(lamps), _AFAR**2 if len(boxes) == 0 else np.inf)
     parts = max(1, -(-len(boxes) * len(lamps) // _AT_ONCE))
     for part in np.array_split(boxes, parts) if len(boxes) else ():
-        # A box without a number for an edge, of a damaged mesh, is passed over.
+        # Boxes with NaN corners, from damaged meshes, are ignored.
         squared = np.fmin(squared, np.fmin.reduce(_squared_distances(matrices[:, :3, 3], part), axis=1))
     return np.nan_to_num(power / np.where(is_sun, 1.0, squared))
 
 
 def _squared_distances(places: np.ndarray, boxes: np.ndarray) -> np.ndarray:
-    """(lamps, boxes), from places (n, 3) to the nearest points of boxes (m, 2, 3)."""
+    """Squared distances (lamps, boxes) from points (n, 3) to the nearest points of boxes (m, 2, 3)."""
     low, high = boxes[:, 0], boxes[:, 1]
     outside = np.maximum(np.maximum(low - places[:, None], places[:, None] - high), 0.0)
     half_diagonal = np.linalg.norm(high - low, axis=1) / 2
@@ -51,9 +48,8 @@ def _squared_distances(places: np.ndarray, boxes: np.ndarray) -> np.ndarray:
 
 
 def _power(light: bpy.types.Light, x_scale: float, y_scale: float) -> float:
-    """The luminance of `power` (pack.py): a sun's irradiance, W/m2, or another lamp's radiant intensity, W/sr.
-
-    A lamp of negative strength takes light away. It counts by how much."""
+    """The luminance of `power` (pack.py): a sun's irradiance, W/m2, or another lamp's radiant intensity, W/sr; its
+    absolute value for lamps of negative strength."""
     red, green, blue = light.color
     if light.use_temperature:
         heat = light.temperature_color
@@ -63,7 +59,7 @@ def _power(light: bpy.types.Light, x_scale: float, y_scale: float) -> float:
 
 
 def _per_watt(light: bpy.types.Light, x_scale: float, y_scale: float) -> float:
-    """The factor from a lamp's strength to `power`: the number that pack.py's expression of this name gives."""
+    """The factor from a lamp's strength to `power`, as a number; pack.py has the same formula as an expression."""
     if light.type == "SUN":
         return 1.0 if light.normalize else math.pi * math.sin(min(light.angle, math.pi) / 2) ** 2
     if light.type in {"POINT", "SPOT"}:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake's atlas (precompute/table/atlas.py) as nodes read it: the table, the zero order and the albedo bound."""
+"""Reading a bake's atlas (precompute/table/atlas.py) by nodes: the table, the zero order and the albedo bound."""
 
 from __future__ import annotations
 
@@ -13,14 +13,13 @@ from ...precompute.table.atlas import STRIP_ROWS, Layout
 from ...precompute.table.tiling import COLUMNS_BESIDE, TILE_PADDING
 from ..nodes.builder import Operand, Tree, Value
 
-# By how much a sum of two unit vectors, or w on a range's scale from -1 to 1, may cross the end of a range by rounding
-# in single precision.
+# The largest single-precision error at the end of a range, of a sum of two unit vectors or of w scaled to -1 to 1.
 _ROUNDING = 1e-5
 
 
 @dataclass(frozen=True)
 class Direction:
-    """A unit vector in the surface's frame: its components along T, B and N, one by one and as a vector."""
+    """A unit vector in tangent space: its components along T, B and N, and the vector itself."""
 
     x: Value
     y: Value
@@ -29,31 +28,30 @@ class Direction:
 
     @classmethod
     def seen_in(cls, tree: Tree, direction: Value, frame: tuple[Value, Value, Value]) -> Direction:
-        """A direction in space."""
+        """A direction from world space, given the axes (T, B, N)."""
         x, y, cosine = (tree.dot(direction, axis) for axis in frame)
         return cls(x, y, cosine, tree.vector(x, y, cosine))
 
     @classmethod
     def of(cls, tree: Tree, vector: Value) -> Direction:
-        """A vector that is in the frame already."""
+        """A vector that is already in tangent space."""
         node = tree.node("ShaderNodeSeparateXYZ", vector)
         x, y, z = (tree.value(node.outputs[axis]) for axis in "XYZ")
         return cls(x, y, z, vector)
 
 
 class AtlasTable:
-    """sum_k f_k(t) B_k(u, v) / scale, XYZ over w^2, with one look-up for each term; t goes from -1 to 1 over the range
-    of w.
+    """sum_k f_k(t) B_k(u, v) / scale, XYZ over w^2, with one look-up per term. t is w, scaled to the range -1 to 1.
 
-    Outside the table's region and range of w its rim is read, because the polynomials are not bounded there and other
-    tiles lie beside it; and the sum is 0. So it is beyond |(u, v)| = 2, which only a stretched relief reaches."""
+    Outside the table's region and range of w the sum is 0, and look-ups are clamped to the rim, because the polynomials
+    grow and neighbouring tiles begin. The sum is also 0 for |(u, v)| >= 2, which only a stretched relief reaches."""
 
     def __init__(self, tree: Tree, image: bpy.types.Image, layout: Layout, *, uv: Value, w: Value):
         self.tree, self.image, self.layout = tree, image, layout
         (u_low, u_high), (v_low, v_high) = layout.region
         inner = tree.clamp(uv, (u_low, v_low, 0.0), (u_high, v_high, 0.0))
         self.size = layout.width, layout.height
-        # The middle of the first inner texel of the first term's tile on level 0.
+        # The centre of the first inner texel of the first term's tile on level 0.
         left, low = (n + TILE_PADDING + 0.5 for n in layout.tile_origin(0))
         self.first = _over((left, low), self.size)
         x, y, _ = _over(1 / layout.texel, self.size)
@@ -69,15 +67,14 @@ class AtlasTable:
             self.inside = self.inside * tree.math("LESS_THAN", tree.dot(beyond, beyond), _ROUNDING**2)
 
     def around(self, blur: Value) -> tuple[Value, Value | None, Value | float]:
-        """The table at the two levels next to a variance, and the share of the coarser level in their mix.
+        """The table at the two blur levels around a variance, and the mixing share of the coarser level.
 
-        `blur` is the variance beyond the bake's own. The share makes the mix have the right variance. It may exceed 1
-        and is clamped by the Mix Shader, so that a blur beyond the last level is the last level's. A table of one level
-        has no coarser one: None, with a share of 0."""
+        `blur` is the variance in addition to the bake's own. The share gives the mix the right variance. Beyond the
+        last level it exceeds 1, and the Mix Shader clamps it. A table with one level gives None and a share of 0."""
         layout, tree = self.layout, self.tree
         if layout.levels == 1:
             return self.sharp(), None, 0.0
-        ratio = blur.times_plus(1 / layout.sigma_b**2, 1.0)  # sigma^2 over sigma^2 of level 0
+        ratio = blur.times_plus(1 / layout.sigma_b**2, 1.0)  # variance over the variance of level 0
         level = tree.math("FLOOR", tree.math("LOGARITHM", ratio, layout.level_ratio))
         level = tree.minimum(level, layout.levels - 2.0)
         shrink = tree.math("POWER", layout.cell.shrink, level)
@@ -87,12 +84,12 @@ class AtlasTable:
         return finer, self._read(*self._at(level + 1.0, shrink * layout.cell.shrink)), share
 
     def sharp(self) -> Value:
-        """The table under the bake's own kernel."""
+        """The table with the bake's own blur only."""
         return self._read(self.place[0] + self.first[0], self.place[1] + self.first[1])
 
     def _at(self, level: Value, shrink: Value) -> tuple[Value, Value]:
-        """The place in the picture where the first term is read at a level. `shrink` is the ratio of the level's number
-        of texels along an axis to level 0's. precompute/table/tiling.py has the rule."""
+        """The image position of the first term at a blur level, by the rule in precompute/table/tiling.py. `shrink`:
+        the level's texels along an axis over level 0's."""
         tree, cell = self.tree, self.layout.cell
         along = level.times_plus(float(COLUMNS_BESIDE), shrink.times_plus(-cell.geometric, cell.geometric + cell.phase))
         x: Operand = tree.math("FLOOR", along).times_plus(1 / self.size[0], self.first[0])
@@ -104,10 +101,10 @@ class AtlasTable:
         return self.place[0].times_plus(shrink, x), self.place[1].times_plus(shrink, y)
 
     def _read(self, x: Value, y: Value) -> Value:
-        """The sum, where the first term is read at a place in the picture.
+        """The sum, given the image position of the first term.
 
-        The terms' tiles stand in columns and rows. So there is one sum for each column and each row, and none of
-        vectors for each term: EEVEE has 64 KiB for all constants of a material."""
+        The terms' tiles form columns and rows, so their positions need one addition per column and per row. A vector
+        addition per term would take more of EEVEE's 64 KiB for a material's constants."""
         tree, layout = self.tree, self.layout
         first = layout.cell_origin(0)
         columns, rows = {first[0]: x}, {first[1]: y}
@@ -137,8 +134,8 @@ def _chebyshev_sum(terms: list[Value], t: Value) -> Value:
 
 
 def _functions(tree: Tree, layout: Layout, t: Value) -> list[Value]:
-    """Each term's function of w: sums of Chebyshev polynomials, three at once as the components of a vector, by
-    Clenshaw's recurrence b_j = a_j + 2 t b_(j+1) - b_(j+2) and the sum a_0 + t b_1 - b_2."""
+    """Each term's function of w, a sum of Chebyshev polynomials. Three functions at a time are the components of a
+    vector. Clenshaw's recurrence: b_j = a_j + 2 t b_(j+1) - b_(j+2), the sum a_0 + t b_1 - b_2."""
     found = []
     coefficients = np.zeros((-(-layout.terms // 3) * 3, layout.polynomials))
     coefficients[: layout.terms] = np.reshape(layout.basis, (layout.terms, layout.polynomials))
@@ -157,7 +154,7 @@ def _functions(tree: Tree, layout: Layout, t: Value) -> list[Value]:
 def _next(
     tree: Tree, coefficient: tuple[float, float, float], factor: Value, kept: tuple[Operand | None, Operand | None]
 ) -> Operand:
-    """coefficient + factor * last - after, of which neither need be there."""
+    """coefficient + factor * last - after; `last` and `after` may be None."""
     last, after = kept
     if last is None:
         return coefficient
@@ -171,26 +168,25 @@ def _next(
 
 
 def _over(value: float | tuple[float, float], size: tuple[int, int]) -> tuple[float, float, float]:
-    """A number of texels along x and y as a fraction of the image."""
+    """Texels along x and y as a fraction of the image."""
     x, y = value if isinstance(value, tuple) else (value, value)
     return x / size[0], y / size[1], 0.0
 
 
 def zero_order_xyz(tree: Tree, image: bpy.types.Image, layout: Layout, *, w: Value) -> Value:
-    """Z(w), the colour of the mirror image, in XYZ."""
+    """Z(w), the colour of the zero order (the mirror image), in XYZ."""
     step = (layout.zero_order_samples - 1) / 2
     x = w.times_plus(step / layout.width, 0.5 / layout.width)
     return tree.image(image, tree.vector(x, STRIP_ROWS / 2 / layout.height, 0.0), label="Z")
 
 
 def albedo_bound(tree: Tree, excesses: tuple[Value, Value], *, conserving: Operand) -> Value:
-    """M = 1 + e max(0, X(wi) / cos(ti), X(wr) / cos(tr)), from the excess albedos of the directions to the light and
-    to the viewer."""
+    """M = 1 + e max(0, X(wi) / cos(ti), X(wr) / cos(tr)). `excesses`: X / cos(t) for the lamp and the viewer."""
     return tree.maximum(tree.maximum(*excesses), 0.0).times_plus(conserving, 1.0)
 
 
 def excess_albedo(tree: Tree, image: bpy.types.Image, layout: Layout, *, way: Direction) -> Value:
-    """X / cos(t) of a direction. The image holds X on a disc, laid flat as precompute/table/albedo_bound.py tells."""
+    """X / cos(t) for a direction. The image holds X on a flattened disc (precompute/table/albedo_bound.py)."""
     size = layout.width, layout.height
     cosine = tree.maximum(way.cosine, 1e-6)
     sum_ = tree.sqrt(cosine) + 1.0
@@ -198,7 +194,7 @@ def excess_albedo(tree: Tree, image: bpy.types.Image, layout: Layout, *, way: Di
     middle = layout.bound_texels / 2
     step = _over(1 / bound_texel(layout.bound_texels), size)
     place = (way.vector * along).times_plus(step, _over((middle, STRIP_ROWS + middle), size))
-    # All channels are alike, so that Blender's conversion of a colour to a number leaves it as it is.
+    # All channels are equal, so Blender's conversion of a colour to a number does not change the value.
     return tree.math("DIVIDE", tree.image(image, place, label="X"), cosine)
 
 

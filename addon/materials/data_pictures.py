@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Settings under which Blender shows other colours than those that Diffraction groups hold.
+"""Settings with which Blender shows wrong colours for Diffraction groups.
 
-Most of them resample the groups' pictures. Such a picture holds data, tile beside tile. Resampled to another size, it
-mixes what belongs apart, and the diffraction shows wrong colours. No setting of a picture prevents this, so that all
-one can do is to say so."""
+Most of them resample the groups' pictures. A picture holds data in adjacent tiles, and resampling mixes the tiles. A
+picture cannot be protected from this, so the add-on only warns."""
 
 import bpy
 
@@ -14,9 +13,9 @@ from .response import in_other_spaces, responses_in
 
 
 def wrong_colours(scene: bpy.types.Scene) -> list[str]:
-    """One line for each thing for which the file's gratings show wrong colours, with the remedy."""
+    """One warning line for each reason why the file's gratings show wrong colours, with the remedy."""
     groups = diffraction_groups()
-    if not groups:  # most files load no more than this
+    if not groups:  # most files need no further imports
         return []
     from .lost_parts import lost
 
@@ -24,7 +23,7 @@ def wrong_colours(scene: bpy.types.Scene) -> list[str]:
 
 
 def resampled_pictures(scene: bpy.types.Scene) -> list[str]:
-    """One line for each setting that makes the scene's renderer resample a table of the file, with the remedy."""
+    """One warning line for each setting that makes the scene's renderer resample a table, with the remedy."""
     pictures = _pictures()
     if not pictures:
         return []
@@ -46,7 +45,7 @@ def resampled_pictures(scene: bpy.types.Scene) -> list[str]:
 
 
 def _pictures() -> list[bpy.types.Image]:
-    """The pictures that the file's Diffraction groups read, each once."""
+    """The pictures that the file's Diffraction groups read, without duplicates."""
     groups = diffraction_groups()
     trees = [response.group for group in groups for response in responses_in(group)]
     tables = [node.image for tree in trees for node in tree.nodes if node.type == "TEX_IMAGE" and node.image]
@@ -54,11 +53,11 @@ def _pictures() -> list[bpy.types.Image]:
 
 
 def _limits(scene: bpy.types.Scene) -> tuple[float, float]:
-    """The largest side of a picture that Cycles leaves as it is, in the viewport and in a render."""
+    """The largest picture side that Cycles leaves unchanged, in the viewport and in renders."""
     return _size(scene.cycles.texture_limit), _size(scene.cycles.texture_limit_render)
 
 
 def _size(limit: str) -> float:
-    """The number of pixels in an enumeration's name, as 1024 in CLAMP_1024; infinite if there is none, as in OFF."""
+    """The number in an enumeration item's name, such as 1024 in CLAMP_1024; infinite if there is none, as in OFF."""
     digits = limit.rpartition("_")[2]
     return float(digits) if digits.isdigit() else float("inf")

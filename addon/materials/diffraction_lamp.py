@@ -1,19 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Diffraction Lamp: a lamp that sends what a patch of a grating diffracts, so that a screen catches the spectrum.
+"""The Diffraction Lamp: a lamp that emits the light diffracted by a patch of a grating, so that a screen shows the
+spectrum.
 
-A ray from the screen finds a grating and then the lamp that lights it only by chance. A lamp is asked by every point of
-the screen, so this one shows the spectrum without noise. It is an area lamp that lies on the patch and has its size:
+Rays from the screen hit a grating and then its lamp only by chance. Every point of the screen samples all lamps, so a
+Diffraction Lamp shows the spectrum without noise. It is an area lamp with the position and size of the patch. A surface
+element dA at the angle t from its normal emits the intensity
 
-    a surface dA at the angle t from its normal sends the intensity  L cos(t) dA.
+    L cos(t) dA,
 
-That is what an area lamp of radiance L does too. Here L is a response's answer Lo (response.py) to one of the scene's
-lamps, as its own material gives it. A lamp without *Normalize* and with the strength pi has the radiance of its
-nodes' emission: Blender divides the strength by pi, as a white surface would. It shines along its own -Z, which is
-therefore the normal N of the patch; its X is the direction T of the scan's x axis. Behind the patch it is dark.
+as an area lamp of radiance L does. L is the response's answer Lo (response.py) to one of the scene's lamps, evaluated
+by the lamp's own nodes. A lamp without *Normalize* and with the strength pi has the radiance of its nodes' emission,
+because Blender divides the strength by pi. The lamp shines along its own -Z, which is the normal N of the patch; its X
+axis is the direction T of the scan's x axis. It is dark behind the patch.
 
-The lamp's object holds four properties of the lamp that lights the patch (lamps/pack.py). Drivers write them, so it
-follows that lamp without this extension.
-"""
+The lamp's object holds four properties of the lamp that lights the patch (lamps/pack.py). Drivers write them, so the
+Diffraction Lamp follows that lamp without this extension."""
 
 import math
 from collections.abc import Mapping
@@ -30,9 +31,9 @@ from ..nodes.builder import Tree
 from ..nodes.interface import Socket
 from .response import IRRADIANCE, NORMAL, TANGENT, TO_LIGHT, VARIANCE, ZERO_ORDER, Response
 
-# By Ray Visibility, the rays that would find the lamp on the grating, whose material shows the same light.
+# Ray visibility to switch off: these rays would also see the grating, whose material shows the same light.
 _UNSEEN_BY = ("visible_camera", "visible_glossy", "visible_transmission")
-# EEVEE, which does not evaluate a lamp's nodes, multiplies the white light that it would send by these.
+# EEVEE ignores a lamp's nodes. These factors switch off the white light that it would emit instead.
 _EEVEE_FACTORS = ("diffuse_factor", "specular_factor", "transmission_factor", "volume_factor")
 
 
@@ -40,9 +41,8 @@ def new_diffraction_lamp(
     scene: bpy.types.Scene, response: Response, lamp: bpy.types.Object, *,
     size_m: float, strength: float, settings: Mapping[Socket, float],
 ) -> bpy.types.Object:  # fmt: skip
-    """A Diffraction Lamp, in no collection yet: a square patch of a grating, lit by a lamp of the scene.
-
-    `settings` has a value for each of the response's SETTINGS. `strength` scales the light; 1 is physical."""
+    """A new Diffraction Lamp, not yet in a collection: a square patch of a grating, lit by a lamp of the scene.
+    `settings` has a value for each of the response's SETTINGS. `strength` scales the light; 1 is physically correct."""
     data = bpy.data.lights.new("Diffraction Lamp", "AREA")
     data[DIFFRACTION_LAMP] = 1
     data.size, data.normalize, data.energy, data.spread = size_m, False, math.pi, math.pi

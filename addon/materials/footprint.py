@@ -1,45 +1,43 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The footprint of a pixel: how far the normal turns within it, and the roughness that stands for this.
+"""The footprint of a pixel: how much the normal varies within it, converted to a roughness.
 
-A pixel shows the mean over the part of the surface within it. On a curved surface the normal turns there, and with it
-the order that is seen; a sample at the pixel's middle takes one colour of many. The table's wider levels hold the mean
-of all: within a pixel the normals have a variance along an axis of
+A pixel shows the mean over the part of the surface within it. On a curved surface the normal varies there, and with it
+the visible order; a single sample shows only one of the colours. The coarser blur levels of the table hold their mean.
+Within a pixel, the normals have the variance along one axis
 
     F^2 = k p^2 (sum over x, y, z of |a_i|^2) / 2,     a_i = g_i - N (g_i.wr) / (N.wr),     g_i = grad N_i
 
-with p the width of a pixel at the surface and k the variance of what a sample stands for, in pixels: that of the
-pixel's filter over the number of samples, since n samples share the filter's area between them. So with more samples
-the blur goes, and the mean of all stays what it is without. EEVEE takes its samples at the same places in each frame,
-which shows as flicker; there k is that of a quarter of the samples, from the sixteenth on, and of four before it.
+p is the width of a pixel at the surface. k is the variance of the area that one sample covers, in pixels squared: the
+variance of the pixel filter over the number of samples, because n samples share the filter's area. So the blur shrinks
+as samples accumulate, and the mean of the pixel does not change. EEVEE places its samples identically in each frame,
+which shows as flicker. There k assumes a quarter of the samples, but at least four (or all, if there are fewer).
 
-A normal that turns by a moves the half vector's tangential part by w a, as a facet of a rough surface does. So the
-footprint is a roughness: Beckmann's slopes have a variance of r^4 / 2, and
+A normal that turns by a moves the tangential part of the half vector by w a, like a facet of a rough surface. So the
+footprint acts as roughness: Beckmann's slopes have the variance r^4 / 2, and
 
     r'^4 = r^4 + 2 F^2
 
-The gradients come from Bump nodes: of a height f, a Bump node of distance p turns N to N - p grad f. In Cycles the
-normal of the Texture Coordinate node has a gradient and that of the Geometry node has none; in EEVEE it is the other
-way round. So their sum has the gradient once in each, and a factor of one of them holds for one engine.
+The gradients come from Bump nodes: for a height f and a distance p, a Bump node turns N to N - p grad f. In Cycles the
+normal of the Texture Coordinate node has a gradient and the normal of the Geometry node has none; in EEVEE it is the
+other way round. So their sum has the gradient once in each engine, and a factor on one of them applies to one engine.
 
-The blur is round, but the normals of a needle turn one way alone: a wide round blur would bring light that no normal
-sends. So F^2 is at most (4 degrees)^2, and what turns further within a pixel keeps some noise.
+The blur is round, but the normals of a needle vary along one direction only. A wide round blur would show light that no
+normal reflects. So F^2 is at most (4 degrees)^2, and stronger variation within a pixel keeps some noise.
 
-Not in it are the turn of the tangent about the normal, and that of the view, which is less than a pixel's angle.
-"""
+Neglected: the turn of the tangent about the normal, and the turn of the view, which is smaller than a pixel's angle."""
 
 from ..lamps.driven_nodes import drive_by_scene
 from ..nodes.builder import Tree, Value
 
-# The variance, in pixels squared, of the filter of Blackman and Harris with a width of one pixel, which ends one pixel
-# from its middle.
+# The variance, in pixels squared, of a Blackman-Harris filter one pixel wide, which ends one pixel from its centre.
 _FILTER = 0.0768
-# In EEVEE, the most samples that count each, and the share of them that counts where there are many.
+# In EEVEE, up to this many samples each count; of many samples, one in this many counts.
 _EEVEE_FEW, _EEVEE_SHARE = 4, 4
-# The greatest variance of the normals, in rad2. Of a needle a tenth of a pixel wide, the light is 4.1 times too much
-# without this limit, and 1.1 times with it; a snake's picture of 16 samples has the same error with it and without
+# The largest variance of the normals, in rad2. A needle a tenth of a pixel wide would be 4.1 times too bright without
+# this limit, and is 1.1 times too bright with it. A snake rendered with 16 samples has the same error either way
 # (laboratory/benchmarks/hard_scenes.py, laboratory/benchmarks/footprint.py).
 MOST = 0.005
-# The width of a pixel over its distance, and the width of a pixel where it is one everywhere: of the scene's camera.
+# The width of a pixel for the scene's camera: per distance for a perspective camera, constant for an orthographic one.
 _PIXELS = "(max(width, height) * percent / 100)"
 _PERSPECTIVE = f"(kind == 0) * 2 * tan(angle / 2) / {_PIXELS}"
 _ORTHOGRAPHIC = f"(kind == 1) * scale / {_PIXELS}"
@@ -52,7 +50,7 @@ _CAMERA = {
 
 
 def with_footprint(tree: Tree, roughness: Value) -> Value:
-    """Add the nodes of the footprint to a tree; the roughness with it."""
+    """Add the footprint's nodes and return the roughness that includes it."""
     per_distance = drive_by_scene(tree, _PERSPECTIVE, _CAMERA | {"angle": "camera.data.angle"}, label="Pixel Angle")
     width = drive_by_scene(tree, _ORTHOGRAPHIC, _CAMERA | {"scale": "camera.data.ortho_scale"}, label="Pixel Width")
     in_cycles = drive_by_scene(

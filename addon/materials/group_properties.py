@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a Diffraction group notes of itself in custom properties. Saved .blend files hold the names: they must stay."""
+"""Custom properties of a Diffraction group. Saved .blend files contain the names, so they must not change."""
 
 import bpy
 
@@ -10,21 +10,20 @@ from ..gratings.variation import Variation
 from ..lamps.find import LAMPS_MAX
 from ..lamps.sky import SOURCES_MAX
 
-# The names of two custom properties on a Diffraction group, also in saved files. The first holds for each lamp whether
-# light linking keeps it from some object, the second whether shadow rays are traced.
+# LAMPS: for each lamp, whether light linking excludes it for some object. SHADOWS: whether shadow rays are traced.
 LAMPS, SHADOWS = "ng_keys", "ng_shadows"
-# A third holds which lights count. A group without it, of an earlier version, knows lamps alone.
+# Which lights are shown. Groups from earlier versions lack it and show lamps only.
 LIGHTS = "ng_lights"
-# A fourth holds how many sources of the world there are for it to read.
+# The number of world sources available to the group.
 SOURCES = "ng_sources"
-# Two more hold how many of the sources are read, and the bytes of its constants. A group without them, of an earlier
-# version, reads all sources and was not counted.
+# The number of sources that the group reads, and the bytes of its constants. Groups from earlier versions lack both:
+# they read all sources, and their constants were not counted.
 READ, CONSTANTS = "ng_sources_read", "ng_constants"
-# A fifth holds where the tangent comes from. A group without it, of an earlier version, knows the default.
+# The source of the tangent. Groups from earlier versions lack it and use the default.
 FRAME = "ng_frame"
-# A sixth holds how the grating varies over the surface.
+# How the grating varies over the surface.
 VARIATION = "ng_variation"
-# A seventh holds whether the footprint of a pixel counts. A group without it, of an earlier version, has none.
+# Whether the footprint of a pixel is used. Groups from earlier versions lack it and do not use it.
 FOOTPRINT = "ng_footprint"
 
 
@@ -34,7 +33,7 @@ def is_diffraction(group: bpy.types.NodeTree | None) -> bool:
 
 
 def diffraction_groups() -> list[bpy.types.NodeTree]:
-    """The file's Diffraction groups, also those that are linked from other files."""
+    """The file's Diffraction groups, including linked ones."""
     return [group for group in bpy.data.node_groups if is_diffraction(group)]
 
 
@@ -44,17 +43,17 @@ def variation_of(group: bpy.types.NodeTree) -> Variation:
 
 
 def frame_of(group: bpy.types.NodeTree) -> DirectionSource:
-    """Where a Diffraction group takes the tangent from."""
+    """The source of a Diffraction group's tangent."""
     return DirectionSource.from_property(stored.record(group, FRAME))
 
 
 def lights_of(group: bpy.types.NodeTree) -> str:
-    """Which lights count for a Diffraction group (gratings/lights_choice.py)."""
+    """Which lights a Diffraction group shows (gratings/lights_choice.py)."""
     return stored.choice(group.get(LIGHTS), CHOICES, LAMPS_ONLY)
 
 
 def lamps_in(group: bpy.types.NodeTree) -> list[bool]:
-    """For each lamp that a Diffraction group reads, at least one, whether it reads the marks of light linking."""
+    """For each lamp that a Diffraction group reads (at least one), whether it applies light linking."""
     return stored.flags(group, LAMPS, LAMPS_MAX) or [False]
 
 
@@ -64,7 +63,7 @@ def traces_shadows(group: bpy.types.NodeTree) -> bool:
 
 
 def sources_in(group: bpy.types.NodeTree) -> int:
-    """How many sources of a world a Diffraction group reads."""
+    """The number of world sources that are available to a Diffraction group."""
     return stored.count(group, SOURCES, SOURCES_MAX)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which objects show a Diffraction group, and which groups a scene shows that are in no grating's reach."""
+"""Which objects show a Diffraction group, and which groups in a scene belong to no grating of it."""
 
 from collections.abc import Set as AbstractSet
 from pathlib import Path
@@ -13,17 +13,17 @@ from .material import diffraction_nodes
 from .pictures import pictures_of
 from .response import own_trees
 
-# So many names of objects fit into a line of the panel.
+# The number of object names that fit into a line of the panel.
 _NAMES_MAX = 3
 
 
 def materials_with(group: bpy.types.NodeTree) -> list[bpy.types.Material]:
-    """The file's materials with a node of a Diffraction group, also one in a group in them, by name."""
+    """The file's materials that contain a Diffraction group, also inside another group, by name."""
     return sorted(_materials_of({group}), key=lambda material: material.name_full)
 
 
 def _materials_of(groups: set[bpy.types.NodeTree]) -> set[bpy.types.Material]:
-    """The file's materials with a node of one of these Diffraction groups."""
+    """The file's materials that contain one of these Diffraction groups."""
     found, seen, pending = set(), set(), groups
     while pending:
         seen |= pending
@@ -34,21 +34,21 @@ def _materials_of(groups: set[bpy.types.NodeTree]) -> set[bpy.types.Material]:
 
 
 def shown_by(group: bpy.types.NodeTree | None) -> list[bpy.types.Object]:
-    """The file's objects that have a Diffraction group among their materials, by name."""
+    """The file's objects whose materials contain a Diffraction group, by name."""
     shown = set() if group is None else _objects_with(_materials_of({group}))
     return sorted(shown, key=lambda thing: thing.name_full)
 
 
 def _objects_with(materials: set[bpy.types.Material]) -> set[bpy.types.Object]:
-    """The file's objects that have one of these among their materials."""
+    """The file's objects that have one of these materials."""
     users = _users(materials)
     objects = {user for user in users | _users(users, "OBJECT") if isinstance(user, bpy.types.Object)}
     return {thing for thing in objects if any(slot.material in materials for slot in thing.material_slots)}
 
 
 def boxes_showing(scene: bpy.types.Scene) -> np.ndarray:
-    """The bounding boxes of the scene's objects that have diffraction among their materials: least and greatest corners
-    (n, 2, 3) in the scene's space. An object that only an instance of its collection shows has none."""
+    """The bounding boxes (n, 2, 3) of the scene's objects that show diffraction: minimum and maximum corners in world
+    space. Objects that appear only in collection instances are left out."""
     shown = _objects_with(_materials_of(set(diffraction_groups())))
     things = shown & set(scene.collection.all_objects) if shown else ()
     corners = np.array([_corners(thing) for thing in things]).reshape(-1, 8, 3)
@@ -56,13 +56,13 @@ def boxes_showing(scene: bpy.types.Scene) -> np.ndarray:
 
 
 def _corners(thing: bpy.types.Object) -> np.ndarray:
-    """The corners (8, 3) of an object's bounding box in the scene's space, as it was last evaluated."""
+    """The corners (8, 3) of an object's bounding box in world space, as it was last evaluated."""
     matrix = np.array(thing.matrix_world)
     return np.array([corner[:] for corner in thing.bound_box]) @ matrix[:3, :3].T + matrix[:3, 3]
 
 
 def on_objects(objects: list[bpy.types.Object]) -> str:
-    """A line that names objects: "On: Snake, Ball and 3 more"."""
+    """One line that names objects: "On: Snake, Ball and 3 more"."""
     names = [thing.name for thing in objects]
     if len(names) > _NAMES_MAX:
         names = [*names[: _NAMES_MAX - 1], f"{len(names) - _NAMES_MAX + 1} more"]
@@ -71,16 +71,16 @@ def on_objects(objects: list[bpy.types.Object]) -> str:
 
 
 def strays(scene: bpy.types.Scene) -> list[bpy.types.NodeTree]:
-    """The Diffraction groups of bakes that objects show and that no grating of the scene has, so that the panel does
-    not reach them: appended, pasted or linked, or of a grating that was removed. A group of another scene's grating is
-    among them where an object of this scene shows it."""
+    """The Diffraction groups of bakes that objects show but no grating of the scene owns, so the panel does not list
+    them: appended, pasted, linked, or left by a removed grating. Groups of other scenes count if objects here show
+    them."""
     own = {grating.group for grating in scene.natural_gratings.items}
     groups = [group for group in diffraction_groups() if group not in own]
     return [group for group in groups if _shows_bake(group) and _is_stray(group, scene)]
 
 
 def linked_strays(groups: list[bpy.types.NodeTree]) -> list[GratingError]:
-    """The failure of each group among strays that is another file's."""
+    """One error for each stray group that is linked from another file."""
     remedy = "to adopt it, select its objects and use Object > Relations > Make Local > All first"
     return [
         GratingError(group.name, f"linked from {Path(group.library.filepath).name}", remedy)
@@ -90,23 +90,23 @@ def linked_strays(groups: list[bpy.types.NodeTree]) -> list[GratingError]:
 
 
 def owners(group: bpy.types.NodeTree) -> list[bpy.types.Scene]:
-    """The file's scenes with a grating that has a Diffraction group."""
+    """The file's scenes with a grating that owns a Diffraction group."""
     return [s for s in bpy.data.scenes if any(grating.group == group for grating in s.natural_gratings.items)]
 
 
 def _is_stray(group: bpy.types.NodeTree, scene: bpy.types.Scene) -> bool:
-    """Whether a Diffraction group, which no grating of the scene has, is to be offered to the scene."""
+    """Whether to offer a Diffraction group to the scene, given that no grating of the scene owns it."""
     things = shown_by(group)
     return any(scene in thing.users_scene for thing in things) if owners(group) else bool(things)
 
 
 def _shows_bake(group: bpy.types.NodeTree) -> bool:
-    """Whether a Diffraction group shows a bake, and not a shader of OSL."""
+    """Whether a Diffraction group shows a bake, not an OSL shader."""
     tree, _ = own_trees(group)
     return tree is not None and bool(pictures_of(tree))
 
 
 def _users(used: AbstractSet[bpy.types.ID], *kinds: str) -> set[bpy.types.ID]:
-    """The data-blocks, of some kinds or of all, that use any of these."""
+    """The data-blocks that use any of these, of the given kinds or of all."""
     found = bpy.data.user_map(subset=used, **({"value_types": set(kinds)} if kinds else {})) if used else {}
     return set().union(*found.values())

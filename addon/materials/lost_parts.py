@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Diffraction groups have lost: data-blocks that they need, and that an artist deleted, exchanged or edited."""
+"""Missing parts of Diffraction groups: data-blocks that an artist deleted, exchanged or edited."""
 
 from collections.abc import Iterable
 
@@ -18,8 +18,7 @@ _OUTDATED = "another version of Blender saved its shadows"
 
 
 def lost_of_own(group: bpy.types.NodeTree) -> str:
-    """What a Diffraction group lacks of its own response, in a few words; empty if it is whole. A new response mends it
-    (replace.py)."""
+    """What is missing in a Diffraction group's own response, or empty. A new response repairs it (replace.py)."""
     shown = trees_at(group)
     own = [tree for number, tree in shown if number == 1]
     sound = [tree for tree in own if tree is not None]
@@ -27,7 +26,7 @@ def lost_of_own(group: bpy.types.NodeTree) -> str:
 
 
 def lost_of_others(group: bpy.types.NodeTree) -> str:
-    """What a Diffraction group lacks of the responses by which it is varied, in a few words; empty if it has them."""
+    """What is missing in the further responses of a Diffraction group's variation, or empty."""
     others = [tree for number, tree in trees_at(group) if number > 1]
     sound = [tree for tree in others if tree is not None]
     is_missing = len(sound) < len(others) or len(further_responses(group)) < len(variation_of(group).shares)
@@ -35,7 +34,7 @@ def lost_of_others(group: bpy.types.NodeTree) -> str:
 
 
 def lost_of_nodes(group: bpy.types.NodeTree) -> str:
-    """What a Diffraction group lacks of all else, in a few words; empty if it is whole. Filling it again mends it."""
+    """What else is missing in a Diffraction group, or empty. Refilling the group repairs it."""
     if is_outdated(group):
         return _OUTDATED
     if not is_whole(group):
@@ -54,19 +53,19 @@ def lost_of_nodes(group: bpy.types.NodeTree) -> str:
 
 
 def lost(groups: Iterable[bpy.types.NodeTree]) -> list[str]:
-    """A line for each Diffraction group among the node groups that lacks something, with the remedy."""
+    """One warning line for each Diffraction group with missing parts, with the remedy."""
     return [str(fault) for fault in faults_of(groups)]
 
 
 def faults_of(groups: Iterable[bpy.types.NodeTree]) -> list[GratingError]:
-    """The failure of each Diffraction group among the node groups that lacks something."""
+    """One error for each Diffraction group with missing parts."""
     faults = []
     for group in filter(is_diffraction, groups):
         own, others = lost_of_own(group) or lost_of_nodes(group), lost_of_others(group)
         if own or others:
             remedy = "press Mend Materials" if own or others != _DELETED else "choose its Variation again"
             if group.library is not None:
-                # Mended in its own file, its shadows would be those of that Blender again.
+                # Repairing it in its own file would restore the shadows of that other Blender version.
                 file = group.library.filepath
                 remedy = f"make it local, as {file} cannot be changed" if own == _OUTDATED else f"mend it in {file}"
             faults.append(GratingError(group.name, own or others, remedy))

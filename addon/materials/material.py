@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Diffraction in materials: made new, laid over an existing material, removed from it."""
+"""Diffraction in materials: new materials, and adding it to or removing it from existing ones."""
 
 from collections.abc import Iterable, Iterator
 from math import isfinite
@@ -15,18 +15,17 @@ from .group_properties import is_diffraction
 from .skin import SETTABLE, too_large
 
 _SKIN = (0.012, 0.010, 0.009, 1.0)
-# What Cycles is told of a material with diffraction. The prefix names the material's custom properties that hold what
-# Cycles was told before.
+# Cycles settings of a material with diffraction. The prefix names custom properties that hold the previous settings.
 _TOLD = {"emission_sampling": "NONE", "use_bump_map_correction": False}
 _BEFORE = "ng_"
-# By how much a Material Output makes room for a Diffraction node, in the node editor's units.
+# How far a Material Output moves to make room for a Diffraction node, in node editor units.
 _STEP = 220
-# The label of Diffraction nodes in materials, also in saved files.
+# The label of Diffraction nodes in materials, saved in files.
 _LABEL = "Diffraction"
 
 
 def new_diffraction_material(name: str, group: bpy.types.NodeTree) -> bpy.types.Material:
-    """A new material of a Diffraction group: a dark skin whose specular reflection is the diffraction."""
+    """A new material with a Diffraction group: a dark skin whose specular reflection is the diffraction."""
     material = bpy.data.materials.new(f"Diffraction {name}")
     compat.enable_nodes(material)
     material.node_tree.nodes.clear()
@@ -34,7 +33,7 @@ def new_diffraction_material(name: str, group: bpy.types.NodeTree) -> bpy.types.
     skin = tree.node("ShaderNodeBsdfPrincipled", label="Skin")
     skin.inputs["Base Color"].default_value = _SKIN
     skin.inputs["Roughness"].default_value = 0.6
-    # The diffraction is the surface's specular reflection: the skin below keeps only its diffuse part.
+    # The diffraction replaces the specular reflection, so the skin keeps only its diffuse part.
     skin.inputs["Specular IOR Level"].default_value = 0.0
     shader = tree.group(group, {"Base": tree.value(skin.outputs[0])}, label=_LABEL)["Shader"]
     tree.node("ShaderNodeOutputMaterial", shader)
@@ -44,7 +43,7 @@ def new_diffraction_material(name: str, group: bpy.types.NodeTree) -> bpy.types.
 
 
 def check_can_add(material: bpy.types.Material) -> None:
-    """Raise GratingError where diffraction cannot be laid over a material."""
+    """Raise GratingError if diffraction cannot be added to a material."""
     foreign = material.library or (material.override_library and material.override_library.reference.library)
     if foreign:
         raise GratingError(
@@ -57,9 +56,9 @@ def check_can_add(material: bpy.types.Material) -> None:
 
 
 def add_diffraction(material: bpy.types.Material, group: bpy.types.NodeTree) -> None:
-    """Lay a Diffraction group over a material, or put it in place of the one that is there; nothing else changes.
+    """Add a Diffraction group to a material, or replace the material's present one; nothing else changes.
 
-    Every Material Output shows it then. Raises GratingError where a material cannot be changed."""
+    Every Material Output then shows it. Raises GratingError if the material cannot be changed."""
     check_can_add(material)
     compat.enable_nodes(material)
     for node in empty_nodes(material):
@@ -67,7 +66,7 @@ def add_diffraction(material: bpy.types.Material, group: bpy.types.NodeTree) -> 
     present = diffraction_nodes(material)
     for node in present:
         node.node_tree, node.mute = group, False
-    # What an artist set on a node whose link was cut is not lost.
+    # Reuse nodes whose links were cut, to keep the values that an artist set on them.
     loose = [node for node in present if node.id_data == material.node_tree and not node.outputs["Shader"].is_linked]
     tree = Tree(material.node_tree)
     for output in _outputs(material):
@@ -81,14 +80,14 @@ def add_diffraction(material: bpy.types.Material, group: bpy.types.NodeTree) -> 
             base = surface.links[0].from_socket
             tree.feed(node.inputs["Base"], tree.value(base))
             bump = base.node.inputs.get("Normal")
-            if bump is not None and bump.is_linked:  # the relief follows the bumps that the artist gave the base
+            if bump is not None and bump.is_linked:  # the relief follows the base's bump map
                 tree.feed(node.inputs["Normal"], tree.value(bump.links[0].from_socket))
         tree.feed(surface, tree.value(node.outputs["Shader"]))
     tell_cycles(material)
 
 
 def remove_diffraction(material: bpy.types.Material) -> None:
-    """Remove diffraction from a material and leave the material as it was before."""
+    """Remove diffraction from a material and restore its previous state."""
     for node in diffraction_nodes(material):
         tree = node.id_data
         base = node.inputs["Base"].links[0].from_socket if linked_among(node, ["Base"]) else None
@@ -105,7 +104,7 @@ def remove_diffraction(material: bpy.types.Material) -> None:
 
 
 def _before(material: bpy.types.Material, setting: str) -> object:
-    """What Cycles was told before; Blender's default where the note of it was edited."""
+    """The previous Cycles setting; Blender's default if the custom property was edited."""
     own = material.cycles.bl_rna.properties[setting]
     if own.type == "ENUM":
         return stored.choice(material.get(_BEFORE + setting), own.enum_items.keys(), own.default)
@@ -113,26 +112,25 @@ def _before(material: bpy.types.Material, setting: str) -> object:
 
 
 def tell_cycles(material: bpy.types.Material) -> None:
-    """Have Cycles not sample the mesh as a lamp, and not bend the normals of closures.
+    """Set Cycles not to sample the mesh as a lamp, and not to correct the normals of closures.
 
-    Diffraction is emission to Cycles, though it is reflected lamplight, and sampling it would take time without
-    reducing noise. An order's closure has the normal of the mirror that would send it, which is far from the surface's
-    own; Cycles takes that for a bump map, and would turn it towards the surface's."""
+    Cycles treats diffraction as emission, although it is reflected lamplight; sampling it would cost time without
+    reducing noise. An order's closure has the normal of the mirror that reflects the order, far from the surface's own.
+    Cycles takes this for a bump map and would turn the normal towards the surface's."""
     for setting, value in _TOLD.items():
-        # The note is there already where an artist deleted the Diffraction node by hand.
+        # The property exists already if an artist deleted the Diffraction node by hand.
         if _BEFORE + setting not in material:
             material[_BEFORE + setting] = getattr(material.cycles, setting)
         setattr(material.cycles, setting, value)
 
 
 def diffraction_nodes(material: bpy.types.Material | None) -> list[bpy.types.Node]:
-    """The material's nodes of Diffraction groups, also those that an artist put into a group."""
+    """The material's nodes with Diffraction groups, also inside other groups."""
     return [] if material is None else list(_diffraction_nodes(material.node_tree))
 
 
 def number_in(node: bpy.types.Node, name: str) -> float:
-    """What an artist set at an input of a Diffraction node; the input's default where it was deleted, or holds no
-    number."""
+    """The number set at an input of a Diffraction node; the default if the input was deleted or holds no number."""
     value = getattr(node.inputs.get(name), "default_value", None)
     if isinstance(value, float) and isfinite(value):
         return value
@@ -142,20 +140,20 @@ def number_in(node: bpy.types.Node, name: str) -> float:
 
 
 def linked_among(node: bpy.types.Node, names: Iterable[str]) -> list[str]:
-    """The inputs of a Diffraction node, among these names, to which something is linked."""
+    """The names of a Diffraction node's inputs, among these, that are linked."""
     return [name for name in names if name in node.inputs and node.inputs[name].is_linked]
 
 
 def empty_nodes(material: bpy.types.Material | None) -> list[bpy.types.Node]:
-    """The Diffraction nodes in a material's own node tree whose group an artist has deleted."""
+    """The Diffraction nodes in a material's own node tree whose group was deleted."""
     tree = None if material is None else material.node_tree
     nodes = tree.nodes if tree is not None else ()
     return [node for node in nodes if node.type == "GROUP" and node.node_tree is None and node.label == _LABEL]
 
 
 def _fill(node: bpy.types.Node, group: bpy.types.NodeTree) -> None:
-    """Give an empty node a Diffraction group. Blender may have removed its links with the former group. The one shader
-    that nothing shows any more was its base."""
+    """Give an empty node a Diffraction group. Blender may have removed its links with the old group. If exactly one
+    shader is unused, it was the base and is linked again."""
     tree = node.id_data
     node.node_tree = group
     if node.inputs["Base"].is_linked:
@@ -179,7 +177,7 @@ def _outputs(material: bpy.types.Material) -> list[bpy.types.Node]:
 
 
 def _shows_diffraction(output: bpy.types.Node) -> bool:
-    """Whether a Diffraction node is among the nodes that feed a Material Output's surface."""
+    """Whether a Diffraction node feeds a Material Output's surface, directly or through other nodes."""
     pending, seen = [link.from_node for link in output.inputs["Surface"].links], set()
     while pending:
         node = pending.pop()
@@ -193,5 +191,5 @@ def _shows_diffraction(output: bpy.types.Node) -> bool:
 
 
 def overfull(materials: Iterable[bpy.types.Material]) -> list[str]:
-    """A line for each material whose own nodes leave EEVEE no room for the Diffraction group in it."""
+    """One warning line for each material that has too many constants for EEVEE."""
     return [too_large(each.name) for each in materials if constant_bytes(each.node_tree) > ROOM]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The pictures that responses read, and what an artist may have done to them: deleted, exchanged, edited, unpacked.
+"""The pictures that responses read, and checks whether an artist deleted, exchanged, edited or unpacked them.
 
-Each picture notes what it was made from, and each node group notes of which pictures it was made. A file of an earlier
-version has no notes. Then only what can be seen without them is noticed."""
+Each picture stores what it was made from, and each node group stores this for its pictures. Files of earlier versions
+lack these properties; then only faults visible without them are found."""
 
 import hashlib
 from pathlib import Path
@@ -12,25 +12,25 @@ import bpy
 from ..blender import stored
 from ..nodes.node_count import has_parts, note_parts
 
-# Custom properties of pictures, also in saved files: what the picture was made from, and the bytes that are packed.
+# Custom properties of pictures, saved in files: what the picture was made from, and its packed size in bytes.
 _MADE_FROM, _BYTES = "ng_picture", "ng_picture_bytes"
-# A custom property of a node group: what its pictures were made from.
+# Custom property of a node group: what its pictures were made from.
 _PICTURES = "ng_pictures"
 
 
 def content_of(path: Path) -> str:
-    """What a picture that is loaded from a file is made from: the SHA-256 of the file."""
+    """The SHA-256 of a picture's file, as the record of what the picture was made from."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def note_content(image: bpy.types.Image, content: str) -> None:
-    """Note on a packed picture what it was made from."""
+    """Store on a packed picture what it was made from."""
     image[_MADE_FROM], image[_BYTES] = content, str(image.packed_file.size)
 
 
 def picture_of(content: str) -> bpy.types.Image | None:
-    """The file's own sound picture that was made from this; None if there is none."""
+    """The local, intact picture that was made from this content, or None."""
     for image in bpy.data.images:
         if image.library is None and stored.text(image, _MADE_FROM) == content and not fault_of(image):
             return image
@@ -38,24 +38,24 @@ def picture_of(content: str) -> bpy.types.Image | None:
 
 
 def note_pictures(tree: bpy.types.NodeTree | None) -> None:
-    """Note on a response's node group of which pictures and how many nodes it is made."""
+    """Store on a response's node group its numbers of nodes and links, and what its pictures were made from."""
     if tree is not None:
         note_parts(tree)
         tree[_PICTURES] = _made_from(pictures_of(tree))
 
 
 def made_from(tree: bpy.types.NodeTree | None) -> str:
-    """What the pictures of a response's node group were made from, as it was noted; empty if it was not."""
+    """What the pictures of a response's node group were made from; empty if this was not stored."""
     return "" if tree is None else stored.text(tree, _PICTURES)
 
 
 def pictures_of(tree: bpy.types.NodeTree) -> list[bpy.types.Image | None]:
-    """The pictures that a node group reads, each once; None for those that were deleted."""
+    """The pictures that a node group reads, without duplicates; None stands for deleted ones."""
     return list(dict.fromkeys(node.image for node in tree.nodes if node.type == "TEX_IMAGE"))
 
 
 def fault_in(tree: bpy.types.NodeTree) -> str:
-    """What is wrong with the nodes and pictures of a node group in a few words; empty if all is well."""
+    """What is wrong with the nodes and pictures of a node group, in a few words; empty if nothing is."""
     if not has_parts(tree):
         return f"nodes or links were deleted in {tree.name}"
     pictures = pictures_of(tree)
@@ -69,7 +69,7 @@ def fault_in(tree: bpy.types.NodeTree) -> str:
 
 
 def fault_of(image: bpy.types.Image | None) -> str:
-    """What is wrong with a picture in a few words; empty if all is well."""
+    """What is wrong with a picture, in a few words; empty if nothing is."""
     if image is None:
         return "its picture was deleted"
     if image.is_dirty:
@@ -85,11 +85,11 @@ def fault_of(image: bpy.types.Image | None) -> str:
 
 
 def _is_file_of(image: bpy.types.Image, path: str) -> bool:
-    """Whether a file is as large as that of which a picture was made, as far as this was noted."""
+    """Whether a file has the size of the file that a picture was made from; true if the size was not stored."""
     size = str(Path(path).stat().st_size)
     return stored.text(image, _BYTES, size) == size
 
 
 def _made_from(pictures: list[bpy.types.Image | None]) -> str:
-    """What pictures were made from, as one text."""
+    """What the pictures were made from, as one text."""
     return " ".join(sorted(stored.text(picture, _MADE_FROM) for picture in pictures if picture is not None))

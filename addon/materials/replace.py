@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Another response in place of a Diffraction group's own: of a new bake, or after an artist deleted parts of it."""
+"""Replacing a Diffraction group's own response, after a new bake or after an artist deleted parts of it."""
 
 from collections.abc import Iterable
 
@@ -11,9 +11,8 @@ from .skin import refill
 
 
 def replace_response(group: bpy.types.NodeTree, response: Response) -> None:
-    """Build a Diffraction group anew around another response, under the old one's names, and all groups that are varied
-    by it. The old response and its images go, unless something else uses them; an artist may have deleted parts of
-    it."""
+    """Rebuild a Diffraction group around another response, and all groups whose variation uses the old one. Names stay
+    the same. The old response and its images, which may be incomplete, are removed unless something else uses them."""
     old_group, old_world = own_trees(group)
     names = _names_to_keep(response, (old_group, old_world))
     left = [part for each in (old_group, old_world) for part in parts_of(each)]
@@ -23,7 +22,7 @@ def replace_response(group: bpy.types.NodeTree, response: Response) -> None:
         if each.library is None and None not in own and (each == group or _is_among(old_group, further)):
             refill(each, (*own, *(response if one.group == old_group else one for one in further)))
     if old_group is not None:
-        old_group.user_remap(response.group)  # in Diffraction Lamps
+        old_group.user_remap(response.group)  # for Diffraction Lamps
     for part in left:
         if part.users == 0:
             bpy.data.batch_remove([part])
@@ -38,8 +37,7 @@ def _is_among(tree: bpy.types.NodeTree | None, responses: Iterable[Response]) ->
 def _names_to_keep(
     response: Response, old: tuple[bpy.types.NodeTree | None, bpy.types.NodeTree | None]
 ) -> list[tuple[bpy.types.ID, str]]:
-    """The data-blocks of a new response, each with the name that an old one has in its place. An image that something
-    else shows already keeps its own name."""
+    """The data-blocks of a new response, with the old names that they take over. Excludes images used elsewhere."""
     found = {}
     for new_tree, old_tree in zip((response.group, response.world), old, strict=True):
         if new_tree is None or old_tree is None:
@@ -53,13 +51,13 @@ def _names_to_keep(
 
 
 def _uses(response: Response, image: bpy.types.Image) -> int:
-    """How many nodes of a response read an image."""
+    """The number of a response's nodes that read an image."""
     trees = filter(None, (response.group, response.world))
     return sum(node.image == image for tree in trees for node in _picture_nodes(tree))
 
 
 def parts_of(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
-    """A response's node group and the images that it reads, each once: what uses the other comes first."""
+    """A response's node group, followed by the images that it reads, without duplicates."""
     if tree is None:
         return []
     return [tree, *dict.fromkeys(node.image for node in _picture_nodes(tree) if node.image is not None)]

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a surface answers to light: the contract between a skin and the things that know the relief.
+"""The interface between a skin and its responses.
 
-A skin (skin.py) asks one question for each lamp: the sockets of QUESTION. A Response answers it. It is a node group: of
-nodes that read a bake's table (direct/), or around a shader (osl/). Its answer to a lamp is an Emission: light that the
-surface sends to the viewer. To light from places that are not known it answers by a second group (lobes/), whose
-outputs WORLD_ANSWER are two glossy closures: the mirror image, and one order of the scattered light.
+A skin (skin.py) sends the inputs in QUESTION for each lamp. A Response is a node group that returns the light towards
+the viewer as an Emission. It contains nodes that read a bake's table (direct/) or a shader (osl/). For light from
+unknown directions it has a second group (lobes/), whose outputs WORLD_ANSWER are two glossy closures: the mirror image,
+and one order of the scattered light.
 
-Saved .blend files hold these groups, so the names of their sockets stay as they are.
-"""
+Saved .blend files contain these groups, so the names of their sockets must not change."""
 
 from __future__ import annotations
 
@@ -43,7 +42,7 @@ ZERO_ORDER = Socket(
     "Zero Order", "Float", "0 leaves the mirror image out, where a closure shows it", 1.0, 0.0, 1.0, "FACTOR"
 )
 SHARP = Socket("Sharp", "Float", "1: an order comes from one direction; 0: from a lobe", 0.0, 0.0, 1.0, "FACTOR")
-# What an artist sets on the material and every response may use.
+# Settings on the material that all responses may use.
 SETTINGS = (ROUGHNESS, IOR, PERIOD_SCALE, HEIGHT_SCALE, CONSERVING)
 QUESTION = (NORMAL, TANGENT, TO_LIGHT, IRRADIANCE, VARIANCE, ZERO_ORDER, *SETTINGS)
 WORLD_QUESTION = (NORMAL, TANGENT, SHARP, *SETTINGS)
@@ -51,8 +50,7 @@ WORLD_QUESTION = (NORMAL, TANGENT, SHARP, *SETTINGS)
 RADIANCE = Socket("Finer", "Color", "Radiance by the finer of the two levels")
 COARSER = Socket("Coarser", "Color", "Radiance by the coarser of the two levels")
 COARSER_SHARE = Socket("Coarser Share", "Float", "Share of the coarser in their mix")
-# The outputs of a response that gives one radiance, and of a response that gives a radiance at each of two levels of
-# blur.
+# The outputs of a response with one radiance, and of a response with a radiance at each of two blur levels.
 ONE_RADIANCE = (RADIANCE,)
 TWO_RADIANCES = (RADIANCE, COARSER, COARSER_SHARE)
 
@@ -66,14 +64,14 @@ WORLD_ANSWER = (MIRROR, MIRROR_ROUGHNESS, LOBE, LOBE_NORMAL, LOBE_ROUGHNESS, LOB
 
 _LABEL, _WORLD_LABEL = "Response", "World Response"
 _NUMBERED = re.compile("(?:World )?Response(?: ([1-9][0-9]*))?")
-# A custom property of a response's node group, also in saved files.
+# Custom property of a response's node group, saved in files.
 _SPACE = "ng_space"
 
 
 @dataclass(frozen=True)
 class Shown:
-    """What a material shows: its shader, and the diffracted radiance in it as a colour (for the AOV), which is
-    `colour` times `share` and is multiplied only in a sum: EEVEE has 64 KiB for all constants of a material."""
+    """The shader of a material, and its diffracted radiance as a colour for the AOV: `colour` times `share`. They are
+    multiplied only when needed, to save constants, of which EEVEE allows 64 KiB per material."""
 
     shader: Value
     colour: Value
@@ -85,12 +83,12 @@ class Shown:
         return self.colour if self.share is None else self.colour * self.share
 
     def dimmed(self, share: Value) -> Shown:
-        """The shader and the colour, both times a share from 0 to 1. Cycles evaluates nothing where the share is 0."""
+        """Shader and colour times a share from 0 to 1. Cycles evaluates nothing if the share is 0."""
         shader = self.shader.tree.mix_shader(share, None, self.shader)
         return Shown(shader, self.colour, share if self.share is None else self.share * share)
 
     def added_to(self, other: Shown | None) -> Shown:
-        """The sum of this and the other; this alone if there is no other."""
+        """The sum with another Shown; None counts as black."""
         if other is None:
             return self
         shader = self.shader.tree.add_shader(other.shader, self.shader)
@@ -101,17 +99,17 @@ class Shown:
 
 @dataclass(frozen=True)
 class Emission:
-    """The answer to a lamp: radiance towards the viewer in W/m2/sr, shown as emitted light.
+    """The light that a surface sends to the viewer from one lamp: a radiance in W/m2/sr, shown as emission.
 
-    A response that holds two levels of blur gives both radiances and the share of the coarser one, which may lie
-    outside 0 to 1 and is then clamped. Cycles evaluates only the levels whose share is not 0."""
+    A response with two blur levels gives both radiances and the share of the coarser one, clamped to 0 to 1. Cycles
+    evaluates only levels with a share."""
 
     radiance: Value
     coarser: Value | None = None
     coarser_share: Value | None = None
 
     def shown(self, strength: Operand) -> Shown:
-        """The emission as a shader, times a strength, and its radiance as a colour, without the strength."""
+        """The emission as a shader times a strength, and its radiance as a colour without the strength."""
         tree = self.radiance.tree
         shader = tree.emission(self.radiance, strength)
         if self.coarser is None or self.coarser_share is None:
@@ -123,9 +121,8 @@ class Emission:
 
 @dataclass(frozen=True)
 class WorldAnswer:
-    """The answer to light from places that are not known: two closures, by the outputs of WORLD_ANSWER.
-
-    A lobe is one order that was drawn at random. `direction` is the unit vector to where it comes from."""
+    """The reflection of light from unknown directions: closures from the outputs of WORLD_ANSWER. The lobe is one
+    randomly drawn order; `direction` is the unit vector to where its light comes from."""
 
     mirror: Value
     mirror_roughness: Value
@@ -135,22 +132,22 @@ class WorldAnswer:
     direction: Value
 
     def mirror_closure(self, normal: Value, strength: Operand) -> Value:
-        """The zero order: a mirror, blurred by the coherence kernel."""
+        """The closure of the zero order: a mirror blurred by the coherence kernel."""
         return self.mirror.tree.glossy(self.mirror * strength, self.mirror_roughness, normal)
 
     def lobe_closure(self, strength: Operand) -> Value:
-        """The order that was drawn."""
+        """The closure of the drawn order."""
         return self.lobe.tree.glossy(self.lobe * strength, self.lobe_roughness, self.lobe_normal)
 
 
 def note_working_space(response: Response) -> None:
-    """Note the linear space that a response's colours are in. Nodes hold it as numbers, which stay what they are where
-    Blender converts a file to another space, or where the group is linked into a file of another."""
+    """Store the linear space of a response's colours. Nodes hold the colours as numbers, which do not change if Blender
+    converts the file to another space or if the group is linked into a file with another space."""
     response.group[_SPACE] = compat.working_space()
 
 
 def in_other_spaces(groups: Iterable[bpy.types.NodeTree]) -> list[str]:
-    """A line for each Diffraction group whose colours are in another linear space than the file's."""
+    """One warning line for each Diffraction group whose colours are in another linear space than the file."""
     now = compat.working_space()
     lines = []
     for group in groups:
@@ -169,29 +166,29 @@ def is_in_other_space(response: Response) -> bool:
 
 @dataclass(frozen=True)
 class Response:
-    """A node group that answers to one lamp: its inputs are among QUESTION, its outputs ONE_RADIANCE or
-    TWO_RADIANCES. `world` answers to light of every kind; None where the surface cannot."""
+    """A node group that computes the light of one lamp: its inputs are among QUESTION, its outputs ONE_RADIANCE or
+    TWO_RADIANCES. `world` is the node group for light from all directions; None if there is none."""
 
     group: bpy.types.NodeTree
     world: bpy.types.NodeTree | None = None
 
     @property
     def inputs(self) -> tuple[Socket, ...]:
-        """The part of the question that this response needs."""
+        """The inputs among QUESTION that this response uses."""
         names = {item.name for item in sockets_of(self.group, INPUT)}
         return tuple(socket for socket in QUESTION if socket.name in names)
 
     def to_lamp(self, tree: Tree, question: Mapping[Socket, Operand], *, number: int = 1) -> Emission:
-        """Add the response's node to a tree; its answer. The question has a value for each socket of QUESTION. The
-        number tells the responses of one tree apart."""
+        """Add the response's node for a lamp and return its emission. `question` has a value for each socket of
+        QUESTION. `number` distinguishes the responses in one tree."""
         asked = {socket.name: question[socket] for socket in self.inputs}
         outputs = tree.group(self.group, asked, label=_numbered(_LABEL, number))
         coarser, share = (outputs.get(socket.name) for socket in (COARSER, COARSER_SHARE))
         return Emission(outputs[RADIANCE.name], coarser, share)
 
     def to_world(self, tree: Tree, question: Mapping[Socket, Operand], *, number: int = 1) -> WorldAnswer | None:
-        """Add the node of the answer to a world, if there is one, to a tree; the answer. The question has a value for
-        each socket of WORLD_QUESTION."""
+        """Add the response's node for light from unknown directions, if it has one, and return the closures, else None.
+        `question` has a value for each socket of WORLD_QUESTION."""
         if self.world is None:
             return None
         asked = {socket.name: question[socket] for socket in WORLD_QUESTION}
@@ -200,57 +197,55 @@ class Response:
 
 
 def response_in(group: bpy.types.NodeTree) -> Response | None:
-    """The response around which a Diffraction group was made; the group may have been loaded from a file. None if an
-    artist has deleted it."""
+    """The own response of a Diffraction group, which may come from a file; None if it was deleted."""
     return next(iter(responses_in(group)), None)
 
 
 def responses_in(group: bpy.types.NodeTree) -> tuple[Response, ...]:
-    """The responses of a Diffraction group: its own, and those of further gratings that it is varied by. Responses that
-    an artist has deleted are left out, and so are the ones after them; without its own response, a group has none."""
+    """The responses of a Diffraction group: its own, then the further ones of its variation. The list ends before the
+    first deleted response, so it is empty if the own response was deleted."""
     found = _sound_trees(group)
     numbers = takewhile(lambda number: found.get(_numbered(_LABEL, number)) is not None, count(1))
     return tuple(_response(found, number) for number in numbers)
 
 
 def further_responses(group: bpy.types.NodeTree) -> tuple[Response, ...]:
-    """The responses by which a Diffraction group is varied, also if its own response was deleted."""
+    """The further responses of a Diffraction group's variation, even if its own response was deleted."""
     found = _sound_trees(group)
     numbers = takewhile(lambda number: found.get(_numbered(_LABEL, number)) is not None, count(2))
     return tuple(_response(found, number) for number in numbers)
 
 
 def is_response(node: bpy.types.Node) -> bool:
-    """Whether a node of a Diffraction group shows a response."""
+    """Whether a node of a Diffraction group contains a response."""
     return node.type == "GROUP" and _NUMBERED.fullmatch(node.label) is not None
 
 
 def trees_at(group: bpy.types.NodeTree) -> list[tuple[int, bpy.types.NodeTree | None]]:
-    """The number of each node of a response in a Diffraction group, of which 1 is the group's own, and what it shows:
-    None where that, or a socket of it, was deleted."""
+    """The number and the node group of each response node in a Diffraction group; number 1 is its own response. The
+    node group is None if it, or a socket of it, was deleted."""
     found = ((_NUMBERED.fullmatch(label), tree) for label, tree in _sound_trees(group).items())
     return [(int(numbered[1] or 1), tree) for numbered, tree in found if numbered]
 
 
 def own_trees(group: bpy.types.NodeTree) -> tuple[bpy.types.NodeTree | None, bpy.types.NodeTree | None]:
-    """The node groups of a Diffraction group's own response, to lamps and to a world. None for one that was deleted, or
-    that never was."""
+    """The node groups of a Diffraction group's own response, for lamps and for a world; None for a missing one."""
     found = _trees(group)
     return found.get(_LABEL), found.get(_WORLD_LABEL)
 
 
 def _trees(group: bpy.types.NodeTree) -> dict[str, bpy.types.NodeTree | None]:
-    """What the nodes of responses in a Diffraction group show, by the labels of the nodes."""
+    """The node groups of the response nodes in a Diffraction group, by the labels of the nodes."""
     return {node.label: node.node_tree for node in group.nodes if is_response(node)}
 
 
 def _sound_trees(group: bpy.types.NodeTree) -> dict[str, bpy.types.NodeTree | None]:
-    """The same, with None for a node group that lacks a socket of a response, or is none."""
+    """The same, with None for a node group that lacks a socket of a response."""
     return {label: tree if tree and _has_answer(label, tree) else None for label, tree in _trees(group).items()}
 
 
 def _has_answer(label: str, tree: bpy.types.NodeTree) -> bool:
-    """Whether a node group has the sockets of what a label says it is."""
+    """Whether a node group has the sockets that belong to the label of its node."""
     if label.startswith(_WORLD_LABEL):
         return has_sockets(tree, WORLD_QUESTION, WORLD_ANSWER)
     return has_sockets(tree, (), TWO_RADIANCES) or has_sockets(tree, (), ONE_RADIANCE)
@@ -258,7 +253,7 @@ def _has_answer(label: str, tree: bpy.types.NodeTree) -> bool:
 
 def _response(found: Mapping[str, bpy.types.NodeTree | None], number: int) -> Response:
     own = found[_numbered(_LABEL, number)]
-    assert own is not None  # the callers number those that are there
+    assert own is not None  # the callers pass numbers of present responses only
     return Response(own, found.get(_numbered(_WORLD_LABEL, number)))
 
 

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Diffraction node group: a base, and over it a coat that answers to every lamp.
+"""The Diffraction node group: a base, and over it a coat that diffracts the light of every lamp.
 
 | socket            | symbol | default | meaning |
 |-------------------|--------|---------|---------|
 | Base              |        | black   | the shader under the relief: the material as it was without diffraction |
-| Base Blend        | wd     | 0       | 0 is a physical coat; the thesis's texture blending (Algorithm 4) takes 0.1 |
-| Normal, Tangent   | N, T   | surface's, frame source's | frame of the scan; only for links |
-| Strength          | s      | 1       | scales the diffraction; 1 is physical |
+| Base Blend        | wd     | 0       | 0 is a physical coat; the thesis's texture blending (Algorithm 4) uses 0.1 |
+| Normal, Tangent   | N, T   | surface's, source's | normal and direction of the scan's x axis; only for links |
+| Strength          | s      | 1       | scales the diffraction; 1 is physically correct |
 | Rotation          |        | 0       | radians; turns the scan about the normal, from T towards B |
-| Roughness, IOR, Period Scale, Height Scale, Energy Conserving | | | handed on to the response (response.py) |
+| Roughness, IOR, Period Scale, Height Scale, Energy Conserving | | | passed on to the response (response.py) |
 | Shader (out)      |        |         | the material |
 | Diffraction (out) |        |         | its diffracted radiance alone, also an AOV of that name |
 
@@ -17,20 +17,19 @@
 F is the Fresnel reflectance towards the viewer. Lo is the light that the response (response.py) sends to the viewer
 from one lamp (lamps/lamp_group.py). V is 1 where the surface sees the lamp, else 0.
 
-Which lights count is one of gratings/lights_choice.py:
+Which lights are shown is one of gratings/lights_choice.py:
 
-| LAMPS | the followed lamps, by Lo alone. There are no closures, and no noise |
-| REST  | the followed lamps and the sources of the world (lamps/sky.py) by Lo, less their mirror images; a closure for
-          the mirror images of everything; and one for the scattered light of all that is no such lamp or source |
-| ALL   | closures for the mirror images and for the scattered light of everything; there is no Lo |
+| LAMPS | the followed lamps by Lo alone; no closures, no noise |
+| REST  | the followed lamps and the sources of the world (lamps/sky.py) by Lo, without their mirror images; one closure
+          for the mirror images of everything, and one for the scattered light of everything else |
+| ALL   | closures for the mirror images and the scattered light of everything; no Lo |
 
-EEVEE holds at most 64 KiB of a material's constants (nodes/eevee_constants.py). Sources beyond that, the dimmest first,
-are left to the closures, in Cycles too.
+EEVEE holds at most 64 KiB of a material's constants (nodes/eevee_constants.py). Sources that do not fit, the dimmest
+first, are left to the closures, in Cycles too.
 
 No light counts twice. In REST the closure of the scattered light is a perfect mirror around a random normal, black
-where its one direction leads to a followed lamp. A lamp's cone has the radius sqrt(6) standard deviations of its disc:
-the corner of a square lamp, and 1.22 radii of a round one. The table shares a wide lamp with the closure.
-"""
+where its one direction leads to a followed lamp or source. A lamp's cone has a radius of sqrt(6) standard deviations of
+its disc: the corner of a square lamp, and 1.22 radii of a round one. The table and the closure share wide lamps."""
 
 import math
 from collections.abc import Iterable
@@ -90,8 +89,7 @@ from .shadow import hit, is_of_other_version, ray_start
 from .variation_nodes import variation_nodes
 
 AOV_NAME = "Diffraction"
-# The bytes of constants that a Diffraction group leaves to the rest of a material: ten Principled BSDFs or a hundred
-# other nodes.
+# The bytes of constants reserved for the rest of a material: ten Principled BSDFs or a hundred other nodes.
 _LEFT = 2048
 _REMEDY = "use fewer lamps, or fewer gratings in its Variation"
 _BASE = Socket("Base", "Shader", "The material under the relief")
@@ -107,7 +105,7 @@ _TANGENT = Socket(
 _INPUTS = (
     _BASE, _BASE_BLEND, _STRENGTH, ROUGHNESS, IOR, _ROTATION, PERIOD_SCALE, HEIGHT_SCALE, CONSERVING, _NORMAL, _TANGENT,
 )  # fmt: skip
-# What an artist sets by a number.
+# Inputs that an artist sets by a number.
 SETTABLE = {socket.name: socket for socket in _INPUTS if socket.default is not None}
 _OUTPUTS = (
     Socket("Shader", "Shader", "The whole material"),
@@ -116,7 +114,7 @@ _OUTPUTS = (
 
 
 def group_around(name: str, response: Response, *, shadows: bool = True, lights: str = REST) -> bpy.types.NodeTree:
-    """A new Diffraction group around a response, for the lamps that the file's scenes follow."""
+    """A new Diffraction group around a response, with inputs for the lamps that the file's scenes follow."""
     group = bpy.data.node_groups.new(f"Diffraction {name}", "ShaderNodeTree")
     add_interface(group, _INPUTS, _OUTPUTS)
     group[group_properties.SHADOWS], group[group_properties.LIGHTS] = shadows, lights
@@ -125,24 +123,24 @@ def group_around(name: str, response: Response, *, shadows: bool = True, lights:
 
 
 def set_lighting(group: bpy.types.NodeTree, *, shadows: bool, lights: str) -> None:
-    """Set a Diffraction group's shadow rays and choice of lights. Its nodes are made anew if either changes."""
+    """Set a Diffraction group's shadows and its lights. The nodes are rebuilt only if either changes."""
     if (traces_shadows(group), lights_of(group)) != (shadows, lights):
         group[group_properties.SHADOWS], group[group_properties.LIGHTS] = shadows, lights
         fill_group(group, responses_in(group), lamps_in(group), sources=_sources_of_file())
 
 
 def is_outdated(group: bpy.types.NodeTree) -> bool:
-    """Whether another version of Blender made a Diffraction group's nodes, in a way that this one shows wrongly."""
+    """Whether another Blender version made a Diffraction group's shadow nodes, which this version shows wrongly."""
     return is_of_other_version(group, traced=traces_shadows(group))
 
 
 def is_whole(group: bpy.types.NodeTree) -> bool:
-    """Whether a Diffraction group has its sockets, and as many nodes and links as it was made with."""
+    """Whether a Diffraction group has its sockets and its original numbers of nodes and links."""
     return has_sockets(group, _INPUTS, _OUTPUTS) and has_parts(group)
 
 
 def take_back(group: bpy.types.NodeTree | None) -> bpy.types.NodeTree | None:
-    """A node group if it is a Diffraction group, else None. One that lost its custom properties is marked again."""
+    """The node group if it is a Diffraction group, else None. Marks a group again that lost its custom properties."""
     if group is None or group.bl_idname != "ShaderNodeTree":
         return None
     if not is_diffraction(group) and responses_in(group):
@@ -151,21 +149,21 @@ def take_back(group: bpy.types.NodeTree | None) -> bpy.types.NodeTree | None:
 
 
 def set_frame(group: bpy.types.NodeTree, source: DirectionSource) -> None:
-    """Have a Diffraction group take the tangent from a source."""
+    """Set the source of a Diffraction group's tangent."""
     if frame_of(group) != source:
         group[group_properties.FRAME] = source.as_property()
         refill(group, responses_in(group))
 
 
 def set_footprint(group: bpy.types.NodeTree, counts: bool) -> None:
-    """Have a Diffraction group blur colours that are finer than a pixel, or not (footprint.py)."""
+    """Set whether a Diffraction group blurs colours that are finer than a pixel (footprint.py)."""
     if counts_footprint(group) != counts:
         group[group_properties.FOOTPRINT] = counts
         refill(group, responses_in(group))
 
 
 def set_variation(group: bpy.types.NodeTree, variation: Variation, others: Iterable[Response]) -> None:
-    """Have a Diffraction group vary over the surface, between its own response and the others: one for each share."""
+    """Vary a Diffraction group over the surface between its own response and the others, one for each share."""
     own, others = response_in(group), list(others)
     if own is not None and (variation_of(group), list(further_responses(group))) != (variation, others):
         group[group_properties.VARIATION] = variation.as_property()
@@ -173,26 +171,26 @@ def set_variation(group: bpy.types.NodeTree, variation: Variation, others: Itera
 
 
 def needs_lamps() -> bool:
-    """Whether some Diffraction group of the file is dark where no lamp shines."""
+    """Whether some Diffraction group in the file is black without lamps."""
     return any(lights_of(group) == LAMPS_ONLY or not answers_to_world(group) for group in diffraction_groups())
 
 
 def answers_to_world(group: bpy.types.NodeTree) -> bool:
-    """Whether a Diffraction group can answer to light that comes from no lamp."""
+    """Whether a Diffraction group can show light that does not come from lamps."""
     return all(response.world is not None for response in responses_in(group))
 
 
 def refill(group: bpy.types.NodeTree, responses: tuple[Response, ...]) -> None:
-    """Make a Diffraction group's nodes anew around responses, for the lamps and sources that it has."""
+    """Rebuild a Diffraction group's nodes around responses, with its present lamps and sources."""
     fill_group(group, responses, lamps_in(group), sources=sources_in(group))
 
 
 def fill_group(
     group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps: list[bool], *, sources: int = 0
 ) -> None:
-    """Make a Diffraction group's nodes anew, for lamps with and without light linking and a number of sources of the
-    world. Its sockets and the links to them stay. A group whose own response was deleted stays as it is, until
-    replace_response gives it another; a relief whose response was deleted leaves its share to the group's own."""
+    """Rebuild a Diffraction group's nodes. Sockets and their links stay. `lamps`: for each lamp, whether light linking
+    applies. Without responses (its own was deleted) the group is unchanged until replace_response repairs it. The
+    group's own response takes over the shares of deleted further ones."""
     if not responses:
         return
     group.nodes.clear()
@@ -205,7 +203,7 @@ def fill_group(
         excess = held - (ROOM - _LEFT)
         if excess <= 0 or read == 0 or lights_of(group) != REST:
             break
-        # A source has at most its share of the constants, so that never more sources than must be are given up.
+        # One source takes at most its share of the constants, so this removes no more sources than necessary.
         read -= min(read, math.ceil(excess / held * (len(lamps) + read)))
     group[group_properties.READ], group[group_properties.CONSTANTS] = read, held
     arrange(group)
@@ -213,12 +211,12 @@ def fill_group(
 
 
 def _make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps: list[bool], *, sources: int) -> None:
-    """Make a Diffraction group's nodes anew, for lamps and a number of sources."""
+    """Rebuild a Diffraction group's nodes for lamps and a number of sources."""
     group.nodes.clear()
     tree = Tree(group)
     inputs = tree.inputs()
     areas, turn = variation_nodes(tree, variation_of(group).of_others(len(responses) - 1))
-    responses = responses[: len(areas)]  # the others' shares may have been lost
+    responses = responses[: len(areas)]  # shares of further responses may be missing
     if turn is not None:
         inputs["Rotation"] = inputs["Rotation"] + turn
     n, t = frame_nodes(tree, inputs, frame_of(group))
@@ -232,7 +230,7 @@ def _make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamp
     if counts_footprint(group):
         to_lamps[ROUGHNESS] = with_footprint(tree, settings[ROUGHNESS])
     reliefs = list(enumerate(zip(responses, areas, strict=True), start=1))
-    # A node that nothing links to costs nothing: it keeps the answer in the file while it is not asked for.
+    # An unlinked node costs nothing. It keeps the response's World group in the file while it is unused.
     lights = lights_of(group) if all(response.world is not None for response in responses) else LAMPS_ONLY
     asked_of_world: dict[Socket, Operand] = {NORMAL: n, TANGENT: t, SHARP: float(lights == REST), **settings}
     worlds = [(response.to_world(tree, asked_of_world, number=k), area) for k, (response, area) in reliefs]
@@ -250,15 +248,15 @@ def _make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamp
         for k, (response, area) in reliefs:
             shown = response.to_lamp(tree, asked, number=k).shown(strength)
             answer = (shown if area is None else shown.dimmed(area)).added_to(answer)
-        assert answer is not None  # there is a response
+        assert answer is not None  # there is at least one response
         if start is not None:
             sees = 1.0 - light.casts_shadow * hit(tree, start, light.direction, distance=light.distance)
             answer = answer.dimmed(sees)
         coat = answer.dimmed(lit if share is None else lit * share).added_to(coat)
-    assert coat is not None  # there is a lamp, or a place for one
+    assert coat is not None  # there is at least one lamp input
     shader = coat.shader if lights != ALL else None
     for world, area in worlds if lights != LAMPS_ONLY else ():
-        assert world is not None  # else LAMPS_ONLY
+        assert world is not None  # otherwise lights is LAMPS_ONLY
         rest = strength
         if lights == REST:
             rest = strength * (1.0 - unseen) * left_by_table(tree, zip(lit_by, shares, strict=True), world.direction)
@@ -272,15 +270,14 @@ def _make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamp
 
 
 def linked_with_fewer_lamps(scene: bpy.types.Scene) -> list[str]:
-    """One line for each Diffraction group that is linked from another file, so that it cannot be changed, and knows
-    fewer lamps than the scene follows."""
+    """One warning line for each linked (so read-only) Diffraction group with fewer lamps than the scene follows."""
     count = lamp_count(scene)
     groups = [g for g in diffraction_groups() if g.library is not None and len(lamps_in(g)) < count]
     return [f"{g.name}: linked, it knows {len(lamps_in(g))} of {count} lamps; make it local" for g in groups]
 
 
 def crowded(group: bpy.types.NodeTree) -> list[str]:
-    """A line if the constants of a Diffraction group leave no room in EEVEE for all sources, or for all lamps."""
+    """A warning line if a Diffraction group's constants leave no room in EEVEE for all sources or all lamps."""
     held, sources = stored.count(group, group_properties.CONSTANTS, 2**31), sources_in(group)
     if held > ROOM - _LEFT:
         return [too_large(group.name)]
@@ -294,15 +291,15 @@ def crowded(group: bpy.types.NodeTree) -> list[str]:
 
 
 def too_large(name: str) -> str:
-    """The line for a group or a material that EEVEE has no room for."""
+    """The warning for a group or a material that is too large for EEVEE."""
     return f"{name}: too large for EEVEE, which may show it magenta; {_REMEDY}, or render with Cycles"
 
 
 def show_lamps(*, exactly: bool) -> None:
-    """Give each Diffraction group of the file as many lamps as any of its scenes follows, and light linking if used.
+    """Give each Diffraction group in the file as many lamps as any scene follows, and light linking if used.
 
-    A group that has them is left alone, as Blender would compile it again. `exactly`: so is not a group that has more,
-    which only costs time in each pixel, as the properties of the others are absent and read as 0."""
+    Groups that have enough are unchanged, because Blender would recompile them. With `exactly`, surplus lamps are
+    removed too; they only cost time in each pixel, as their missing properties read as 0."""
     groups = [group for group in diffraction_groups() if group.library is None]
     if not groups:
         return
@@ -317,8 +314,8 @@ def show_lamps(*, exactly: bool) -> None:
 
 
 def renew_outdated() -> list[str]:
-    """Make the nodes of each Diffraction group anew that another version of Blender saved, for the shadows of this one.
-    Returns a line to print if there was one. A group of another file stays (lost_parts.py finds it)."""
+    """Rebuild Diffraction groups whose shadows another Blender version made. Return a line to print if there were any.
+    Linked groups stay as they are (lost_parts.py reports them)."""
     outdated = [group for group in diffraction_groups() if group.library is None and is_outdated(group)]
     for group in outdated:
         refill(group, responses_in(group))
@@ -328,23 +325,21 @@ def renew_outdated() -> list[str]:
 
 
 def follows_light_linking() -> bool:
-    """Whether some Diffraction group of the file reads the marks of light linking."""
+    """Whether some Diffraction group in the file applies light linking."""
     return any(any(lamps_in(group)) for group in diffraction_groups())
 
 
 def follows_world() -> bool:
-    """Whether some Diffraction group of the file reads the sources of worlds."""
+    """Whether some Diffraction group in the file reads the sources of worlds."""
     return any(lights_of(group) == REST for group in diffraction_groups())
 
 
 def _sources_of_file() -> int:
-    """The most sources of a world that some scene of the file notes."""
+    """The largest number of world sources that a scene of the file stores."""
     return max((source_count(scene) for scene in bpy.data.scenes), default=0)
 
 
 def _lamps_of_file() -> list[bool]:
-    """For each lamp that some scene of the file follows, whether light linking keeps the lamp from some object.
-
-    The list has at least one lamp, so that a group is never empty."""
+    """For each lamp that some scene of the file follows, whether its light is linked. Never empty."""
     followed = [[is_linked(lamp) for lamp in followed_lamps(scene)] for scene in bpy.data.scenes]
     return [any(linked) for linked in zip_longest([False], *followed, fillvalue=False)]

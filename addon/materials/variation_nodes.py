@@ -1,32 +1,30 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A grating that varies over a skin, as nodes: the share of each of its reliefs at a place, and the turn of its
-direction there. What does not vary costs no node.
+"""A grating's variation over a skin, as nodes: the share of each relief at a point, and the turn of the direction
+there. Unused variation adds no nodes.
 
-A pattern is a number x that is uniform from 0 to 1 over the surface. The reliefs take up as much of that range as they
-have of the surface, one after the other: with shares s1, s2, s3 the bounds between them are b1 = s1 and b2 = s1 + s2,
-and the shares at a place are
+A pattern is a number x, distributed uniformly from 0 to 1 over the surface. Each relief takes an interval of this range
+as long as its share of the surface: with shares s1, s2, s3 the bounds are b1 = s1 and b2 = s1 + s2, and the shares at a
+point are
 
     1 - S(x - b1),  S(x - b1) - S(x - b2),  S(x - b2)
 
-where S is a step from 0 to 1 over the softness. They add up to 1 everywhere. Light from different patches does not
-interfere, as patches are wider than light is coherent: radiances add up by their shares.
-"""
+S is a step from 0 to 1 over the softness. The shares add up to 1 everywhere. Patches are wider than the coherence
+length, so light from different patches does not interfere: their radiances are added, weighted by the shares."""
 
 from itertools import pairwise
 
 from ..gratings.variation import Variation
 from ..nodes.builder import Tree, Value
 
-# A Noise Texture of this detail is nearly normal around 0.5. Its distribution is (1 + tanh(k (noise - 0.5))) / 2 within
-# 0.015, by which it is made uniform.
+# With this detail, a Noise Texture is almost normally distributed around 0.5. Its distribution function, within 0.015,
+# is (1 + tanh(k (noise - 0.5))) / 2, which makes it uniform.
 _DETAIL, _EVEN = 1.0, 8.5
-# Where a mesh was before modifiers and shape keys: Blender stores it where an object asks for it.
+# Positions before modifiers and shape keys; Blender stores them if this is enabled on the object.
 REST_POSITION = "rest_position"
 
 
 def variation_nodes(tree: Tree, variation: Variation) -> tuple[list[Value | None], Value | None]:
-    """The share of each relief at a place, None for all of it; and the turn of the direction in radians, None for
-    none."""
+    """The share of each relief at a point, where None is 1; and the turn of the direction in radians, or None."""
     name = variation.pattern_attribute
     by_noise = variation.shares and not name
     place, turning = _noise(tree, variation.size_m) if by_noise or variation.turn else (None, None)
@@ -45,8 +43,8 @@ def variation_nodes(tree: Tree, variation: Variation) -> tuple[list[Value | None
 
 
 def _noise(tree: Tree, size_m: float) -> tuple[Value, Value]:
-    """Two numbers that vary over the surface independently, each uniform from 0 to 1. They rest on the mesh as it was
-    modelled, where that is stored, so that they ride with a skin that moves."""
+    """Two independent numbers that vary over the surface, each uniform from 0 to 1. They use the rest position where it
+    is stored, so that the pattern moves with a deforming skin."""
     held, _ = tree.attribute(REST_POSITION, "GEOMETRY")
     absent = tree.math("LESS_THAN", tree.dot(held, held), 1e-24)
     place = held + tree.value(tree.node("ShaderNodeTexCoord").outputs["Object"]) * absent
@@ -62,7 +60,7 @@ def _noise(tree: Tree, size_m: float) -> tuple[Value, Value]:
 
 
 def _step(tree: Tree, place: Value, bound: float, softness: float) -> Value:
-    """0 before a bound and 1 beyond it, over a width around it."""
+    """A step from 0 to 1 at a bound, smooth over the softness."""
     if softness <= 0:
         return tree.math("GREATER_THAN", place, bound)
     ends = (bound - softness / 2, bound + softness / 2)

@@ -1,3 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Building node trees: a builder by which the code reads like its formula, the sockets of groups, and the nodes'
-layout."""
+"""Building node trees: a builder whose code reads like its formula, the sockets of groups, and the layout of nodes."""

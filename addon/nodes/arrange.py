@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Placing nodes so that a person can read the tree."""
+"""Arranging nodes so that the tree is readable."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import bpy
 
 
 def arrange(tree: bpy.types.NodeTree) -> None:
-    """Place each node in a column right of all nodes that feed it.
+    """Place each node in a column to the right of all nodes that feed it.
 
-    Nodes must have been made in the order of the formula: inputs before their users."""
+    Nodes must have been created in the order of the formula: inputs before their users."""
     feeding: dict[bpy.types.Node, list[bpy.types.Node]] = {}
-    for link in tree.links:  # Blender looks through all of them for each socket that is asked for its own
+    for link in tree.links:  # socket.links would search all links for each socket
         feeding.setdefault(link.to_node, []).append(link.from_node)
     depth: dict[bpy.types.Node, int] = {}
     for node in tree.nodes:

@@ -4,13 +4,11 @@
     u = dot(half, tangent)
     radiance = reflectance * (scattered + cosine * zero_order)
 
-Each operation adds a node and returns a Value: a socket with arithmetic. Floats and vectors mix as they do in Blender's
-own sockets (a float spreads over a vector's components).
+Each operation adds a node and returns a Value: a socket with arithmetic. Floats and vectors mix as in Blender's own
+sockets (a float spreads over a vector's components).
 
-A call that does not fit its node raises TypeError, as a call that does not fit a Python function does: an input that
-the group does not have, more inputs than the node has, a setting that the node does not know. The message names the
-node.
-"""
+A call that does not fit its node raises TypeError, like a wrong call of a Python function: an unknown input of a group,
+too many inputs, or an unknown setting. The message names the node."""
 
 from __future__ import annotations
 
@@ -29,7 +27,7 @@ class Value:
 
     @property
     def is_vector(self) -> bool:
-        """Whether it has three components: a vector or a colour."""
+        """Whether it has three components (a vector or a colour)."""
         return self.socket.type in {"VECTOR", "RGBA"}
 
     def __add__(self, other: Operand) -> Value:
@@ -70,7 +68,7 @@ class Tree:
     def node(self, kind: str, *inputs: Operand, label: str = "", **settings: object) -> bpy.types.Node:
         """Add a node of the Blender type `kind`, with its settings and the values of its first inputs.
 
-        Raises TypeError for a setting that the node does not know, and for more inputs than the settings leave it."""
+        Raises TypeError for an unknown setting, and for more values than enabled inputs."""
         node = self.tree.nodes.new(kind)
         node.label = label
         for name, value in settings.items():
@@ -78,8 +76,8 @@ class Tree:
                 raise TypeError(f"{_described(node)}: it has no setting {name!r}")
             setattr(node, name, value)
         if hasattr(node, "texture_mapping"):
-            # Only when a texture's own mapping is set does Blender note that the mapping is the identity. Without the
-            # note EEVEE multiplies by a matrix, which takes 96 bytes of the 64 KiB for a material's constants.
+            # Blender detects an identity mapping only after the mapping was set. Otherwise EEVEE multiplies by a
+            # matrix, which takes 96 bytes of the 64 KiB for a material's constants.
             node.texture_mapping.scale = (1.0, 1.0, 1.0)
         sockets = [socket for socket in node.inputs if socket.enabled]
         if len(inputs) > len(sockets):
@@ -93,7 +91,7 @@ class Tree:
         return self.outputs_of(self.node("NodeGroupInput"))
 
     def output(self, *values: Operand) -> None:
-        """Give the group under construction its outputs, in their order.
+        """Set the outputs of the group under construction, in their order.
 
         Raises TypeError unless there is one value for each output."""
         node = self.node("NodeGroupOutput")
@@ -108,7 +106,7 @@ class Tree:
         return {socket.name: self.value(socket) for socket in node.outputs if socket.name}
 
     def feed(self, socket: bpy.types.NodeSocket, value: Operand | tuple[float, float, float, float]) -> None:
-        """Link or set an input socket."""
+        """Link an input socket to a value, or set its default."""
         if isinstance(value, Value):
             self.tree.links.new(value.socket, socket)
         elif isinstance(value, (int, float)) and socket.type in {"VECTOR", "RGBA"}:
@@ -121,11 +119,10 @@ class Tree:
         return Value(self, socket)
 
     def arithmetic(self, operation: str, *operands: Operand) -> Value:
-        """An operation that both Blender's Math and its Vector Math node have, by its name there. It is a vector if an
-        operand is."""
+        """An operation that Blender's Math and Vector Math nodes share, by name; a vector if any operand is one."""
         vectors = [o.is_vector if isinstance(o, Value) else isinstance(o, tuple) for o in operands]
         if operation == "MULTIPLY" and vectors in ([True, False], [False, True]):
-            # A Multiply node would make Cycles turn the number into a vector first.
+            # With a Multiply node, Cycles would first convert the number to a vector.
             vector, factor = operands if vectors[0] else operands[::-1]
             node = self.node("ShaderNodeVectorMath", vector, operation="SCALE")
             self.feed(node.inputs["Scale"], factor)
@@ -134,11 +131,11 @@ class Tree:
         return self.value(self.node(kind, *operands, operation=operation).outputs[0])
 
     def math(self, operation: str, *operands: Operand) -> Value:
-        """A scalar function by the name of Blender's Math node."""
+        """A scalar function, by its name in Blender's Math node."""
         return self.value(self.node("ShaderNodeMath", *operands, operation=operation).outputs[0])
 
     def vector_math(self, operation: str, *operands: Operand) -> Value:
-        """A vector function by the name of Blender's Vector Math node."""
+        """A vector function, by its name in Blender's Vector Math node."""
         node = self.node("ShaderNodeVectorMath", *operands, operation=operation)
         return self.value(node.outputs["Value" if operation in {"DOT_PRODUCT", "LENGTH"} else "Vector"])
 
@@ -165,9 +162,9 @@ class Tree:
         return a * a
 
     def fresnel(self, ior: Operand, normal: Value) -> Value:
-        """Unpolarised reflectance of a dielectric towards the viewer, the same on both sides of the mesh.
+        """Unpolarised reflectance of a dielectric towards the viewer, equal on both sides of the mesh.
 
-        Blender's node alone would take a viewer behind the mesh to be inside the dielectric."""
+        Blender's Fresnel node would treat a viewer behind the mesh as inside the dielectric."""
         behind = self.value(self.node("ShaderNodeNewGeometry").outputs["Backfacing"])
         ior = self.math("POWER", ior, behind.times_plus(-2.0, 1.0))
         return self.value(self.node("ShaderNodeFresnel", ior, normal).outputs[0])
@@ -177,7 +174,7 @@ class Tree:
         return self.value(self.node("ShaderNodeCombineXYZ", x, y, z).outputs[0])
 
     def from_object(self, direction: Operand) -> Value:
-        """A direction of the object's space in the scene's."""
+        """A direction, converted from object space to world space."""
         settings = {"vector_type": "VECTOR", "convert_from": "OBJECT", "convert_to": "WORLD"}
         return self.value(self.node("ShaderNodeVectorTransform", direction, **settings).outputs["Vector"])
 
@@ -190,24 +187,22 @@ class Tree:
         return (b - a).times_plus(share, a)
 
     def image(self, image: bpy.types.Image, at: Value, label: str = "") -> Value:
-        """Look an image up at a vector in its 0..1 coordinates, by a cubic B-spline; beyond it, its edge is extended.
+        """Look up an image at coordinates from 0 to 1, by a cubic B-spline. Outside the image, its edge continues.
 
-        No other filter is the same in Cycles and EEVEE at every size of a pixel: EEVEE's linear one uses mip levels."""
+        Only this filter is the same in Cycles and EEVEE at all pixel sizes: EEVEE's linear filter uses mip levels."""
         settings = {"image": image, "interpolation": "Cubic", "extension": "EXTEND"}
         return self.value(self.node("ShaderNodeTexImage", at, label=label, **settings).outputs["Color"])
 
     def attribute(self, name: str, holder: str = "VIEW_LAYER") -> tuple[Value, Value]:
-        """Read a custom property of the scene, or with holder "OBJECT" of the object: its first three numbers as a
-        vector, and its fourth. They are 0 where there is no such property."""
+        """Read a custom property of the scene, or with the holder "OBJECT" of the object: its first three numbers as a
+        vector, and its fourth. Both are 0 if the property is missing."""
         node = self.node("ShaderNodeAttribute", attribute_type=holder, attribute_name=name, label=name)
         return self.value(node.outputs["Vector"]), self.value(node.outputs["Alpha"])
 
     def group(
         self, group: bpy.types.NodeTree, inputs: Mapping[str, Operand] | None = None, *, label: str = ""
     ) -> dict[str, Value]:
-        """Add a node of a group, its inputs given by name; the values of its outputs by name.
-
-        Raises TypeError for an input that the group does not have."""
+        """Add a node of a group, with inputs by name. Return its outputs. Raises TypeError for an unknown input."""
         node = self.node("ShaderNodeGroup", node_tree=group, label=label)
         sockets = {socket.name: socket for socket in node.inputs}
         for name, value in (inputs or {}).items():
@@ -221,13 +216,13 @@ class Tree:
         return self.value(self.node("ShaderNodeEmission", radiance, strength).outputs[0])
 
     def glossy(self, colour: Value, roughness: Operand, normal: Value) -> Value:
-        """A mirror of a colour around a normal, whose facets have Beckmann's distribution."""
+        """A glossy reflection around a normal, with a Beckmann distribution."""
         node = self.node("ShaderNodeBsdfAnisotropic", colour, roughness, distribution="BECKMANN")
         self.feed(node.inputs["Normal"], normal)
         return self.value(node.outputs[0])
 
     def mix_shader(self, share: Operand, a: Value | None, b: Value | None) -> Value:
-        """(1 - share) a + share b, where None is black. Cycles does not evaluate a side whose share is 0."""
+        """(1 - share) a + share b, where None is black. Cycles skips a side with a weight of 0."""
         node = self.node("ShaderNodeMixShader", share)
         for socket, shader in zip(node.inputs[1:], (a, b), strict=True):
             if shader is not None:
@@ -240,7 +235,7 @@ class Tree:
 
 
 def _described(node: bpy.types.Node) -> str:
-    """A node by its type and, for a group, by the group's name."""
+    """The node's type and, for a group node, the group's name."""
     group = getattr(node, "node_tree", None)
     return f"node {node.bl_idname}" if group is None else f"node {node.bl_idname} of {group.name!r}"
 

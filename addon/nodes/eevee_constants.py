@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How many bytes the constants of a material take in EEVEE, which has 64 KiB for them and draws a material with more in
+"""Counts the bytes that a material's constants take in EEVEE. It has 64 KiB for them, and draws a larger material in
 magenta.
 
-EEVEE flattens all groups, and holds a constant for each input socket that nothing links to, also if the node's
-operation does not use it. A colour takes 16 bytes, a vector 12 with a gap of 4 that a number may fill, and a number 4.
-What does not lead to an output of the material takes nothing.
-"""
+EEVEE flattens all groups. It stores a constant for each unlinked input socket, even if the node's operation does not
+use the socket. A colour takes 16 bytes, a vector 12 plus a gap of 4 that a number may fill, and a number 4. Nodes that
+do not lead to an output of the material take nothing."""
 
 from collections import Counter, defaultdict
 from typing import Any
@@ -15,13 +14,12 @@ import bpy
 ROOM = 65536
 _OUTPUTS = {"GROUP_OUTPUT", "OUTPUT_MATERIAL", "OUTPUT_AOV"}
 _KINDS = {"VALUE": "VALUE", "INT": "VALUE", "BOOLEAN": "VALUE", "VECTOR": "VECTOR", "RGBA": "RGBA"}
-# What a node has besides its sockets, in numbers. EEVEE turns the mixing of shaders into Math nodes, and Texture
-# Coordinate has a matrix.
+# Numbers that a node holds besides its sockets: EEVEE mixes shaders by Math nodes; Texture Coordinate has a matrix.
 _BESIDES = {"MIX_SHADER": 6, "ADD_SHADER": 2, "TEX_COORD": 16, "VALUE": 1, "RGB": 4}
 
 
 def constant_bytes(tree: bpy.types.NodeTree) -> int:
-    """The bytes of constants of a material's node tree; of a group, as of a material that shows nothing else."""
+    """The bytes of constants of a material's node tree, or of a material that contains only this group."""
     found = _constants(tree, None, None, {})
     return 16 * (found["RGBA"] + found["VECTOR"]) + 4 * max(0, found["VALUE"] - found["VECTOR"])
 
@@ -29,8 +27,8 @@ def constant_bytes(tree: bpy.types.NodeTree) -> int:
 def _constants(
     tree: bpy.types.NodeTree, asked: frozenset[str] | None, fixed: frozenset[str] | None, known: dict[Any, Counter[str]]
 ) -> Counter[str]:
-    """The constants of a tree by their kinds. `asked` are the outputs of a group that something links to, and `fixed`
-    its inputs that nothing links to, by their identifiers; None is all. `known` holds what was counted before."""
+    """The constants of a tree, counted by kind. `asked`: identifiers of the group's linked outputs. `fixed`:
+    identifiers of its unlinked inputs. None stands for all. `known` caches earlier counts."""
     if (found := known.get((tree, asked, fixed))) is not None:
         return found
     found = known[tree, asked, fixed] = Counter()
@@ -41,7 +39,7 @@ def _constants(
         held = source is not None and source.node.type == "GROUP_INPUT"
         return source is None or held and (fixed is None or source.identifier in fixed)
 
-    outputs = defaultdict(set)  # those that are linked to, by their nodes
+    outputs = defaultdict(set)  # the linked outputs of each node
     ends = [socket for node in tree.nodes if node.type in _OUTPUTS for socket in node.inputs]
     waiting = [s for s in ends if asked is None or s.node.type != "GROUP_OUTPUT" or s.identifier in asked]
     while waiting:

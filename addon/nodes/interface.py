@@ -15,11 +15,10 @@ class Socket:
     """An input or output of a group.
 
     kind        Float, Vector, Color or Shader
-    text        the tooltip
+    text        tooltip
     default     of an input; None for an input that is only for links
-    low, high   the range of an input, if it has one
-    subtype     how Blender shows the value, such as FACTOR or ANGLE
-    """
+    low, high   range of an input, if limited
+    subtype     display of the value, such as FACTOR or ANGLE"""
 
     name: str
     kind: str
@@ -34,21 +33,21 @@ INPUT, OUTPUT = "INPUT", "OUTPUT"
 
 
 def add_interface(group: bpy.types.NodeTree, inputs: tuple[Socket, ...], outputs: tuple[Socket, ...]) -> None:
-    """Give a new group its sockets. An input without a default hides its value."""
+    """Add sockets to a new group. An input without a default hides its value."""
     for in_out, sockets in ((INPUT, inputs), (OUTPUT, outputs)):
         for socket in sockets:
             _add(group, in_out, socket)
 
 
 def sockets_of(group: bpy.types.NodeTree, in_out: str) -> list[Any]:
-    """The inputs or the outputs of a group, in their order."""
+    """The inputs or outputs of a group, in their order."""
     items = group.interface.items_tree
     return [item for item in items if item.item_type == "SOCKET" and item.in_out == in_out]
 
 
 def has_sockets(group: bpy.types.NodeTree, inputs: Sequence[Socket], outputs: Sequence[Socket]) -> bool:
-    """Whether a group has these inputs, among others, and these outputs, in this order and no others."""
-    items = [item for item in group.interface.items_tree if item.item_type == "SOCKET"]  # gone through once: it is slow
+    """Whether a group has at least these inputs, and exactly these outputs in this order."""
+    items = [item for item in group.interface.items_tree if item.item_type == "SOCKET"]  # read once: slow
     present = [(item.in_out, item.name, item.socket_type) for item in items]
     names = [name for in_out, name, _ in present if in_out == INPUT]
     are_in = all((INPUT, socket.name, _kind(socket)) in present and names.count(socket.name) == 1 for socket in inputs)
@@ -57,8 +56,8 @@ def has_sockets(group: bpy.types.NodeTree, inputs: Sequence[Socket], outputs: Se
 
 
 def restore_interface(group: bpy.types.NodeTree, inputs: tuple[Socket, ...], outputs: tuple[Socket, ...]) -> None:
-    """Give a group the sockets that an artist deleted, renamed or made another kind of. The others keep their links,
-    and one that was renamed in its place keeps its own. Outputs that are none of the group's go."""
+    """Restore sockets that an artist deleted, renamed or changed to another type. Renamed sockets in their original
+    place, and all intact ones, keep their links. Unknown outputs are removed."""
     if has_sockets(group, inputs, outputs):
         return
     for in_out, wanted in ((INPUT, inputs), (OUTPUT, outputs)):
@@ -78,7 +77,7 @@ def restore_interface(group: bpy.types.NodeTree, inputs: tuple[Socket, ...], out
                 group.interface.remove(item)
                 item = None
             item = item or _add(group, in_out, socket)
-            # To the end, so that all of them come in their order.
+            # Moving each to the end restores the order.
             group.interface.move(item, len(group.interface.items_tree))
 
 

@@ -1,3 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operators, one in each file. An operator calls a function of addon/workflow/, which it loads when its button is
-pressed."""
+"""The operators, one in each file. Each calls a function of addon/workflow/, imported when the button is pressed."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lay the active grating's diffraction over the materials that the selected meshes have."""
+"""Adds the active grating's diffraction to the materials of the selected meshes."""
 
 import bpy
 
@@ -7,8 +7,8 @@ from .on_selected_meshes import OnSelectedMeshes
 
 
 class AddDiffraction(OnSelectedMeshes, bpy.types.Operator):
-    """Lay the active grating's diffraction over all materials of the selected meshes, in place of any that they
-    have"""
+    """Add the active grating's diffraction on top of all materials of the selected meshes, in place of any other
+    diffraction"""
 
     bl_idname = "grating.add_diffraction"
     bl_label = "Add to Materials"

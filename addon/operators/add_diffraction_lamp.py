@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Add a Diffraction Lamp to the active object."""
+"""Adds a Diffraction Lamp to the active object."""
 
 import bpy
 from bpy.props import FloatProperty, StringProperty
@@ -11,8 +11,8 @@ from .reports import report_failure, report_lines
 
 
 class AddDiffractionLamp(bpy.types.Operator):
-    """Add a lamp that throws the spectrum of a patch of the active object's grating onto walls and screens, without
-    noise. The patch is where the object is nearest to the 3D cursor. Cycles only"""
+    """Add a lamp that throws the spectrum of the active object's grating onto walls and screens, without noise. It
+    stands for a square patch of the surface, at the point nearest to the 3D cursor. Cycles only"""
 
     bl_idname = "grating.add_diffraction_lamp"
     bl_label = "Diffraction Lamp"
@@ -20,15 +20,14 @@ class AddDiffractionLamp(bpy.types.Operator):
 
     size_mm: FloatProperty(
         name="Patch Size (mm)",
-        description="Side of the square patch that diffracts, in millimetres. A larger one sends more light, and blurs "
-        "the spectrum by its size",
+        description="Side of the square patch, in millimetres. A larger patch sends more light and blurs the spectrum",
         default=10.0,
         min=1e-3,
         soft_min=0.1,
         soft_max=100.0,
     )
     lamp: StringProperty(
-        name="Lit by", description="The lamp whose light is diffracted; empty for the first that the panel lists"
+        name="Lit by", description="Lamp whose light the patch diffracts. Empty: the first lamp in the panel"
     )
 
     @classmethod
@@ -62,5 +61,5 @@ class AddDiffractionLamp(bpy.types.Operator):
 
 @guarded
 def menu_entry(menu: bpy.types.Menu, _: bpy.types.Context) -> None:
-    """The entry of the menu Add > Light."""
+    """Draw the entry in Add > Light."""
     menu.layout.operator(AddDiffractionLamp.bl_idname, icon="LIGHT_AREA")

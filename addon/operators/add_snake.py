@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Add a snake, or a piece of its shed skin, to the scene."""
+"""Adds a snake, or a piece of its shed skin, to the scene."""
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
@@ -10,14 +10,14 @@ from .polls import in_object_mode
 from .reports import report_failure, report_lines
 
 _SPECIES = (
-    ("XENOPELTIS", "Xenopeltis unicolor", "Sunbeam snake: smooth, flush plates, brown with pale rims"),
+    ("XENOPELTIS", "Xenopeltis unicolor", "Sunbeam snake: smooth, flush scales, brown with pale rims"),
     ("ELAPHE", "Elaphe guttata", "Corn snake: small keeled scales, red-brown saddles"),
 )
 
 
 class AddSnake(bpy.types.Operator):
-    """Add a snake whose scales are geometry, with a skin and a UV map along the body. Bake a grating, then use Add to
-    Materials to lay its diffraction over the skin"""
+    """Add a snake with modelled scales, a skin material, and a UV map along the body. Bake a grating, then use Add to
+    Materials to show its diffraction on the skin"""
 
     bl_idname = "grating.add_snake"
     bl_label = "Snake"
@@ -28,16 +28,16 @@ class AddSnake(bpy.types.Operator):
         name="Pose",
         description="How the snake lies",
         items=(
-            ("RESTING", "Resting", "In loops, the head laid over the body"),
-            ("COILED", "Coiled", "In a flat coil, the head in its middle"),
-            ("S", "S", "Winding along"),
-            ("REARING", "Rearing", "The neck raised"),
-            ("CURVE", "Active Curve", "Along the active curve's first spline, as long as that, its snout at the start"),
+            ("RESTING", "Resting", "In loops, with the head on the body"),
+            ("COILED", "Coiled", "In a flat coil, with the head in the centre"),
+            ("S", "S", "In an S-shaped curve"),
+            ("REARING", "Rearing", "With the neck raised"),
+            ("CURVE", "Active Curve", "Along the active curve's first spline, as long as the curve, head at its start"),
         ),
     )
     length_m: FloatProperty(
         name="Length (m)",
-        description="From snout to tail, in metres. Along a curve the curve's length counts",
+        description="Length from snout to tail, in metres. Not used with Active Curve",
         default=1.0,
         min=0.01,
         max=100.0,
@@ -46,14 +46,14 @@ class AddSnake(bpy.types.Operator):
     )
     faces: IntProperty(
         name="Faces",
-        description="About how many faces the mesh has. 200,000 serve close-ups; with fewer than 50,000 scales are "
-        "mere facets. The number of scales fits itself to it",
+        description="Approximate number of faces of the mesh. Use 200,000 for close-ups. With fewer than 50,000, "
+        "scales look faceted. The number of scales adapts to it",
         default=200_000,
         min=11_000,
         max=1_000_000,
     )
-    seed: IntProperty(name="Seed", description="Each gives the scales other slight turns and shades", default=0, min=0)
-    bones: BoolProperty(name="Bones", description="Bones along the spine that move the mesh", default=False)
+    seed: IntProperty(name="Seed", description="Varies the slight tilts and shades of the scales", default=0, min=0)
+    bones: BoolProperty(name="Bones", description="Add an armature that deforms the snake", default=False)
 
     @classmethod
     def poll(cls, context):
@@ -73,8 +73,8 @@ class AddSnake(bpy.types.Operator):
 
 
 class AddShedSkin(bpy.types.Operator):
-    """Add a piece of shed skin: the scales of a snake's back and sides as a thin sheet, laid flat. Bake a grating, then
-    use Add to Materials to lay its diffraction over the sheet"""
+    """Add a piece of shed skin: a thin, flat sheet with the scales of a snake's back and sides. Bake a grating, then
+    use Add to Materials to show its diffraction on the sheet"""
 
     bl_idname = "grating.add_shed_skin"
     bl_label = "Shed Skin"
@@ -82,12 +82,12 @@ class AddShedSkin(bpy.types.Operator):
 
     species: EnumProperty(name="Species", description="Shape of the scales", items=_SPECIES)
     size_mm: FloatProperty(
-        name="Size (mm)", description="Side of the piece, in millimetres", default=60.0, min=0.1, max=10_000.0
+        name="Size (mm)", description="Side of the square piece, in millimetres", default=60.0, min=0.1, max=10_000.0
     )
     faces: IntProperty(
-        name="Faces", description="About how many faces the mesh has", default=50_000, min=11_000, max=1_000_000
+        name="Faces", description="Approximate number of faces of the mesh", default=50_000, min=11_000, max=1_000_000
     )
-    seed: IntProperty(name="Seed", description="Each gives other waves and turns of scales", default=0, min=0)
+    seed: IntProperty(name="Seed", description="Varies the waves and the tilts of the scales", default=0, min=0)
 
     @classmethod
     def poll(cls, context):
@@ -107,6 +107,6 @@ class AddShedSkin(bpy.types.Operator):
 
 @guarded
 def menu_entry(menu: bpy.types.Menu, _: bpy.types.Context) -> None:
-    """The entries of the menu Add > Mesh."""
+    """Draw the entries in Add > Mesh."""
     menu.layout.operator(AddSnake.bl_idname, icon="MOD_CURVE")
     menu.layout.operator(AddShedSkin.bl_idname, icon="MOD_CLOTH")

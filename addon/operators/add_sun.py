@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Add a sun to a scene that has no lamp."""
+"""Adds a sun to a scene without lamps."""
 
 import bpy
 
@@ -7,7 +7,7 @@ from ..workflow.following_lamps import add_sun, update_lamps
 
 
 class AddSun(bpy.types.Operator):
-    """Add a sun that lights the scene, slanting from above"""
+    """Add a sun lamp that shines at an angle from above"""
 
     bl_idname = "grating.add_sun"
     bl_label = "Add Sun"

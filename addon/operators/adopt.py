@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adopt diffraction materials that are in no grating's reach."""
+"""Adopts diffraction materials that belong to no grating in the list."""
 
 import bpy
 
@@ -10,7 +10,7 @@ from .reports import report_failure, report_lines
 
 class AdoptMaterials(bpy.types.Operator):
     """Bring appended and pasted diffraction materials into the list. A copy of a grating in the list follows that
-    grating from now on; each other material becomes a grating of its own"""
+    grating from now on; each other material becomes a separate grating"""
 
     bl_idname = "grating.adopt"
     bl_label = "Adopt"
@@ -18,7 +18,7 @@ class AdoptMaterials(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        # The panel draws the button only if there is something to adopt, and asks this at each redraw.
+        # The panel draws the button only if there is something to adopt. Blender calls this at each redraw.
         if not any(map(is_diffraction, bpy.data.node_groups)):
             cls.poll_message_set("The file has no diffraction material")
             return False

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Assign the active grating's material to the selected meshes."""
+"""Assigns the active grating's material to the selected meshes."""
 
 import bpy
 
@@ -7,8 +7,8 @@ from .on_selected_meshes import OnSelectedMeshes
 
 
 class AssignToSelected(OnSelectedMeshes, bpy.types.Operator):
-    """Put the active grating's material into the active slot of the selected meshes. The scan's x axis
-    (left to right) follows the direction that Direction names"""
+    """Put the active grating's material into the active material slot of the selected meshes. The scan's x axis (left
+    to right) follows the direction set by Direction"""
 
     bl_idname = "grating.assign"
     bl_label = "Assign to Selected"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bake the direction of the active mesh's grating into a picture."""
+"""Bakes the direction of the active mesh's grating into a picture."""
 
 from pathlib import Path
 
@@ -12,23 +12,23 @@ from .reports import report_failure, report_lines
 
 
 class BakeDirectionMap(bpy.types.Operator):
-    """Bake the direction of the active mesh's grating into a picture on its active UV map, by Cycles, and have the
-    grating read it: for game engines, and where the frame's own nodes are slow"""
+    """Bake the direction of the active mesh's grating into a picture on its active UV map, with Cycles, and make the
+    grating read it. For game engines, and to speed up a slow direction source"""
 
     bl_idname = "grating.bake_direction_map"
     bl_label = "Bake Direction Map"
     bl_options = {"UNDO"}
 
-    uv_map: StringProperty(name="UV Map", description="The map on which the picture lies; empty for the active one")
+    uv_map: StringProperty(name="UV Map", description="UV map to bake onto. Empty: the active one")
     size: IntProperty(name="Size", description="Side of the picture, in pixels", default=1024, min=16, max=1 << 14)
     margin: IntProperty(
-        name="Margin", description="How far the islands grow past their rims, in pixels", default=8, min=2, max=64
+        name="Margin", description="Bleed past the borders of UV islands, in pixels", default=8, min=2, max=64
     )
     filepath: StringProperty(
-        name="File", description="Where the picture is written too, as OpenEXR; it is packed into the .blend anyway",
+        name="File", description="Also save the picture here, as OpenEXR. It is always packed into the .blend",
         subtype="FILE_PATH",
     )  # fmt: skip
-    read: BoolProperty(name="Read", description="The mesh's gratings take their direction from it", default=True)
+    read: BoolProperty(name="Read", description="Make the mesh's gratings use the picture", default=True)
 
     @classmethod
     def poll(cls, context):

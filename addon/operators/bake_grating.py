@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bake the active grating, in a process beside Blender."""
+"""Bakes the active grating in a separate process."""
 
 import bpy
 from bpy.props import StringProperty
@@ -15,11 +15,11 @@ class BakeGrating(FollowsBake, bpy.types.Operator):
 
     bl_idname = "grating.bake"
     bl_label = "Bake Grating"
-    # Not REGISTER, whose panel Adjust Last Operation would bake again at each change, with Blender waiting.
+    # Not REGISTER: its panel Adjust Last Operation would bake again at each change and block Blender.
     bl_options = {"UNDO"}
 
     directory: StringProperty(
-        name="Folder", description="Where the bake is written; empty for the extension's own cache", subtype="DIR_PATH"
+        name="Folder", description="Folder for the bake. Empty: the extension's cache", subtype="DIR_PATH"
     )
 
     def execute(self, context):

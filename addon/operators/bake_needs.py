@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bake of the active grating only what the scene needs, in a process beside Blender."""
+"""Bakes only the part of the active grating that the scene needs, in a separate process."""
 
 import bpy
 from bpy.props import BoolProperty
@@ -12,16 +12,16 @@ from .reports import report_failure
 
 
 class BakeNeeds(FollowsBake, bpy.types.Operator):
-    """Bake only the directions that the scene's camera sees of the active grating, over all frames if something moves.
-    It stops early if that saves little memory. Esc cancels, and one undo brings the former bake back"""
+    """Bake only the directions of the active grating that the scene's camera sees, over all frames if something moves.
+    It stops early if that saves little memory. Esc cancels; a single undo restores the former bake"""
 
     bl_idname = "grating.needs"
     bl_label = "Bake for This Scene"
-    # Not REGISTER, whose panel Adjust Last Operation would bake again at each change, with Blender waiting.
+    # Not REGISTER: its panel Adjust Last Operation would bake again at each change and block Blender.
     bl_options = {"UNDO"}
 
     everything: BoolProperty(
-        name="Everything", description="Bake every direction again, whatever the scene shows", default=False
+        name="Everything", description="Bake every direction again, not only those that the scene shows", default=False
     )
 
     @classmethod
@@ -65,7 +65,7 @@ class BakeNeeds(FollowsBake, bpy.types.Operator):
         return [*self._lines, *notice_outside(bpy.context.scene)]
 
     def _measure(self, context):
-        """Find out what to ask of the bake; the grating, None if there is nothing to gain. Nothing is changed yet."""
+        """Measure the needs and prepare the request. Returns the grating, or None if there is nothing to gain."""
         from ...precompute.bake.needs import EVERYTHING
         from ..workflow.measuring_needs import measure_needs, request_with
 

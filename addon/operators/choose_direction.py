@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Choose where the active grating takes the direction of its scan from."""
+"""Chooses where the active grating takes its direction from."""
 
 import bpy
 from bpy.props import EnumProperty, StringProperty
@@ -13,8 +13,8 @@ from .reports import report_failure, report_lines
 
 
 class ChooseDirection(bpy.types.Operator):
-    """Choose what the scan's x axis (left to right) follows on the meshes that show the active grating. Rotation turns
-    the scan further"""
+    """Choose what the scan's x axis (left to right) follows on the meshes that show the active grating. The material's
+    Rotation turns the scan further"""
 
     bl_idname = "grating.direction"
     bl_label = "Direction Source"
@@ -22,12 +22,12 @@ class ChooseDirection(bpy.types.Operator):
 
     kind: EnumProperty(name="Source", description="What the scan's x axis follows", items=KINDS)
     uv_map: StringProperty(name="UV Map", description="UV map whose U the scan's x axis follows")
-    axis: EnumProperty(name="Axis", description="Of the object's own axes", items=AXES, default="Z")
+    axis: EnumProperty(name="Axis", description="Axis of the object, in its local space", items=AXES, default="Z")
     frame_map: StringProperty(name="Direction Map", description="A picture made by Bake Direction Map")
     angle: StringProperty(
         name="Object Angle",
-        description="A custom property of objects, such as grating_angle, in radians. It turns the scan on each "
-        "object, so that one material serves many. Objects without it are not turned. Empty for none",
+        description="Name of a custom property, such as grating_angle, that holds an angle in radians. It turns the "
+        "scan on each object that has it, so that objects can share one material. Empty: no turn",
     )
 
     @classmethod
@@ -49,7 +49,7 @@ class ChooseDirection(bpy.types.Operator):
         layout.prop(self, "angle")
 
     def invoke(self, context, event):
-        """Ask, beginning with what the grating has."""
+        """Show a dialog with the grating's present values."""
         source = active_grating(context.scene).frame_source()
         self.kind, self.uv_map, self.axis, self.angle = source.kind, source.uv_map, source.axis, source.angle
         self.frame_map = source.frame_map.name if source.frame_map else ""

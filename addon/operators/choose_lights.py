@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Choose which lights the active grating answers to."""
+"""Chooses which lights the active grating responds to."""
 
 import bpy
 from bpy.props import EnumProperty
@@ -12,13 +12,13 @@ from .reports import report_failure
 
 
 class ChooseLights(bpy.types.Operator):
-    """Choose which lights the materials of the active grating show"""
+    """Choose which lights the materials of the active grating respond to"""
 
     bl_idname = "grating.lights"
     bl_label = "Lights"
     bl_options = {"REGISTER", "UNDO"}
 
-    lights: EnumProperty(name="Lights", description="Which lights the diffraction shows", items=LIGHTS)
+    lights: EnumProperty(name="Lights", description="Lights that the diffraction responds to", items=LIGHTS)
 
     @classmethod
     def poll(cls, context):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Comb the selected meshes, in a process beside Blender."""
+"""Combs the selected meshes in a separate process."""
 
 from typing import TYPE_CHECKING
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 
 class CombGrating(FollowsJob, bpy.types.Operator):
-    """Lay a smooth direction over the selected meshes and store it on them. The scan's x axis (left to right) follows
-    it if the grating's Direction is Stored, whatever the UV map. It moves with the deformed mesh. Esc cancels"""
+    """Compute a smooth direction on the selected meshes and store it on them. With Direction set to Stored, the scan's
+    x axis (left to right) follows it and not the UV map, also when the mesh deforms. Esc cancels"""
 
     bl_idname = "grating.comb"
     bl_label = "Comb Grating"
-    # Not REGISTER, whose panel Adjust Last Operation would comb again at each change, with Blender waiting.
+    # Not REGISTER: its panel Adjust Last Operation would comb again at each change and block Blender.
     bl_options = {"UNDO"}
 
     source: EnumProperty(name="Source", description="What the direction follows", items=COMB_SOURCES)
@@ -54,7 +54,7 @@ class CombGrating(FollowsJob, bpy.types.Operator):
         return self.follow(context, job, f"Combing {', '.join(name for name, _ in job.meshes)}")
 
     def finish(self, job: "CombJob"):
-        """Store what was combed."""
+        """Store the comb."""
         from ..workflow.combing import finish_comb
 
         try:
@@ -63,7 +63,7 @@ class CombGrating(FollowsJob, bpy.types.Operator):
             return report_failure(self, error)
 
     def _reported(self, lines: list[str]) -> set[str]:
-        """Every line is one on what was done."""
+        """Report every line as information."""
         for line in lines:
             report_lines(self, [line])
         return {"FINISHED"}

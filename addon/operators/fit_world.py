@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fit the bright parts of the scene's world anew."""
+"""Fits light sources to the bright parts of the scene's world."""
 
 import bpy
 
@@ -8,7 +8,7 @@ from .reports import report_failure
 
 
 class FitWorld(bpy.types.Operator):
-    """Find the sun, windows and other bright parts of the world, which then light the diffraction without noise"""
+    """Find the sun, windows and other bright parts of the world. They then light the diffraction without noise"""
 
     bl_idname = "grating.fit_world"
     bl_label = "Fit World"
@@ -32,7 +32,7 @@ class FitWorld(bpy.types.Operator):
         return {"FINISHED"}
 
     def invoke(self, context, event):
-        """Have it fitted beside the interface."""
+        """Schedule a fit in the background."""
         from ..workflow.fitting_worlds import want_fit
 
         try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The base class of the operators that bake the active grating. One of them runs at a time."""
+"""The base class of the operators that bake the active grating. Only one of them runs at a time."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 
 
 class FollowsBake(FollowsJob):
-    """An operator that follows a bake of a grating. A subclass adds `record`, which is given the grating and the facts
-    of its bake, notes the bake, and returns lines to report."""
+    """An operator that follows a bake of a grating. A subclass adds `record`."""
 
     @classmethod
     def poll(cls, context):
@@ -32,8 +31,8 @@ class FollowsBake(FollowsJob):
 
     def follow_bake(self, context, grating: "Grating", job: "Job") -> set[str]:
         """Let Blender call modal() while a grating's bake runs."""
-        # Keep names, not the grating itself, which an undo during the bake may free. An artist may have given one name
-        # to two gratings.
+        # Keep names, because an undo during the bake may free the grating. Two gratings may have the same name, so make
+        # this one unique.
         grating.name = unused_name(grating.name, {g.name for g in context.scene.natural_gratings.items if g != grating})
         self._name, self._scene = grating.name, context.scene.name
         return self.follow(context, job, f"Baking {grating.name}")
@@ -54,11 +53,11 @@ class FollowsBake(FollowsJob):
             return report_failure(self, error)
 
     def record(self, grating: "Grating", facts: dict[str, Any]) -> Sequence[str]:
-        """What a subclass does with a finished bake; lines to report. Raises GratingError."""
+        """Record a finished bake; for subclasses. Returns lines to report. Raises GratingError."""
         raise NotImplementedError
 
     def report_bake(self, grating: "Grating", facts: dict[str, Any]) -> set[str]:
-        """Note a finished bake and report it; what execute() returns. Raises GratingError as `record` does."""
+        """Record a finished bake and report it, as execute() does. Raises GratingError as `record` does."""
         from ..workflow.baking import warnings_of
 
         more = self.record(grating, facts)
@@ -66,5 +65,5 @@ class FollowsBake(FollowsJob):
 
 
 def running_bake() -> "Job | None":
-    """The bake that runs beside the interface, whichever operator started it."""
+    """The bake that is running, whichever operator started it."""
     return next((operator.job for operator in FollowsBake.__subclasses__() if operator.job is not None), None)

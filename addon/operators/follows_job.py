@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The base class of the operators whose work runs in a process beside Blender: progress in the status bar, and Esc."""
+"""The base class of the operators that work in a separate process: progress in the status bar, Esc to cancel."""
 
 from typing import TYPE_CHECKING, Any, cast
 
@@ -13,21 +13,20 @@ _POLL_SECONDS = 0.2
 
 
 class FollowsJob(OperatorMixin):
-    """An operator that follows a job until it ends. A subclass adds `finish`, which is given the job that has ended and
-    returns what execute() returns."""
+    """An operator that follows a job until it ends. A subclass adds `finish`."""
 
-    # The job that runs beside the interface, if any. The panel shows it; disabling the extension stops it.
+    # The running job, if any. The panel shows it; disabling the extension stops it.
     job = cast("Job | None", None)
 
     @classmethod
     def stop(cls) -> None:
-        """Cancel the running job, if there is one."""
+        """Cancel the running job, if any."""
         job, cls.job = cls.job, None
         if job is not None:
             job.cancel()
 
     def follow(self, context, job: "Job", doing: str) -> set[str]:
-        """Let Blender call modal() while the job runs. `doing` is what the status bar shows."""
+        """Make Blender call modal() while the job runs. The status bar shows `doing`."""
         type(self).job, self._doing = job, doing
         self._timer = context.window_manager.event_timer_add(_POLL_SECONDS, window=context.window)
         context.window_manager.modal_handler_add(self)
@@ -52,11 +51,11 @@ class FollowsJob(OperatorMixin):
         return self.finish(job)
 
     def finish(self, job: Any) -> set[str]:
-        """What a subclass does with the job that has ended; what execute() returns."""
+        """Use the job that has ended; for subclasses. Returns what execute() returns."""
         raise NotImplementedError
 
     def cancel(self, context):
-        """Stop the job. Blender calls this too when it opens another file or quits."""
+        """Stop the job. Blender also calls this when it opens another file or quits."""
         self._end_modal(context)
         self.stop()
 
@@ -67,7 +66,7 @@ class FollowsJob(OperatorMixin):
 
 
 def redraw_views(context) -> None:
-    """Have Blender draw all 3D views anew, and the panels in them."""
+    """Redraw all 3D views and their panels."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":

@@ -14,61 +14,61 @@ from .reports import report_failure
 
 
 class ImportHeightMap(bpy.types.Operator, ImportHelper):  # type: ignore[misc]  # both bases define `check`
-    """Read a measured height map into the scene's gratings"""
+    """Read a measured height map and add it to the scene's gratings"""
 
     bl_idname = "grating.import_height_map"
     bl_label = "Import Height Map"
     bl_options = {"REGISTER", "UNDO"}
 
     filter_glob: StringProperty(options={"HIDDEN"})
-    # SKIP_SAVE: what was given for one file, or for a sample, says nothing about the next file.
+    # SKIP_SAVE: values for one file, or for a sample, do not apply to the next file.
     filepath: StringProperty(name="File", subtype="FILE_PATH", options={"HIDDEN", "SKIP_SAVE"})
-    # Of several files that are chosen, or dropped, at once.
+    # For several files that are chosen or dropped together.
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
     several: EnumProperty(
         name="Several Files",
-        description="What becomes of several files that are chosen at once",
+        description="How to import several files that are chosen together",
         items=(
-            ("EACH", "Each Its Own", "Each file becomes a grating of its own"),
-            ("AVERAGE", "One Grating", "Scans of one skin, or tiles of one large area: their spectra are averaged"),
+            ("EACH", "Each Its Own", "Import each file as a separate grating"),
+            ("AVERAGE", "One Grating", "Average the spectra of scans of one skin, or of tiles of one large area"),
         ),
         options={"SKIP_SAVE"},
     )
     size_um: FloatProperty(
         name="Width (um)",
-        description="Width of the scan in micrometres. Needed for a picture, which does not hold its size",
+        description="Width of the scan in micrometres. Needed for pictures, which do not store it. 0: the file's own",
         min=0,
         soft_max=1000,
         options={"SKIP_SAVE"},
     )
     height_nm: FloatProperty(
         name="Height (nm)",
-        description="Height from black to white in nanometres. Needed for a picture",
+        description="Height from black to white in nanometres. Needed for pictures. 0: the file's own",
         min=0,
         soft_max=10000,
         options={"SKIP_SAVE"},
     )
     channel: StringProperty(
-        name="Channel", description="The file's channel; empty for its topography", options={"SKIP_SAVE"}
+        name="Channel", description="Channel of the file. Empty: its topography", options={"SKIP_SAVE"}
     )
 
     @classmethod
     def description(cls, context, properties):
-        """The tooltip, which names the files that can be read."""
+        """The tooltip, with the readable file types."""
         if properties.filepath.startswith("sample:"):
-            return "Add this made-up surface to the scene's gratings. It needs no file and no size"
+            return "Add this synthetic surface to the scene's gratings. It needs no file and no size"
         from ...precompute.surface.readers.reader_registry import described
 
-        return f"Read a measured height map into the scene's gratings: {described()}"
+        return f"Read a measured height map and add it to the scene's gratings: {described()}"
 
     def invoke(self, context, event):
         from ...precompute.surface.readers.reader_registry import file_filter
 
-        if self.properties.is_property_set("filepath") and Path(self.filepath).is_file():  # it was dropped
+        if self.properties.is_property_set("filepath") and Path(self.filepath).is_file():  # a dropped file
             return self.execute(context) if len(self.files) < 2 else context.window_manager.invoke_props_dialog(self)
         self.filter_glob = file_filter()
-        # The open file's folder. Without it the dialog would offer the .blend itself as the height map.
+        # Start in the .blend's folder. Without this, the dialog would offer the .blend itself as the height map.
         self.filepath = self.filepath or bpy.path.abspath("//")
         return super().invoke(context, event)
 
@@ -85,19 +85,19 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):  # type: ignore[misc]  
         return {"FINISHED"}
 
     def _paths(self) -> list[str]:
-        """The files that were chosen, or the one that is named."""
+        """The files that were chosen, or the one file that is named."""
         names = [each.name for each in self.files if each.name]
-        # Joined only for several: a single one may be a sample, or named by a script.
+        # Joined only for several: a single path may be a sample, or set by a script.
         return [str(Path(self.directory) / name) for name in names] if len(names) > 1 else [self.filepath]
 
 
 class DropHeightMap(bpy.types.FileHandler):
-    """Imports files of microscopes that are dropped on a 3D view"""
+    """Imports microscope files that are dropped on a 3D view"""
 
     bl_idname = "GRATING_FH_height_map"
     bl_label = "Height Map"
     bl_import_operator = ImportHeightMap.bl_idname
-    # As the readers' registry tells them, which is not loaded at Blender's start.
+    # As in the readers' registry, which is not loaded when Blender starts.
     bl_file_extensions = (
         ".nid;.gwy;.gsf;.spm;.di;"
         ".000;.001;.002;.003;.004;.005;.006;.007;.008;.009;"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The list of steps that level and repair the active grating's scan: add, remove, move, or all of them as one text."""
+"""Edits the steps that level and repair the active grating's scan: add, remove, move, or all as one text."""
 
 from functools import cache
 
@@ -14,14 +14,14 @@ from .reports import report_failure
 
 @cache
 def _kinds() -> list[tuple[str, str, str]]:
-    """All kinds of steps, for a menu. Cached: Blender needs the texts to stay."""
+    """All kinds of steps, for a menu. Cached because Blender does not keep the texts itself."""
     from ...precompute.surface.steps.pipeline import KINDS
 
     return [(k.name, k.name.capitalize(), f"{k.help[0].upper()}{k.help[1:]}: {k.form}") for k in KINDS.values()]
 
 
 class _OnSteps(OperatorMixin):
-    """What the operators on steps have in common."""
+    """The base of operators on steps."""
 
     bl_options = {"REGISTER", "UNDO"}
 
@@ -31,7 +31,7 @@ class _OnSteps(OperatorMixin):
 
 
 class _OnActiveStep(_OnSteps):
-    """What the operators on the active step have in common."""
+    """The base of operators on the active step."""
 
     @classmethod
     def poll(cls, context):
@@ -45,12 +45,12 @@ class _OnActiveStep(_OnSteps):
 
 
 class AddLevellingStep(_OnSteps, bpy.types.Operator):
-    """Add a step that levels or repairs the scan, after the active one"""
+    """Add a step that levels or repairs the scan, after the active step"""
 
     bl_idname = "grating.add_step"
     bl_label = "Add Step"
 
-    kind: EnumProperty(name="Step", description="What it does", items=lambda self, context: _kinds())
+    kind: EnumProperty(name="Step", description="What the step does", items=lambda self, context: _kinds())
 
     def execute(self, context):
         from ..workflow.adding_level_steps import add_step
@@ -76,7 +76,7 @@ class RemoveLevellingStep(_OnActiveStep, bpy.types.Operator):
 
 
 class MoveLevellingStep(_OnActiveStep, bpy.types.Operator):
-    """Do the active step earlier or later"""
+    """Move the active step earlier or later in the order"""
 
     bl_idname = "grating.move_step"
     bl_label = "Move Step"
@@ -96,17 +96,17 @@ class MoveLevellingStep(_OnActiveStep, bpy.types.Operator):
 
 
 class LevellingAsText(_OnSteps, bpy.types.Operator):
-    """Show all steps as one text, as the command line takes them by --level, to copy or to change"""
+    """Show all steps as one text, as the command line's --level takes them, to copy or edit"""
 
     bl_idname = "grating.steps_as_text"
     bl_label = "Steps as Text"
 
     steps: StringProperty(
-        name="Steps", description="Steps in their order, as plane,scars,dust:4; or none", options={"SKIP_SAVE"}
+        name="Steps", description="Steps in order, such as plane,scars,dust:4. Or: none", options={"SKIP_SAVE"}
     )
 
     def invoke(self, context, event):
-        """Ask, beginning with the steps that there are."""
+        """Show a dialog with the present steps."""
         self.steps = active_grating(context.scene).levelling
         return context.window_manager.invoke_props_dialog(self, width=400)
 

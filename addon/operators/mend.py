@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mend diffraction materials from which something was deleted."""
+"""Repairs diffraction materials with lost parts."""
 
 import bpy
 
@@ -8,8 +8,7 @@ from .reports import report_failure, report_lines
 
 
 class MendMaterials(bpy.types.Operator):
-    """Rebuild the pictures and node groups of diffraction materials that were deleted, unpacked or edited, from their
-    bakes"""
+    """Rebuild deleted, unpacked or edited pictures and node groups of diffraction materials from their bakes"""
 
     bl_idname = "grating.mend"
     bl_label = "Mend Materials"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Make a diffraction material from the active grating's bake."""
+"""Makes a diffraction material from the active grating's bake."""
 
 import bpy
 
@@ -10,7 +10,7 @@ from .reports import report_failure, report_lines
 
 
 class NewDiffractionMaterial(bpy.types.Operator):
-    """Make a diffraction material from the active grating's bake, lit by the scene's lamps"""
+    """Make a new material from the active grating's bake, lit by the scene's lamps. Assign it to a mesh yourself"""
 
     bl_idname = "grating.new_material"
     bl_label = "New Diffraction Material"

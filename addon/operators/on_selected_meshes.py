@@ -9,13 +9,11 @@ from .reports import report_failure, report_lines
 
 
 class OnSelectedMeshes(OperatorMixin):
-    """An operator that puts a grating on the selected meshes.
-
-    A subclass adds `put`, which puts the grating on the meshes among the objects and returns one line on what was done
-    and further lines of warning, or raises GratingError."""
+    """An operator that puts a grating on the selected meshes. A subclass adds `put`."""
 
     def put(self, scene: bpy.types.Scene, things: list[bpy.types.Object]) -> list[str]:
-        """What a subclass does with the selected objects."""
+        """For subclasses: put the grating on the meshes among the objects. Returns lines to report. Raises
+        GratingError."""
         raise NotImplementedError
 
     @classmethod

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Make a material that evaluates one of the thesis's methods, or the bake, in every pixel."""
+"""Makes a material that evaluates one of the thesis's methods, or the bake, in every pixel."""
 
 from pathlib import Path
 
@@ -12,17 +12,17 @@ from .reports import report_failure, report_lines
 
 _DIRECT = "DIRECT"
 _METHODS = (
-    ("FLSS", "FLSS", "Every wavelength, Taylor terms of the relief (thesis Algorithm 3)"),
-    ("CHEBYSHEV", "Chebyshev", "Every wavelength, Chebyshev terms: for reliefs that are too deep for Taylor terms"),
+    ("FLSS", "FLSS", "Every wavelength, with a Taylor series of the relief (thesis Algorithm 3)"),
+    ("CHEBYSHEV", "Chebyshev", "Every wavelength, with a Chebyshev series: for reliefs too deep for a Taylor series"),
     ("NMM", "NMM", "Only the wavelengths that the grating equation selects (thesis 4.3)"),
-    ("PQ", "PQ", "The scan repeated side by side (thesis Algorithm 5)"),
-    (_DIRECT, "Direct", "The add-on's own table, read by a shader: the fastest. Bake the grating first"),
+    ("PQ", "PQ", "The scan repeated as tiles (thesis Algorithm 5)"),
+    (_DIRECT, "Direct", "The add-on's own table, read by a shader. The fastest method. Bake the grating first"),
 )
 
 
 class NewOslReference(bpy.types.Operator):
-    """Make a material whose shader evaluates one of the thesis's methods, or the bake, in every pixel. Slow; made for
-    comparisons"""
+    """Make a slow material for comparisons, whose shader evaluates a method of the thesis, or the bake, in every
+    pixel"""
 
     bl_idname = "grating.osl_reference"
     bl_label = "New OSL Reference Material"
@@ -31,7 +31,7 @@ class NewOslReference(bpy.types.Operator):
     method: EnumProperty(name="Method", description="What the shader evaluates", items=_METHODS, default="FLSS")
     filepath: StringProperty(
         name="File",
-        description="An existing file of DFT images (for Direct, a bake); empty makes it from the active grating",
+        description="Existing file of DFT images, or for Direct a bake. Empty: make it from the active grating",
         subtype="FILE_PATH",
     )
 

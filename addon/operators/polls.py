@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What operators need before their button can be pressed. Each function says whether it is there; if not, the grey
-button's tooltip says what is missing."""
+"""Conditions of the operators' buttons. If one is not met, the disabled button's tooltip says what is missing."""
 
 from typing import TYPE_CHECKING
 
 import bpy
 
 Operator = type[bpy.types.Operator]
-# The base of a class that only operators inherit. It is an operator to the type checker alone: Blender registers the
-# classes that inherit it.
+# The base of classes that only operators inherit. Only the type checker sees it as an operator, because Blender
+# registers the classes that inherit it.
 if TYPE_CHECKING:
     OperatorMixin = bpy.types.Operator
 else:
@@ -16,8 +15,7 @@ else:
 
 
 def in_object_mode(operator: Operator, context: bpy.types.Context) -> bool:
-    """Whether Blender is in Object Mode. In the others a mesh cannot be read or changed as it is: in Edit Mode its
-    faces and UV maps are elsewhere."""
+    """Whether Blender is in Object Mode. In Edit Mode a mesh's faces and UV maps cannot be read."""
     if context.mode != "OBJECT":
         operator.poll_message_set("Switch to Object Mode first")
         return False

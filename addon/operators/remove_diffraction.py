@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Take diffraction off the selected objects."""
+"""Removes diffraction from the selected objects."""
 
 import bpy
 
@@ -9,7 +9,7 @@ from .reports import report_failure, report_lines
 
 
 class RemoveDiffraction(bpy.types.Operator):
-    """Take diffraction off the selected objects and leave their materials as they were before. Other objects keep it"""
+    """Remove diffraction from the selected objects and restore their former materials. Other objects keep it"""
 
     bl_idname = "grating.remove_diffraction"
     bl_label = "Remove from Materials"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Remove a grating from the scene's list."""
+"""Removes a grating from the scene's list."""
 
 import bpy
 
@@ -7,7 +7,7 @@ from .polls import has_grating
 
 
 class RemoveGrating(bpy.types.Operator):
-    """Remove the grating from the list; its materials and its bake stay"""
+    """Remove the active grating from the list. Its materials and its bake stay"""
 
     bl_idname = "grating.remove"
     bl_label = "Remove Grating"

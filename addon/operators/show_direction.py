@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Show or hide the direction of the active object's grating in the 3D views."""
+"""Shows or hides the direction of the active object's grating in the 3D views."""
 
 import bpy
 
@@ -7,16 +7,16 @@ from .follows_job import redraw_views
 
 
 class ShowDirection(bpy.types.Operator):
-    """Show the direction of the active object's grating: arrows along the scan's x axis (left to right), red
-    lines at seams where the UV map turns it, and yellow rings where a comb has no direction"""
+    """Show the direction of the active object's grating: arrows along the scan's x axis (left to right), red lines at
+    UV seams where it jumps, and yellow rings where a comb has no direction"""
 
     bl_idname = "grating.show_direction"
     bl_label = "Show Direction"
     bl_options = {"INTERNAL"}
 
-    # Whether it is shown. The panel's button says so without loading what draws it.
+    # Whether the direction is shown. The panel's button reads this without loading the drawing code.
     on = False
-    # A line if drawing failed, so that it was switched off.
+    # The error if drawing failed and the overlay switched itself off.
     fault = ""
 
     @classmethod
@@ -42,6 +42,6 @@ def set_shown(on: bool) -> None:
 
 
 def _note_fault(line: str) -> None:
-    """The overlay has switched itself off: the panel says why."""
+    """Record why the overlay switched itself off; the panel shows it."""
     ShowDirection.on, ShowDirection.fault = False, line
     redraw_views(bpy.context)

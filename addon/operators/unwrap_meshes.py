@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Unwrap the active mesh into a new UV map."""
+"""Unwraps the active mesh into a new UV map."""
 
 import time
 
@@ -16,8 +16,8 @@ _POLL_SECONDS = 0.2
 
 
 class Unwrap(bpy.types.Operator):
-    """Unwrap the active mesh into a new UV map without overlaps, for textures and direction maps. Its other maps stay,
-    and so does the direction of its grating. Esc cancels"""
+    """Unwrap the active mesh into a new UV map without overlaps, for textures and direction maps. Its other UV maps
+    stay, and its grating keeps its direction. Esc cancels"""
 
     bl_idname = "grating.unwrap"
     bl_label = "Unwrap"
@@ -27,23 +27,23 @@ class Unwrap(bpy.types.Operator):
         name="Method",
         description="How the islands are cut and flattened",
         items=(
-            (XATLAS, "xatlas", "Cuts islands by itself. It runs beside Blender"),
-            (MINIMUM_STRETCH, "Minimum Stretch", "Blender's own, along the seams of the mesh. Blender waits for it"),
+            (XATLAS, "xatlas", "Cuts islands automatically. You can keep working meanwhile"),
+            (MINIMUM_STRETCH, "Minimum Stretch", "Blender's own method, along the mesh's seams. Blender waits"),
         ),
     )
     size: IntProperty(
-        name="Map Size", description="Side of the pictures that the map is for, in pixels", default=1024, min=16,
+        name="Map Size", description="Side of the textures that will use the map, in pixels", default=1024, min=16,
         max=1 << 15,
     )  # fmt: skip
     padding: IntProperty(
-        name="Padding", description="Space between islands, in pixels of such a picture", default=4, min=0, max=256
+        name="Padding", description="Space between islands, in pixels of Map Size", default=4, min=0, max=256
     )
     density: FloatProperty(
-        name="Density", description="Pixels per metre of the surface; 0 for as many as the map holds", default=0.0,
+        name="Density", description="Pixels per metre of the surface. 0: as many as fit on the map", default=0.0,
         min=0.0, max=1e9,
     )  # fmt: skip
 
-    # The unwrap that runs beside the interface, if any. The panel shows it; disabling the extension stops it.
+    # The running unwrap, if any. The panel shows it; disabling the extension stops it.
     running = None
 
     @classmethod
@@ -102,7 +102,7 @@ class Unwrap(bpy.types.Operator):
             return report_failure(self, error)
 
     def cancel(self, context):
-        """Stop the unwrap. Blender calls this too when it opens another file or quits."""
+        """Stop the unwrap. Blender also calls this when it opens another file or quits."""
         self._end_modal(context)
         stop_running_unwrap()
 
@@ -117,7 +117,7 @@ class Unwrap(bpy.types.Operator):
 
 
 def stop_running_unwrap() -> None:
-    """Cancel the running unwrap, if there is one."""
+    """Cancel the running unwrap, if any."""
     unwrapping, Unwrap.running = Unwrap.running, None
     if unwrapping is not None:
         unwrapping.cancel()

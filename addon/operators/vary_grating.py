@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Vary the active grating over the skins that show it."""
+"""Varies the active grating over the meshes that show it."""
 
 from math import radians
 
@@ -15,38 +15,38 @@ from .reports import report_failure, report_lines
 
 
 class VaryGrating(bpy.types.Operator):
-    """Vary the active grating over all meshes that show it, as a skin does: by further gratings in patches or from
-    scale to scale, and by a slow turn of its direction"""
+    """Vary the active grating over all meshes that show it, as on a real skin: mix in other gratings in patches or from
+    scale to scale, and slowly turn its direction"""
 
     bl_idname = "grating.vary"
     bl_label = "Variation"
     bl_options = {"REGISTER", "UNDO"}
 
-    second: StringProperty(name="Second", description="A further grating; empty for none")
+    second: StringProperty(name="Second", description="Grating to mix in. Empty: none")
     second_share: FloatProperty(
-        name="Share", description="Of the surface; the active grating has what is left", default=0.33, min=0.0, max=1.0,
-        subtype="FACTOR",
+        name="Share", description="Share of the surface. The active grating gets the rest",
+        default=0.33, min=0.0, max=1.0, subtype="FACTOR",
     )  # fmt: skip
-    third: StringProperty(name="Third", description="One more grating; empty for none")
+    third: StringProperty(name="Third", description="Another grating to mix in. Empty: none")
     third_share: FloatProperty(
-        name="Share", description="Of the surface; the active grating has what is left", default=0.33, min=0.0, max=1.0,
-        subtype="FACTOR",
+        name="Share", description="Share of the surface. The active grating gets the rest",
+        default=0.33, min=0.0, max=1.0, subtype="FACTOR",
     )  # fmt: skip
-    pattern: EnumProperty(name="Pattern", description="By which the gratings are laid out", items=PATTERNS)
+    pattern: EnumProperty(name="Pattern", description="How the gratings are spread over the surface", items=PATTERNS)
     attribute: StringProperty(
-        name="Attribute", description="A number from 0 to 1 that the mesh holds", default="scale_random"
+        name="Attribute", description="Mesh attribute with values from 0 to 1", default="scale_random"
     )
     softness: FloatProperty(
-        name="Softness", description="How far the gratings run into each other. At 0 each place shows one of them, "
-        "which costs Cycles the time of one", default=0.0, min=0.0, max=1.0, subtype="FACTOR",
+        name="Softness", description="How widely the gratings blend into each other. At 0 each point shows only one "
+        "of them, so Cycles renders as fast as with a single grating", default=0.0, min=0.0, max=1.0, subtype="FACTOR",
     )  # fmt: skip
     turn: FloatProperty(
-        name="Turn", description="The most by which the direction turns to either side, slowly over the surface, in "
-        "degrees", default=0.0, min=0.0, max=radians(90.0), subtype="ANGLE",
+        name="Turn", description="Largest angle by which the direction turns to either side, slowly over the surface, "
+        "in degrees", default=0.0, min=0.0, max=radians(90.0), subtype="ANGLE",
     )  # fmt: skip
     size_m: FloatProperty(
-        name="Size", description="Width of the patches, and of those in which the direction turns, in the object's own "
-        "space", default=0.02, min=1e-6, soft_min=1e-3, max=1e6, soft_max=10.0, subtype="DISTANCE",
+        name="Size", description="Width of the patches of gratings and of directions, in the object's local space",
+        default=0.02, min=1e-6, soft_min=1e-3, max=1e6, soft_max=10.0, subtype="DISTANCE",
     )  # fmt: skip
 
     @classmethod
@@ -72,7 +72,7 @@ class VaryGrating(bpy.types.Operator):
             layout.prop(self, "size_m")
 
     def invoke(self, context, event):
-        """Ask, beginning with what the grating has."""
+        """Show a dialog with the grating's present values."""
         from ..materials.group_properties import variation_of
         from ..workflow.varying import varied_with
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The smooth body under the scales: its half widths and heights, and where a place on its skin is in space."""
+"""The smooth body under the scales: its half widths and heights, and the positions of points on its skin."""
 
 from __future__ import annotations
 
@@ -10,20 +10,19 @@ import numpy as np
 from .species import Species
 from .spine import Spine, bspline
 
-# Half heights of the body over and under its widest place, in half widths.
+# Half heights of the body above and below its widest place, in half widths.
 _BACK, _BELLY = 0.84, 0.66
-# The exponent of the superellipse of a section: 2 would be an ellipse. A resting body is a little flatter on its back
-# and flanks than an ellipse, so that the light of one order spreads over more of it.
+# The exponent of a section's superellipse; 2 would be an ellipse. A resting body is slightly flatter on its back and
+# flanks, so that the light of one order spreads over more of it.
 _SECTION = 2.35
-# The end of the tail is cut off round, at this share of the largest half width.
+# The rounded end of the tail has this share of the largest half width.
 _TAIL_TIP = 0.08
-# Half of the angle, seen from the body's axis, that the rows of scales take. The rest are the belly's plates.
+# Half of the angle around the body's axis that the rows of scales cover. The belly's plates cover the rest.
 SIDE_ANGLE = 0.74 * np.pi
 
 
 class Sizes(NamedTuple):
-    """Half width, half heights towards the back and towards the belly, and the height of the axis over the line that
-    the belly rests on (m), each (n,)."""
+    """Half width, half heights of back and belly, and height of the axis above the resting line; m, each (n,)."""
 
     width: np.ndarray
     back: np.ndarray
@@ -40,11 +39,11 @@ class Body(NamedTuple):
 
     @property
     def head_end(self) -> float:
-        """The arc length (m) at which the scales begin."""
+        """The arc length in metres at which the scales begin."""
         return self.species.head_length * self.radius
 
     def sizes(self, s: np.ndarray) -> Sizes:
-        """The half sizes at arc lengths s (n,) in metres: those of the head, and from its end on those of the body."""
+        """The half sizes at arc lengths s (n,) in metres: of the head, and behind its end of the body."""
         kind, length = self.species, self.spine.length
         swelling = _smoothstep((s - self.head_end) / (0.3 * length))
         trunk = kind.neck + (1 - kind.neck) * swelling
@@ -60,15 +59,15 @@ class Body(NamedTuple):
         back[-2:], belly[-2:] = _BACK * neck, _BELLY * neck
         head = bspline(np.stack([width, back, belly], axis=1), h.ravel()).reshape(*h.shape, 3)
         snout = _rounded(s / (0.22 * self.head_end))
-        # The head's own sizes pass into the trunk's over its last sixth.
+        # The head's sizes blend into the trunk's over its last sixth.
         share = _smoothstep((h - 5 / 6) * 6)
         profiles = [head[..., k] * (1 - share) + part * trunk * share for k, part in enumerate((1.0, _BACK, _BELLY))]
         sizes = [profile * snout * tip for profile in profiles]
         return Sizes(*(self.radius * size for size in (*sizes, profiles[2])))
 
     def points(self, s: np.ndarray, angle: np.ndarray, rise: np.ndarray) -> np.ndarray:
-        """The places (n, 3) in metres of the skin at arc lengths s, at angles around the body (0 on the back's
-        midline, rising to the side of the spine), and by `rise` metres outside of the smooth body; all (n,)."""
+        """Points (n, 3) of the skin in metres, at arc lengths s, at angles around the body (0 on the back's midline,
+        increasing to the side of the spine), and `rise` metres above the smooth body; all (n,)."""
         width, back, belly, axis = self.sizes(s)
         sine, cosine = np.sin(angle), np.cos(angle)
         out = (np.abs(sine) ** _SECTION + np.abs(cosine) ** _SECTION) ** (-1 / _SECTION)
@@ -79,18 +78,18 @@ class Body(NamedTuple):
         return axes[0] + across[:, None] * axes[2] + up[:, None] * axes[3]
 
     def scale_counts(self, s: np.ndarray) -> np.ndarray:
-        """How many scales of a row lie between the first and each of the arc lengths s (n,), from the head's end."""
+        """The number of scales of a row up to each of the arc lengths s (n,), counted from the first of them."""
         width = np.maximum(self.sizes(s).width, 0.3 * self.radius)
         steps = np.diff(s) / (0.5 * (width[1:] + width[:-1]) * self.species.scale_length)
         return np.concatenate([[0], np.cumsum(steps)])
 
     def scale_lengths(self, s: np.ndarray) -> np.ndarray:
-        """From one scale to the next of its row, in metres, at arc lengths s (n,)."""
+        """The distance from one scale to the next of its row, in metres, at arc lengths s (n,)."""
         return self.species.scale_length * np.maximum(self.sizes(s).width, 0.3 * self.radius)
 
 
 def body_along(spine: Spine, species: Species) -> Body:
-    """The body of a species, as long as the spine."""
+    """The body of a species along a spine."""
     return Body(spine, species, spine.length / species.slenderness)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What closes the net of scales: the rings of the head, those of the tail's end, and two eyes."""
+"""The ends that close the net of scales: rings of the head, rings of the tail's end, and two eyes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ EYE_FACES = 2 * _EYE_RINGS * _EYE_SEGMENTS
 
 class Skin(NamedTuple):
     """Vertices (v,) of the skin: arc length from the snout (m), angle around the body, rise over the smooth body (m),
-    how far it stands out tailwards (m), pale rim (0 to 1), and whether it is on the outer edge of a scale."""
+    overhang tailwards (m), pale rim (0 to 1), and whether it is on the outer edge of a scale."""
 
     s: np.ndarray
     angle: np.ndarray
@@ -28,8 +28,7 @@ class Skin(NamedTuple):
 
 
 class End(NamedTuple):
-    """Vertices that follow those before them, and faces (f, 4) over all of them; a triangle ends as it begins. `plate`
-    (f,) numbers the plates of a head."""
+    """Appended vertices, and faces (f, 4) over all; triangles repeat their first corner. `plate` (f,): head plates."""
 
     skin: Skin
     faces: np.ndarray
@@ -37,19 +36,19 @@ class End(NamedTuple):
 
 
 def head_end(body: Body, net: Net, scales: Skin) -> End:
-    """The head: rings from the snout to the first scales, over the vertices of the net."""
+    """The head: rings from the snout to the first scales, connected to the vertices of the net."""
     front_s, front_angle = scales.s[net.front], np.unwrap(scales.angle[net.front])
     rings = np.arange(1, net.cut.head)[:, None] / net.cut.head
-    # The snout is round: there the rings are close.
+    # The snout is round, so the rings are closer there.
     s = body.head_end * (0.35 * rings + 0.65 * rings**1.7)
     near = _smooth((rings - 0.3) / 0.7)
     s = s * (1 + near * (front_s / body.head_end - 1))
-    # The belly's midline, where the UV map is cut, goes on straight.
+    # The belly's midline, where the UV map is cut, continues straight.
     middle = len(front_angle) - net.cut.belly // 2
     even = np.pi + (np.arange(len(front_angle)) - middle) * 2 * np.pi / len(front_angle)
     angle = even + near * (front_angle - even)
     relief = head.relief((s / body.head_end).ravel(), angle.ravel(), length=body.species.head_length)
-    # The relief ends before the first scales, and at the very tip, where the rings are smaller than it is.
+    # The relief fades out before the first scales, and at the tip, where the rings are smaller than the relief.
     fade = (_smooth((1 - rings) / 0.1) * _smooth(rings / 0.08) + 0 * s).ravel()
     skin = Skin(
         s.ravel(), angle.ravel(), body.radius * relief.rise * fade, np.zeros(s.size), relief.rim, np.zeros(s.size, bool)
@@ -61,7 +60,7 @@ def head_end(body: Body, net: Net, scales: Skin) -> End:
 
 
 def tail_end(body: Body, net: Net, scales: Skin, *, first: int) -> End:
-    """The end of the tail: rings from the last scales to the tip. `first` numbers the first of its vertices."""
+    """The end of the tail: rings from the last scales to the tip. `first` is the index of its first vertex."""
     rear_s, rear_angle = scales.s[net.rear], np.unwrap(scales.angle[net.rear])
     rings = np.arange(1, net.cut.tail)[:, None] / net.cut.tail
     length = body.spine.length
@@ -75,8 +74,8 @@ def tail_end(body: Body, net: Net, scales: Skin, *, first: int) -> End:
 
 
 def eyes(body: Body) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Two balls that stand half out of the head: points (v, 3) in metres, faces (f, 4) of them, where a triangle ends
-    as it begins, UVs (f, 4, 2) that turn as the skin's, and their arc length (m)."""
+    """Two balls that stand half out of the head: points (v, 3) in metres; faces (f, 4), where a triangle repeats its
+    first corner; UVs (f, 4, 2), oriented like the skin's; and their arc length in metres."""
     share, angle, radius, depth = (x * scale for x, scale in zip(
         head.eye_places(), (body.head_end, 1.0, body.radius, body.radius), strict=True
     ))  # fmt: skip
@@ -99,7 +98,7 @@ def eyes(body: Body) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     places = np.concatenate([np.stack([-np.cos(polar), turn], axis=-1).reshape(-1, 2), [(-1, 0), (1, 0)]])
     at = places[faces]
     at[..., 1] = unwrapped(at[..., 1], np.isin(faces, (snout, end)))
-    # Beside the snout's end of the skin's map, one over the other.
+    # On the UV map beside the skin's snout end, one eye above the other.
     size = radius / body.radius / (2 * np.pi)
     uv = at * size + (-2 * size, 0.25)
     points = (middle[:, None] + radius * ball).reshape(-1, 3)
@@ -107,12 +106,12 @@ def eyes(body: Body) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
 
 
 def unwrapped(angle: np.ndarray, at_tip: np.ndarray) -> np.ndarray:
-    """Angles (f, 4) of the corners of faces, within a turn of each other and with their middle in -pi to pi. A corner
-    that is at a tip, where all angles meet, takes the middle of the others'."""
+    """The angles (f, 4) of the corners of faces, without jumps within a face, and with their middle in -pi to pi. A
+    corner at a tip, where all angles meet, gets the middle of the others."""
     others = ~at_tip
     some = np.take_along_axis(angle, others.argmax(axis=1)[:, None], axis=1)
     angle = angle - 2 * np.pi * np.round((angle - some) / (2 * np.pi))
-    # Of a triangle that is given as a quad the first corner counts twice: so the middle is that of the extremes.
+    # A triangle given as a quad repeats its first corner, so the middle is taken between the extremes.
     low = np.where(others, angle, np.inf).min(axis=1, keepdims=True)
     high = np.where(others, angle, -np.inf).max(axis=1, keepdims=True)
     middle = (low + high) / 2
@@ -123,7 +122,7 @@ def unwrapped(angle: np.ndarray, at_tip: np.ndarray) -> np.ndarray:
 def _closed(
     grid: np.ndarray, skin: Skin, *, tip_s: float, first: int, at_end: bool
 ) -> tuple[np.ndarray, Skin]:  # fmt: skip
-    """The faces of a grid of rings (k, r) that ends in a tip, and its vertices with the tip."""
+    """The faces of a grid of rings (k, r) that ends in a tip, and the vertices with the tip appended."""
     tip = first + len(skin.s)
     fan = _tips(grid[-1 if at_end else 0], tip, at_end=at_end)
     closing = (tip_s, 0.0, 0.0, 0.0, 0.0, False)
@@ -138,7 +137,7 @@ def _quads(grid: np.ndarray) -> np.ndarray:
 
 
 def _tips(ring: np.ndarray, tip: int, *, at_end: bool) -> np.ndarray:
-    """Triangles (r, 4) between a ring (r,) and a tip, the first corner given again as the last."""
+    """Triangles (r, 4) between a ring (r,) and a tip, with the first corner repeated."""
     beside, tips = np.roll(ring, -1), np.full(len(ring), tip)
     corners = (ring, tips, beside, ring) if at_end else (tips, ring, beside, tips)
     return np.stack(corners, axis=-1)

@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The net of a snake's skin: its scales as cells of a diamond lattice, belly plates, and the ends of head and tail.
+"""The net of a snake's skin: scales as cells of a diamond lattice, belly plates, and the ends of head and tail.
 
-A scale's number along its row is half of p + q, and its row is p - q: so each scale is a unit square of (p, q), and
-the diagonal rows of a snake are the rows and columns of a square grid. Each square is cut into n x n quads, finer near
-its edges, so that every edge of a scale is an edge of the mesh.
+A scale's number along its row is half of p + q, and its row is p - q. So each scale is a unit square of (p, q), and the
+diagonal rows of a snake are the rows and columns of a square grid. Each square is cut into n x n quads, finer near its
+edges, so that every edge of a scale is an edge of the mesh.
 
-Places of the net are numbered by integers: A = P + Q along the body and X = P - Q around it, where P and Q count
-samples, n to a scale. On the back's midline X is 0; the rows end in a zigzag between |X| = (rows - 1) / 2 n and one row
-further. From there to the zigzag of the other side, belly plates go on with X.
-"""
+Vertices of the net have integer coordinates: A = P + Q along the body and X = P - Q around it. P and Q count samples, n
+per scale. X is 0 on the back's midline. The rows end in a zigzag between |X| = (rows - 1) / 2 n and one row further.
+Belly plates continue with X from there to the zigzag of the other side."""
 
 from __future__ import annotations
 
@@ -21,8 +20,8 @@ GROOVE_WIDTH, RIM_WIDTH = 0.03, 0.11
 
 
 class Cut(NamedTuple):
-    """How fine the net is: scales in a row; samples n of a scale's side; samples of a belly plate's width; rings of the
-    head and of the tail's end."""
+    """The resolution of the net: scales in a row; samples n of a scale's side; samples of a belly plate's width; rings
+    of the head and of the tail's end."""
 
     scales: int
     n: int
@@ -34,13 +33,12 @@ class Cut(NamedTuple):
 class Net(NamedTuple):
     """Faces over numbered vertices.
 
-    cut           how fine it is
-    a, x          (v,) the integers of each vertex of the lattice and the belly, in the order of their numbers
-    quads         (f, 4) of vertices, counter-clockwise from outside
+    cut           resolution
+    a, x          (v,) integer coordinates of each vertex of the lattice and the belly
+    quads         (f, 4) vertices, counter-clockwise from outside
     scale         (f,) a number for each scale and belly plate
-    belly         (f,) whether a face is of a belly plate
-    front, rear   (r,) the vertices around the first and the last scales, in the direction of X
-    """
+    belly         (f,) whether a face belongs to a belly plate
+    front, rear   (r,) vertices around the first and the last scales, in the direction of X"""
 
     cut: Cut
     a: np.ndarray
@@ -53,7 +51,7 @@ class Net(NamedTuple):
 
 
 def cut_for(faces: int, rows: int, natural: float) -> Cut:
-    """The cut with about so many faces whose number of scales in a row is nearest to `natural`."""
+    """The cut with about `faces` faces whose scales per row are nearest to `natural`. Raises ValueError for too few."""
     best: tuple[float, Cut] | None = None
     for n in range(2, 64):
         belly, head = 2 * n + 2, max(8, 10 * n)
@@ -71,9 +69,8 @@ def cut_for(faces: int, rows: int, natural: float) -> Cut:
 
 
 def samples(n: int) -> np.ndarray:
-    """Where the n samples of a scale's side lie, from 0 on; the next scale begins at 1.
-
-    The first is in the groove, the next and the last are the rim's outer edge, and the next to them its inner one."""
+    """Positions of the n samples of a scale's side from 0; the next scale begins at 1. The first is in the groove. The
+    second and the last are the outer edge of the rim, and the ones next to them its inner edge."""
     if n == 2:
         return np.array((0.0, 0.5))
     edge = [0.0, GROOVE_WIDTH] if n < 6 else [0.0, GROOVE_WIDTH, RIM_WIDTH]
@@ -82,11 +79,11 @@ def samples(n: int) -> np.ndarray:
 
 
 def make_net(rows: int, cut: Cut) -> Net:
-    """The net of `rows` rows of scales (3 more than a multiple of 4) and their belly plates."""
+    """The net of `rows` rows of scales (3 more than a multiple of 4) with their belly plates."""
     n, half = cut.n, (rows - 1) // 2
     corners, scales = [], []
     for row in range(-half, half + 1):
-        # The outermost rows, and every other from there, begin half a scale earlier, and have one scale more.
+        # The outermost rows, and every other row from there, begin half a scale earlier and have one more scale.
         early = (row - half) % 2 == 0
         centre = 2 * n * np.arange(cut.scales + early) + (0 if early else n)
         first = np.stack([centre - n, np.full(len(centre), n * row)], axis=1)
@@ -117,7 +114,7 @@ def make_net(rows: int, cut: Cut) -> Net:
 
 
 def _belly_faces(rows: int, cut: Cut) -> tuple[np.ndarray, np.ndarray]:
-    """A and X (f, 4) of the corners of the belly plates' faces, from the one zigzag to the other."""
+    """A and X (f, 4) of the corners of the belly plates' faces, from one zigzag to the other."""
     n, half = cut.n, (rows - 1) // 2
     a, j = (k.ravel() for k in np.meshgrid(np.arange(2 * n * cut.scales), np.arange(cut.belly), indexing="ij"))
     a, j = a[:, None] + (0, 1, 1, 0), j[:, None] + (0, 0, 1, 1)
@@ -127,5 +124,5 @@ def _belly_faces(rows: int, cut: Cut) -> tuple[np.ndarray, np.ndarray]:
 
 
 def zigzag(a: np.ndarray, rows: int, n: int) -> np.ndarray:
-    """The X at which the rows of scales end on the one side, at each A."""
+    """The X of the zigzag edge of the scale rows, at each A."""
     return (rows - 1) // 2 * n + np.abs(a % (2 * n) - n)

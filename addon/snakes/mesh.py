@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A snake's arrays as a mesh of Blender, and bones along its spine."""
+"""A snake's arrays as a Blender mesh, and bones along its spine."""
 
 import bpy
 import numpy as np
@@ -11,7 +11,7 @@ _BONES = 32
 
 
 def new_mesh(name: str, shape: Shape) -> bpy.types.Mesh:
-    """A smooth mesh with the shape's UV map and attributes, creased where a scale ends."""
+    """A smooth-shaded mesh with the shape's UV map and attributes, and sharp edges where a scale ends."""
     mesh = bpy.data.meshes.new(name)
     mesh.vertices.add(len(shape.points))
     mesh.vertices.foreach_set("co", shape.points.astype(np.float32).ravel())
@@ -34,8 +34,8 @@ def new_mesh(name: str, shape: Shape) -> bpy.types.Mesh:
 
 
 def add_bones(snake: bpy.types.Object, spine: Spine, s: np.ndarray) -> bpy.types.Object:
-    """Bones along a snake's spine that move its mesh: a new armature, the snake's parent. `s` (v,) are the arc lengths
-    of the mesh's points, by which each follows the two bones that it lies between."""
+    """Add bones along a snake's spine that deform its mesh. Returns the new armature, which becomes the snake's parent.
+    `s` (v,) are the arc lengths of the mesh's points; each point follows the two bones nearest to it."""
     armature = bpy.data.objects.new(f"{snake.name} Bones", bpy.data.armatures.new(f"{snake.name} Bones"))
     for collection in snake.users_collection:
         collection.objects.link(armature)
@@ -48,7 +48,7 @@ def add_bones(snake: bpy.types.Object, spine: Spine, s: np.ndarray) -> bpy.types
     bpy.context.view_layer.objects.active = armature
     bpy.ops.object.mode_set(mode="EDIT")
     parent = None
-    # From the tail to the head: so a bone that turns takes along what lies before it, as a snake lifts its neck.
+    # From tail to head: a rotated bone takes everything in front of it along, as when a snake lifts its neck.
     for k in range(_BONES - 1, -1, -1):
         bone = armature.data.edit_bones.new(names[k])
         bone.head, bone.tail = joints[k + 1], joints[k]
@@ -66,8 +66,8 @@ def add_bones(snake: bpy.types.Object, spine: Spine, s: np.ndarray) -> bpy.types
 
 
 def _weigh(snake: bpy.types.Object, names: list[str], place: np.ndarray) -> None:
-    """Weights of the bones' groups on all points; `place` (v,) is 0 at the middle of the first bone and 1 at that of
-    the second."""
+    """Set the weights of all points in the bones' vertex groups. `place` (v,) is 0 at the middle of the first bone, 1
+    at the middle of the second."""
     place = np.clip(place, 0, len(names) - 1)
     groups = [snake.vertex_groups.new(name=name) for name in names]
     before = np.minimum(place.astype(int), len(names) - 2)

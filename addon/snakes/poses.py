@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The poses of a snake: control polygons of the line under its belly, from snout to tail.
-
-A polygon's unit is about the radius of a body that is 80 radii long; the floor is z = 0."""
+"""Poses of a snake: control polygons of the line under its belly, from snout to tail. The unit is about the radius of a
+body that is 80 radii long; the floor is z = 0."""
 
 import numpy as np
 
-# From snout to tail: a head laid over the first bend, and four runs side by side.
+# A head laid over the first bend, and four runs side by side.
 _RESTING = (
     (-6.4, -6.6, 0), (-7.4, -5.4, 0), (-7.9, -3.9, 0), (-7.8, -2.2, 0.3), (-6.9, -0.8, 1.5), (-5.4, 0.2, 2.3),
     (-3.6, 0.8, 1.9), (-1.8, 1.2, 0.6), (0, 1.4, 0), (1.6, 1.5, 0), (3.3, 1.2, 0), (4.6, 0.0, 0), (4.6, -1.8, 0),
@@ -13,7 +12,7 @@ _RESTING = (
     (-1.5, 4.4, 0), (1.5, 4.6, 0), (4.4, 4.2, 0), (6.8, 2.6, 0), (7.6, -0.2, 0), (6.8, -2.9, 0), (4.6, -5.0, 0),
     (1.5, -5.8, 0), (-1.5, -6.0, 0), (-4.2, -6.4, 0),
 )  # fmt: skip
-# From snout to tail: the neck stands in an S and looks ahead, the body winds away behind.
+# The neck stands in an S and the head faces forwards; the body winds away behind.
 _REARING = (
     (-5.6, 0, 9.2), (-4.2, 0, 9.4), (-2.7, 0, 9.5), (-1.2, 0, 9.1), (-0.2, 0, 8.0), (0.2, 0, 6.5), (0, 0, 4.9),
     (-0.2, 0, 3.3), (0.1, 0, 1.8), (1.2, 0, 0.6), (2.8, 0, 0.05), (4.6, 0.3, 0), (7, 1.4, 0), (9.6, 3.8, 0),
@@ -23,7 +22,7 @@ _REARING = (
 
 
 def _spiral() -> np.ndarray:
-    """A flat coil, the head in its middle: turns 2.1 radii apart, and the first as wide as a body bends."""
+    """A flat coil with the head in its middle. The turns are 2.1 radii apart; the first is as tight as a body bends."""
     turns = np.linspace(0, 4.8 * np.pi, 60)
     r = 2.7 + 2.1 * turns / (2 * np.pi)
     return np.stack([r * np.cos(turns), r * np.sin(turns), 0 * r], axis=1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where each place of the net lies on the skin, and how far it rises: plates that nearly follow the body."""
+"""The positions and heights of the net's vertices on the skin: plates that nearly follow the body."""
 
 from __future__ import annotations
 
@@ -11,21 +11,20 @@ from .body import SIDE_ANGLE
 from .lattice import GROOVE_WIDTH, RIM_WIDTH, Cut, Net, samples, zigzag
 from .species import Species
 
-# By how much the middle of an edge between two scales lies tailwards of the straight line between its ends: it rounds
-# the tail end of a scale, which hides the pointed head of the next. In scale lengths, as are the next ones.
+# How far the middle of an edge between two scales is shifted tailwards. It rounds the tail end of a scale, which hides
+# the pointed head of the next. In scale lengths, as are the next constants.
 _BULGE = 0.055
-# By how much a scale's tail edge stands out over the next scale, and how deep the grooves are.
+# The overhang of a scale's tail edge over the next scale, and the depth of the grooves.
 _OVERHANG, _GROOVE = 0.02, 0.03
-# Where the pale rim of a scale begins, of the way from its middle to its edge.
+# Where the pale rim of a scale begins, from its middle (0) to its edge (1).
 _PLATE = 1 - 2 * RIM_WIDTH
 # The half width of a keel, in rows.
 _KEEL_WIDTH = 0.08
 
 
 class Places(NamedTuple):
-    """Of each vertex of a net (v,): its number of scales from the first one on, its angle around the body, its rise in
-    scale lengths, how far it stands out tailwards over the next scale, in scale lengths, how much it belongs to a pale
-    rim (0 to 1), and how many samples it lies inside of its plate's groove."""
+    """Vertices of a net (v,): number of scales from the first one, angle around the body, rise and tailward overhang
+    over the next scale in scale lengths, pale rim (0 to 1), and distance from its plate's groove in samples."""
 
     along: np.ndarray
     angle: np.ndarray
@@ -36,7 +35,7 @@ class Places(NamedTuple):
 
 
 def place(net: Net, species: Species, *, rng: np.random.Generator) -> Places:
-    """The places of a net's vertices, each scale turned a little by chance."""
+    """The places of a net's vertices. Each scale is tilted a little at random."""
     cut, half = net.cut, (species.rows - 1) // 2
     turns = np.tan(np.radians(species.turn_deg)) * rng.uniform(-1, 1, (species.rows + 2, cut.scales + 3, 2))
     plates = np.tan(np.radians(species.turn_deg)) * rng.uniform(-1, 1, cut.scales + 1)
@@ -52,8 +51,8 @@ def place(net: Net, species: Species, *, rng: np.random.Generator) -> Places:
 
 
 class _Cells(NamedTuple):
-    """Of each vertex of the lattice: the scale that it is in, or of whose head edge it is, by number along and row; its
-    samples (i, j) there; its fractions of the scale's sides; how far around it is, in rows."""
+    """Vertices of the lattice: number along its row, and row, of the scale that each is in or on whose head edge it is;
+    samples (i, j) in it; fractions (p, q) of its sides; position along in scales, and around the body in rows."""
 
     column: np.ndarray
     row: np.ndarray
@@ -66,7 +65,7 @@ class _Cells(NamedTuple):
 
     @property
     def bulged(self) -> np.ndarray:
-        """`along` with the edges between scales bent tailwards."""
+        """`along`, with the edges between scales curved tailwards."""
         return self.along + _BULGE * 4 * (self.p * (1 - self.p) + self.q * (1 - self.q))
 
 
@@ -91,7 +90,7 @@ def _on_scales(a: np.ndarray, x: np.ndarray, cut: Cut, *, species: Species, turn
     inside = np.minimum(np.minimum(cells.i, n - cells.i), np.minimum(cells.j, n - cells.j))
     rise -= _GROOVE * ((inside == 0) & (n > 2))
     tail_edge = (inside > 0) & ((cells.i == n - 1) | (cells.j == n - 1)) & (n > 3)
-    # Plates are rounder than their cells: at the corners the rim is wider.
+    # Plates are rounder than their cells, so the rim is wider at the corners.
     out = ((2 * cells.p - 1) ** 4 + (2 * cells.q - 1) ** 4) ** 0.25
     rim = np.where(inside == 0, 1.0, np.clip((out - _PLATE) / (1 - 2 * GROOVE_WIDTH - _PLATE), 0, 1))
     return Places(cells.bulged, angle, rise, _OVERHANG * tail_edge, rim, inside)

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A whole snake as arrays: points, faces, UVs and attributes.
 
-U runs from the snout to the tail, in units of the largest girth; V runs once round, from the belly's midline over the
-side, the back (V = 1/2) and the other side. Seen from outside (T, B, N) is right-handed: T towards the tail, B towards
-larger V. Where the tail edge of a scale stands out over the next, U goes on around the edge, so that no two places of
-the skin share one of the map. Lengths are in metres.
-"""
+U runs from the snout to the tail, in units of the largest girth. V runs once around, from the belly's midline over the
+side, the back (V = 1/2) and the other side. Seen from outside, (T, B, N) is right-handed: T points to the tail, B to
+larger V. Where the tail edge of a scale overhangs the next, U continues around the edge, so no two points of the skin
+share a place on the map. Lengths are in metres."""
 
 from __future__ import annotations
 
@@ -23,26 +22,25 @@ from .spine import Spine
 
 # Fewer faces cannot show scales; more would take minutes.
 LEAST_FACES, MOST_FACES = 11_000, 1_000_000
-# Where the pale underside of head and tail's end begins, of half of the way around.
+# The pale underside of the head and of the tail's end begins at this share of the way from back to belly.
 _UNDER = 0.62
-# Materials of the faces.
+# Material indices of the faces.
 SKIN, EYE = 0, 1
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A snake of v points, f faces and c corners.
+    """A snake with v points, f faces and c corners.
 
     points    (v, 3) m
-    corners   (c,) a point for each corner of a face
-    starts    (f,) the first corner of each face
+    corners   (c,) point of each corner
+    starts    (f,) first corner of each face
     uv        (c, 2)
     material  (f,) SKIN or EYE
-    edge      (v,) whether a point is on the outer edge of a scale: the mesh edges between two such are creases
+    edge      (v,) whether a point is on the outer edge of a scale; mesh edges between two of these points are creases
     s         (v,) arc length from the snout, m
-    of_points, of_faces   attributes by name, (v,) or (f,), all 0 to 1: of points scale_rim, along (snout to tail) and
-                          around (back to belly); of faces scale_random, a number by chance for each scale, and belly
-    """
+    of_points, of_faces   attributes by name, (v,) or (f,), all 0 to 1. Of points: scale_rim, along (snout to tail) and
+                          around (back to belly). Of faces: scale_random (one random number per scale) and belly"""
 
     points: np.ndarray
     corners: np.ndarray
@@ -56,10 +54,9 @@ class Shape:
 
 
 def snake_shape(spine: Spine, species_name: str, *, faces: int, seed: int = 0) -> Shape:
-    """A snake along a spine, of a species of SPECIES, with about so many faces.
+    """A snake of a species in SPECIES along a spine, with about `faces` faces.
 
-    The number of scales in a row fits itself to the number of faces. Raises GratingError for a number of faces out of
-    range."""
+    The number of scales in a row depends on the number of faces. Raises GratingError if `faces` is out of range."""
     if not LEAST_FACES <= faces <= MOST_FACES:
         raise GratingError("snake", f"{faces} faces", f"give {LEAST_FACES} to {MOST_FACES}")
     species = SPECIES[species_name]
@@ -72,7 +69,7 @@ def snake_shape(spine: Spine, species_name: str, *, faces: int, seed: int = 0) -
 
 
 class _Rows:
-    """Where along the body the scales of a row are, by their number."""
+    """The positions of the scales of a row along the body."""
 
     def __init__(self, body: Body) -> None:
         first = float(body.scale_lengths(np.array([body.head_end]))[0]) / 2
@@ -81,7 +78,7 @@ class _Rows:
         self.natural = float(self._count[-1])
 
     def arc_lengths(self, along: np.ndarray, scales: int) -> np.ndarray:
-        """Arc lengths (n,) in metres of places between -1/2 and `scales` + 1/2."""
+        """The arc lengths (n,) in metres of scale numbers between -1/2 and `scales` + 1/2."""
         return np.interp((along + 0.5) / (scales + 1) * self.natural, self._count, self._s)
 
 

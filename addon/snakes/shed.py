@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A piece of shed skin: the rows of scales of back and sides, cut open along the belly and laid flat."""
+"""A piece of shed skin: the scales of back and sides, cut open along the belly and laid flat."""
 
 from __future__ import annotations
 
@@ -12,15 +12,13 @@ from .scales import place
 from .shape import LEAST_FACES, MOST_FACES, SKIN, Shape
 from .species import SPECIES
 
-# Dry skin is not quite flat: the height of its waves and the shortest of them, in sides of the piece.
+# Dry skin is slightly wavy: the height of the waves and the shortest wavelength, in sides of the piece.
 _WAVE, _SHORTEST_WAVE = 0.004, 0.35
 
 
 def shed_shape(species_name: str, *, size: float, faces: int, seed: int = 0) -> Shape:
-    """A piece of about `size` x `size` metres on the plane z = 0, of a species of SPECIES, with about so many faces. X
-    points to the tail and Y around the body, as U and V do.
-
-    It is a sheet, open along its zigzag edge. Raises GratingError for a number of faces out of range."""
+    """A piece of about `size` x `size` metres on the plane z = 0, of a species in SPECIES, with about `faces` faces. X
+    points to the tail and Y around the body, like U and V. Raises GratingError if `faces` is out of range."""
     if not LEAST_FACES <= faces <= MOST_FACES:
         raise GratingError("shed skin", f"{faces} faces", f"give {LEAST_FACES} to {MOST_FACES}")
     species = SPECIES[species_name]
@@ -53,11 +51,10 @@ def shed_shape(species_name: str, *, size: float, faces: int, seed: int = 0) -> 
 
 
 def _cut(faces: int, rows: int, natural: float) -> Cut:
-    """The cut of a piece with the number of faces within a 25th whose number of scales in a row is nearest to
-    `natural`."""
+    """The cut with `faces` faces within 4 % whose scales in a row are nearest to `natural`."""
     cuts = []
     for n in range(3, 64):
-        # Every other row has one scale more.
+        # Every other row has one more scale.
         scales = round((faces / n**2 - (rows + 1) / 2) / rows)
         made = (scales * rows + (rows + 1) / 2) * n**2
         if scales > 1 and abs(made / faces - 1) < 0.04:
@@ -66,7 +63,7 @@ def _cut(faces: int, rows: int, natural: float) -> Cut:
 
 
 def _waves(x: np.ndarray, y: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Heights of slow waves in random directions, at places (v,) in sides of the piece."""
+    """Heights of long waves in random directions, at points (v,), in sides of the piece."""
     heights = np.zeros_like(x)
     for _ in range(5):
         direction, phase = rng.uniform(0, 2 * np.pi, 2)

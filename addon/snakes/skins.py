@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Skins of two species as materials without diffraction: what is under the thin layer that diffracts.
+"""Skin materials of two species without diffraction, for the tissue under the thin diffracting layer.
 
-They read the attributes of the snake's mesh (shape.py) and its UV map, and nothing of a file. They have no specular
-reflection: that is the diffraction's, which an artist adds with *Add to Materials*. CC0."""
+They read the attributes (shape.py) and the UV map of the snake's mesh, and need no files. They have no specular
+reflection: the diffraction provides it, which an artist adds with *Add to Materials*. CC0."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _Colour = tuple[float, float, float]
 
 
 def new_skin(species_name: str) -> bpy.types.Material:
-    """A new material of a species of SPECIES."""
+    """A new skin material of a species in SPECIES."""
     name, colour = _SKINS[species_name]
     return _material(name, lambda tree: (colour(tree), 0.0, 0.5))
 
@@ -27,7 +27,7 @@ def new_eye() -> bpy.types.Material:
 
 
 def new_shed() -> bpy.types.Material:
-    """A new material of thin, pale, dry skin, which lets through what is behind it."""
+    """A new material of thin, pale, dry, translucent skin."""
     material = _material("Shed Skin", lambda tree: (_shed(tree), 0.0, 0.6))
     tree = Tree(material.node_tree)
     (output,) = (node for node in material.node_tree.nodes if node.type == "OUTPUT_MATERIAL")
@@ -60,7 +60,7 @@ def _material(name: str, look) -> bpy.types.Material:
 
 
 class _Skin:
-    """What a skin's nodes read of the mesh."""
+    """The mesh attributes that a skin's nodes read."""
 
     def __init__(self, tree: Tree) -> None:
         self.tree = tree
@@ -70,7 +70,7 @@ class _Skin:
         )
 
     def noise(self, scale: float, detail: float = 2.0) -> Value:
-        """Noise of about 0 to 1 over the UV map, `scale` periods to the girth."""
+        """Noise of about 0 to 1 over the UV map, `scale` periods per girth."""
         uv = self.tree.value(self.tree.node("ShaderNodeUVMap").outputs["UV"])
         node = self.tree.node("ShaderNodeTexNoise", uv)
         self.tree.feed(node.inputs["Scale"], scale)
@@ -78,7 +78,7 @@ class _Skin:
         return self.tree.value(node.outputs["Fac"])
 
     def blend(self, share: Value, low: _Colour | Value, high: _Colour | Value) -> Value:
-        """From one colour, where the share is 0, to the other."""
+        """Mix two colours; a share of 0 gives `low`."""
         mix = self.tree.node("ShaderNodeMix", data_type="RGBA", blend_type="MIX")
         sockets = [socket for socket in mix.inputs if socket.enabled]
         for socket, value in zip(sockets, (share, low, high), strict=True):
@@ -86,7 +86,7 @@ class _Skin:
         return self.tree.value(next(socket for socket in mix.outputs if socket.enabled))
 
     def step(self, value: Value, begin: float, end: float) -> Value:
-        """0 up to `begin`, 1 from `end` on, smooth."""
+        """A smooth step: 0 up to `begin`, 1 from `end` on."""
         node = self.tree.node("ShaderNodeMapRange", value, begin, end, 0.0, 1.0, interpolation_type="SMOOTHSTEP")
         return self.tree.value(node.outputs["Result"])
 
@@ -105,8 +105,8 @@ def _xenopeltis(tree: Tree) -> Value:
 
 
 def _elaphe(tree: Tree) -> Value:
-    """Orange brown, with red-brown saddles in dark rims, smaller ones along the sides, and dark checks on a pale
-    belly. The outlines jump from scale to scale, as a scale has one colour."""
+    """Orange brown with dark-rimmed red-brown saddles, smaller ones along the sides, and dark checks on a pale belly.
+    Outlines follow the scales, because each scale has one colour."""
     skin = _Skin(tree)
     uv = tree.value(tree.node("ShaderNodeUVMap").outputs["UV"])
     u = tree.value(tree.node("ShaderNodeSeparateXYZ", uv).outputs["X"])
@@ -121,15 +121,15 @@ def _elaphe(tree: Tree) -> Value:
     coat = skin.blend(skin.step(inside, 0.0, 0.03), ground, (0.009, 0.005, 0.004))
     coat = skin.blend(skin.step(inside, 0.14, 0.18), coat, blotch)
     coat = skin.blend(skin.rim * 0.4, coat, (0.085, 0.045, 0.025))
-    # Four plates in ten are dark but for their middle.
+    # Four in ten belly plates are dark except in their middle.
     check = tree.math("LESS_THAN", skin.random, 0.4) * tree.math("LESS_THAN", skin.around, 0.93)
     under = skin.blend(check, (0.50, 0.44, 0.35), (0.03, 0.026, 0.022))
     return skin.blend(skin.belly, coat, under)
 
 
 def _blotch(tree: Tree, along: Value, across: Value, *, half_length: float, half_width: float) -> Value:
-    """How far a place is inside of a row of saddles, one for each whole number of `along`: 1 in the middle, 0 on the
-    rim and negative outside. They are rounded rectangles, between an ellipse and a box."""
+    """The signed distance inside a row of saddles, one for each whole number of `along`: 1 in the centre, 0 on the rim,
+    negative outside. They are rounded rectangles, between an ellipse and a box."""
     x = (tree.math("FRACT", along) - 0.5) * (1 / half_length)
     y = across * (1 / half_width)
     x, y = x * x, y * y

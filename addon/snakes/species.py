@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What sets a snake's shape apart from another's."""
+"""The body proportions of snake species."""
 
 from typing import NamedTuple
 
 
 class Species(NamedTuple):
-    """A kind of snake. Lengths are in largest half widths of the body, heights of a scale in scale lengths.
+    """A snake species. Lengths are in largest half widths of the body, heights of a scale in scale lengths.
 
     slenderness    length of the animal
     rows           rows of scales over back and sides: 3 more than a multiple of 4, so that the last rows on both sides
@@ -14,10 +14,9 @@ class Species(NamedTuple):
     head_length    from the snout to the first scales of the body
     jaw, neck      half widths
     head_height    half height of the head
-    dome, keel     rise of a scale's middle over its rim; of the ridge along it
-    lift           rise of a scale's tail edge over its head edge: it ends half of that over the next
-    turn_deg       spread of the slight turn of each scale about a random axis in its plane: no scale turns further
-    """
+    dome, keel     height of a scale's middle above its rim, and of the ridge along it
+    lift           height of a scale's tail edge above its head edge; it ends half of this above the next scale
+    turn_deg       largest random tilt of a scale, along and across the body each"""
 
     slenderness: float
     rows: int
@@ -33,8 +32,8 @@ class Species(NamedTuple):
 
 
 SPECIES = {
-    # 15 rows over a stout, glassy body; a flat wedge of a head that is hardly wider than the neck.
+    # 15 rows over a stout, glassy body; a flat, wedge-shaped head hardly wider than the neck.
     "XENOPELTIS": Species(80, 15, 0.50, 2.9, 0.80, 0.80, 0.50, 0.025, 0.0, 0.045, 1.8),
-    # 23 rows, keeled on the back; a head that is set off from a thin neck.
+    # 23 rows, keeled on the back; a head distinct from a thin neck.
     "ELAPHE": Species(92, 23, 0.40, 3.2, 0.82, 0.60, 0.52, 0.03, 0.03, 0.06, 1.8),
 }

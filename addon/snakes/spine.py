@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The line that a snake's belly rests on, from a pose or from any polygon, with a frame that belly and back follow."""
+"""The line on which a snake's belly rests, from a pose or any polygon, with directions for belly and back."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import numpy as np
 
 from ...precompute.base.failure import GratingError
 
-# Rows of the table of a spine: a step is a 25th of the body's radius, so that no bend is a polygon.
+# Samples along a spine: a step is a 25th of the body's radius, so that bends look smooth.
 _STATIONS = 2001
-# A polygon is resampled to so many control points at most: more of them would pass its corners on to the body.
+# The largest number of control points after resampling; more would pass the polygon's corners on to the body.
 _CONTROLS = 96
 
 
 class Spine(NamedTuple):
-    """The line under the belly at `n` arc lengths s (m) from the snout: points (n, 3) in metres, and unit vectors
-    (n, 3) towards the tail, to the side, and to the back. (tail, side, back) is right-handed."""
+    """The line under the belly, at n arc lengths s from the snout in metres: points (n, 3) in metres, and unit vectors
+    (n, 3) towards the tail, to the side and to the back. (tail, side, back) is right-handed."""
 
     s: np.ndarray
     points: np.ndarray
@@ -27,12 +27,12 @@ class Spine(NamedTuple):
 
     @property
     def length(self) -> float:
-        """Metres from snout to tail."""
+        """The length from snout to tail, in metres."""
         return float(self.s[-1])
 
 
 def bspline(points: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """Uniform cubic B-spline of `points` (n, d) from the first to the last of them, at t (m,) in [0, 1]."""
+    """The uniform cubic B-spline of control points (n, d), from the first to the last of them, at t (m,) in [0, 1]."""
     padded = np.vstack([2 * points[0] - points[1], points, 2 * points[-1] - points[-2]])
     x = t * (len(points) - 1)
     span = np.minimum(x.astype(int), len(points) - 2)
@@ -42,9 +42,8 @@ def bspline(points: np.ndarray, t: np.ndarray) -> np.ndarray:
 
 
 def spine_along(polygon: np.ndarray, length: float | None = None) -> Spine:
-    """The spine along a polygon (n, 3) from snout to tail, scaled to a length in metres, or as long as it is.
-
-    Raises GratingError for a polygon of fewer than two different points."""
+    """The spine along a polygon (n, 3) from snout to tail, scaled to a length in metres if given. Raises GratingError
+    for fewer than two different points."""
     polygon = np.asarray(polygon, float)
     kept = np.ones(len(polygon), bool)
     kept[1:] = np.linalg.norm(np.diff(polygon, axis=0), axis=1) > 0
@@ -64,7 +63,7 @@ def spine_along(polygon: np.ndarray, length: float | None = None) -> Spine:
 
 
 def _resampled(polygon: np.ndarray, count: int) -> np.ndarray:
-    """A polygon of `count` points at even arc lengths, or the polygon itself where it has as many."""
+    """The polygon resampled to `count` points at equal arc lengths, unless it has that many."""
     if len(polygon) == count:
         return polygon
     arc = _arc_lengths(polygon)
@@ -81,10 +80,10 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def _sides(tail: np.ndarray) -> np.ndarray:
-    """Unit vectors (n, 3) to the side of a body whose belly points down wherever the body lies.
+    """Sideways unit vectors (n, 3) of a body whose belly points down wherever it lies.
 
-    From the tail on, each is the one before, moved without twist, and drawn to the horizontal: the less, the steeper
-    the body. So a neck that rises and leans back over keeps its belly in front."""
+    Starting at the tail, each vector is the previous one moved without twist, then pulled towards the horizontal; the
+    pull weakens as the body gets steeper. So the belly stays in front where a neck rises and leans back."""
     level = np.stack([-tail[:, 1], tail[:, 0], np.zeros(len(tail))], axis=1)
     sides = np.empty_like(tail)
     side = level[-1] if level[-1].any() else np.array((0.0, 1.0, 0.0))

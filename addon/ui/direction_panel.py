@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sub-panel Direction: UV maps and direction maps of the active mesh."""
+"""The sub-panel Direction: the grating's direction, UV maps and direction maps of the active mesh."""
 
 import bpy
 
@@ -12,7 +12,7 @@ from .panel import GratingPanel
 
 
 class DirectionPanel(bpy.types.Panel):
-    """UV maps of the active mesh"""
+    """Show the grating's direction, unwrap the active mesh, and bake its direction map"""
 
     bl_idname = "GRATING_PT_direction"
     bl_label = "Direction"
@@ -52,7 +52,9 @@ def _draw_unwrap(layout, context) -> None:
         button.method, button.size = method, settings.map_size
         button.padding, button.density = settings.map_padding, settings.map_density
     if XATLAS not in labels:
-        draw_note(layout, context, "There is no xatlas for this Blender's Python; Minimum Stretch is Blender's own.")
+        draw_note(
+            layout, context, "This Blender's Python has no xatlas. Use Minimum Stretch, which is part of Blender."
+        )
     elif context.active_object is not None and context.active_object.type == "MESH":
         mesh = context.active_object.data
         seconds = expected_seconds(len(mesh.loops) - 2 * len(mesh.polygons))
@@ -60,7 +62,7 @@ def _draw_unwrap(layout, context) -> None:
 
 
 def in_words(seconds: float) -> str:
-    """A time in words, roughly."""
+    """A rounded time with its unit."""
     for unit, size in (("h", 3600), ("min", 60)):
         if seconds >= size:
             return f"{seconds / size:.0f} {unit}"

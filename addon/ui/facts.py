@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the panel tells of a scene and its active grating, found by walking through the file.
+"""Facts about a scene and its active grating for the panel.
 
-Blender draws a panel many times a second, so nothing is walked through while it draws. The facts are found when they
-are first asked for, and again by a timer once nothing has changed for a moment; the panel shows the former facts until
-then. Of some changes Blender does not tell. So facts that are old are found again, too, if the panel is drawn: after
-at least a second, and after so long that all this takes a fiftieth of the time."""
+Blender draws a panel many times a second, so nothing is computed during a draw. Facts are found at the first draw, and
+again by a timer once nothing has changed for a moment; until then the panel shows the former ones. Blender does not
+report all changes. So while the panel is drawn, old facts are found again: after at least a second, and seldom enough
+to take at most a fiftieth of the time."""
 
 import time
 from dataclasses import dataclass
@@ -29,9 +29,9 @@ from ..materials.skin import answers_to_world, crowded, follows_world, linked_wi
 from ..operators.mend import MendMaterials
 from ..workflow.fitting_worlds import world_is_animated, world_is_fitted
 
-# The least share of bright light in no source that is worth a word.
+# Smallest share of bright light without a source that the panel reports.
 _MISSED_MIN = 0.01
-# Facts are found again after so many seconds, and after so many times as long as finding them took.
+# Facts count as old after this many seconds, and this many times the time that finding them took.
 _OLD_SECONDS, _OLD_TIMES = 1.0, 50
 NOT_FITTED = "not fitted"
 
@@ -47,15 +47,15 @@ class LampFact:
 
 @dataclass(frozen=True)
 class SceneFacts:
-    """What the panel tells of a scene.
+    """Facts about a scene.
 
-    strays    names of the diffraction materials that no grating in the list has, and that can be adopted
-    linked    a line for each that another file has
-    lamps     those that light the diffraction
-    world     what lights it of the world; empty if there is nothing to say
-    features  a line for each thing about lamps that diffraction does not follow
+    strays    names of the diffraction materials that belong to no grating in the list and can be adopted
+    linked    a line for each such material that is linked from another file
+    lamps     the lamps that light the diffraction
+    world     how the world lights it; empty if there is nothing to report
+    features  a line for each feature of a lamp that diffraction does not follow
     instanced names of lamps that only instances show
-    wrong     a line for each thing for which colours are wrong"""
+    wrong     a line for each cause of wrong colours"""
 
     strays: tuple[str, ...] = ()
     linked: tuple[str, ...] = ()
@@ -73,15 +73,15 @@ class SceneFacts:
 
 @dataclass(frozen=True)
 class GratingFacts:
-    """What the panel tells of the active grating.
+    """Facts about the active grating.
 
     scans      file names of the scans if it averages several; empty for one
     fault      why they cannot be told; else None
     outdated   whether its settings are no longer those of its bake
-    objects    a line that names the objects that show it; empty without a material
+    objects    a line with the objects that show it; empty without a material
     variation  how it varies over the surface
     crowded    a line if EEVEE has no room for all lamps or sources
-    no_set     a line if it cannot answer to light that comes from no lamp"""
+    no_set     a line if it is set to respond to more than lamps but cannot"""
 
     scans: tuple[str, ...] = ()
     fault: GratingError | None = None
@@ -94,7 +94,7 @@ class GratingFacts:
 
 @dataclass(frozen=True)
 class Facts:
-    """What the panel tells of a scene, and of the active grating if there is one."""
+    """Facts about a scene, and about its active grating if there is one."""
 
     scene: SceneFacts
     grating: GratingFacts
@@ -102,12 +102,8 @@ class Facts:
 
 @dataclass(frozen=True)
 class _Found:
-    """Facts that were found.
-
-    of       what the panel showed: the active grating, by what an artist may exchange of it
-    layer    the view layer's name
-    changes  how many changes there were before
-    at       when they were found, and `seconds` how long that took"""
+    """Cached facts: what the panel showed (`of`), the view layer's name, the number of changes so far, the time when
+    they were found, and the seconds that it took."""
 
     facts: Facts
     of: tuple[object, ...]
@@ -118,18 +114,17 @@ class _Found:
 
     @property
     def is_former(self) -> bool:
-        """Whether they may be otherwise now."""
+        """Whether they may be outdated."""
         old = max(_OLD_SECONDS, _OLD_TIMES * self.seconds)
         return self.changes != change_count() or time.monotonic() - self.at > old
 
 
-# By the scenes' full names: each window may show another scene.
+# By the scenes' full names, because each window may show another scene.
 _found: dict[str, _Found] = {}
 
 
 def facts_of(context: bpy.types.Context) -> Facts:
-    """The facts of the context's scene, for its panel. Without a window, where no timer runs, they are found at
-    each call."""
+    """The facts for the panel of the context's scene. In background, without a timer, they are found at each call."""
     scene = context.scene
     found = _found.get(scene.name_full)
     if found is None or found.of != _shown(scene) or not has_window():
@@ -140,7 +135,7 @@ def facts_of(context: bpy.types.Context) -> Facts:
 
 
 def stop() -> None:
-    """Find nothing any more: the extension is being disabled."""
+    """Cancel the timer and discard everything, when the extension is disabled."""
     if bpy.app.timers.is_registered(_find_again):
         bpy.app.timers.unregister(_find_again)
     _found.clear()
@@ -148,8 +143,7 @@ def stop() -> None:
 
 @guarded
 def _find_again() -> float | None:
-    """Find the facts that are shown again, and draw the panel if they differ. The seconds to wait if something has just
-    changed, else None."""
+    """Update the cached facts and redraw the panel if they differ. Returns the seconds to wait, or None when done."""
     if wait := seconds_until_still():
         return wait
     for name, former in list(_found.items()):
@@ -181,7 +175,7 @@ def _find(scene: bpy.types.Scene, layer: str, depsgraph: bpy.types.Depsgraph) ->
 def _of_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> SceneFacts:
     strays: tuple[str, ...] = ()
     linked: tuple[str, ...] = ()
-    if any(map(is_diffraction, bpy.data.node_groups)):  # most files load no more than this
+    if any(map(is_diffraction, bpy.data.node_groups)):  # most files need no more than this
         from ..materials.group_users import linked_strays
         from ..materials.group_users import strays as strays_of
 
@@ -205,17 +199,17 @@ def _of_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> SceneFa
 
 
 def _world(scene: bpy.types.Scene) -> str:
-    """What lights the diffraction of the scene's world."""
+    """How the scene's world lights the diffraction."""
     if scene.world is None or not follows_world():
         return ""
     if world_is_animated(scene):
-        return "animated, so its bright parts light with noise"
+        return "animated, so its bright parts are noisy"
     if not world_is_fitted(scene):
         return NOT_FITTED
     count = source_count(scene)
     text = f"{count} source{'s' * (count != 1)} and the rest"
     if missed_share(scene) >= _MISSED_MIN:
-        text += f", {missed_share(scene):.0%} of bright light in none"
+        text += f", {missed_share(scene):.0%} of bright light not fitted, so noisy"
     return text
 
 

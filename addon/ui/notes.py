@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sentences in the narrow sidebar."""
+"""Wrapped text for the narrow sidebar."""
 
 import textwrap
 
-# The mean width of a letter, and the width of icon and margins, in pixels at an interface scale of 1.
+# Mean width of a letter, and width of icon and margins, in pixels at an interface scale of 1.
 _LETTER, _MARGINS = 6.5, 55
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The panel 3D View > Sidebar > Grating. From top to bottom it follows the order of the work."""
+"""The panel 3D View > Sidebar > Grating, in the order of the work from top to bottom."""
 
 import bpy
 
@@ -34,16 +34,16 @@ from .steps_panel import draw_scans, draw_steps
 
 _ICONS = {"SUN": "LIGHT_SUN", "POINT": "LIGHT_POINT", "SPOT": "LIGHT_SPOT", "AREA": "LIGHT_AREA"}
 _LIGHT_ICONS = {"good": "CHECKMARK", "usable": "INFO", "poor": "ERROR"}
-# What else lights the diffraction, by the choice of lights.
+# How each choice of lights lights the diffraction.
 _LIT_BY = {
     LAMPS_ONLY: "Only lamps light the diffraction. The world and Material Preview's studio light have no effect.",
-    REST: "Lamps without noise. The rest of the world, and light from other objects, by random samples, with noise.",
-    ALL: "Every light, by random samples. Small lamps need many.",
+    REST: "Lamps are noise-free. The rest of the world and light from other objects are sampled at random, with noise.",
+    ALL: "Every light is sampled at random. Small lamps need many samples.",
 }
 
 
 class SampleMenu(bpy.types.Menu):
-    """Surfaces that ship with the extension"""
+    """Add a sample surface that ships with the extension"""
 
     bl_idname = "GRATING_MT_samples"
     bl_label = "Add Sample"
@@ -69,7 +69,7 @@ class GratingList(bpy.types.UIList):
 
 
 class GratingPanel(bpy.types.Panel):
-    """Import, bake, assign"""
+    """Import, bake and assign gratings"""
 
     bl_idname = "GRATING_PT_main"
     bl_label = "Natural Gratings"
@@ -99,7 +99,7 @@ class GratingPanel(bpy.types.Panel):
 
 
 class ReferencePanel(bpy.types.Panel):
-    """For comparisons: a shader evaluates one of the thesis's methods, or the bake, in every pixel"""
+    """Reference materials for comparisons: shaders that evaluate a method of the thesis, or the bake, in every pixel"""
 
     bl_idname = "GRATING_PT_reference"
     bl_label = "OSL Reference"
@@ -120,7 +120,7 @@ class ReferencePanel(bpy.types.Panel):
 
 
 def _draw_strays(layout, context, facts: SceneFacts) -> None:
-    """Draw which diffraction materials of the file the list does not hold, and the button that brings them there."""
+    """Draw which diffraction materials are not in the list, and the button that adopts them."""
     if facts.strays:
         draw_note(layout, context, f"Not in the list: {', '.join(facts.strays)}", icon="INFO")
         layout.operator(AdoptMaterials.bl_idname, icon="IMPORT")
@@ -157,8 +157,8 @@ def _draw_bake(layout, context, grating, *, facts: GratingFacts) -> None:
 
 
 def _draw_quality(layout, context, grating) -> None:
-    """Draw the traffic light of a scan, and what is not good about it."""
-    if not grating.quality:  # made from a bake alone
+    """Draw a scan's quality rating and its findings."""
+    if not grating.quality:  # no scan: the grating was made from a bake
         return
     light, *findings = grating.quality.splitlines()
     column = layout.column(align=True)
@@ -168,7 +168,7 @@ def _draw_quality(layout, context, grating) -> None:
 
 
 def _draw_lines(layout, summary: str) -> None:
-    """Draw each fact of a summary on a line of its own, as the sidebar is narrow."""
+    """Draw each fact of a summary on its own line, because the sidebar is narrow."""
     column = layout.column(align=True)
     for fact in summary.splitlines():
         column.label(text=fact)
@@ -241,12 +241,12 @@ def _draw_lamps(layout, context, grating, *, facts: Facts) -> None:
     note.active = False
     draw_note(note, context, _LIT_BY[lights])
     if not compat.HAS_RAYCAST:
-        shade = "Before Blender 5.1, objects shade diffraction only in Cycles with Open Shading Language on."
+        shade = "Before Blender 5.1, objects cast shadows on diffraction only in Cycles with Open Shading Language on."
         draw_note(note, context, shade)
 
 
 def _draw_world(column, context, text: str) -> None:
-    """Draw what lights the diffraction of the scene's world."""
+    """Draw how the scene's world lights the diffraction."""
     if is_fitting():
         text = "fitting its sources ..."
     draw_note(column, context, f"{context.scene.world.name}: {text}", icon="WORLD")

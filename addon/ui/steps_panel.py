@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The part Levelling of the panel: the steps as a list, and what they make of the scan."""
+"""The part Levelling of the panel: the list of steps, and their effect on the scan."""
 
 import bpy
 
@@ -10,14 +10,14 @@ from ..operators.level_steps import AddLevellingStep, LevellingAsText, MoveLevel
 from .facts import GratingFacts
 from .notes import draw_note
 
-# Of a picture in the sidebar, in units of a row's height.
+# Height of a picture in the sidebar, in rows.
 _PICTURE = 6.0
-# More files than this are counted.
+# At most this many files are named; the rest is counted.
 _FILES_MAX = 8
 
 
 class StepList(bpy.types.UIList):
-    """Steps that level and repair the scan, in the order in which they are done"""
+    """Steps that level and repair the scan, in the order of their execution"""
 
     bl_idname = "GRATING_UL_steps"
 
@@ -27,12 +27,12 @@ class StepList(bpy.types.UIList):
 
 
 def draw_steps(layout, context, grating, *, several: bool) -> None:
-    """Draw the list of a grating's steps, the arguments of the active one, and the preview. `several`: the grating
-    averages several scans."""
-    if not grating.source:  # made from a bake alone
+    """Draw a grating's steps, the arguments of the active step, and the preview. `several`: the grating averages
+    scans."""
+    if not grating.source:  # no scan: the grating was made from a bake
         return
-    # Open while the scan is levelled, and out of the way once it is baked. Blender remembers what the artist opens or
-    # closes under either name.
+    # Open by default while the scan is levelled, closed once it is baked. With two names, Blender remembers separately
+    # what the artist opens or closes.
     name = "GRATING_PT_levelled" if grating.bake_path else "GRATING_PT_levelling"
     header, body = layout.panel(name, default_closed=bool(grating.bake_path))
     header.label(text=f"Levelling: {grating.levelling}")

@@ -1,4 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The steps of an artist's work: import, bake, assign, comb, unwrap, follow the lamps, render.
-
-The buttons and the command line call the same functions of this package."""
+"""The steps of an artist's work, from import to render. Both the buttons and the command line call these functions."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adding a Diffraction Lamp (materials/diffraction_lamp.py) to a place of an object that shows a grating."""
+"""Adding a Diffraction Lamp (materials/diffraction_lamp.py) to an object that shows a grating."""
 
 import bpy
 from mathutils import Vector
@@ -15,7 +15,7 @@ from ..materials.lost_parts import faults_of
 from ..materials.material import diffraction_nodes, number_in
 from ..materials.response import SETTINGS, response_in
 
-# How far above its patch the lamp lies, in patch sizes, so that the surface's own small bends do not shade it.
+# Height of the lamp above its patch, in patch sizes, so that small bumps of the surface do not shade it.
 _HEIGHT = 0.05
 
 
@@ -23,12 +23,11 @@ def add_diffraction_lamp(
     scene: bpy.types.Scene, mesh: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *,
     near: Vector, size_m: float, lamp_name: str = "",
 ) -> tuple[bpy.types.Object, list[str]]:  # fmt: skip
-    """Add a Diffraction Lamp at the place of a mesh that is nearest to a point of the scene; the new lamp, and lines to
-    report. The first says what was done, the others warn.
+    """Add a Diffraction Lamp where a mesh is nearest to the point `near` in world space. Returns the new lamp and lines
+    to report: what was done, then warnings.
 
-    The patch is a square of the given side. The lamp that lights it has the given name; without a name it is the first
-    that the panel lists. Raises GratingError, with nothing added, if there is no such lamp, or no grating at the
-    place."""
+    The patch is a square with side `size_m`. `lamp_name` is the lamp that lights it; by default the first in the
+    panel's list. Raises GratingError, with nothing added, if there is no such lamp, or no grating at that place."""
     lamp = _lamp_named(scene, lamp_name)
     place = place_nearest(
         mesh, depsgraph, to=near, source_at=lambda slot: frame_of(_diffraction_in(mesh, slot).node_tree)
@@ -53,7 +52,7 @@ def add_diffraction_lamp(
 
 
 def shows_grating(thing: bpy.types.Object | None) -> bool:
-    """Whether the object is a mesh with diffraction among its materials."""
+    """Whether the object is a mesh with a diffraction material."""
     if thing is None or thing.type != "MESH":
         return False
     return any(diffraction_nodes(slot.material) for slot in thing.material_slots)
@@ -72,8 +71,7 @@ def _lamp_named(scene: bpy.types.Scene, name: str) -> bpy.types.Object:
 
 
 def _diffraction_in(mesh: bpy.types.Object, slot: int) -> bpy.types.Node:
-    """The Diffraction node of the material in a mesh's slot. As in Blender, a face past the last slot shows the
-    last."""
+    """The Diffraction node in a mesh's slot. As in Blender, a slot index that is too high means the last slot."""
     slots = mesh.material_slots
     nodes = diffraction_nodes(slots[min(slot, len(slots) - 1)].material) if slots else []
     if not nodes:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Add a snake, or a piece of its shed skin, to the scene."""
+"""Adding a snake, or a piece of its shed skin, to the scene."""
 
 import bpy
 import numpy as np
@@ -13,17 +13,17 @@ from ..snakes.shed import shed_shape
 from ..snakes.skins import new_eye, new_shed, new_skin
 from ..snakes.spine import Spine, spine_along
 
-# The pose that is no polygon of ours, but the active curve.
+# The pose that follows the active curve.
 ALONG_CURVE = "CURVE"
 
 
 def add_snake(
     context: bpy.types.Context, species: str, pose: str, *, length_m: float, faces: int, seed: int, bones: bool
 ) -> tuple[bpy.types.Object, list[str]]:  # fmt: skip
-    """Add a snake at the 3D cursor, or along the active curve and as long as that, and make it the only one selected.
+    """Add a snake at the 3D cursor, or along the active curve with the curve's length, and select only it.
 
-    `species` and `pose` are names in SPECIES and POSES, or ALONG_CURVE. Returns the mesh's object, and lines to report.
-    Raises GratingError, with nothing added, for values out of range and where there is no such curve."""
+    `species` is a name in SPECIES, `pose` a name in POSES or ALONG_CURVE. Returns the mesh object and lines to report.
+    Raises GratingError, with nothing added, if a value is out of range, or if there is no active curve to follow."""
     if not 0.01 <= length_m <= 100:
         raise GratingError("snake", f"a length of {length_m:g} m", "give 0.01 to 100")
     _refuse_hidden(context)
@@ -44,9 +44,8 @@ def add_snake(
 def add_shed_skin(
     context: bpy.types.Context, species: str, *, size_m: float, faces: int, seed: int
 ) -> tuple[bpy.types.Object, list[str]]:  # fmt: skip
-    """Add a piece of shed skin at the 3D cursor, and make it the only object selected. Returns it, and lines to report.
-
-    Raises GratingError, with nothing added, for values out of range."""
+    """Add a piece of shed skin at the 3D cursor and select only it. Returns the object and lines to report. Raises
+    GratingError, with nothing added, if a value is out of range."""
     if not 1e-4 <= size_m <= 10:
         raise GratingError("shed skin", f"a side of {size_m * 1e3:g} mm", "give 0.1 to 10000")
     _refuse_hidden(context)
@@ -58,13 +57,13 @@ def add_shed_skin(
 
 
 def _refuse_hidden(context: bpy.types.Context) -> None:
-    """Raise GratingError where a new object would not be seen, and so could not be selected."""
+    """Raise GratingError if the active collection is hidden: a new object in it could not be selected."""
     if not context.layer_collection.is_visible:
         raise GratingError(context.collection.name, "the active collection is hidden", "show it, or choose another")
 
 
 def _add(context: bpy.types.Context, mesh: bpy.types.Mesh) -> bpy.types.Object:
-    """A new object of a mesh, the only one selected, and active."""
+    """A new object of a mesh, active and the only one selected."""
     added = bpy.data.objects.new(mesh.name, mesh)
     context.collection.objects.link(added)
     for other in context.selected_objects:
@@ -75,7 +74,7 @@ def _add(context: bpy.types.Context, mesh: bpy.types.Mesh) -> bpy.types.Object:
 
 
 def _posed(pose: str, length_m: float) -> Spine:
-    """The spine of a pose, its middle over the origin and its lowest place on the floor."""
+    """The spine of a pose, centred over the origin, with its lowest point at z = 0."""
     spine = spine_along(POSES[pose], length_m)
     low, high = spine.points.min(axis=0), spine.points.max(axis=0)
     return spine._replace(points=spine.points - (*(low + high)[:2] / 2, low[2]))
@@ -86,7 +85,7 @@ def _at_cursor(context: bpy.types.Context) -> Matrix:
 
 
 def _curve_points(context: bpy.types.Context) -> np.ndarray:
-    """The points (n, 3) in metres, in the scene's space, of the active curve's first spline."""
+    """The points (n, 3) of the active curve's first spline in world space, in metres."""
     curve = context.active_object
     if curve is None or curve.type != "CURVE":
         name = "no object" if curve is None else curve.name
@@ -101,7 +100,7 @@ def _curve_points(context: bpy.types.Context) -> np.ndarray:
     finally:
         evaluated.to_mesh_clear()
     points, edges = points.reshape(-1, 3).astype(float), edges.reshape(-1, 2)
-    # A spline's points follow each other; where none links two of them, the next spline begins.
+    # Points of one spline are linked in order. The first missing link is where the next spline begins.
     linked = {(min(pair), max(pair)) for pair in edges.tolist()}
     count = next((k for k in range(1, len(points)) if (k - 1, k) not in linked), len(points))
     matrix = np.array(curve.matrix_world)

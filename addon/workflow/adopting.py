@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adopting Diffraction groups that are in no grating's reach: appended, pasted, or left by a grating that was
-removed."""
+"""Adopting Diffraction groups that belong to no grating of the scene: appended, pasted, or left by a removed
+grating."""
 
 import bpy
 
@@ -17,11 +17,9 @@ from .restoring_bakes import bake_shown_by
 
 
 def adopt(scene: bpy.types.Scene) -> list[GratingError | str]:
-    """Bring the Diffraction groups that no grating of the scene has into its reach. Materials of a group that shows the
-    same bake as a grating of the scene follow that grating; of every other group a grating is made. Returns lines to
-    report: what was done, then what could not be adopted, with the remedy.
-
-    Raises GratingError if nothing could be adopted."""
+    """Connect stray Diffraction groups to the scene's gratings. A group with the same bake as a grating in the list is
+    replaced by that grating's group; any other group becomes a new grating. Returns lines to report: what was done,
+    then what could not be adopted, with the remedy. Raises GratingError if nothing could be adopted."""
     found = strays(scene)
     done: list[str] = []
     faults = linked_strays(found)
@@ -42,8 +40,7 @@ def adopt(scene: bpy.types.Scene) -> list[GratingError | str]:
 
 
 def _of_same_bake(scene: bpy.types.Scene, group: bpy.types.NodeTree) -> Grating | None:
-    """The scene's grating that shows the same bake as a group; None if there is none. A group of an earlier version
-    does not tell its bake."""
+    """The scene's grating with a group's bake, or None. Groups of earlier versions do not record their bake."""
     bake = made_from(own_trees(group)[0])
     for grating in scene.natural_gratings.items if bake else ():
         if grating.own_group is not None and made_from(own_trees(grating.group)[0]) == bake:
@@ -52,17 +49,17 @@ def _of_same_bake(scene: bpy.types.Scene, group: bpy.types.NodeTree) -> Grating 
 
 
 def _follow(group: bpy.types.NodeTree, grating: Grating) -> None:
-    """Have all that shows a group show the grating's own; the group and its copies of pictures go."""
+    """Replace a group by the grating's own everywhere, and delete the group and its copies of pictures."""
     held = [node.node_tree for node in group.nodes if node.type == "GROUP"]
     left = [group, *(part for tree in held for part in parts_of(tree))]
     group.user_remap(grating.group)
-    for each in left:  # a picture comes after each group that reads it, and goes with the last
+    for each in left:  # a picture follows the groups that use it, so it is deleted after the last of them
         if each.users == 0:
             bpy.data.batch_remove([each])
 
 
 def _new_grating(scene: bpy.types.Scene, group: bpy.types.NodeTree) -> Grating:
-    """A grating of what a group shows, the scene's active one. Raises GratingError if its bake is lost."""
+    """Make a grating from a group, and make it the scene's active one. Raises GratingError if its bake is lost."""
     path = kept_path(str(bake_shown_by(group)))
     gratings = scene.natural_gratings
     name = unused_name(name_in(group), {grating.name for grating in gratings.items})
@@ -78,7 +75,7 @@ def _new_grating(scene: bpy.types.Scene, group: bpy.types.NodeTree) -> Grating:
     grating.take_frame_source(frame_of(group))
     grating.group = group
     grating.material = next((m for m in materials_with(group) if m.library is None and was_own(m)), None)
-    if not owners(group)[1:]:  # the names of what two scenes share are the first's
+    if not owners(group)[1:]:  # if two scenes share the group, its names stay those of the first
         for made in filter(None, (group if was_own(group) else None, grating.material)):
             note_own(made)
         follow_name(grating)

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Putting a grating on meshes: as their material, or over the materials that they have.
+"""Assigning a grating to meshes: as their material, or layered over the materials that they have.
 
-Each action returns lines to report. The first says what was done, the others warn; the last is the one that Blender's
-status bar keeps."""
+Each action returns lines to report: what was done, then warnings. Blender's status bar keeps the last line."""
 
 import bpy
 
@@ -21,10 +20,8 @@ from .varying import prepare_meshes
 
 
 def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
-    """Put the active grating's material into the active slot of the meshes among the objects.
-
-    Raises GratingError, with nothing assigned, if a mesh has no UV map, is in Edit Mode or is another file's, or if
-    there is no bake."""
+    """Put the active grating's material into the active slot of the meshes among the objects. Raises GratingError, with
+    nothing assigned, if a mesh has no UV map, is in Edit Mode or is linked, or if there is no bake."""
     grating = active_grating(scene)
     meshes = meshes_among(scene, objects, grating.frame_source())
     seams = _seams(objects, meshes, grating)
@@ -35,10 +32,9 @@ def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) ->
 
 
 def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
-    """Lay diffraction over all materials that the faces of the meshes among the objects show.
-
-    Raises GratingError, with nothing changed, if a material cannot be changed, if a mesh has no material or no UV map
-    or is another file's, or if there is no bake."""
+    """Add diffraction to all materials that the faces of the meshes among the objects show. Raises GratingError, with
+    nothing changed, if there is no bake, a material cannot be changed, or a mesh is linked or lacks a material or a UV
+    map."""
     grating = active_grating(scene)
     meshes = meshes_among(scene, objects, grating.frame_source())
     materials: dict[bpy.types.Material, None] = {}
@@ -61,8 +57,8 @@ def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> li
 
 
 def _further(scene: bpy.types.Scene) -> list[str]:
-    """Have the world's sources fitted, if the materials read any; a line if that fails, and lines if the scene shows
-    what a bake does not hold, or if EEVEE has no room for what the active grating answers to."""
+    """Fit the world's sources if a material uses them. Returns warnings: the fit failed, the scene shows directions
+    that a bake does not hold, or EEVEE has no room for all lamps and sources of the active grating."""
     failed = []
     try:
         want_fit(scene)
@@ -72,8 +68,7 @@ def _further(scene: bpy.types.Scene) -> list[str]:
 
 
 def _put_in_active_slot(selection: Selection, mesh: bpy.types.Object, material: bpy.types.Material) -> str:
-    """Put the material into the mesh's active slot, which is made if there is none. Returns a line if the mesh has
-    other slots, which stay as they are."""
+    """Put the material into the mesh's active slot, made if missing. Returns a warning if the mesh has other slots."""
     if not mesh.material_slots:
         mesh.data.materials.append(None)
     index, count = mesh.active_material_index, len(mesh.material_slots)
@@ -89,14 +84,14 @@ def _put_in_active_slot(selection: Selection, mesh: bpy.types.Object, material: 
 
 
 def _seams(objects: list[bpy.types.Object], meshes: list[bpy.types.Object], grating: Grating) -> list[str]:
-    """A line for each mesh whose UV islands turn the direction, and for each object that is passed over. Nothing is
-    changed, so this comes before all changes."""
+    """Warnings about meshes whose UV islands rotate the direction, and about left-out objects. Called before any
+    change."""
     source = grating.frame_source()
     return [line for mesh in meshes if (line := seam_warning(mesh, source))] + no_meshes(objects)
 
 
 def _prepared(meshes: list[bpy.types.Object], grating: Grating) -> list[str]:
-    """Have the meshes store what the grating's variation needs. Returns lines on what it lacks."""
+    """Store on the meshes what the grating's variation needs. Returns warnings."""
     lines = prepare_meshes(grating.group, meshes) + lamps_alone(grating) + lost([grating.group])
     if grating.frame_source().kind != grating.frame_kind:
         lines.append(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Baking a grating in a process beside Blender, and noting the bake."""
+"""Baking a grating in a separate process, and recording the bake."""
 
 from __future__ import annotations
 
@@ -22,20 +22,18 @@ if TYPE_CHECKING:
     from ...precompute.bake.request import BakeRequest
 
 
-# Hours for each scan of a bake. On two cores 8192 x 8192 pixels are baked and checked in 142 s
-# (docs/speed_against_error.md), so the largest scan that a reader takes, of 90 million pixels, in 190 s, and in twice
-# that if the bake is refined. A day is 200 times as long, for deep reliefs, slow computers and waits for other bakes.
+# Time limit in hours for each scan of a bake. On two cores, 8192 x 8192 pixels are baked and checked in 142 s
+# (docs/speed_against_error.md). The largest scan that a reader accepts, 90 million pixels, takes 190 s, and twice that
+# if the bake is refined. A day is 200 times as long, for deep reliefs, slow computers and waiting for other bakes.
 _LONGEST_HOURS = 24
 
 
 def start_bake(
     grating: Grating, directory: str = "", *, use_cache: bool = True, request: BakeRequest | None = None
 ) -> Job:
-    """Start a grating's bake, into a folder or, without one, beside the cache's entries. There each request has a
-    folder of its own: a bake writes over no other grating's, and over no earlier one, to which undo may lead back. The
-    request is the grating's own unless another is given.
-
-    Raises GratingError if what is asked of the bake is not possible."""
+    """Start a grating's bake into a folder, by default beside the cache's entries. There each request has its own
+    folder, so a bake never overwrites another grating's bake or an earlier one that undo may return to. By default the
+    request is the grating's own. Raises GratingError if the bake's settings are not possible."""
     request = request or grating.bake_request()
     folder = Path(bpy.path.abspath(directory)) if directory else bakes_folder(asked(request))
     options = () if use_cache else ("--no-cache",)
@@ -50,7 +48,7 @@ def start_bake(
 
 
 def deadline_of(sources: Sequence[str], done: str) -> Deadline:
-    """The deadline of work on some scans, named by their files; `done` is what was not done: "baked"."""
+    """The deadline of work on the scans in some files. `done` is the participle for its message: "baked"."""
     hours = _LONGEST_HOURS * max(1, len(sources))
     named = ", ".join(dict.fromkeys(Path(source).name for source in sources))
     remedy = "copy the scan to a disk of this computer, or crop it"
@@ -60,7 +58,7 @@ def deadline_of(sources: Sequence[str], done: str) -> Deadline:
 def finished_bake(
     grating: Grating, directory: str = "", *, use_cache: bool = True, request: BakeRequest | None = None
 ) -> dict[str, Any]:
-    """Start a grating's bake and wait for it; the facts of the run. Raises GratingError if it fails."""
+    """Start a grating's bake, wait for it, and return the facts of the run. Raises GratingError if it fails."""
     job = start_bake(grating, directory, use_cache=use_cache, request=request)
     job.wait()
     return job.result()
@@ -69,7 +67,7 @@ def finished_bake(
 def bake_and_wait(
     grating: Grating, directory: str = "", *, use_cache: bool = True, request: BakeRequest | None = None
 ) -> dict[str, Any]:
-    """Bake a grating and record it, with the request if one is given; the facts of the run. Raises GratingError if it
+    """Bake a grating, record the bake and, if given, its request. Returns the facts. Raises GratingError if it
     fails."""
     asked_for = request or grating.bake_request()
     facts = finished_bake(grating, directory, use_cache=use_cache, request=asked_for)
@@ -78,13 +76,13 @@ def bake_and_wait(
 
 
 def warnings_of(facts: dict[str, Any]) -> list[str]:
-    """What the steps of levelling warned of."""
+    """The warnings of the levelling steps."""
     return [line.removeprefix(WARNING) for line in facts.get("levelling", ()) if line.startswith(WARNING)]
 
 
 def record_bake(grating: Grating, facts: dict[str, Any], request: BakeRequest, *, taken_over: bool = False) -> None:
-    """Record a finished bake of a request in its grating. All materials that show the grating show this bake from now
-    on. `taken_over`: another request than the grating's own was baked, which the grating takes over."""
+    """Record a finished bake in its grating. All materials that show the grating switch to it. `taken_over`: the
+    request was not the grating's own, and the grating adopts it."""
     if taken_over:
         if grating.source:
             grating.take_needs(request.needs)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Baking the direction of a mesh's grating into a direction map (direction/direction_map.py).
 
-Cycles bakes it, of a copy of the mesh in a scene of its own, from the nodes that the material itself has: so it is
-exact in the middle of every pixel, and nothing of the artist's scene is touched."""
+Cycles bakes a copy of the mesh, in a separate scene, with the material's own direction nodes. So the map is exact at
+pixel centres, and the artist's scene stays unchanged."""
 
 import contextlib
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ from ..materials.material import diffraction_nodes
 from .choosing_direction import choose_frame
 from .chosen_meshes import check_not_edited
 
-# How far a map may lie outside of the unit square: single precision.
+# Tolerance for UVs outside the unit square, for single precision.
 _RIM = 1e-4
 
 
@@ -32,10 +32,10 @@ def bake_direction_map(
     path: Path | None = None, read: bool = True,
 ) -> list[str]:  # fmt: skip
     """Bake the direction of a mesh's grating, without Rotation, into a new picture on a UV map, by default the active
-    one. The picture is packed, and written to `path` too; `read`: the mesh's gratings read it from now on. Returns
-    lines to report.
+    one. The picture is packed into the .blend and, if `path` is given, also written there. `read`: the mesh's gratings
+    use it from now on. Returns lines to report.
 
-    Raises GratingError, with nothing changed, if the mesh has no such map, or no direction to bake."""
+    Raises GratingError, with nothing changed, if the mesh lacks the UV map, or has no direction to bake."""
     layer = _map_of(mesh, uv_map)
     sources = _sources(context, mesh)
     if path is not None and path.suffix.lower() != ".exr":
@@ -64,7 +64,7 @@ def bake_direction_map(
 
 
 def _map_of(mesh: bpy.types.Object, uv_map: str) -> bpy.types.MeshUVLoopLayer:
-    """A mesh's UV map of a name, or its active one. Raises GratingError unless a picture can be on it."""
+    """A mesh's UV map by name, by default the active one. Raises GratingError unless a picture fits on it."""
     data = mesh.data
     check_not_edited(mesh)
     if not data.polygons:
@@ -88,8 +88,8 @@ def _map_of(mesh: bpy.types.Object, uv_map: str) -> bpy.types.MeshUVLoopLayer:
 
 
 def _sources(context: bpy.types.Context, mesh: bpy.types.Object) -> list[DirectionSource]:
-    """Where the material of each slot takes the direction from; in a slot without diffraction, as the active grating
-    does. Raises GratingError if that is a direction map already, or a UV map that the mesh does not have."""
+    """The direction source of each slot's material; a slot without diffraction takes the active grating's. Raises
+    GratingError if the source is a direction map already, or a UV map that the mesh lacks."""
     grating = context.scene.natural_gratings.active()
     default = DirectionSource() if grating is None else grating.frame_source()
     nodes = [diffraction_nodes(slot.material) for slot in mesh.material_slots] or [[]]
@@ -109,8 +109,8 @@ def _sources(context: bpy.types.Context, mesh: bpy.types.Object) -> list[Directi
 def _stage(
     context: bpy.types.Context, mesh: bpy.types.Object, materials: list[bpy.types.Material]
 ) -> Iterator[dict[str, Any]]:
-    """A copy of a mesh, modifiers included, alone in a scene of its own, its slots filled with materials; what of the
-    context to override. All of it, the materials too, is removed in the end."""
+    """A copy of a mesh with its modifiers applied, alone in a temporary scene, with the given materials in its slots.
+    Yields the context members to override. The scene, the copy and the materials are removed at the end."""
     depsgraph = context.evaluated_depsgraph_get()
     evaluated = mesh.evaluated_get(depsgraph)
     data = bpy.data.meshes.new_from_object(evaluated, preserve_all_data_layers=True, depsgraph=depsgraph)
@@ -136,8 +136,7 @@ def _stage(
 
 
 def _have_read(mesh: bpy.types.Object, image: bpy.types.Image) -> list[str]:
-    """Have the gratings of a mesh read a direction map. Returns a line for each that cannot, as other meshes show
-    it."""
+    """Make the gratings of a mesh use a direction map. Returns a line for each that cannot: another mesh shows it."""
     groups = {node.node_tree for slot in mesh.material_slots for node in diffraction_nodes(slot.material)}
     lines = []
     for grating in (grating for scene in bpy.data.scenes for grating in scene.natural_gratings.items):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Choosing where a grating takes the direction of its scan from."""
+"""Choosing where a grating takes its direction from."""
 
 import bpy
 
@@ -12,10 +12,9 @@ from .chosen_meshes import check_frame
 
 
 def choose_frame(grating: Grating, source: DirectionSource) -> str:
-    """Have all materials of a grating take the direction of the scan from a source. Returns a line to report.
-
-    Raises GratingError, with nothing changed, if what the source needs is missing, of the meshes that show the grating
-    too, or if the grating's node group is another file's."""
+    """Make all materials of a grating take their direction from a source. Returns a line to report. Raises
+    GratingError, with nothing changed, if the source or a mesh that shows the grating lacks what is needed, or if the
+    grating's node group is linked from another file."""
     if source.kind == UV_MAP and not source.uv_map:
         raise GratingError(grating.name, "no UV map is named for its direction", "name one")
     if source.kind == FRAME_MAP and not is_frame_map(source.frame_map):
@@ -44,5 +43,5 @@ def described(source: DirectionSource) -> str:
 
 
 def meshes_that_show(group: bpy.types.NodeTree | None) -> list[bpy.types.Object]:
-    """The mesh objects of the file that have a Diffraction group among their materials."""
+    """The file's mesh objects that have a Diffraction group in their materials."""
     return [thing for thing in shown_by(group) if thing.type == "MESH"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which of the objects that an artist selects can carry a grating, and what to say about the others."""
+"""Checking which selected objects can carry a grating, and why the others cannot."""
 
 import bpy
 import numpy as np
@@ -9,7 +9,7 @@ from ..direction.direction_map import check_frame_map
 from ..direction.uv_maps import has_uv_map
 from ..gratings.direction_source import DIRECTION_REMEDY, FRAME_MAP, STORED, DirectionSource
 
-# The objects that Blender converts to meshes, by what it calls them.
+# Object types that Blender can convert to meshes, with their names in messages.
 _CONVERTIBLE = {
     "CURVE": "curve",
     "SURFACE": "surface",
@@ -23,8 +23,8 @@ _CONVERTIBLE = {
 def meshes_among(
     scene: bpy.types.Scene, objects: list[bpy.types.Object], source: DirectionSource
 ) -> list[bpy.types.Object]:
-    """The meshes among the objects. Raises GratingError if there is none, or if one cannot carry a grating whose
-    tangent is from a source."""
+    """The meshes among the objects. Raises GratingError if there is none, or if one does not suit the direction
+    source."""
     meshes = [o for o in objects if o.type == "MESH"]
     if not meshes:
         raise no_mesh(scene, objects)
@@ -35,7 +35,7 @@ def meshes_among(
 
 
 def no_meshes(objects: list[bpy.types.Object]) -> list[str]:
-    """One line for each object that a grating passes over although it has a surface, with the remedy."""
+    """A line with the remedy for each object that has a surface but is no mesh."""
     return [str(each) for each in _passed_over(objects)]
 
 
@@ -55,7 +55,7 @@ def _passed_over(objects: list[bpy.types.Object]) -> list[GratingError]:
 
 
 def check_can_change(thing: bpy.types.Object) -> None:
-    """Raise GratingError unless the object can take other materials: it is no other file's, or it is overridden."""
+    """Raise GratingError unless the object's materials can be changed: it is not linked, or has a library override."""
     override = thing.override_library
     if thing.library is not None or (override is not None and override.is_system_override):
         file = (thing.library or override.reference.library).filepath
@@ -73,13 +73,13 @@ def check_can_change(thing: bpy.types.Object) -> None:
 
 
 def check_not_edited(mesh: bpy.types.Object) -> None:
-    """Raise GratingError for a mesh in Edit Mode, whose faces and UV maps cannot be read meanwhile."""
+    """Raise GratingError for a mesh in Edit Mode, whose faces and UV maps cannot be read."""
     if mesh.data.is_editmode:
         raise GratingError(mesh.name, "in Edit Mode", "switch to Object Mode first")
 
 
 def check_frame(mesh: bpy.types.Object, source: DirectionSource) -> None:
-    """Raise GratingError unless the mesh has faces, and what a source of the tangent needs."""
+    """Raise GratingError unless the mesh has faces, and what the direction source needs."""
     check_not_edited(mesh)
     if not mesh.data.polygons and (mesh.data.uv_layers or source.kind != STORED):
         raise GratingError(mesh.name, "no faces to put a material on", "choose a mesh with faces")
@@ -101,7 +101,7 @@ def data_is_fixed(thing: bpy.types.Object) -> bool:
 
 
 def slots_with_faces(mesh: bpy.types.Object) -> list[bpy.types.MaterialSlot]:
-    """The mesh's material slots that some face shows. As in Blender, a face past the last slot shows the last."""
+    """The mesh's material slots that faces use. As in Blender, a slot index that is too high means the last slot."""
     slots = mesh.material_slots
     if not slots:
         return []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Combing the selected meshes, in a process beside Blender."""
+"""Combing the selected meshes in a separate process: a smooth direction is laid over each and stored on it."""
 
 from pathlib import Path
 
@@ -15,21 +15,18 @@ from ..jobs.child import Deadline, Job
 from .chosen_meshes import check_can_change, check_not_edited, data_is_fixed, no_mesh
 from .making_materials import read_combs
 
-# Seconds for a comb, and for each face corner: 100 times what a million triangles take at most, which is 28 s on two
-# cores (docs/direction.md).
+# Time limit in seconds: a base, and a part for each face corner. It is 100 times the slowest comb of a million
+# triangles, 28 s on two cores (docs/direction.md).
 _LONGEST_SECONDS, _SECONDS_PER_CORNER = 600, 100 * 28e-6
-# Blender keeps no more UV maps of a mesh.
+# Blender's limit of UV maps on a mesh.
 _MAPS_MAX = 8
 
 
 class CombJob(Job):
-    """The process that combs some meshes.
-
-    meshes  the names of the objects and of their meshes
-    label   the source's"""
+    """The process that combs some meshes. `meshes` are pairs of names, the object's and its mesh's."""
 
     def __init__(self, requests: dict[tuple[str, str], dict[str, np.ndarray]], label: str) -> None:
-        """Start it for the requests of the meshes. Raises GratingError where no file can be written."""
+        """Start the process. Raises GratingError if a file cannot be written."""
         self.meshes, self.label = list(requests), label
 
         def words(private: Path) -> list[str]:
@@ -45,14 +42,14 @@ class CombJob(Job):
         super().__init__("comb", words, deadline=Deadline(seconds, late))
 
     def fields(self) -> list[dict[str, np.ndarray]]:
-        """The combed meshes, once the process has ended. Raises its own GratingError if it failed."""
+        """The combed meshes, once the process has ended. Raises GratingError if it failed."""
         return self.result(lambda facts: [read_combed(Path(each["file"])) for each in facts["meshes"]])
 
 
 def start_comb(scene: bpy.types.Scene, objects: list[bpy.types.Object], source: str) -> CombJob:
-    """Start combing the meshes among the objects, by one of COMB_SOURCES; the others may be strokes, hair or bones.
-
-    Raises GratingError, with nothing changed, if a mesh cannot be combed or has nothing of the source to follow."""
+    """Start combing the meshes among the objects by one of COMB_SOURCES. The other objects may be strokes, hair or
+    bones. Raises GratingError, with nothing changed, if a mesh cannot be combed, or has nothing of the source to
+    follow."""
     meshes = {o.data: o for o in objects if o.type == "MESH"}
     if not meshes:
         raise no_mesh(scene, objects)
@@ -66,9 +63,8 @@ def start_comb(scene: bpy.types.Scene, objects: list[bpy.types.Object], source: 
 
 
 def finish_comb(job: CombJob) -> list[str]:
-    """Store what a job has combed. Returns a line for each mesh.
-
-    Raises GratingError, with nothing changed, if the job failed or a mesh is no longer what it was."""
+    """Store the result of a job on its meshes. Returns a line for each mesh. Raises GratingError, with nothing changed,
+    if the job failed or a mesh has changed meanwhile."""
     fields = job.fields()
     meshes: list[bpy.types.Mesh] = []
     for (thing, name), field in zip(job.meshes, fields, strict=True):
@@ -86,14 +82,14 @@ def finish_comb(job: CombJob) -> list[str]:
 
 
 def comb_and_wait(scene: bpy.types.Scene, objects: list[bpy.types.Object], source: str) -> list[str]:
-    """Comb the meshes among the objects. Returns a line for each; raises GratingError as start_comb and finish_comb."""
+    """Comb the meshes among the objects. Returns a line for each. Raises GratingError as finish_comb does."""
     job = start_comb(scene, objects, source)
     job.wait()
     return finish_comb(job)
 
 
 def _check(thing: bpy.types.Object) -> None:
-    """Raise GratingError unless a field can be stored on the object's mesh."""
+    """Raise GratingError unless a comb can be stored on the object's mesh."""
     check_can_change(thing)
     mesh = thing.data
     if data_is_fixed(thing):
@@ -112,7 +108,7 @@ def _check(thing: bpy.types.Object) -> None:
 def _request(
     scene: bpy.types.Scene, thing: bpy.types.Object, objects: list[bpy.types.Object], *, source: str
 ) -> dict[str, np.ndarray]:
-    """What the process needs beside the mesh. Raises GratingError if there is nothing to follow."""
+    """The comb's source as arrays for the process. Raises GratingError if there is nothing to follow."""
     if source in ("X", "Y", "Z"):
         return {"guide": np.array("axis"), "axis": np.array([float(axis == source) for axis in "XYZ"])}
     if source in ("UV", "COPY"):
@@ -137,7 +133,7 @@ def _request(
 
 
 def _own_map(thing: bpy.types.Object) -> bpy.types.MeshUVLoopLayer:
-    """The UV map that renders, or the first that is not the comb's own. Raises GratingError if there is none."""
+    """The UV map that renders, or if that is the comb's, the first other one. Raises GratingError if there is none."""
     others = [each for each in thing.data.uv_layers if each.name != COMB_UV]
     if not others:
         raise GratingError(thing.name, "no UV map to comb along", "unwrap it, or choose another source")
@@ -146,7 +142,7 @@ def _own_map(thing: bpy.types.Object) -> bpy.types.MeshUVLoopLayer:
 
 
 def _told(index: np.ndarray) -> str:
-    """The indices (s,) of a field's singular triangles in words; 0 is a flip."""
+    """Describe the singular triangles of a direction field by their indices (s,). Index 0 is a flip."""
     points, flips = int((index != 0).sum()), int((index == 0).sum())
     told = f"{points} singular point{'s' * (points != 1)}" if points else "no singular points"
     if flips:

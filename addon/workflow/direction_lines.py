@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What of an object shows the direction of its grating: each slot by its own material, with Rotation."""
+"""The lines that show the direction of an object's grating: for each material slot, with Rotation included."""
 
 from dataclasses import dataclass
 
@@ -13,14 +13,14 @@ from ..gratings.direction_source import STORED, DirectionSource
 from ..materials.group_properties import frame_of
 from ..materials.material import diffraction_nodes, linked_among, number_in
 
-# More arrows are no clearer, and slower.
+# More arrows are slower and no clearer.
 _ARROWS_MAX = 5000
 
 
 @dataclass(frozen=True)
 class Lines:
-    """Ends (n, 2, 3) of lines in the scene's space: arrows along T, seams where it jumps, and rings around the faces
-    where a comb is singular."""
+    """Ends (n, 2, 3) of lines in world space: arrows along T, seams where T jumps, rings around a comb's singular
+    faces."""
 
     arrows: np.ndarray
     seams: np.ndarray
@@ -28,8 +28,7 @@ class Lines:
 
 
 def direction_lines(thing: bpy.types.Object, depsgraph: bpy.types.Depsgraph, default: DirectionSource) -> Lines:
-    """The lines of a mesh object, modifiers included. A slot without diffraction takes the direction from the default
-    source. Rotation counts where it is a number, not a link."""
+    """The lines of an evaluated mesh object. Slots without diffraction use `default`. A linked Rotation is ignored."""
     evaluated = thing.evaluated_get(depsgraph)
     mesh = evaluated.data
     mesh.calc_loop_triangles()
@@ -55,7 +54,7 @@ def direction_lines(thing: bpy.types.Object, depsgraph: bpy.types.Depsgraph, def
 def _frame(
     thing: bpy.types.Object, slot: bpy.types.MaterialSlot, default: DirectionSource
 ) -> tuple[DirectionSource, float]:
-    """A slot's source of the direction, and the angle by which the material and the object turn it."""
+    """A slot's direction source, and the angle (radians) by which the material and the object turn it."""
     nodes = diffraction_nodes(slot.material)
     if not nodes:
         return default, own_angle(thing, default)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The direction of the active object's grating, drawn in the 3D views. While it is off, nothing is called."""
+"""Drawing the direction of the active object's grating in the 3D views. While the overlay is off, it costs no time."""
 
 import sys
 from collections.abc import Callable
@@ -19,7 +19,7 @@ from .direction_lines import Lines, direction_lines
 
 @dataclass(frozen=True)
 class Part:
-    """Lines of one kind: their ends (n, 3), single precision, in the scene's space; RGBA; and their width in pixels."""
+    """Lines of one kind: end points (n, 3) in world space in single precision, colour (RGBA), and width in pixels."""
 
     ends: np.ndarray
     colour: tuple[float, float, float, float]
@@ -27,8 +27,8 @@ class Part:
 
 
 class _Shown:
-    """The draw handler while the overlay is on, and who is told when it fails; and the batches drawn last, each with
-    its part, of the object of a name."""
+    """State of the overlay: draw handler, callback and line of a fault, and the last batches with their object's
+    name."""
 
     handler: object | None = None
     on_fault: Callable[[str], None] | None = None
@@ -43,8 +43,7 @@ def is_shown() -> bool:
 
 
 def show(on: bool, on_fault: Callable[[str], None] | None = None) -> None:
-    """Switch the overlay on or off. If drawing fails, the overlay switches itself off, and `on_fault` is called once
-    with a line that says so."""
+    """Switch the overlay on or off. If drawing fails, it switches itself off and calls `on_fault` once with a line."""
     if on and not is_shown():
         _Shown.on_fault, _Shown.fault = on_fault, ""
         _Shown.handler = bpy.types.SpaceView3D.draw_handler_add(_draw, (), "WINDOW", "POST_VIEW")
@@ -57,8 +56,8 @@ def show(on: bool, on_fault: Callable[[str], None] | None = None) -> None:
 
 
 def parts_of(lines: Lines) -> list[Part]:
-    """What is drawn of lines: arrows cyan, seams red, singular faces yellow. A kind without a line has no part, as no
-    batch can be made of nothing."""
+    """Lines by colour: arrows cyan, seams red, singular faces yellow. Empty kinds are left out: a batch must not be
+    empty."""
     kinds = (
         (lines.arrows, (0.1, 0.9, 1.0, 1.0), 1.5),
         (lines.seams, (1.0, 0.1, 0.1, 1.0), 3.0),
@@ -70,12 +69,12 @@ def parts_of(lines: Lines) -> list[Part]:
 @persistent
 @guarded
 def _forget(*_: object) -> None:
-    """What was drawn may no longer be true."""
+    """Discard the batches after any change of the scene."""
     _Shown.name, _Shown.batches = "", ()
 
 
 def _draw() -> None:
-    """The draw handler. It never raises: Blender would print the traceback at every redraw."""
+    """The draw handler. It never raises, because Blender would print the traceback at every redraw."""
     if _Shown.fault:
         return
     try:
@@ -83,14 +82,14 @@ def _draw() -> None:
     except Exception as error:
         told = printable(f"{type(error).__name__}: {error}")
         _Shown.fault = f"Show Direction was switched off: drawing failed ({told}); report this line"
-        # Not from within: Blender is going through its draw handlers.
+        # A timer, because Blender is iterating over its draw handlers now.
         bpy.app.timers.register(_switch_off)
 
 
 @guarded
 def _switch_off() -> None:
-    """Take the overlay away after a fault, and say so."""
-    if not _Shown.fault:  # it was switched off and on meanwhile
+    """Switch the overlay off after a fault, and report it."""
+    if not _Shown.fault:  # the overlay was switched off and on meanwhile
         return
     print(f"error: {_Shown.fault}", file=sys.stderr)
     show(False)

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fitting the sources of a scene's world, by a second Blender beside this one.
+"""Fitting light sources to a scene's world, in a second Blender process.
 
-A fit that is stale would count light at the wrong place. So the sources of a world that has changed are given up at
-once, and all its light is then taken by the closures, which is right and noisier. With a window, a new fit begins when
-the world has been still for a moment; in background, `assign` and the operator wait for it.
+Outdated sources would put light in the wrong place. So the sources are dropped as soon as the world changes, and the
+materials sample all its light at random, which is correct but noisier. With a window, a new fit begins when the world
+has not changed for a moment. In background, `assign` and the operator wait for the fit.
 
-An animated world has no sources: they are numbers of one frame.
-"""
+An animated world has no sources, because they are valid for one frame only."""
 
 from __future__ import annotations
 
@@ -24,13 +23,13 @@ from ..materials.skin import follows_world, show_lamps
 if TYPE_CHECKING:
     from ..worlds.world_probe import Fit, Probe
 
-# In seconds: how long a world must be still before it is fitted, and how often the fit is asked whether it has ended.
+# Seconds: how long a world must be unchanged before it is fitted, and how often a running fit is polled.
 _STILL, _POLL = 0.6, 0.2
 
 
 @dataclass
 class _Running:
-    """A fit beside the interface."""
+    """A fit that is wanted or running."""
 
     scene: str
     fingerprint: str
@@ -38,18 +37,14 @@ class _Running:
 
 
 _running: _Running | None = None
-# Why the last fit of a scene's world came to nothing, by the scene's full name.
+# Why the last fit of a scene's world failed, by the scene's full name.
 _failed: dict[str, GratingError] = {}
 
 
 @dataclass(frozen=True)
 class _Known:
-    """What was found out about a scene's world.
-
-    world        its address; 0 for a scene without a world
-    space        the file's working space then
-    fingerprint  empty where there is nothing to fit
-    blocks       the addresses of the data-blocks that all this depends on"""
+    """Cached facts about a scene's world: its address (0 for none), the file's working space at that time, the
+    fingerprint (empty if there is nothing to fit), and the addresses of the data-blocks that these depend on."""
 
     world: int
     space: str
@@ -57,36 +52,36 @@ class _Known:
     blocks: frozenset[int]
 
 
-# What is known of scenes' worlds, by the scenes' full names, since they last changed.
+# Facts about scenes' worlds since their last change, by the scenes' full names.
 _known: dict[str, _Known] = {}
 
 
 def forget_worlds() -> None:
-    """Worlds may have changed in any way: find out anew when next asked."""
+    """Discard all cached facts about worlds."""
     _known.clear()
 
 
 def forget_worlds_of(changed: set[bpy.types.ID]) -> None:
-    """Forget what is known of worlds that depend on one of these data-blocks."""
+    """Discard the facts about worlds that depend on one of these data-blocks."""
     addresses = set(map(_address, changed))
     for name in [name for name, known in _known.items() if known.blocks & addresses]:
         del _known[name]
 
 
 def world_is_known(scene: bpy.types.Scene) -> bool:
-    """Whether the scene's world is as it was when it was last looked at, as far as Blender tells of changes."""
+    """Whether the facts about the scene's world are up to date, as far as Blender reports changes."""
     known = _known.get(scene.name_full)
     return known is not None and (known.world, known.space) == (_address(scene.world), compat.working_space())
 
 
 def world_is_fitted(scene: bpy.types.Scene) -> bool:
-    """Whether the scene's sources are those of its world, as it was after the last change that Blender told of. A world
-    of one colour needs none, and an animated one can have none."""
+    """Whether the scene's sources fit its world as of the last change that Blender reported. A uniform or animated
+    world has no sources, and counts as fitted without them."""
     return fitted_world(scene) == _known_world(scene).fingerprint
 
 
 def drop_stale_sources(scene: bpy.types.Scene) -> str:
-    """Give up the sources of a world that has changed; the world's fingerprint if a fit is wanted, else empty."""
+    """Drop the sources of a world that has changed. Returns the world's fingerprint if a fit is wanted, else ""."""
     now = _fingerprint(scene)
     if fitted_world(scene) == now:
         return ""
@@ -95,7 +90,7 @@ def drop_stale_sources(scene: bpy.types.Scene) -> str:
 
 
 def unfitted_world(scene: bpy.types.Scene) -> list[str]:
-    """A line if the scene's world has no sources because it is animated, or was not fitted as it is now."""
+    """A warning if the scene's world has no sources because it is animated or not fitted."""
     if not follows_world():
         return []
     if world_is_animated(scene):
@@ -115,12 +110,12 @@ def world_is_animated(scene: bpy.types.Scene) -> bool:
 
 
 def last_failure(scene: bpy.types.Scene) -> GratingError | None:
-    """Why the last fit of the scene's world came to nothing; None if none has failed since."""
+    """Why the last fit of the scene's world failed; None if it did not."""
     return _failed.get(scene.name_full)
 
 
 def fit_world(scene: bpy.types.Scene) -> None:
-    """Fit the sources of the scene's world and wait for them. Raises GratingError as Probe does."""
+    """Fit sources to the scene's world and wait for them. Raises GratingError as world_probe.fit_of does."""
     from ..worlds.world_probe import fit_of
 
     if now := drop_stale_sources(scene):
@@ -128,7 +123,8 @@ def fit_world(scene: bpy.types.Scene) -> None:
 
 
 def want_fit(scene: bpy.types.Scene) -> None:
-    """Give up stale sources, and have the world fitted when it has been still for a moment. Without a window, wait."""
+    """Drop outdated sources and schedule a fit for when the world is unchanged for a moment. In background, fit and
+    wait."""
     global _running
     if bpy.app.background:
         fit_world(scene)
@@ -145,12 +141,12 @@ def is_fitting() -> bool:
 
 
 def _is_fitting(scene: bpy.types.Scene, fingerprint: str) -> bool:
-    """Whether a fit of the scene's world as it is now is wanted or running."""
+    """Whether a fit of the scene's present world is wanted or running."""
     return _running is not None and (_running.scene, _running.fingerprint) == (scene.name, fingerprint)
 
 
 def stop_fitting() -> None:
-    """Cancel the running fit, if there is one."""
+    """Cancel the fit that is wanted or running, if any."""
     global _running
     running, _running = _running, None
     if running is not None and running.probe is not None:
@@ -161,7 +157,7 @@ def stop_fitting() -> None:
 
 @guarded
 def _go_on() -> float | None:
-    """A step of the running fit; the seconds until the next, or None at its end."""
+    """Advance the fit. Returns the seconds until the next call, or None at the end."""
     from ..worlds.world_probe import Probe
 
     global _running
@@ -181,7 +177,7 @@ def _go_on() -> float | None:
             return _POLL
         _running = None
         _take(scene, running.probe.result(), running.fingerprint)
-    except GratingError as error:  # nobody waits for it; the panel tells it
+    except GratingError as error:  # no caller waits for the fit; the panel shows this
         _running = None
         _failed[scene.name_full] = error
         print(f"Natural Gratings: {error}")
@@ -190,7 +186,7 @@ def _go_on() -> float | None:
 
 
 def _fit_another() -> None:
-    """Have another scene's world fitted that waits for it."""
+    """Start the fit of another scene's world, if one needs it."""
     for scene in bpy.data.scenes:
         if _running is None and scene.library is None and not last_failure(scene):
             want_fit(scene)
@@ -203,17 +199,17 @@ def _take(scene: bpy.types.Scene, fit: Fit, fingerprint: str) -> None:
 
 
 def _fingerprint(scene: bpy.types.Scene) -> str:
-    """Of the scene's world as it is; empty where there is nothing to fit."""
+    """The fingerprint of the scene's present world; empty if there is nothing to fit."""
     return _found_world(scene).fingerprint
 
 
 def _known_world(scene: bpy.types.Scene) -> _Known:
-    """What is known of the scene's world, found out if need be."""
+    """The cached facts about the scene's world, found anew if outdated."""
     return _known[scene.name_full] if world_is_known(scene) else _found_world(scene)
 
 
 def _found_world(scene: bpy.types.Scene) -> _Known:
-    """Find out about the scene's world."""
+    """Find the facts about the scene's world, and cache them."""
     from ..worlds.animated import is_animated
     from ..worlds.fingerprint import fingerprint
     from ..worlds.stand_alone import is_even

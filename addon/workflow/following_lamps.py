@@ -16,16 +16,14 @@ from .fitting_worlds import unfitted_world
 if TYPE_CHECKING:
     import numpy as np
 
-# Of the sun that the panel offers: W/m2, and the turn of its axis from the vertical.
+# The sun that the panel adds: irradiance in W/m2, and rotation.
 _SUN_STRENGTH, _SUN_TURN = 3.0, (radians(40), 0.0, radians(30))
 
 
 def update_lamps(scene: bpy.types.Scene, *, exactly: bool = True, in_viewport: bool = False) -> None:
-    """Follow the lamps that the scene has now, and give the file's Diffraction groups enough lamps. If the scene has
-    more than LAMPS_MAX lamps, the brightest are chosen anew.
+    """Follow the scene's present lamps, the brightest LAMPS_MAX of them, and give Diffraction groups enough lamps.
 
-    `exactly`: not more lamps than needed either (skin.show_lamps). `in_viewport`: a lamp that only the viewport hides
-    is dark."""
+    `exactly`: also remove lamps that are not needed (skin.show_lamps). `in_viewport`: lamps hidden there are dark."""
     lamps = follow_lamps(scene, in_viewport=in_viewport, lit=lit_boxes)
     show_lamps(exactly=exactly)
     if any(is_linked(lamp) for lamp in lamps) or follows_light_linking():
@@ -33,21 +31,21 @@ def update_lamps(scene: bpy.types.Scene, *, exactly: bool = True, in_viewport: b
 
 
 def lit_boxes(scene: bpy.types.Scene) -> "np.ndarray":
-    """The bounding boxes of the scene's objects that show diffraction (users.boxes_showing)."""
-    from ..materials.group_users import boxes_showing  # most files load no more than this
+    """The bounding boxes of the scene's objects that show diffraction (group_users.boxes_showing)."""
+    from ..materials.group_users import boxes_showing  # most files never need this module
 
     return boxes_showing(scene)
 
 
 def update_all_lamps(*, exactly: bool = True, in_viewport: bool = False) -> None:
-    """Do so in each scene of the file that can be changed."""
+    """Call update_lamps for each scene of the file that is not linked."""
     for scene in bpy.data.scenes:
         if scene.library is None:
             update_lamps(scene, exactly=exactly, in_viewport=in_viewport)
 
 
 def add_sun(scene: bpy.types.Scene) -> bpy.types.Object:
-    """Add a sun to the scene, slanting from above; the new lamp."""
+    """Add a slanting sun to the scene and return it."""
     data = bpy.data.lights.new("Sun", "SUN")
     data.energy = _SUN_STRENGTH
     sun = bpy.data.objects.new("Sun", data)
@@ -57,8 +55,8 @@ def add_sun(scene: bpy.types.Scene) -> bpy.types.Object:
 
 
 def warnings_about(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[str]:
-    """One line for each thing about the scene's lamps that diffraction does not follow, and for each setting under
-    which it shows wrong colours."""
+    """Warnings about lamps and their features that diffraction does not follow, and about settings that give wrong
+    colours."""
     dark = not lamps_of(scene) and needs_lamps()
     line = f"scene {scene.name}: it has no lamp, so with Lamps Only the diffraction is black; add a sun"
     lines = [line] if dark else []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an artist sets on a grating, brought to its materials as soon as it is set."""
+"""Applying a grating's settings to its materials as soon as an artist changes them."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -11,9 +11,8 @@ from ..materials.skin import set_footprint, set_lighting
 
 
 def follow_settings(first: bpy.types.Scene | None = None) -> None:
-    """Have the materials of the file's gratings trace shadow rays, and count the footprint of a pixel, where that is
-    set. What is as it should be is not made again. Scenes may share a material, as a copied scene does: then the
-    settings of the scene `first` count."""
+    """Apply Shadows and Footprint of the file's gratings to their materials. Nodes that are right already stay. If
+    scenes share a material, as a copied scene does, the settings of the scene `first` count."""
     done: set[bpy.types.NodeTree] = set()
     for scene in sorted(bpy.data.scenes, key=lambda scene: scene != first):
         gratings: Iterable[Any] = scene.natural_gratings.items if scene.library is None else ()

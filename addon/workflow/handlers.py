@@ -1,22 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lamps that keep themselves up to date: Blender calls these functions after each change, and around undo, files and
-renders.
+"""Keeping diffraction up to date: handlers that Blender calls after each change, and around undo, files and renders.
 
-Drivers follow the values of a lamp by themselves. These functions notice that lamps come and go, become another kind,
-move between collections, are hidden or are linked to objects. They write only what differs from what is wanted, so that
-a change that concerns no lamp makes Blender evaluate and compile nothing.
+Drivers follow the values of a lamp. These handlers notice when lamps come, go, change type, move between collections,
+are hidden, or are light-linked. They also apply a grating's settings to its materials. They write only what differs, so
+a change that concerns no lamp causes no evaluation and no shader compilation.
 
-With a window, Blender calls them at each step of a lamp that is dragged. Then they look only at what the change
-concerns. Once nothing has changed for a moment, a timer looks at all of it: which of too many lamps are the brightest
-now, and changes that Blender does not tell of. A render and a save look at all of it, too.
+With a window, Blender calls the handlers at each step of a drag. Then they check only what has changed. Once nothing
+has changed for a moment, a timer checks everything: which of too many lamps are the brightest, and changes that Blender
+does not report. Renders and saves check everything too.
 
-What is set on a grating reaches its materials here too.
-
-Writes after a change are in no step of Blender's undo. Undo keeps a data-block as it is, with what was written since,
-where its steps say that it did not change. A pointer in it to a data-block that undo removes would then lead nowhere.
-So the properties are given up before an undo and made again after it, and Diffraction groups are only ever given nodes
-that point to what they pointed to before.
-"""
+These writes are not part of an undo step. If undo finds a data-block unchanged, it keeps it with everything written
+since. A pointer in that data-block to one that undo removes would dangle. So the properties are removed before an undo
+and made again after it, and new nodes in Diffraction groups point only to what the old ones pointed to."""
 
 import sys
 from collections.abc import Callable
@@ -49,11 +44,12 @@ from .following_lamps import lit_boxes, update_lamps
 @persistent
 @guarded
 def follow_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    """After Blender has evaluated a scene anew. Whatever concerns its followed lamps changes the scene too."""
+    """After Blender has evaluated a scene. A change of a followed lamp is always reported as a change of the scene
+    too."""
     note_change()
     if depsgraph.mode == "RENDER":
         return
-    if scene.library is not None or is_rendering() or not _has_diffraction():  # most files do no more than this
+    if scene.library is not None or is_rendering() or not _has_diffraction():  # most files stop here
         forget_worlds()
         return
     changed = {update.id.original for update in islice(depsgraph.updates, _LOOKED_AT)}
@@ -71,7 +67,7 @@ def follow_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Non
     if not (has_window() and world_is_known(scene)):
         _follow_world(scene)
     _follow_settings(scene)
-    # Without a timer that looks at everything, another strength may have another lamp be among the brightest.
+    # In background no timer checks everything. There a lamp's new strength may change which lamps are the brightest.
     brightest_may_be_others = not has_window() and depsgraph.id_type_updated("LIGHT")
     if came_or_went or brightest_may_be_others or _noticed.get(scene.name_full) != _state(scene):
         _update_lamps(scene)
@@ -79,7 +75,7 @@ def follow_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Non
 
 @guarded
 def _follow_when_still() -> float | None:
-    """Once nothing has changed for a moment, look at everything. The seconds to wait if it is not yet so, or None."""
+    """Check everything once nothing has changed for a moment. Returns the seconds to wait, or None when done."""
     wait = STILL if is_rendering() else seconds_until_still()
     if wait == 0:
         _follow_all(exactly=False)
@@ -89,7 +85,7 @@ def _follow_when_still() -> float | None:
 @persistent
 @guarded
 def follow_file(*_: object) -> None:
-    """After a file was opened: nothing is compiled yet, so groups get no more lamps than there are."""
+    """After a file was opened. Nothing is compiled yet, so surplus lamps are removed from the groups."""
     _follow_all(exactly=True)
 
 
@@ -111,30 +107,30 @@ def let_go(*_: object) -> None:
 @persistent
 @guarded
 def show_what_renders(scene: bpy.types.Scene, *_: object) -> None:
-    """Before a render. What only the viewport hides is shown."""
+    """Before a render. Lamps that only the viewport hides become visible."""
     if scene.library is not None or not _has_diffraction():
         return
-    if not is_rendering():  # A render beside the interface runs in its own thread, where nothing may be made.
+    if not is_rendering():  # With a window, a render runs in its own thread, where no data may be created.
         drop_stale_sources(scene)
         update_lamps(scene, exactly=False)
         _follow_settings(scene)
     show_as_rendered(scene, followed_lamps(scene))
-    if bpy.app.background:  # where no panel tells it
+    if bpy.app.background:  # where no panel shows the warnings
         _print(wrong_colours(scene) + unfitted_world(scene) + _outside(scene))
 
 
 @persistent
 @guarded
 def show_what_is_saved(*_: object) -> None:
-    """Before a file is saved: it renders as it should without this extension."""
+    """Before a save: make the file render correctly without this extension."""
     for scene in _scenes():
         follow_lamps(scene, lit=lit_boxes)
         _print(_outside(scene))
 
 
-# So many of the data-blocks that changed at once are looked at: a thousand take a millisecond.
+# At most this many changed data-blocks are checked; a thousand take a millisecond.
 _LOOKED_AT = 256
-# The state of each scene's followed lamps when all of it was last looked at, by the scenes' full names.
+# State of each scene's followed lamps at the last full check, by the scene's full name.
 _noticed: dict[str, tuple[object, ...]] = {}
 HANDLERS: dict[str, Callable[..., None]] = {
     "depsgraph_update_post": follow_change,
@@ -154,7 +150,7 @@ HANDLERS: dict[str, Callable[..., None]] = {
 
 
 def register() -> None:
-    """Have Blender call the functions."""
+    """Add the handlers to Blender."""
     for event, function in HANDLERS.items():
         getattr(bpy.app.handlers, event).append(function)
 
@@ -182,8 +178,7 @@ def _update_lamps(scene: bpy.types.Scene, *, exactly: bool = False) -> None:
 
 
 def _state(scene: bpy.types.Scene) -> tuple[object, ...]:
-    """What drivers cannot follow of the lamps that a scene follows: their kinds, the objects that they are linked to,
-    and which view layers show them."""
+    """What drivers cannot follow of a scene's followed lamps: type, light linking, visibility in each view layer."""
     return tuple(_state_of(lamp, scene) for lamp in followed_lamps(scene))
 
 
@@ -194,7 +189,7 @@ def _state_of(lamp: bpy.types.Object, scene: bpy.types.Scene) -> tuple[object, .
 
 
 def _follow_world(scene: bpy.types.Scene) -> None:
-    """Sources of a world that has changed are given up; with a window, they are fitted anew."""
+    """Drop the sources of a world that has changed. With a window, schedule a new fit."""
     if has_window():
         want_fit(scene)
     else:
@@ -208,10 +203,10 @@ def _follow_settings(scene: bpy.types.Scene) -> None:
 
 
 def _outside(scene: bpy.types.Scene) -> list[str]:
-    """A line for each object that shows light from outside of its bake's region."""
+    """A warning for each object that shows light from outside its bake's region."""
     from ..gratings.baked_region import has_regions
 
-    if not has_regions():  # most files load no more than this
+    if not has_regions():  # most files stop here
         return []
     from .noticing_outside import notice_outside
 
@@ -224,7 +219,7 @@ def _print(lines: list[str]) -> None:
 
 
 def _scenes() -> list[bpy.types.Scene]:
-    """The scenes that can be changed, where the file has diffraction."""
+    """The scenes of the file that are not linked, or none if the file has no diffraction."""
     return [scene for scene in bpy.data.scenes if scene.library is None] if _has_diffraction() else []
 
 

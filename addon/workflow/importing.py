@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reading a height map into a scene's gratings."""
+"""Importing height maps as gratings of a scene."""
 
 import json
 from collections.abc import Sequence
@@ -24,33 +24,28 @@ from ..materials.group_properties import variation_of
 def add_grating(
     scene: bpy.types.Scene, source: str, *, size_um: float = 0.0, height_nm: float = 0.0, channel: str = ""
 ) -> Grating:
-    """Read a height map and add it to the scene as its active grating.
-
-    Where size_um, height_nm or channel is 0 or empty, the value that the file holds is used.
-
-    Raises GratingError if it cannot be read, or if Blender cannot keep its name."""
+    """Read a height map and add it as the scene's active grating. 0 or empty arguments mean the file's own values.
+    Raises GratingError if the file cannot be read, or if Blender cannot store its name."""
     (grating,) = add_each(scene, [scan_record(source, size_um, height_nm, channel=channel)])
     return grating
 
 
 def add_each(scene: bpy.types.Scene, records: Sequence[dict[str, Any]]) -> list[Grating]:
-    """Read scans, as a request's record has them, and add each to the scene as a grating of its own; the last is the
-    active one. Raises GratingError as add_grating does, and then adds none."""
+    """Read scans, given as records of a request, and add each as a separate grating; the last becomes the active one.
+    Raises GratingError, with none added, as add_grating does."""
     return [_add(scene, [record], [read]) for record, read in zip(records, _read(records), strict=True)]
 
 
 def add_averaged(scene: bpy.types.Scene, records: Sequence[dict[str, Any]]) -> Grating:
-    """Read scans of one skin, or tiles of one area, as a request's record has them, and add them to the scene as one
-    grating, the active one: a bake averages their spectra. Raises GratingError as add_each does."""
+    """Read scans of one skin, or tiles of one area, given as records of a request, and add them as one grating, the
+    active one. Its bake averages their spectra. Raises GratingError as add_each does."""
     return _add(scene, records, _read(records))
 
 
 def import_scans(scene: bpy.types.Scene, records: Sequence[dict[str, Any]], *, averaged: bool = False) -> list[str]:
-    """Read scans and add each to the scene as add_each does, or all as add_averaged does. Where the list has the same
-    grating already, with the settings of a new one, that grating becomes the active one instead: a second would only
-    bring a second bake and material. Returns a line for each to report.
-
-    Raises GratingError as add_each does."""
+    """Read scans and add them as add_each does, or with `averaged` as add_averaged does. If the list has an identical
+    grating already, that one becomes active instead: a duplicate would only cost a second bake and material. Returns a
+    line for each grating. Raises GratingError as add_each does."""
     known = _read(records)
     each = [(records, known)] if averaged else [([r], [k]) for r, k in zip(records, known, strict=True)]
     return [_import(scene, *one) for one in each]
@@ -69,7 +64,7 @@ def _import(scene: bpy.types.Scene, records: Sequence[dict[str, Any]], known: Se
 
 
 def _settings(grating: Grating) -> tuple[Any, ...]:
-    """All that an artist sets on a grating but its name."""
+    """All settings of a grating except its name."""
     scan = (bpy.path.abspath(grating.source), grating.channel, grating.size_um, grating.height_nm)
     bake = (grating.levelling, grating.delta_e, grating.coherence_um, grating.request)
     variation = Variation() if grating.group is None else variation_of(grating.group)
@@ -77,7 +72,7 @@ def _settings(grating: Grating) -> tuple[Any, ...]:
 
 
 def _read(records: Sequence[dict[str, Any]]) -> list[tuple[str, Description]]:
-    """What each scan is called, and what is known of it. Each is forgotten before the next is read."""
+    """The name and description of each scan. Only one scan is in memory at a time."""
 
     def read(record: dict[str, Any]) -> tuple[str, Description]:
         sizes = record["size_um"], record["height_nm"]
@@ -106,8 +101,8 @@ def _add(
 
 
 def quality_of(known: Sequence[tuple[str, Description]]) -> str:
-    """The worst light of scans, by name, and below it a line of each finding that is not good; of several scans with
-    the scan's name."""
+    """The worst quality rating of the scans, then a line for each finding that is not good, with the scan if there are
+    several."""
     light = max((facts.quality.light for _, facts in known), key=LIGHTS.index)
     found = (
         (f"{name}: " if len(known) > 1 else "") + f"{each.topic}: {each.light}; {labelled(each.words)}"
@@ -119,16 +114,16 @@ def quality_of(known: Sequence[tuple[str, Description]]) -> str:
 
 
 def name_of(height_map: HeightMap) -> str:
-    """A new grating's name: the sample's as people write it, or the file's."""
+    """A new grating's name: the sample's title, or the file's name."""
     return title_of(height_map.stem) if height_map.source.startswith(SAMPLE_PREFIX) else printable(height_map.stem)
 
 
 def summary_of(facts: Description) -> str:
-    """A line of each fact that `info` found."""
+    """The scan's size, relief and period, a line each."""
     dy, dx = facts.pixel_size_m
     size = f"{facts.cols * dx * 1e6:.3g} x {facts.rows * dy * 1e6:.3g} um"
     periods = facts.periods_m
-    # round() and + 0 keep a minus off zero.
+    # round() and + 0 avoid "-0".
     angle = round(facts.period_angles_deg[0]) + 0 if periods else 0
     period = f"\nperiod {periods[0] * 1e9:.0f} nm at {angle} deg" if periods else ""
     return f"{size}\nrelief {facts.relief_in_words()}{period}"

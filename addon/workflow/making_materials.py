@@ -38,25 +38,25 @@ def make_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Materia
 
 
 def working_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Material:
-    """The grating's own material, which shows its diffraction: made if need be, mended where an artist deleted or
-    unlinked its Diffraction node. Raises GratingError if there is no bake."""
+    """The grating's own material, in working order: made if missing, repaired if its Diffraction node was deleted or
+    unlinked. Raises GratingError if there is no bake."""
     group = group_of(scene, grating)
     if grating.material is None:
         return make_material(scene, grating)
     try:
         add_diffraction(grating.material, group)
-    except GratingError:  # another file's, or without a Material Output
+    except GratingError:  # linked, or without a Material Output
         return make_material(scene, grating)
     return grating.material
 
 
 def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
-    """The Diffraction group of a baked grating, made if need be. All scenes follow their lamps from now on.
+    """The Diffraction group of a baked grating, made if missing. From then on, all scenes follow their lamps.
 
-    A group that lost a part, as an artist deleted a picture, is mended from the bake. Raises GratingError, with nothing
-    changed, if there is no sound bake for what is to be made."""
+    If the group lost a part, such as a deleted picture, it is repaired from the bake. Raises GratingError, with nothing
+    changed, if that needs a bake and there is no valid one."""
     group, bake = take_back(grating.own_group), needed_bake(grating)
-    response = None if bake is None else response_of(bake)  # first, since it is what may be refused
+    response = None if bake is None else response_of(bake)  # first, because this may raise
     update_all_lamps()
     if group is None:
         assert response is not None  # needed_bake names a bake where there is no group
@@ -69,16 +69,16 @@ def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
     set_lighting(grating.group, shadows=grating.shadows, lights=grating.lit_by)
     set_frame(grating.group, grating.frame_source())
     set_footprint(grating.group, grating.footprint)
-    follow_name(grating)  # a file of an earlier version may hold an old name
-    # By default EEVEE holds a normal in ten bits. On a sphere this changes colours by 1.5 % (median) to 10 % (95th
-    # percentile).
+    follow_name(grating)  # a file saved by an earlier version may hold an old name
+    # By default EEVEE stores normals with ten bits. On a sphere this changes colours by 1.5 % (median) and up to 10 %
+    # (95th percentile).
     scene.render.use_high_quality_normals = True
     return grating.group
 
 
 def needed_bake(grating: Grating) -> Path | None:
-    """The file of a grating's bake where its Diffraction group must be made or mended from it, else None. Raises
-    GratingError as bake_of does."""
+    """The bake's file if the grating's group must be made or repaired from it, else None. Raises GratingError as
+    bake_of."""
     group = take_back(grating.own_group)
     response = None if group is None or lost_of_own(group) else response_in(group)
     if response is None or is_in_other_space(response):
@@ -87,7 +87,7 @@ def needed_bake(grating: Grating) -> Path | None:
 
 
 def read_combs() -> None:
-    """Have all gratings of the file read the combs of its meshes, now that there are some."""
+    """Make all gratings of the file use the combs on its meshes, after the first mesh was combed."""
     for scene in bpy.data.scenes:
         for grating in scene.natural_gratings.items:
             if take_back(grating.own_group) is not None:
@@ -95,18 +95,15 @@ def read_combs() -> None:
 
 
 def refresh_group(grating: Grating) -> None:
-    """Have the grating's Diffraction group, if there is one, show the bake that the grating has now. The materials that
-    use it keep their links and what artists set on them.
-
-    Raises GratingError, with nothing changed, if the file is not a bake."""
+    """Switch the grating's Diffraction group, if any, to the grating's present bake. Materials keep their links and
+    settings. Raises GratingError, with nothing changed, if the file is not a bake."""
     if take_back(grating.own_group) is not None:
         replace_response(grating.group, response_of(bake_of(grating)))
         set_lighting(grating.group, shadows=grating.shadows, lights=grating.lit_by)
 
 
 def choose_lights(grating: Grating, lights: str) -> list[str]:
-    """Have a grating's materials answer to the lights of a choice (gratings/lights_choice.py). Returns lines to
-    report."""
+    """Set which lights a grating's materials respond to (gratings/lights_choice.py). Returns warnings."""
     grating.lights = lights
     group = take_back(grating.own_group)
     if group is None:
@@ -116,19 +113,19 @@ def choose_lights(grating: Grating, lights: str) -> list[str]:
 
 
 def lamps_alone(grating: Grating) -> list[str]:
-    """A line if a grating is to answer to more than lamps, and its bake cannot."""
+    """A warning if a grating is set to respond to more than lamps, but its bake cannot."""
     group = grating.group
     lacking = group is not None and grating.lit_by != LAMPS_ONLY and not answers_to_world(group)
     return [f"{grating.name}: {NO_SAMPLE_SET}"] if lacking else []
 
 
 def new_diffraction_group(path: Path, shadows: bool = True, lights: str = REST) -> bpy.types.NodeTree:
-    """A new Diffraction group of a bake's file. Raises GratingError if the file is not a bake."""
+    """A new Diffraction group from a bake's file. Raises GratingError if the file is not a bake."""
     return group_around(printable(path.stem), response_of(path), shadows=shadows, lights=lights)
 
 
 def response_of(path: Path) -> Response:
-    """The response of a bake's file, with a note of the region that it holds. Raises GratingError if the file is not a
+    """The response from a bake's file, with a note of the bake's region. Raises GratingError if the file is not a
     bake."""
     response = direct_response(path)
     layout, _ = read_header(path)

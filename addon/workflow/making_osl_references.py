@@ -23,11 +23,10 @@ from .following_lamps import update_lamps
 
 
 def write_images(grating: Grating, method: str) -> Path:
-    """The file of a grating's DFT images for a method, made in the cache by a process beside Blender.
-
-    Raises GratingError if that fails."""
+    """Make a grating's DFT images for a method in a separate process. Returns their file. Raises GratingError if it
+    fails."""
     arguments = [*_images_arguments(grating), "--method", method, "--texels", "0"]
-    # Shaders read the file where it is. Each setting has a folder of its own, so that no file is written over.
+    # Shaders read this file. Each set of arguments has its own folder, so no file is overwritten.
     key = hashlib.sha256("\0".join(arguments).encode()).hexdigest()[:16]
     deadline = deadline_of([grating.source], "evaluated")
     job = Job("dft", arguments, cache_folder() / "dft" / key, deadline=deadline)
@@ -36,18 +35,16 @@ def write_images(grating: Grating, method: str) -> Path:
 
 
 def reference_from_images(scene: bpy.types.Scene, path: Path) -> bpy.types.Material:
-    """Make a new material that evaluates the method of a file of DFT images, lit by the scene's lamps.
-
-    Raises GratingError, with nothing changed, if the file holds no such images or the shader does not compile."""
+    """Make a new material that evaluates a method from its file of DFT images, lit by the scene's lamps. Raises
+    GratingError, with nothing changed, if the file holds no DFT images or the shader does not compile."""
     matrix = rgb_from_xyz(compat.working_space(), read_sound_layout(path).illuminant)
     name = printable(path.stem)
     return _material_of(scene, name, build_osl_response(name, path, matrix))
 
 
 def reference_from_bake(scene: bpy.types.Scene, path: Path) -> bpy.types.Material:
-    """Make a new material whose shader reads a bake's file, lit by the scene's lamps.
-
-    Raises GratingError, with nothing changed, if the file is not a bake or the shader does not compile."""
+    """Make a new material whose shader reads a bake's file, lit by the scene's lamps. Raises GratingError, with nothing
+    changed, if the file is not a bake or the shader does not compile."""
     layout, _ = read_header(path)
     matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
     name = printable(path.stem)
@@ -61,8 +58,8 @@ def _material_of(scene: bpy.types.Scene, name: str, response: Response) -> bpy.t
 
 
 def _images_arguments(grating: Grating) -> list[str]:
-    """The arguments of `dft` that name the surface, its levelling and its coherence length. Raises GratingError for a
-    grating of several scans: the thesis's methods see one patch of one."""
+    """Arguments of `dft`: the scan, its levelling and its coherence length. Raises GratingError for a grating of
+    several scans, because the thesis's methods use one patch of one scan."""
     if grating.further_scans():
         raise GratingError(grating.name, "averages several scans, and this method needs one", "import a single scan")
     arguments = [grating.source_file(), "--level", grating.levelling]

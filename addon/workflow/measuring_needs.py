@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a scene needs of a grating's bake, measured through its cameras."""
+"""Measuring, through a scene's cameras, which part of a grating's bake the scene needs."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -24,22 +24,21 @@ from ..materials.material import diffraction_nodes
 from ..materials.response import response_in, responses_in
 from .restoring_bakes import bake_of
 
-# The most frames of a range that are looked at beside the cuts to other cameras; of one frame, how many rays, and at
-# least how many of each of several.
+# Frames sampled from a range, not counting camera cuts; rays for one frame; minimum rays for each of several frames.
 FRAMES_MAX, _RAYS, _RAYS_LEAST = 16, 12000, 2000
 
 
-# The least share of a whole bake's memory that makes a bake for the scene worth its time, and worth losing all other
-# directions. A bake measures how fine it must be at other places than the whole bake did, so it may come out larger
-# than estimated: by 2 % (samples CD and Elaphe), 1 % (Xenopeltis) and 7 % (Blazed) for ranges that hold 0.9 to 0.99 of
+# Smallest saving, as a share of the whole bake's memory, that is worth a bake for the scene and the loss of all other
+# directions. A bake for the scene tests its resolution at other places than the whole bake did, so it may be larger
+# than estimated: by 2 % (samples CD and Elaphe), 1 % (Xenopeltis) and 7 % (Blazed) for regions that hold 0.9 to 0.99 of
 # all (u, v).
 SAVING_MIN = 0.1
 
 
 @dataclass(frozen=True)
 class Measured:
-    """The needs of a scene, how they were measured as a needs file tells it, and lines to report. `pointless` is a line
-    that says why the scene has nothing to gain from a bake for them alone; empty if it has."""
+    """The needs of a scene, the facts about their measurement for a needs file, and lines to report. `pointless` says
+    why a bake for this scene would gain nothing; empty if it would."""
 
     needs: Needs
     facts: dict[str, Any]
@@ -47,16 +46,16 @@ class Measured:
     pointless: str = ""
 
     def as_dict(self) -> dict[str, Any]:
-        """What a needs file holds."""
+        """The contents of a needs file."""
         return self.needs.as_dict() | {"measured": self.facts}
 
 
 def measure_needs(scene: bpy.types.Scene, grating: Grating, frames: tuple[int, int] | None = None) -> Measured:
-    """Measure what a scene needs of a grating, from frame to frame of a range; by default of the scene's own range
-    where the camera, a lamp or a mesh that shows the grating may move, else in the present frame alone. The present
-    frame is the same afterwards.
+    """Measure what a scene needs of a grating, over a range of frames. The default is the scene's own range if the
+    camera, a lamp, or a mesh or material with the grating may change, else the present frame. Afterwards the scene is
+    at its present frame again.
 
-    Raises GratingError if there is no camera, or if it sees nothing of the grating that is lit."""
+    Raises GratingError if there is no camera, or if the camera sees nothing of the grating that is lit."""
     if scene.camera is None or scene.camera.type != "CAMERA":
         raise GratingError(f"scene {scene.name}", "no camera", "add one and make it the scene's camera")
     carriers = list(_carriers(scene, grating))
@@ -94,8 +93,8 @@ def measure_needs(scene: bpy.types.Scene, grating: Grating, frames: tuple[int, i
 
 
 def pointless(grating: Grating, needs: Needs) -> str:
-    """A line if a bake of the needs would save too little of the grating's present bake; empty if it is worth its time,
-    or if the present bake holds a part of the directions itself."""
+    """A line if a bake of the needs would save too little memory compared with the present bake. Empty if it is worth
+    its time, or if the present bake is already partial."""
     layout = _whole_layout(grating)
     if layout is None:
         return ""
@@ -109,8 +108,7 @@ def pointless(grating: Grating, needs: Needs) -> str:
 
 
 def no_smaller(grating: Grating, facts: dict[str, Any]) -> GratingError | None:
-    """The failure of a bake for the scene that, by its facts, takes no less memory than the grating's present whole
-    bake; None if it takes less."""
+    """An error if a bake for the scene (its `facts`) takes no less memory than the present whole bake, else None."""
     layout = _whole_layout(grating)
     whole = 0 if layout is None else layout.width * layout.height * BYTES_PER_TEXEL
     if layout is None or facts["blender_bytes"] < whole:
@@ -120,7 +118,7 @@ def no_smaller(grating: Grating, facts: dict[str, Any]) -> GratingError | None:
 
 
 def _whole_layout(grating: Grating) -> Layout | None:
-    """The layout of the grating's present bake, if that is there and holds every direction."""
+    """The layout of the grating's present bake, or None if there is no bake or it is partial."""
     try:
         layout, _ = read_header(grating.baked_file())
     except GratingError:
@@ -129,10 +127,9 @@ def _whole_layout(grating: Grating) -> Layout | None:
 
 
 def request_with(grating: Grating, needs: Needs) -> BakeRequest:
-    """The request for a grating's bake with these needs. A grating that was made from a bake alone takes all else from
-    that bake's header.
-
-    Raises GratingError as Grating.bake_request does, or if the header names a scan whose place it does not tell."""
+    """The request for a grating's bake with these needs. A grating without a scan of its own takes everything else from
+    its bake's header. Raises GratingError as Grating.bake_request does, or if the header names scans other than
+    samples, whose location it does not hold."""
     if grating.source:
         return replace(grating.bake_request(), needs=needs)
     path = bake_of(grating)
@@ -144,7 +141,7 @@ def request_with(grating: Grating, needs: Needs) -> BakeRequest:
 
 
 def _carriers(scene: bpy.types.Scene, grating: Grating) -> Iterator[bpy.types.Object]:
-    """The meshes of a scene that show a grating, alone or among others."""
+    """A scene's meshes that show a grating, alone or varied with others."""
     if grating.group is None or not is_diffraction(grating.group):
         return
     response = response_in(grating.group)
@@ -155,7 +152,7 @@ def _carriers(scene: bpy.types.Scene, grating: Grating) -> Iterator[bpy.types.Ob
 
 
 def _frames(scene: bpy.types.Scene, carriers: list[bpy.types.Object], asked: tuple[int, int] | None) -> list[int]:
-    """Frames of a range, among them each in which a marker brings another camera."""
+    """Sampled frames of a range, plus each frame in which a marker switches the camera."""
     cuts = [marker.frame for marker in scene.timeline_markers if marker.camera is not None]
     trees = {slot.material.node_tree for thing in carriers for slot in thing.material_slots if slot.material}
     if asked is None:
@@ -168,7 +165,7 @@ def _frames(scene: bpy.types.Scene, carriers: list[bpy.types.Object], asked: tup
 
 
 def _looks(scene: bpy.types.Scene, frames: list[int], rays: int) -> Iterator[Look]:
-    """A look in each frame; the present frame is then as it was."""
+    """A look through the camera in each frame. Afterwards the present frame is restored."""
     now, subframe = scene.frame_current, scene.frame_subframe
     try:
         for frame in frames:
@@ -196,7 +193,7 @@ def _told(grating: Grating, needs: Needs, facts: dict[str, Any]) -> str:
 def _unseen(
     scene: bpy.types.Scene, carriers: list[bpy.types.Object], nodes: Mapping[Any, bpy.types.Object]
 ) -> list[str]:
-    """A line for each carrier that was not looked at although it renders."""
+    """A line for each mesh with the grating that renders but was skipped, because it is hidden in the viewport."""
     seen = set(nodes.values())
     left = [o for o in carriers if o not in seen and not o.hide_render and not o.visible_get()]
     return [f"{o.name}: hidden in the viewport, so it was not looked at; show it and measure again" for o in left]

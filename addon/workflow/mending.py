@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mending the file's diffraction materials after an artist deleted, exchanged or edited data-blocks in them."""
+"""Repairing the file's diffraction materials after data-blocks in them were deleted, replaced or edited."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any
@@ -20,10 +20,8 @@ from .restoring_bakes import bake_shown_by
 
 
 def mend_materials() -> list[GratingError | str]:
-    """Mend the file's Diffraction groups from their bakes, and the materials whose Diffraction node is empty. Returns
-    lines to report: what was done, then what could not be mended, with the remedy.
-
-    Raises GratingError if nothing could be mended."""
+    """Repair the file's Diffraction groups from their bakes, and materials with an empty Diffraction node. Returns
+    lines to report: repairs, then failures with their remedies. Raises GratingError if nothing could be repaired."""
     mended: list[str] = []
     faults: list[GratingError] = []
     for tree in bpy.data.node_groups:
@@ -62,8 +60,8 @@ def _mend(group: bpy.types.NodeTree, owner: tuple[bpy.types.Scene, Grating] | No
 
 
 def _group_for(material: bpy.types.Material) -> bpy.types.NodeTree:
-    """The Diffraction group of the grating that a material showed before its node was emptied. Raises GratingError if
-    that is not known."""
+    """The Diffraction group for a material whose Diffraction node is empty: of the grating that made the material, else
+    of the file's only grating. Raises GratingError if there is neither."""
     gratings = list(_gratings())
     owners = [(scene, grating) for scene, grating in gratings if grating.material == material] or [
         (scene, grating) for scene, grating in gratings if len(gratings) == 1

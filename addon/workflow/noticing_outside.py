@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Noticing that a scene has left the region for which a grating was baked, so that parts of it are black.
+"""Warning about objects that show light from outside the region for which their grating was baked: there they are
+black.
 
-A few rays are cast through the scene's camera as it stands now: a tenth of a second, and no frame but the present."""
+A few rays are cast through the scene's camera in the present frame, which takes a tenth of a second."""
 
 import bpy
 
@@ -10,14 +11,14 @@ from ..cameras.camera_look import look
 from ..gratings.baked_region import has_regions, note_outside, noted_region
 from ..materials.response import Response, responses_in
 
-# How many rays are cast, and from which share of an object's light on it is worth a word: the needs leave out a
-# thousandth, and so few rays are off by a few times that.
+# Number of rays, and the smallest share of an object's light that gives a warning: the needs leave out a thousandth,
+# and with so few rays the error is a few times that.
 _RAYS, _WORTH_A_WORD = 2000, 0.005
 
 
 def notice_outside(scene: bpy.types.Scene) -> list[str]:
-    """A line for each object that shows light from outside of what a grating on it was baked for: how much of its
-    light, and how far it reaches. The scene is the one that is open, as it was last evaluated."""
+    """A warning for each object that shows light from outside the region of its grating's bake: the share of its light,
+    and how far it reaches. It checks the open scene as last evaluated; for any other scene it returns nothing."""
     if not has_regions() or scene != bpy.context.scene:
         note_outside(scene, [])
         return []
@@ -34,7 +35,7 @@ def notice_outside(scene: bpy.types.Scene) -> list[str]:
 
 
 def _told(thing: bpy.types.Object, response: Response, shown: Shown) -> str:
-    """The line of one object; empty if all is as it should be."""
+    """The warning about one object; empty if there is nothing to warn about."""
     region = noted_region(response.group)
     if region is None or shown.is_dark or (outside := 1 - held_share(shown, region)) < _WORTH_A_WORD:
         return ""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What levelling makes of a grating's scan, as the panel shows it.
+"""The panel's preview of levelling a grating's scan.
 
-Blender draws a panel many times a second, so nothing is computed while it draws. A change of the scan or of its steps
-is noticed by what the panel asks for; a timer makes the preview once the artist's hand rests."""
+Blender draws a panel many times a second, so nothing is computed during a draw. A draw that finds no preview for the
+present scan and steps asks for one, and a timer makes it once the artist pauses."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from ...precompute.surface.height_map import HeightMap
     from ...precompute.surface.preview import Preview
 
-# More previews than an artist goes to and fro between; then the memory is given back.
+# More previews than an artist switches between. Beyond this, all are discarded.
 _KEPT_MAX = 32
 
 
 @dataclass(frozen=True)
 class _Asked:
-    """All that a preview depends on."""
+    """Everything that a preview depends on."""
 
     scan: tuple[str, float, float, str]
     levelling: str
@@ -38,10 +38,10 @@ class _Asked:
 class Shown:
     """A preview in the panel.
 
-    icons    of the pictures before and after; 0 for none
-    preview  its figures; None where a step failed
-    every    each so manyth row and column of the scan is in it
-    failure  the reason where a step failed, or the scan could not be read"""
+    icons    icon numbers of the pictures before and after; 0 for none
+    preview  its figures; None if a step failed
+    every    the preview uses every n-th pixel of the scan along x and y
+    failure  why a step failed, or why the scan could not be read"""
 
     icons: tuple[int, int] = (0, 0)
     preview: "Preview | None" = None
@@ -51,13 +51,13 @@ class Shown:
 
 _shown: dict[_Asked, Shown] = {}
 _wanted: list[_Asked] = []
-# The scan read last, thinned, and how much.
+# The scan read last, thinned, and the thinning factor.
 _scan: dict[tuple[Any, ...], tuple["HeightMap", int]] = {}
 _pictures: list[bpy.utils.previews.ImagePreviewCollection] = []
 
 
 def shown(grating: Grating) -> Shown | None:
-    """The preview of a grating; None where it is still to be made, which will be soon."""
+    """The preview of a grating, or None if the timer has yet to make it."""
     asked = _asked(grating)
     if asked in _shown:
         return _shown[asked]
@@ -71,7 +71,7 @@ def shown(grating: Grating) -> Shown | None:
 
 @guarded
 def refresh() -> None:
-    """Make the preview that was asked for last, and draw the panels anew. Blender's timer calls it."""
+    """Make the preview that was asked for last, and redraw the panels. Called by Blender's timer."""
     for asked in _wanted:
         if len(_shown) >= _KEPT_MAX:
             forget()
@@ -81,7 +81,7 @@ def refresh() -> None:
 
 
 def forget() -> None:
-    """Give the memory of all previews back."""
+    """Discard all previews and free their memory."""
     _shown.clear()
     _scan.clear()
     while _pictures:
@@ -89,7 +89,7 @@ def forget() -> None:
 
 
 def stop() -> None:
-    """Make no preview any more, and forget all: the extension is being disabled."""
+    """Cancel the timer and discard everything, when the extension is disabled."""
     if bpy.app.timers.is_registered(refresh):
         bpy.app.timers.unregister(refresh)
     _wanted.clear()
@@ -97,7 +97,7 @@ def stop() -> None:
 
 
 def scan_of(grating: Grating) -> "HeightMap":
-    """A grating's scan, thinned as its preview shows it. Raises GratingError where it cannot be read."""
+    """A grating's scan, thinned as in its preview. Raises GratingError if it cannot be read."""
     return _read(_asked(grating).scan)[0]
 
 
@@ -132,13 +132,13 @@ def _made(asked: _Asked) -> Shown:
 
 
 def _icon(picture: "np.ndarray") -> int:
-    """An icon of a picture (rows, cols, 3) with row 0 on top; Blender's have it at the bottom."""
+    """Make an icon from a picture (rows, cols, 3) with row 0 at the top; Blender's icons have row 0 at the bottom."""
     import numpy as np
 
     if not _pictures:
         _pictures.append(bpy.utils.previews.new())
     rows, cols, _ = picture.shape
-    # A name of its own, for Blender keeps drawing the picture that it has drawn under a name.
+    # A new name each time, because Blender keeps drawing the first picture of a name.
     image = _pictures[0].new(f"levelling {len(_pictures[0])}")
     image.image_size = cols, rows
     opaque = np.dstack([picture[::-1], np.ones((rows, cols))])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Taking diffraction off objects, and off no others."""
+"""Removing diffraction from objects, without changing other objects."""
 
 import bpy
 
@@ -9,23 +9,23 @@ from .material_slots import Selection, take_replaced, was_replaced
 
 
 def remove_from(objects: list[bpy.types.Object]) -> str:
-    """Remove diffraction from all materials of the objects; one line on what was done. No other object changes.
+    """Remove diffraction from all materials of the objects, and from no other object. Returns a line to report.
 
-    A slot that a grating's own material took is given its former material back. Any other material loses its
-    diffraction, and where something else has the material too, the objects get a copy of it without diffraction.
+    A slot with a grating's own material gets its former material back. Any other material loses its diffraction. If
+    something else uses that material too, the objects get a copy without diffraction.
 
-    Raises GratingError, with nothing changed, if an object is another file's."""
+    Raises GratingError, with nothing changed, if an object is linked from another file."""
     found = [(o, index) for o in objects for index in slots_with_diffraction(o)]
     for thing in dict.fromkeys(thing for thing, _ in found):
         check_can_change(thing)
     selection = Selection(objects)
-    # By the material with diffraction: the material to show in its place.
+    # Maps a material with diffraction to the copy without.
     plain: dict[bpy.types.Material, bpy.types.Material] = {}
     lines = []
     for thing, index in found:
         material = thing.material_slots[index].material
         if not diffraction_nodes(material):
-            continue  # another object of the selection, which shares material or mesh, came first
+            continue  # already done through an object that shares the material or the mesh
         if was_replaced(thing, index):
             former = take_replaced(thing, index)
             selection.put(thing, index, former)
@@ -43,5 +43,5 @@ def remove_from(objects: list[bpy.types.Object]) -> str:
 
 
 def slots_with_diffraction(thing: bpy.types.Object) -> list[int]:
-    """The numbers of the object's slots whose material has diffraction."""
+    """The indices of the object's slots whose material has diffraction."""
     return [index for index, slot in enumerate(thing.material_slots) if diffraction_nodes(slot.material)]

@@ -19,10 +19,8 @@ def render_picture(
     width: int | None = None,
     height: int | None = None,
 ) -> None:
-    """Render the open scene to a PNG or EXR file. What is None stays as the scene has it; engine is "cycles" or
-    "eevee".
-
-    Raises GratingError if the scene has no camera, or if the picture is of another kind or is not written."""
+    """Render the open scene to a PNG or EXR file. `engine` is "cycles" or "eevee". None keeps the scene's setting.
+    Raises GratingError if the scene has no camera, if the file type is another, or if the picture is not written."""
     scene = bpy.context.scene
     if scene.camera is None:
         raise GratingError(f"scene {scene.name}", "no camera", "add one and make it the scene's camera")

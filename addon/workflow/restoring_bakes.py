@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The file of a grating's bake, found again or written again, and gratings whose materials lost a part mended by it."""
+"""Finding the file of a grating's bake, or writing it again from pictures packed in the .blend."""
 
 import hashlib
 from functools import partial
@@ -16,16 +16,14 @@ from ..gratings.grating import Grating, cache_folder, is_there
 from ..materials.pictures import fault_of, pictures_of
 from ..materials.response import own_trees
 
-# How an OpenEXR file begins.
+# The first bytes of an OpenEXR file.
 _EXR = b"\x76\x2f\x31\x01"
 
 
 def bake_of(grating: Grating) -> Path:
-    """The file of a grating's bake. If it is not where the grating notes it, it is looked for among the bakes that
-    Blender keeps, and else written there again from the pictures that are packed in the .blend; the grating then notes
-    that file.
-
-    Raises GratingError if the bake is in none of these places, or if the file cannot be written."""
+    """The file of a grating's bake. If it is not at the recorded path, it is searched for in the cache, else written
+    there from the pictures packed in the .blend. The grating then records the new path. Raises GratingError if the bake
+    is in none of these places, or if the file cannot be written."""
     try:
         return grating.baked_file()
     except GratingError:
@@ -37,28 +35,28 @@ def bake_of(grating: Grating) -> Path:
 
 
 def bakes_folder(request: str) -> Path:
-    """Where Blender keeps the bake of a request, given as gratings/bakes.py's `asked` writes it."""
+    """The cache's folder for the bake of a request, given as the text of gratings/bakes.py's `asked`."""
     return cache_folder() / "bakes" / hashlib.sha256(request.encode()).hexdigest()[:16]
 
 
 def _kept(grating: Grating) -> Path | None:
-    """The bake that was made of the grating's settings on this machine; None if there is none."""
+    """The bake in this machine's cache for the grating's settings, or None."""
     name = Path(bpy.path.abspath(grating.bake_path)).name
     try:
         path = bakes_folder(asked(grating.bake_request())) / name
-    except GratingError:  # its settings are of no bake
+    except GratingError:  # no bake has these settings
         return None
     return path if is_there(path) else None
 
 
 def _unpacked(grating: Grating) -> Path | None:
-    """The bake written anew from the packed pictures of the grating's node group; None if they are lost."""
+    """The bake, written from the packed pictures of the grating's node group; None if they are lost."""
     return None if grating.group is None else unpacked_bake(grating.group)
 
 
 def unpacked_bake(group: bpy.types.NodeTree) -> Path | None:
-    """The bake that a Diffraction group shows, written as files from its packed pictures, without its sample set if
-    that is lost; None if the table is lost. Raises GratingError if a file cannot be written."""
+    """Write a Diffraction group's packed pictures as the files of a bake and return its path. Without the packed sample
+    set, only the table is written. None if the table is lost. Raises GratingError if a file cannot be written."""
     tree, world = own_trees(group)
     table = next(iter(_packed(tree)), None)
     if table is None:
@@ -73,13 +71,13 @@ def unpacked_bake(group: bpy.types.NodeTree) -> Path | None:
     write_together({each: partial(_write_bytes, data=data) for each, data in held.items()})
     try:
         read_header(path)
-    except GratingError:  # a picture of something else
+    except GratingError:  # the picture is not a bake
         return None
     return path
 
 
 def bake_shown_by(group: bpy.types.NodeTree) -> Path:
-    """The file of the bake that a Diffraction group of no grating shows. Raises GratingError if there is none."""
+    """The file of the bake that a Diffraction group without a grating shows. Raises GratingError if it is lost."""
     pictures = [image for tree in own_trees(group) if tree is not None for image in pictures_of(tree)]
     files = (Path(bpy.path.abspath(image.filepath)) for image in pictures if image is not None and image.filepath)
     found = unpacked_bake(group) or next((file for file in files if file.is_file()), None)
@@ -89,7 +87,7 @@ def bake_shown_by(group: bpy.types.NodeTree) -> Path:
 
 
 def _packed(tree: bpy.types.NodeTree | None) -> list[bpy.types.Image]:
-    """The sound pictures of a node group that are packed as OpenEXR files of a bake."""
+    """The intact pictures of a node group that are packed as OpenEXR files."""
     pictures = (
         [] if tree is None else [image for image in pictures_of(tree) if image is not None and not fault_of(image)]
     )

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Unwrapping a mesh into a new UV map. The maps that it has stay, and so does the direction of its grating: an unwrap
-turns its islands as it likes, so no direction is taken from it."""
+"""Unwrapping a mesh into a new UV map. The other maps stay. The grating keeps its former direction, because the new
+islands are rotated arbitrarily."""
 
 import hashlib
 from dataclasses import replace
@@ -18,17 +18,17 @@ from .choosing_direction import choose_frame, meshes_that_show
 from .chosen_meshes import check_not_edited
 
 NEW_MAP = "Unwrapped"
-# Seconds for the process around xatlas to read a mesh and to write its map. A million triangles take a few.
+# Extra seconds for the process to read a mesh and write its map; a million triangles take a few.
 _AROUND_SECONDS = 600
-# As many UV maps as a mesh can have.
+# Blender's limit of UV maps on a mesh.
 _MAPS_MAX = 8
 
 
 class Unwrapping:
-    """An unwrap by xatlas in a process beside Blender. Poll `job.running`; then `finish`, or before it `cancel`."""
+    """An unwrap by xatlas in a separate process. Poll `job.running`, then call `finish`, or `cancel` before that."""
 
     def __init__(self, mesh: bpy.types.Object, packing: Packing) -> None:
-        """Start it. Raises GratingError if the mesh cannot be unwrapped."""
+        """Start the process. Raises GratingError if the mesh cannot be unwrapped."""
         triangles = _triangles(mesh)
         self.mesh_name, self._faces = mesh.name, _faces(mesh.data)
         options = {"--size": packing.size, "--padding": packing.padding, "--density": packing.density}
@@ -43,13 +43,12 @@ class Unwrapping:
         self.job = Job("unwrap", words, deadline=Deadline(seconds, late))
 
     def cancel(self) -> None:
-        """Stop it; nothing is left."""
+        """Stop the process and delete its files."""
         self.job.cancel()
 
     def finish(self) -> list[str]:
-        """Give the mesh its new map, once the process has ended. Returns lines to report.
-
-        Raises GratingError, with nothing changed, if it failed, or if the mesh is not as it was."""
+        """Add the new map to the mesh, once the process has ended. Returns lines to report. Raises GratingError, with
+        nothing changed, if the process failed, or if the mesh's faces have changed."""
         facts, uv = self.job.result(lambda facts: (facts, _written_map(facts["files"][0])))
         mesh = bpy.data.objects.get(self.mesh_name)
         if mesh is None or mesh.type != "MESH" or mesh.mode == "EDIT" or _faces(mesh.data) != self._faces:
@@ -58,7 +57,7 @@ class Unwrapping:
 
 
 def unwrap_and_wait(mesh: bpy.types.Object, packing: Packing) -> list[str]:
-    """Unwrap a mesh by xatlas; lines to report. Raises GratingError, with nothing changed, if that fails."""
+    """Unwrap a mesh by xatlas. Returns lines to report. Raises GratingError, with nothing changed, if that fails."""
     unwrapping = Unwrapping(mesh, packing)
     try:
         unwrapping.job.wait()
@@ -69,9 +68,8 @@ def unwrap_and_wait(mesh: bpy.types.Object, packing: Packing) -> list[str]:
 
 
 def unwrap_by_blender(context: bpy.types.Context, mesh: bpy.types.Object, packing: Packing) -> list[str]:
-    """Unwrap a mesh by Blender's own Minimum Stretch, along the mesh's seams, or where it has none along the rims of
-    Smart UV Project's islands; lines to report. Raises GratingError, with nothing changed, if the mesh cannot be
-    unwrapped."""
+    """Unwrap a mesh by Blender's Minimum Stretch along its seams, or if it has none, along the borders of Smart UV
+    Project's islands. Returns lines to report. Raises GratingError, with nothing changed, if that is impossible."""
     count = len(_triangles(mesh).triangles)
     layer = context.view_layer
     chosen, active = list(context.selected_objects), layer.objects.active
@@ -122,7 +120,7 @@ def _triangles(mesh: bpy.types.Object) -> Mesh:
         raise GratingError(mesh.name, f"it has {_MAPS_MAX} UV maps, as many as a mesh can have", "remove one")
     points = np.empty((len(data.vertices), 3), np.float32)
     data.vertices.foreach_get("co", points.ravel())
-    # A map whose pixels are all of one size on the surface, also where the object is stretched.
+    # In world scale, so that all pixels have one size on the surface even if the object is stretched.
     points = points @ np.array(mesh.matrix_world.to_3x3(), np.float32).T
     data.calc_loop_triangles()
     triangles = np.empty((len(data.loop_triangles), 3), np.int32)
@@ -136,7 +134,7 @@ def _triangles(mesh: bpy.types.Object) -> Mesh:
 
 
 def _loops(data: bpy.types.Mesh) -> np.ndarray:
-    """The corners (m, 3) of a mesh's triangles."""
+    """The loop indices (m, 3) of a mesh's triangles."""
     data.calc_loop_triangles()
     loops = np.empty((len(data.loop_triangles), 3), np.int32)
     data.loop_triangles.foreach_get("loops", loops.ravel())
@@ -144,7 +142,7 @@ def _loops(data: bpy.types.Mesh) -> np.ndarray:
 
 
 def _faces(data: bpy.types.Mesh) -> str:
-    """A text that is the same as long as a mesh's faces are the same."""
+    """A hash of a mesh's faces, to notice changes."""
     vertices = np.empty(len(data.loops), np.int32)
     data.loops.foreach_get("vertex_index", vertices)
     counts = np.empty(len(data.polygons), np.int32)
@@ -153,7 +151,7 @@ def _faces(data: bpy.types.Mesh) -> str:
 
 
 def _add_map(mesh: bpy.types.Object, uv: np.ndarray, facts: str) -> list[str]:
-    """Give a mesh a new map with the places (m, 3, 2) of its triangles' corners. Returns lines to report."""
+    """Add a UV map to a mesh from the UVs (m, 3, 2) of its triangles' corners. Returns lines to report."""
     data = mesh.data
     before = rendering_map(data).name if data.uv_layers else ""
     corners = np.zeros((len(data.loops), 2), np.float32)
@@ -165,8 +163,8 @@ def _add_map(mesh: bpy.types.Object, uv: np.ndarray, facts: str) -> list[str]:
 
 
 def _keep_direction(mesh: bpy.types.Object, before: str) -> list[str]:
-    """Have the gratings of a mesh take their direction from the map that rendered before, where a comb does not hold
-    it. Returns a line on it."""
+    """Set the mesh's gratings to the UV map that rendered before, unless a comb has the direction. Returns lines to
+    report."""
     if has_comb(mesh.data):
         return []
     if not before:
@@ -180,5 +178,5 @@ def _keep_direction(mesh: bpy.types.Object, before: str) -> list[str]:
         try:
             choose_frame(grating, replace(grating.frame_source(), kind=UV_MAP, uv_map=before))
         except GratingError:
-            continue  # another mesh has no such map; on this one it is still the map that renders
+            continue  # another mesh lacks this map; here it still is the map that renders
     return [f"{mesh.name}: its grating keeps the direction of {before}"]

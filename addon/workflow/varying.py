@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Varying a grating over the skins that show it."""
+"""Varying a grating over the meshes that show it."""
 
 from collections.abc import Iterable, Sequence
 
@@ -16,11 +16,9 @@ from .making_materials import group_of, needed_bake
 
 
 def vary(scene: bpy.types.Scene, grating: Grating, choice: Variation, *, others: Sequence[Grating]) -> list[str]:
-    """Have all materials of a grating vary over the surface, between it and the others, one for each share. Returns
-    lines to report: what was done, then warnings.
-
-    Raises GratingError, with nothing changed, if a grating is not baked, if one is named twice, if the shares add up to
-    more than the surface, or if the pattern's attribute has no name."""
+    """Vary all materials of a grating over the surface, between the grating and `others`, one for each share of
+    `choice`. Returns lines to report. Raises GratingError, with nothing changed, if a grating is not baked or is named
+    twice, if the shares add up to more than 1, or if the pattern's attribute has no name."""
     twice = [each.name for k, each in enumerate(others) if each in (grating, *others[:k])]
     if twice:
         raise GratingError(grating.name, f"{twice[0]} is named twice", "choose another grating to vary it with")
@@ -41,12 +39,12 @@ def vary(scene: bpy.types.Scene, grating: Grating, choice: Variation, *, others:
 
 def _response_of(scene: bpy.types.Scene, grating: Grating) -> Response:
     response = response_in(group_of(scene, grating))
-    assert response is not None  # group_of mends a group that has lost it
+    assert response is not None  # group_of repairs a group that lost its response
     return response
 
 
 def varied_with(scene: bpy.types.Scene, grating: Grating) -> list[Grating]:
-    """The scene's gratings that a grating is varied with, in their order."""
+    """The scene's gratings that a grating is varied with, in order."""
     if grating.group is None:
         return []
     by_response = {response_in(each.group): each for each in scene.natural_gratings.items if each.group is not None}
@@ -54,8 +52,8 @@ def varied_with(scene: bpy.types.Scene, grating: Grating) -> list[Grating]:
 
 
 def prepare_meshes(group: bpy.types.NodeTree, meshes: Iterable[bpy.types.Object]) -> list[str]:
-    """Have meshes store what the variation of a Diffraction group rests on: where their vertices are without modifiers
-    and shape keys. Returns a line for each mesh that lacks the attribute of the pattern."""
+    """Make meshes store the rest position of their vertices, before modifiers and shape keys, on which the variation is
+    based. Returns a line for each mesh that lacks the pattern's attribute."""
     choice, lines = variation_of(group), []
     for mesh in meshes if choice != Variation() else ():
         if mesh.library is None and mesh.override_library is None:

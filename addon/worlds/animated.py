@@ -1,22 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Whether a world's light may change from frame to frame.
 
-Sources are numbers of one frame. In other frames they would shine from where they were, so such a world has none."""
+Sources hold the light of one frame and would be wrong in others, so an animated world has no sources."""
 
 import bpy
 
 from ..blender import compat
 
-# What this add-on's own drivers write on a scene, which a world's driver may read something else of.
+# The properties that this add-on's drivers write on a scene. Drivers of a world may read other properties of the scene.
 _FOLLOWED_LAMP = '["ng_'
 _MOVING_PICTURES = {"MOVIE", "SEQUENCE"}
 
 
 def is_animated(world: bpy.types.World, blocks: set[bpy.types.ID] | None = None) -> bool:
-    """Whether the world, its nodes, or what they refer to (node groups, objects and what these follow) has keys or
-    strips, a driver that reads the frame or something that is itself animated, or a picture of many frames.
+    """Whether the world, its nodes, or what they refer to (node groups, objects and what the objects follow) is
+    animated: by keyframes or strips, a driver that reads the frame or something animated, or a movie or image sequence.
 
-    The data-blocks that the answer depends on are added to `blocks`."""
+    Adds the data-blocks that the answer depends on to `blocks`."""
     return _changes(world, set() if blocks is None else blocks)
 
 
@@ -31,7 +31,7 @@ def _changes(holder: bpy.types.ID | None, seen: set[bpy.types.ID]) -> bool:
 
 
 def _has_keys(animation: bpy.types.AnimData) -> bool:
-    """A single key holds a value still, unless its curve has a modifier."""
+    """Whether there are strips or varying keyframes. A single keyframe is constant, unless its curve has a modifier."""
     if any(track.strips for track in animation.nla_tracks):
         return True
     if animation.action is None:

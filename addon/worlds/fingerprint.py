@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A short text that changes when a world's light may have changed, read off its nodes without a render."""
+"""A fingerprint of a world that changes when its light may have changed, computed from its nodes without a render."""
 
 import hashlib
 from collections.abc import Iterator
@@ -10,19 +10,19 @@ import bpy
 
 from ..blender import compat
 
-# How nodes lie in the editor and other things that all nodes have: of these, only muting changes the light.
+# Properties of all nodes, such as their place in the editor; of these, only muting changes the light.
 _OF_ALL_NODES = {own.identifier for own in bpy.types.Node.bl_rna.properties} - {"mute"}
-# The frame that an image user counts to, also where its picture stands still.
+# The current frame of an image user, ignored because it advances for still pictures too.
 _FRAME = "frame_current"
 _PLAIN = {"BOOLEAN", "INT", "FLOAT", "STRING", "ENUM"}
 
 
 def fingerprint(world: bpy.types.World, blocks: set[bpy.types.ID] | None = None) -> str:
-    """Of the world's nodes, their links, values, pictures (name, path, size, whether painted on), mappings, curves and
-    ramps, and the places of objects that they refer to, all at the present frame.
+    """The fingerprint of the world's nodes at the current frame: links, values, pictures (name, file name, size,
+    whether painted on), mappings, curves, ramps, and the positions of referenced objects.
 
-    Strokes on a picture that was painted on before are not noticed, nor a file that another program writes, nor the
-    frames of a movie. The data-blocks that the text depends on are added to `blocks`."""
+    It does not detect further strokes on a painted picture, a file that another program writes with the same size, or
+    the frames of a movie. Adds the data-blocks that the fingerprint depends on to `blocks`."""
     seen = set() if blocks is None else blocks
     seen.add(world)
     facts = [compat.working_space(), tuple(world.color), world.cycles_visibility.glossy]
@@ -47,8 +47,7 @@ def _tree_facts(tree: bpy.types.NodeTree | None, seen: set[bpy.types.ID]) -> Ite
 
 
 def _file_facts(image: bpy.types.Image) -> tuple[str, int]:
-    """The name of a picture's file, and its bytes. Its folder does not count: another machine may have it elsewhere,
-    and saving makes paths relative."""
+    """The name of a picture's file, and its size in bytes. Its folder differs between machines, so it is ignored."""
     if image.packed_file is not None:
         size = image.packed_file.size
     else:
@@ -58,7 +57,7 @@ def _file_facts(image: bpy.types.Image) -> tuple[str, int]:
 
 
 def _facts(owner: bpy.types.bpy_struct, own: bpy.types.Property, seen: set[bpy.types.ID]) -> Iterator[object]:
-    """The values of one property, and of all that it holds. The data-blocks on the way are added to `seen`."""
+    """The values of one property and of everything in it. Adds the data-blocks on the way to `seen`."""
     if own.identifier in ("rna_type", _FRAME):
         return
     value = getattr(owner, own.identifier)
@@ -68,7 +67,7 @@ def _facts(owner: bpy.types.bpy_struct, own: bpy.types.Property, seen: set[bpy.t
         yield tuple(value) if getattr(own, "is_array", False) else value
     elif isinstance(value, bpy.types.Image):
         yield value.name_full, *_file_facts(value)
-        if value.source == "GENERATED" or value.is_dirty:  # of another, Blender would load the file, however long
+        if value.source == "GENERATED" or value.is_dirty:  # for other pictures, Blender would load the whole file
             yield tuple(value.size)
         yield value.is_dirty, value.source, value.colorspace_settings.name, value.alpha_mode
     elif isinstance(value, bpy.types.NodeTree):

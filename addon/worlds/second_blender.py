@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What happens in the second Blender: a world is rendered around a point and its sources are fitted (probe.py starts
-it)."""
+"""The code in the second Blender: renders a world around a point and fits its sources (started by world_probe.py)."""
 
 import json
 import math
@@ -19,18 +18,18 @@ from ...precompute.lights.sources import missed
 from ..blender import compat
 
 ROWS, COLS = 128, 256
-# One to a quarter of a degree: a sun of half a degree is met by some three. A Sky Texture's is looked at in any case.
+# Samples per pixel of the panorama and of closer looks. The panorama's samples are a quarter of a degree apart, so
+# about three hit a sun of half a degree. The suns of Sky Textures always get a closer look.
 _SAMPLES, _LOOK_SAMPLES = 32, 16
-# What a glossy ray that left the camera's first surface tells a Light Path node; it tells 0 of all else. The length of
-# a ray to the world is left as it is.
+# Light Path outputs of a glossy ray that left the camera's first surface; others are 0. Ray Length stays as it is.
 _GLOSSY = {"Is Glossy Ray": 1.0, "Is Reflection Ray": 1.0, "Ray Depth": 1.0, "Glossy Depth": 1.0}
 _LENGTH = "Ray Length"
-# The models of the sky without the disc of a sun.
+# Sky models without a sun disc.
 _WITHOUT_SUN = ("PREETHAM", "HOSEK_WILKIE")
 
 
 def render_and_fit(request_path: Path) -> None:
-    """Render the request's world and write panorama.npy and fit.json into its folder."""
+    """Render the requested world, and write panorama.npy and fit.json into the request's folder."""
     request = read_json(request_path, "try again")
     folder = Path(request["folder"])
     bpy.ops.wm.open_mainfile(filepath=str(folder / "world.blend"), load_ui=False, use_scripts=False)
@@ -64,7 +63,7 @@ def _trees(world: bpy.types.World) -> Iterator[bpy.types.NodeTree]:
 
 
 def _complete(world: bpy.types.World, request: dict[str, Any]) -> None:
-    """Give the world back what its file does not hold: painted pixels, and where objects are."""
+    """Restore what the world's file lacks: painted pixels, and the positions of objects."""
     for painted in request["pixels"]:
         image = bpy.data.images[painted["image"]]
         image.pixels.foreach_set(np.load(Path(request["folder"]) / painted["file"]))
@@ -78,7 +77,7 @@ def _complete(world: bpy.types.World, request: dict[str, Any]) -> None:
 
 
 def _show_as_to_glossy_rays(world: bpy.types.World) -> None:
-    """Let the camera see what a glossy ray would."""
+    """Let the camera see what a glossy ray would see."""
     world.cycles_visibility.camera = world.cycles_visibility.glossy
     for tree in _trees(world):
         for node in [node for node in tree.nodes if node.type == "LIGHT_PATH"]:
@@ -90,13 +89,13 @@ def _show_as_to_glossy_rays(world: bpy.types.World) -> None:
 
 
 def _set_up(scene: bpy.types.Scene, world: bpy.types.World, request: dict[str, Any]) -> bpy.types.Object:
-    """A scene of the world and a panoramic camera, each pixel the plain mean of what it covers; the camera."""
+    """Set up the scene with the world and return its panoramic camera. A pixel is the unweighted mean of its area."""
     data = bpy.data.cameras.new("around")
     data.type, data.panorama_type = "PANO", "EQUIRECTANGULAR"
     camera = bpy.data.objects.new("around", data)
     scene.collection.objects.link(camera)
     scene.world, scene.camera = world, camera
-    # A map of where the world is bright takes time to make, and no camera ray asks for it.
+    # Cycles' map for importance sampling takes time to build, and camera rays do not use it.
     world.cycles.sampling_method = "NONE"
     tree = compat.world_nodes(world)
     if tree is not None:
@@ -117,7 +116,7 @@ def _set_up(scene: bpy.types.Scene, world: bpy.types.World, request: dict[str, A
 
 
 def _suns(world: bpy.types.World) -> list[np.ndarray]:
-    """The directions (3,) of the discs of Sky Textures whose coordinates nothing turns."""
+    """The directions (3,) of the sun discs of Sky Textures without rotated, scaled or linked coordinates."""
     skies = [node for tree in _trees(world) for node in tree.nodes if node.type == "TEX_SKY"]
     suns = []
     for sky in skies:
@@ -134,7 +133,7 @@ def _suns(world: bpy.types.World) -> list[np.ndarray]:
 def _rendered(
     scene: bpy.types.Scene, camera: bpy.types.Object, direction: np.ndarray, shape: tuple[int, int], folder: Path
 ) -> np.ndarray:
-    """What the camera sees along a direction, (rows, cols, 3), row 0 at the bottom."""
+    """The picture that the camera sees along a direction, (rows, cols, 3), row 0 at the bottom."""
     forward, left, up = crop_frame(direction).T
     # A camera looks along its -Z, with +X to the right.
     camera.matrix_world = mathutils.Matrix(np.stack((-left, up, -forward), axis=1).tolist()).to_4x4()

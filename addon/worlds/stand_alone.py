@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A copy of a world that stands for itself, so that a file of it holds neither objects nor scenes."""
+"""A self-contained copy of a world, whose file includes no objects or scenes."""
 
 import contextlib
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ import bpy
 
 from ..blender import compat
 
-# Nodes that are the same in all directions. Others may differ.
+# Nodes that give the same result in all directions. Other nodes may vary.
 _EVEN = {
     "OUTPUT_WORLD", "BACKGROUND", "RGB", "VALUE", "BLACKBODY", "WAVELENGTH", "MATH", "MIX", "MIX_SHADER", "ADD_SHADER",
     "REROUTE", "FRAME", "LIGHT_PATH",
@@ -19,18 +19,18 @@ _EVEN = {
 
 @dataclass
 class StandAlone:
-    """A copy of a world and what it does not hold.
+    """A copy of a world, and what is missing in it.
 
-    objects     of each node that refers to an object: "tree", the name of its group or "" in the world itself, "node",
-                "property", and "matrix", the object's to the world, row by row
-    copies      the copy and those of its node groups"""
+    objects     one entry per node property that refers to an object: "tree" (name of the group, or "" for the world
+                itself), "node", "property", and "matrix" (the object's world matrix, row by row)
+    copies      the copy and the copies of its node groups"""
 
     world: bpy.types.World
     objects: list[dict[str, Any]] = field(default_factory=list)
     copies: list[bpy.types.ID] = field(default_factory=list)
 
     def painted(self) -> list[bpy.types.Image]:
-        """The pictures of the nodes whose pixels are in no file."""
+        """The nodes' pictures with unsaved painted pixels."""
         trees = [self.world.node_tree, *(copy for copy in self.copies if isinstance(copy, bpy.types.NodeTree))]
         images = {getattr(node, "image", None) for tree in trees if tree for node in tree.nodes}
         return sorted(
@@ -39,15 +39,14 @@ class StandAlone:
 
 
 def is_even(world: bpy.types.World) -> bool:
-    """Whether the world's nodes make one colour of all directions."""
+    """Whether the world's nodes give the same colour in all directions."""
     tree = compat.world_nodes(world)
     return tree is None or all(node.type in _EVEN for node in tree.nodes)
 
 
 @contextlib.contextmanager
 def stand_alone(world: bpy.types.World) -> Iterator[StandAlone]:
-    """A local copy of a world with the values of the present frame, without what animates them and without references
-    to objects. In the end it is removed, with its copies of node groups."""
+    """Copy a world at the current frame, without animation and references to objects. The copy is removed on exit."""
     copy = world.copy()
     alone = StandAlone(copy, copies=[copy])
     try:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the second Blender runs first: `start_second_blender.py REQUEST`. The extension is not enabled there, and only
-the modules that second_blender.py imports are loaded."""
+"""The script that the second Blender runs first: `start_second_blender.py REQUEST`. The extension is not enabled there,
+and only the modules that second_blender.py imports are loaded."""
 
 import importlib
 import sys
@@ -12,7 +12,7 @@ NAME = "natural_gratings"
 
 
 def main() -> None:
-    # Packages without their own __init__: that of the add-on imports the whole interface.
+    # Empty packages in place of the real ones: the add-on's __init__ would import the whole interface.
     for name, folder in ((NAME, ROOT), (f"{NAME}.addon", ROOT / "addon")):
         package = sys.modules[name] = ModuleType(name)
         package.__path__ = [str(folder)]

@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A look at a world by a Blender of its own, beside this one.
+"""Looking at a world with a second Blender in the background.
 
-A render in this Blender would replace the artist's Render Result, and the interface would stand still. So a copy of the
-world goes into a file, and a second Blender without the artist's settings renders that: a panorama, and closer looks
-where it has small bright parts (second_blender.py).
-"""
+A render in this Blender would replace the artist's Render Result and block the interface. So second_blender.py renders
+a saved copy of the world in a Blender with factory settings: a panorama, and closer looks at small bright parts."""
 
 import json
 import sys
@@ -23,17 +21,17 @@ from ..blender.rendering import is_rendering
 from .stand_alone import stand_alone
 
 _START = Path(__file__).with_name("start_second_blender.py")
-# A world whose pictures take longer to load is a fault: of 16384 x 8192 pixels it takes seconds.
+# The time limit. Pictures of 16384 x 8192 pixels load in seconds, so more time indicates a fault.
 _LONGEST_SECONDS = 300
 
 
 @dataclass(frozen=True)
 class Fit:
-    """What a probe found.
+    """The result of a probe.
 
-    panorama    (rows, cols, 3) the world's radiance, as precompute/lights/panorama.py lays it
-    sources     the brightest first
-    missed      the share of the light that is bright and compact but in no source, 0 to 1"""
+    panorama    (rows, cols, 3) radiance of the world, laid out as in precompute/lights/panorama.py
+    sources     brightest first
+    missed      share of the light that is bright and compact but in no source, 0 to 1"""
 
     panorama: np.ndarray
     sources: list[Source]
@@ -41,11 +39,11 @@ class Fit:
 
 
 class Probe(ChildProcess):
-    """A running look at a world. Poll `running`, or `wait`; then take the `result`."""
+    """A running look at a world. Poll `running` or call `wait`, then take the `result`."""
 
     def __init__(self, world: bpy.types.World, scene: bpy.types.Scene, count: int) -> None:
-        """Start to look for at most `count` sources. Raises GratingError while a render is running, which reads the
-        data that the copy of the world would change, and where no file can be written."""
+        """Start a search for at most `count` sources. Raises GratingError if no file can be written, or while a render
+        is running: it reads data that copying the world would change."""
         if is_rendering():
             raise GratingError(
                 f"world {world.name}", "not fitted while a render is running", "try again when it has ended"
@@ -59,7 +57,7 @@ class Probe(ChildProcess):
         super().__init__(prepare, inherited_environment(), longest_seconds=_LONGEST_SECONDS)
 
     def result(self) -> Fit:
-        """What was found, once it has ended. Raises GratingError if the second Blender failed or took too long."""
+        """The result after the process has ended. Raises GratingError if the second Blender failed or took too long."""
         try:
             if self.is_late:
                 raise GratingError(
@@ -82,14 +80,14 @@ class Probe(ChildProcess):
 
 
 def fit_of(world: bpy.types.World, scene: bpy.types.Scene, count: int) -> Fit:
-    """Panorama, sources and what they miss. Raises GratingError as Probe does."""
+    """The panorama, its sources, and the missed share. Waits for a Probe and raises GratingError as it does."""
     probe = Probe(world, scene, count)
     probe.wait()
     return probe.result()
 
 
 def _blender() -> list[str]:
-    """The command that runs start_second_blender.py in a Blender without the artist's settings and without a window."""
+    """The command that runs start_second_blender.py in a Blender with factory settings and without a window."""
     if bpy.app.binary_path:
         background = ("--background", "--factory-startup", "--python-exit-code", "1")
         return [bpy.app.binary_path, *background, "--python", str(_START), "--"]
@@ -97,11 +95,11 @@ def _blender() -> list[str]:
 
 
 def _write_request(world: bpy.types.World, scene: bpy.types.Scene, request: dict[str, Any]) -> None:
-    """Write the world into a file of its own, and beside it what such a file does not hold."""
+    """Save the world to a file, and write a request with everything that the file lacks."""
     folder = Path(request["folder"])
     with stand_alone(world) as alone:
         blend = folder / "world.blend"
-        # Of data that nothing uses, only that with a fake user is written.
+        # For unused data, Blender writes only data-blocks with a fake user.
         bpy.data.libraries.write(str(blend), {alone.world}, path_remap="ABSOLUTE", fake_user=True)
         pixels = []
         for number, image in enumerate(alone.painted()):

@@ -12,16 +12,16 @@ from .. import benchmarks
 
 
 def found() -> dict[str, Callable]:
-    """Name and main of each benchmark."""
+    """The benchmarks by name, each with its main."""
     names = [module.name for module in pkgutil.iter_modules(benchmarks.__path__) if not module.name.startswith("_")]
     modules = {name: importlib.import_module(f"{benchmarks.__name__}.{name}") for name in names}
     return {name: module.main for name, module in modules.items() if hasattr(module, "main")}
 
 
 def main(argv: list[str]) -> int:
-    """Run the benchmark that argv names, `[NAME [ARGUMENTS]]`; without a name, run all with their defaults.
+    """Run the benchmark named in argv, `[NAME [ARGUMENTS]]`; without a name, run all of them with their defaults.
 
-    Returns the status of the last benchmark that returned one other than 0, else 0."""
+    Returns the status of the last benchmark that failed, 0 if all passed."""
     mains = found()
     if argv and argv[0] in ("-h", "--help"):
         print(f"usage: bench [NAME [ARGUMENTS]]\n\nNAME: {', '.join(mains)}; without it, all of them")
@@ -38,6 +38,6 @@ def main(argv: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    # Blender prints a line for each tile and picture, thousands around a table.
+    # Blender prints a line for each tile and picture, thousands of lines around a table.
     keep_the_terminal_to_python()
     sys.exit(main(sys.argv[1:]))

@@ -3,11 +3,10 @@
 
     ./dev bench albedo [SAMPLE ...]
 
-The quadrature is independent of the quadrature by which the albedo bound is made: it uses neither a picture of the
-spectrum nor cells. Each of its points is a bin of the spectrum. The bin is drawn in proportion to its power and moved
-within the coherence kernel, by a low-discrepancy sequence, and has its own w. The phasor's series is exact to 1e-6. The
-table gives the greatest albedo over wavelengths and azimuths, once without a bound and once with the bound that the
-bake's file holds.
+This quadrature is independent of the quadrature that computes a bake's albedo bound: it uses neither a picture of the
+spectrum nor cells. Each point is a bin of the spectrum, drawn in proportion to its power, moved within the coherence
+kernel by a low-discrepancy sequence, and evaluated at its own w. The phasor's series is exact to 1e-6. The table gives
+the largest albedo over wavelengths and azimuths, without a bound and with the bound stored in the bake's file.
 """
 
 from collections.abc import Callable, Iterator
@@ -35,26 +34,25 @@ Bound = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class Surface:
-    """A relief's exact spectrum and its kernel."""
+    """The exact spectrum of a relief and the standard deviation of its kernel."""
 
     series: SpectrumSeries
     sigma_b: float
 
 
 def surface_of(relief: Relief, sigma_b: float) -> Surface:
-    """The spectrum of a relief at every bin that a direction can reach, under a kernel of sigma_b."""
+    """The spectrum of a relief at every bin that a direction can reach, for a kernel of sigma_b."""
     grid = reference_grid(relief, sigma_b)
     return Surface(spectrum_series(relief, grid, 2 / WAVELENGTH_MIN_M, tolerance=1e-6), sigma_b)
 
 
 def no_bound(directions: np.ndarray) -> np.ndarray:
-    """The bound of Stam's form: 1 for all directions (..., 3), so that nothing is divided."""
+    """The bound of Stam's form: 1 for all directions (..., 3)."""
     return np.ones(directions.shape[:-1])
 
 
 def directional_albedo(surface: Surface, wi: np.ndarray, lam: float, bounds: list[Bound], points: int = 1 << 16):
-    """Albedo (len(bounds),) at R = 1 for light from wi (3,): the integral of f cos(tr) over the hemisphere, with f
-    divided by max(bound(wi), bound(wr))."""
+    """Albedo (len(bounds),) at R = 1 for light from wi (3,): the integral of f cos(tr) / max(bound(wi), bound(wr))."""
     series, sigma = surface.series, surface.sigma_b
     first, jitter = (np.arange(points) + 0.5) / points, _normal(points) * sigma
     power = series.weights(1 / lam)[None] @ series.scattered_over_s2.reshape(len(series.amplitude), -1)
@@ -76,8 +74,7 @@ def directional_albedo(surface: Surface, wi: np.ndarray, lam: float, bounds: lis
 
 
 def _views(half: np.ndarray, wi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """View directions (n, 3) of tangential half vectors (n, 2), their w (n,), and a mask (n,) of the directions that
-    propagate."""
+    """View directions (n, 3) for tangential half vectors (n, 2), their w (n,), and a mask (n,) of propagating ones."""
     tangential = half - wi[:2]
     square = np.sum(tangential**2, axis=1)
     cosine = np.sqrt(np.maximum(1 - square, 0))
@@ -85,7 +82,7 @@ def _views(half: np.ndarray, wi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np
 
 
 def _normal(count: int) -> np.ndarray:
-    """Pairs (count, 2) of normal numbers from the plastic number's sequence (Roberts 2018), by Box and Muller."""
+    """Normally distributed pairs (count, 2): the plastic number's sequence (Roberts 2018), Box-Muller transform."""
     plastic = 1.32471795724474602596
     index = np.arange(1, count + 1)
     radius, turn = (0.5 + index / plastic) % 1, (0.5 + index / plastic**2) % 1
@@ -102,14 +99,14 @@ def directions(theta_deg: float, azimuths_deg=AZIMUTHS_DEG) -> Iterator[np.ndarr
 
 
 def greatest(surface: Surface, bounds: list[Bound], theta_deg: float, wavelengths=WAVELENGTHS_M) -> np.ndarray:
-    """The greatest albedo (len(bounds),) over azimuths and wavelengths."""
+    """The largest albedo (len(bounds),) over azimuths and wavelengths."""
     return np.max(
         [directional_albedo(surface, wi, lam, bounds) for wi in directions(theta_deg) for lam in wavelengths], axis=0
     )
 
 
 def main(argv: list[str] | None = None) -> None:
-    """Print the table of the samples named."""
+    """Print the table of the given samples."""
     parser = OneLineParser(description=__doc__.splitlines()[0])
     parser.add_argument("samples", nargs="*", default=list(SAMPLES), help="names of samples; default all")
     report.add_json(parser)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How long a bake takes, alone and beside a second bake, in seconds and relative to 24 transforms of the relief's size.
+"""How long a bake takes, alone and beside a second bake: in seconds, and relative to 24 FFTs of the relief's size.
 
     ./dev bench bake [FILE [--size-um UM] [--height-nm NM]] [--runs N] [--json FILE|-]
 
-By default FILE is the Elaphe scan where ../shared/data has it, else the sample that imitates it. Each bake is a process
-of its own, `bake --no-cache`, which reports its own time; the self-check is counted apart. A transform is NumPy's,
-complex and in double precision. Transforms are timed before, between and after the bakes, and the fastest counts.
+FILE is by default the Elaphe scan, or the sample that imitates it if ../shared/data lacks the scan. Each bake runs as a
+separate process, `bake --no-cache`, which reports its own time; the self-check is timed separately. The transforms are
+NumPy's, complex and in double precision. They are timed before, between and after the bakes, and the fastest counts.
 """
 
 import statistics
@@ -29,7 +29,7 @@ RUNS = 3
 
 
 def arguments_of(scan: Scan) -> list[str]:
-    """The arguments that name a scan on the command line of a process, which may run in another folder."""
+    """Command-line arguments for a scan, with an absolute path because the process may run in another folder."""
     found = [str(Path(scan.source).resolve()) if Path(scan.source).is_file() else scan.source]
     for option, value in (("--size-um", scan.size_um), ("--height-nm", scan.height_nm)):
         found += [] if value is None else [option, repr(value)]
@@ -37,13 +37,13 @@ def arguments_of(scan: Scan) -> list[str]:
 
 
 def elaphe() -> Scan:
-    """The Elaphe scan where its file is present, else the sample that imitates it."""
+    """The Elaphe scan, or the sample that imitates it if the file is missing."""
     path = SHARED / "snake" / "elaphe_65um.png"
     return Scan(str(path), 65.0, 375.0) if path.is_file() else Scan("sample:elaphe")
 
 
 def bakes(scan: Scan, count: int) -> list[dict]:
-    """Run `count` bakes of a scan at the same time; the facts that each reports."""
+    """Run `count` bakes of a scan at the same time; returns the figures that each reports."""
 
     def one(_: int) -> dict:
         with tempfile.TemporaryDirectory() as folder:
@@ -54,7 +54,7 @@ def bakes(scan: Scan, count: int) -> list[dict]:
 
 
 def measure(scan: Scan, runs: int = RUNS) -> dict:
-    """Seconds and ratios of `runs` bakes that run alone, and of `runs` pairs of bakes that run at the same time."""
+    """Seconds and ratios of `runs` single bakes and of `runs` pairs of simultaneous bakes."""
     height_map = scan.read()
     shape = prepare(height_map).height_m.shape
     facts = {
@@ -87,7 +87,7 @@ def measure(scan: Scan, runs: int = RUNS) -> dict:
 
 
 def as_text(facts: dict) -> str:
-    """The table for people."""
+    """The printed table."""
     on, rows, columns = facts["machine"], *facts["pixels"]
     lines = [
         f"{on['processor']}, {on['cores']} cores, load {on['load']}, NumPy {on['numpy']}",

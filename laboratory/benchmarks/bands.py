@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How broad and how long the bands of colour on a snake are, in scales, as a picture shows them.
+"""How thick and how long the bands of colour on a rendered snake are, in scales.
 
     ./dev bench bands [FILE.blend] [--width 960] [--samples 32] [--json FILE]
 
-FILE is a scene that `./dev scenes` wrote, by default its hero, which is made anew: a snake of Add > Mesh > Snake, whose
-scales the attribute scale_random tells apart. What is measured is its diffraction alone, at the picture's exposure. A
-pixel is lit if it has a tenth of display white in some channel; it is coloured if its least channel is below 0.6 of its
-greatest, else white. A band is a set of lit pixels of one kind that touch. Its thickness at a pixel is the side of the
-largest square of such pixels that covers the pixel.
+FILE is a scene written by `./dev scenes`; by default the scene hero is built anew. It shows a snake of Add > Mesh >
+Snake, whose attribute scale_random numbers its scales. The benchmark measures the diffraction pass alone, at the
+picture's exposure. A pixel is lit if one of its channels reaches a tenth of display white. A lit pixel is coloured if
+its smallest channel is below 0.6 of its largest, otherwise white. A band is a connected set of lit pixels of one kind.
+Its thickness at a pixel is the side of the largest square inside the band that covers the pixel.
 """
 
 import contextlib
@@ -24,14 +24,13 @@ from sample_scenes import scenes
 from .report import add_json, say, write
 
 _LIT, _COLOURED = 0.1, 0.6
-# A band runs over a scale if it covers this share of what is seen of the scale, and a scale counts of which so many
-# pixels are seen.
+# The share of a scale's visible pixels that a band must cover, and the visible pixels that a scale must have.
 _COVERED, _SEEN_MIN = 0.1, 12
 _SCALE = "Scale"
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Render the scene's diffraction and print what its bands are like."""
+    """Render the scene's diffraction and print the statistics of its bands."""
     import bpy
 
     parser = OneLineParser(prog="./dev bench bands", description=__doc__.splitlines()[0])
@@ -58,8 +57,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def measure(light: np.ndarray, scales: np.ndarray) -> dict[str, object]:
-    """The facts of a picture (rows, columns, 3) whose display white is 1, with the number of the scale that each pixel
-    shows (rows, columns), 0 for none."""
+    """Statistics of a picture (rows, columns, 3), display white 1, with each pixel's scale number (0: none)."""
     greatest, least = light.max(axis=-1), light.min(axis=-1)
     lit = (greatest > _LIT) & (scales > 0)
     coloured = lit & (least < _COLOURED * greatest)
@@ -82,15 +80,14 @@ def measure(light: np.ndarray, scales: np.ndarray) -> dict[str, object]:
 
 
 def _median(values: np.ndarray) -> float:
-    """The median; 0 of nothing."""
+    """The median, or 0 for an empty array."""
     return float(np.median(values)) if len(values) else 0.0
 
 
 def thickness_of(mask: np.ndarray, most: int) -> np.ndarray:
-    """The side in pixels of the largest square within a mask (rows, columns) that covers a pixel, at most `most`; 0
-    outside of it."""
+    """Side in pixels of the largest square inside a mask (rows, columns) that covers each pixel, at most `most`."""
     found = mask.astype(int)
-    # The sums over all rectangles from the corner on: a square lies within the mask if its sum is its area.
+    # Sums over the rectangles that start in the corner: a square lies within the mask if its sum equals its area.
     sums = np.pad(mask.astype(int).cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
     for side in range(2, min(most, *mask.shape) + 1):
         inside = sums[side:, side:] - sums[:-side, side:] - sums[side:, :-side] + sums[:-side, :-side] == side**2
@@ -104,7 +101,7 @@ def thickness_of(mask: np.ndarray, most: int) -> np.ndarray:
 
 
 def components(mask: np.ndarray) -> np.ndarray:
-    """The number of the connected part (rows, columns) that a pixel of a mask is in, by 8 neighbours; 0 outside."""
+    """Labels (rows, columns) of the connected parts of a mask, by 8 neighbours; 0 outside the mask."""
     labels = np.where(mask, np.arange(1, mask.size + 1).reshape(mask.shape), 0)
     while True:
         padded = np.pad(labels, 1)
@@ -113,7 +110,7 @@ def components(mask: np.ndarray) -> np.ndarray:
             for columns in range(3):
                 grown = np.maximum(grown, padded[rows : rows + mask.shape[0], columns : columns + mask.shape[1]])
         grown = np.where(mask, grown, 0)
-        # A pixel's label names a pixel of its part: that pixel's own label leads further at once.
+        # A label is the index of a pixel of the same part, so that pixel's own label is a shortcut to a larger one.
         flat = np.append(0, grown.ravel())
         grown = np.where(mask, np.maximum(grown, flat[grown]), 0)
         if (grown == labels).all():
@@ -122,7 +119,7 @@ def components(mask: np.ndarray) -> np.ndarray:
 
 
 def _longest(mask: np.ndarray, scales: np.ndarray, area: dict[float, int]) -> list[int]:
-    """Over how many scales the five longest bands of a mask run."""
+    """How many scales each of the five longest bands of a mask covers, longest first."""
     parts = components(mask)
     pairs, covered = np.unique(np.stack([parts[mask], scales[mask]], axis=1), axis=0, return_counts=True)
     runs = [
@@ -134,7 +131,7 @@ def _longest(mask: np.ndarray, scales: np.ndarray, area: dict[float, int]) -> li
 
 
 def _steps_to(mask: np.ndarray, most: int) -> np.ndarray:
-    """How many steps to one of 8 neighbours lead from a pixel to a mask (rows, columns); `most` if there are more."""
+    """Distance (rows, columns) from each pixel to a mask in steps to one of 8 neighbours, at most `most`."""
     steps, reached = np.full(mask.shape, most), mask.copy()
     steps[mask] = 0
     for step in range(1, most):
@@ -147,7 +144,7 @@ def _steps_to(mask: np.ndarray, most: int) -> np.ndarray:
 
 
 def _hero() -> Path:
-    """The scene hero, made in Blender's folder for temporary files."""
+    """Build the scene hero in Blender's folder for temporary files; returns its path."""
     import bpy
 
     version = ".".join(map(str, bpy.app.version[:2]))
@@ -158,7 +155,7 @@ def _hero() -> Path:
 
 
 def _add_scale_pass(scene) -> None:
-    """Have every material tell the number of the scale that a pixel shows."""
+    """Let every material write the number of its scale into a pass."""
     import bpy
 
     for name in ("Diffraction", _SCALE):
@@ -172,14 +169,14 @@ def _add_scale_pass(scene) -> None:
 
 
 def _render(arguments, channel: str, *, samples: int) -> np.ndarray:
-    """A pass (rows, columns, 3) of the scene in Cycles, row 0 at the top."""
+    """Render a pass (rows, columns, 3) of the scene in Cycles, row 0 at the top."""
     import bpy
 
     scene, path = bpy.context.scene, Path(bpy.app.tempdir) / "bands.exr"
     settings = scene.render
     settings.engine, scene.cycles.samples, scene.cycles.use_denoising = "CYCLES", samples, False
     scene.cycles.use_adaptive_sampling = False
-    if samples == 1:  # one place of a pixel has one scale
+    if samples == 1:  # a single point of each pixel, so that a pixel holds one scale
         scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01
     settings.resolution_y = settings.resolution_y * arguments.width // settings.resolution_x
     settings.resolution_x, settings.resolution_percentage = arguments.width, 100

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The time that a comb takes by the number of faces, and how exact its field is.
+"""How the time of a comb grows with the number of faces, and how accurate its direction field is.
 
     ./dev bench comb [--faces 1000000] [--guide tail] [--json FILE]
 
@@ -21,7 +21,7 @@ _FACES = (10_000, 100_000, 1_000_000)
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Comb the mesh at each size by each guide and print a line for each."""
+    """Comb a mesh of each size with each guide and print a line for each."""
     parser = OneLineParser(prog="./dev bench comb", description=__doc__.splitlines()[0])
     parser.add_argument("--faces", type=count(100, 10**8), action="append", help=f"default: {_FACES}")
     parser.add_argument("--guide", choices=GUIDES, action="append", help="default: all")
@@ -49,7 +49,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def torus(faces: int) -> Polygons:
-    """A torus of about so many triangles, with smooth normals."""
+    """A torus of about this many triangles, with smooth normals."""
     across = max(8, round((faces / 20) ** 0.5))
     around = max(8, round(faces / 2 / across))
     random = np.random.default_rng(0).uniform(-1 / 6, 1 / 6, (2, around, across))
@@ -68,7 +68,7 @@ def torus(faces: int) -> Polygons:
 
 
 def given(mesh: Polygons) -> dict[str, np.ndarray]:
-    """What the guides need: an axis, UV around and across, and a stroke around a quarter of the torus."""
+    """Everything the guides need: an axis, UV around and across, and a stroke around a quarter of the torus."""
     at = mesh.points[mesh.point]
     uv = np.stack([np.arctan2(at[:, 1], at[:, 0]), np.arctan2(at[:, 2], np.hypot(at[:, 0], at[:, 1]) - 1)], axis=1)
     angle = np.linspace(0, np.pi / 2, 30)

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bytes of constants that materials have in EEVEE: as the add-on counts them, and as Blender's own shaders have them.
+"""Bytes of constants that materials use in EEVEE: as the add-on counts them, and as Blender's own shaders declare them.
 
     ./dev bench constants [--case NAME] [--json FILE|-]
 
-EEVEE has 64 KiB for the constants of a material (addon/nodes/eevee_constants.py). Each row is a sphere with a grating.
-It is outside of the camera's view, so that its shaders are translated but never run. Mesa's software rasteriser writes
-the shaders to files, where the block of constants is read. With another driver there is nothing to read: `blender` is
-null.
+EEVEE has 64 KiB for the constants of a material (addon/nodes/eevee_constants.py). Each row is a sphere with a grating,
+outside the camera's view, so that EEVEE translates its shaders but never runs them. Mesa's software rasteriser writes
+the shaders to files, which declare the block of constants. Other drivers write no files; `blender` is then null.
 """
 
 import os
@@ -30,13 +29,13 @@ from .osl import start_blender
 _SURFACES = ("sample:elaphe", "sample:xenopeltis")
 _COHERENCE_M = 30e-6
 _SOURCE = Source(np.array((0.0, 0.6, 0.8)), np.array((3.0, 2.0, 1.0)), 1e-4)
-# Bytes of the types of a block's members, and what their places are multiples of (std140).
+# Size and alignment in bytes of the types of a block's members (std140).
 _TYPES = {"float": (4, 4), "int": (4, 4), "vec2": (8, 8), "vec3": (12, 16), "vec4": (16, 16), "mat4": (64, 16)}
 
 
 @dataclass(frozen=True)
 class Case:
-    """A material: how many gratings it varies between, what lights it, and what is switched on."""
+    """A material: the number of gratings it varies between, its lights and its options."""
 
     bakes: int = 1
     lamps: int = 1
@@ -62,7 +61,7 @@ CASES = {
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Print the table; the exit status."""
+    """Print the table and return the exit status."""
     parser = OneLineParser(prog="./dev bench constants", description=__doc__.splitlines()[0])
     parser.add_argument("--case", action="append", choices=CASES, help="default: all of them")
     report.add_json(parser)
@@ -85,7 +84,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def show(addon: SimpleNamespace, case: Case, bakes: list[Path]) -> int:
-    """Make a file of the case, by the add-on's buttons; the bytes that the add-on counts for its material."""
+    """Build a file of the case with the add-on's buttons; returns the bytes that the add-on counts for its material."""
     import bpy
 
     bpy.ops.wm.read_homefile(use_empty=True)
@@ -125,13 +124,13 @@ def _bake(surface: str, folder: Path) -> Path:
 
 
 def _translated(addon: SimpleNamespace, captured: Path) -> int | None:
-    """Have EEVEE translate the scene's shaders; the bytes of the largest block of constants among them."""
+    """Let EEVEE translate the scene's shaders; returns the bytes of their largest block of constants."""
     import bpy
 
     scene = bpy.context.scene
     scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     scene.collection.objects.link(scene.camera)
-    scene.camera.location = (0.0, 0.0, -100.0)  # it looks down, away from the sphere
+    scene.camera.location = (0.0, 0.0, -100.0)  # looks down, away from the sphere
     scene.render.engine, scene.eevee.taa_render_samples = addon.compat.eevee_engine(), 1
     scene.render.resolution_x = scene.render.resolution_y = 4
     bpy.ops.render.render()
@@ -144,7 +143,7 @@ def _translated(addon: SimpleNamespace, captured: Path) -> int | None:
 
 
 def block_bytes(types: list[str]) -> int:
-    """The size of a block whose members have these types, in their order."""
+    """The size of a block whose members have these types, in this order."""
     end = 0
     for name in types:
         size, multiple = _TYPES[name.replace("mat4x4", "mat4")]

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Seconds from the opening of a file to EEVEE's first picture: most of them compile the shaders.
+"""Seconds from opening a file to EEVEE's first picture, most of which EEVEE spends compiling shaders.
 
     ./dev bench first_picture [--lamps 1 --lamps 3] [--limit SECONDS] [--json FILE|-]
 
-Each row is a file with a sphere under a number of suns, opened and rendered (64 x 64 pixels, 1 sample) by a process of
-its own. Mesa's cache of compiled shaders is off, so that each process compiles everything, EEVEE's own shaders
-included: the first row, a Principled metal, tells how long these take. The table gives processor seconds, which other
-work on the machine changes little, and wall seconds.
+Each row is a file with a sphere under a number of suns. A separate process opens and renders it (64 x 64 pixels, 1
+sample). Mesa's shader cache is off, so that each process compiles everything, including EEVEE's own shaders. The first
+row, a Principled metal, shows how long EEVEE's own shaders take. The table gives wall seconds, and processor seconds,
+which other work on the machine changes little.
 """
 
 import argparse
@@ -23,8 +23,8 @@ from precompute.cli.parser import OneLineParser
 from . import report
 from .render_time import Studio, Subject
 
-# The number of the world's sources that the default material is given beside its suns, where it is given any: a sky
-# with a sun has one, an HDRI of a room has more.
+# The number of world sources that the default material gets beside its suns, in the rows with sources. A sky with a sun
+# has one source, an HDRI of a room has more.
 _SOURCES = 8
 _OPEN = """
 import bpy, sys, time
@@ -36,7 +36,7 @@ print("seconds", time.process_time() - start[1], time.time() - start[0])
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Print the table; the exit status."""
+    """Print the table and return the exit status."""
     parser = OneLineParser(prog="./dev bench first_picture", description=__doc__.splitlines()[0])
     parser.add_argument("--lamps", type=count(1, 8), action="append", help="default: 1, 3 and 8")
     parser.add_argument("--limit", type=count(1, 36000), default=900, help="seconds after which a row is given up")
@@ -49,7 +49,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def measured(studio: Studio, arguments: argparse.Namespace) -> list[dict]:
-    """The rows, each printed when it is known."""
+    """Measure the rows, printing each as soon as it is known."""
     report.say(f"{'material':40}{'nodes':>7}{'processor s':>13}{'wall s':>8}", arguments.json)
     studio.build("sphere")
     lamps = arguments.lamps or [1, 3, 8]
@@ -73,7 +73,7 @@ def measured(studio: Studio, arguments: argparse.Namespace) -> list[dict]:
 
 
 def _saved(studio: Studio, subject: Subject, sources: int) -> Path:
-    """A file in which the sphere wears the subject's material and EEVEE renders it."""
+    """Save a file in which the sphere has the subject's material and EEVEE is the renderer."""
     import bpy
 
     studio.show(subject)
@@ -91,7 +91,7 @@ def _saved(studio: Studio, subject: Subject, sources: int) -> Path:
 
 
 def _opened(path: Path, limit: int) -> list[float] | None:
-    """Processor and wall seconds of a process that opens the file and renders it; None if it is given up."""
+    """Processor and wall seconds of a process that opens and renders the file; None after `limit` seconds."""
     environment = os.environ | {"MESA_SHADER_CACHE_DISABLE": "true"}
     command = [sys.executable, "-c", _OPEN, str(path)]
     try:
@@ -103,7 +103,7 @@ def _opened(path: Path, limit: int) -> list[float] | None:
 
 
 def _nodes_of(tree) -> int:
-    """The nodes of a tree that something leads from, groups counted by what they hold."""
+    """The number of nodes that reach the output of a tree, including the nodes inside groups."""
     reached, left = set(), [node for node in tree.nodes if node.type in {"OUTPUT_MATERIAL", "GROUP_OUTPUT"}]
     while left:
         node = left.pop()

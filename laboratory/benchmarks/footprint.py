@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the footprint of a pixel does to noise in Cycles and to flicker in EEVEE, under one sun.
+"""How the pixel footprint changes noise in Cycles and flicker in EEVEE, under one sun.
 
     ./dev bench footprint [--part noise|denoiser|close|flicker ...] [--scene snake|sphere] [--pixels 112]
         [--reference 8192] [--json FILE|-]
 
-Noise: the RMSE of pictures, clipped at a display's white, against one of many samples without the footprint, over that
-picture's mean; its light over that picture's; the processor's seconds; and the RMSE times the square root of these,
-with the footprint over without. Flicker: the thing turns by a tenth of a degree between 24 frames; of their sums the
-second differences, whose root mean square over the mean is the figure, since slow changes are no flicker.
-
-Denoiser: Cycles' own (OpenImageDenoise), given no passes, albedo, or albedo and normal; RMSE as above, and what it
-leaves of the colours: CIEDE2000 to the reference over the lit pixels, and the chroma of the lit pixels over the
-reference's. Close: single scales by, where the footprint has nothing to do; CIEDE2000 of the pictures with it and
-without, at the same random numbers.
+Noise: the RMSE of a picture, clipped at display white, against a picture of many samples without the footprint,
+relative to the mean of that picture. The table also gives the ratio of the two pictures' light, the processor seconds,
+and the RMSE times the square root of the seconds, with the footprint relative to without.
+Flicker: the mesh turns by a tenth of a degree between 24 frames. The figure is the root mean square of the second
+differences of the frames' mean light, relative to its mean: second differences ignore slow changes.
+Denoiser: Cycles' own (OpenImageDenoise), with no passes, with albedo, or with albedo and normal. The table gives the
+RMSE as above, and over the lit pixels the CIEDE2000 to the reference and the chroma relative to the reference's.
+Close: a close-up of single scales, where the footprint should change nothing. The table gives the CIEDE2000 between
+pictures with and without it, at the same random numbers.
 """
 
 import argparse
@@ -31,13 +31,13 @@ from .render_time import Studio, Subject
 
 SAMPLES = {"noise": (4, 16, 64, 256), "denoiser": (16, 64), "close": (64,), "flicker": (4, 16)}
 PASSES = {"no denoiser": None, "colour alone": "RGB", "albedo": "RGB_ALBEDO", "albedo, normal": "RGB_ALBEDO_NORMAL"}
-# The lens is this many times as long for the part "close".
+# The factor on the focal length in the part "close".
 _CLOSER = 12
 FRAMES, STEP_DEG = 24, 0.1
 
 
 def noise(studio: Studio, group: Any, arguments: argparse.Namespace) -> list[dict]:
-    """The rows of the noise's table."""
+    """Measure the rows of the noise table."""
     truth = reference(studio, group, arguments.reference)
     rows = []
     head = f"{'samples':>8}{'footprint':>11}{'RMSE':>8}{'light':>8}{'seconds':>9}{'at equal time':>15}"
@@ -46,7 +46,7 @@ def noise(studio: Studio, group: Any, arguments: argparse.Namespace) -> list[dic
         plain = None
         for counts in (False, True):
             studio.addon.skin.set_footprint(group, counts)
-            studio.render("cycles", 1)  # compiles, and fills caches
+            studio.render("cycles", 1)  # compiles the shaders and fills the caches
             seconds, picture = studio.render("cycles", samples)
             rmse = rmse_of(picture, truth)
             cost = rmse * seconds**0.5
@@ -59,7 +59,7 @@ def noise(studio: Studio, group: Any, arguments: argparse.Namespace) -> list[dic
 
 
 def denoiser(studio: Studio, group: Any, arguments: argparse.Namespace) -> list[dict]:
-    """The rows of the denoiser's table."""
+    """Measure the rows of the denoiser table."""
     truth = reference(studio, group, arguments.reference)
     rows = []
     head = f"{'samples':>8}{'footprint':>11}  {'passes':16}{'RMSE':>8}{'dE00':>7}{'p95':>7}{'chroma':>8}{'seconds':>9}"
@@ -85,7 +85,7 @@ def denoiser(studio: Studio, group: Any, arguments: argparse.Namespace) -> list[
 
 
 def close(studio: Studio, group: Any, arguments: argparse.Namespace) -> list[dict]:
-    """The rows of the close-up's table."""
+    """Measure the rows of the close-up table."""
     camera, rows = studio.scene.camera.data, []
     camera.lens *= _CLOSER
     for samples in SAMPLES["close"]:
@@ -102,25 +102,25 @@ def close(studio: Studio, group: Any, arguments: argparse.Namespace) -> list[dic
 
 
 def reference(studio: Studio, group: Any, samples: int) -> np.ndarray:
-    """The picture to compare with: many samples, without the footprint."""
+    """Render the reference picture: many samples, without the footprint."""
     studio.addon.skin.set_footprint(group, False)
     return studio.render("cycles", samples)[1]
 
 
 def rmse_of(picture: np.ndarray, truth: np.ndarray) -> float:
-    """The RMSE of a picture clipped at a display's white, over the mean of the other."""
+    """The RMSE of a picture against the truth, both clipped at display white, relative to the truth's mean."""
     picture, truth = picture.clip(0, 1), truth.clip(0, 1)
     return float(np.sqrt(np.mean((picture - truth) ** 2)) / truth.mean())
 
 
 def chroma(picture: np.ndarray) -> float:
-    """The mean of (greatest - least) of a linear picture's channels over its mean."""
+    """The mean difference between the largest and smallest channel of a linear picture, relative to its mean."""
     picture = picture.clip(0, 1)
     return float((picture.max(axis=-1) - picture.min(axis=-1)).mean() / picture.mean())
 
 
 def flicker(studio: Studio, group: Any, arguments: argparse.Namespace) -> list[dict]:
-    """The rows of the flicker's table."""
+    """Measure the rows of the flicker table."""
     rows = []
     report.say(f"{'samples':>8}{'footprint':>11}{'flicker':>9}{'mean':>9}", arguments.json)
     for samples in SAMPLES["flicker"]:

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Milliseconds that the add-on takes of a lamp's edit and of the panel's redraw, in scenes that are large in one way.
+"""Milliseconds that the add-on spends on editing a lamp and redrawing its panel, in scenes that are large in one way.
 
     ./dev bench handlers [--scene NAME] [--repeat 15] [--json FILE|-]
 
-A lamp is moved, and then its strength is set, again and again. Blender evaluates the scene after each edit and calls
-the add-on's handlers, as it does with a window open, and then the panel is drawn with a stand-in for Blender's layout.
-The table gives the median time of the handlers alone and of the panel alone, and last of what timers do once nothing
-has changed for 0.2 seconds. What Blender itself takes to evaluate and to draw is not in it.
+The benchmark repeatedly moves a lamp and sets its strength. After each edit Blender evaluates the scene and calls the
+add-on's handlers, as with a window open. Then the panel is drawn into a stand-in for Blender's layout. The table gives
+the median time of the handlers alone, of the panel alone, and of the timers that run once nothing has changed for 0.2
+seconds. Blender's own time for evaluating and drawing is excluded.
 """
 
 import statistics
@@ -26,24 +26,24 @@ from . import report
 from .handlers_scenes import SCENES, plain
 from .osl import start_blender
 
-# A grating that bakes in a moment, and at an error at which it has a sample set.
+# Bakes in a moment, at an error for which the bake has a sample set.
 _SURFACE, _DELTA_E = "sample:blazed", 10.0
 _COLUMNS = ("lamp moved", "lamp's strength", "panel's redraw", "once still")
 
 
 class Layout:
-    """Takes whatever a panel draws, and draws nothing."""
+    """A stand-in for Blender's layout: accepts every call and draws nothing."""
 
     def __getattr__(self, name: str) -> Callable[..., "Layout"]:
         return lambda *_, **__: self
 
     def panel(self, *_: object, **__: object) -> tuple["Layout", "Layout"]:
-        """A sub-panel's header, and its body, as it is while the sub-panel is open."""
+        """The header and the body of an open sub-panel."""
         return self, self
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Print the table; the exit status."""
+    """Print the table and return the exit status."""
     parser = OneLineParser(prog="./dev bench handlers", description=__doc__.splitlines()[0])
     parser.add_argument("--scene", action="append", choices=SCENES, help="default: all of them")
     parser.add_argument("--repeat", type=count(3, 1000), default=15, metavar="N", help="edits; default 15")
@@ -66,7 +66,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def measured(addon: SimpleNamespace, repeat: int) -> dict[str, float]:
-    """The median milliseconds of the handlers after each kind of edit, and of the panel after any."""
+    """The median milliseconds of the handlers after each kind of edit, of the panel's redraw and of the timers."""
     import bpy
 
     scene = bpy.context.scene
@@ -109,12 +109,12 @@ def measured(addon: SimpleNamespace, repeat: int) -> dict[str, float]:
         handlers.remove(timed)
         for handler in own:
             handlers.append(handler)
-    # What the first edits find changed is the scene itself.
+    # The first edits include the work on the new scene itself.
     return {column: 1e3 * statistics.median(times[2:]) for column, times in spent.items()}
 
 
 def _edits(lamp, number: int) -> tuple[Callable[[], None], ...]:
-    """What is done to the lamp in a round: a place and a strength that it did not have."""
+    """The edits of a round: each gives the lamp a new direction or a new strength."""
     return (
         lambda: setattr(lamp, "rotation_euler", (0.1 + 0.01 * number, 0.2, 0.3)),
         lambda: setattr(lamp.data, "energy", 1.0 + 0.01 * number),
@@ -122,15 +122,15 @@ def _edits(lamp, number: int) -> tuple[Callable[[], None], ...]:
 
 
 def with_window(addon: SimpleNamespace) -> None:
-    """Have the handlers and the panel do what they do while a window is open."""
+    """Let the handlers and the panel behave as with a window open."""
     addon.handlers.has_window = addon.facts.has_window = lambda: True
 
 
 def context_of(scene) -> SimpleNamespace:
-    """What the panel reads of Blender's context."""
+    """A stand-in for the parts of Blender's context that the panel reads."""
     import bpy
 
-    preferences = SimpleNamespace(system=SimpleNamespace(ui_scale=1.0))  # it is 0 in background
+    preferences = SimpleNamespace(system=SimpleNamespace(ui_scale=1.0))  # the scale is 0 in background mode
     return SimpleNamespace(
         scene=scene, region=SimpleNamespace(width=300), preferences=preferences, active_object=None,
         view_layer=bpy.context.view_layer, evaluated_depsgraph_get=bpy.context.evaluated_depsgraph_get,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scenes of handlers.py: a plane with a grating under a sun, and much of one thing beside them."""
+"""Scenes for handlers.py: a plane with a grating under a sun, plus a large number of one thing."""
 
 import json
 from collections.abc import Callable
@@ -27,7 +27,7 @@ def plain(addon: SimpleNamespace, bake: Path) -> None:
     grating = scene.natural_gratings.items.add()
     grating.name, grating.source, grating.bake_path = "blazed", "sample:blazed", str(bake)
     grating.asked = addon.bakes._settings(grating.bake_request())
-    # A scan's preview is made once, by a timer, which does not run here.
+    # A timer would compute the scan's preview once; timers do not run here.
     from_sample = addon.previewing_levelling._asked(grating)
     addon.previewing_levelling._shown[from_sample] = addon.previewing_levelling._made(from_sample)
     bpy.context.object.select_set(True)
@@ -60,7 +60,7 @@ def _many_instances(addon: SimpleNamespace) -> None:
 
 
 def _many_collections(addon: SimpleNamespace) -> None:
-    """In three levels, with an object in each, the sun in the deepest, and seven more lamps."""
+    """Collections on three levels with an object in each; the sun is in the deepest, with seven more lamps."""
     import bpy
 
     scene, sun = bpy.context.scene, bpy.data.objects["Sun"]
@@ -79,7 +79,7 @@ def _many_collections(addon: SimpleNamespace) -> None:
 
 
 def _many_scans(addon: SimpleNamespace) -> None:
-    """Averaged by one grating."""
+    """One grating that averages many scans."""
     import bpy
 
     grating = bpy.context.scene.natural_gratings.active()
@@ -96,7 +96,7 @@ def _many_lamps(addon: SimpleNamespace) -> None:
 
 
 def _many_materials(addon: SimpleNamespace) -> None:
-    """Each on a mesh of its own, all of one grating."""
+    """One grating's materials, each on its own mesh."""
     import bpy
 
     grating = bpy.context.scene.natural_gratings.active()
@@ -107,7 +107,7 @@ def _many_materials(addon: SimpleNamespace) -> None:
         bpy.context.scene.collection.objects.link(bpy.data.objects.new(f"Mesh {number}", mesh))
 
 
-# Each makes a plain scene large in one way.
+# Each function makes the plain scene large in one way.
 SCENES: dict[str, Callable[[SimpleNamespace], None]] = {
     "plain": lambda addon: None,
     "1,000 world nodes": _many_world_nodes,

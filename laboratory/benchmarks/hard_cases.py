@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hard cases: each bake either agrees with the reference, or is refused with a reason.
+"""Hard cases: each bake either agrees with the reference or is refused with a reason.
 
     ./dev bench hard_cases [--output FILE.md] [--json FILE|-]
 
-Each surface is baked as the verb `bake` bakes it. The table that the bake's file would hold is compared with the
-reference (exact transforms in float64, precompute/reference) on a few hundred direction pairs that the bake's
-self-check does not use.
+Each surface is baked as the command `bake` does it. The table that the bake's file would hold is compared with the
+reference (exact transforms in float64, precompute/reference) on a few hundred pairs that the self-check does not use.
 """
 
 from collections.abc import Callable
@@ -45,17 +44,16 @@ from .hard_directions import (
 )  # fmt: skip
 
 PIXEL_M = 80e-9
-# It gives a kernel of 0.12, at which even the small surfaces here hold 30 coherence areas.
+# Gives a kernel of 0.12, for which even the small surfaces here hold 30 coherence areas.
 COHERENCE_M = 2e-6
-# It gives a kernel of 0.0062.
+# Gives a kernel of 0.0062.
 LONG_M = 40e-6
 Baker = Callable[[Relief, float | None, Needs], Table]
 Truths = Callable[[Relief, float], list[Truth]]
 
 
 def skin(rows: int = 128, cols: int = 128, relief_m: float = 200e-9, bump_m: float = 400e-9) -> np.ndarray:
-    """Heights (rows, cols) of bumps on square pixels of PIXEL_M, the lowest at 0. They wrap, and are smoothed by a
-    Gaussian of standard deviation bump_m."""
+    """Heights (rows, cols) of periodic bumps, the lowest at 0, smoothed by a Gaussian of standard deviation bump_m."""
     q_y, q_x = np.fft.fftfreq(rows, PIXEL_M)[:, None], np.fft.fftfreq(cols, PIXEL_M)
     spectrum = np.fft.fft2(np.random.default_rng(0).standard_normal((rows, cols)))
     height = np.fft.ifft2(spectrum * np.exp(-2 * (np.pi * bump_m) ** 2 * (q_y**2 + q_x**2))).real
@@ -63,7 +61,7 @@ def skin(rows: int = 128, cols: int = 128, relief_m: float = 200e-9, bump_m: flo
 
 
 def scan(height_m: np.ndarray, pixel_m: tuple[float, float] = (PIXEL_M, PIXEL_M), periodic: bool = False) -> HeightMap:
-    """A height map of heights in metres, as a microscope gives one."""
+    """A height map of heights in metres, as from a microscope."""
     return HeightMap(height_m, pixel_m, "the scan", periodic=periodic)
 
 
@@ -74,7 +72,7 @@ def tilted() -> HeightMap:
 
 
 def holed() -> HeightMap:
-    """A surface on which 2 % of the pixels are missing, and a hole of 12 x 10 pixels besides."""
+    """A surface with 2 % of its pixels missing, and a hole of 12 x 10 pixels."""
     height = skin()
     height[np.random.default_rng(1).random(height.shape) < 0.02] = np.nan
     height[40:52, 70:80] = np.nan
@@ -91,17 +89,17 @@ def dusty() -> HeightMap:
 
 
 def stepped(step_m: float) -> HeightMap:
-    """Heights rounded to whole steps."""
+    """Heights rounded to multiples of step_m."""
     return scan(np.round(skin() / step_m) * step_m)
 
 
 def lines(period_m: float, depth_m: float, samples: int, periods: int) -> HeightMap:
-    """A sinusoidal grating of a few rows, which wraps."""
+    """A periodic sinusoidal grating, a few rows high."""
     return sinusoidal(period_m, depth_m, periods=periods, samples_per_period=samples, rows=8)
 
 
 def albedo(relief: Relief, baked: Table) -> dict[str, float]:
-    """The greatest albedo at 89.9 degrees, by the quadrature of laboratory/benchmarks/albedo.py."""
+    """The largest albedo at 89.9 degrees, by the quadrature of laboratory/benchmarks/albedo.py."""
     stam, conserving = greatest(
         surface_of(relief, baked.sigma_b), [no_bound, baked.albedo_bound_at], 89.9, (390e-9, 550e-9, 700e-9)
     )
@@ -109,7 +107,7 @@ def albedo(relief: Relief, baked: Table) -> dict[str, float]:
 
 
 def zero_order(relief: Relief, baked: Table) -> dict[str, float]:
-    """The largest error of the zero order's luminance against J_0(pi w depth / lambda)^2, over all w."""
+    """The largest error of the zero order's luminance over all w, against J_0(pi w depth / lambda)^2."""
     lambdas, w = wavelengths(1e-9), np.linspace(0, 2, 21)
     weights = spectral_weights(lambdas, baked.illuminant)[:, 1]
     turns = np.pi * w[:, None] / lambdas * relief.height_range_m
@@ -118,12 +116,12 @@ def zero_order(relief: Relief, baked: Table) -> dict[str, float]:
 
 
 def brightest(relief: Relief, baked: Table) -> dict[str, float]:
-    """Y over w^2 of the brightest texel, at w = 1."""
+    """Y / w^2 of the brightest texel, at w = 1."""
     return {"brightest Y / w^2": float(np.abs(baked.at_w(1.0)[..., 1]).max())}
 
 
 def evanescent(relief: Relief, baked: Table) -> dict[str, float]:
-    """The largest scattered Y of all views along T, for light along the normal and at 80 degrees."""
+    """The largest scattered Y over all views along T, for light along the normal and at 80 degrees."""
     found = {}
     for name, angle in (("light at 0 degrees", 0.0), ("light at 80 degrees", 80.0)):
         view = np.linspace(-89, 89, 400)
@@ -134,8 +132,7 @@ def evanescent(relief: Relief, baked: Table) -> dict[str, float]:
 
 
 def fewer_wavelengths(relief: Relief, baked: Table) -> dict[str, float]:
-    """The largest error of Y along T from u = 1.7 to 1.95, relative to the largest Y: of the bake, and of a bake with
-    half of the wavelengths."""
+    """The largest error of Y along T for u from 1.7 to 1.95, over the largest Y; also with half the wavelengths."""
     chosen = plan(relief, BakeRequest(coherence_length_m=LONG_M))
     half = carry_out(replace(chosen, wavelengths=chosen.wavelengths[::2]))
     u, w = np.linspace(1.7, 1.95, 200), 0.3
@@ -149,10 +146,10 @@ def fewer_wavelengths(relief: Relief, baked: Table) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Case:
-    """A surface and the coherence length asked of its bake; None leaves the length to the bake.
+    """A surface and the coherence length of its bake; None lets the bake choose the length.
 
-    The bake is compared with the reference of `same_as` (None: of the surface itself) on the pairs of `truths`.
-    `figures` gives further numbers of the bake by name, and `needs` is what is asked for of (u, v, w)."""
+    The bake is compared with the reference of `same_as` (None: the surface itself) on the pairs of `truths`. `figures`
+    gives further figures of the bake by name, and `needs` is the requested part of (u, v, w)."""
 
     name: str
     asked: str
@@ -166,20 +163,20 @@ class Case:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Error metrics and further numbers of a case, or the reason of its refusal."""
+    """The errors and further figures of a case, or the reason for refusing it."""
 
     errors: Errors | None = None
     figures: dict[str, float] | None = None
     refusal: str = ""
 
     def as_dict(self) -> dict:
-        """The facts for JSON."""
+        """The outcome as JSON."""
         errors = None if self.errors is None else self.errors.as_dict()
         return {"errors": errors, "figures": self.figures or {}, "refusal": self.refusal or None}
 
     @property
     def text(self) -> str:
-        """The text of the case's cell in the table."""
+        """The case's cell in the table."""
         if self.refusal:
             return f"refused: {self.refusal}"
         more = "".join(f"; {name} {value:.3g}" for name, value in (self.figures or {}).items())
@@ -231,7 +228,7 @@ CASES = (
 
 
 def as_baked(relief: Relief, coherence_m: float | None, needs: Needs = EVERYTHING) -> Table:
-    """The table that the file of a bake would hold."""
+    """The table that a bake's file would hold."""
     return make([relief], BakeRequest(coherence_length_m=coherence_m, needs=needs)).table
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The pairs of directions on which the hard cases are compared with the reference."""
+"""Direction pairs on which the hard cases are compared with the reference."""
 
 import numpy as np
 
@@ -17,26 +17,26 @@ W_COUNT, PAIRS = 3, 150
 # The coarsest wavelength step that resolves the colour matching functions.
 STEP_MAX_M = 3e-9
 GRAZING = np.radians(89.9)
-# The least that needs can ask for: a fifth of a texel at this coherence.
+# The smallest needs a request can state: a fifth of a texel at this coherence.
 ONE_TEXEL = Needs(Region((0.2, 0.22), (0.1, 0.12)), (1.5, 1.52))
 
 
 def wavelength_step(sigma_b: float) -> float:
     """The wavelength step of the reference, in metres.
 
-    From one wavelength to the next an order at |u| = 2 moves by at most two sigma_b: Gaussians at that distance add
-    up to a constant within 1.4 %. An order at |u| = 1 moves by at most one sigma_b: there the sum is constant within
-    5e-9."""
+    Between neighbouring wavelengths an order at |u| = 2 moves by at most two sigma_b: Gaussians at that distance add up
+    to a constant within 1.4 %. An order at |u| = 1 moves by at most one sigma_b, where the sum is constant within 5e-9.
+    """
     return min(STEP_MAX_M, sigma_b * WAVELENGTH_MIN_M)
 
 
 def anywhere(relief: Relief, sigma_b: float) -> list[Truth]:
-    """Direction pairs as every measurement of an error takes them (precompute/measure/truths.py)."""
+    """Direction pairs drawn as for every error measurement (precompute/measure/truths.py)."""
     return truths.truths(relief, sigma_b, W_COUNT, pairs_each=PAIRS, step_m=wavelength_step(sigma_b), seed=7)
 
 
 def grazing(relief: Relief, sigma_b: float) -> list[Truth]:
-    """Light at 89.9 degrees from all azimuths, seen at 89.9, 73 and 26 degrees, up to half a radian beside its mirror
+    """Light at 89.9 degrees from all azimuths, seen at 89.9, 73 and 26 degrees, up to half a radian beside the mirror
     direction. Farther away the skin is black."""
     turn = np.linspace(0, 2 * np.pi, 60, endpoint=False)
     light, aside = polar(GRAZING, turn), 0.5 * np.sin(7 * turn)
@@ -52,7 +52,7 @@ def mirrored(relief: Relief, sigma_b: float) -> list[Truth]:
 
 
 def beyond(relief: Relief, sigma_b: float) -> list[Truth]:
-    """Light at 80 degrees from the side of +T, views at 35 to 65 degrees on the same side: u from 1.5 to 1.9."""
+    """Light at 80 degrees on the side of +T, seen at 35 to 65 degrees on the same side: u from 1.5 to 1.9."""
     light = polar(np.radians(80), np.linspace(-0.03, 0.03, 60))
     return [truth(relief, sigma_b, light, polar(np.radians(view), np.full(60, 0.02))) for view in (35, 50, 65)]
 
@@ -64,7 +64,7 @@ def polar(theta: float, azimuth: np.ndarray) -> np.ndarray:
 
 
 def truth(relief: Relief, sigma_b: float, wi: np.ndarray, wr: np.ndarray) -> Truth:
-    """The reference for direction pairs wi, wr (n, 3) of one w."""
+    """The reference for direction pairs wi, wr (n, 3) that share one w."""
     pairs, w = Pairs(wi, wr, np.ones(len(wi), bool)), float(wi[0, 2] + wr[0, 2])
     return Truth(
         w, pairs, *reference_xyz(relief, (pairs.u, pairs.v), w=w, sigma_b=sigma_b, step_m=wavelength_step(sigma_b))
@@ -72,7 +72,7 @@ def truth(relief: Relief, sigma_b: float, wi: np.ndarray, wr: np.ndarray) -> Tru
 
 
 def horizon(relief: Relief, sigma_b: float) -> list[Truth]:
-    """Light at 89.9 degrees from all around the side of +T, seen from the other side at 80, 60 and 45 degrees."""
+    """Light at 89.9 degrees around +T, seen from the other side at 80, 60 and 45 degrees."""
     turn = np.linspace(-0.1, 0.1, 60)
     return [
         truth(relief, sigma_b, polar(GRAZING, turn), polar(np.radians(view), turn + np.pi)) for view in (80, 60, 45)
@@ -80,7 +80,7 @@ def horizon(relief: Relief, sigma_b: float) -> list[Truth]:
 
 
 def horizon_needs() -> Needs:
-    """The needs of these pairs."""
+    """The needs of the pairs of `horizon`."""
     turn, one = np.linspace(-0.1, 0.1, 60), np.ones(60)
     views = (polar(np.radians(view), turn + np.pi) for view in (80, 60, 45))
     shown = (under_lamp(wr, polar(GRAZING, turn), irradiance=one, variance=0 * one) for wr in views)
@@ -88,7 +88,7 @@ def horizon_needs() -> Needs:
 
 
 def one_place(relief: Relief, sigma_b: float) -> list[Truth]:
-    """Pairs around the middle of ONE_TEXEL: wi + wr is given, and wi - wr lies along the surface across it."""
+    """Pairs around the middle of ONE_TEXEL; wi - wr lies in the surface, at right angles to (u, v)."""
     u, v = (np.random.default_rng(3).uniform(*side, PAIRS) for side in ONE_TEXEL.region)
     found = []
     for w in np.linspace(*ONE_TEXEL.w, W_COUNT):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hard cases in a scene: places where the footprint of a pixel or a lamp's direction is at the end of its range."""
+"""Hard cases in a scene: places where the pixel footprint or a lamp's direction is at the end of its range."""
 
 import tempfile
 from collections.abc import Callable
@@ -15,7 +15,7 @@ PIXELS, SAMPLES, SEEDS = 16, 64, 64
 
 @dataclass(frozen=True)
 class SceneCase:
-    """A scene, and what is told of its picture."""
+    """A scene, and the function that describes its picture."""
 
     name: str
     asked: str
@@ -23,7 +23,7 @@ class SceneCase:
 
 
 def both(studio: Studio) -> tuple[np.ndarray, np.ndarray]:
-    """Pictures by Cycles without the footprint, and with it."""
+    """Pictures by Cycles without and with the footprint."""
     pictures = []
     for footprint in (False, True):
         studio.show(Subject("direct", lambda footprint=footprint: studio.direct(footprint=footprint)))
@@ -32,8 +32,8 @@ def both(studio: Studio) -> tuple[np.ndarray, np.ndarray]:
 
 
 def from_afar(studio: Studio, scale: float) -> str:
-    """The light of the ball from where `scale` units fill the picture, with the footprint and in the mean of SEEDS
-    seeds, over that of a close-up without."""
+    """Compare the ball's light with the footprint, `scale` units across the picture and averaged over SEEDS seeds, with
+    its light in a close-up without the footprint."""
     camera, cycles = studio.scene.camera.data, studio.scene.cycles
     studio.show(Subject("direct", studio.direct))
     camera.ortho_scale = 2.1
@@ -52,14 +52,14 @@ def from_afar(studio: Studio, scale: float) -> str:
 
 
 def compared(without: np.ndarray, with_it: np.ndarray) -> str:
-    """The greatest difference over the greatest value, the ratio of light, and whether all values are finite."""
+    """The largest difference relative to the largest value, the ratio of light, and whether all values are finite."""
     finite = bool(np.isfinite(with_it).all() and (with_it >= 0).all())
     apart = float(np.abs(with_it - without).max() / without.max())
     return f"{'finite' if finite else 'NOT FINITE'}; apart {apart:.1e}; light {with_it.mean() / without.mean():.3f}"
 
 
 def close(studio: Studio) -> str:
-    """A pixel that is a ten-millionth of the ball's radius wide, at the sun's mirror image."""
+    """A pixel a ten-millionth of the ball's radius wide, at the sun's mirror image."""
     studio.build("sphere")
     camera = studio.scene.camera
     turn = np.radians(40)
@@ -71,13 +71,13 @@ def close(studio: Studio) -> str:
 
 
 def flat(studio: Studio) -> str:
-    """A disc, whose normal does not turn at all."""
+    """A disc, whose normal is constant."""
     build_disc(studio)
     return compared(*both(studio))
 
 
 def spike(studio: Studio) -> str:
-    """A ball drawn out to a needle: its normals turn by half a circle within a tenth of a pixel."""
+    """A ball stretched to a needle: its normals turn by half a circle within a tenth of a pixel."""
     studio.build("sphere")
     studio.mesh.scale = (0.02, 0.02, 1.0)
     studio.mesh.rotation_euler = (0.9, 0.0, 0.0)
@@ -85,13 +85,13 @@ def spike(studio: Studio) -> str:
 
 
 def ball(studio: Studio) -> str:
-    """A ball that is a pixel wide."""
+    """A ball one pixel wide."""
     studio.build("sphere")
     return from_afar(studio, PIXELS * 2.0)
 
 
 def at_the_horizon(studio: Studio) -> str:
-    """A disc under a sun a thousandth of a degree above its horizon, and below."""
+    """A disc under a sun a thousandth of a degree above and below its horizon."""
     import bpy
 
     found = []
@@ -107,7 +107,7 @@ def at_the_horizon(studio: Studio) -> str:
 
 
 def shows_nothing(studio: Studio) -> str:
-    """Needs are asked for while the camera looks away."""
+    """Needs are requested while the camera looks away."""
     import bpy
 
     studio.build("sphere")
@@ -126,7 +126,7 @@ def shows_nothing(studio: Studio) -> str:
 
 
 def build_disc(studio: Studio) -> None:
-    """The ball, pressed flat."""
+    """Build the ball pressed flat."""
     studio.build("sphere")
     mesh = studio.mesh.data
     points = np.empty(len(mesh.vertices) * 3, np.float32)
@@ -147,7 +147,7 @@ CASES = (
 
 
 def outcomes() -> list[tuple[SceneCase, str]]:
-    """Each case with what is told of it."""
+    """Each case with the description of its picture."""
     with tempfile.TemporaryDirectory() as folder:
         studio = Studio.started(Path(folder), PIXELS)
         return [(case, case.outcome(studio)) for case in CASES]

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a baked surface shows under light from everywhere, as an integral over the hemisphere of its table.
+"""Radiance of a baked surface under light from everywhere: integrals of its table over the hemisphere.
 
-No node and no closure takes part: the integrand is precompute/table/radiance.py under a lamp in each direction. The
-colour of each direction is clamped to the gamut, as renderers do. Scattered light and mirror image are integrated
-apart, because the mirror image is a peak of its own.
+The integrals use no node and no closure: the integrand is precompute/table/radiance.py under a lamp in each direction.
+The colour of each direction is clamped to the gamut, as renderers do. Scattered light and mirror image are integrated
+separately because the mirror image is a narrow peak.
 
-The table is blurred by the coherence kernel, a Gaussian of deviation sigma_b in (u, v). A sum over a grid of step
-1.2 sigma_b in (u, v) is then the integral: it is off by 2 exp(-2 pi^2 / 1.44) = 2e-6 of it. (u, v) are the tangential
-parts of the direction, so a grid in them spans the middle of the hemisphere. Towards the horizon the solid angle of its
-cells has no bound, and rings of directions take over. The two are faded into each other, since a sum that ends sharply
-has lost what makes it exact.
+The table is blurred by the coherence kernel, a Gaussian of standard deviation sigma_b in (u, v). A sum over a grid of
+step 1.2 sigma_b in (u, v) therefore equals the integral within 2 exp(-2 pi^2 / 1.44) = 2e-6. (u, v) are the tangential
+parts of the direction, so the grid covers the middle of the hemisphere. Towards the horizon the solid angle of its
+cells is unbounded, and rings of directions take over. Grid and rings fade into each other, because a sum that ends
+abruptly loses this accuracy.
 """
 
 import math
@@ -22,18 +22,18 @@ from precompute.table.radiance import lamp_radiance, reflected_xyz
 from precompute.table.table import Table
 
 _STEP = 1.2
-# Sines of the angles between which grid and rings are faded into each other.
+# The sines of the angles between which the grid fades into the rings.
 _FADE = 0.8, 0.95
-# Rings are as far apart as the grid in (u, v), but near the horizon, where (u, v) hardly changes, by this share of it.
+# Rings are evenly spaced in sin(theta) plus this share of theta: sin(theta) alone hardly changes near the horizon.
 _RING_SHARE = 0.35
-# The mirror image is summed in steps of a fourth of sigma_b, up to 5 sigma_b from its middle.
+# The mirror image is summed in steps of a quarter of sigma_b, up to 5 sigma_b from its middle.
 _MIRROR_STEP, _MIRROR_ENDS = 0.25, 5.0
 _RGB = rgb_from_xyz("Rec.709").T
 
 
 @dataclass(frozen=True)
 class Surface:
-    """A table without its mirror image, and with nothing else; and the directions that integrals are summed over.
+    """A table split into scattered light and mirror image, and the directions over which integrals are summed.
 
     directions    (n, 3) unit vectors over the hemisphere around +z
     solid_angles  (n,) steradians"""
@@ -45,19 +45,18 @@ class Surface:
 
     @classmethod
     def of(cls, table: Table) -> "Surface":
-        """The surface of a table."""
+        """Split a table and choose its directions."""
         mirror = replace(table, terms=np.zeros_like(table.terms), wider=())
         return cls(without_mirror(table), mirror, *hemisphere(_STEP * table.sigma_b))
 
     def scattered(self, wr: np.ndarray) -> np.ndarray:
-        """What each direction adds to the scattered radiance under a world of radiance 1, (n, 3) in linear Rec.709,
-        towards a viewer at wr (3,)."""
+        """What each direction adds to the radiance (n, 3) towards a viewer at wr (3,), in a world of radiance 1."""
         return _answers(self.scattering, self.directions, wr) * self.solid_angles[:, None]
 
     def mirrored(self, wr: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The directions (m, 3) of the mirror image towards a viewer at wr (3,), and what each adds, (m, 3).
 
-        Here the cosine in the solid angle is that of the irradiance, so that nothing is large at the horizon."""
+        The cosine of the irradiance cancels the cosine in the solid angle, so that nothing diverges at the horizon."""
         sigma, sine = self.mirror.sigma_b, np.hypot(*wr[:2])
         away = -wr[:2] / sine if sine > 0 else np.array((1.0, 0.0))
         step = _MIRROR_STEP * sigma
@@ -74,15 +73,14 @@ class Surface:
         return wi, _answers(self.mirror, wi, wr) * (area / cosine)[:, None]
 
     def lit(self, wi: np.ndarray, wr: np.ndarray, irradiance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Scattered and mirrored radiance (3,) under lamps at wi (n, 3), each of its irradiance (n, 3)."""
+        """Scattered and mirrored radiance (3,) under lamps at wi (n, 3) of irradiance (n, 3)."""
         above = wi[:, 2] > 0
         tables = self.scattering, self.mirror
         return tuple((_answers(table, wi[above], wr) * irradiance[above]).sum(axis=0) for table in tables)
 
 
 def hemisphere(step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Unit vectors (n, 3) over the hemisphere around +z, and their solid angles (n,), at most `step` apart in the
-    tangential parts."""
+    """Unit vectors (n, 3) over the +z hemisphere, tangential parts at most `step` apart, and solid angles (n,)."""
     count = int(_FADE[1] / step) + 1
     axis = np.arange(-count, count + 1) * step
     u, v = (each.ravel() for each in np.meshgrid(axis, axis))
@@ -105,7 +103,7 @@ def hemisphere(step: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _inner_share(sine: np.ndarray) -> np.ndarray:
-    """The share of the grid, 1 in the middle and 0 towards the horizon, with two continuous derivatives."""
+    """The weight of the grid, 1 in the middle and 0 towards the horizon, with two continuous derivatives."""
     x = np.clip((np.asarray(sine) - _FADE[0]) / (_FADE[1] - _FADE[0]), 0, 1)
     return 1 - x**3 * (10 - 15 * x + 6 * x**2)
 
@@ -116,17 +114,17 @@ def without_mirror(table: Table) -> Table:
 
 
 def _answers(table: Table, wi: np.ndarray, wr: np.ndarray) -> np.ndarray:
-    """Linear Rec.709 (n, 3) under unit irradiance from wi (n, 3), towards wr (3,)."""
+    """Linear Rec.709 (n, 3) towards wr (3,) under unit irradiance from wi (n, 3)."""
     return np.maximum(reflected_xyz(table, wi, np.broadcast_to(wr, wi.shape)) @ _RGB, 0)
 
 
 def directional_albedo(table: Table, theta_r: float) -> np.ndarray:
-    """Radiance in linear Rec.709 (3,) in a world of radiance 1, seen along T at theta_r from the normal, in radians.
+    """Radiance in linear Rec.709 (3,) in a world of radiance 1, seen along T at theta_r radians from the normal.
 
-    It is the integral of lamp_radiance over the hemisphere, so no direction's colour has a negative component. Across
-    the rings Gauss and Legendre's rule sums up, since equal steps would be off by 1 % at the normal, even at half a
-    kernel. No step is longer than a kernel: on a Gaussian, equal steps around a ring are then off by 2 exp(-2 pi^2) =
-    5e-9."""
+    It is the integral of lamp_radiance over the hemisphere, so no direction's colour has a negative component. The
+    polar angle is integrated by Gauss-Legendre quadrature: equal steps would be off by 1 % at the normal, even at half
+    a kernel. Around a ring steps are at most a kernel long: equal steps over a Gaussian are then off by 2 exp(-2 pi^2)
+    = 5e-9."""
     nodes, weights = np.polynomial.legendre.leggauss(math.ceil(math.pi**2 / 4 / table.sigma_b))
     steps = math.ceil(2 * math.pi / table.sigma_b)
     phi = (np.arange(steps) + 0.5) * (2 * math.pi / steps)

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How long the import of a large scan takes, and how much memory at its peak.
+"""Time and peak memory of importing a large scan.
 
     ./dev bench imports [--side N] [--json FILE|-]
 
-A picture of N x N pixels of 16 bits (4096 by default) is read and described in a child process, as the import dialog
-and `info` do it; the fastest of three counts. It must be done in under 2 s and take at most 3 times the memory of its
-heights, of 8 bytes a pixel; the exit status is 1 where it is not. The processor's own time is told beside it: on a busy
-machine it is the shorter one.
+A child process reads and describes a picture of N x N pixels of 16 bits (4096 by default), as the import dialog and
+`info` do; the fastest of three runs counts. The import must take under 2 s and at most 3 times the memory of its
+heights, 8 bytes a pixel; otherwise the exit status is 1. Processor time is given too: a busy machine lengthens it less.
 """
 
 import argparse
@@ -28,12 +27,12 @@ from .memory import write_scan
 
 SECONDS_MAX, TIMES_MAX = 2.0, 3.0
 RUNS = 3
-# The scan's width and height: waves of some micrometres.
+# The scan's width and height; its waves are some micrometres long.
 WIDTH_UM, HEIGHT_NM = 200.0, 300.0
 
 
 def measure(file: Path) -> dict[str, float]:
-    """Seconds of reading and of describing in this process, and its growth in times the memory of the heights."""
+    """Seconds of reading and of describing in this process, and its memory growth relative to the heights' memory."""
     before, started, processor = peak_bytes(), time.perf_counter(), time.process_time()
     height_map = read_height_map(str(file), WIDTH_UM, HEIGHT_NM)
     read = time.perf_counter()
@@ -47,13 +46,13 @@ def measure(file: Path) -> dict[str, float]:
 
 
 def measured(file: Path) -> dict[str, float]:
-    """What `measure` finds in a process of its own."""
+    """Run `measure` in a separate process."""
     child = [sys.executable, "-m", "laboratory.benchmarks", "imports", "--one", str(file)]
     return json.loads(subprocess.run(child, capture_output=True, text=True, check=True).stdout)
 
 
 def main(argv: list[str]) -> int:
-    """Measure one import and print it. Returns 1 where it is too slow or too large."""
+    """Measure one import and print it. Returns 1 if it is too slow or needs too much memory."""
     parser = OneLineParser(prog="./dev bench imports", description=__doc__.splitlines()[0])
     parser.add_argument("--side", type=count(64, 8192), default=4096, metavar="N", help="pixels a side; default 4096")
     parser.add_argument("--one", type=Path, help=argparse.SUPPRESS)

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Kernels between two levels of a table: how near the levels must be, and how their two readings are best mixed.
+"""Blur between two levels of a table: how close the levels must be, and how best to mix their two values.
 
     ./dev bench levels [--surfaces sample:blazed sample:elaphe] [--growths 1.2 2 9] [--json FILE|-]
 
-A surface's table at a coherence of 12 um is given levels of each ratio of variances that a bake may choose. It is read
-under kernels of `growth` times its own variance, and compared with sums over the bins of the same spectra under such a
-kernel, by the project's error metric at w = 0.7 and 1.6. There are two mixes of the same two readings. "linear" is the
-product's: the share of each gives the mixture the right variance. "Gaussian" is exact for a lone order under any
-kernel, I(s) = a exp(-r^2 / 2 s) / s for a variance s, channel by channel: log(s I) is linear in 1 / s. It brightens
-what is not alone. `light` is the sum over all (u, v) at w = 1.2 over the same sum without blur.
+A surface's table at a coherence of 12 um gets levels of each variance ratio that a bake may choose. The benchmark reads
+it under kernels of `growth` times its own variance. It compares the result with sums over the bins of the same spectra
+under the same kernel, by the project's error metric at w = 0.7 and 1.6. Two mixes of the two levels are compared.
+"linear" is the product's: its weights give the mixture the right variance. "Gaussian" is exact for a lone order under
+any kernel, I(s) = a exp(-r^2 / 2 s) / s for a variance s: log(s I) is linear in 1 / s, in each channel. Where orders
+overlap it is too bright. `light` is the sum over all (u, v) at w = 1.2, relative to the sum without blur.
 """
 
 import argparse
@@ -39,20 +39,20 @@ from . import report
 COHERENCE_M = 12e-6
 GROWTHS = 1.22, 1.41, 1.84, 2.0, 2.4, 2.83, 5.6, 9.0
 _W, _PAIRS = (0.7, 1.6), 600
-# Pairs lie where no kernel of the growths reaches past the rim of the table.
+# Pairs lie where no kernel of the growths reaches beyond the table's edge.
 _REGION = Region((-1.5, 1.5), (-1.5, 1.5))
 
-# mix(finer, coarser, variance over that of the finer, ratio)
+# mix(finer, coarser, variance relative to the finer level's, ratio)
 Mix = Callable[[np.ndarray, np.ndarray, float, float], np.ndarray]
 
 
 def linear(finer: np.ndarray, coarser: np.ndarray, grown: float, ratio: float) -> np.ndarray:
-    """The mixture of two levels that has the variance."""
+    """The mixture of two levels that has the given variance."""
     return finer + (coarser - finer) * ((grown - 1) / (ratio - 1))
 
 
 def gaussian(finer: np.ndarray, coarser: np.ndarray, grown: float, ratio: float) -> np.ndarray:
-    """What a lone Gaussian order is between two levels. Nothing, where either level is not positive."""
+    """The value of a lone Gaussian order between two levels; 0 where a level is not positive."""
     share = (1 - 1 / grown) / (1 - 1 / ratio)
     lit = np.minimum(finer, coarser) > 0
     below, above = (np.log(each, out=np.zeros_like(finer), where=lit) for each in (finer, coarser))
@@ -63,7 +63,7 @@ MIXES: dict[str, Mix] = {"linear": linear, "Gaussian": gaussian}
 
 
 def read(table: Table, mix: Mix, growth: float, *places: np.ndarray | float) -> np.ndarray:
-    """A table's XYZ over w^2 (n, 3) at places u, v, w under `growth` times its kernel's variance."""
+    """A table's XYZ / w^2 (n, 3) at u, v, w under `growth` times its kernel's variance."""
     ratio = table.level_ratio
     (level,), _ = level_mix(np.array([growth - 1]), len(table.levels), ratio=ratio)
     finer, coarser = (
@@ -73,7 +73,7 @@ def read(table: Table, mix: Mix, growth: float, *places: np.ndarray | float) -> 
 
 
 def truths(chosen: Plan, growth: float, *, pairs: int = _PAIRS) -> list[Truth]:
-    """What a plan's spectra show under `growth` times the kernel's variance, on direction pairs drawn from them."""
+    """The reference under `growth` times the kernel's variance, on direction pairs drawn from a plan's spectra."""
     rng, sigma, found = np.random.default_rng(3), chosen.sigma_b * growth**0.5, []
     for w in _W:
         drawn = draw_pairs(self_check._spectrum(chosen.ensemble, rng), sigma, w, count=pairs, rng=rng)
@@ -82,7 +82,7 @@ def truths(chosen: Plan, growth: float, *, pairs: int = _PAIRS) -> list[Truth]:
 
 
 def light(table: Table, mix: Mix, growth: float) -> float:
-    """Luminance under a wider kernel, summed over all (u, v) at w = 1.2, over that under the table's own."""
+    """Luminance under a wider kernel, summed over all (u, v) at w = 1.2, relative to the table's own kernel."""
     axis = np.arange(-2, 2, table.sigma_b)
     u, v = (each.ravel() for each in np.meshgrid(axis, axis))
     whole = table.scattered_over_w2(u, v, 1.2)[:, 1].sum()
@@ -90,7 +90,7 @@ def light(table: Table, mix: Mix, growth: float) -> float:
 
 
 def rows_of(source: str, growths: list[float]) -> list[dict]:
-    """For one surface a row for each ratio, mix and growth."""
+    """A row of one surface for each ratio, mix and growth."""
     chosen = plan(prepare(make_sample(source.removeprefix(SAMPLE_PREFIX))), BakeRequest(coherence_length_m=COHERENCE_M))
     table, rows = carry_out(chosen), []
     cells = {ratio: cell_for(len(table.terms), table.inner, table.sigma_b, ratios=(ratio,)) for ratio in RATIOS}
@@ -115,7 +115,7 @@ def rows_of(source: str, growths: list[float]) -> list[dict]:
 
 
 def as_text(rows: list[dict]) -> str:
-    """The worst of each surface, ratio and mix over the growths."""
+    """The largest errors of each surface, ratio and mix over the growths."""
     lines = [f"{'surface':<16} {'ratio':>5} {'mix':<9} {'MiB':>6} {'p95':>6} {'p99':>6} {'max':>6} {'light':>15}"]
     for key in dict.fromkeys((row["surface"], row["ratio"], row["mix"]) for row in rows):
         own = [row for row in rows if (row["surface"], row["ratio"], row["mix"]) == key]
@@ -129,7 +129,7 @@ def as_text(rows: list[dict]) -> str:
 
 
 def main(argv: list[str] | None = None) -> None:
-    """Print the worst errors; write the rows."""
+    """Print the largest errors and write the rows."""
     parser = OneLineParser(
         prog="./dev bench levels", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

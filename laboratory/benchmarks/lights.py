@@ -1,26 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light of every kind: a white furnace, and noise at equal time beside an ordinary coat.
+"""Diffraction under lamps and worlds: a white furnace, and noise at equal time compared with an ordinary coat.
 
     ./dev bench lights [--part furnace|noise|scattered|truth|fakes ...] [--pixels 192] [--json FILE|-]
 
-**Furnace**: a plane in a white world shows the directional albedo of its relief. What Cycles shows is divided by the
-integral of the bake's own table over the hemisphere. Of the surfaces, the real scans are left out where their files are
-not there.
+**Furnace**: a plane in a white world shows the directional albedo of its relief. The table gives Cycles' value divided
+by the integral of the bake's own table over the hemisphere. Real scans are left out if their files are missing.
 
-**Noise**: the sample snake on its ground under worlds, as an artist renders it, with each choice of lights and, for
-comparison, with an ordinary Principled coat of IOR 1.56 and roughness 0.3 over the same skin. The figure is the RMSE of
-the whole picture against the material's own picture of many samples, times the square root of the processor time: what
-is left of the noise at equal time. Pixels are clipped at a display's white, and samples are not: a clipped sample takes
-light away, and less of it the more a footprint blurs. `us` is the processor time of a sample of
-a pixel, in microseconds, and `clean` the number of samples that leave an RMSE of 2 % of a display's white. The sharp
-coat has the roughness of the relief's own mirror image, 0.08. `denoised` is the RMSE after Cycles' denoiser, and `dE`
-the median CIEDE2000 of what it leaves, over the pixels that are lit.
+**Noise**: the sample snake on its ground under worlds, as an artist renders it, with each choice of lights. For
+comparison the same skin gets an ordinary Principled coat of IOR 1.56 and roughness 0.3, or a sharp coat with the
+roughness of the relief's mirror image, 0.08. The figure is the RMSE of the whole picture against the material's own
+picture of many samples, times the square root of the processor time: the noise at equal time. Pixels are clipped at
+display white. Samples are not clipped: clipping would remove light, and less of it the more a footprint blurs. `us` is
+the processor time of a sample of a pixel in microseconds. `clean` is the number of samples for an RMSE of 2 % of
+display white. `denoised` is the RMSE after Cycles' denoiser, and `dE` the median CIEDE2000 of the denoised picture over
+the lit pixels.
 
-**Scattered**: the noise of the scattered light alone, beside that of a coat alone (lights_scattered.py).
+**Scattered**: the noise of the scattered light alone, compared with a coat alone (lights_scattered.py).
 
-**Truth**: renders under worlds and a large lamp against integrals of the table (lights_truth.py).
+**Truth**: renders under worlds and a large lamp, compared with integrals of the table (lights_truth.py).
 
-**Fakes**: what artists use instead, against the same integrals (lights_fakes.py).
+**Fakes**: artists' substitutes for a measured surface, compared with the same integrals (lights_fakes.py).
 """
 
 import argparse
@@ -44,12 +43,12 @@ from .lights_worlds import SAMPLES, SURFACES, WORLDS, Worlds
 PARTS = ("furnace", "noise", "scattered", "truth", "fakes")
 ANGLES_DEG = (0, 30, 60, 75, 80, 85)
 MATERIALS = ("coat", "sharp coat", "LAMPS", "REST", "ALL")
-# The RMSE that counts as clean, of a display's white.
+# The RMSE that counts as clean, relative to display white.
 _CLEAN = 0.02
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Print the tables; the exit status."""
+    """Print the tables and return the exit status."""
     parser = OneLineParser(prog="./dev bench lights", description=__doc__.splitlines()[0])
     parser.add_argument("--part", action="append", choices=PARTS)
     parser.add_argument("--pixels", type=count(4, 8192), default=192)
@@ -71,7 +70,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def furnace(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
-    """A row for each surface, choice of lights and angle: the render over the directional albedo, in linear RGB."""
+    """A row for each surface, choice of lights and angle: the render relative to the directional albedo, linear RGB."""
     rows = []
     report.say(f"{'surface':24}{'lights':>7}{'angle':>7}   render / albedo in R, G, B", arguments.json)
     for name, bake in studio.bakes():

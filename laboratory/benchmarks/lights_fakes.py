@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What artists use in place of a measured surface, held against the same integrals as the measured one.
+"""Artists' substitutes for a measured surface, compared with the same integrals as the measured one.
 
 | name        | what it is |
 |-------------|------------|
-| three lobes | glossy closures in red, green and blue, as made by hand in Redshift: each around a normal that is tilted
-                along T by half of lambda / d, so that it mirrors its own colour's first order. They are anisotropic, as
-                the orders of a line grating lie in one plane |
+| three lobes | glossy closures in red, green and blue, as made by hand in Redshift. Each normal is tilted along T by
+                half of lambda / d, so that the closure mirrors its colour's first order. The closures are anisotropic,
+                as the orders of a line grating lie in one plane |
 | rainbow     | of GPU Gems, chapter 8 (Stam 2004): orders of u d, each a rainbow of three bumps, and a highlight. It
-                needs lamps, so the world's fitted sources shine as sun lamps |
+                needs lamps, so sun lamps stand in for the world's fitted sources |
 | thin film   | Blender's Principled coat of keratin under a film |
 
-A fake has no scale of its own, so each picture is brought to the integrals' light before colours are compared; `light`
-tells by how much. The period d is the relief's own. `us` is the processor time of a sample of a pixel that the sphere
-fills, in microseconds.
+A fake has no absolute brightness, so each picture is scaled to the integrals' light before colours are compared;
+`light` is the picture's own light relative to the integrals'. The period d is the relief's. `us` is the processor time
+of a sample of a pixel in microseconds, where the sphere fills the picture.
 """
 
 import argparse
@@ -41,9 +41,9 @@ _SUBJECTS = ("snake", "sphere")
 _LOBES_NM = {(1, 0, 0): 610, (0, 1, 0): 545, (0, 0, 1): 465}
 _ROUGHNESS, _ANISOTROPY = 0.25, 0.7
 _FILM_NM, _FILM_IOR = 400, 1.33
-_SHARPNESS, _HIGHLIGHT = 4.0, 20.0  # of the rainbow's bumps, and of its highlight
+_SHARPNESS, _HIGHLIGHT = 4.0, 20.0  # sharpness of the rainbow's bumps and of its highlight
 _TIMED_SAMPLES = 64
-# A custom property that marks a sun lamp in place of a source of the world, and the most of these.
+# A custom property that marks sun lamps standing in for sources of the world, and their largest number.
 _STANDS_IN, _SOURCES = "ng_stands_in", 4
 
 
@@ -74,8 +74,8 @@ def fakes(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
 
 
 def fitted(pictures: np.ndarray, expected: np.ndarray) -> dict:
-    """What `compared` tells of two renders (2, n, 3) that were brought to the light of the integrals (n, 3); `light` is
-    that of the renders as they were. A black picture stays black."""
+    """The figures of `compared` for two renders (2, n, 3) scaled to the light of the integrals (n, 3); `light` is that
+    of the unscaled renders. A black picture stays black."""
     light = compared(pictures, expected)["light"]
     return compared(pictures / light if light > 0 else pictures, expected) | {"light": light}
 
@@ -110,7 +110,7 @@ def three_lobes(studio: Worlds, period_m: float):
 
 
 def lobes(tree: Any, period_m: float, gain: Any = 1.0) -> Any:
-    """Add three tilted glossy closures, scaled by a gain, to a tree."""
+    """Add three tilted glossy closures to a tree, multiplied by a gain."""
     n = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Normal"])
     t = tree.value(tree.node("ShaderNodeTangent", direction_type="UV_MAP").outputs[0])
     reflectance = tree.fresnel(KERATIN_IOR, n) * gain
@@ -135,7 +135,7 @@ def rainbow(studio: Worlds, period_m: float):
 
 
 def rainbow_response(addon: SimpleNamespace, period_m: float) -> Any:
-    """GPU Gems' rainbow as the answer of a surface to one lamp."""
+    """A surface's response to one lamp by GPU Gems' rainbow."""
     import bpy
 
     socket = addon.response
@@ -169,7 +169,7 @@ def thin_film(studio: Worlds):
 
 
 def _stand_in(studio: Worlds, source: Source) -> None:
-    """A sun lamp in place of a source, of its irradiance and width."""
+    """Add a sun lamp with the irradiance and width of a source."""
     import bpy
     from mathutils import Vector
 
@@ -184,7 +184,7 @@ def _stand_in(studio: Worlds, source: Source) -> None:
 
 
 def _microseconds(studio: Worlds) -> float:
-    """Processor time of a sample of a pixel, in a picture that the sphere fills."""
+    """Processor time of a sample of a pixel in microseconds, in a picture filled by the sphere."""
     faces, camera = studio.mesh.data.polygons, studio.scene.camera.data
     chosen = np.empty(len(faces), np.int32)
     faces.foreach_get("material_index", chosen)

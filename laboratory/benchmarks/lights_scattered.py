@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The noise of the scattered light alone, relative to its own mean, for `./dev bench lights --part scattered`.
 
-The snake stands alone over black and has a black skin. One picture has only its scattered light, by *Sources and Rest*;
-the other has only an ordinary coat of IOR 1.56 and roughness 0.3, whose light is of the same kind: a reflection. Of
-each the RMSE is taken against its own picture of many samples, over that picture's mean, and times the square root of
-the processor time. In the whole picture both are small beside the skin.
+The snake has a black skin and stands alone over black. One picture shows only its scattered light, by *Sources and
+Rest*. The other shows only an ordinary coat of IOR 1.56 and roughness 0.3, which also reflects. For each picture the
+RMSE is taken against its own picture of many samples, relative to that picture's mean and times the square root of the
+processor time. In the whole picture both noises are small beside the skin.
 """
 
 import argparse
@@ -32,7 +32,7 @@ def scattered(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
 
 
 def _figure(studio: Worlds, name: str, bake=None) -> float:
-    """The RMSE over the mean, times the square root of the microseconds that a sample of a pixel takes."""
+    """The RMSE relative to the mean, times the square root of the microseconds per sample of a pixel."""
     skin = studio.dress(name, bake)
     skin.inputs["Base Color"].default_value = (0.0, 0.0, 0.0, 1.0)
     found = studio.noise()

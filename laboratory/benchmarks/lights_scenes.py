@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scenes in which renders are held against integrals: subjects, worlds, and points of the subject.
+"""The scenes in which renders are compared with integrals: subjects, worlds, and points of the subject.
 
-A pixel shows one point, as in all measurements of the radiance. Position and frame of a point are read off pictures of
-Cycles, and nothing off the materials that are judged. The subjects are alone, and only points are taken from which the
-subject itself hides nothing of the sky: what it would reflect there is not in the integrals.
+A pixel shows one point, as in all measurements of the radiance. The position and tangent frame of a point come from
+pictures by Cycles, never from the materials under test. Each subject stands alone, and only points are chosen from
+which the subject hides none of the sky: the integrals do not contain the subject's own reflections.
 """
 
 from dataclasses import dataclass, field
@@ -19,27 +19,27 @@ from .lights_worlds import Worlds
 
 SUBJECTS = ("snake", "sphere", "disc")
 WORLDS = ("studio", "clear sky", "overcast sky", "room", "area lamp")
-# In metres; the subject stands before a lamp 1 m wide and 1 m away. The lamp's watts make it shine with 10 W/m2/sr.
+# In metres. A square lamp 1 m wide lights the subject from 1 m away; its watts give it a radiance of 10 W/m2/sr.
 RADIUS_M, _LAMP_M, _LAMP_W = 0.2, 1.0, 10 * np.pi
 _TO_LAMP = np.array((0.5, -0.3, 0.8)) / np.linalg.norm((0.5, -0.3, 0.8))
-# Rows of a painted world, and of a sky that is read off a render.
+# Rows of a painted world, and of a sky read from a render.
 _ROWS = 256
-# A look at a sun: half its angle, and its pixels a side.
+# A close look at the sun: half its angle, and the pixels of a side.
 _LOOK, _LOOK_PIXELS = np.radians(0.6), 96
-# Points of a sun's disc, in rings of equal area.
+# The sun's disc is sampled in rings of equal width.
 _SUN_RINGS = 4
-# Rays that ask whether a point is free, and the least cosine of those and of the view.
+# The number of rays that test whether a point sees the whole sky, and the smallest cosine of the rays and of the view.
 _RAYS, _COSINE_MIN = 256, 0.1
 
 
 @dataclass(frozen=True)
 class Light:
-    """What lights a scene, as an integral reads it.
+    """The light of a scene, for an integral.
 
-    panorama    (_ROWS, 2 _ROWS, 3) the world's radiance, as precompute/lights/panorama.py lays it
-    directions  (n, 3) unit vectors to points of a sun that is left out of the panorama, and
+    panorama    (_ROWS, 2 _ROWS, 3) the world's radiance, laid out as in precompute/lights/panorama.py
+    directions  (n, 3) unit vectors to points of a sun, which the panorama leaves out, and
     irradiance  (n, 3) of each
-    square      a lamp's middle (3,) and axes x, y, z (3, 3) in its rows, or None; its side is _LAMP_M"""
+    square      a lamp's middle (3,) and its axes x, y, z as rows (3, 3), or None; its side is _LAMP_M"""
 
     panorama: np.ndarray
     directions: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
@@ -47,7 +47,7 @@ class Light:
     square: tuple[np.ndarray, np.ndarray] | None = None
 
     def of_lamp(self, directions: np.ndarray, position: np.ndarray, blur: float) -> np.ndarray:
-        """The lamp's radiance (n,) from directions (n, 3) at a position (3,); its edge is `blur` wide, in radians."""
+        """The lamp's radiance (n,) from directions (n, 3) at a position (3,); its edge is `blur` radians wide."""
         middle, axes = self.square
         x, y, z = (directions @ axis for axis in axes)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -58,8 +58,7 @@ class Light:
 
 
 def looked_up(panorama: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """What panoramas (rows, cols, c) show in directions (n, 3), between pixels as an Environment Texture's "Linear" has
-    it: (n, c)."""
+    """Values (n, c) of panoramas (rows, cols, c) in directions (n, 3), like an Environment Texture with "Linear"."""
     rows, cols, _ = panorama.shape
     x = (0.5 - np.arctan2(directions[:, 1], directions[:, 0]) / (2 * np.pi)) * cols - 0.5
     y = (0.5 + np.arcsin(np.clip(directions[:, 2], -1, 1)) / np.pi) * rows - 0.5
@@ -74,8 +73,8 @@ def looked_up(panorama: np.ndarray, directions: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Points:
-    """Points of a subject: the pixels that show them (rows, columns), their positions (n, 3), their frames (n, 3, 3)
-    with T, B and N in rows, and the unit vectors to the camera (n, 3) in their frames."""
+    """Points of a subject: their pixels (rows, columns), positions (n, 3), tangent frames (n, 3, 3) with T, B and N in
+    rows, and the unit vectors to the camera (n, 3) in these frames."""
 
     pixels: tuple[np.ndarray, np.ndarray]
     positions: np.ndarray
@@ -84,7 +83,7 @@ class Points:
 
 
 def build(studio: Worlds, subject: str) -> None:
-    """Make one of SUBJECTS, alone, and a camera; the mesh has no material."""
+    """Build one of SUBJECTS, alone and without a material, and a camera."""
     import bpy
     from mathutils import Vector
 
@@ -113,7 +112,7 @@ def build(studio: Worlds, subject: str) -> None:
 
 
 def light_by(studio: Worlds, world: str) -> Light:
-    """Light the scene by one of WORLDS, about its target; what an integral reads of it."""
+    """Light the scene by one of WORLDS, around its target; returns the light for the integrals."""
     import bpy
     from mathutils import Vector
 
@@ -162,7 +161,7 @@ def _clear_sky(studio: Worlds) -> Light:
     left = np.cross((0, 0, 1), sun) / np.linalg.norm(np.cross((0, 0, 1), sun))
     points = []
     for ring in range(_SUN_RINGS):
-        turn = (np.arange(8 * ring + 4) + 0.5) * 2 * np.pi / (8 * ring + 4)  # as many as the ring's share of the area
+        turn = (np.arange(8 * ring + 4) + 0.5) * 2 * np.pi / (8 * ring + 4)  # in proportion to the ring's area
         radius = np.tan(size / 2) * (ring + 0.5) / _SUN_RINGS
         x, y = radius * np.cos(turn)[:, None], radius * np.sin(turn)[:, None]
         points.append(sun + x * left + y * np.cross(sun, left))
@@ -172,10 +171,10 @@ def _clear_sky(studio: Worlds) -> Light:
 
 
 def free_points(studio: Worlds, pixels: int, number: int) -> Points:
-    """Points of the mesh that pixels of a square picture show, seeded, at most `number`: first those from which the
-    mesh hides nothing of the hemisphere.
+    """At most `number` points of the mesh, drawn at random with a fixed seed from the pixels of a square picture.
+    Points from which the mesh hides nothing of the hemisphere come first.
 
-    The mesh's other faces become black, which saves the time to shade them."""
+    All other faces of the mesh become black, which saves shading time."""
     import bpy
     from mathutils.bvhtree import BVHTree
 
@@ -202,7 +201,7 @@ def free_points(studio: Worlds, pixels: int, number: int) -> Points:
 
 
 def _hidden(tree, positions: np.ndarray, frames: np.ndarray) -> np.ndarray:
-    """The share (n,) of rays from each point that meet the mesh of a BVHTree again."""
+    """The share (n,) of rays from each point that hit the mesh of a BVHTree again."""
     from mathutils import Vector
 
     z = _COSINE_MIN + (1 - _COSINE_MIN) * (np.arange(_RAYS) + 0.5) / _RAYS
@@ -216,7 +215,7 @@ def _hidden(tree, positions: np.ndarray, frames: np.ndarray) -> np.ndarray:
 
 
 def _geometry(studio: Worlds, pixels: int) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Position, Normal, Tangent and Incoming (n, n, 3) as pictures, and which pixels see the mesh."""
+    """Pictures (n, n, 3) of Position, Normal, Tangent and Incoming, and a mask of the pixels that see the mesh."""
     found = {}
     world, studio.scene.world = studio.scene.world, None
     for name, kind, settings in (

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Renders under worlds and a large lamp, against integrals of the table at points of the subject.
+"""Renders under worlds and a large lamp, compared with integrals of the table at points of the subject.
 
-For each subject, world and surface a row tells the CIEDE2000 between render and integral: median and 95th percentile
-over the points, at the exposure that puts the 99th percentile of the integrals' Y at a display's white. `light` is the
-render's whole Y over that of the integrals. Both are given for all the light, and for the scattered light without the
-mirror image, whose bake has a zero order of zero. `noise` is what the render's own noise adds: half the median
-difference between two renders of half the samples each (`--samples`).
+Each row is a subject, a world and a surface. It gives the median and the 95th percentile of the CIEDE2000 between
+render and integral over the points, at the exposure that puts the 99th percentile of the integrals' Y at display white.
+`light` is the ratio of the render's total Y to the integrals'. Both figures are given for all the light, and for the
+scattered light without the mirror image, from a bake whose zero order is zero. `noise` is the render's own noise: half
+the median difference between two renders of half the samples each (`--samples`).
 """
 
 import argparse
@@ -25,9 +25,9 @@ from .hemisphere import Surface, without_mirror
 from .lights_worlds import SURFACES, Worlds
 from .osl import colour_differences
 
-# Pixels to a side of a subject's picture.
+# Pixels per side of a subject's picture.
 PIXELS = {"snake": 56, "sphere": 28, "disc": 20}
-# Where All has no noise to speak of with these samples.
+# Worlds in which All has negligible noise at these samples.
 _ALL_CONVERGES = ("studio", "overcast sky")
 _LUMINANCE = np.linalg.inv(rgb_from_xyz("Rec.709"))[1]
 _WORST = 5
@@ -72,7 +72,7 @@ def truth(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
 
 
 def integrals(surface: Surface, points: scenes.Points, lights: dict[str, scenes.Light]) -> dict[str, np.ndarray]:
-    """Scattered and mirrored radiance (2, n, 3) at points, by the name of the light."""
+    """Scattered and mirrored radiance (2, n, 3) at the points, by the name of the light."""
     found = np.zeros((len(lights), 2, len(points.positions), 3))
     panoramas = np.concatenate([light.panorama for light in lights.values()], axis=2)
     for index, (position, frame, wr) in enumerate(zip(points.positions, points.frames, points.views, strict=True)):
@@ -91,7 +91,7 @@ def integrals(surface: Surface, points: scenes.Points, lights: dict[str, scenes.
 
 
 def compared(pictures: np.ndarray, expected: np.ndarray) -> dict:
-    """What a row tells of two renders (2, n, 3) of the points and their integrals (n, 3)."""
+    """The figures of a row, from two renders (2, n, 3) of the points and their integrals (n, 3)."""
     picture = pictures.mean(axis=0)
     differences = colour_differences(picture, expected)
     errors = np.abs(picture - expected) @ _LUMINANCE
@@ -108,8 +108,8 @@ def compared(pictures: np.ndarray, expected: np.ndarray) -> dict:
 
 
 def pictures(studio: Worlds, bake: Path, *, world: str, size: tuple[int, int]) -> Iterator[tuple[str, str, np.ndarray]]:
-    """The choice of lights, the part of the light, and two renders (2, rows, columns, 3) of a bake. `size` tells the
-    pixels to a side, and the samples of both together."""
+    """The choice of lights, the part of the light, and two renders (2, rows, columns, 3) of a bake, for each. `size` is
+    the pixels per side and the total samples of both renders."""
     scattering = scattering_bake(studio, bake)
     choices = [("REST", "whole", bake), ("REST", "scattered", scattering)]
     if world in _ALL_CONVERGES:
@@ -133,7 +133,7 @@ def scattering_bake(studio: Worlds, bake: Path) -> Path:
 
 
 def two_halves(studio: Worlds, pixels: int, samples: int) -> np.ndarray:
-    """Two pictures (2, pixels, pixels, 3), each of half the samples and with noise of its own."""
+    """Two pictures (2, pixels, pixels, 3) with half the samples each and independent noise."""
     halves = []
     for studio.scene.cycles.seed in (0, 1):
         halves.append(studio.render("cycles", (samples + 1) // 2, pixels)[1])

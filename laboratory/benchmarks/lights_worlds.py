@@ -16,20 +16,20 @@ from sample_scenes.panoramas import overcast
 from .osl import colour_differences
 from .render_time import Studio
 
-# Of a noisy picture, and of the one that it is compared with.
+# Samples of a noisy picture, and of its reference picture.
 SAMPLES, _TRUTH_SAMPLES = 64, 512
 WORLDS = ("clear sky", "overcast sky", "studio")
 # Ordinary coats and their roughness.
 COATS = {"coat": 0.3, "sharp coat": 0.08}
-# File, height in nanometres from black to white; 65 um wide.
+# File, and height in nanometres from black to white; the scans are 65 um wide.
 _SCANS = (("elaphe_65um.png", 375), ("xenopeltis_65um.png", 818.69))
 SURFACES = ("sample:elaphe", *(name for name, _ in _SCANS))
 _FOLDER = Path(__file__).resolve().parents[3] / "shared" / "data" / "snake"
-# Pixels and samples of a furnace. A sample deviates by 0.5 of the mean at most, and the mean of all by a thousandth.
+# Pixels and samples of a furnace. A sample deviates by at most 0.5 of the mean, the mean over all by a thousandth.
 _FURNACE_PIXELS, _FURNACE_SAMPLES = 64, 64
-# Of a painted world.
+# Rows of a painted world.
 _ROWS = 128
-# Where a camera sees the world alone.
+# A place from which a camera sees only the world.
 _FAR_M = 1000
 
 
@@ -49,13 +49,13 @@ class Worlds(Studio):
                 yield name, Path(facts["files"][0])
 
     def material(self, bake: Path, lights: str):
-        """A new diffraction material of a bake, and its skin's node."""
+        """A new diffraction material of a bake, and its skin node."""
         group = self.addon.making_materials.new_diffraction_group(bake, False, lights)
         made = self.addon.material.new_diffraction_material("lit", group)
         return made, next(node for node in made.node_tree.nodes if node.label == "Skin")
 
     def furnace(self, bake: Path, lights: str, theta: float) -> np.ndarray:
-        """The mean radiance (3,) of a plane over black in a white world, seen at an angle."""
+        """The mean radiance (3,) of a plane over black in a white world, seen at theta radians."""
         import bpy
 
         self.build("sphere")
@@ -88,13 +88,13 @@ class Worlds(Studio):
         self.paint(radiance)
 
     def paint(self, radiance: np.ndarray) -> None:
-        """A world of this radiance (rows, cols, 3), laid out as precompute/lights/panorama.py says."""
+        """Set a world of this radiance (rows, cols, 3), laid out as in precompute/lights/panorama.py."""
         from sample_scenes.relight import paint
 
         paint(self.scene, radiance)
 
     def world(self):
-        """A new world: its nodes, and its Background among them."""
+        """Set a new world; returns its node tree and its Background node."""
         import bpy
 
         self.scene.world = bpy.data.worlds.new("World")
@@ -103,8 +103,8 @@ class Worlds(Studio):
         return tree, next(node for node in tree.nodes if node.type == "BACKGROUND")
 
     def look(self, direction: np.ndarray, half_angles: tuple[float, float], shape: tuple[int, int]) -> np.ndarray:
-        """What is seen of the world around a direction (3,), up to half angles of latitude and longitude: (rows, cols,
-        3), laid out as precompute/lights/panorama.py says."""
+        """A picture (rows, cols, 3) of the world around a direction (3,), up to half angles of latitude and longitude,
+        laid out as in precompute/lights/panorama.py."""
         import bpy
         import mathutils
 
@@ -125,8 +125,8 @@ class Worlds(Studio):
             bpy.data.batch_remove([camera, data])
 
     def dress(self, name: str, bake: Path | None = None):
-        """Give the snake a material, an ordinary coat or diffraction of a bake with a choice of lights; its skin's
-        node. Without `bake`, the bake is the sample's. The footprint of a pixel counts, as the add-on has it."""
+        """Give the snake an ordinary coat, or diffraction of a bake (by default the sample's) with a choice of lights;
+        returns its skin node. The footprint is on, as in the add-on."""
         import bpy
 
         material, skin = self.material(bake or self.bake, "LAMPS" if name in COATS else name)
@@ -144,9 +144,9 @@ class Worlds(Studio):
         return skin
 
     def noise(self) -> dict[str, float]:
-        """The processor time of a sample of a pixel in microseconds, the mean of a picture of many samples, and of the
-        picture of SAMPLES against it, both clipped at a display's white, the RMSE, and the RMSE and the median
-        CIEDE2000 after the denoiser."""
+        """Processor microseconds of a sample of a pixel (`us`), the mean of a picture of many samples, and the errors
+        of a picture of SAMPLES samples against it: the RMSE, and the RMSE and median CIEDE2000 after the denoiser. Both
+        pictures are clipped at display white."""
         truth = np.minimum(self.render("cycles", _TRUTH_SAMPLES)[1], 1)
         start = self.render("cycles", 1)[0]
         seconds, picture = self.render("cycles", SAMPLES + 1)

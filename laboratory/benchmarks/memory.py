@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Memory and time that the parts of this project take on pictures of different sizes, beside what is expected of them.
+"""Memory and time that parts of the project take for pictures of different sizes, compared with the expected figures.
 
     ./dev bench memory [--json FILE|-]
 
-Each row is measured in a child process of its own. The constants of precompute/bake/expected.py, and the bytes a pixel
-of surface/readers/image.py, surface/relief.py, spectra/spectrum.py and methods/term_images.py come from here.
+A separate child process measures each row. These measurements give the constants of precompute/bake/expected.py, and
+the bytes per pixel in surface/readers/image.py, surface/relief.py, spectra/spectrum.py and methods/term_images.py.
 """
 
 import argparse
@@ -35,7 +35,7 @@ from precompute.surface.relief import Relief, prepare
 
 from . import report
 
-# What is measured: its name, the picture's side in pixels, its width in micrometres and its height in nanometres.
+# Each row: the work, the picture's side in pixels, its width in micrometres and its height in nanometres.
 ROWS = (
     ("read", 4000, 100, 300), ("describe", 1000, 65, 300), ("describe", 4000, 200, 300),
     ("prepare", 512, 250, 300), ("prepare", 1024, 500, 300),
@@ -46,7 +46,7 @@ ROWS = (
 
 
 def write_scan(file: Path, side: int, width_um: float) -> None:
-    """A grey picture of eight waves in random directions, of 1.5 um and longer, as fine as its pixels can show."""
+    """Write a grey picture of eight waves, along each axis at least 1.5 um and four pixels long."""
     rng = np.random.default_rng(0)
     x = np.arange(side) * width_um / side
     finest = max(1.5, 4 * width_um / side)
@@ -59,12 +59,12 @@ def write_scan(file: Path, side: int, width_um: float) -> None:
 
 
 def transform(relief: Relief) -> None:
-    """One exact transform of a relief, as the reference makes it."""
+    """One exact transform of a relief, as for the reference."""
     scattered_spectrum(relief, 2e6, reference_grid(relief, 0.01))
 
 
 def measure(what: str, file: Path, width_um: float, height_nm: float) -> dict[str, float]:
-    """What one piece of work takes in this process: bytes over those before it, seconds, and what was expected."""
+    """Measure one piece of work in this process: bytes beyond those before it, seconds, and the expected figures."""
     told: list[float] = []
 
     def note(needed: float, what: str, remedy: str, **_: object) -> None:

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a scene needs of a bake, and what it saves: three sample scenes before and after Bake for This Scene.
+"""What *Bake for This Scene* saves: the needs of three sample scenes, and their bakes before and after.
 
     ./dev bench needs [--scene hero|macro|cd ...] [--width 192] [--samples 16] [--json FILE|-]
 
 Each scene's grating is baked whole, then for the scene, with lamps alone and with light from everywhere. `MiB`, `terms`
-and `look-ups` are those of the two bakes. `held` is the share of the light that the needs hold, of an even spectrum and
-of this grating's own. `errors` are the CIEDE2000 of each of the two tables to a whole bake of dE 0.3 at the scene's own
-directions (99th percentile at the worst of four exposures), over the places and lamps that the needs hold. `pixels` is
-that of two renders by Cycles with the same random numbers. Then the camera moves by 20 degrees around what it looks at,
-to the side and upwards: what is noticed follows, and the time that it took.
+and `look-ups` are given for both bakes. `held` is the share of the light inside the needs, for an even spectrum and for
+the grating's own. `errors` compares both tables with a whole bake of dE 0.3, by CIEDE2000 at the scene's own directions
+(99th percentile at the worst of four exposures), over the places and lamps inside the needs. `pixels` compares renders
+with both bakes by Cycles with the same random numbers. Then the camera moves by 20 degrees around its target, to the
+side and upwards; the last figures are what the add-on notices and how long this takes.
 """
 
 import argparse
@@ -46,7 +46,7 @@ _FACES, _RAYS = 60_000, 4000
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Print the figures; the exit status."""
+    """Print the figures and return the exit status."""
     parser = OneLineParser(prog="./dev bench needs", description=__doc__.splitlines()[0])
     parser.add_argument("--scene", action="append", choices=list(SCENES))
     parser.add_argument("--width", type=count(16, 4096), default=192)
@@ -76,7 +76,7 @@ class Scene:
 
     @classmethod
     def built(cls, addon: SimpleNamespace, name: str, arguments: argparse.Namespace, pictures: Path) -> "Scene":
-        """Build a scene, and bake and assign its sample. There is no denoiser, so that renders can be compared."""
+        """Build a scene, bake its sample and assign it. The denoiser is off, so that renders can be compared."""
         import bpy
 
         from sample_scenes import animal, discs, stage
@@ -110,18 +110,18 @@ class Scene:
 
     @property
     def grating(self):
-        """Its one grating."""
+        """The scene's only grating."""
         return self.scene.natural_gratings.items[0]
 
     def table(self) -> tuple[Table, dict]:
-        """The grating's present bake, and its bytes in Blender, terms and look-ups."""
+        """The grating's current table, and its mebibytes in Blender, terms and look-ups."""
         table, _ = atlas_file.read(self.grating.baked_file())
         layout, _ = atlas_file.read_header(self.grating.baked_file())
         held = {"MiB": layout.width * layout.height * 16 / 2**20, "terms": layout.terms}
         return table, held | {"look_ups": layout.terms * min(layout.levels, 2)}
 
     def render(self, what: str) -> np.ndarray:
-        """A linear picture (rows, columns, 3)."""
+        """Render a linear picture (rows, columns, 3)."""
         import bpy
         import OpenEXR
 
@@ -147,8 +147,8 @@ class Scene:
         return SimpleNamespace(wi=wi, wr=wr, irradiance=irradiance, variance=variance)
 
     def exact(self) -> Table:
-        """The table of a whole bake of the same kernel, whose error is small beside those that are compared: its levels
-        are so near each other that a lamp's disc is read as what it is."""
+        """A whole bake of the same kernel whose error is small beside the errors that are compared. Its levels are so
+        close that a lamp's disc is read with the right width."""
         folder = self.pictures / f"{self.name}_exact"
         surface = read_height_map(f"sample:{SCENES[self.name][0]}")
         request = BakeRequest(delta_e=_EXACT, coherence_length_m=coherence_length(self.table()[0].sigma_b))
@@ -158,7 +158,7 @@ class Scene:
         return with_levels(table, cell)
 
     def move(self, *, upwards: bool) -> None:
-        """Move the camera around the place that it looks at, which is as far away as the middle of the object."""
+        """Move the camera around the middle of the object."""
         import bpy
         from mathutils import Matrix
 
@@ -171,7 +171,7 @@ class Scene:
 
 
 def measure(of: Scene, arguments: argparse.Namespace) -> list[dict]:
-    """The figures of a scene, with each choice of lights."""
+    """The figures of a scene with each choice of lights."""
     import bpy
 
     facts = []
@@ -205,8 +205,7 @@ def measure(of: Scene, arguments: argparse.Namespace) -> list[dict]:
 
 
 def errors(exact: Table, tables: tuple[Table, Table], pairs: SimpleNamespace) -> dict:
-    """The share of the light that the second table, a part of the first, holds, and the errors of both where it
-    does."""
+    """The share of the light held by the second table, which is a part of the first, and the errors of both there."""
     light = pairs.irradiance[:, None]
     held = tables[1].holds(*(pairs.wi + pairs.wr).T)
     xyz = [reflected_xyz(t, pairs.wi, pairs.wr, variance=pairs.variance) * light for t in (exact, *tables)]
@@ -216,7 +215,7 @@ def errors(exact: Table, tables: tuple[Table, Table], pairs: SimpleNamespace) ->
 
 
 def pixels(first: np.ndarray, second: np.ndarray) -> dict:
-    """CIEDE2000 of two pictures over their lit pixels, and the difference of their light."""
+    """CIEDE2000 between two pictures over their lit pixels, and the relative difference of their light."""
     differences = colour_differences(second, first)
     p50, p95, p99 = np.percentile(differences, [50, 95, 99])
     light = abs(second.mean() / first.mean() - 1)
@@ -224,7 +223,7 @@ def pixels(first: np.ndarray, second: np.ndarray) -> dict:
 
 
 def tell(row: dict, target: str | None) -> None:
-    """A scene's figures as lines."""
+    """Print a scene's figures."""
     before, after, needs = row["before"], row["after"], row["needs"]
     ranges = ", ".join(f"{name} {needs[name][0]:.2f} to {needs[name][1]:.2f}" for name in "uvw")
     report.say(

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The thesis's methods in OSL compared with the node group of the patch model's bake, both rendered by Cycles: colour
-differences and seconds.
+"""The thesis's methods in OSL against the node group of the patch model's bake: colour differences and seconds.
 
     ./dev bench osl [--pixels N] [--shared DIR] [--json FILE|-]
 
-The scene is a plane one metre under the camera and one sun, with one sample in each pixel. The node group's picture is
+Cycles renders a plane one metre below the camera under one sun, with one sample per pixel. The node group's picture is
 compared with its table as precompute reads it, and each shader's picture with the node group's picture. CIEDE2000 is
-taken over the lit pixels, at the exposure that puts the 99th percentile of the second picture's Y at 1. The seconds of
-each render are printed too; those of the first render include the start-up.
+taken over the lit pixels, at the exposure that puts the second picture's 99th percentile of Y at 1. The seconds of the
+first render include the start-up.
 """
 
 import math
@@ -44,7 +43,7 @@ from precompute.table.atlas_file import read_header, write_together
 from . import report
 
 _WIDTH_MIN = 0.02
-# Method, wavelength step in nm, texels along each axis. FLSS has the thesis's settings first and finer ones after them.
+# Method, wavelength step in nm, texels along each axis. FLSS has the thesis's settings first, then finer ones.
 RUNS = (
     ("flss", 5.0, 3),
     ("flss", 5.0, 5),
@@ -57,8 +56,8 @@ RUNS = (
 
 @dataclass(frozen=True)
 class PlaneView:
-    """A square picture of a plane at z = 0 from one metre above, its T turned by `turn` from +x towards +y, light from
-    `to_light` in the world."""
+    """A square picture of a plane at z = 0 from one metre above. Its T is turned by `turn` radians from +x towards +y,
+    and `to_light` points to the light in the world."""
 
     pixels: int
     field: float
@@ -67,20 +66,20 @@ class PlaneView:
 
     @property
     def frame(self) -> np.ndarray:
-        """T, B, N (3, 3) in the world."""
+        """T, B, N (3, 3) in world coordinates."""
         c, s = math.cos(self.turn), math.sin(self.turn)
         return np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
 
     def directions(self) -> tuple[np.ndarray, np.ndarray]:
-        """wi (3,) and wr (pixels^2, 3) in the plane's frame, row 0 at the top."""
+        """wi (3,) and wr (pixels^2, 3) along T, B and N, row 0 at the top."""
         x = ((np.arange(self.pixels) + 0.5) / self.pixels * 2 - 1) * math.tan(self.field / 2)
         px, py = np.meshgrid(x, -x)
         wr = np.stack([-px, -py, np.ones_like(px)], axis=-1).reshape(-1, 3)
         return self.frame @ self.to_light, wr / np.linalg.norm(wr, axis=-1, keepdims=True) @ self.frame.T
 
     def radiance(self, xyz_over_w2, ior: float = KERATIN_IOR) -> np.ndarray:
-        """Linear Rec.709 (pixels, pixels, 3) under unit irradiance of a response xyz_over_w2(u, v, w) (n, 3), in Stam's
-        form (brdf_map.from_method)."""
+        """Linear Rec.709 (pixels, pixels, 3) of a response xyz_over_w2(u, v, w) (n, 3), unit irradiance, Stam's
+        form."""
         wi, wr = self.directions()
         gain = fresnel_reflectance(half_angle_cosine(wi, wr), ior) * obliquity_times_cosine_and_w2(wi, wr)
         rgb = np.maximum(xyz_over_w2(*(wi + wr).T) @ rgb_from_xyz("Rec.709").T, 0)
@@ -88,8 +87,7 @@ class PlaneView:
 
 
 def render(addon, group, view: PlaneView, path: Path, irradiance=(1.0, 1.0, 1.0), ior=KERATIN_IOR) -> np.ndarray:
-    """Render a Diffraction group on the plane under a sun in Cycles: linear RGB (pixels, pixels, 3), row 0 at the
-    top."""
+    """Render a Diffraction group on the plane under a sun in Cycles; linear RGB (pixels, pixels, 3), row 0 on top."""
     import bpy
     import OpenEXR
     from mathutils import Vector
@@ -124,7 +122,7 @@ def render(addon, group, view: PlaneView, path: Path, irradiance=(1.0, 1.0, 1.0)
 
 
 def _material(group, view: PlaneView, ior: float):
-    """The Diffraction group over nothing, in the view's frame, in Stam's form as the shaders are."""
+    """A material of the Diffraction group alone, along the view's T and N, in Stam's form like the shaders."""
     import bpy
 
     material = bpy.data.materials.new("plane")
@@ -142,19 +140,19 @@ def _material(group, view: PlaneView, ior: float):
 
 
 def direct_shader_response(addon: SimpleNamespace, bake: Path):
-    """The response of a bake's file, read by the shader that evaluates Direct's formula."""
+    """The response of a bake's file, read by the OSL shader that evaluates Direct's formula."""
     layout, _ = read_header(bake)
     return addon.osl_bake.build_osl_direct(bake.stem, bake, layout, rgb_from_xyz=rgb_from_xyz("Rec.709"))
 
 
 def thesis_response(addon: SimpleNamespace, name: str, relief: Relief, settings: dft_images.Settings, *, path: Path):
-    """The response by one of the thesis's methods, whose images are written to a path."""
+    """The response of one of the thesis's methods, whose images are written to a path."""
     write_together({path: dft_images.pack(METHODS[name](relief, settings))}, {})
     return addon.thesis_methods.build_osl_response(path.stem, path, rgb_from_xyz("Rec.709"))
 
 
 def set_up_cycles() -> None:
-    """The scene rendered by Cycles with Open Shading Language."""
+    """Let Cycles render the scene with Open Shading Language."""
     import bpy
 
     scene = bpy.context.scene
@@ -164,7 +162,7 @@ def set_up_cycles() -> None:
 
 
 def start_blender(folder: Path) -> SimpleNamespace:
-    """The add-on's modules, of this tree as Blender loads it, its settings in `folder`."""
+    """Start Blender with the add-on of this tree and its settings in `folder`; returns the add-on's modules."""
     os.environ["BLENDER_USER_RESOURCES"] = str(folder)
     link_extension(folder)
     from devtools.blender_shim import show_hidden_packages
@@ -233,13 +231,13 @@ def _row(how: str, terms: int, seconds: float, differences: np.ndarray) -> dict:
 
 
 def as_text(row: dict) -> str:
-    """A row of compare, for people."""
+    """A printed row of `compare`."""
     figures = ", ".join(f"p{p} {row[f'p{p}']:.2f}" for p in (50, 95, 99))
     return f"{row['how']:<31} {row['terms']:>2} terms: {row['seconds']:6.1f} s, dE00 {figures} of {row['lit']} lit"
 
 
 def view_of(pixels: int, field_deg: float, light_uv: tuple[float, float]) -> PlaneView:
-    """A picture with light whose tangential components along T and B are light_uv, the plane's frame turned."""
+    """A picture whose light has the tangential components light_uv along T and B; the plane is turned by 10 degrees."""
     turn = math.radians(10)
     x, y = light_uv
     along = np.array([x, y, math.sqrt(1 - x**2 - y**2)])
@@ -248,7 +246,7 @@ def view_of(pixels: int, field_deg: float, light_uv: tuple[float, float]) -> Pla
 
 
 def main(argv: list[str] | None = None) -> None:
-    """Print a table for the blaze, and for the Elaphe scan where it is there."""
+    """Print a table for the blaze, and for the Elaphe scan if its file exists."""
     parser = OneLineParser(prog="./dev bench osl", description="OSL against the patch's bake.")
     parser.add_argument("--pixels", type=count(4, 8192), default=48, metavar="N", help="a side; default 48")
     parser.add_argument("--shared", type=Path, default=ROOT.parent / "shared" / "data", metavar="DIR")
@@ -257,8 +255,8 @@ def main(argv: list[str] | None = None) -> None:
     arguments = parser.parse_args(argv)
     scan = arguments.shared / "snake" / "elaphe_65um.png"
     surfaces = {"blazed": ("sample:blazed", None, None), "elaphe": (str(scan), 65.0, 375.0)}
-    # The blaze lights one line of the hemisphere, as wide as its coherence: its first order, seen from near. The scan
-    # lights all of it.
+    # The blaze lights a line of the hemisphere as wide as its coherence, so its view is a close one, at its first
+    # order. The scan lights the whole hemisphere.
     views = {
         "blazed": view_of(arguments.pixels, 12, (-0.22, 0.0)),
         "elaphe": view_of(arguments.pixels, 50, (0.1, -0.05)),

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shading at the vertices against shading in each pixel, and frames at the vertices (thesis 4.5.1).
+"""Diffraction computed at the vertices, compared with diffraction in each pixel (thesis 4.5.1).
 
     ./dev bench per_vertex [--output DIR] [--pixels 320] [--json FILE|-]
 
-The sample snake is taken with fewer and fewer vertices. The diffraction is computed at the vertices and interpolated,
-as a per-vertex shader does, and compared with the Diffraction group: relative error of luminance over the pixels above
-1 % of the brightest.
+The sample snake is built with fewer and fewer vertices. The diffraction is computed at the vertices and interpolated,
+as in a per-vertex shader. The table gives its relative error of luminance against the Diffraction group, over the
+pixels above 1 % of the brightest.
 """
 
 import tempfile
@@ -27,7 +27,7 @@ _CAMERA, _TARGET, _FIELD_DEG = (-0.036, -0.80, 0.69), (-0.036, -0.025, 0.02), 12
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Print the table and write the pictures; the exit status."""
+    """Print the table, write the pictures and return the exit status."""
     parser = OneLineParser(prog="./dev bench per_vertex", description=__doc__.splitlines()[0])
     parser.add_argument("--output", type=Path, metavar="DIR", help="where the pictures go")
     parser.add_argument("--pixels", type=count(4, 8192), default=320)
@@ -53,7 +53,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def look(studio: Studio) -> None:
-    """Point the camera at the snake's bends, and light the scene with one sun and nothing else."""
+    """Point the camera at the snake's bends and light the scene with a single sun."""
     import bpy
     from mathutils import Vector
 
@@ -88,7 +88,7 @@ def both(studio: Studio, table, rings: int, segments: int) -> tuple[np.ndarray, 
 
 
 def vertex_material(studio: Studio, table):
-    """A material that shows the radiance computed at the corners of the faces, with the frames there."""
+    """A material that shows the radiance computed at the faces' corners, with the normals and tangents there."""
     import bpy
 
     mesh = studio.mesh.data

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Speed against error in the picture: renders by every method, held against a converged one of the same scene.
+"""Speed against error: renders by every method, compared with a converged render of the same scene.
 
     ./dev bench picture [--scene hero|macro|cd ...] [--engine cycles|eevee ...] [--width 128]
         [--reference 2048] [--most 60] [--output docs] [--json FILE|-]
 
-The scenes are those of the benchmark of needs: a snake from afar, scales close by, a disc; lamps alone light their
-gratings. The reference is the mean of two renders by Cycles with different random numbers, in which the OSL shader
-evaluates Direct's exact formula with a bake of dE 0.25. Each method takes the same place in the same material. Error is
-CIEDE2000 over the lit pixels (mean and 95th percentile, at the exposure that puts the 99th percentile of Y at 1), and
-the mean of FLIP (Andersson and others, 2020) at that exposure. Seconds are the processor's of all samples of a picture,
-from the picture with the most samples less one of a few pixels, so that neither compiling nor the scene's preparation
-counts. A method ends with the picture that takes more than a quarter of `--most` of these seconds.
+The scenes are those of needs.py: a snake from afar, a close-up of scales, a disc; only lamps light their gratings. The
+reference is the mean of two renders by Cycles with different random numbers, in which the OSL shader evaluates Direct's
+exact formula with a bake of dE 0.25. Each method takes the same place in the same material. Errors are the CIEDE2000
+over the lit pixels (mean and 95th percentile, at the exposure that puts the 99th percentile of Y at 1), and the mean of
+FLIP (Andersson and others, 2020) at that exposure. Seconds are processor seconds for all samples of a picture. They are
+scaled from the picture with the most samples, minus a picture of a few pixels, which removes compiling and the scene's
+preparation. A method stops once a picture takes more than a quarter of `--most` of these seconds.
 
-The fakes have no scale of their own. Each is brought to the reference's light before it is compared.
+The fakes have no absolute brightness. Each is scaled to the reference's light before it is compared.
 """
 
 import argparse
@@ -54,7 +54,7 @@ _TO_XYZ = np.linalg.inv(rgb_from_xyz("Rec.709")).T
 
 @dataclass(frozen=True)
 class Method:
-    """A way to shade the grating: `wear` has the scene's material use it."""
+    """A way to shade the grating: `wear` lets the scene's material use it."""
 
     name: str
     wear: Callable[[], None]
@@ -64,7 +64,7 @@ class Method:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Print the tables, and write the page if it was asked for; the exit status."""
+    """Print the tables, write the page if requested, and return the exit status."""
     parser = OneLineParser(prog="./dev bench picture", description=__doc__.splitlines()[0])
     parser.add_argument("--scene", action="append", choices=list(SCENES))
     parser.add_argument("--engine", action="append", choices=ENGINES)
@@ -95,17 +95,16 @@ def main(argv: list[str] | None = None) -> int:
 
 
 class Stage:
-    """A scene whose one grating changes its method."""
+    """A scene whose only grating is shaded by one method after another."""
 
     def __init__(self, of: Scene):
-        """Measure what the scene needs, and take note of its material."""
+        """Measure what the scene needs, and remember its material."""
         import bpy
 
         self.of, self.addon, self.folder = of, of.addon, of.pictures
         self.surface = f"sample:{SCENES[of.name][0]}"
         self.addon.making_materials.choose_lights(of.grating, "LAMPS")
-        # Before Blender 5.1 Cycles traces the material's shadow rays in OSL alone, so that the reference would have
-        # shadows that no method has.
+        # Before Blender 5.1 Cycles traces shadow rays only in OSL: the reference would have shadows that methods lack.
         of.grating.shadows = False
         self.needs = self.addon.measuring_needs.measure_needs(of.scene, of.grating).needs
         self.group = of.grating.group
@@ -115,7 +114,7 @@ class Stage:
         self.outlet = next(n for n in self.material.node_tree.nodes if n.type == "OUTPUT_MATERIAL").inputs[0]
         self.whole = self.outlet.links[0].from_socket
         self.bakes: dict[tuple, Path] = {}
-        # The smaller the error, the shorter the coherence that a table can hold: all take that of the smallest.
+        # A smaller error limits a table to a shorter coherence: all bakes use that of the smallest error.
         self.coherence_length_m: float | None = None
         self.coherence_length_m = coherence_length(atlas_file.read(self.bake(_EXACT))[0].sigma_b)
 
@@ -155,7 +154,7 @@ class Stage:
 
     def row_of(self, method: Method, engine: str, truth: np.ndarray, arguments: argparse.Namespace) -> Iterator[dict]:
         """A row for each number of samples of the method that the material has."""
-        if engine == "eevee":  # it compiles more for the first picture of a size
+        if engine == "eevee":  # the first picture of a size compiles more shaders
             self.render(engine, 1)
         base = min(self.render(engine, 1, _BASE_PIXELS)[0] for _ in range(2))
         rows = []
@@ -168,7 +167,7 @@ class Stage:
             yield row | {"seconds": (seconds - base) * row["samples"] / samples}
 
     def reference(self, samples: int) -> tuple[np.ndarray, dict]:
-        """The picture to compare with, and the errors of one of its halves against the other."""
+        """The reference picture, and the errors of one of its halves against the other."""
         cycles = self.of.scene.cycles
         cycles.shading_system = True
         self.wear_shader(_EXACT)
@@ -201,7 +200,7 @@ class Stage:
         self.gain((truth.mean() - light[0]) / (light[1] - light[0]))
 
     def gain(self, strength: float) -> None:
-        """Set a fake's strength: of the lobes where there are some, else of the group."""
+        """Set a fake's strength: of the lobes if there are any, otherwise of the group."""
         tree = self.material.node_tree
         value = next((n for n in tree.nodes if n.label == "Gain"), None)
         (value.outputs[0] if value else self.node.inputs["Strength"]).default_value = strength
@@ -217,25 +216,24 @@ class Stage:
         return self.bakes[key]
 
     def wear_bake(self, budget: float, needs: Needs, footprint: bool) -> None:
-        """Direct as nodes."""
+        """Use Direct as nodes."""
         response = self.addon.direct_response.direct_response(self.bake(budget, needs))
         self.addon.replace.replace_response(self.group, response)
         self.count_footprint(footprint)
 
     def count_footprint(self, counts: bool) -> None:
-        """Have the footprint of a pixel count, or not: the add-on keeps the material as the grating is set."""
+        """Switch the pixel footprint on or off in the grating's settings, which the material follows."""
         self.of.grating.footprint = counts
         self.addon.following_settings.follow_settings()
 
     def wear_shader(self, budget: float) -> None:
-        """Direct as a shader in OSL, which evaluates the formula exactly."""
+        """Use Direct as an OSL shader, which evaluates the formula exactly."""
         made = direct_shader_response(self.addon, self.bake(budget))
         self.count_footprint(False)
         self.addon.replace.replace_response(self.group, made)
 
     def wear_thesis(self, name: str) -> None:
-        """A method of the thesis as a shader in OSL, with its 81 wavelengths; as many texels as leave out a
-        thousandth."""
+        """Use a thesis method as an OSL shader: 81 wavelengths, and texels that lose a thousandth of the light."""
         relief = prepare(read_height_map(self.surface))
         settings = dft_images.settings_for(step_m=5e-9, coherence_length_m=self.coherence_length_m)
         settings = replace(settings, texels=dft_images.texels_for(relief, settings))
@@ -245,12 +243,12 @@ class Stage:
         self.addon.replace.replace_response(self.group, made)
 
     def wear_rainbow(self) -> None:
-        """GPU Gems' rainbow in place of the table's answer."""
+        """Use GPU Gems' rainbow in place of the table's response."""
         self.count_footprint(False)
         self.addon.replace.replace_response(self.group, rainbow_response(self.addon, self.period_m()))
 
     def wear_lobes(self) -> None:
-        """Three glossy closures over the base, in place of the diffraction."""
+        """Use three glossy closures over the base in place of the diffraction."""
         self.wear_bake(BUDGETS[0], EVERYTHING, False)
         self.node.inputs["Strength"].default_value = 0.0
         tree = self.addon.builder.Tree(self.material.node_tree)
@@ -260,18 +258,18 @@ class Stage:
         tree.feed(self.outlet, tree.add_shader(tree.value(self.whole), shader))
 
     def put_off(self) -> None:
-        """Leave the material as it was before a fake that adds to it."""
+        """Remove the closures that a fake added to the material."""
         self.material.node_tree.links.new(self.whole, self.outlet)
         for node in [n for n in self.material.node_tree.nodes if n.label == "Gain"]:
             node.label = ""
 
     def period_m(self) -> float:
-        """The period of the surface's grating."""
+        """The period of the surface's grating in metres."""
         return grating_period(prepare(read_height_map(self.surface)), None)
 
 
 def errors(picture: np.ndarray, truth: np.ndarray) -> dict:
-    """CIEDE2000 and FLIP of a linear picture against another, at the other's exposure, and the ratio of their light."""
+    """CIEDE2000 and FLIP of a linear picture at the truth's exposure, and its light relative to the truth's."""
     import flip_evaluator
 
     differences = colour_differences(picture, truth)
@@ -286,7 +284,7 @@ def errors(picture: np.ndarray, truth: np.ndarray) -> dict:
 
 
 def as_text(row: dict) -> str:
-    """The figures of a row."""
+    """The printed figures of a row."""
     return (
         f"{row['seconds']:9.3f} s  dE00 {row['mean']:6.2f} mean {row['p95']:6.2f} p95  FLIP {row['flip']:.4f}  light "
         f"{row['light']:.3f}"

@@ -1,17 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where scalar theory holds: its efficiencies against rigorous coupled-wave analysis (RCWA) on keratin.
+"""Where scalar theory holds: its efficiencies compared with rigorous coupled-wave analysis (RCWA) on keratin.
 
     ./dev bench rcwa [--output DIR] [--json FILE|-]
 
-Inkstone solves Maxwell's equations (Fourier modal method; 1D gratings, TE and TM apart). It is the only one of the
-packages tried that conserved energy to 1e-10 everywhere. grcwa 0.1.2 reflected 285 times the incident light from a
-binary grating of 10.3 wavelengths, and meent 0.13.2 lost up to 1.6 % of the light on a blaze. Lengths are in
-wavelengths.
+Inkstone solves Maxwell's equations (Fourier modal method; 1D gratings, TE and TM separately). Of the packages tried it
+alone conserved energy to 1e-10 everywhere: grcwa 0.1.2 reflected 285 times the incident light from a binary grating of
+10.3 wavelengths, and meent 0.13.2 lost up to 1.6 % of the light on a blaze. Lengths are in wavelengths.
 
 The result is the largest |difference| of an order, over the propagating orders among -3 to 3. An order of RCWA is the
-mean of TE and TM, divided by the mean of the whole reflected power. The scalar orders are computed by
-laboratory/study/efficiency.py, with O = 1. For RCWA a ramp and a sinusoid are staircases of PARTS equal parts to a
-period, sampled at the same places as in efficiency.py.
+mean of TE and TM, divided by the mean of the total reflected power. laboratory/study/efficiency.py computes the scalar
+orders, with O = 1. For RCWA a ramp and a sinusoid are staircases of PARTS equal steps per period, sampled at the same
+places as in efficiency.py.
 """
 
 import importlib.util
@@ -50,8 +49,7 @@ class Grating:
 
 @dataclass(frozen=True)
 class Row:
-    """The largest difference of an order, as a fraction of the reflected power, and the reflected power relative to
-    that of a flat surface."""
+    """The largest difference of an order as a share of the reflected power, and this power over a flat surface's."""
 
     grating: Grating
     difference: float
@@ -72,8 +70,7 @@ def steps(kind: str, parts: int) -> list[tuple[float, float, float]]:
 
 
 def reflected(grating: Grating, parts: int = PARTS, extra: int = EXTRA_ORDERS, index: complex = KERATIN) -> np.ndarray:
-    """Powers (2, orders + 1) of TE and TM relative to the incident power: the reflected orders -n to n, and in the last
-    column the transmitted power."""
+    """Powers (2, orders + 1) of TE and TM over the incident power: reflected orders -n to n, then transmission."""
     from inkstone import Inkstone
 
     most = int(np.ceil(abs(index) * grating.period)) + extra
@@ -85,7 +82,7 @@ def reflected(grating: Grating, parts: int = PARTS, extra: int = EXTRA_ORDERS, i
         name = f"step {number}"
         solver.AddLayer(name, thickness * grating.depth, "vacuum")
         across = (width * grating.period, centre * grating.period)
-        # Inkstone's correction of Gibbs's phenomenon smooths the walls, and then it converges only as 1 / orders.
+        # Inkstone's correction of the Gibbs phenomenon smooths the walls; convergence is then only 1 / orders.
         solver.AddPattern1D(name, "keratin", *across, name, if_gibbs_correction=False)
     solver.AddLayer("below", 0, "keratin")
     powers = []
@@ -107,14 +104,14 @@ def fresnel(theta_deg: float, index: complex = KERATIN) -> np.ndarray:
 
 
 def fractions(powers: np.ndarray) -> dict[int, float]:
-    """Orders -3 to 3 of reflected() as fractions of the whole reflected power, mean of TE and TM."""
+    """Orders -3 to 3 of `reflected` as fractions of the total reflected power, mean of TE and TM."""
     mean = powers[:, :-1].mean(axis=0)
     most = len(mean) // 2
     return {order: float(mean[order + most] / mean.sum()) for order in range(-_COMPARED, _COMPARED + 1)}
 
 
 def compare(grating: Grating, **accuracy: int) -> Row:
-    """Scalar theory against RCWA; `accuracy` holds `parts` and `extra` of reflected()."""
+    """Scalar theory against RCWA; `accuracy` holds `parts` and `extra` of `reflected`."""
     powers = reflected(grating, **accuracy)
     rigorous = fractions(powers)
     scalar = efficiencies(
@@ -137,8 +134,7 @@ def table() -> list[Row]:
 
 
 def smallest_period(rows: Iterable[Row], tolerance: float) -> float | None:
-    """The smallest period from which on every difference is within the tolerance; None where there is no such
-    period."""
+    """The smallest period from which on every difference is within the tolerance; None if no period qualifies."""
     worst: dict[float, float] = {}
     for row in rows:
         worst[row.grating.period] = max(worst.get(row.grating.period, 0.0), row.difference)
@@ -151,7 +147,7 @@ def smallest_period(rows: Iterable[Row], tolerance: float) -> float | None:
 
 
 def convergence() -> list[tuple[Grating, float, float]]:
-    """The change of an order's fraction by twice the parts, and by four times the extra orders."""
+    """The change of an order's fraction with twice the parts, and with four times the extra orders."""
     found = []
     for kind in PROFILES:
         for period, depth, theta in ((1.5, 0.5, 40.0), (10.5, 0.1, 0.0), (10.5, 0.25, 60.0)):
@@ -164,7 +160,7 @@ def convergence() -> list[tuple[Grating, float, float]]:
 
 
 def as_text(rows: list[Row], checked: list[tuple[Grating, float, float]]) -> str:
-    """The tables for people."""
+    """The printed tables."""
     return "\n\n".join([*map(_differences, [rows] * len(ANGLES_DEG), ANGLES_DEG), _finer(checked), boundary(rows)])
 
 
@@ -196,7 +192,7 @@ def _finer(checked: list[tuple[Grating, float, float]]) -> str:
 
 
 def boundary(rows: list[Row]) -> str:
-    """A sentence for each depth and angle: from which period on scalar theory holds, for every profile."""
+    """A sentence for each depth and angle: the period above which scalar theory holds for every profile."""
     sentences = []
     for depth in DEPTHS:
         for theta in ANGLES_DEG:

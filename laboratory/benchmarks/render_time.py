@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Render time of Direct and of Principled metal with one and three lamps, and of the thesis's methods in OSL.
+"""Render time of Direct and of a Principled metal with one and three lamps, and of the thesis's methods in OSL.
 
     ./dev bench render_time [--engine cycles --engine eevee] [--scene snake --scene sphere] [--pixels 192]
         [--json FILE|-]
 
 All rows are measured in one run. The cost of a sample of a pixel, in processor time, is the difference of two minima
-over `--repeat` renders: with `--samples` samples and with a quarter of them. So start-up, compiling and upload are left
-out. The materials are rendered in turn, so that a machine that is slow for a while slows down all of them. There are
-two scenes: the sample snake on its ground, as an artist renders it, and a sphere alone in the dark, where only the
-material takes time. Shaders in OSL are timed on the sphere, on a small picture.
+over `--repeat` renders: with `--samples` samples and with a quarter of them. The difference leaves out start-up,
+compiling and upload. The materials are rendered in turn, so that a temporary slowdown of the machine affects all of
+them. There are two scenes: the sample snake on its ground, as an artist renders it, and a sphere alone in the dark,
+where only the material takes time. OSL shaders are timed on the sphere, in a small picture.
 
 For Cycles the noise is measured too: the RMSE against each material's own picture of many samples, with every sample
-clipped at a display's white, and the number of samples at which Direct has the metal's RMSE.
+clipped at display white, and the number of samples at which Direct has the metal's RMSE.
 """
 
 import argparse
@@ -48,7 +48,7 @@ _TURNS_DEG = (0, 90, 200, 20, 110, 220, 40, 130)
 class Subject:
     """A row of the table: a material, the number of suns that light it, and whether OSL is on.
 
-    `pixels` is the side of the picture where the row has a size of its own."""
+    `pixels` is the side of the picture if the row has its own size."""
 
     name: str
     make: Callable
@@ -58,7 +58,7 @@ class Subject:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Print the tables; the exit status."""
+    """Print the tables and return the exit status."""
     parser = OneLineParser(prog="./dev bench render_time", description=__doc__.splitlines()[0])
     parser.add_argument("--engine", action="append", choices=("cycles", "eevee"))
     parser.add_argument("--scene", action="append", choices=("snake", "sphere"))
@@ -105,10 +105,10 @@ def measure(studio: "Studio", engine: str, scene: str, arguments) -> dict:
 
 
 def equal_error(studio: "Studio", scene: str, arguments: argparse.Namespace) -> dict:
-    """The noise: the RMSE over the picture's mean at several numbers of samples.
+    """Measure the noise: the RMSE relative to the picture's mean at several numbers of samples.
 
-    The facts also hold the number of samples at which Direct has the RMSE that the metal has at the largest number.
-    Noise falls with the square root of the number of samples."""
+    The result also holds the number of samples at which Direct has the RMSE of the metal at the largest number. Noise
+    falls with the square root of the number of samples."""
     counts = (4, 16, 64)
     facts = {"samples": counts, "rmse": {}}
     report.say(f"{'RMSE over the mean, at samples':34}" + "".join(f"{count:10}" for count in counts), arguments.json)
@@ -138,13 +138,13 @@ class Studio:
 
     @classmethod
     def started(cls, folder: Path, pixels: int) -> Self:
-        """With the add-on of this tree, and a bake of the Elaphe sample, in a folder."""
+        """Start with the add-on of this tree and a bake of the Elaphe sample in a folder."""
         addon = start_blender(folder)
         facts = bake_to_folder([read_height_map(_SURFACE)], BakeRequest(), folder, progress=lambda *_: None)
         return cls(addon, folder, pixels, Path(facts["files"][0]))
 
     def build(self, scene: str) -> None:
-        """Make one of the two scenes, its mesh without a material."""
+        """Build one of the two scenes; its mesh has no material."""
         import bpy
 
         from sample_scenes import stage
@@ -185,7 +185,7 @@ class Studio:
     def show(self, subject: Subject) -> None:
         """Light the mesh and give it the subject's material."""
         self.light(subject.lamps)
-        # A shader compiles where its renderer is chosen.
+        # A shader compiles once its renderer is chosen.
         self.scene.render.engine = "CYCLES"
         self.scene.cycles.shading_system = subject.osl
         self.mesh.material_slots[0].material = subject.make()
@@ -217,7 +217,7 @@ class Studio:
         return found
 
     def metal(self):
-        """Principled, metallic, as rough as the kernel is wide at normal incidence: alpha is sigma_b over sqrt(2)."""
+        """A Principled metal as rough as the kernel is wide at normal incidence: alpha is sigma_b over sqrt(2)."""
         import bpy
 
         sigma_b = read_header(self.bake)[0].sigma_b
@@ -235,7 +235,7 @@ class Studio:
         return self.addon.material.new_diffraction_material("timed", group)
 
     def direct_shader(self):
-        """The add-on's own table, read by a shader."""
+        """The add-on's own table, read by an OSL shader."""
         response = direct_shader_response(self.addon, self.bake)
         group = self.addon.skin.group_around("timed", response, shadows=False)
         return self.addon.material.new_diffraction_material("timed", group)
@@ -250,7 +250,7 @@ class Studio:
 
     def spans(self, subject: Subject, engine: str, samples: int) -> tuple[float, float]:
         """Processor seconds with a quarter of the samples, and with all of them, each divided by the number of pixels
-        and by the difference of the two numbers of samples. A picture is rendered before, which is not counted."""
+        and by the difference of the two numbers of samples. A first picture is rendered without being timed."""
         pixels = subject.pixels or self.pixels
         more = 4 if subject.pixels else samples
         fewer = more // 4
@@ -261,9 +261,9 @@ class Studio:
     def render(
         self, engine: str, samples: int, pixels: int | tuple[int, int] | None = None
     ) -> tuple[float, np.ndarray]:
-        """Render; the processor seconds, and the linear picture (rows, columns, 3), row 0 at the top.
+        """Render; returns the processor seconds and the linear picture (rows, columns, 3), row 0 at the top.
 
-        `pixels` is a side of a square picture, or rows and columns."""
+        `pixels` is the side of a square picture, or rows and columns."""
         import bpy
         import OpenEXR
 

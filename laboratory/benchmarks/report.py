@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What every benchmark does with its figures: lines for people, `--json FILE|-` for programs, and pages of docs/."""
+"""Output of the benchmarks: printed lines, JSON with `--json FILE|-`, and pages of docs/."""
 
 import argparse
 import re
@@ -14,25 +14,25 @@ _PLACE = re.compile(r"<!-- (?P<name>[^/>][^>]*) -->.*?<!-- /(?P=name) -->", re.D
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
-    """The option that `say` and `write` are given."""
+    """Add the option whose value `say` and `write` take."""
     parser.add_argument("--json", metavar="FILE|-", help="write the figures as JSON")
 
 
 def say(line: str, target: str | None) -> None:
-    """A line for people; on standard error where the JSON goes to standard output."""
+    """Print a line; on standard error if the JSON goes to standard output."""
     print(line, file=sys.stderr if target == "-" else sys.stdout, flush=True)
 
 
 def write(facts: dict, target: str | None) -> None:
-    """The facts as JSON, if that was asked for."""
+    """Write the facts as JSON if requested."""
     if target:
         emit(facts, target, lambda: [target])
 
 
 def filled(page: str, figures: Mapping[str, str]) -> str:
-    """The text of a page of docs/ with new figures in the places that they are named after.
+    """The text of a page of docs/ with new figures in the places named after them.
 
-    Raises ValueError if the page does not have exactly these places."""
+    Raises ValueError if the page's places differ from the figures' names."""
     text = (ROOT / "docs" / page).read_text(encoding="utf-8")
     places = [place["name"] for place in _PLACE.finditer(text)]
     if sorted(places) != sorted(figures):

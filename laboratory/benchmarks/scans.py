@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What dust and scar removal change in the bakes of the two real skins: docs/scans.md with its figures and pictures.
+"""How removing dust and scars changes the bakes of the two real skins: docs/scans.md with its figures and pictures.
 
     ./dev bench scans [--output FILE.md] [--delta-e DE] [--json FILE|-]
 
-Each scan is baked as it is (a plane is taken out) and repaired. The difference of two bakes is the CIEDE2000 between
-their colours on the same pairs of directions, by the metric by which a bake is judged against its reference.
+Each scan is baked as it is, with only a plane removed, and repaired. The difference of two bakes is the CIEDE2000
+between their colours on the same direction pairs, by the metric that compares a bake with its reference.
 """
 
 from collections.abc import Sequence
@@ -36,14 +36,14 @@ PLAIN = "plane"
 REPAIRED = ("plane,scars,dust", "plane,scars,dust:4")
 # Values of w, and direction pairs at each.
 W_COUNT, PAIRS = 4, 1500
-# The map under light from 30 degrees, as the thesis has it, in pixels; the side of the cut-out in micrometres.
+# The map's light is at 30 degrees, as in the thesis; its size is in pixels. The cut-out's side is in micrometres.
 THETA_I, MAP_PIXELS, CUT_UM = np.radians(30), 320, 13.0
 _SEED = 1
 
 
 @dataclass(frozen=True)
 class Baked:
-    """A scan after steps, and its bake."""
+    """A scan after levelling steps, and its bake."""
 
     steps: str
     levelled: Levelled
@@ -52,19 +52,19 @@ class Baked:
 
     @property
     def holes(self) -> np.ndarray:
-        """What the steps removed, (rows, cols)."""
+        """The pixels (rows, cols) that the steps removed."""
         return np.isnan(self.levelled.height_map.height_m)
 
 
 def baked(scan: HeightMap, steps: str, request: BakeRequest) -> Baked:
-    """The bake of a scan after steps."""
+    """Bake a scan after steps."""
     levelled = level(scan, parse_steps(steps))
     relief = relief_of(levelled.height_map)
     return Baked(steps, levelled, relief, make([relief], request, source=scan.source))
 
 
 def difference(plain: Baked, other: Baked) -> Errors:
-    """The colours of another bake against those of the plain one, on directions drawn from the plain one's spectrum.
+    """The colours of another bake compared with the plain one's, on directions drawn from the plain one's spectrum.
 
     Both have the same coherence, as both scans have the same size."""
     table = plain.made.table
@@ -81,7 +81,7 @@ def difference(plain: Baked, other: Baked) -> Errors:
 
 
 def picture(plain: Baked, other: Baked) -> Image.Image:
-    """The place where the most was removed: as scanned, with what is removed, filled; and the maps of both bakes."""
+    """The square where most was removed: as scanned, with the removed pixels in red, filled; then both bakes' maps."""
     part = around_most(other.holes, plain.levelled.height_map)
     before, after = (each.relief.height_m[::-1] for each in (plain, other))
     before, after = (_of_pixels(each, plain.levelled.height_map)[part] for each in (before, after))
@@ -99,25 +99,25 @@ def picture(plain: Baked, other: Baked) -> Image.Image:
 
 
 def _of_pixels(height: np.ndarray, scan: HeightMap) -> np.ndarray:
-    """A relief's heights at the scan's own pixels, from which it may have been refined."""
+    """A relief's heights at the scan's own pixels; the relief may have been refined."""
     factors = [fine // coarse for fine, coarse in zip(height.shape, scan.height_m.shape, strict=True)]
     return height[factors[0] // 2 :: factors[0], factors[1] // 2 :: factors[1]]
 
 
 def around_most(holes: np.ndarray, scan: HeightMap) -> tuple[slice, slice]:
-    """A square of CUT_UM within which the most was removed, in its middle if it is not at the scan's rim."""
+    """A square of CUT_UM that holds the most removed pixels, centred on them unless they lie near the scan's edge."""
     sides = [min(n, round(CUT_UM * 1e-6 / pixel)) for n, pixel in zip(holes.shape, scan.pixel_size_m, strict=True)]
     total = np.pad(holes.astype(int).cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
     inside = total[sides[0] :, sides[1] :] - total[: -sides[0], sides[1] :]
     inside += total[: -sides[0], : -sides[1]] - total[sides[0] :, : -sides[1]]
-    # All squares that hold as much; what they hold is in the middle of their middle.
+    # Several squares may hold the same removed pixels; the middle one has them at its centre.
     most = np.argwhere(inside == inside.max())
     row, col = np.rint(most.mean(axis=0)).astype(int)
     return slice(row, row + sides[0]), slice(col, col + sides[1])
 
 
 def facts_of(plain: Baked, other: Baked) -> dict:
-    """The figures of a repaired bake beside the plain one, ready for JSON."""
+    """The figures of a repaired bake compared with the plain one, as JSON."""
     found = difference(plain, other)
     return {
         "steps": other.steps,
@@ -135,14 +135,14 @@ def facts_of(plain: Baked, other: Baked) -> dict:
 
 
 def measured(name: str, request: BakeRequest, pictures: Path | None) -> dict:
-    """The figures of a skin. Its picture is written into a folder, where one is given."""
+    """The figures of a skin. Its picture is written to `pictures`, unless this is None."""
     scan = skin(SHARED, name)
     plain = baked(scan, PLAIN, request)
     rows = [facts_of(plain, plain)]
     for steps in REPAIRED:
         other = baked(scan, steps, request)
         rows.append(facts_of(plain, other))
-        # The first that removes anything is shown.
+        # The picture shows the first steps that remove anything.
         if pictures is not None and other.holes.any():
             picture(plain, other).save(pictures / f"{name}.png", optimize=True)
             pictures = None

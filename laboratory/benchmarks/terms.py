@@ -4,7 +4,7 @@
     ./dev bench terms [--output DIR] [--json FILE|-]
 
 The error is the rms over the relief of the difference between the sum and exp(-i 2 pi s h). It is taken at 380 nm with
-light and view along the normal (s = 2 / lambda, the largest s there is), in float32 like a shader's sums.
+light and view along the normal (s = 2 / lambda, the largest s possible), in float32 like a shader's sums.
 """
 
 from collections.abc import Callable
@@ -64,9 +64,9 @@ SERIES = (
 
 
 def phasor_errors(expansion: Expansion, relief_m: float, dtype: type = np.float32) -> np.ndarray:
-    """rms over the heights (terms,) of the error of each partial sum, with terms, coefficients and sums all in dtype.
+    """rms error over the heights of each partial sum (terms,), with terms, coefficients and sums all in dtype.
 
-    Each series is compared with the phasor counted from its own origin, which a power spectrum does not see."""
+    Each series is compared with the phasor relative to its own origin, as a power spectrum ignores the origin."""
     narrow = np.complex64 if dtype == np.float32 else np.complex128
     height = np.linspace(-relief_m / 2, relief_m / 2, _SAMPLES)
     origin = getattr(expansion, "origin_m", 0.0)
@@ -105,7 +105,7 @@ def _expected_loss(series: Series, relief_m: float, dtype: type) -> float | None
 
 
 def as_text(rows: list[dict]) -> str:
-    """The table for people."""
+    """The printed table."""
     lines = [f"{'relief':>7}  {'series':<16} {f'terms to {TOLERANCE:g}':>14} {'error at last':>14} {'predicted':>10}"]
     for row in rows:
         loss = row["expected_loss"]
@@ -118,7 +118,7 @@ def as_text(rows: list[dict]) -> str:
 
 
 def plot(path: Path, dtype: type = np.float32) -> None:
-    """Error against terms, one panel for each of six reliefs, every series in each."""
+    """Plot error against terms: six panels, one for each relief, with every series in each."""
     pyplot = plots.pyplot()
     shown = (150, 250, 400, 600, 1000, 2000)
     figure, panels = pyplot.subplots(2, 3, figsize=(12, 7), sharex=True, sharey=True, layout="constrained")

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What every other package uses: the error that a user reads, writing whole files, strict JSON, OpenEXR, progress."""
+"""Shared basics: the error shown to users, atomic file writing, strict JSON and zip, OpenEXR, processes, progress."""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A process beside this one, which may be Blender: its private folder, its deadline, its end, and what it leaves.
+"""Child processes, such as a background Blender, each with a private folder and a deadline.
 
-It runs under a keeper (keeper.py). The keeper ends it and removes its folder if this program is killed, and ends it at
-its deadline even if it hangs in code that hears no signal."""
+A keeper (keeper.py) supervises the process. It ends the process and removes its folder if this program is killed. It
+enforces the deadline even if the process hangs in code that ignores signals."""
 
 import math
 import os
@@ -17,17 +17,17 @@ from .job import JOB_VARIABLE, LOCK
 from .keeper import GRACE_SECONDS, LATE
 from .locks import try_lock
 
-# No import from the working folder, which may be anyone's, nor from the user's own site-packages; no bytecode beside
-# the extension's sources.
+# -P: no imports from the working folder, which strangers may write to. -s: no imports from the user's site-packages.
+# -B: no bytecode beside the extension's sources.
 PYTHON_FLAGS = ("-P", "-s", "-B")
 _KEEPER = Path(__file__).with_name("keeper.py")
 
 
 class ChildProcess:
-    """A running process. Poll `running`, or `wait`; then it has ended, and `out_path` and `err_path` are what it said.
+    """A running process. Poll `running` or call `wait`; then read the output in `out_path` and `err_path`.
 
-    It writes to files in a private temporary folder and not to pipes, which could fill up and block it. This program
-    holds a lock there. The keeper sees by this lock whether this program still lives and still wants the process."""
+    The output goes to files in a private temporary folder: a pipe could fill up and block the process. This program
+    locks a file there. The keeper ends the process when the lock is released."""
 
     def __init__(
         self,
@@ -36,8 +36,8 @@ class ChildProcess:
         *,
         longest_seconds: float = math.inf,
     ) -> None:
-        """Start the command that `prepare` returns. It is given the private folder, to write there what the process is
-        to read. After `longest_seconds` the process is ended. Raises GratingError where no file can be written."""
+        """Start the command that `prepare` returns. `prepare` gets the private folder and writes the input files there.
+        After `longest_seconds` the process is ended. Raises GratingError if a file cannot be written."""
         with told_of(Path(tempfile.gettempdir())):
             self._private = tempfile.TemporaryDirectory(prefix="natural-gratings-", ignore_cleanup_errors=True)
             self.folder = Path(self._private.name)
@@ -55,12 +55,12 @@ class ChildProcess:
 
     @property
     def running(self) -> bool:
-        """Whether the process has not ended yet."""
+        """Whether the process still runs."""
         return self._process.poll() is None
 
     @property
     def status(self) -> int | None:
-        """Its exit status, once it has ended; 128 more than the number of the signal that ended it."""
+        """The exit status of an ended process; 128 + N if signal N ended it."""
         return self._process.returncode
 
     @property
@@ -69,7 +69,7 @@ class ChildProcess:
         return self.status == LATE
 
     def wait(self) -> None:
-        """Return when the process has ended. Where the wait is interrupted, the process is stopped."""
+        """Wait until the process ends. An interrupt (Ctrl-C) cancels the process."""
         try:
             self._process.wait()
         except BaseException:
@@ -77,7 +77,7 @@ class ChildProcess:
             raise
 
     def cancel(self) -> None:
-        """Stop the process and remove what it has written so far."""
+        """Stop the process and remove its files."""
         self._lock.close()
         try:
             self._process.wait(3 * GRACE_SECONDS)
@@ -87,16 +87,16 @@ class ChildProcess:
         self.clean_up()
 
     def clean_up(self) -> None:
-        """Remove what it left: the private folder. Others add to it."""
+        """Remove the private folder. Subclasses remove more."""
         self._lock.close()
         self._private.cleanup()
 
 
 def inherited_environment() -> dict[str, str]:
-    """This program's environment. What the user's says to other Pythons is left out, as Blender itself does."""
+    """Return this program's environment without the PYTHON* variables, which Blender ignores too."""
     return {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
 
 
 def lines_of(path: Path) -> list[str]:
-    """What a process said."""
+    """Read a process's output as lines."""
     return path.read_text(encoding="utf-8", errors="replace").splitlines()

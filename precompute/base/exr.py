@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The OpenEXR files of this project, read from their bytes.
+"""Reader of this project's OpenEXR files, which may come from untrusted sources.
 
-Such a file may come from anybody. The program's own files are all of one kind (table/atlas_file.py writes them): scan
-lines from the top, in blocks of 16 compressed by ZIP, channels of one kind of float. Only this kind is read. The head
-is judged before a pixel is read, and no picture takes more memory and time than one of TEXELS_MAX. The library OpenEXR
-promises neither, and prints what it finds wrong. (Format: "OpenEXR File Layout", openexr.com.)
-"""
+It reads only the layout that table/atlas_file.py writes: scan lines from the top, in blocks of 16 compressed by ZIP,
+and one float type for all channels. It checks the header before it reads pixels, and limits memory and time to those
+of a picture of TEXELS_MAX. The OpenEXR library guarantees neither, and prints errors to the terminal. (Format: "OpenEXR
+File Layout", openexr.com.)"""
 
 import contextlib
 import math
@@ -21,12 +20,11 @@ import numpy as np
 from .failure import GratingError
 from .strict_json import LARGEST_BYTES
 
-# Blender holds a texel in 16 bytes. A picture of more than 1 GiB leaves too little of a graphics card's memory to the
-# scene of an artist.
+# Blender stores a texel in 16 bytes. A picture above 1 GiB leaves an artist's scene too little graphics memory.
 TEXELS_MAX = 1 << 26
-# What is written is scaled to stay within half floats, in pictures of whole floats too.
+# The largest half float. The writer scales values into this range, also in 32-bit pictures.
 _LARGEST = 65504.0
-# The head of a bake has some 2 KB and ten attributes. One of these is JSON of at most LARGEST_BYTES.
+# A bake's header has about 2 KB and ten attributes. One of them is JSON of at most LARGEST_BYTES.
 _HEAD_BYTES_MAX, _ATTRIBUTES_MAX = LARGEST_BYTES + (1 << 12), 64
 _MAGIC, _SCAN_LINES_OF_VERSION_2 = b"v/1\x01", b"\2\0\0\0"
 _ZIP, _FROM_THE_TOP, _ROWS_IN_BLOCK = b"\3", b"\0", 16
@@ -36,12 +34,12 @@ _OF_ANOTHER_KIND = "an OpenEXR file of another kind", "give the .exr that `bake`
 
 @dataclass(frozen=True)
 class Picture:
-    """What the head of a file tells of its picture.
+    """The header of a file.
 
     channels    "RGB" or "RGBA"
     precision   np.float16 or np.float32
-    texts       the attributes that are texts
-    table_at    where in the file the places of the blocks are listed"""
+    texts       the text attributes
+    table_at    file position of the table of block offsets"""
 
     path: Path
     width: int
@@ -57,7 +55,7 @@ class Picture:
         return self.height, self.width, len(self.channels)
 
     def check_pixels(self) -> None:
-        """Raise GratingError if a block is damaged or a pixel is no number. The memory of one block is taken."""
+        """Raise GratingError for a damaged block or a non-finite pixel. Holds one block in memory at a time."""
         with _faults_told(self.path):
             for _ in self._blocks():
                 pass
@@ -71,7 +69,7 @@ class Picture:
         return image
 
     def _blocks(self) -> Iterator[tuple[int, np.ndarray]]:
-        """The first row, counted from the top, and the pixels (rows, width, channels) of each block."""
+        """Yield each block's first row, counted from the top, and its pixels (rows, width, channels)."""
         with self.path.open("rb") as file:
             file.seek(self.table_at)
             places = struct.unpack(f"<{self._block_count}q", file.read(8 * self._block_count))
@@ -86,7 +84,7 @@ class Picture:
                 values = unpacked(file.read(packed), size).view(self.precision)
                 if not _all_in_range(values):
                     raise GratingError(self.path, "its picture holds what is no number", "bake it again")
-                # A file has its channels by their names' alphabet: B, G, R or A, B, G, R.
+                # A file stores its channels in alphabetical order: (A,) B, G, R.
                 yield top, values.reshape(rows, len(self.channels), self.width).transpose(0, 2, 1)[..., ::-1]
 
     @property
@@ -95,7 +93,7 @@ class Picture:
 
 
 def open_picture(path: Path) -> Picture:
-    """What a file's head tells. Raises GratingError if it is not a file as this program writes them."""
+    """Read a file's header. Raises GratingError unless the file has the layout that this program writes."""
     path = Path(path)
     if not path.is_file():
         raise GratingError(path, "there is no such file", "give the .exr that `bake` wrote")
@@ -128,7 +126,7 @@ def _picture(path: Path, head: bytes) -> Picture:
 
 
 def attributes(head: bytes) -> tuple[dict[str, tuple[str, bytes]], int]:
-    """Kind and bytes of each attribute by its name, and where they end. Raises ValueError if they do not."""
+    """Read type and bytes of each header attribute by name, and the end of the header. Raises ValueError if damaged."""
     found: dict[str, tuple[str, bytes]] = {}
     at = 8
     while head[at : at + 1] != b"\0":
@@ -143,8 +141,7 @@ def attributes(head: bytes) -> tuple[dict[str, tuple[str, bytes]], int]:
 
 
 def _channels(value: bytes) -> tuple[str, set[int]]:
-    """The names of the channels in their order, and their kinds of number. Raises ValueError if one has fewer texels
-    than the picture."""
+    """Read the channels' names in file order, and their number types. Raises ValueError for a subsampled channel."""
     names, kinds, at = "", set(), 0
     while value[at : at + 1] != b"\0":
         name, at = _word(value, at)
@@ -163,19 +160,19 @@ def _word(text: bytes, at: int) -> tuple[str, int]:
 
 
 def _all_in_range(values: np.ndarray) -> bool:
-    """Whether every value is a number that half floats reach."""
+    """Whether every value is finite and within the range of half floats."""
     if values.dtype == np.float16:
         return bool(np.isfinite(values).all())
     return bool(np.abs(values).max() <= _LARGEST)
 
 
 def unpacked(packed: bytes, size: int) -> np.ndarray:
-    """The bytes of a block (size,), which are stored as they are where ZIP would not make them fewer.
+    """Unpack a block of `size` bytes. A block that ZIP cannot shrink is stored unpacked.
 
-    ZIP's bytes are differences from byte to byte, plus 128; the even bytes of the block come first, then the odd."""
+    ZIP packs the block's even bytes, then its odd bytes, as differences from byte to byte plus 128."""
     if len(packed) == size:
         return np.frombuffer(packed, np.uint8)
-    plain = zlib.decompressobj().decompress(packed, size + 1)  # one byte more, to see that there is none
+    plain = zlib.decompressobj().decompress(packed, size + 1)  # one more byte reveals a block that is too long
     if len(plain) != size:
         raise ValueError("a block of another size")
     differences = np.frombuffer(plain, np.uint8)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The one exception whose text is meant for the user, and how text of others is shown."""
+"""The exception whose text is shown to the user, and a function that makes foreign text safe to print."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from enum import Enum
 from pathlib import Path
 
-# Characters of a message that are shown. A path has at most 4096.
+# The longest message in characters. A path has at most 4096.
 _LONGEST = 6000
 
 
@@ -72,8 +72,7 @@ class GratingError(Exception):
 
 
 def printable(text: object) -> str:
-    r"""A text as one line. Characters that move the cursor, turn the direction of writing or cannot be shown at all
-    are written as escapes: \n, \x1b, \u202e.
+    r"""Return a text as one line, with unprintable characters as escapes: \n, \x1b, \u202e.
 
-    The names and the contents of files may hold such characters, and a terminal would obey them."""
+    File names and contents may hold control characters, which a terminal would obey."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in str(text))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writing files whole or not at all, where nobody else can reach what is half-written."""
+"""Atomic file writing: a file appears complete or not at all, and other users cannot reach a partial file."""
 
 import contextlib
 import os
@@ -11,27 +11,25 @@ from pathlib import Path
 from .failure import GratingError
 from .job import job_name
 
-# The names of partial folders.
 _PARTIAL = re.compile(r"\..+\..{8}\.[^.]*\.partial", re.DOTALL)
 
 
 @contextlib.contextmanager
 def partial_folder(folder: Path, label: str = "grating") -> Iterator[Path]:
-    """A new folder in `folder` for files in the making. It is removed in the end, with what is still in it.
+    """Make a temporary folder in `folder` for partial files, and remove it with its content at the end.
 
-    Its name, ".LABEL.RANDOM.JOB.partial", cannot be guessed, and only the user may enter it. So nothing can lie in wait
-    at the path of a file in it, such as a link to a file that would be overwritten. By the job's name the program that
-    started the job finds what is left where the job is killed. Raises OSError if the folder cannot be made."""
+    Its name is ".LABEL.RANDOM.JOB.partial". Only the user may enter it, and its name cannot be guessed, so nobody can
+    plant a link that would redirect a write. If the job is killed, the program that started it finds the folder by the
+    job's name. Raises OSError if the folder cannot be made."""
     name = {"prefix": f".{label}.", "suffix": f".{job_name()}.partial"}
     with tempfile.TemporaryDirectory(dir=folder, ignore_cleanup_errors=True, **name) as made:
         yield Path(made)
 
 
 def write_together(writers: Mapping[Path, Callable[[Path], object]]) -> None:
-    """Call each path's writer with a path of the same name in a partial folder, then rename all files to their paths.
+    """Call each path's writer with a path of the same name in a partial folder, then move all files into place.
 
-    Where a writer fails, a file that was at any of the paths stays as it was. Raises GratingError, naming the path, if
-    a file cannot be written."""
+    If a writer fails, all existing files stay unchanged. Raises GratingError if a file cannot be written."""
     with contextlib.ExitStack() as stack:
         partial = {}
         for path, write in writers.items():
@@ -44,15 +42,15 @@ def write_together(writers: Mapping[Path, Callable[[Path], object]]) -> None:
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
-    """write_together for one file."""
+    """Call write_together for one file."""
     write_together({path: write})
 
 
 @contextlib.contextmanager
 def told_of(path: Path) -> Iterator[None]:
-    """Within it, an OSError becomes a GratingError that says that `path` cannot be written, and why.
+    """Turn an OSError in the `with` block into a GratingError: `path` cannot be written, and why.
 
-    Partial folders in the path are not told: they are gone by then."""
+    The message leaves out partial folders, which no longer exist."""
     try:
         yield
     except OSError as error:
@@ -65,8 +63,7 @@ def told_of(path: Path) -> Iterator[None]:
 
 
 def can_be_a_path(text: str) -> bool:
-    """Whether a text, such as one out of a file of JSON, can name a file: the system refuses a zero byte and halves of
-    characters."""
+    """Whether a text, for example from JSON, can name a file. The system refuses zero bytes and lone surrogates."""
     try:
         os.fsencode(text)
     except UnicodeEncodeError:

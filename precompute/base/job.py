@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A run of this program that works for another program, such as the bake that a button of Blender starts.
+"""Jobs: runs of this program for another program, such as a bake that Blender started.
 
-The other program names the job by a private folder, in which it holds a lock as long as it lives. It may be killed: its
-run notices this and ends too.
-"""
+The other program, the starter, identifies the job by a private folder and locks a file in it for as long as it lives.
+A job whose starter was killed finds the lock released, and ends too."""
 
 import os
 import shutil
@@ -11,19 +10,19 @@ from pathlib import Path
 
 from .locks import try_lock
 
-# The environment variable that holds the path of the job's folder.
+# Environment variable: the path of the job's folder.
 JOB_VARIABLE = "NATURAL_GRATINGS_JOB"
-# The file in the job's folder that who started the job has locked.
+# The file in the job's folder that the starter locks.
 LOCK = "lock"
 
 
 def job_name() -> str:
-    """The name of the job that this process works for; empty if it works for none."""
+    """Return the name of this process's job, or "" outside a job."""
     return Path(os.environ.get(JOB_VARIABLE, "")).name
 
 
 def is_forsaken() -> bool:
-    """Whether this process works for a job whose starter has ended."""
+    """Whether this process works for a job whose starter has ended or released the lock."""
     folder = os.environ.get(JOB_VARIABLE)
     if not folder:
         return False
@@ -31,7 +30,7 @@ def is_forsaken() -> bool:
         lock = try_lock(Path(folder) / LOCK)
     except FileNotFoundError:
         return True
-    except OSError:  # a folder that cannot be looked into says nothing
+    except OSError:  # an unreadable folder proves nothing
         return False
     if lock is not None:
         lock.close()
@@ -39,6 +38,6 @@ def is_forsaken() -> bool:
 
 
 def remove_if_forsaken() -> None:
-    """Remove the job's folder if nobody else will."""
+    """Remove the folder of a forsaken job."""
     if is_forsaken():
         shutil.rmtree(os.environ[JOB_VARIABLE], ignore_errors=True)

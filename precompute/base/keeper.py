@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`python keeper.py SECONDS COMMAND...`: runs a command for the program that started this one (child_process.py).
+"""`python keeper.py SECONDS COMMAND...`: runs and supervises a command for the program that started it.
 
-It ends the command after so many seconds, when it is told to end itself, or when the other program has ended or wants
-the command no longer; in the last case it removes the job's folder. The command need not help. A Blender that loads a
-picture from a dead network drive, or xatlas, runs no Python by which it could notice.
-"""
+It ends the command after SECONDS, on a signal to itself, or when the starter (child_process.py) ends or releases its
+lock. In the last case it also removes the job's folder. The command needs no code for this: Blender runs no Python
+while it loads a picture from a dead network drive, nor while xatlas works."""
 
 import importlib
 import signal
@@ -14,16 +13,16 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-# The exit status of a command that was ended at its deadline.
+# The exit status after the deadline.
 LATE = 124
-# Seconds for a command to remove what it has written; after that, it is killed.
+# The time for a command to remove its files before it is killed.
 GRACE_SECONDS = 5
 _POLL_SECONDS = 0.1
 
 
 def keep(command: Sequence[str], longest_seconds: float) -> int:
-    """Run a command to its end, which may be early; its exit status, 128 more than the number of a signal."""
-    # This file is run by its path, so that a Blender needs no search path for it.
+    """Run and supervise a command; return its exit status, or 128 + N if signal N ended it."""
+    # This file is run by its path, so the package must be put on the search path.
     sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
     job = importlib.import_module("precompute.base.job")
     told_to_end: list[int] = []
@@ -54,7 +53,7 @@ def keep(command: Sequence[str], longest_seconds: float) -> int:
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    """End a process gently, then by force. One that waits for a dead disk cannot even be killed: it is left."""
+    """Terminate a process, then kill it. A process that waits for a dead disk survives both and is abandoned."""
     process.terminate()
     if not _wait(process, GRACE_SECONDS):
         process.kill()
@@ -62,7 +61,7 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 
 def _wait(process: subprocess.Popen[bytes], seconds: float) -> bool:
-    """Whether a process ends within some seconds."""
+    """Whether a process ends within `seconds`."""
     try:
         process.wait(seconds)
     except subprocess.TimeoutExpired:

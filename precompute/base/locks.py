@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A lock on a file, through the operating system. The system releases it when the process that holds it ends."""
+"""File locks of the operating system, which releases them when their process ends."""
 
 import os
 import sys
@@ -15,9 +15,9 @@ _OPENED = os.O_RDWR | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
 
 
 def try_lock(path: Path) -> BinaryIO | None:
-    """Lock a file, without waiting. Closing the file that is returned releases the lock; None if another has it.
+    """Lock a file without waiting, and return it; close it to release the lock. Returns None if another process has it.
 
-    The file is made if it is not there. Raises OSError if it cannot be, or if a symbolic link is in its place."""
+    A missing file is created. Raises OSError if that fails, or if the path is a symbolic link."""
     lock = os.fdopen(os.open(path, _OPENED, 0o666), "a+b")
     try:
         if _locked(lock, path):
@@ -39,8 +39,8 @@ def _locked(lock: BinaryIO, path: Path) -> bool:
         return True
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        # The last holder may have removed the file after we opened it. The next process would then lock a new file,
-        # and both would think that they hold the lock.
+        # If the last holder removed the file after it was opened here, the next process would lock a new file, and
+        # both would believe that they hold the lock.
         return os.path.samestat(os.fstat(lock.fileno()), path.stat())
     except (BlockingIOError, FileNotFoundError):
         return False

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The memory that is free, and the refusal of work that would take too much of it."""
+"""Free memory, and an error for work that would need too much of it."""
 
 import os
 from collections.abc import Iterator
@@ -12,19 +12,18 @@ try:
 except ImportError:  # Windows
     resource = None  # type: ignore[assignment]  # a module has no type that includes None
 
-# Work may take this share of what is free. Estimates are rough, and Blender and its scene want memory too.
+# Work may take this share of the free memory. Estimates are rough, and Blender and its scene need memory too.
 _SHARE = 0.5
-# Accounts of a group of processes, in either version of the kernel's: their folder below /sys/fs/cgroup, and the names
-# of the limit, of the use, and of the cached files among what is used.
+# Files of Linux control groups, versions 2 and 1: folder below /sys/fs/cgroup, limit, use, and the entry of memory.stat
+# that counts cached files.
 _CGROUP_2 = ("", "memory.max", "memory.current", "inactive_file")
 _CGROUP_1 = ("memory", "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file")
 
 
 def refuse_beyond_memory(needed_bytes: float, what: str, remedy: Words, *, source: str | Path = "") -> None:
-    """Raise GratingError "SOURCE: WHAT would take ...; REMEDY" if `needed_bytes` are more than half of the memory that
-    is free.
+    """Raise GratingError "SOURCE: WHAT would take ...; REMEDY" if `needed_bytes` exceed half of the free memory.
 
-    Where the system does not tell how much is free, nothing is refused."""
+    Does nothing on systems that do not report free memory."""
     free = free_bytes()
     if free is not None and needed_bytes > _SHARE * free:
         raise GratingError(
@@ -36,16 +35,16 @@ def refuse_beyond_memory(needed_bytes: float, what: str, remedy: Words, *, sourc
 
 
 def in_words(count: float) -> str:
-    """Bytes as text: "3.1 GiB"."""
+    """Format bytes: "3.1 GiB"."""
     return f"{count / 2**30:.3g} GiB" if count >= 2**30 else f"{count / 2**20:.0f} MiB"
 
 
 def free_bytes(root: Path = Path("/")) -> int | None:
-    """The bytes that this process may still take: what the machine has free, what its groups of processes (containers)
-    and its own address space may still grow by, whichever is least.
+    """Return the bytes that this process may still allocate: the least of the machine's free memory and what the limits
+    of its control groups (containers) and of its address space leave.
 
-    On macOS, which gives no such figure without a foreign function, it is all of the machine's memory; on Windows None.
-    `root` is where /proc and /sys are found."""
+    On macOS, where free memory needs a foreign function call, it is all memory; on Windows None. `root` is the folder
+    that holds /proc and /sys."""
     found = [*_machine(root), *_groups(root), *_address_space(root)]
     return max(0, min(found)) if found else None
 
@@ -60,8 +59,9 @@ def _machine(root: Path) -> Iterator[int]:
 
 
 def _groups(root: Path) -> Iterator[int]:
-    """What each group that this process is in may still take, from its own group outwards. Cached files do not count as
-    taken, since the system gives them up."""
+    """Yield the bytes left to each control group of this process, from its own group outwards.
+
+    Cached files do not count as used, since the system drops them when it needs memory."""
     for line in _lines(root / "proc" / "self" / "cgroup"):
         number, controllers, name = line.split(":", 2)
         if number != "0" and "memory" not in controllers.split(","):
@@ -69,7 +69,7 @@ def _groups(root: Path) -> Iterator[int]:
         below, limit, used, cached = _CGROUP_2 if number == "0" else _CGROUP_1
         top = root / "sys" / "fs" / "cgroup" / below
         own = top / name.strip("/")
-        # Inside a container the name is often that outside, and only the top is there.
+        # In a container the name is often the outer one, of which only the top folder exists.
         for folder in (each for each in (own, *own.parents) if each.is_relative_to(top)):
             limit_text, used_text = (_lines(folder / file) for file in (limit, used))
             if limit_text and used_text and limit_text[0] != "max":
@@ -78,7 +78,7 @@ def _groups(root: Path) -> Iterator[int]:
 
 
 def _address_space(root: Path) -> Iterator[int]:
-    """What the limit of `ulimit -v` leaves."""
+    """Yield the bytes left under the limit of `ulimit -v`, if there is one."""
     taken = _lines(root / "proc" / "self" / "statm")
     if resource is None or not taken:
         return
@@ -88,7 +88,7 @@ def _address_space(root: Path) -> Iterator[int]:
 
 
 def _lines(path: Path) -> list[str]:
-    """The lines of a file of the system; none where it is not there or tells nothing."""
+    """Read the lines of a system file; [] if it cannot be read."""
     try:
         return path.read_text(encoding="ascii", errors="replace").splitlines()
     except OSError:

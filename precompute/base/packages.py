@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The packages that the extension brings with it: OpenEXR, Pillow and xatlas.
+"""Packages bundled with the extension: OpenEXR, Pillow and xatlas.
 
-Each is imported where it is used, by `bundled`, so that the rest works without it. A package may be missing, or be
-there and broken: from the zip of another platform, or built for a newer system."""
+`bundled` imports each only when it is needed, so the rest works without it. A package may be missing or broken: from
+another platform's zip, or built for a newer system."""
 
 import importlib
 import sys
@@ -10,16 +10,15 @@ from types import ModuleType
 
 from .failure import GratingError
 
-# The names by which people know packages, where they are not those that are imported.
+# Common names of packages whose import name differs.
 _NAMES = {"PIL": "Pillow"}
 _REMEDY = "install the extension's zip for this platform again"
 
 
 def bundled(module: str, remedy: str = _REMEDY) -> ModuleType:
-    """A module of a package that the extension brings.
+    """Import a module of a bundled package.
 
-    Raises GratingError "PACKAGE: fault; REMEDY" if the package is missing, or fails as it is imported, however it
-    fails."""
+    Raises GratingError "PACKAGE: fault; REMEDY" if the package is missing or its import raises any error."""
     package = module.partition(".")[0]
     try:
         return importlib.import_module(module)

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""JSON from files that anyone may have written: read strictly, within bounds, or refused in one line.
+"""Strict reader of JSON from untrusted files; invalid JSON gives a one-line error.
 
-What passes is smaller than LARGEST_BYTES and nested at most DEEPEST deep. Its numbers are finite, its integers exact in
-double precision, and no key stands twice in an object.
-"""
+It accepts at most LARGEST_BYTES, nesting up to DEEPEST, finite numbers, integers that double precision holds exactly,
+and objects without repeated keys."""
 
 import json
 import math
@@ -12,20 +11,20 @@ from typing import Any
 
 from .failure import GratingError
 
-# A header or a request of ten thousand scans is smaller.
+# A header or a request with ten thousand scans is smaller.
 LARGEST_BYTES = 1 << 20
 # Records of this project are nested 4 deep.
 DEEPEST = 32
-# Every integer up to this one is a number of double precision (RFC 8259, section 6).
+# Double precision holds every integer up to this one exactly (RFC 8259, section 6).
 _LARGEST_INTEGER = 2**53 - 1
 
 
 def read_json(path: Path, remedy: str) -> Any:
-    """The content of a file of JSON in UTF-8.
+    """Read a JSON file in UTF-8.
 
-    Raises GratingError "PATH: fault; REMEDY" if the file cannot be read, or if parse_json refuses its content."""
+    Raises GratingError "PATH: fault; REMEDY" if the file cannot be read or parse_json refuses its content."""
     try:
-        if path.exists() and not path.is_file():  # a fifo would be waited for
+        if path.exists() and not path.is_file():  # opening a fifo would block
             raise GratingError(path, "is no file", remedy)
         with path.open("rb") as file:
             content = file.read(LARGEST_BYTES + 1)
@@ -35,11 +34,9 @@ def read_json(path: Path, remedy: str) -> Any:
 
 
 def parse_json(text: str | bytes, source: str | Path, remedy: str, *, part: str = "") -> Any:
-    """The content of a text of JSON; of bytes, in UTF-8.
+    """Parse JSON text, or bytes in UTF-8. `part` says in an error which part of the source it is: "its header: ".
 
-    `part` is that of the source which holds the text, for the message: "its header: ".
-
-    Raises GratingError "SOURCE: fault; REMEDY" if the text is not JSON or breaks one of the bounds above."""
+    Raises GratingError "SOURCE: fault; REMEDY" if the text is not JSON or breaks a limit of this module."""
     try:
         if len(text) > LARGEST_BYTES:
             raise ValueError(f"larger than {LARGEST_BYTES >> 10} KiB")
@@ -58,7 +55,7 @@ def parse_json(text: str | bytes, source: str | Path, remedy: str, *, part: str 
 
 
 def _integer(digits: str) -> int:
-    # Python reads an integer in a time that grows with the square of its digits.
+    # Python's time to parse an integer grows with the square of its digits.
     if len(digits) > 17 or abs(number := int(digits)) > _LARGEST_INTEGER:
         raise ValueError(f"an integer of {len(digits)} digits")
     return number
@@ -79,7 +76,7 @@ def _without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _is_deeper(value: Any, depth: int) -> bool:
-    """Whether objects and lists are nested in a value more than `depth` deep."""
+    """Whether a value nests objects and lists more than `depth` deep."""
     level = [value]
     for _ in range(depth + 1):
         level = [

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Zip archives from files that anyone may have written: read strictly, within bounds, or refused.
+"""Strict reader of zip archives from untrusted files.
 
-What passes is packed by deflate or not at all, is not encrypted, and unpacks to no more than its directory says. Every
-fault is a ValueError; a file that is not there is a KeyError. The caller adds the path and the remedy.
-"""
+It accepts files that are stored or deflated, not encrypted, and exactly as long as the directory says. Faults raise
+ValueError, and missing files KeyError; the caller adds the path and the remedy."""
 
 from __future__ import annotations
 
@@ -15,12 +14,12 @@ from typing import TYPE_CHECKING, BinaryIO
 if TYPE_CHECKING:
     from zipfile import ZipFile
 
-# A directory's length in bytes, and its files.
+# The most bytes and files in a directory.
 _DIRECTORY_MAX, NAMES_MAX = 2 << 20, 10_000
 # Deflate packs at most this many bytes into one.
 MOST_PACKED = 1032
-# The record at an archive's end, without its comment of up to 64 KiB, and what stands before it where sizes need 64
-# bits (PKWARE, "APPNOTE.TXT", sections 4.3.15 and 4.3.16).
+# The archive's end record, before its comment of up to 64 KiB; the locator before it marks 64-bit archives (PKWARE,
+# "APPNOTE.TXT", sections 4.3.15 and 4.3.16).
 _END, _END_BYTES, _COMMENT_MAX = b"PK\5\6", 22, (1 << 16) - 1
 _LOCATOR, _LOCATOR_BYTES = b"PK\6\7", 20
 _ENCRYPTED = 1
@@ -28,7 +27,7 @@ _METHODS = {0: "stored", 8: "deflate"}
 
 
 class Archive:
-    """The files of a zip archive, which is read from an open file. Nothing is unpacked before `read`."""
+    """A zip archive in an open file. Only `read` unpacks."""
 
     def __init__(self, file: BinaryIO) -> None:
         """Read the directory. Raises ValueError if it is damaged, or holds more than NAMES_MAX files."""
@@ -40,8 +39,9 @@ class Archive:
             raise ValueError(f"an archive of more than {NAMES_MAX} files")
 
     def size(self, name: str) -> int:
-        """The bytes of a file, as the directory says. Raises KeyError if it is not there, ValueError if no file of so
-        few packed bytes can be so long."""
+        """Return a file's unpacked size in bytes, from the directory.
+
+        Raises KeyError if there is no such file, ValueError if its packed bytes cannot unpack to this size."""
         info = self._zip.getinfo(name)
         packed_at_most = info.file_size if info.compress_type == 0 else MOST_PACKED * (info.compress_size + 1)
         if info.file_size > packed_at_most or (info.compress_type == 0 and info.file_size > info.compress_size):
@@ -49,10 +49,9 @@ class Archive:
         return info.file_size
 
     def read(self, name: str, most: int) -> bytes:
-        """The bytes of a file, `most` of them or fewer.
+        """Unpack a file of at most `most` bytes.
 
-        Raises KeyError if it is not there; ValueError if it is longer, encrypted, packed by a method other than
-        deflate, or damaged."""
+        Raises KeyError if there is no such file; ValueError if it is longer, encrypted, damaged, or not deflated."""
         from zipfile import BadZipFile
 
         size = self.size(name)
@@ -74,8 +73,7 @@ class Archive:
 
 
 def _refuse_long_directory(file: BinaryIO) -> None:
-    """Raise ValueError before a directory is read that would cost more than it is worth: zipfile makes an object of
-    half a kilobyte for each of its files."""
+    """Raise ValueError for a directory that would take too much memory: zipfile spends half a kilobyte on each file."""
     end = file.seek(0, os.SEEK_END)
     file.seek(max(0, end - _END_BYTES - _COMMENT_MAX - _LOCATOR_BYTES))
     tail = file.read()

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mathematics without optics: Chebyshev polynomials and cubic B-splines."""
+"""Pure mathematics: Chebyshev polynomials and cubic B-splines."""

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reading samples with the uniform cubic B-spline, as Blender's Cubic interpolation reads a picture in both engines.
+"""Interpolation by the uniform cubic B-spline, like Blender's Cubic image interpolation in both engines.
 
-The samples of a bake's terms are not prefiltered, so a reading of them is the sampled function convolved with the
-B-spline. That adds VARIANCE, in units of the squared step between samples, to the function's variance along each axis.
-The remaining error is of the fourth order in the step. `interpolating` makes samples that are prefiltered.
-"""
+The samples of a bake's terms are not prefiltered, so interpolation convolves the sampled function with the B-spline.
+This adds VARIANCE, in squared sample steps, to the function's variance along each axis. The remaining error is of
+fourth order in the step. `interpolating` prefilters samples."""
 
 import numpy as np
 
@@ -12,7 +11,7 @@ VARIANCE = 1 / 3
 
 
 def weights(f: np.ndarray) -> np.ndarray:
-    """Weights (4, ...) of the samples at -1, 0, 1 and 2 for positions f (...,) in [0, 1], in the precision of f."""
+    """Return the weights (4, ...) of the samples at -1, 0, 1 and 2 for f (...,) in [0, 1], in the precision of f."""
     out = np.empty((4, *f.shape), f.dtype)
     rest = 1 - f
     out[0], out[3] = rest * rest * rest / 6, f * f * f / 6
@@ -22,16 +21,16 @@ def weights(f: np.ndarray) -> np.ndarray:
 
 
 def taps(x: np.ndarray, count: int, precision: type = np.float64) -> tuple[np.ndarray, np.ndarray]:
-    """The four samples around each position, and their weights.
+    """Find the four samples around each position, and their weights.
 
-    x (...,) is measured in steps from the first of `count` samples and lies in [1, count - 2]. Returns the index (...,)
-    of the first of the four samples and the weights (4, ...) in the given precision."""
+    x (...,), in [1, count - 2], counts steps from the first of `count` samples. Returns the index (...,) of the first
+    of the four samples, and the weights (4, ...) in the given precision."""
     below = np.clip(x.astype(np.intp), 1, count - 3)
     return below - 1, weights((x - below).astype(precision))
 
 
 def read_curve(samples: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Read samples (count, channels) at positions x (...,) in [1, count - 2]; returns (..., channels)."""
+    """Interpolate samples (count, channels) at x (...,) in [1, count - 2]; returns (..., channels)."""
     first, share = taps(x, len(samples))
     return sum(share[k][..., None] * samples[first + k] for k in range(4))
 
@@ -39,10 +38,10 @@ def read_curve(samples: np.ndarray, x: np.ndarray) -> np.ndarray:
 def patches(
     y: np.ndarray, x: np.ndarray, shape: tuple[int, int], *, precision: type = np.float64
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The 16 samples of a grid around each position, and their weights.
+    """Find the 16 samples of a grid around each position, and their weights.
 
-    y and x (n,) lie in [1, rows - 2] and [1, columns - 2] of a grid of the given shape (rows, columns). Returns indices
-    (16, n) into the flattened grid and weights (16, n) in the given precision."""
+    `shape` is (rows, columns); y (n,) is in [1, rows - 2], x (n,) in [1, columns - 2]. Returns indices (16, n) into the
+    flattened grid, and weights (16, n) in the given precision."""
     rows, columns = shape
     (row, of_row), (column, of_column) = taps(y, rows, precision), taps(x, columns, precision)
     around = np.arange(4)[:, None] * columns + np.arange(4)
@@ -50,15 +49,13 @@ def patches(
 
 
 def read_grid(samples: np.ndarray, y: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Read samples (rows, columns) at y (...,) in [1, rows - 2] and x (...,) in [1, columns - 2]; returns (...,)."""
+    """Interpolate samples (rows, columns) at y in [1, rows - 2] and x in [1, columns - 2], both (...,)."""
     places, share = patches(np.ravel(y), np.ravel(x), samples.shape, precision=samples.dtype.type)
     return np.einsum("mn,mn->n", share, samples.ravel().take(places, mode="wrap")).reshape(np.shape(y))
 
 
 def interpolating(values: np.ndarray) -> np.ndarray:
-    """Samples (rows, columns) whose reading at each sample is the value (rows, columns) there.
-
-    At the rim the sample before the first is taken to be the first, and the sample after the last the last."""
+    """Prefilter values (rows, columns) to samples that interpolate them. The edge samples are repeated outward."""
     for axis, count in enumerate(values.shape):
         reading = (4 * np.eye(count) + np.eye(count, k=1) + np.eye(count, k=-1)) / 6
         reading[[0, -1], [0, -1]] = 5 / 6

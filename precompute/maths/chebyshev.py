@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Chebyshev nodes and interpolation, and how many terms the phase exp(i z t) needs (docs/theory.md, Expansions)."""
+"""Chebyshev nodes and interpolation, and the number of terms of the phase exp(i z t) (docs/theory.md, Expansions)."""
 
 from collections.abc import Iterator
 
@@ -7,18 +7,18 @@ import numpy as np
 
 
 def nodes(count: int, lower: float, upper: float) -> np.ndarray:
-    """The Chebyshev nodes of the first kind (count,) on [lower, upper], in ascending order."""
+    """Return the Chebyshev nodes of the first kind (count,) on [lower, upper], ascending."""
     t = -np.cos(np.pi * (np.arange(count) + 0.5) / count)
     return 0.5 * (lower + upper) + 0.5 * (upper - lower) * t
 
 
 def polynomials(t: np.ndarray, count: int) -> np.ndarray:
-    """The polynomials T_0 to T_{count-1} at t (...,) in [-1, 1]; returns (..., count)."""
+    """Evaluate the Chebyshev polynomials T_0 to T_{count-1} at t (...,) in [-1, 1]; returns (..., count)."""
     return np.cos(np.arange(count) * np.arccos(np.clip(t, -1, 1))[..., None])
 
 
 def recurrence(t: np.ndarray) -> Iterator[np.ndarray]:
-    """T_0, T_1, ... at t (...,) without end, each (...,) in the precision of t: T_{n+1} = 2 t T_n - T_{n-1}."""
+    """Yield T_0, T_1, ... at t (...,) endlessly, in the precision of t, by T_{n+1} = 2 t T_n - T_{n-1}."""
     before, now = t, np.ones_like(t)
     while True:
         yield now
@@ -26,7 +26,7 @@ def recurrence(t: np.ndarray) -> Iterator[np.ndarray]:
 
 
 def coefficients_from_nodes(count: int) -> np.ndarray:
-    """The matrix (count, count) from values at `nodes(count, ...)` to Chebyshev coefficients: a cosine transform."""
+    """Return the matrix (count, count) from values at `nodes(count, ...)` to Chebyshev coefficients."""
     t = nodes(count, -1, 1)
     matrix = (2 / count) * polynomials(t, count).T
     matrix[0] *= 0.5
@@ -34,15 +34,15 @@ def coefficients_from_nodes(count: int) -> np.ndarray:
 
 
 def interpolation_matrix(x: np.ndarray, count: int, *, lower: float, upper: float) -> np.ndarray:
-    """The matrix (..., count) from values at `nodes(count, lower, upper)` to their interpolant at x (...,)."""
+    """Return the matrix (..., count) from values at `nodes(count, lower, upper)` to their interpolant at x (...,)."""
     t = (2 * np.asarray(x, float) - lower - upper) / (upper - lower)
     return polynomials(t, count) @ coefficients_from_nodes(count)
 
 
 def bessel_j(z: float, count: int) -> np.ndarray:
-    """The Bessel functions J_0(z) to J_{count-1}(z) (count,) of z >= 0.
+    """Compute the Bessel functions J_0(z) to J_{count-1}(z) (count,), z >= 0.
 
-    By Miller's downward recurrence (Abramowitz and Stegun 9.12, example 1)."""
+    Uses Miller's downward recurrence (Abramowitz and Stegun 9.12, example 1)."""
     if z == 0:
         return np.eye(1, count)[0]
     start = int(max(count, z) + 30 + 6 * max(count, z) ** (1 / 3))
@@ -56,11 +56,10 @@ def bessel_j(z: float, count: int) -> np.ndarray:
 
 
 def jacobi_anger_terms(z: float, tolerance: float) -> int:
-    """The number N of Chebyshev nodes that interpolate exp(i z t) on [-1, 1] with an error of at most `tolerance`.
+    """Return the number N of Chebyshev nodes that interpolate exp(i z t) on [-1, 1] to within `tolerance`.
 
-    exp(i z t) = J_0(z) + 2 sum i^n J_n(z) T_n(t) (Abramowitz and Stegun 9.1.44-45). At N nodes
-    every term from n = N on looks like a lower term, so interpolation both loses it and adds it in the wrong place. The
-    error is at most 4 sum_{n >= N} |J_n(z)|."""
+    exp(i z t) = J_0(z) + 2 sum i^n J_n(z) T_n(t) (Abramowitz and Stegun 9.1.44-45). At N nodes, each term n >= N
+    aliases to a lower term, and counts twice in the error: at most 4 sum_{n >= N} |J_n(z)|."""
     size = int(2 * z + 60)
     tail = 4 * np.cumsum(np.abs(bessel_j(z, size))[::-1])[::-1]
     return int(np.argmax(tail <= tolerance))

@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Surfaces: height maps, the readers of their files, sample surfaces, levelling, filling of holes, periods, and the
-relief.
+"""Surfaces: height maps and their file readers, sample surfaces, levelling, hole filling, periods, and reliefs.
 
-A relief is a height map that is ready for the Fourier transform."""
+A relief is a height map prepared for the Fourier transform."""

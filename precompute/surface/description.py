@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a user wants to know of a scan before baking it: its size, its relief, and the periods that will diffract."""
+"""Description of a scan before a bake: its size, its relief, and the periods that diffract visibly."""
 
 from __future__ import annotations
 
@@ -25,17 +25,14 @@ class Description:
 
     rows, cols         the size in pixels
     pixel_size_m       (dy, dx) in metres
-    height_range_m     highest minus lowest height in metres, of the measured pixels after plane levelling
+    height_range_m     highest minus lowest measured height in metres, after plane levelling
     height_rms_m       standard deviation of the same heights in metres
-    source_range_m     highest minus lowest height in metres as measured, the tilt of the scan included
-    periods_m          at most five periods in metres that diffract visibly, the one that sends out the most light
-                       first; empty where nothing repeats
-    period_angles_deg  for each period the direction of its grating vector in degrees: from T, counterclockwise towards
-                       B, in (-90, 90]
-    waves              these periods, the waviness, and what is too fine for light, with all that is known of them
-    quality            what limits the scan
-    channels           labels of all channels of the source
-    """
+    source_range_m     highest minus lowest height in metres as measured, including the tilt
+    periods_m          at most five periods in metres that diffract visibly, brightest first
+    period_angles_deg  direction of each grating vector in degrees: from T, counterclockwise towards B, in (-90, 90]
+    waves              all waves: gratings, waviness, fine wave and line noise
+    quality            the findings that limit the scan
+    channels           labels of all channels of the source"""
 
     rows: int
     cols: int
@@ -56,7 +53,7 @@ class Description:
         return tuple(wave.angle_deg for wave in self.waves.gratings)
 
     def as_dict(self) -> dict[str, object]:
-        """The facts by their names, for JSON: lists in place of tuples, null for a wave that is not there."""
+        """Return the facts for JSON: tuples become lists, missing waves null."""
         waves = asdict(self.waves)
         return {
             "rows": self.rows,
@@ -76,7 +73,7 @@ class Description:
         }
 
     def in_words(self) -> list[str]:
-        """What the relief and its waves are, a line each, with the reason why a wave is or is not the grating."""
+        """Describe the relief and its waves, a line each, and why a wave is or is not the grating."""
         gratings, waviness, fine, noise = self.waves.gratings, self.waves.waviness, self.waves.fine, self.waves.noise
         band = f"from {length_in_words(FINEST_PERIOD_M)} to {length_in_words(COARSEST_PERIOD_M)}"
         lines = [f"relief: {self.relief_in_words()}"]
@@ -105,7 +102,7 @@ class Description:
         return lines
 
     def relief_in_words(self) -> str:
-        """The height of the relief: "375 nm", or where levelling changed it, "408 nm levelled (375 nm as scanned)"."""
+        """Format the relief's height: "375 nm", or, if levelling changed it, "408 nm levelled (375 nm as scanned)"."""
         level, source = (
             f"{nm:.0f} nm" if nm >= 10 else f"{nm:.2g} nm"
             for nm in (self.height_range_m * 1e9, self.source_range_m * 1e9)
@@ -116,9 +113,9 @@ class Description:
 def describe(height_map: HeightMap, other_way: Callable[[], HeightMap | None] | None = None) -> Description:
     """Measure a height map: its relief before and after plane levelling, its waves, and its quality.
 
-    `other_way` reads the scan on the other way over the lines, which took the same steps of levelling, or gives None
-    (`read_other_way` of readers/reader_registry.py). It is called only if a wave is taken for a grating. If it raises
-    GratingError, the scan is described by itself."""
+    `other_way` reads the opposite scan direction (trace or retrace), levelled by the same steps, or returns None
+    (`read_other_way` of readers/reader_registry.py). It is called only if a wave may be a grating. If it raises
+    GratingError, the scan is described alone."""
     plane = plane_of(height_map)
 
     def other() -> HeightMap | None:
@@ -144,14 +141,14 @@ def describe(height_map: HeightMap, other_way: Callable[[], HeightMap | None] | 
 
 
 def _middle(height_map: HeightMap, plane: Plane) -> HeightMap:
-    """The middle of a scan without the plane through the whole scan."""
+    """Return the middle of a scan, levelled by the plane through the whole scan."""
     return replace(height_map, height_m=plane.level_part(height_map, middle_of(height_map)))
 
 
 def _levelled(height_map: HeightMap, plane: Plane) -> tuple[float, float, float]:
-    """Lowest, highest and standard deviation of the levelled heights, whose mean is 0.
+    """Return lowest, highest and standard deviation of the levelled heights, whose mean is 0.
 
-    A few rows at a time: a large scan's levelled heights would take as much memory as the scan."""
+    It levels a few rows at a time, since all levelled heights would take as much memory as the scan."""
     lows, highs, total, count = [], [], 0.0, 0
     for start in range(0, height_map.rows, _ROWS_AT_ONCE):
         level = plane.level_part(height_map, (slice(start, start + _ROWS_AT_ONCE), slice(None)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Dust, scars and spikes of a scan, and which steps remove them without harm to its grating: each is tried."""
+"""Finds dust, scars and spikes of a scan, and tries which steps remove them without harm to the grating."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from .periods import Wave
 from .steps.defects import dust, outliers, scars
 from .steps.loss import loss_in_words, losses_of
 
-# What stands off more than this share of the scan is its relief.
+# A defect covers at most this share of the scan; a larger one is relief.
 _RELIEF_SHARE = 0.1
-# What takes half of a wave with it is what the grating is made of.
+# A defect whose removal takes half of a wave's power is part of the grating.
 _HALF = 0.5
-# Sides of the parts that are looked at, in pixels, so that a large scan takes no longer than a small one.
+# The side of the examined parts in pixels, so that a large scan takes no longer than a small one.
 SIDE = 512
 _ROWS_AT_ONCE = 256
-# The steps with the numbers that they take by default.
+# The steps with their default numbers.
 _FIND = {
     "dust": lambda height: dust(height, 5.0),
     "scars": lambda height: scars(height, 1.0),
@@ -32,12 +32,11 @@ _FIND = {
 
 @dataclass(frozen=True)
 class Defect:
-    """What a step would remove of a scan.
+    """The pixels that a step would remove from a scan.
 
-    step   the step
-    share  the share of the scan that it would remove
-    harm   what it would do to the grating, "" where it would do none
-    loss   the greatest share of a wave's power that it would take"""
+    share  share of the scan
+    harm   the damage to the grating in words, "" for none
+    loss   largest share of a wave's power that the step would take"""
 
     step: str
     share: float
@@ -46,17 +45,17 @@ class Defect:
 
     @property
     def belongs(self) -> bool:
-        """Whether the grating is made of it."""
+        """Whether the defect is part of the grating."""
         return bool(self.harm) and self.loss >= _HALF
 
 
 @dataclass(frozen=True)
 class Spike:
-    """What stands farthest off the relief of a scan.
+    """The height of a scan that lies farthest off its relief.
 
-    off_m     how far it stands over the highest, or under the lowest, of the rest, in metres
-    relief_m  highest minus lowest height of the rest in metres
-    step      the step that removes it and does the grating no harm; "" where there is none"""
+    off_m     distance in metres above the highest, or below the lowest, of the other heights
+    relief_m  range of the other heights in metres
+    step      the step that removes the spike without harm to the grating; "" if there is none"""
 
     off_m: float
     relief_m: float
@@ -64,13 +63,13 @@ class Spike:
 
     @property
     def times(self) -> float:
-        """How many times as far off as the rest is high."""
+        """The spike's distance as a multiple of the relief; 0 without relief."""
         return self.off_m / self.relief_m if self.relief_m else 0.0
 
 
 @dataclass(frozen=True)
 class Surface:
-    """A scan, the plane that levels it, its lowest and highest levelled height in metres, and its gratings."""
+    """A scan, its levelling plane, its lowest and highest levelled height in metres, and its gratings."""
 
     height_map: HeightMap
     plane: Plane
@@ -78,23 +77,23 @@ class Surface:
     gratings: Sequence[Wave]
 
     def around(self, place: tuple[int, int]) -> tuple[slice, slice]:
-        """The rows and columns around a place, at most SIDE each."""
+        """Return the rows and columns around a pixel, at most SIDE each."""
         shape = self.height_map.height_m.shape
         starts = [min(max(0, at - SIDE // 2), max(0, n - SIDE)) for at, n in zip(place, shape, strict=True)]
         return slice(starts[0], starts[0] + SIDE), slice(starts[1], starts[1] + SIDE)
 
     def levelled(self, part: tuple[slice, slice]) -> np.ndarray:
-        """The levelled heights of a part."""
+        """Return the levelled heights of a part."""
         return self.plane.level_part(self.height_map, part)
 
     def coarse(self) -> tuple[slice, slice]:
-        """All of the scan: every so manyth row and column, at most SIDE each."""
+        """Return evenly spaced rows and columns of the whole scan, at most SIDE each."""
         rows, cols = (slice(None, None, -(-n // SIDE)) for n in self.height_map.height_m.shape)
         return rows, cols
 
 
 def defects_of(surface: Surface) -> tuple[Defect, ...]:
-    """The dust and the scars of a scan."""
+    """Find the dust and the scars of a scan."""
     rows, cols = surface.height_map.height_m.shape
     places = {"dust": surface.coarse(), "scars": surface.around((rows // 2, cols // 2))}
     found = (_tried(surface, step, part) for step, part in places.items())
@@ -102,11 +101,10 @@ def defects_of(surface: Surface) -> tuple[Defect, ...]:
 
 
 def spike_of(surface: Surface, defects: Sequence[Defect], *, least: float) -> Spike:
-    """The spike of a scan of these defects. Of one of more than `least` times the relief it is known which step removes
-    it."""
+    """Find the spike of a scan with these defects, and, if it exceeds `least` times the relief, its step."""
     coarse = surface.levelled(surface.coarse())
     dusty = any(each.step == "dust" and not each.belongs for each in defects)
-    # Where the grating itself is like dust, single pixels alone can be told from it.
+    # If the grating itself looks like dust, only single pixels can be distinguished from it.
     off = _FIND["dust" if dusty else "outliers"](coarse)
     rest = coarse[np.isfinite(coarse) & ~off]
     if not rest.size:
@@ -119,8 +117,7 @@ def spike_of(surface: Surface, defects: Sequence[Defect], *, least: float) -> Sp
 
 
 def _tried(surface: Surface, step: str, part: tuple[slice, slice]) -> Defect | None:
-    """What a step would remove of a part of the scan, and what this does to the grating; None where it would remove
-    nothing, or so much that it is the relief."""
+    """Try a step on a part of the scan; None if it would remove nothing, or so much that it is the relief."""
     height = surface.levelled(part)
     mask = _FIND[step](height)
     share = float(mask.mean())
@@ -134,7 +131,7 @@ def _tried(surface: Surface, step: str, part: tuple[slice, slice]) -> Defect | N
 
 
 def _farthest(surface: Surface, low: float, high: float) -> tuple[int, int]:
-    """The row and column that are farthest over `high` or under `low`, in metres."""
+    """Return row and column of the height farthest above `high` or below `low`, both in metres."""
     off, place = -math.inf, (0, 0)
     for start in range(0, surface.height_map.rows, _ROWS_AT_ONCE):
         level = surface.levelled((slice(start, start + _ROWS_AT_ONCE), slice(None)))
@@ -146,7 +143,7 @@ def _farthest(surface: Surface, low: float, high: float) -> tuple[int, int]:
 
 
 def _removes(surface: Surface, place: tuple[int, int]) -> str:
-    """The step that removes what is at a place and does the grating no harm; "" where there is none."""
+    """Name the step that removes the pixel at `place` without harm to the grating; "" if there is none."""
     part = surface.around(place)
     at = place[0] - part[0].start, place[1] - part[1].start
     height = surface.levelled(part)

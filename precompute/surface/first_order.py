@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which waves of a relief diffract visibly, and how much light their first order sends out.
+"""Visibility of a relief's waves: which ones diffract visibly, and how much light their first order gets.
 
-A wave of length d sends its first order to sin(tr) = lambda / d - sin(ti), light and view measured from the normal, in
-the plane of its grating vector. A sine of amplitude a that is low against the wavelength has an order of efficiency
-J1(2 pi a w / lambda)^2 = (pi a w / lambda)^2, with w = cos(ti) + cos(tr) (Goodman, Introduction to Fourier Optics,
-4.4; docs/theory.md).
-"""
+A wave of period d sends its first order to sin(tr) = lambda / d - sin(ti). The angles ti of light and tr of view are
+measured from the normal, in the plane of the grating vector. For a sine of amplitude a much lower than the wavelength,
+the efficiency is J1(2 pi a w / lambda)^2 = (pi a w / lambda)^2, with w = cos(ti) + cos(tr) (Goodman, Introduction to
+Fourier Optics, 4.4; docs/theory.md)."""
 
 from functools import cache
 
@@ -13,34 +12,33 @@ import numpy as np
 
 from ..colour.observer import WAVELENGTH_MIN_M, spectral_weights, wavelengths
 
-# At a finer period not even light and view that both graze the surface have a first order: lambda / d is at most 2.
+# A finer period has no first order even at grazing light and view, since lambda / d = sin(ti) + sin(tr) is at most 2.
 FINEST_PERIOD_M = WAVELENGTH_MIN_M / 2
-# The sun is 0.533 degrees wide. Red and green (the primaries of sRGB, of dominant wavelengths 611 and 549 nm) leave a
-# coarser period closer together than that, so the images of the sun in all colours overlap to white.
+# The sun is 0.533 degrees wide. A coarser period separates red and green (the sRGB primaries' dominant wavelengths, 611
+# and 549 nm) by less, so the sun's images in all colours overlap to white.
 COARSEST_PERIOD_M = (611e-9 - 549e-9) / np.radians(0.533)
 _ANGLES = np.radians(np.arange(-89.0, 90.0, 2.0))
 _FREQUENCIES = 200
 
 
 def visible_share(q: np.ndarray) -> np.ndarray:
-    """The share of visible light (D65, by luminance) that the first order of a low sine of frequency q (...,), in
-    cycles per metre, sends out, divided by the square of its amplitude in metres.
+    """Return the share of visible light (D65, by luminance) in the first order of a low sine of frequency q (...,) in
+    cycles per metre, divided by the square of its amplitude in metres.
 
-    It is the mean over light from all angles in the plane of the grating vector, weighted by their cosines. 0 for
-    periods that do not diffract visibly."""
+    It is the cosine-weighted mean over light from all angles in the grating vector's plane; 0 if nothing is visible."""
     known, shares = _known()
     return np.where((q >= known[0]) & (q <= known[-1]), np.interp(q, known, shares), 0.0)
 
 
 @cache
 def _known() -> tuple[np.ndarray, np.ndarray]:
-    """The frequencies (n,) of all periods that diffract visibly, from the coarsest to the finest, and their shares."""
+    """Tabulate visible_share at frequencies (n,) from the coarsest to the finest period that diffracts visibly."""
     q = np.linspace(1 / COARSEST_PERIOD_M, 1 / FINEST_PERIOD_M, _FREQUENCIES)
     return q, _shares(q)
 
 
 def _shares(q: np.ndarray) -> np.ndarray:
-    """As visible_share, at frequencies q (n,)."""
+    """Compute visible_share at frequencies q (n,)."""
     lambdas = wavelengths(5e-9)
     luminance = spectral_weights(lambdas, "D65")[:, 1]
     total = np.zeros(len(q))

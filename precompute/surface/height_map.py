@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measured or synthetic heights over a rectangle."""
+"""Height maps: measured or synthetic heights over a rectangle."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from ..base.failure import GratingError
 
-# "sample:NAME" stands for a synthetic surface wherever a path stands for a file.
+# "sample:NAME" names a synthetic surface wherever a file can be named.
 SAMPLE_PREFIX = "sample:"
 
 
@@ -19,17 +19,16 @@ SAMPLE_PREFIX = "sample:"
 class HeightMap:
     """Heights over a rectangle.
 
-    height_m      (rows, cols) float64 in metres, positive outward, NaN where nothing was measured; read-only. The
-                  column index runs along the tangent T; row 0 is the top of the scan, so the row index runs along -B
+    height_m      (rows, cols) float64 in metres, positive outward, NaN where not measured; read-only. The scan's x
+                  axis, left to right, runs along the tangent T; row 0 is the top, so the row index runs along -B
     pixel_size_m  (dy, dx) in metres
-    source        what the heights were read from: a path, or "sample:NAME"
-    channel       the label of the channel that holds them; "" where the format has no channels
-    channels      the labels of all channels of the source
-    periodic      whether the edges wrap exactly, as those of synthetic surfaces do
+    source        a path, or "sample:NAME"
+    channel       the channel's label; "" if the format has no channels
+    channels      labels of all channels of the source
+    periodic      whether the edges wrap exactly, as on synthetic surfaces
 
-    Raises GratingError unless the heights are a two-dimensional array with at least one finite value and no
-    infinite one, and the pixel sizes are positive and finite.
-    """
+    Raises GratingError unless the heights are a two-dimensional array with a finite value and without infinite ones,
+    and the pixel sizes are positive and finite."""
 
     height_m: np.ndarray
     pixel_size_m: tuple[float, float]
@@ -65,7 +64,7 @@ class HeightMap:
 
     @property
     def source_name(self) -> str:
-        """The file's name without its folders, or "sample:NAME": the source as a bake records it."""
+        """The file's name without folders, or "sample:NAME"; a bake records it."""
         return self.source if self.source.startswith(SAMPLE_PREFIX) else Path(self.source).name
 
     @property
@@ -76,5 +75,5 @@ class HeightMap:
 
     @property
     def size_m(self) -> tuple[float, float]:
-        """(Ly, Lx): the sides of the scan in metres, pixel edge to pixel edge."""
+        """(Ly, Lx): the scan's sides in metres, from outer edge to outer edge."""
         return self.rows * self.pixel_size_m[0], self.cols * self.pixel_size_m[1]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The power spectrum of heights, and where a peak of it lies between its bins."""
+"""The power spectrum of heights, and the position of its peaks between the bins."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from .height_map import HeightMap
 from .holes import fill_missing
 
-# The longest waves are compared with this many of each other, several times as many as the window's lobe covers.
+# Bins in the group of the longest waves, several times the bins of the window's main lobe.
 _FEWEST_COMPARED = 96
 
 
@@ -19,11 +19,10 @@ _FEWEST_COMPARED = 96
 class Spectrum:
     """The power spectrum of windowed heights.
 
-    power   (ny, nx) in square metres; a sine of amplitude a has a peak of about a^2. Rows are the vertical frequencies
-            in the order of np.fft.fftfreq, columns the horizontal frequencies from 0 up, both in cycles per scan
+    power   (ny, nx) in square metres; a sine of amplitude a has a peak of about a^2. ny: vertical frequencies in the
+            order of np.fft.fftfreq; nx: horizontal frequencies from 0 up; both in cycles per scan
     size_m  (Ly, Lx), the sides of the scan in metres
-    cols    number of columns of the heights
-    """
+    cols    number of columns of the heights"""
 
     power: np.ndarray
     size_m: tuple[float, float]
@@ -31,12 +30,12 @@ class Spectrum:
 
     @property
     def ky(self) -> np.ndarray:
-        """Vertical frequency of each row (ny, 1), whole cycles per scan."""
+        """Vertical frequencies (ny, 1), whole cycles per scan."""
         return np.round(np.fft.fftfreq(len(self.power)) * len(self.power))[:, None]
 
     @property
     def kx(self) -> np.ndarray:
-        """Horizontal frequency of each column (nx,), whole cycles per scan."""
+        """Horizontal frequencies (nx,), whole cycles per scan."""
         return np.arange(self.power.shape[1])
 
     @property
@@ -45,18 +44,14 @@ class Spectrum:
         return np.hypot(self.ky / self.size_m[0], self.kx / self.size_m[1])
 
     def at(self, ky: int, kx: int) -> float:
-        """The power at any pair of whole frequencies, in cycles per scan.
-
-        The array holds half of the frequencies. The others follow because the spectrum of real heights is even and
-        periodic."""
+        """Return the power at whole frequencies in cycles per scan; the array holds half of the even spectrum."""
         kx = (kx + self.cols // 2) % self.cols - self.cols // 2
         ky, kx = (ky, kx) if kx >= 0 else (-ky, -kx)
         return float(self.power[ky % len(self.power), kx])
 
 
 def spectrum_of(level: HeightMap) -> Spectrum:
-    """The spectrum of the heights under a Hann window; without a window the scan's edges would add a cross of false
-    peaks."""
+    """Compute the spectrum under a Hann window, without which the scan's edges add a cross of false peaks."""
     window_y, window_x = (np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2 for n in level.height_m.shape)
     windowed = fill_missing(level).height_m * window_y[:, None] * window_x
     transform = np.fft.rfft2(windowed)
@@ -65,31 +60,28 @@ def spectrum_of(level: HeightMap) -> Spectrum:
 
 
 def amplitude_at(height: np.ndarray, cycles: tuple[float, float]) -> complex:
-    """The transform of heights (rows, cols) without holes under a Hann window, at a wave of (ky, kx) cycles per scan.
-
-    Its phase is the wave's in the middle of the scan; its size is not normalised."""
+    """Return the Fourier transform of hole-free heights (rows, cols) under a Hann window at (ky, kx) cycles per scan.
+    The phase is that at the scan's middle; the magnitude is not normalised."""
     along_y, along_x = (_transformed(*each) for each in zip(height.shape, cycles, strict=True))
-    # Real heights times complex numbers would be copied as complex numbers.
+    # A product with complex numbers would copy the heights as complex numbers.
     real, imaginary = (height @ np.stack([along_x.real, along_x.imag], axis=1)).T
     return complex(along_y @ real + 1j * (along_y @ imaginary))
 
 
 def _transformed(count: int, cycles: float) -> np.ndarray:
-    """A Hann window (count,) times the conjugate of a wave of so many cycles in it."""
+    """Return a Hann window (count,) times the conjugate of a wave of `cycles` periods."""
     place = (np.arange(count) + 0.5) / count
     return np.sin(np.pi * place) ** 2 * np.exp(-2j * np.pi * cycles * (place - 0.5))
 
 
 def ground_of(power: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """For each bin (ny, nx) the median power of all waves of about its own length.
-
-    q (ny, nx) is the frequency of each bin."""
+    """Return the median power (ny, nx) of the bins of similar frequency, where q (ny, nx) is each bin's frequency."""
     power = power.ravel()
     ground = np.zeros(power.size)
     by_length = np.argsort(q, axis=None)
     start, stop = 0, _FEWEST_COMPARED
     while start < power.size:
-        # Each group has as many waves as all coarser ones together: in two dimensions it is half an octave wide.
+        # Each group is as large as all coarser groups together: in two dimensions half an octave wide.
         group = by_length[start:stop]
         ground[group] = np.median(power[group])
         start, stop = stop, 2 * stop
@@ -97,7 +89,7 @@ def ground_of(power: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 
 def refined(spectrum: Spectrum, peak: tuple[int, int]) -> tuple[float, float]:
-    """The frequencies (ky, kx) of a peak between the bins, as if it were one wave's."""
+    """Interpolate a peak's frequencies (ky, kx) between the bins, assuming a single wave."""
     ky, kx = peak
     centre = spectrum.at(ky, kx)
     return (
@@ -107,10 +99,9 @@ def refined(spectrum: Spectrum, peak: tuple[int, int]) -> tuple[float, float]:
 
 
 def _between(below: float, centre: float, above: float) -> float:
-    """Offset in bins, from -0.5 to 0.5, of a wave's frequency from the bin of the peak, from the powers of that bin and
-    of its neighbours.
+    """Return a wave's offset in bins, -0.5 to 0.5, from the peak's bin, by the powers of the bin and its neighbours.
 
-    A wave d bins away has the amplitude sin(pi d) / (pi d (1 - d^2)) under a Hann window, so that of the amplitudes
-    a, b, c of three bins 2 (c - a) / (a + 2 b + c) is d (Grandke 1983, by three points)."""
+    Under a Hann window a wave d bins away has the amplitude sin(pi d) / (pi d (1 - d^2)). So the amplitudes a, b, c of
+    three bins give d = 2 (c - a) / (a + 2 b + c) (Grandke 1983, by three points)."""
     a, b, c = (math.sqrt(power) for power in (below, centre, above))
     return min(0.5, max(-0.5, 2 * (c - a) / (a + 2 * b + c))) if b else 0.0

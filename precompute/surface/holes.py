@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Filling holes: pixels of a height map that were not measured."""
+"""Fills holes: pixels of a height map that were not measured."""
 
 from __future__ import annotations
 
@@ -10,17 +10,15 @@ import numpy as np
 from .height_map import HeightMap
 from .least_squares_plane import fitted_plane
 
-# Relaxation sweeps on each level of the coarse-to-fine fill. A level starts from the smooth fill of the coarser level,
-# so a few sweeps are enough to smooth the coarser level's steps.
+# Relaxation sweeps at each resolution: enough to smooth the steps of the fill at half the resolution.
 _FILL_SWEEPS = 8
 
 
 def fill_missing(height_map: HeightMap) -> HeightMap:
-    """Replace every NaN by a height: the fitted plane plus a nearly harmonic interpolation of the residual.
+    """Replace every NaN by the fitted plane plus a nearly harmonic interpolation of the residual.
 
-    Measured heights are kept to the bit. A filled hole has no step at its rim, and its heights above the plane lie
-    between the lowest and the highest that were measured, so the phasor gets no edge that the surface does not have.
-    """
+    Measured heights stay bit-identical. A filled hole has no step at its rim, and its heights above the plane stay
+    within the range of the measured ones, so the phasor gets no false edge."""
     missing = np.isnan(height_map.height_m)
     if not missing.any():
         return height_map
@@ -30,8 +28,7 @@ def fill_missing(height_map: HeightMap) -> HeightMap:
 
 
 def _fill(height: np.ndarray) -> np.ndarray:
-    """Fill NaN from a copy of half the size that was filled in the same way, then relax towards the mean of the
-    neighbours."""
+    """Fill NaN from a copy of half the size, filled in the same way, then relax towards the neighbours' mean."""
     missing = np.isnan(height)
     if not missing.any():
         return height
@@ -48,7 +45,7 @@ def _fill(height: np.ndarray) -> np.ndarray:
 
 
 def _halve(height: np.ndarray) -> np.ndarray:
-    """The mean of the finite values of each 2 x 2 block; NaN where all four are NaN."""
+    """Average the finite values of each 2 x 2 block; NaN if all four are NaN."""
     rows, cols = height.shape
     padded = np.pad(height, ((0, rows % 2), (0, cols % 2)), constant_values=np.nan)
     blocks = padded.reshape(padded.shape[0] // 2, 2, padded.shape[1] // 2, 2)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Levelling: the least-squares plane is subtracted from a height map."""
+"""Plane levelling: subtracts the least-squares plane from a height map."""
 
 from __future__ import annotations
 
@@ -9,26 +9,25 @@ import numpy as np
 
 from .height_map import HeightMap
 
-# A singular value below this share of the largest one means that the pixels lie on a line or a point. Many planes fit
-# such pixels; the flattest of them is taken.
+# A singular value below this share of the largest means pixels on a line or a point: the flattest plane is taken.
 _RANK_TOLERANCE = 1e-12
 _ROWS_AT_ONCE = 256
 
 
 @dataclass(frozen=True)
 class Plane:
-    """The plane that levelling subtracts from a height map, as three terms in metres.
+    """The plane that levelling subtracts, as three terms in metres.
 
-    offset   the mean of the finite heights
-    along_y  the slope's part along the rows (rows, 1)
-    along_x  the slope's part along the columns (cols,)"""
+    offset   mean of the finite heights
+    along_y  the slope from top to bottom (rows, 1)
+    along_x  the slope from left to right (cols,)"""
 
     offset: float
     along_y: np.ndarray
     along_x: np.ndarray
 
     def level_part(self, height_map: HeightMap, part: tuple[slice, slice]) -> np.ndarray:
-        """The levelled heights of a part of the map, rows and columns."""
+        """Return the levelled heights of a part of the map."""
         level = height_map.height_m[part] - self.offset
         level -= self.along_y[part[0]]
         level -= self.along_x[part[1]]
@@ -36,7 +35,7 @@ class Plane:
 
 
 def plane_of(height_map: HeightMap) -> Plane:
-    """The plane that level_plane subtracts."""
+    """Fit the plane that level_plane subtracts."""
     if height_map.periodic:
         rows, cols = height_map.height_m.shape
         return Plane(float(np.nanmean(height_map.height_m)), np.zeros((rows, 1)), np.zeros(cols))
@@ -46,24 +45,19 @@ def plane_of(height_map: HeightMap) -> Plane:
 def level_plane(height_map: HeightMap) -> HeightMap:
     """Subtract the least-squares plane through the finite heights.
 
-    The mean of the result's finite heights is zero; NaN stays NaN. Where all pixels lie on a line (a single row, for
-    example) many planes fit, and the flattest is subtracted. From a periodic surface only the mean is subtracted: a
-    tilted surface would not wrap, so the slope that a fit would find is that of the surface's facets.
-    """
+    The result's finite heights have the mean zero; NaN stays NaN. If all pixels lie on a line (a single row, say), the
+    flattest plane through them is subtracted. A periodic surface loses only its mean: it has no tilt, since its edges
+    wrap, and a fit would find the slope of its facets."""
     whole = slice(None), slice(None)
     return replace(height_map, height_m=plane_of(height_map).level_part(height_map, whole))
 
 
 def fitted_plane(height: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """The least-squares plane through the finite heights of an array (rows, cols).
+    """Fit the least-squares plane through the finite heights of an array (rows, cols).
 
-    Returns three terms whose sum is the plane: the mean of the finite heights, the slope's part along the rows
-    (rows, 1) and the slope's part along the columns (cols,), all in the heights' unit.
-
-    The normal equations are summed over a few rows at a time. A design matrix would take too much memory: a scan of
-    8192 x 8192 pixels alone is half a gigabyte. The coordinates are centred and scaled to keep the equations well
-    conditioned.
-    """
+    Returns the three terms of Plane, in the heights' unit. The normal equations are summed over a few rows at a time,
+    since a design matrix would take several times the scan's memory. Coordinates are centred and scaled to keep the
+    equations well conditioned."""
     finite = np.isfinite(height)
     in_row, in_column = finite.sum(axis=1, dtype=float), finite.sum(axis=0, dtype=float)
     count = in_row.sum()

@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Waves that both ways over the lines of a scan show: those of the surface, and not those of the microscope.
+"""Confirms waves by the opposite scan direction: trace and retrace share the surface, but not the microscope's noise.
 
-A microscope scans each line forth and back. The surface is the same both times, but the shifts of the lines and a hum
-are not: a hum that is a wave (ky, kx) on the way forth is (ky, -kx) on the way back. A wave's mirror image is therefore
-no confirmation.
-"""
+Line shifts and hum differ between the two. Hum that is a wave (ky, kx) in the trace is (ky, -kx) in the retrace, so a
+wave's mirror image does not confirm it."""
 
 from __future__ import annotations
 
@@ -17,19 +15,19 @@ from .height_map import HeightMap
 from .height_spectrum import Spectrum, amplitude_at, refined
 from .holes import fill_missing
 
-# The least share of the weaker of two amplitudes in the other. A wave that is one bin beside another, the resolution of
-# a scan, has half of its amplitude there under a Hann window. On the real files of both ways it is 0.93 to 0.99.
+# The least ratio of the weaker to the stronger amplitude. Under a Hann window a wave has half of its amplitude one bin
+# away, the resolution of a scan. Real files with both directions have 0.93 to 0.99.
 _SHARE = 0.5
-# How far a way may be shifted against the other, in shares of the scan along B and T. On the real files it is 0.012
-# along B. Along the lines a scanner that is not corrected lags by much more.
+# The largest shift between the two directions, as a share of the scan along B and T. Real files have 0.012 along B.
+# Along the scan lines an uncorrected scanner lags much more.
 _SHIFT = 0.02, 0.1
-# By how much more their phases may differ, in radians. A wave that is 50 times over the median of the noise's power has
-# phases that are off by 0.12 rad (rms) on each way: three times of both.
+# The largest further phase difference in radians: three standard deviations. A wave of 50 times the noise's median
+# power has a phase error of 0.12 rad (rms) in each direction.
 _PHASE = 0.5
 
 
 def confirms(level: HeightMap, spectrum: Spectrum, other: HeightMap) -> Callable[[tuple[int, int]], bool]:
-    """Whether the levelled heights of the other way show the wave of a peak (ky, kx) of the spectrum of `level`."""
+    """Return a predicate: whether `other`, the levelled opposite scan, shows the wave of a peak in the spectrum."""
     ways = [(fill_missing(each).height_m, each.size_m) for each in (level, other)]
 
     def is_shown(peak: tuple[int, int]) -> bool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The periods of a relief, found as peaks of its power spectrum: those that diffract visibly, and those that do not."""
+"""Finds the periods of a relief, as peaks of its power spectrum, and which of them diffract visibly."""
 
 from __future__ import annotations
 
@@ -16,35 +16,35 @@ from .line_noise import line_noise
 from .other_way import confirms
 
 _MOST_PERIODS = 5
-# Of a larger scan the middle is looked at, of this many pixels a side: 2 s of work instead of minutes.
+# Of a larger scan only the middle, of this many pixels a side, is examined: 2 s instead of minutes.
 _SIDE_MAX = 2048
-# A period fits at least three times into the scan.
+# A period must fit at least three times into the scan.
 _LEAST_REPEATS = 3.0
-# Two peaks are one if they are nearer to each other than the main lobe of the window (4 bins wide), or than the spread
-# of a natural surface's peak (15 % to either side on a real Elaphe scan).
+# Peaks closer than the window's main lobe (4 bins wide), or than the spread of a natural surface's peak (15 % to either
+# side on a real Elaphe scan), count as one.
 _DISTINCT_BINS = 4.0
 _DISTINCT_SHARE = 0.2
-# Peaks below this share of the strongest are left out.
+# Peaks below this share of the strongest are ignored.
 _FAINTEST_SHARE = 0.05
-# A peak must have this multiple of the median power of all waves of about its own length. The power of noise is
-# exponentially distributed: the strongest of 10^7 bins has ln(10^7) = 16 times the mean power, or 23 times the median.
-# The roughness of natural surfaces is such noise at each length, and grows with the length.
+# The least ratio of a peak to the median power of waves of similar length. Noise power is exponentially distributed:
+# the strongest of 10^7 bins has ln(10^7) = 16 times the mean, or 23 times the median. Natural roughness is such noise,
+# growing with the wavelength.
 _ABOVE_MEDIAN = 50.0
-# A wave whose half or third is a peak is at one of 18 places near there. Noise reaches this multiple of its median at
-# one of them once in 3,000 peaks.
+# The same ratio for a wave of two or three times a peak's length. It lies in one of 18 bins; noise reaches this ratio
+# in one of them for one in 3,000 peaks.
 _FUNDAMENTAL_ABOVE_MEDIAN = 16.0
-# How far a harmonic of a regular grating may be off a multiple of its wave's frequency, as both are measured.
+# The largest measured distance of a harmonic from a multiple of its wave's frequency, in bins.
 _HARMONIC_BINS = 1.0
-# Line noise is in the columns of the spectrum that the window's lobe about the frequency 0 along the rows covers.
+# Line noise fills the lowest horizontal frequencies, which the window's lobe about 0 covers.
 _NOISE_COLUMNS = 3
-# How often waves that the other way lacks are left out and the next ones found, five at a time.
+# How often waves that the opposite scan lacks are replaced by the next strongest, five at a time.
 _ROUNDS = 8
-# A wave of less than 1 pm is rounding error, not relief.
+# A wave below 1 pm is a rounding error.
 _FAINTEST_AMPLITUDE_M = 1e-12
-# The least share of light that shows. Under the sun, which fills 6.8e-5 sr, an order of this efficiency is a hundredth
-# as bright as white paper: 0.01 * 6.8e-5 / pi.
+# The least visible share of light. Under the sun, which covers 6.8e-5 sr, an order of this efficiency is a hundredth as
+# bright as white paper: 0.01 * 6.8e-5 / pi.
 _FAINTEST_LIGHT = 2.2e-7
-# A contrast beyond this is that of an exact wave on nothing but rounding errors.
+# The contrast of an exact wave, which stands only on rounding errors, is cut to this.
 _CONTRAST_MAX = 1e12
 # The bins (ky, kx) of peaks.
 _Peaks = list[tuple[int, int]]
@@ -54,13 +54,11 @@ _Peaks = list[tuple[int, int]]
 class Wave:
     """A wave of the relief.
 
-    period_m         its length in metres
-    angle_deg        direction of its grating vector in degrees: from T, counterclockwise towards B, in (-90, 90]
-    repeats          how many times it fits into the scan along that direction
-    amplitude_m      the amplitude of a sine with as high a peak in the spectrum, in metres
-    light            the share of visible light that the first order of this sine sends out (first_order.py); 0
-                     for a wave that does not diffract visibly
-    contrast         how many times its peak is as high as the median power of waves of about its length"""
+    angle_deg    direction of the grating vector in degrees: from T, counterclockwise towards B, in (-90, 90]
+    repeats      how often the wave fits into the scan along its direction
+    amplitude_m  amplitude in metres of a sine with the same peak in the spectrum
+    light        share of visible light in the first order of this sine (first_order.py); 0 if it is not visible
+    contrast     ratio of the peak to the median power of waves of similar length"""
 
     period_m: float
     angle_deg: float
@@ -70,13 +68,13 @@ class Wave:
     contrast: float
 
     def in_words(self) -> str:
-        """Length and direction: "316 nm at 45 deg"."""
-        # round() and + 0 keep a minus off zero.
+        """Format period and direction: "316 nm at 45 deg"."""
+        # round() and + 0 avoid a negative zero.
         return f"{length_in_words(self.period_m)} at {round(self.angle_deg) + 0} deg"
 
 
 def length_in_words(length_m: float) -> str:
-    """A length in micrometres or, below ten of them, in nanometres: "18.4 um", "1501 nm"."""
+    """Format a length in micrometres, or in nanometres below 10 um: "18.4 um", "1501 nm"."""
     return f"{length_m * 1e6:.3g} um" if length_m >= 10e-6 else f"{length_m * 1e9:.4g} nm"
 
 
@@ -84,13 +82,11 @@ def length_in_words(length_m: float) -> str:
 class Waves:
     """The waves of a relief.
 
-    gratings  at most five that diffract visibly, the one that sends out the most light first
-    waviness  the highest wave that is too coarse to show colours, None where there is none
-    fine      the highest wave that is too fine for visible light, None where there is none
-    noise     the strongest wave that is left out of the gratings because it is, or may be, line noise of the
-              microscope, None where there is none
-    one_way   whether `noise` is a wave that the other way over the lines lacks (other_way.py); else it is one of those
-              that lines that shift at random have too (line_noise.py)"""
+    gratings  at most five that diffract visibly, brightest first
+    waviness  the highest wave that is too coarse to show colours, or None
+    fine      the highest wave that is too fine for visible light, or None
+    noise     the strongest wave rejected as possible line noise, or None
+    one_way   whether the opposite scan lacks `noise` (other_way.py); else it resembles random shifts (line_noise.py)"""
 
     gratings: tuple[Wave, ...]
     waviness: Wave | None
@@ -105,16 +101,14 @@ def waves_of(
     *,
     other: Callable[[], HeightMap | None] | None = None,
 ) -> Waves:
-    """The waves of levelled heights, of their middle where the scan is large; holes are filled first.
+    """Find the waves of levelled heights, in the middle of a large scan; holes are filled first.
 
-    Where `level` is a part of a scan, scan_m (Ly, Lx) are the scan's sides, in which repeats are counted. `other` gives
-    the same part as scanned on the other way over the lines, levelled alike, or None; it is called only if a wave is
-    taken for a grating, and a grating must be in both.
+    `scan_m` (Ly, Lx) are the whole scan's sides in metres, if `level` is a part. `other` returns the same part of the
+    opposite scan, levelled alike, or None. It is called only if a wave may be a grating; a grating must be in both.
 
-    A wave that diffracts visibly is one that visible light leaves at an angle of its own (FINEST_PERIOD_M), with its
-    colours so far apart that they can be told apart under the sun (COARSEST_PERIOD_M). Such waves are ordered by the
-    light that they send out. Power alone would put the slow waves of natural surfaces first, and power times frequency
-    would put fine waves first whose order leaves at grazing angles only, if at all."""
+    A wave diffracts visibly if it has a first order in visible light (FINEST_PERIOD_M) whose colours separate under the
+    sun (COARSEST_PERIOD_M). Gratings are ordered by the light in this order. Power alone would favour slow waves of
+    natural surfaces; power times frequency would favour fine waves with orders at grazing angles only."""
     scan_m = scan_m or level.size_m
     middle = replace(level, height_m=level.height_m[middle_of(level)])
     spectrum = spectrum_of(middle)
@@ -124,7 +118,7 @@ def waves_of(
     light = visible_share(q) * power
     coarse, fine = np.where(q < 1 / COARSEST_PERIOD_M, power, 0.0), np.where(q > 1 / FINEST_PERIOD_M, power, 0.0)
     waviness = _peaks(spectrum, coarse, 1, least=_FAINTEST_AMPLITUDE_M**2)
-    # A surface that was made has no noise of a microscope.
+    # A synthetic surface has no line noise.
     known = None if level.periodic else waviness
 
     def find() -> tuple[_Peaks, _Peaks]:
@@ -162,15 +156,13 @@ def waves_of(
 def _diffracting(
     spectrum: Spectrum, light: np.ndarray, waviness: list[tuple[int, int]] | None
 ) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
-    """The peaks of the light (ny, nx) of waves that stand out: those of gratings, and the strongest that may be line
-    noise, if there is one and no grating runs along the rows as it does.
-
-    `waviness` is the peak of a slower wave, whose harmonics the gratings may be; None where there is no line noise."""
+    """Find the gratings by their light (ny, nx), and the strongest peak that may be line noise, unless a grating has
+    lines along the scan lines too. `waviness` is as in line_noise, or None if the surface has no line noise."""
     found = _peaks(spectrum, light.copy(), _MOST_PERIODS, least=_FAINTEST_LIGHT)
     noise = [] if waviness is None else line_noise(spectrum, found, waviness)
     if not noise:
         return found, []
-    # The noise has peaks at all row frequencies, which must not push gratings out of the list.
+    # Noise has peaks at all vertical frequencies, which must not push gratings out of the list.
     along = [peak for peak in found if peak not in noise and peak[1] < _NOISE_COLUMNS]
     beyond = light.copy()
     beyond[:, :_NOISE_COLUMNS] = 0.0
@@ -182,11 +174,10 @@ def _diffracting(
 def _with_fundamentals(
     spectrum: Spectrum, peaks: list[tuple[int, int]], light: np.ndarray, ground: np.ndarray
 ) -> list[tuple[int, int]]:
-    """The peaks, and the waves of two and three times their lengths that send out more light than they do.
+    """Add the brighter waves of two and three times the peaks' lengths.
 
-    Pits of random lengths in tracks scatter light at all lengths about that of the tracks, and much less at half of it:
-    there the harmonic stands out of all waves, and the tracks' own wave does not. What lies at a fraction of another
-    peak's frequency needs to stand out less: it is one of a few places, and not one of all."""
+    A disc's pits scatter light at all lengths about its track pitch, and much less at half of it, so only the harmonic
+    stands out. A fundamental may stand out less than other peaks, since only a few bins are searched for it."""
     found = list(peaks)
     for peak in peaks:
         for fraction in (2, 3):
@@ -206,21 +197,20 @@ def _with_fundamentals(
 
 
 def _is_alone(peak: tuple[int, int], others: list[tuple[int, int]]) -> bool:
-    """Whether a peak is distinct from others, as _peaks takes it."""
+    """Whether a peak is distinct from others by the rule of _peaks."""
     reach = max(_DISTINCT_BINS, _DISTINCT_SHARE * math.hypot(*peak))
     return all(math.hypot(peak[0] - sign * ky, peak[1] - sign * kx) > reach for ky, kx in others for sign in (1, -1))
 
 
 def _highest_near(spectrum: Spectrum, place: tuple[float, float]) -> tuple[int, int]:
-    """The bin of the highest power next to a place (ky, kx) of the spectrum."""
+    """Return the bin of the highest power next to a place (ky, kx) of the spectrum."""
     ky, kx = (round(each) for each in place)
     near = [(ky + dy, kx + dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if kx + dx >= 0]
     return max(near, key=lambda each: spectrum.at(*each))
 
 
 def _wave(spectrum: Spectrum, peak: tuple[int, int], *, scan_m: tuple[float, float], ground: float) -> Wave:
-    """The wave of a peak (ky, kx) of the spectrum of heights, which are the middle of a scan of sides scan_m (Ly, Lx);
-    `ground` is the median power of waves of about its length."""
+    """Measure the wave of a peak; `scan_m` as in waves_of, `ground` the median power of waves of similar length."""
     ky, kx = refined(spectrum, peak)
     # The row index runs along -B.
     q_b, q_t = -ky / spectrum.size_m[0], kx / spectrum.size_m[1]
@@ -236,24 +226,22 @@ def _wave(spectrum: Spectrum, peak: tuple[int, int], *, scan_m: tuple[float, flo
 
 
 def middle_of(scan: HeightMap) -> tuple[slice, slice]:
-    """The rows and columns of the middle, at most _SIDE_MAX pixels a side; of a scan whose middle was not measured, all
-    of them."""
+    """Return the rows and columns of the middle, at most _SIDE_MAX each; of the whole scan if its middle is missing."""
     starts = [max(0, (n - _SIDE_MAX) // 2) for n in scan.height_m.shape]
     middle = slice(starts[0], starts[0] + _SIDE_MAX), slice(starts[1], starts[1] + _SIDE_MAX)
     return (slice(None), slice(None)) if np.isnan(scan.height_m[middle]).all() else middle
 
 
 def _angle_deg(q_b: float, q_t: float) -> float:
-    """The angle of a grating vector (B, T) in degrees, in (-90, 90], as opposite vectors are one grating."""
+    """Return a grating vector's angle in degrees, in (-90, 90], since opposite vectors are one grating."""
     angle = math.degrees(math.atan2(q_b, q_t))
     return (angle if -90 < angle <= 90 else angle - math.copysign(180, angle)) + 0.0  # no negative zero
 
 
 def _peaks(spectrum: Spectrum, strength: np.ndarray, most: int, *, least: float) -> list[tuple[int, int]]:
-    """The bins (ky, kx) of at most `most` distinct peaks of the power, those of the greatest strength first.
+    """Find the bins (ky, kx) of at most `most` distinct peaks of the power, strongest first.
 
-    strength (ny, nx) is changed. Peaks of a strength below `least` are left out, and those below _FAINTEST_SHARE of the
-    greatest."""
+    Peaks with a strength below `least`, or below _FAINTEST_SHARE of the greatest, are ignored. Changes `strength`."""
     ky, kx = spectrum.ky, spectrum.kx
     strength[~_is_summit(spectrum.power)] = 0.0
     _clear(strength, (0, 0), np.nextafter(_LEAST_REPEATS, 0))
@@ -272,7 +260,7 @@ def _peaks(spectrum: Spectrum, strength: np.ndarray, most: int, *, least: float)
 
 
 def _clear(strength: np.ndarray, centre: tuple[int, int], reach: float) -> None:
-    """Set a strength (ny, nx), as of _peaks, to 0 up to a distance of `reach` from a pair of frequencies."""
+    """Set the strength (ny, nx) to 0 within `reach` bins of the frequencies `centre`."""
     ky = np.round(np.fft.fftfreq(len(strength)) * len(strength))
     rows = np.nonzero(np.abs(ky - centre[0]) <= reach)[0]
     cols = slice(max(0, math.ceil(centre[1] - reach)), max(0, math.floor(centre[1] + reach) + 1))
@@ -282,10 +270,9 @@ def _clear(strength: np.ndarray, centre: tuple[int, int], reach: float) -> None:
 
 
 def _is_summit(power: np.ndarray) -> np.ndarray:
-    """Whether each bin (ny, nx) has at least as much power as each of its four neighbours.
+    """Whether each bin (ny, nx) has at least the power of its four neighbours.
 
-    Waves that repeat fewer than three times in the scan are left out. The flank of their power reaches higher
-    frequencies and would count as a peak without this test."""
+    Without this test the flanks of the ignored slow waves would count as peaks."""
     summit = (power >= np.roll(power, 1, axis=0)) & (power >= np.roll(power, -1, axis=0))
     summit[:, 1:] &= power[:, 1:] >= power[:, :-1]
     summit[:, :-1] &= power[:, :-1] >= power[:, 1:]

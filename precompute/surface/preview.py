@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What levelling makes of a scan, before it is baked: pictures and figures before the steps and after them."""
+"""Preview of levelling: pictures and figures of a scan before and after the steps."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from .periods import Wave, length_in_words, waves_of
 from .steps.pipeline import level
 from .steps.step import Step
 
-# A larger scan is thinned to this many pixels a side, so that usual steps take less than a second.
+# Larger scans are thinned to this many pixels a side, so that usual steps take less than a second.
 SIDE_MAX = 768
-# Sides of the pictures in pixels, at most.
+# The longest side of a picture in pixels.
 _PICTURE_MAX = 256
-# Heights beyond these percentiles are as dark, or as bright, as a picture gets: dust leaves the relief its greys.
+# The percentiles of black and white. Without them dust would leave the relief few greys.
 _DARKEST, _BRIGHTEST = 1.0, 99.0
 _MISSING = (0.9, 0.1, 0.1)
 
 
 @dataclass(frozen=True)
 class Look:
-    """What heights look like.
+    """Picture and figures of heights.
 
-    picture  (rows, cols, 3) from 0 to 1, row 0 on top: grey, bright where it is high, red where pixels are missing
+    picture  (rows, cols, 3) in [0, 1], row 0 on top: high is bright, missing pixels are red
     range_m  highest minus lowest height in metres
     rms_m    standard deviation of the heights in metres
-    wave     the wave that sends out the most light, of the levelled heights; None where nothing repeats"""
+    wave     the brightest grating of the levelled heights, or None"""
 
     picture: np.ndarray
     range_m: float
@@ -38,14 +38,14 @@ class Look:
     wave: Wave | None
 
     def in_words(self) -> tuple[str, str, str]:
-        """Range, rms and main period."""
+        """Format range, rms and main period."""
         period = "no period" if self.wave is None else self.wave.in_words()
         return f"range {length_in_words(self.range_m)}", f"rms {length_in_words(self.rms_m)}", period
 
 
 @dataclass(frozen=True)
 class Preview:
-    """Heights before and after levelling, and what the steps have to tell (see Levelled)."""
+    """Heights before and after levelling, and the steps' messages (see Levelled)."""
 
     before: Look
     after: Look
@@ -53,25 +53,25 @@ class Preview:
 
 
 def thinned(height_map: HeightMap) -> HeightMap:
-    """Every so manyth row and column of a scan, so that no side has more than SIDE_MAX pixels."""
+    """Keep every n-th row and column of a scan, so that no side exceeds SIDE_MAX pixels."""
     every = -(-max(height_map.height_m.shape) // SIDE_MAX)
     if every == 1:
         return height_map
     pixel = tuple(every * side for side in height_map.pixel_size_m)
     wraps = height_map.periodic and not any(n % every for n in height_map.height_m.shape)
-    # A copy, so that the scan itself is not kept in memory.
+    # A copy, since a view would keep the scan in memory.
     height = height_map.height_m[::every, ::every].copy()
     return replace(height_map, height_m=height, pixel_size_m=pixel, periodic=wraps)
 
 
 def preview(height_map: HeightMap, steps: Sequence[Step]) -> Preview:
-    """Level a scan and look at it before and after. Raises GratingError as `level` does."""
+    """Level a scan and show it before and after. Raises GratingError as `level` does."""
     levelled = level(height_map, steps)
     return Preview(look(height_map), look(levelled.height_map), levelled.told)
 
 
 def look(height_map: HeightMap) -> Look:
-    """A picture of heights, and their figures."""
+    """Make the picture and figures of heights."""
     finite = height_map.height_m[np.isfinite(height_map.height_m)]
     gratings = waves_of(level_plane(height_map)).gratings
     wave = gratings[0] if gratings else None
@@ -79,7 +79,7 @@ def look(height_map: HeightMap) -> Look:
 
 
 def _picture(height: np.ndarray, finite: np.ndarray) -> np.ndarray:
-    """The picture (rows, cols, 3) of heights, by the mean of blocks; a block with a missing pixel is red."""
+    """Average heights to a picture (rows, cols, 3); blocks with a missing pixel are red."""
     dark, bright = np.percentile(finite, (_DARKEST, _BRIGHTEST))
     blocks = _blocks(height)
     missing = np.isnan(blocks).any(axis=(1, 3))
@@ -88,9 +88,9 @@ def _picture(height: np.ndarray, finite: np.ndarray) -> np.ndarray:
 
 
 def _blocks(height: np.ndarray) -> np.ndarray:
-    """Heights as blocks (rows, side, cols, side) of a picture's pixels; a rest at the edges is left out."""
+    """Split heights into the blocks (rows, side, cols, side) of a picture's pixels, without a rest at the edges."""
     side = max(1, -(-max(height.shape) // _PICTURE_MAX))
     rows, cols = (max(1, n // side) for n in height.shape)
-    # A scan of fewer rows than a block is high is a block as high as it.
+    # A scan narrower than a block is one block wide.
     high, wide = (min(side, n) for n in height.shape)
     return height[: rows * high, : cols * wide].reshape(rows, high, cols, wide)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether a scan is good enough to be baked: what limits it, each with a light and a sentence."""
+"""Rates whether a scan is good enough to bake: one finding for each limit, with a traffic light and a sentence."""
 
 from __future__ import annotations
 
@@ -17,36 +17,36 @@ from .least_squares_plane import Plane
 from .periods import Waves, length_in_words
 
 LIGHTS = ("good", "usable", "poor")
-# Half of the finest period that diffracts visible light, which two pixels must resolve.
+# Each pair of numbers holds the limits of "good" and of "usable".
+# Pixels: two must resolve the finest period that diffracts visible light.
 _PIXEL_M = (FINEST_PERIOD_M / 2, FINEST_PERIOD_M)
-# Pixels to a period of the grating: with four, a cubic curve through them misses a sine's top by 10 %.
+# Pixels per period of the grating: with four, a cubic curve through them misses a sine's top by 10 %.
 _PIXELS_A_PERIOD = (8.0, 4.0)
-# The share of the surface that is steeper than 45 degrees. There light meets the surface twice, which no bake knows of.
+# The share of the surface steeper than 45 degrees, where light hits the surface twice. A bake ignores the second hit.
 _STEEP_SHARE = (0.01, 0.1)
-# How far the grating's peak stands over the waves of its length, and how often the grating repeats. Noise reaches 23,
-# and what is taken for a grating at all 50 (periods.py).
+# The contrast of the grating's peak, and its repeats. Noise reaches a contrast of 23; gratings exceed 50 (periods.py).
 _CONTRAST = (200.0, 75.0)
 _REPEATS = (10.0, 5.0)
-# Beyond this the figure says no more.
+# Larger contrasts are not written out.
 _PLAIN = 1000.0
 # Levelling by subtraction shortens a surface by the cosine of its tilt: 0.06 % and 1.5 %.
 _TILT_DEG = (2.0, 10.0)
 # The share of the scan that is dust, scratches, scars or missing.
 _DIRT_SHARE = (1e-3, 0.05)
-# How many times as far off the relief as it is high its dust stands. Twice the height takes twice the bake, and so on.
+# The distance of dust from the relief, in multiples of the relief. A bake grows in proportion to the height range.
 _SPIKE_TIMES = (1.0, 10.0)
 _NAMES = {"dust": "dust or scratches"}
-# The phase in radians by which a step of the heights turns violet light that leaves as it came.
+# The phase shift in radians that one height step gives violet light reflected back to its source.
 _STEP_RADIANS = (0.1, 0.5)
-# How many times sharper valleys are than tops, where a blunt tip has rounded the tops.
+# The ratio of the valleys' sharpness to that of the tops, which a blunt tip rounds.
 _ROUNDED = (3.0, 30.0)
-# The share of all curvatures that is beyond "the sharpest": dust and noise are fewer.
+# The percentile of the curvatures that counts as the sharpest. Dust and noise are rarer.
 _SHARPEST = 99.9
-# A step in the heights below this share of their range is rounding.
+# Height steps below this share of the range are rounding errors.
 _ROUNDING = 1e-7
-# Steps below this are called finer than it: a tenth of an atom's height. No microscope resolves a relief below it.
+# A tenth of an atom's height: finer steps are not written out, and no microscope resolves a lower relief.
 _FINE_STEP_M = 1e-11
-# A relief below this is rounding.
+# A lower relief is a rounding error.
 _NO_RELIEF_M = 1e-15
 
 
@@ -54,13 +54,11 @@ _NO_RELIEF_M = 1e-15
 class Finding:
     """One thing that limits a scan.
 
-    topic     what it is about
     light     one of LIGHTS
-    words     what was found, and what to do about it
-    figure    the number that decided: of "pixel" its side in metres, of "slopes" the share of steep ones, of "period"
-              how many times its peak is as high as the waves of its length, of "tilt" degrees, of "dirt" its share of
-              the scan, of "steps" metres, of "tip" how many times sharper valleys are than tops, of "size" the
-              relief in metres"""
+    words     the fault and the remedy
+    figure    the decisive number, by topic: "pixel" side in metres; "slopes" share of steep ones; "period" contrast;
+              "tilt" degrees; "dirt" share of the scan; "steps" metres; "tip" ratio of the valleys' sharpness to the
+              tops'; "size" relief in metres"""
 
     topic: str
     light: str
@@ -85,39 +83,37 @@ class Quality:
 
     @property
     def light(self) -> str:
-        """The worst light of the findings."""
+        """The worst traffic light of the findings."""
         return LIGHTS[max(LIGHTS.index(finding.light) for finding in self.findings)]
 
     def as_dict(self) -> dict[str, object]:
-        """Ready for JSON."""
+        """Return the findings for JSON."""
         return {"light": self.light, "findings": [finding.as_dict() for finding in self.findings]}
 
     def in_words(self) -> list[str]:
-        """A line of the whole, and one of each finding."""
+        """Return a line for the scan, and one for each finding."""
         return [f"quality: {self.light}", *(f"  {each.topic}: {each.light}; {each.sentence}" for each in self.findings)]
 
 
 def judge(height_map: HeightMap, plane: Plane, waves: Waves, *, reach_m: tuple[float, float]) -> Quality:
-    """Judge a scan by its heights as measured, the plane through them, and the waves, the lowest and the highest of the
-    levelled heights."""
+    """Rate a scan by its measured heights, their plane, the waves, and the lowest and highest levelled height."""
     surface = Surface(height_map, plane, reach_m, waves.gratings)
     centre = surface.levelled(surface.around(tuple(n // 2 for n in height_map.height_m.shape)))
     of_surface = _pixel(height_map, waves), _slopes(centre, height_map), _period(waves)
-    if height_map.periodic:  # made, not measured
+    if height_map.periodic:  # synthetic
         return Quality(of_surface)
     measured = _tilt(height_map, plane), _dirt(surface), _steps(height_map), _tip(centre, height_map)
     return Quality((*_odd_size(reach_m[1] - reach_m[0], height_map), *of_surface, *measured))
 
 
 def _light(value: float, limits: tuple[float, float]) -> str:
-    """The light of a value: good up to the first limit, usable up to the second; from the limits upwards where the
-    first is the larger."""
+    """Rate a value: good up to the first limit, usable up to the second. A larger first limit reverses the order."""
     sign = 1 if limits[0] <= limits[1] else -1
     return LIGHTS[sum(sign * value > sign * limit for limit in limits)]
 
 
 def _odd_size(relief: float, height_map: HeightMap) -> tuple[Finding, ...]:
-    """A finding if no scan has such a relief, since its width or unit is wrong then; else none."""
+    """Return a finding if the relief is impossible, which means a wrong width or unit; else ()."""
     if relief > max(height_map.size_m):
         sentence = (
             f"the relief of {length_in_words(relief)} is larger than the scan, {length_in_words(height_map.size_m[1])} "
@@ -193,7 +189,7 @@ def _period(waves: Waves) -> Finding:
 
 def _tilt(height_map: HeightMap, plane: Plane) -> Finding:
     rises = [float(np.ptp(each)) for each in (plane.along_y, plane.along_x)]
-    # From the middle of the first pixel to that of the last.
+    # From the centre of the first pixel to the centre of the last.
     runs = [max(1, n - 1) * side for n, side in zip(height_map.height_m.shape, height_map.pixel_size_m, strict=True)]
     degrees = math.degrees(math.atan(math.hypot(*(rise / run for rise, run in zip(rises, runs, strict=True)))))
     light = _light(degrees, _TILT_DEG)
@@ -233,7 +229,7 @@ def _dirt(surface: Surface) -> Finding:
 
 
 def _steps(height_map: HeightMap) -> Finding:
-    """How fine the steps of the heights as measured are: the least difference between any two of some of them."""
+    """Rate the resolution of the measured heights: the least difference between two of a sample of them."""
     rows, cols = (slice(None, None, -(-n // (SIDE // 2))) for n in height_map.height_m.shape)
     values = np.unique(height_map.height_m[rows, cols])
     gaps = np.diff(values[np.isfinite(values)])
@@ -250,7 +246,7 @@ def _steps(height_map: HeightMap) -> Finding:
 
 
 def _tip(centre: np.ndarray, height_map: HeightMap) -> Finding:
-    """A blunt tip widens tops by its own radius and leaves valleys sharp, where its flanks meet."""
+    """Rate the tip. A blunt tip widens tops by its radius and leaves valleys sharp, where its flanks meet."""
     tops, valleys = [], []
     for axis, side in enumerate(height_map.pixel_size_m):
         bend = np.diff(centre, n=2, axis=axis) / side**2

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The relief: a height map made ready for the Fourier transform (levelled, holes filled, pixels refined, apodised)."""
+"""The relief: a height map prepared for the Fourier transform (levelled, holes filled, upsampled, apodised)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,13 +13,13 @@ from .holes import fill_missing
 from .steps.pipeline import DEFAULT, level
 from .steps.step import Step
 
-# |u| reaches 2 where light and view both graze, so |q| reaches 2 / lambda_min. Larger pixels than this would alias.
+# With grazing light and view, |u| reaches 2 and |q| reaches 2 / lambda_min. Larger pixels would alias.
 PIXEL_MAX_M = WAVELENGTH_MIN_M / 4
-# What a user can do about a relief of too many pixels.
+# The remedy for a relief with too many pixels.
 SMALLER = "crop the scan, or give its true size if that is smaller"
-# The most that `prepare` holds: 28 bytes for each pixel of the refined relief (laboratory/benchmarks/memory.py).
+# Peak memory of `prepare` per pixel of the upsampled relief, as measured (laboratory/benchmarks/memory.py).
 _BYTES_PER_PIXEL = 28
-# Share of the scan's side over which the apodisation window rises at each end.
+# The share of the scan's side over which the apodisation window rises at each end.
 _APODISED_FRACTION = 0.125
 
 
@@ -27,12 +27,11 @@ _APODISED_FRACTION = 0.125
 class Relief:
     """Heights ready for the Fourier transform.
 
-    height_m          (rows, cols) in metres; the row index runs along +B (a HeightMap's along -B), the column index
-                      along +T; the mean weighted by the apodisation's square is zero
-    apodisation_axes  the factors (rows,) and (cols,) of the apodisation window g
+    height_m          (rows, cols) in metres; the row index runs along +B (in a HeightMap along -B), the column index
+                      along +T. Its mean, weighted by the squared apodisation, is zero
+    apodisation_axes  factors (rows,) and (cols,) of the apodisation window g
     pixel_size_m      (dy, dx) in metres
-    periodic          whether the edges wrap exactly
-    """
+    periodic          whether the edges wrap exactly"""
 
     height_m: np.ndarray
     apodisation_axes: tuple[np.ndarray, np.ndarray]
@@ -46,7 +45,7 @@ class Relief:
 
     @property
     def size_m(self) -> tuple[float, float]:
-        """(Ly, Lx): the sides in metres, from pixel edge to pixel edge."""
+        """(Ly, Lx): the sides in metres, from outer edge to outer edge."""
         rows, cols = self.height_m.shape
         return rows * self.pixel_size_m[0], cols * self.pixel_size_m[1]
 
@@ -57,19 +56,16 @@ class Relief:
 
 
 def prepare(height_map: HeightMap, steps: Sequence[Step] = DEFAULT) -> Relief:
-    """Make a relief of a height map: it is levelled by steps, without any by a plane, and relief_of does the rest.
+    """Level a height map by steps, by default a plane, and make a relief of it.
 
-    Raises GratingError as `level` and relief_of do."""
+    Raises GratingError as `level` and `relief_of` do."""
     return relief_of(level(height_map, steps).height_map)
 
 
 def relief_of(levelled: HeightMap) -> Relief:
-    """Make a relief of levelled heights.
+    """Make a relief of levelled heights: fill holes, upsample to pixels of at most PIXEL_MAX_M, apodise the edges.
 
-    Holes are filled, and pixels are refined until they are no larger than PIXEL_MAX_M. Edges are apodised. A periodic
-    surface keeps its slopes and edges: it has no tilt, and its edges wrap.
-
-    Raises GratingError where the refined relief would take more than half of the memory that is free."""
+    Periodic surfaces keep their edges. Raises GratingError if the relief would take over half of the free memory."""
     factors = [_refinement(*side) for side in zip(levelled.height_m.shape, levelled.pixel_size_m, strict=True)]
     rows, cols = (n * factor for n, factor in zip(levelled.height_m.shape, factors, strict=True))
     refuse_beyond_memory(
@@ -92,15 +88,15 @@ def relief_of(levelled: HeightMap) -> Relief:
 
 
 def _refinement(count: int, pixel_m: float) -> int:
-    """How many pixels are made of one along an axis; a single row or column is not refined."""
+    """Return the upsampling factor along an axis; 1 for a single row or column."""
     return max(1, int(np.ceil(pixel_m / PIXEL_MAX_M - 1e-9))) if count > 1 else 1
 
 
 def _tukey_window(count: int) -> np.ndarray:
-    """The Tukey window (count,): it rises as a cosine over an eighth of the scan at each end, and is 1 between.
+    """Return the Tukey window (count,): a cosine rise over an eighth of the scan at each end, 1 between.
 
-    An edge without a window adds a false cross to the spectrum, several times as strong as the signal. A single row or
-    column has no edges, and its window is 1."""
+    Without a window, the edges add a cross to the spectrum, several times stronger than the signal. A single row or
+    column has the window 1."""
     if count == 1:
         return np.ones(1)
     x = (np.arange(count) + 0.5) / count
@@ -109,10 +105,9 @@ def _tukey_window(count: int) -> np.ndarray:
 
 
 def _upsample(height: np.ndarray, factor: int, axis: int, *, periodic: bool) -> np.ndarray:
-    """Heights with `factor` times as many pixels along an axis, by zero padding the spectrum.
+    """Upsample heights `factor` times along an axis by zero padding the spectrum.
 
-    Exact for band-limited heights that wrap. A scan that does not wrap is first joined to its mirror image, so that
-    its edges meet."""
+    Exact for band-limited heights that wrap. Other heights are first joined to their mirror image, which wraps."""
     h = np.moveaxis(height, axis, -1)
     count = h.shape[-1]
     if not periodic:
@@ -121,7 +116,7 @@ def _upsample(height: np.ndarray, factor: int, axis: int, *, periodic: bool) -> 
     spectrum = np.fft.rfft(h, axis=-1)
     if n % 2 == 0:
         spectrum[..., -1] *= 0.5
-    # Old and new samples lie at the centres of their pixels, so the first ones differ by half the difference in size.
+    # Samples lie at pixel centres, so the first old and new sample are half the difference of the pixel sizes apart.
     shift = 0.5 / factor - 0.5
     spectrum = spectrum * np.exp(2j * np.pi * np.arange(spectrum.shape[-1]) * shift / n)
     fine = np.fft.irfft(spectrum, n * factor, axis=-1) * factor

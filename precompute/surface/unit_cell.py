@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The part of a relief that repeats: the exact unit cell, or the strongest period where no cell repeats exactly."""
+"""The repeating part of a relief: the exact unit cell, or the strongest period if no cell repeats exactly."""
 
 from dataclasses import replace
 
@@ -10,14 +10,14 @@ from .description import describe
 from .height_map import HeightMap
 from .relief import Relief
 
-# Copies of a cell may differ by this share of the relief's range: levelling and refining round the heights.
+# Copies of a cell may differ by this share of the relief's range, the rounding errors of levelling and upsampling.
 _ALIKE = 1e-6
 
 
 def unit_cell(relief: Relief) -> Relief:
-    """The smallest cell whose copies make up a periodic relief exactly; the relief itself where there is none.
+    """Return the smallest cell that tiles a periodic relief exactly, or else the relief itself.
 
-    Along B the cell has at least as many rows as it has columns, or all rows of the relief."""
+    The cell has at least as many rows as columns, or all rows of the relief."""
     if not relief.periodic:
         return relief
     cols = _repeat(relief.height_m, 1, 1)
@@ -27,7 +27,7 @@ def unit_cell(relief: Relief) -> Relief:
 
 
 def _repeat(height: np.ndarray, axis: int, least: int) -> int:
-    """The shortest length in pixels, `least` or longer, after which the heights repeat along an axis."""
+    """Return the shortest period in pixels, at least `least`, of the heights along an axis."""
     count = height.shape[axis]
     allowed = _ALIKE * max(np.ptp(height), 1e-12)
     for length in range(least, count // 2 + 1):
@@ -37,10 +37,8 @@ def _repeat(height: np.ndarray, axis: int, least: int) -> int:
 
 
 def grating_period(relief: Relief, period_m: float | None = None) -> float:
-    """The period of a relief in metres.
-
-    It is `period_m` where that is given, else the length of the unit cell along T where there is one, else the
-    strongest period in the relief's spectrum. Raises GratingError where none of the three exists."""
+    """Return a relief's period in metres: `period_m` if given, else the unit cell's length along T, else the brightest
+    period in the spectrum. Raises GratingError if there is none of the three."""
     if period_m is not None:
         return period_m
     cell = unit_cell(relief)

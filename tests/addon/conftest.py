@@ -18,7 +18,7 @@ def first_engine(extension) -> str:
 
 @pytest.fixture
 def scene(first_engine):
-    """The scene, emptied, with a plane (selected, with its UV map) and a sun."""
+    """The scene, emptied except for a plane (selected, with its UV map) and a sun."""
     import bpy
 
     data = bpy.data
@@ -42,7 +42,7 @@ def scene(first_engine):
 
 @pytest.fixture(scope="session")
 def scan(tmp_path_factory):
-    """A small 16-bit scan: 64 x 64 pixels, 4 um, a sinusoid of 500 nm along the columns, 100 nm deep."""
+    """A small 16-bit scan: 64 x 64 pixels, 4 um, a sinusoid with a period of 500 nm along x, 100 nm deep."""
     path = tmp_path_factory.mktemp("scan") / "waves.png"
     x = (np.arange(64) + 0.5) / 64
     row = 0.5 + 0.5 * np.sin(2 * np.pi * 8 * x)
@@ -75,8 +75,8 @@ def grating(scene, baked):
 
 @pytest.fixture
 def watched(scene, grating):
-    """The plane, of 2 m, with a grating that lamps alone light; a camera of 50 mm 10 m above its middle; the sun shines
-    from 40 degrees, where +X is."""
+    """The plane, 2 m wide, with a grating lit only by lamps; a camera of 50 mm 10 m above its middle; a sun 40 degrees
+    off the normal, on the side of +X."""
     import bpy
 
     bpy.ops.grating.lights(lights="LAMPS")
@@ -94,7 +94,7 @@ def watched(scene, grating):
 
 
 def add_camera(scene, place):
-    """A camera that looks down, the scene's own."""
+    """Add a camera that looks down, as the scene's camera."""
     import bpy
 
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
@@ -105,7 +105,7 @@ def add_camera(scene, place):
 
 
 def select(*things):
-    """Select these objects and no others; the first is active."""
+    """Select only these objects; the first is active."""
     import bpy
 
     bpy.ops.object.select_all(action="DESELECT")
@@ -115,7 +115,7 @@ def select(*things):
 
 
 def reports(operator, capfd) -> str:
-    """What an operator reports, warnings too: in background Blender prints its reports."""
+    """An operator's reports, including warnings: in background mode Blender prints its reports."""
     capfd.readouterr()
     assert operator() == {"FINISHED"}
     return capfd.readouterr().out

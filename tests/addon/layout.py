@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A stand-in for Blender's layout that notes what a panel draws."""
+"""A stand-in for Blender's layout that records what a panel draws."""
 
 from types import SimpleNamespace
 
 
 class Layout:
-    """A layout, and all its rows, columns and sub-panels in one."""
+    """A layout, including all its rows, columns and sub-panels."""
 
     def __init__(self):
         self.labels, self.icons, self.props, self.operators, self.lists, self.pictures = [], [], [], [], [], 0
@@ -44,7 +44,7 @@ class Layout:
         return self, None if default_closed else self
 
     def noted(self, icon):
-        """The labels that begin with an icon, as one text with the lines that follow each."""
+        """The labels with an icon, each with its continuation lines, as one text."""
         kept, lines = False, []
         for text, each in zip(self.labels, self.icons, strict=True):
             kept = each == icon or (kept and each == "BLANK1")
@@ -54,7 +54,7 @@ class Layout:
 
 
 def context_of(width=300):
-    """What draws need to know of Blender's context, with a region in which a panel is drawn."""
+    """What panels read from Blender's context, with a region of a given width."""
     import bpy
 
     return SimpleNamespace(

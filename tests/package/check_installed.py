@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run by a Blender that has the extension: the add-on and its packages are those that the zip brought.
+"""Run by a Blender with the extension: checks that the add-on and its packages come from the zip.
 
-Not in the session that installs: there Blender puts the extensions' packages last on Python's path.
+Use a later session than the one that installs, where Blender puts the extensions' packages last on Python's path.
 """
 
 import sys
@@ -13,7 +13,7 @@ extensions = Path(bpy.utils.user_resource("EXTENSIONS")).resolve()
 
 
 def check(name: str, folder: Path) -> None:
-    """The module comes from a folder below the user's extensions."""
+    """Assert that the module comes from a folder inside the user's extensions."""
     __import__(name)
     file = Path(sys.modules[name].__file__).resolve()
     assert file.is_relative_to(extensions / folder), f"{name} comes from {file}"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The packages as ./dev build makes them, and each Blender there is, in a user folder of its own."""
+"""The packages built by `./dev build`, and every available Blender with its own user folder."""
 
 import os
 import subprocess
@@ -23,7 +23,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 @dataclass(frozen=True)
 class Blender:
-    """A Blender with a user folder of its own, started in the folder `started_in` or else wherever the tests are."""
+    """A Blender with its own user folder, started in the folder `started_in`, or in the tests' working folder."""
 
     command: tuple[str, ...]
     user_folder: Path
@@ -36,7 +36,7 @@ class Blender:
         return subprocess.run(line, capture_output=True, text=True, env=variables, timeout=600, cwd=self.started_in)
 
     def run(self, *arguments: str | Path) -> str:
-        """Its output; fails with it where the exit status is not 0."""
+        """The output; the test fails with it if the exit status is not 0."""
         answer = self.start(*arguments)
         assert answer.returncode == 0, f"{answer.args}\n{answer.stdout}\n{answer.stderr}"
         return answer.stdout
@@ -70,5 +70,5 @@ COMMANDS = {
 
 @pytest.fixture(scope="module", params=COMMANDS)
 def empty_blender(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Blender:
-    """Each Blender there is, with an empty user folder."""
+    """Each available Blender, with an empty user folder."""
     return Blender(COMMANDS[request.param](), tmp_path_factory.mktemp("user"))

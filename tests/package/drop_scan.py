@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run by a Blender with a window and --enable-event-simulate: `--python drop_scan.py -- SCAN SCREEN PICTURE`.
 
-SCAN is dropped on the 3D view: Blender's own operator of a dropped file is called with it. Its preview appears by
-itself; a step is added, the scan is baked by the panel's button, and all of it is undone and done again by the
-keyboard. What went wrong is in the exit status and the output; PICTURE is the screen (the file SCREEN) once the scan is
-levelled.
+Drops SCAN on the 3D view by calling Blender's own operator for a dropped file. The preview must appear by itself. Then
+a step is added, the scan is baked with the panel's button, and everything is undone and redone by keyboard. Errors are
+in the exit status and the output. PICTURE is a copy of the screen (the file SCREEN) once the scan is levelled.
 """
 
 import importlib
@@ -19,17 +18,17 @@ from devtools.hands import LONG, play, press_button, press_in_view, screen_pictu
 
 SCAN, SCREEN, PICTURE = (Path(each) for each in sys.argv[sys.argv.index("--") + 1 :])
 ADDON = "bl_ext.user_default.natural_gratings.addon"
-# Previews that a panel waits for no longer than this, in looks of half a second each.
+# The most looks, half a second each, that wait for a preview.
 _LOOKS = 40
 
 
 def active():
-    """The active grating, found anew: undo frees what Python held."""
+    """The active grating, looked up again because undo frees Python's references."""
     return bpy.context.scene.natural_gratings.active()
 
 
 def previewed():
-    """Steps: waits until the panel has made the preview that it asked for by being drawn; the preview."""
+    """Steps: wait until the panel, by being redrawn, has made its preview; returns the preview."""
     shown = importlib.import_module(f"{ADDON}.workflow.previewing_levelling").shown
     for _ in range(_LOOKS):
         view()[0].tag_redraw()
@@ -43,13 +42,13 @@ def previewed():
 
 
 def drop():
-    """What Blender calls where a file is dropped."""
+    """Call what Blender calls for a dropped file."""
     with bpy.context.temp_override(window=window(), area=view()[0], region=view()[1]):
         bpy.ops.wm.drop_import_file("INVOKE_DEFAULT", True, directory=f"{SCAN.parent}/", files=[{"name": SCAN.name}])
 
 
 def baked():
-    """Steps: waits for the bake that runs beside Blender."""
+    """Steps: wait for the bake in its child process."""
     operator = importlib.import_module(f"{ADDON}.operators.bake_grating").BakeGrating
     while operator.job is not None:
         yield LONG / 2
@@ -59,7 +58,7 @@ def baked():
 def story():
     """The steps; each yields the seconds until the next."""
     yield LONG
-    yield from press_in_view("ESC")  # the splash screen
+    yield from press_in_view("ESC")  # closes the splash screen
     yield from show_sidebar()
     drop()
     yield LONG

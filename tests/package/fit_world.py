@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run by a Blender with a window: `--python fit_world.py -- FOLDER`, on its startup file.
 
-Renders, moves the cube, and has the world's sources fitted while the interface goes on. It asserts that the artist's
-Render Result and undo are as before, and that nothing is fitted beside a render. What went wrong is in the exit status
-and the output.
+Renders, moves the cube, and fits the world's sources while the interface keeps running. Asserts that the artist's
+Render Result and undo history are unchanged, and that no fit runs during a render. Reports errors by the exit status.
 """
 
 import sys
@@ -20,7 +19,7 @@ FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
 
 
 def rendered(name):
-    """The bytes of the Render Result's pixels, as it would be saved."""
+    """The pixel values of the Render Result, as saved."""
     path = FOLDER / f"{name}.png"
     bpy.data.images["Render Result"].save_render(str(path))
     image = bpy.data.images.load(str(path))
@@ -57,7 +56,7 @@ def story():
         yield MOMENT
     assert ticks > 5, "the interface stood still"
     sources = job.result().sources
-    assert sources and abs(sources[0].direction[2] - 0.259) < 0.01, sources  # 15 degrees, as a new sky has it
+    assert sources and abs(sources[0].direction[2] - 0.259) < 0.01, sources  # 15 degrees is a new sky's elevation
     assert names == [sorted(each.name for each in data) for data in (bpy.data.worlds, bpy.data.scenes, bpy.data.images)]
     assert rendered("after") == before, "the Render Result is another"
     with bpy.context.temp_override(window=window()):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run by Blender in an empty user folder: `--python install.py -- ZIP` installs and enables the zip."""
+"""Run by Blender with an empty user folder: `--python install.py -- ZIP` installs and enables the zip."""
 
 import sys
 

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run by Blender: `--python make_plane.py -- FILE [sky]` saves a file with a plane, a sun and a camera close above it;
-and with a sky that has a sun of its own.
+"""Run by Blender: `--python make_plane.py -- FILE [sky]` saves a plane, a sun and a close camera above it, and a sky.
 
-Over the plane the light's and the camera's directions differ enough for a grating of 2.5 um to show whole spectra:
-|u| = |sin 30 deg + sin t| with t from -45 to 45 degrees.
+Over the plane the directions of light and camera vary enough for a grating of 2.5 um to show whole spectra:
+u| = |sin 30 deg + sin t| with t from -45 to 45 degrees.
 """
 
 import sys

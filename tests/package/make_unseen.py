@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run by Blender: `--python make_unseen.py -- FILE` saves a file as an artist may have made it, without the extension.
+"""Run by Blender: `--python make_unseen.py -- FILE` saves an artist's file, made without the extension.
 
-Scene Still: a plane and a ball that has a Principled material of its own, three renamed lamps, one parented to a turned
-empty, all animated. Scene Other: the same objects, other lamps.
+Scene Still: a plane, a ball with its own Principled material, and three renamed lamps, one parented to a rotated empty,
+all animated. Scene Other: the same objects, other lamps.
 """
 
 import sys
@@ -19,7 +19,7 @@ def lamp(kind, name, location, rotation, energy):
 
 
 def animate(thing, path, *values):
-    """Keyframes at frames 1 and 11."""
+    """Insert keyframes at frames 1 and 11."""
     for frame, value in zip((1, 11), values, strict=True):
         setattr(thing, path, value)
         thing.keyframe_insert(path, frame=frame)

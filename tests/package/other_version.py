@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run by Blender with the zip installed, or first to install it: `--python other_version.py -- FILE PICTURE [BAKE]`.
 
-With a bake, it saves a file with a plane that shows it, under a sun that is overhead and a card that shades the half of
-the plane where x > 0. Without a bake, it opens that file. Then it renders PICTURE, an EXR of 32 x 32 pixels."""
+With a bake, saves a file with a plane that shows it, under an overhead sun and a card that shades the half of the plane
+where x > 0. Without a bake, opens that file. Then renders PICTURE, an EXR of 32 x 32 pixels."""
 
 import sys
 

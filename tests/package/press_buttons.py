@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run by a Blender with a window and --enable-event-simulate: `--python press_buttons.py -- BAKE`.
 
-An artist at work on the open file: clicks the floor, presses Assign to Selected, clicks the ball, presses Add to
-Materials and the panel's other buttons, each undone with Ctrl-Z and done again, and saves with Ctrl-S; all by mouse and
-keyboard events. The script only sets the stage: the view, the open
-tab, the bake. It quits at the end; what went wrong is in the exit status and the output.
+Plays an artist at work on the open file, by mouse and keyboard events only: clicks the floor, presses Assign to
+Selected, clicks the ball, presses Add to Materials and the panel's other buttons, undoes each with Ctrl-Z and redoes
+it, and saves with Ctrl-S. The script only sets the stage: the view, the open tab, the bake. It quits at the end.
 """
 
 import importlib
@@ -21,12 +20,12 @@ BAKE = sys.argv[sys.argv.index("--") + 1]
 
 
 def press_undo_redo(command, across=0.3):
-    """Steps: presses the button, undoes it, which must leave all as it was, and does it again."""
+    """Steps: press the button, undo it, which must restore everything, and redo it."""
     yield from undo_redo(command, press_button(command, across))
 
 
 def choose_undo_redo(lights):
-    """Steps: the same with a choice of lights. The menu's entry is taken by the script."""
+    """Steps: the same for a choice of lights. The script chooses the menu's entry."""
     yield from undo_redo(lights, choose(lights))
 
 
@@ -48,7 +47,7 @@ def undo_redo(name, steps):
 
 
 def contents():
-    """What the buttons may change in a file, a line for each."""
+    """Everything that the buttons may change in a file, as lines."""
     lines = {f"{kind} {one.name}" for kind in ("materials", "node_groups", "images") for one in getattr(bpy.data, kind)}
     for material in bpy.data.materials:
         lines |= {f"{material.name}: {link.from_node.name} {link.to_node.name}" for link in material.node_tree.links}
@@ -69,14 +68,14 @@ def differences(wanted, found):
 
 
 def set_the_stage():
-    """Steps: the camera's view, the sidebar's tab, the bake as the active grating."""
+    """Steps: set the camera's view, the sidebar's tab, and the bake as the active grating."""
     grating = bpy.context.scene.natural_gratings.items.add()
     grating.name, grating.bake_path = "blazed", BAKE
     yield from show_sidebar()
 
 
-def add_diffraction_lamp():
-    """A lamp more, as a step of its own for undo."""
+def add_lamp():
+    """Add a lamp, as a separate undo step."""
     bpy.context.scene.collection.objects.link(bpy.data.objects.new("Late", bpy.data.lights.new("Late", "SUN")))
     bpy.ops.ed.undo_push(message="a lamp")
 
@@ -107,7 +106,7 @@ def story():
     yield from press_undo_redo("bpy.ops.grating.add_diffraction_lamp")
     assert bpy.data.objects["Diffraction Lamp"].parent == bpy.data.objects["Ball"]
     assert followed() == ["Bulb", "Torch", "Window"]
-    add_diffraction_lamp()
+    add_lamp()
     yield LONG
     assert followed() == ["Bulb", "Late", "Torch", "Window"]
     after = contents()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The shim over a bpy wheel does with Blender's arguments what the binary does: one list, asked of both."""
+"""The shim over a bpy wheel handles Blender's arguments like the binary: both run the same list."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from devtools.environments import dependency_group
 from devtools.packages import downloads
 from devtools.suites import split_arguments
 
-# What the arguments after --background lead to: (exit status, whether the last of them is still carried out).
+# What follows from the arguments after --background: (exit status, whether the last argument is still executed).
 ENDINGS = {
     "nothing special": ([], 0, True),
     "a script that raises": (["--python-expr", "1 / 0"], 0, True),
@@ -39,11 +39,11 @@ def test_script_sees_its_arguments_after_the_dashes(empty_blender):
 
 
 def test_command_with_a_file_open_has_no_window(empty_blender, tmp_path):
-    """So that an operator that needs bpy.context.selected_objects fails over the wheel as it does in Blender."""
+    """An operator that needs bpy.context.selected_objects thus fails over the wheel as in Blender."""
     file = tmp_path / "scene.blend"
     save = f"import bpy; bpy.ops.wm.save_as_mainfile(filepath={str(file)!r})"
     empty_blender.run("--background", "--python-expr", save)
-    # The wheel of 4.5 crashes at its end over a command that is still registered; add-ons take theirs back.
+    # The wheel of 4.5 crashes on exit if a command is still registered; add-ons unregister theirs.
     register = (
         "import atexit, bpy;"
         "tell = bpy.utils.register_cli_command('tell', lambda _: 40 + (bpy.context.window is None));"

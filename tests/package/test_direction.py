@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sub-panel Direction in a Blender with a window: its buttons pressed, its overlay seen."""
+"""The sub-panel Direction in a Blender with a window: its buttons and its overlay."""
 
 import shutil
 from dataclasses import replace
@@ -14,12 +14,12 @@ from devtools import display as screen
 from .test_interface import blender  # noqa: F401  its fixture
 
 HERE = Path(__file__).parent
-# So high that the whole panel is seen.
+# High enough to show the whole panel.
 SIZE = (1280, 1400)
 
 
 def counts(path: Path) -> tuple[int, int, int]:
-    """The pixels of a picture in the colours of arrows, of seams, and of singular faces."""
+    """The number of pixels of a picture in the colours of arrows, of seams, and of singular faces."""
     r, g, b = np.asarray(Image.open(path).convert("RGB"), int).transpose(2, 0, 1)
     kinds = (g - r > 90) & (b - r > 90), (r - g > 120) & (r - b > 120), (r - b > 120) & (g - b > 90)
     return tuple(int(kind.sum()) for kind in kinds)
@@ -37,14 +37,14 @@ def test_the_overlay_shows_arrows_and_seams_and_the_buttons_work(blender, tmp_pa
         window.run(*options, file, "--python", HERE / "use_direction.py", "--", bake / "blazed.exr", tmp_path)
     seen = {path.stem: counts(path) for path in tmp_path.glob("*.png")}
     off, on, off_again = (seen[name] for name in ("off", "on", "off_again"))
-    # Suzanne fills a third of the view; some hundreds of arrows and her seams lie on it. Without the overlay only the
-    # axis of the view's corner and icons have such colours.
+    # Suzanne fills a third of the view, with some hundreds of arrows and her seams. Without the overlay only the view's
+    # axes and icons have these colours.
     assert on[0] > off[0] + 1000 and on[1] > off[1] + 200
     assert abs(off_again[0] - off[0]) < 200 and abs(off_again[1] - off[1]) < 100
-    # The others fill as much of the view. No seam is on them, and Blender cannot draw an empty batch.
+    # The other meshes are as large in the view. They have no seam, and Blender cannot draw an empty batch.
     for name in ("grid", "combed", "snake"):
         assert seen[f"{name}_on"][0] > seen[f"{name}_off"][0] + 1000, name
         assert seen[f"{name}_on"][1] < seen[f"{name}_off"][1] + 50, name
-    # A closed body has at least two singular points, some of them in sight, each in a ring some ten pixels wide.
+    # A closed body has at least two singular points, some of them visible, each in a ring some ten pixels wide.
     assert seen["combed_on"][2] > seen["combed_off"][2] + 30
     assert abs(seen["fault"][0] - seen["snake_off"][0]) < 100

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The zip, installed into an empty user folder of each Blender there is."""
+"""The zip, installed into an empty user folder of each available Blender."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -21,7 +21,7 @@ scene.render.resolution_x = scene.render.resolution_y = 32
 
 
 def pixels(picture: Path) -> np.ndarray:
-    """(rows, cols, 3) float in 0..1."""
+    """(rows, cols, 3) as displayed, 0 to 1."""
     return np.asarray(Image.open(picture).convert("RGB")) / 255
 
 
@@ -47,7 +47,7 @@ def test_commands_of_the_installed_extension_answer(blender):
 
 
 def test_installed_extension_runs_nothing_of_the_working_folder(blender, tmp_path):
-    """Neither in Blender nor in the process that bakes."""
+    """Neither Blender nor the baking process runs it."""
     (tmp_path / "folder").mkdir()
     mark = set_traps(tmp_path / "folder")
     there = replace(blender, started_in=tmp_path / "folder")
@@ -58,8 +58,8 @@ def test_installed_extension_runs_nothing_of_the_working_folder(blender, tmp_pat
 
 @pytest.mark.parametrize("lights", ["lamps", "rest", "all"])
 def test_installed_extension_bakes_assigns_and_renders(blender, tmp_path, lights):
-    """And the file renders the same in an empty user folder, without the extension and with auto-run off: lamps, and
-    with closures a sky and its sun."""
+    """The file also renders the same in an empty user folder, without the extension and with auto-run off: with lamps
+    alone, and by closures with a sky and its sun."""
     scene, bake = tmp_path / "plane.blend", tmp_path / "bake"
     blender.run_script(HERE / "make_plane.py", scene, *([] if lights == "lamps" else ["sky"]))
     blender.run_grating("bake", "sample:blazed", "--delta-e", "6", "-o", bake)
@@ -75,5 +75,5 @@ def test_installed_extension_bakes_assigns_and_renders(blender, tmp_path, lights
     shot = ("--python-expr", SMALL_CYCLES, "-o", tmp_path / "without_", "-F", "PNG", "-f", "1")
     bare.run("--background", "-Y", scene, *shot)
     assert not list(bare.user_folder.glob("extensions/user_default/*"))
-    # 8-bit pictures by the same sampler at one sample: the same to the last step.
+    # Same sampler, one sample, 8 bits: equal to the last step.
     assert np.array_equal(pixels(tmp_path / "without_0001.png"), picture)

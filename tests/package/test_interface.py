@@ -22,7 +22,7 @@ FRAME = "6"
 
 @pytest.fixture(scope="module")
 def display() -> Iterator[str]:
-    """A screen of its own."""
+    """A separate virtual screen."""
     if shutil.which("Xvfb") is None:
         pytest.skip("no Xvfb: on Debian the package xvfb brings it")
     with screen.display() as name:
@@ -31,14 +31,14 @@ def display() -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def blender(built, tmp_path_factory) -> Blender:
-    """A real Blender with the extension installed from its zip into an empty user folder."""
+    """A Blender binary with the extension installed from its zip into an empty user folder."""
     made = Blender(binary_command(), tmp_path_factory.mktemp("user"))
     made.run_script(HERE / "install.py", built["linux_x64"])
     return made
 
 
 def render(blender: Blender, file: Path, scene: str, frame: str, to: Path, *options: str) -> np.ndarray:
-    """(rows, cols, 3), linear; by Blender alone, not by the extension's command."""
+    """Render linear colours (rows, cols, 3) with Blender's own command line, not with the extension's command."""
     blender.run("--background", *options, file, "-S", scene, "-o", f"{to}_#", "-F", "OPEN_EXR", "-f", frame)
     with OpenEXR.File(f"{to}_{frame}.exr", separate_channels=True) as picture:
         return np.stack([picture.channels()[c].pixels for c in "RGB"], axis=-1)
@@ -59,14 +59,14 @@ def test_pressed_saved_and_reopened_without_the_extension(display, blender, tmp_
         here = render(blender, file, scene, frame, tmp_path / f"with_{scene}")
         there = render(bare, file, scene, frame, tmp_path / f"without_{scene}", "-Y", "--factory-startup")
         assert not list(bare.user_folder.glob("extensions/user_default/*"))
-        # The same program and sampler at one sample, on one or two threads: the same to single precision.
+        # Same program and sampler at one sample, on one or two threads: equal to single precision.
         np.testing.assert_allclose(there, here, rtol=1e-6, atol=1e-6)
         if frame == FRAME:
             assert np.abs(here - dull).max() > 0.1, "no diffraction in the picture"
 
 
 def test_the_artists_walk(blender, tmp_path):
-    """The stations assert what they show; each leaves a picture that is not empty."""
+    """Each station asserts what it shows and leaves a picture that is not empty."""
     if shutil.which("Xvfb") is None:
         pytest.skip("no Xvfb: on Debian the package xvfb brings it")
     blender.run(*walk.stage_arguments(tmp_path))
@@ -79,7 +79,7 @@ def test_the_artists_walk(blender, tmp_path):
 
 
 def shown(path: Path) -> np.ndarray:
-    """(rows, cols, 3) of a picture as displayed, 0 to 1."""
+    """A picture as displayed (rows, cols, 3), 0 to 1."""
     with Image.open(path) as picture:
         return np.asarray(picture.convert("RGB"), float) / 255
 
@@ -95,7 +95,7 @@ def test_the_viewport_follows_the_lamps(display, blender, tmp_path):
                       for what in ("view", "render"))  # fmt: skip
     before = None
     for step in ("assigned", "turned", "coloured", "animated", "area", "two more again"):
-        # The same engine draws both, with the same samples: to the rounding of a picture of eight bits.
+        # The same engine draws both with the same samples: equal up to 8-bit rounding.
         assert np.abs(views[step] - renders[step]).max() < 1.5 / 255, step
         # Orders move, or lose their green.
         assert before is None or np.abs(views[step] - before).max() > 0.5, step
@@ -108,25 +108,25 @@ def test_the_viewport_follows_the_lamps(display, blender, tmp_path):
         assert np.abs(views[step] - views[earlier]).max() < 1.5 / 255, step
     for step in ("eye closed", "excluded", "deleted"):
         assert views[step].max() < 1.5 / 255, step
-    # As in Blender, an eye hides in the viewport alone.
+    # As in Blender, the eye icon hides a lamp only in the viewport.
     assert np.abs(renders["eye closed"] - renders["animated"]).max() < 1.5 / 255
     assert renders["excluded"].max() < 1.5 / 255
 
 
 def test_two_bakes_under_eight_sources_are_not_magenta(display, blender, tmp_path):
-    """EEVEE draws a material magenta if its constants exceed 64 KiB. This one has the most that are read."""
+    """EEVEE draws a material magenta if its constants exceed 64 KiB; this one has the most sources that are read."""
     file, picture = tmp_path / "plane.blend", tmp_path / "seen.png"
     blender.run_script(HERE / "make_plane.py", file)
     for name in ("blazed", "sinusoidal"):
         blender.run_grating("bake", f"sample:{name}", "--delta-e", "6", "-o", tmp_path)
-    # As graphics cards filter (addon/blender/mesa.py).
+    # Filters textures like a graphics card (addon/blender/mesa.py).
     filtered = "MESA_EXTENSION_OVERRIDE=-GL_EXT_texture_filter_anisotropic -GL_ARB_texture_filter_anisotropic"
     window = replace(blender, command=("env", f"DISPLAY={display}", filtered, *blender.command))
     window.run("--window-geometry", "0", "0", "900", "700", file, "--python", HERE / "watch_many_sources.py", "--",
                tmp_path / "blazed.exr", tmp_path / "sinusoidal.exr", picture)  # fmt: skip
     seen = shown(picture)
     red, green, blue = np.moveaxis(seen, -1, 0)
-    # Colours of a spectrum turn from pixel to pixel; Blender's sign of a failed shader is even.
+    # The colours of a spectrum vary from pixel to pixel; Blender's magenta for a failed shader is uniform.
     assert ((red > 0.9) & (green < 0.1) & (blue > 0.9)).mean() < 0.01
     assert seen.std() > 0.02, "no diffraction in the picture"
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that one version of Blender saved, opened and rendered by another, which traces shadows in another way."""
+"""Files saved by one version of Blender, opened and rendered by another that traces shadows differently."""
 
 from pathlib import Path
 
@@ -47,7 +47,7 @@ def halves(picture: Path) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize(("saves", "opens"), [VERSIONS, VERSIONS[::-1]])
 def test_a_file_of_another_version_shows_the_same(blenders, blazed, tmp_path, saves, opens):
-    """4.5 has no Raycast node: its highlights had half of their light. 5.2 runs no script: nothing was shaded."""
+    """4.5 has no Raycast node: its highlights had half of their light. 5.2 runs no script, so nothing was shaded."""
     file, by_saver, by_opener = tmp_path / "file.blend", tmp_path / "saved.exr", tmp_path / "opened.exr"
     script = HERE / "other_version.py"
     blenders[saves].run_script(script, file, by_saver, blazed)
@@ -56,7 +56,7 @@ def test_a_file_of_another_version_shows_the_same(blenders, blazed, tmp_path, sa
     assert answer.stderr.count("Diffraction waves: shadows made anew") == 1
     (lit, _), (found, shaded) = halves(by_saver), halves(by_opener)
     assert lit.max() > 0.1
-    # The versions of Cycles round single precision in their own ways. Half the light, or none of the shadow, is 50 %.
+    # Versions of Cycles round single precision differently. Half the light, or no shadow, would be 50 % off.
     np.testing.assert_allclose(found.mean(axis=(0, 1)), lit.mean(axis=(0, 1)), rtol=0.01)
-    # But for the columns that the pixel filter mixes with the lit half.
+    # Leaves out the columns where the pixel filter mixes in the lit half.
     assert shaded[:, 2:].max() < 0.01 * lit.max()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is in the zips, and that a zip with something amiss does not pass."""
+"""The contents of the zips; a faulty zip is rejected."""
 
 import os
 import tomllib
@@ -25,7 +25,7 @@ def wheels(package: Path) -> list[str]:
 
 
 def without(package: Path, unwanted: str, target: Path) -> Path:
-    """A copy of the zip that lacks the files whose name holds `unwanted`."""
+    """A copy of the zip without the files whose names contain `unwanted`."""
     with zipfile.ZipFile(package) as whole, zipfile.ZipFile(target, "w") as part:
         for item in whole.infolist():
             if unwanted not in item.filename:
@@ -71,7 +71,7 @@ def test_zip_is_valid_for_both_blenders(built, platform, environment):
 
 
 def test_two_builds_are_the_same_bytes(built, tmp_path):
-    """Also where the second is made by a user whose new files nobody else may read."""
+    """Even if the second builder's umask hides new files from other users."""
     before = os.umask(0o077)
     try:
         again = packages.build(environments.require(environments.PY311), tmp_path)

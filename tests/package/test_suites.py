@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`./dev test` that is told to end: its suites end, and none begins after it."""
+"""Interrupting `./dev test`: its suites end, and no further suite starts."""
 
 import signal
 import subprocess
@@ -10,7 +10,7 @@ import pytest
 
 from devtools.steps import project_environment
 
-# A test that tells when it begins and when it is cleaned up.
+# A test that reports when it begins and when it is cleaned up.
 SLOW = """
 import os, time
 from pathlib import Path
@@ -23,7 +23,7 @@ def test_slow():
     finally:
         (here / f"ended-{os.getpid()}").touch()
 """
-# `./dev test` with four suites of this one test. A shell's background jobs ignore SIGINT, and so would these.
+# `./dev test` with four suites of this one test. A shell's background jobs ignore SIGINT, and would pass this on.
 DEV_TEST = """
 import signal, sys
 from pathlib import Path

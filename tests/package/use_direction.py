@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run by a Blender with a window and --enable-event-simulate: `--python use_direction.py -- BAKE PICTURES`.
 
-An artist with the sub-panel Direction: shows the direction of Suzanne's grating and of meshes without seams, unwraps
-her and bakes her direction map, each undone with Ctrl-Z; by mouse and keyboard events. The script sets the stage and
-writes pictures of the window with the overlay on and off. It quits at the end; what went wrong is in the exit status
-and the output."""
+Plays an artist with the sub-panel Direction, by mouse and keyboard events: shows the direction of Suzanne's grating and
+of meshes without seams, unwraps Suzanne and bakes her direction map, undoing each with Ctrl-Z. The script sets the
+stage, writes pictures of the window with the overlay on and off, and quits at the end."""
 
 import importlib
 import sys
@@ -21,7 +20,7 @@ ADDON = "bl_ext.user_default.natural_gratings.addon"
 
 
 def set_the_stage():
-    """Steps: Suzanne with the bake's grating before the camera, and the sub-panel open."""
+    """Steps: put Suzanne with the bake's grating before the camera, and open the sub-panel."""
     bpy.data.batch_remove(list(bpy.data.objects))
     bpy.ops.mesh.primitive_monkey_add()
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
@@ -42,14 +41,14 @@ def set_the_stage():
 
 
 def take_picture(name):
-    """Steps: the screen in a file."""
+    """Steps: save the screen to a file."""
     view()[0].tag_redraw()
     yield LONG
     screen_picture(Path(PICTURES) / "Xvfb_screen0").save(Path(PICTURES) / name)
 
 
 def show_alone(name, seen_from_above):
-    """Steps: of the meshes only one is to be seen, active, as large as Suzanne."""
+    """Steps: hide all other meshes, and make this one active and as large as Suzanne."""
     thing = bpy.data.objects[name]
     for other in bpy.data.objects:
         if other.type == "MESH":
@@ -61,7 +60,7 @@ def show_alone(name, seen_from_above):
 
 
 def show_without_seams():
-    """Steps: pictures of meshes that have no seam, with the overlay on and off."""
+    """Steps: take pictures of meshes without seams, with the overlay on and off."""
     with bpy.context.temp_override(window=window(), area=view()[0], region=view()[1]):
         bpy.ops.mesh.primitive_grid_add(x_subdivisions=20, y_subdivisions=20)
         bpy.ops.mesh.primitive_monkey_add()
@@ -77,7 +76,7 @@ def show_without_seams():
 
 
 def spoil_the_overlay():
-    """Steps: a fault while drawing switches the overlay off, and the button says so."""
+    """Steps: a drawing error switches the overlay off, and the button reports it."""
     overlay = importlib.import_module(f"{ADDON}.workflow.direction_overlay")
     button = importlib.import_module(f"{ADDON}.operators.show_direction").ShowDirection
     sound = overlay.direction_lines
@@ -96,7 +95,7 @@ def maps():
 
 
 def waited_for(what):
-    """Steps: until something is so."""
+    """Steps: wait until a condition holds."""
     for _ in range(60):
         if what():
             return
@@ -135,7 +134,7 @@ def story():
     assert bpy.context.scene.natural_gratings.items[0].frame_kind != "FRAME_MAP"
     yield from take_picture("end.png")
     if not has_xatlas:
-        # In the view's own context, as a key that an artist gave it: the process ends with one line.
+        # In the view's own context, as from an artist's shortcut: the process ends with one line.
         with bpy.context.temp_override(window=window(), area=view()[0], region=view()[1]):
             assert bpy.ops.grating.unwrap("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
         yield from waited_for(lambda: unwrap.running is None)

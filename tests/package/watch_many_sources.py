@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run by a Blender with a window: `--python watch_many_sources.py -- BAKE OTHER_BAKE PICTURE`, on make_plane.py's file.
 
-Assigns a grating that is varied with another bake under three suns and a world of eight sources, shows it in Rendered
-mode with EEVEE, and writes what the viewport shows to PICTURE."""
+Assigns a grating that varies between two bakes, under three suns and a world of eight sources, shows it in Rendered
+mode with EEVEE, and writes the viewport's picture to PICTURE."""
 
 import sys
 from importlib import import_module
@@ -17,7 +17,7 @@ from devtools.hands import play
 
 BAKES, PICTURE = [Path(each) for each in sys.argv[sys.argv.index("--") + 1 : -1]], sys.argv[-1]
 ADDON = "bl_ext.user_default.natural_gratings"
-# Seconds in which the window draws.
+# Seconds for the window to draw.
 PAUSE = 2.0
 
 

@@ -2,9 +2,8 @@
 """Run by a Blender with a window: `--python watch_viewport.py -- BAKE FOLDER`, on make_plane.py's file.
 
 Assigns the bake, shows the camera's view in Rendered mode, and changes, hides, deletes and adds lamps as an artist
-does, with undo and redo. No button is pressed. After each change what the viewport shows, and after some what a render
-gives, is written to FOLDER: STEP_view.png, STEP_render.png. It quits at the end; what went wrong is in the exit status
-and the output.
+does, with undo and redo, but without pressing a button. After each change it writes the viewport's picture to FOLDER as
+STEP_view.png, and after some changes a render as STEP_render.png. It quits at the end.
 """
 
 import sys
@@ -18,7 +17,7 @@ sys.path.append(str(Path(__file__).resolve().parents[2]))
 from devtools.hands import play
 
 BAKE, FOLDER = map(Path, sys.argv[sys.argv.index("--") + 1 :])
-# Seconds in which the window draws.
+# Seconds for the window to draw.
 PAUSE = 2.0
 
 
@@ -34,7 +33,7 @@ def assign():
 
 
 def set_view():
-    """Rendered mode through the camera, without overlays; the renderer's pictures as the viewport shows them."""
+    """Set Rendered mode through the camera without overlays, and let renders match the viewport."""
     scene = bpy.context.scene
     scene.render.engine = "BLENDER_EEVEE_NEXT" if bpy.app.version < (5, 0) else "BLENDER_EEVEE"
     scene.eevee.taa_samples = scene.eevee.taa_render_samples = 4
@@ -128,7 +127,7 @@ STEPS = {
     "two more, undone": undo,
     "two more again": redo,
 }
-# Steps after which a render is written too; each picture takes some seconds on a software rasteriser.
+# Steps that also write a render; a picture takes some seconds on a software rasteriser.
 RENDERED = {"assigned", "turned", "coloured", "animated", "eye closed", "area", "excluded", "two more again"}
 
 

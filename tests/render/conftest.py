@@ -21,7 +21,7 @@ from precompute.table import atlas, atlas_file
 
 @pytest.fixture(scope="session", autouse=True)
 def _filtered_as_by_cards(extension) -> None:
-    """Before the first render by EEVEE."""
+    """Set the texture filter before EEVEE's first render."""
     AddonModules(extension.__name__).mesa.filter_as_cards_do()
 
 
@@ -35,7 +35,7 @@ class Stage:
     filter: tuple[str, float] = ("BOX", 0.01)
 
     def add(self, name, data, location=(0, 0, 0), *, rotation=(0, 0, 0), scale=(1, 1, 1), collection=None):
-        """An object of the data."""
+        """Add an object for the data."""
         import bpy
 
         made = bpy.data.objects.new(name, data)
@@ -44,7 +44,7 @@ class Stage:
         return made
 
     def lamp(self, kind: str, location=(0, 0, 1), to=None, name="Lamp", **settings):
-        """A lamp of a kind; `to` is the direction of its own +Z axis, from the lit surface to the lamp."""
+        """Add a lamp; `to` is the direction of its own +Z axis, from the lit surface to the lamp."""
         import bpy
         from mathutils import Vector
 
@@ -55,7 +55,7 @@ class Stage:
         return self.add(name, data, location, rotation=rotation)
 
     def camera(self, location, target=(0, 0, 0), ortho=None, angle=None):
-        """A camera that looks at a target, its picture upright along +y or +z."""
+        """Add a camera that looks at a target, its picture upright along +y or +z."""
         import bpy
         from mathutils import Vector
 
@@ -71,7 +71,7 @@ class Stage:
         return made
 
     def material(self, name: str):
-        """A material without nodes yet, and the builder of its tree."""
+        """An empty material and the builder of its node tree."""
         import bpy
 
         made = bpy.data.materials.new(name)
@@ -110,14 +110,14 @@ class Stage:
 
 
 def read_channels(path) -> dict[str, np.ndarray]:
-    """Channels of an EXR by their short names."""
+    """The channels of an EXR by their short names."""
     with OpenEXR.File(str(path), separate_channels=True) as file:
         channels = {key: np.asarray(value.pixels, float) for key, value in file.channels().items()}
     return {short_name(key): pixels for key, pixels in channels.items()}
 
 
 def rgb_of(channels: dict[str, np.ndarray]) -> np.ndarray:
-    """(rows, columns, 3)."""
+    """The picture (rows, columns, 3)."""
     return np.stack([channels[c] for c in "RGB"], axis=-1)
 
 
@@ -138,7 +138,7 @@ def stage(addon, tmp_path) -> Stage:
 
 
 def clear(addon, scene) -> None:
-    """Make a scene, and the file, as the stage is."""
+    """Empty the scene and the file."""
     import bpy
 
     data = bpy.data
@@ -156,7 +156,7 @@ def clear(addon, scene) -> None:
 
 @pytest.fixture
 def files(stage):
-    """The stage, for a test that opens other files. After it an empty file of one scene is open."""
+    """The stage, for a test that opens other files. Afterwards an empty file with one scene is open."""
     import bpy
 
     yield stage
@@ -165,8 +165,7 @@ def files(stage):
 
 @pytest.fixture(scope="session")
 def baked(tmp_path_factory):
-    """The blazed sample's bake: its file, and the table that it holds. Its coherence is short, so it is made in
-    seconds."""
+    """The blazed sample's bake: its file and its table. A short coherence makes it in seconds."""
     image, layout = atlas.pack(bake(prepare(read_height_map("sample:blazed")), BakeRequest(coherence_length_m=8e-6)))
     path = tmp_path_factory.mktemp("radiance") / "blazed.exr"
     atlas_file.write_together({path: (image, layout)}, {})
@@ -175,7 +174,7 @@ def baked(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def steep(baked, tmp_path_factory):
-    """That bake with an albedo bound that differs from texel to texel, at the normal too: its file, and its table."""
+    """The same bake with an albedo bound that differs between texels, even at the normal: its file and its table."""
     table = baked[1]
     excess = np.random.default_rng(0).random(table.excess_albedo.shape).astype(np.float32)
     image, layout = atlas.pack(replace(table, excess_albedo=excess))
@@ -186,13 +185,13 @@ def steep(baked, tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def skin(tmp_path_factory):
-    """A shallow bake of the Elaphe sample, with its sample set: its file, and its table."""
+    """A shallow bake of the Elaphe sample with its sample set: its file and its table."""
     return _baked_by_command(tmp_path_factory, "elaphe")
 
 
 @pytest.fixture(scope="session")
 def deep_skin(tmp_path_factory):
-    """The same of the Xenopeltis sample, whose zero order and albedo bound change most near the horizon."""
+    """The same for the Xenopeltis sample, whose zero order and albedo bound change most near the horizon."""
     return _baked_by_command(tmp_path_factory, "xenopeltis")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes of a plane under two lamps, as they are and as they become, and how their pictures are compared."""
+"""Scenes of a plane under two lamps, before and after changes, and the comparison of their pictures."""
 
 import math
 from dataclasses import dataclass, field
@@ -15,7 +15,7 @@ ENGINES = ["cycles", "eevee"]
 
 @dataclass(frozen=True)
 class Lamp:
-    """What an artist sets of a lamp."""
+    """A lamp's settings."""
 
     kind: str
     location: tuple = (0, 0, 1)
@@ -41,7 +41,7 @@ def add_lamps(stage, lamps):
 
 
 def change(lamps):
-    """Change the file's lamps of these names, as an artist would: no lamp is made anew."""
+    """Change the file's lamps of these names in place, as an artist would."""
     from mathutils import Vector
 
     for name, lamp in lamps.items():
@@ -57,7 +57,7 @@ def add_camera(stage):
 
 
 def add_plane(name="Plane"):
-    """A plane; nothing else is selected."""
+    """Add a plane and select only it."""
     bpy.ops.mesh.primitive_plane_add(size=2)
     bpy.context.object.name = name
     return bpy.context.object
@@ -72,7 +72,7 @@ def add_grating(stage, path, name="blazed"):
 
 
 def build(stage, path, lamps, lights="REST"):
-    """Make plane, camera and lamps, and put the grating on the plane by its button; the plane."""
+    """Build plane, camera and lamps, and assign the grating with its button; returns the plane."""
     plane = add_plane()
     add_camera(stage)
     add_lamps(stage, lamps)
@@ -86,7 +86,7 @@ _truths = {}
 
 
 def truth(stage, path, lamps, engine):
-    """The picture of a scene that was made with these lamps. The stage is empty afterwards."""
+    """The picture of a scene built with these lamps. The stage is empty afterwards."""
     key = (engine, repr(lamps))
     if key not in _truths:
         build(stage, path, lamps)
@@ -96,9 +96,8 @@ def truth(stage, path, lamps, engine):
 
 
 def agree(picture, wanted):
-    """The pictures show the same scene, by the same renderer and without noise. Lamps may be summed in another order,
-    which rounds float32 sums of some tens of terms differently. EEVEE truncates to half floats: one step is 2^-10 of a
-    value."""
+    """Assert that two noise-free pictures by one renderer show the same scene. The order of a sum over lamps changes
+    its float32 rounding; EEVEE truncates to half floats, in steps of 2^-10 of a value."""
     assert wanted.max() > 0.05
     differ = np.ptp(wanted.reshape(-1, 3), axis=0)
     assert differ.min() > 0.01, "a flat picture proves nothing"
@@ -110,7 +109,7 @@ def differs(picture, other):
 
 
 def now(stage):
-    """The stage over the scene that is open now."""
+    """The stage for the scene that is open now."""
     return Stage(stage.addon, stage.folder, bpy.context.scene)
 
 
@@ -121,7 +120,7 @@ def save(stage, name="scene"):
 
 
 def keep_from(lamp, mesh, state="EXCLUDE"):
-    """Light linking: the lamp's receivers, with one mesh."""
+    """Link the lamp to receivers that hold one mesh."""
     receivers = bpy.data.collections.new("Receivers")
     receivers.objects.link(mesh)
     receivers.collection_objects[0].light_linking.link_state = state

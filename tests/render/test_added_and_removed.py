@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Diffraction added to an artist's own material and removed again leaves the material as it was."""
+"""Adding diffraction to an artist's own material and removing it again leaves the material as it was."""
 
 import bpy
 
@@ -7,7 +7,7 @@ from .lamp_scenes import AFTER, add_grating, add_lamps, add_plane
 
 
 def dump(material) -> list[str]:
-    """All that an artist set in a material, but where its nodes lie."""
+    """Everything that an artist set in a material, except the positions of its nodes."""
     tree = material.node_tree
     lines = [f"emission_sampling {material.cycles.emission_sampling}", f"own {sorted(material.keys())}"]
     for node in tree.nodes:
@@ -23,7 +23,7 @@ def dump(material) -> list[str]:
 
 
 def artists_material(addon):
-    """Two outputs, a bump, a group of the artist's own, values off their defaults."""
+    """A material with two outputs, a bump, an artist's own group, and values other than the defaults."""
     material = bpy.data.materials.new("Artist's")
     addon.compat.enable_nodes(material)
     material.node_tree.nodes.clear()

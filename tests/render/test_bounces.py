@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Who sees the glow: the camera, sharp mirrors and clear glass. Rays that a rough surface sent in a random direction do
-not: they would find the narrow orders by chance, as white dots on the floor."""
+"""The glow is visible to the camera, in sharp mirrors and through clear glass, but not to rays that a rough surface
+sends in a random direction: they would hit the narrow orders at random, as white dots on the floor."""
 
 import bpy
 import numpy as np
@@ -13,8 +13,7 @@ PIXELS = 32
 
 @pytest.fixture
 def wall(stage, baked):
-    """A function that puts a wall with the grating behind a floor of a material, seen by a camera that sees the floor
-    alone; the floor's picture."""
+    """A function that builds a wall with the grating behind a floor and renders the floor alone."""
 
     def picture(shader: str, samples: int, lit: bool = True, **inputs) -> np.ndarray:
         material, tree = stage.material("Floor")
@@ -33,7 +32,7 @@ def wall(stage, baked):
             elif node.label == "Diffraction":
                 node.inputs["Strength"].default_value = float(lit)
         stage.lamp("SUN", to=(0.3, -1, 1.5), energy=5.0, angle=0.0)
-        # It looks down, so that the wall is outside the picture and the floor reflects it.
+        # The camera looks down, so the wall is outside the picture and visible only in the floor.
         stage.camera((0, -1.0, 1.5), (0, 0, 0), angle=np.radians(20))
         return stage.rgb("cycles", PIXELS, samples)
 
@@ -50,7 +49,7 @@ def wall(stage, baked):
     ],
 )
 def test_rough_floors_find_no_glow_by_chance(wall, shader, inputs):
-    """The same random numbers with the glow and without it: not one sample may differ."""
+    """With the same random numbers not one sample may differ between glow and no glow."""
     glowing = wall(shader, 16, **inputs)
     bpy.data.batch_remove([*bpy.data.objects, *bpy.data.materials, *bpy.data.node_groups])
     bpy.context.scene.natural_gratings.items.clear()

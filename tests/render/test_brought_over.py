@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Diffraction that is appended or linked from another file, lit by the lamps of the file that it comes to.
+"""Diffraction appended or linked from another file, lit by the lamps of the receiving file.
 
-Each picture is compared with that of a scene that was made with those lamps.
+Each picture is compared with that of a scene built with these lamps.
 """
 
 from itertools import product
@@ -32,7 +32,7 @@ from .world_scenes import add_world
 
 
 def library(stage, path, lamps=2, unlinked=False, lights="REST"):
-    """A file whose plane is lit by other lamps; not by the first, if `unlinked`. Its path."""
+    """Save a file whose plane is lit by other lamps, except the first if `unlinked`; returns its path."""
     others = {"A": Lamp("SUN", to=(0, 0.5, 1)), "B": Lamp("SUN", to=(0.5, 0, 1))}
     plane = build(stage, path, dict(list(others.items())[:lamps]), lights)
     collection = bpy.data.collections.new("Held")
@@ -46,7 +46,7 @@ def library(stage, path, lamps=2, unlinked=False, lights="REST"):
 
 
 def other_file(stage, lamps=AFTER):
-    """Another file with lamps and a camera, and nothing of the extension's."""
+    """Another file with lamps and a camera, and no data of the extension."""
     bpy.ops.wm.read_homefile(use_empty=True)
     made = now(stage)
     clear(made.addon, made.scene)
@@ -105,7 +105,7 @@ def test_a_material_brought_into_another_file(files, baked, link):
 
 @LIGHTS
 def test_closures_brought_into_another_file(files, skin, lights):
-    """A scene with the other file's lamps and world shows the same, its noise too, as that depends on the place."""
+    """It shows the same, with equal noise, as a scene built with the receiving file's lamps and world."""
     sky = (1.0, 1.5, 2.0)
     build(files, skin[0], AFTER, lights)
     add_world(files, sky)
@@ -131,7 +131,7 @@ def test_an_appended_material_learns_of_more_lamps(files, baked):
 
 @LINK
 def test_the_light_linking_of_another_file_stays_there(files, baked, link):
-    """The plane is lit by the first lamp here, though the first lamp there was kept from it."""
+    """The first lamp here lights the plane, even though light linking excluded it from the first lamp there."""
     wanted = truth(files, baked[0], AFTER, "cycles")
     path = library(files, baked[0], unlinked=True)
     made = other_file(files)
@@ -141,7 +141,7 @@ def test_the_light_linking_of_another_file_stays_there(files, baked, link):
 
 
 def test_a_linked_material_of_fewer_lamps_says_so(files, baked):
-    """A linked group cannot grow: its file had one lamp, this scene has two."""
+    """A linked group cannot grow: its file has one lamp, this scene two."""
     path = library(files, baked[0], lamps=1)
     other_file(files)
     bring_by_operator(path, "Object", "Plane", link=True)

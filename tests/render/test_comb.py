@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The combed direction as both engines have it in each pixel: at rest, and riding with a skin that moves."""
+"""The combed direction in each pixel of both engines: at rest, and on a deforming skin."""
 
 import bpy
 import numpy as np
@@ -10,13 +10,12 @@ from .test_direction_source import TOLERANCE, along, look_down, shown
 
 PIXELS = 48
 SIDES, RINGS, LENGTH, RADIUS = 32, 401, 4.0, 0.4
-# Where the camera looks from, along -x, and the width that it sees.
+# The camera looks along -x from FAR and sees a width of WIDTH.
 FAR, WIDTH = 10.0, 5.0
 
 
 def skin(stage, rings=RINGS):
-    """A tube along z, on which `Along` has U along z, combed along z without a look at that map: selected, seen from
-    the side."""
+    """A tube along z, selected, seen from the side, with U of `Along` along z, and combed along z without that map."""
     z, angle = np.meshgrid(np.linspace(0, LENGTH, rings), np.arange(SIDES) * 2 * np.pi / SIDES, indexing="ij")
     points = np.stack([RADIUS * np.cos(angle), RADIUS * np.sin(angle), z], axis=-1).reshape(-1, 3)
     ring, side = (each.ravel() for each in np.meshgrid(np.arange(rings - 1), np.arange(SIDES), indexing="ij"))
@@ -38,8 +37,8 @@ def skin(stage, rings=RINGS):
 
 
 def own_direction(made) -> np.ndarray:
-    """The direction (n, n, 3) that is drawn on the skin along its body, as it is deformed now, across its normal, in
-    each pixel; NaN beside it. It is what U of `Along` becomes, in NumPy, smooth over the vertices."""
+    """The direction (n, n, 3) along the body of the deformed skin in each pixel, at right angles to the normal; NaN
+    outside. It is the direction of U of `Along`, computed in NumPy and smoothed over the vertices."""
     mesh = made.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
     mesh.calc_loop_triangles()
 
@@ -67,7 +66,7 @@ def own_direction(made) -> np.ndarray:
         ends = np.vstack([points[triangles[number]].T, np.ones(3)])
         shares = np.linalg.lstsq(ends, np.append(hit, 1), rcond=None)[0]
         n, t = shares @ normals[triangles[number]], shares @ at_vertices[triangles[number]]
-        # At a grazing angle a pixel's place on the skin is not known.
+        # At a grazing angle a pixel's position on the skin is uncertain.
         if n[0] > 0.3 * np.linalg.norm(n):
             t -= n * (n @ t) / (n @ n)
             found[row, column] = t / np.linalg.norm(t)
@@ -75,7 +74,7 @@ def own_direction(made) -> np.ndarray:
 
 
 def off_degrees(made, stage, engine) -> np.ndarray:
-    """The angles, in degrees, between the rendered T and the skin's own direction, in the pixels that tell."""
+    """The angles in degrees between the rendered T and the skin's own direction, in the pixels that have one."""
     wanted, found = own_direction(made), shown(stage, made, engine)
     seen = np.isfinite(wanted[..., 0])
     assert seen.sum() > 150
@@ -84,7 +83,7 @@ def off_degrees(made, stage, engine) -> np.ndarray:
 
 
 def bend(stage, made, frames=24):
-    """Give the skin an armature of four bones that curls it, and twists it, over the frames."""
+    """Give the skin an armature of four bones that curls and twists it over the frames."""
     armature = stage.add("Armature", bpy.data.armatures.new("Armature"))
     bpy.context.view_layer.objects.active = armature
     bpy.ops.object.mode_set(mode="EDIT")
@@ -97,7 +96,7 @@ def bend(stage, made, frames=24):
     bpy.ops.object.mode_set(mode="OBJECT")
     z = np.array([vertex.co.z for vertex in made.data.vertices])
     for number, name in enumerate(names):
-        # Weights that change as a cosine does from the middle of one bone to that of the next.
+        # The weights fall as a cosine from the middle of one bone to the middle of the next.
         from_middle = np.abs(np.clip(z / LENGTH * 4 - 0.5, 0, 3) - number)
         weights = np.where(from_middle < 1, 0.5 + 0.5 * np.cos(np.pi * from_middle), 0)
         group = made.vertex_groups.new(name=name)
@@ -125,14 +124,13 @@ def test_a_combed_plane_has_its_direction_whatever_its_uv_map(stage, engine):
 @pytest.mark.parametrize("engine", ["cycles", "eevee"])
 def test_at_rest_it_lies_along_the_skin(stage, engine):
     made = skin(stage)
-    # The rendered T is known to TOLERANCE, which is 0.34 degrees.
+    # The rendered T has an error of TOLERANCE, which is 0.34 degrees.
     assert off_degrees(made, stage, engine).max() < 0.5
 
 
 def test_over_24_frames_it_rides_with_the_skin(stage):
-    """The armature turns the skin by up to 95 degrees. Each face carries a direction of its own, so beside an edge T is
-    off by half the turn of one face along the surface: on 161 rings by 0.95 degrees, on 401 by less than half of that.
-    """
+    """The armature turns the skin by up to 95 degrees. Each face has one direction, so beside an edge T is off by half
+    the turn of one face along the surface: 0.95 degrees with 161 rings, less than half of that with 401."""
     made = skin(stage)
     bend(stage, made)
     worst = []
@@ -150,13 +148,13 @@ def test_in_eevee_it_rides_with_the_skin(stage):
     for frame in range(6, 25, 6):
         stage.scene.frame_set(frame)
         off = off_degrees(made, stage, "eevee")
-        # EEVEE samples a pixel up to half of it beside its middle; where the skin bends most that turns T by a degree.
+        # EEVEE samples up to half a pixel off the centre; where the skin bends most that turns T by a degree.
         assert np.median(off) < 0.5 and off.max() < 1.5, frame
 
 
 @pytest.mark.parametrize("levels", [1, 2])
 def test_it_rides_with_a_subdivided_skin(stage, levels):
-    """Of few faces, bent by a shape key."""
+    """A skin of few faces, bent by a shape key."""
     made = skin(stage, rings=25)
     made.shape_key_add(name="Basis")
     key = made.shape_key_add(name="Bent")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A table is data, which no renderer may resample. Where a setting makes one do so, a line tells it."""
+"""A table is data that no renderer may resample. The add-on warns about settings that cause it."""
 
 import bpy
 import numpy as np
@@ -7,7 +7,7 @@ import pytest
 
 from .test_radiance import assign, lamps, shape
 
-# So few that the texture cache takes smaller sizes of a picture.
+# Few enough for the texture cache to use smaller sizes of a picture.
 PIXELS = 24
 
 
@@ -33,7 +33,7 @@ def lit(stage, baked, tmp_path):
 
 
 def change_and_told(stage, addon, engine: str, change) -> tuple[float, list[str]]:
-    """By how much of its largest value an engine's picture changes, and what is told after the change."""
+    """How much an engine's picture changes, relative to its largest value, and the warnings after the change."""
     before = stage.rgb(engine, PIXELS)
     change()
     after = stage.rgb(engine, PIXELS)
@@ -41,7 +41,7 @@ def change_and_told(stage, addon, engine: str, change) -> tuple[float, list[str]
 
 
 def set_to(owner, **settings):
-    """A change of settings; the test is skipped where Blender does not have them."""
+    """A function that changes settings; skips the test if this Blender lacks them."""
     for name in settings:
         if not hasattr(owner, name):
             pytest.skip(f"this Blender has no {name}")
@@ -56,7 +56,7 @@ def set_to(owner, **settings):
     ],
 )
 def test_simplify_spoils_a_table_and_is_told(lit, addon, setting, value, remedy):
-    """The picture of 600 x 868 texels is read as one of 128 or 217. Nothing is told before Simplify is on."""
+    """The picture of 600 x 868 texels is read as one of 128 or 217. There is no warning before Simplify is on."""
     set_to(lit.scene.cycles, **{setting: value})()
     changed, told = change_and_told(lit, addon, "cycles", set_to(lit.scene.render, use_simplify=True))
     assert changed > 0.1 and len(told) == 1 and remedy in told[0]
@@ -81,15 +81,15 @@ def test_a_limit_that_is_large_enough_is_none(lit, addon):
 
 
 def test_the_texture_cache_reads_a_table_that_is_not_packed_at_its_full_size(lit, addon):
-    """The extension packs its pictures, which the cache leaves alone. A picture that an artist unpacks is read from a
-    file with smaller sizes of it beside. Cycles chooses the size by how fast the place turns from pixel to pixel. Of a
-    table's place it does not know this, since numbers, not vectors, are summed to it. Other pictures may be spoiled,
-    so the artist is warned."""
+    """The extension packs its pictures, and the texture cache ignores packed pictures. If an artist unpacks a picture,
+    the cache reads a file with smaller sizes of it. Cycles chooses the size by how fast the texture coordinate changes
+    between pixels. For a table it cannot know this rate, as the coordinate is a sum of numbers, not vectors. Other
+    pictures may be spoiled, so the add-on warns."""
     cache = set_to(lit.scene.render, use_texture_cache=True, use_auto_generate_texture_cache=True)
     assert change_and_told(lit, addon, "cycles", cache) == (0, [])
     picture = bpy.data.images["table"]
     changed, told = change_and_told(lit, addon, "cycles", lambda: picture.unpack(method="USE_ORIGINAL"))
-    # Less than a quarter of a step of 8 bits.
+    # Less than a quarter of an 8-bit step.
     assert changed < 1e-3 and len(told) == 1 and told[0].startswith("table: ") and "pack it" in told[0]
 
 

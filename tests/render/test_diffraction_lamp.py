@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Diffraction Lamp: a screen receives what the core says that the patch sends, and nothing receives more.
+"""The Diffraction Lamp lights a screen with the light that the core computes for its patch, and lights nothing else.
 
-The grating is the blazed sample's on a small plane, the screen a white plane above it. Lamps are hidden from diffuse
-surfaces, so the Diffraction Lamp alone lights the screen.
+The grating is the blazed sample's on a small plane; the screen is a white plane above it. Lamps are hidden from diffuse
+surfaces, so only the Diffraction Lamp lights the screen.
 """
 
 import bpy
@@ -16,8 +16,7 @@ from .lamp_scenes import add_grating, keep_from
 PIXELS = 128
 SCREEN_M = 1.0
 HALF_M = 1.2
-# The patch is so small that the screen sees it as a point: from 1 m its corner is 1.4e-5 rad off its middle, where the
-# kernel's standard deviation is 0.01 or more.
+# From 1 m the corner of the patch is 1.4e-5 rad off its middle: a point to a kernel of 0.01 and more.
 SIZE_MM = 0.02
 SUN = {"kind": "SUN", "to": (0.3, -0.2, 1), "energy": 1000.0, "angle": 0.0}
 POINT = {"kind": "POINT", "location": (0.7, 0.4, 0.9), "energy": 5e3, "shadow_soft_size": 0.0}
@@ -31,7 +30,7 @@ def white(stage, name):
 
 
 def add_screen(stage, height=SCREEN_M):
-    """A white plane that faces the grating, and a camera just above the grating, or below it, that sees the plane."""
+    """Add a white plane that faces the grating, and a camera just above or below the grating that sees the plane."""
     bpy.ops.mesh.primitive_plane_add(size=4 * HALF_M, location=(0, 0, height))
     bpy.context.object.data.materials.append(white(stage, "Screen"))
     stage.camera((0, 0, 0.2 * np.sign(height)), (0, 0, height), ortho=2 * HALF_M)
@@ -39,8 +38,8 @@ def add_screen(stage, height=SCREEN_M):
 
 
 def add_lit(stage, path, light, rotation=(0.0, 0.0, 0.0)):
-    """The small plane with the grating, the active object, and a lamp that lights nothing else. Cycles asks one lamp
-    in each sample, and would ask this one too if it could reach the screen."""
+    """Add the small plane with the grating as the active object, and a lamp that lights nothing else. Cycles samples
+    one lamp per sample, and would also sample this one if it could reach the screen."""
     bpy.ops.mesh.primitive_plane_add(size=0.05, rotation=rotation)
     carrier = bpy.context.object
     carrier.name = "Carrier"
@@ -57,7 +56,7 @@ def add_diffraction_lamp(size_mm=SIZE_MM, **asked):
 
 
 def screen_points(stage, height=SCREEN_M):
-    """What the camera's pixels see of the screen (n, n, 3)."""
+    """The points (n, n, 3) of the screen that the camera's pixels see."""
     bpy.context.view_layer.update()
     x = ((np.arange(PIXELS) + 0.5) / PIXELS * 2 - 1) * HALF_M
     x, y = np.meshgrid(x, -x)
@@ -68,9 +67,9 @@ def screen_points(stage, height=SCREEN_M):
 
 
 def expected(points, table, lamp, *, turn, at=(0, 0, 0), size_mm=SIZE_MM, skin=AS_BAKED, strength=1.0):
-    """Radiance (n, n, 3) of the white screen at the points, by the core: Lo cos(to) A cos(ts) / r^2 / pi.
+    """Radiance (n, n, 3) of the white screen at the points, computed by the core: Lo cos(to) A cos(ts) / r^2 / pi.
 
-    The rows of `turn` (3, 3) are T, B and N of the patch, which lies at the place `at`."""
+    The rows of `turn` (3, 3) are T, B and N of the patch at the position `at`."""
     away = points - np.asarray(at)
     r2 = (away**2).sum(axis=-1)
     wo = away / np.sqrt(r2)[..., None]
@@ -94,9 +93,9 @@ def turned(rotation):
 
 
 def close(picture, wanted):
-    """Every pixel above 1 % of the brightest scattered light, within what test_plane.py allows Direct itself: single
-    precision on the kernel's slopes. The one sample's place on the patch adds at most 1.4e-5 / 0.01 of the slope, which
-    is 3 where a Gaussian is at 1 %: 0.4 %."""
+    """Compare every pixel above 1 % of the brightest scattered light, with the bounds that test_plane.py gives Direct:
+    single precision on the kernel's slopes. The sample's position on the patch adds at most 1.4e-5 / 0.01 of the slope,
+    which is 3 where a Gaussian is at 1 %: 0.4 %."""
     bright = wanted.max(axis=-1)
     counted = bright > 0.01 * np.percentile(bright, 99)
     assert counted.sum() > 200
@@ -120,7 +119,7 @@ def test_a_screen_receives_what_the_core_says(stage, baked, light):
 
 
 def test_settings_of_the_material_count(stage, baked):
-    # A wide roughness blurs the orders to one band: 300 pixels hold light, and no order's width depends on the grid.
+    # A wide roughness blurs the orders into one band: 300 pixels are lit, and no order's width depends on the grid.
     path, table = baked
     add_screen(stage)
     carrier, lamp = add_lit(stage, path, SUN)
@@ -139,7 +138,7 @@ def test_settings_of_the_material_count(stage, baked):
 
 @pytest.mark.parametrize("persistent", [False, True])
 def test_it_follows_its_lamp_and_its_surface(stage, baked, monkeypatch, persistent):
-    """Also where Cycles keeps its scene from one render to the next, as in the viewport, and takes over changes."""
+    """Even if Cycles keeps its scene between renders and applies the changes, as in the viewport."""
     monkeypatch.setattr(stage.scene.render, "use_persistent_data", persistent)
     path, table = baked
     add_screen(stage)
@@ -155,8 +154,8 @@ def test_it_follows_its_lamp_and_its_surface(stage, baked, monkeypatch, persiste
 
 
 def test_a_larger_patch_sends_more(stage, baked):
-    # At 20 mm the patch blurs the lobes, but the screen as a whole receives its light: 100 times that of 2 mm. The
-    # noise of a pixel is under 0.1, and over a thousand pixels hold light.
+    # At 20 mm the patch blurs the lobes, but the whole screen still receives its light: 100 times that of 2 mm. The
+    # noise of a pixel is below 0.1, and over a thousand pixels are lit.
     path, _ = baked
     add_screen(stage)
     add_lit(stage, path, SUN)
@@ -192,11 +191,11 @@ def test_without_its_lamp_it_is_dark(stage, baked, how):
 
 @pytest.mark.parametrize("engine", ["cycles", "eevee"])
 def test_its_grating_does_not_show_it(stage, baked, engine):
-    # The camera sees the patch itself, by the grating's own material, with the lamp before it or without; and the lamp
-    # is no lamp that diffraction follows. EEVEE, which evaluates no lamp's nodes, sees no other light either.
+    # The camera sees the patch itself through the grating's own material, with and without the lamp before it.
+    # Diffraction does not follow the lamp. EEVEE does not evaluate lamps' nodes and sees no other light either.
     path, _ = baked
     carrier, _ = add_lit(stage, path, SUN)
-    # Closures ask one lamp in each sample, and would ask this one half of the time.
+    # Closures sample one lamp per sample, and would sample this one half of the time.
     assert bpy.ops.grating.lights(lights="LAMPS") == {"FINISHED"}
     bpy.ops.mesh.primitive_plane_add(size=0.05, location=(0.05, 0, 0), rotation=(0, -0.8, 0))
     bpy.context.object.data.materials.append(white(stage, "Wall"))
@@ -217,8 +216,7 @@ def test_its_grating_does_not_show_it(stage, baked, engine):
 
 
 def test_a_mirror_shows_the_grating_once(stage, baked):
-    # The camera looks up at a mirror, which shows the first order of the grating under it. The base is black, so that
-    # nothing else is lit.
+    # The camera looks up at a mirror that shows the first order of the grating below; the base is black.
     path, _ = baked
     carrier, _ = add_lit(stage, path, SUN | {"to": (-0.22, 0, 1), "use_shadow": False})
     assert bpy.ops.grating.lights(lights="LAMPS") == {"FINISHED"}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A direction map's picture of a grating against that of the source of which it was baked, in both engines."""
+"""A direction map's picture of a grating compared with that of the source from which it was baked, in both engines."""
 
 import bpy
 import numpy as np
@@ -12,8 +12,8 @@ PIXELS = 160
 
 @pytest.mark.parametrize("kind", ["STORED", "RADIAL"])
 def test_a_frame_map_shows_the_colours_of_its_source(stage, baked, kind):
-    """On a torus: its UV map's U, and an axis. The map lies on a second UV map whose islands turn. A median of a
-    hundredth of the radiance is what it must keep; the blazed grating's changes by that much within a degree."""
+    """On a torus, for U of its UV map and for an axis. The map lies on a second UV map with rotated islands. The median
+    error must stay below 1 % of the radiance; the blazed grating changes by that much within a degree."""
     bpy.ops.mesh.primitive_torus_add(
         major_segments=96, minor_segments=48, major_radius=0.7, minor_radius=0.3, generate_uvs=True
     )
@@ -35,6 +35,6 @@ def test_a_frame_map_shows_the_colours_of_its_source(stage, baked, kind):
         error = relative_error(stage.rgb(engine, PIXELS), before[engine])
         print(f"{kind} {engine}: median {np.median(error):.2%}, p95 {np.percentile(error, 95):.2%}")
         assert np.median(error) < 0.01
-    # The picture of the new map's own tangents is another: else this would show nothing.
+    # The new map's own tangents give another picture; otherwise this test would prove nothing.
     bpy.ops.grating.direction(kind="UV_MAP", uv_map="Unwrapped")
     assert np.median(relative_error(stage.rgb("cycles", PIXELS), before["cycles"])) > 0.1

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The tangent T of every source, as both engines have it in each pixel, against what it should be there."""
+"""The tangent T of every source in each pixel of both engines, compared with its expected direction."""
 
 import bpy
 import numpy as np
 import pytest
 
 PIXELS = 48
-# A picture in half floats of (T + 2) / 4 near 3/4 is off by 2^-12, so T by 2^-10; EEVEE interpolates its tangents in
-# 10 bits a component, 2^-9. Twice the sum.
+# A half-float picture of (T + 2) / 4 near 3/4 has an error of 2^-12, so T of 2^-10; EEVEE interpolates tangents with 10
+# bits per component, 2^-9. The tolerance is twice the sum.
 TOLERANCE = 0.006
 
 
 def shown(stage, mesh, engine, **choice):
-    """T (n, n, 3) of a source, without Rotation, as an engine shows it."""
+    """T (n, n, 3) of a source as an engine renders it, without Rotation."""
     held = stage.addon.direction_source
     source = held.DirectionSource(combed=held.file_has_comb(), **choice)
     material, tree = stage.material("T")
@@ -27,20 +27,19 @@ def shown(stage, mesh, engine, **choice):
 
 
 def look_down(stage, width):
-    """A camera that sees a square of this width around the origin from above, x to the right and y upwards."""
+    """Add a camera that sees a square of this width around the origin from above, x to the right and y upwards."""
     stage.camera((0, 0, 3), ortho=width).rotation_euler = (0, 0, 0)
 
 
 def positions(pixels=PIXELS):
-    """Where the pixels of a picture that spans 2 m see the plane z = 0 from above (n, n, 3)."""
+    """The positions (n, n, 3) on the plane z = 0 that the pixels of a picture 2 m wide see from above."""
     x = (np.arange(pixels) + 0.5) / pixels * 2 - 1
     return np.stack([*np.meshgrid(x, -x), np.zeros((pixels, pixels))], axis=-1)
 
 
 @pytest.fixture
 def disc(stage):
-    """A plane of 4 m, turned about its normal by 0.5 radians, with a second UV map turned by 0.3 radians, seen from
-    above."""
+    """A plane of 4 m from above, turned by 0.5 radians, with a second UV map turned by 0.3 radians."""
     bpy.ops.mesh.primitive_plane_add(size=4, rotation=(0, 0, 0.5))
     disc = bpy.context.object
     second = disc.data.uv_layers.new(name="Turned").uv
@@ -52,7 +51,7 @@ def disc(stage):
 
 
 def along(angle, pixels=PIXELS):
-    """The unit vector at an angle from x towards y in every pixel."""
+    """The unit vector at an angle from x towards y, in every pixel."""
     return np.broadcast_to((np.cos(angle), np.sin(angle), 0), (pixels, pixels, 3))
 
 
@@ -72,20 +71,19 @@ def test_every_source_has_its_direction(stage, disc, engine):
 
 @pytest.mark.parametrize("engine", ["cycles", "eevee"])
 def test_radial_runs_from_the_object_s_axis_outwards(stage, disc, engine):
-    """Also where the object is moved, turned and larger."""
+    """Even if the object is moved, turned and scaled."""
     disc.location, disc.scale = (0.2, -0.1, 0), (2, 2, 2)
     outwards = positions() - np.array((0.2, -0.1, 0))
     distance = np.linalg.norm(outwards, axis=-1, keepdims=True)
     found = shown(stage, disc, engine, kind="RADIAL", axis="Z")
-    # A pixel's place is known to a hundredth of a pixel, by the width of its filter, so a direction to that over the
-    # distance.
+    # A pixel's position is uncertain by a hundredth of a pixel, the direction by that over the distance.
     far = distance[..., 0] > 0.1
     np.testing.assert_allclose(found[far], (outwards / distance)[far], atol=TOLERANCE + 0.01 * 2 / PIXELS / 0.1)
 
 
 @pytest.mark.parametrize("engine", ["cycles", "eevee"])
 def test_a_frame_map_turns_the_tangent_of_its_uv_map(stage, disc, engine):
-    """From U towards N x U, also where the map is mirrored."""
+    """From U towards N x U, even if the map is mirrored."""
     for corner in disc.data.uv_layers["Turned"].uv:
         corner.vector.y *= -1
     image = bpy.data.images.new("frames", 8, 8, float_buffer=True)
@@ -99,7 +97,7 @@ def test_a_frame_map_turns_the_tangent_of_its_uv_map(stage, disc, engine):
 
 @pytest.mark.parametrize("engine", ["cycles", "eevee"])
 def test_an_axis_lies_on_a_bent_surface(stage, engine):
-    """On a smooth sphere T is the axis's part across the normal, of unit length."""
+    """On a smooth sphere T is the unit vector along the axis's part at right angles to the normal."""
     bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32)
     bpy.ops.object.shade_smooth()
     look_down(stage, 1.2)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The numbers that a material draws, as Cycles draws them: shown as colours on a plane, a sample a pixel.
+"""The random numbers of a material as Cycles draws them: shown as colours on a plane, one sample per pixel.
 
-All are of one seed. A test of one in a thousand, or of five standard deviations, is passed once and for all or never.
+All use one seed, so a test of one in a thousand, or of five standard deviations, always gives the same result.
 """
 
 from itertools import combinations, product
@@ -17,9 +17,9 @@ from precompute.table import sample_set
 from tests.precompute.chi_square import LIMIT, equal_cells, unlikeliness
 
 PIXELS = 256
-# Added to what is shown, so that no light is negative. It rounds by 5e-7.
+# Added to the shown values, so that no light is negative. It rounds by 5e-7.
 OFFSET = 8.0
-# Of the correlation of as many pairs.
+# Five standard deviations of the correlation of PIXELS^2 pairs.
 FAR = 5 / PIXELS
 
 
@@ -45,32 +45,32 @@ def drawn(stage, skin):
 
 
 def cells_of(values, edges):
-    """For each value, the number of the cell between edges that it lies in."""
+    """For each value the number of the cell, between edges, that contains it."""
     return np.searchsorted(edges, np.ravel(values))
 
 
 def equal_edges(values, cells):
-    """Edges (cells - 1,) between as many of the values each, beside the values themselves."""
+    """Edges (cells - 1,) between cells of equally many values, midway between values."""
     ordered = np.sort(values)
     at = np.arange(1, cells) * len(values) // cells
     return (ordered[at - 1] + ordered[at]) / 2
 
 
 def test_texels_are_equally_likely(drawn):
-    """What is drawn is the frequency of a texel, and of each as often as texels hold it."""
+    """A draw is the frequency of a texel, and occurs in proportion to the texels that hold this frequency."""
     found, (u, v, *_) = drawn
     texels = np.round(found.q.reshape(-1, 2).T * REFERENCE_WAVELENGTH_M, 5)
     axes = [np.unique(each) for each in texels]
 
     def frequencies(*uv):
-        """The number of each pixel's or texel's frequency, and how far it is from there."""
+        """The number of each pixel's or texel's frequency, and the largest distance from it."""
         near = [cells_of(each, (axis[1:] + axis[:-1]) / 2) for each, axis in zip(uv, axes, strict=True)]
         off = [np.abs(np.ravel(each) - axis[at]).max() for each, axis, at in zip(uv, axes, near, strict=True)]
         return near[0] * len(axes[1]) + near[1], max(off)
 
     held, _ = frequencies(*texels)
     seen, off = frequencies(u, v)
-    assert off < 1e-5  # as texels are rounded here; frequencies lie a hundred times as far apart
+    assert off < 1e-5  # the rounding of texels here; frequencies are a hundred times farther apart
     share, counts = (np.bincount(each, minlength=len(axes[0]) * len(axes[1])) for each in (held, seen))
     assert not counts[share == 0].any()
     cells = equal_cells(share[share > 0], 256)
@@ -80,7 +80,7 @@ def test_texels_are_equally_likely(drawn):
 
 
 def test_wavelengths_are_equally_likely(drawn):
-    """512 of them, 16 to a cell."""
+    """512 wavelengths, 16 per cell."""
     wavelength = drawn[1][2]
     edges = equal_edges(wavelength_quantiles(512) / REFERENCE_WAVELENGTH_M, 32)
     counts = np.bincount(cells_of(wavelength, edges), minlength=32)
@@ -88,7 +88,7 @@ def test_wavelengths_are_equally_likely(drawn):
 
 
 def test_normals_are_normal(drawn):
-    """Both, and their tails. No number is beyond 5.8: the logarithm is of 2^-24 at least."""
+    """Both are, including their tails. No number exceeds 5.8: the logarithm is of at least 2^-24."""
     edges = [NormalDist().inv_cdf(each / 64) for each in range(1, 64)]
     edges = [NormalDist().inv_cdf(1e-3), *edges, NormalDist().inv_cdf(1 - 1e-3)]
     shares = np.diff([0.0, *map(NormalDist().cdf, edges), 1.0])
@@ -98,7 +98,7 @@ def test_normals_are_normal(drawn):
 
 
 def test_numbers_of_a_draw_are_independent(drawn):
-    """Of each pair of them, in 8 x 8 cells; but for u and v, which a texel draws together."""
+    """For each pair of numbers, in 8 x 8 cells; except u and v, which a texel draws together."""
     cells = [np.searchsorted(np.quantile(each, np.arange(1, 8) / 8), each.ravel()) for each in drawn[1]]
     u, v, *others = (np.unique(each, return_inverse=True)[1] for each in cells)
     for one, other in [*combinations(others, 2), *product((u, v), others)]:
@@ -109,7 +109,6 @@ def test_numbers_of_a_draw_are_independent(drawn):
 
 
 def test_pixels_draw_independently(drawn):
-    """No number of a draw tells of any of the pixels beside, above or aslant."""
     for one in drawn[1]:
         for other in drawn[1]:
             for far, near in ((one[:, 1:], other[:, :-1]), (one[1:], other[:-1]), (one[1:, 1:], other[:-1, :-1])):

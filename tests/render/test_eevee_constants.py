@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The room that EEVEE has for a material's constants: they are counted as Blender has them, and a world whose sources
-have no room is shown right."""
+"""EEVEE's limit for a material's constants: the add-on counts them, and leaves out sources that exceed it."""
 
 import json
 import subprocess
@@ -18,8 +17,8 @@ from .world_scenes import add_ball, add_soft_boxes, assign, look_at_ball
 
 
 def test_the_count_is_never_below_blenders_own(tmp_path):
-    """A material that is counted to fit must not be magenta. What Blender computes from constants alone is counted,
-    too: 10 % of the smallest material, and less of larger ones (laboratory/benchmarks/constants.py has more cases)."""
+    """A material that is counted to fit must not be magenta. The count includes what Blender computes from constants
+    alone: 10 % of the smallest material, less of larger ones (laboratory/benchmarks/constants.py has more cases)."""
     asked = ["--case", "sources over a base", "--json", str(tmp_path / "found.json")]
     subprocess.run(
         [sys.executable, "-m", "laboratory.benchmarks", "constants", *asked], cwd=ROOT, check=True, capture_output=True
@@ -31,7 +30,7 @@ def test_the_count_is_never_below_blenders_own(tmp_path):
 
 
 def test_sources_without_room_are_the_closures(stage, skin, monkeypatch):
-    """A world's light is all there, and none of it twice, where its dimmest source is left to the closures."""
+    """A world's light is complete, and nothing is counted twice, if its dimmest source is left to the closures."""
     path, _ = skin
     add_soft_boxes(stage)
     add_ball()
@@ -44,13 +43,13 @@ def test_sources_without_room_are_the_closures(stage, skin, monkeypatch):
     stage.addon.sky.forget_sources(stage.scene)
     none = stage.rgb("cycles", 48, 96)[9:-9, 9:-9]
     assert np.abs(fewer - none).max() > 0.05 * none.max()
-    # As in test_every_light.py, by noise and by what a Gaussian in place of a disc sends below the horizon.
+    # As in test_every_light.py: by noise, and by the light that a Gaussian instead of a disc sends below the horizon.
     np.testing.assert_allclose(fewer.mean(axis=(0, 1)), none.mean(axis=(0, 1)), rtol=0.015)
 
 
 def test_eevee_shows_as_many_sources_as_it_has_room_for(stage):
-    """A response with 10 KB of constants, under a sun and eight sources overhead: each that is read adds 0.1 to what is
-    shown. With all of them it would be magenta."""
+    """A response with 10 KB of constants, under a sun and eight sources overhead: each source that is read adds 0.1 to
+    the picture. With all of them the material would be magenta."""
     made, contract = stage.addon, stage.addon.response
 
     def answer(tree, _):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light from a world and from lamps, by every choice of lights: how much of it comes back, and that none counts twice.
+"""Light from a world and from lamps, with every choice of lights: how much is reflected, and that none counts twice.
 
 The surface is a shallow bake of the Elaphe sample, over a black base.
 """
@@ -18,13 +18,13 @@ LIGHTS = ["REST", "ALL"]
 
 @pytest.mark.parametrize("lights", LIGHTS)
 def test_white_furnace(stage, skin, lights):
-    """A white world shows the directional albedo: within 1 % to 75 degrees, 3 % beyond. The noise is a tenth of that:
-    a pixel of 64 samples has a deviation of 7 %, and there are 1024 pixels."""
+    """A white world shows the directional albedo: within 1 % up to 75 degrees, 3 % beyond. The noise is a tenth of
+    that: a pixel of 64 samples has a deviation of 7 %, and there are 1024 pixels."""
     expect_directional_albedo(stage, skin, lights, (0, 75, 85))
 
 
 def test_white_furnace_of_a_deep_relief(stage, deep_skin):
-    """The same where the mirror image's colour changes by a quarter within the kernel."""
+    """The mirror image's colour changes by a quarter within the kernel."""
     expect_directional_albedo(stage, deep_skin, "REST", (75, 80, 85))
 
 
@@ -43,11 +43,12 @@ def expect_directional_albedo(stage, skin, lights, angles_deg):
 
 
 def test_nothing_counts_twice(stage, skin):
-    """A sun, an area lamp, a world and a shining mesh on a sphere: all together give the sum of each alone, and the
-    lamps give what they give without closures.
+    """A sun, an area lamp, a world and a shining mesh light a sphere: all together give the sum of each alone, and the
+    lamps give the same light as without closures.
 
-    Both within 1.5 %: the lamps' mirror images are 9 pixels wide, which samples at the pixels' middles sum up to a per
-    cent, and the noise of 10^5 samples is less. What only closures see is the same by both choices that have them."""
+    Both within 1.5 %: the lamps' mirror images are 9 pixels wide, which samples at pixel centres integrate to a per
+    cent, and the noise of 10^5 samples is less. Light that only closures see is the same for both choices that have
+    them."""
     path, _ = skin
     add_ball()
     assign(stage, path, "LAMPS")
@@ -80,7 +81,7 @@ def test_nothing_counts_twice(stage, skin):
 
 
 def test_the_sources_of_a_world(stage, skin):
-    """Two soft boxes in a dim sky: as sources they give the light that the random closure finds, with less noise."""
+    """Two soft boxes in a dim sky: as sources they give the light of the random closure, with less noise."""
     path, _ = skin
     add_soft_boxes(stage)
     add_ball()
@@ -92,14 +93,14 @@ def test_the_sources_of_a_world(stage, skin):
     assert held.forget_sources(stage.scene)
     found = stage.rgb("cycles", 64, 64)[12:-12, 12:-12]
     many = stage.rgb("cycles", 64, 256)[12:-12, 12:-12]
-    # By the noise of 4 x 10^5 samples, and by what a Gaussian in place of a disc sends below the horizon.
+    # By the noise of 4 x 10^5 samples, and by the light that a Gaussian instead of a disc sends below the horizon.
     np.testing.assert_allclose(fitted.mean(axis=(0, 1)), many.mean(axis=(0, 1)), rtol=0.015)
-    scattered = many.max(axis=-1) < 0.25  # not the mirror images, which are the same closure's
+    scattered = many.max(axis=-1) < 0.25  # excludes the mirror images, which come from the same closure
     assert np.abs(fitted - many)[scattered].mean() < 0.8 * np.abs(found - many)[scattered].mean()
 
 
 def test_a_world_that_changes_gives_its_sources_up(stage, skin):
-    """They would be where the light no longer is. A world of one colour has none."""
+    """They would stay where the light no longer is. A world of one colour has none."""
     path, _ = skin
     world, background = world_with("ShaderNodeTexSky")
     stage.scene.world = world

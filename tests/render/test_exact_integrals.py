@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The integrals and the scenes of `./dev bench lights --part truth`: what renders are held against."""
+"""The integrals and scenes of `./dev bench lights --part truth`, with which renders are compared."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from precompute.lights.panorama import panorama_cells
 
 @pytest.fixture
 def studio(stage, skin):
-    """The benchmark's studio around the stage's add-on and a bake of short coherence."""
+    """The benchmark's studio with the stage's add-on and a bake of short coherence."""
     return Worlds(stage.addon, stage.folder, 16, skin[0])
 
 
@@ -27,8 +27,8 @@ def test_the_hemisphere_has_two_pi():
 
 @pytest.mark.parametrize("degrees", [0, 40, 80])
 def test_a_white_world_shows_the_directional_albedo(skin, degrees):
-    """Sums over another grid. There, scattered light and mirror image are clamped to the gamut together, where one may
-    make up for what the other lacks: 0.4 % of the red on the blazed sample at the normal, and less here."""
+    """Compared with sums over another grid, which clamp scattered light and mirror image to the gamut together. One may
+    then make up for what the other lacks: 0.4 % of the red on the blazed sample at the normal, and less here."""
     _, table = skin
     theta = np.radians(degrees)
     surface, wr = Surface.of(table), np.array((np.sin(theta), 0, np.cos(theta)))
@@ -37,7 +37,7 @@ def test_a_white_world_shows_the_directional_albedo(skin, degrees):
 
 
 def test_a_small_lamp_is_a_world_of_one_direction(skin):
-    """A Gaussian of light, summed over the hemisphere, is a lamp of its irradiance and variance."""
+    """A Gaussian of light, summed over the hemisphere, equals a lamp of its irradiance and variance."""
     _, table = skin
     surface, wr, to = Surface.of(table), np.array((0.28, 0, 0.96)), np.array((0.3, 0, np.sqrt(0.91)))
     spread = table.sigma_b
@@ -54,25 +54,25 @@ def test_a_small_lamp_is_a_world_of_one_direction(skin):
     wi, mirrored = surface.mirrored(wr)
     found = shine(surface.directions) @ surface.scattered(wr) + shine(wi) @ mirrored
     # The grid resolves a product of two Gaussians of the kernel's width to 2 exp(-pi^2 / 1.44) = 0.002. The points lie
-    # on a plane that touches the sphere: those at 2 deviations are 2 / 3 (2 spread)^2 = 0.003 off in solid angle. What
-    # the gamut cuts off a colour's smaller components is no smooth function; they are judged by the largest.
+    # on a plane that touches the sphere: at 2 deviations they are 2 / 3 (2 spread)^2 = 0.003 off in solid angle.
+    # Clamping a colour's smaller components to the gamut is not smooth; the bound is relative to the largest component.
     np.testing.assert_allclose(found, lit, rtol=0, atol=0.01 * lit.max())
 
 
 def test_a_panorama_is_looked_up_as_cycles_does(studio):
-    """At the middles of a look's pixels, which lie between the world's. Cycles has single precision."""
+    """At the centres of a look's pixels, which lie between the world's. Cycles uses single precision."""
     studio.build("sphere")
     random = np.random.default_rng(3).random((32, 64, 3))
     studio.paint(random)
     studio.scene.cycles.pixel_filter_type, studio.scene.cycles.filter_width = "GAUSSIAN", 0.01
     seen = studio.look(np.array((1.0, 0, 0)), (np.pi / 2, np.pi), (21, 34))
     found = scenes.looked_up(random, panorama_cells(21, 34).directions).reshape(seen.shape)
-    # A sample is up to a hundredth of a pixel beside its middle: 0.02 of a pixel of the world.
+    # A sample is up to a hundredth of a pixel off centre: 0.02 of a pixel of the world.
     np.testing.assert_allclose(seen, found, atol=0.03)
 
 
 def test_the_sun_of_the_sky_is_what_the_probe_finds(studio):
-    """Two looks at the same sun. The probe is good to 2 %."""
+    """Two ways to find the same sun. The probe is accurate to 2 %."""
     scenes.build(studio, "sphere")
     light = scenes.light_by(studio, "clear sky")
     source = studio.addon.world_probe.fit_of(studio.scene.world, studio.scene, 4).sources[0]
@@ -97,7 +97,7 @@ def test_points_have_places_frames_and_views(studio):
     scenes.build(studio, "sphere")
     points = scenes.free_points(studio, 16, 40)
     assert len(points.positions) == len(points.pixels[0]) == 40
-    # A facet of 128 x 64 is up to 1 - cos(pi / 128) inside of the sphere.
+    # A facet of the 128 x 64 sphere lies up to 1 - cos(pi / 128) inside it.
     np.testing.assert_allclose(np.linalg.norm(points.positions, axis=1), scenes.RADIUS_M, rtol=2e-3)
     normals = points.frames[:, 2]
     np.testing.assert_allclose(normals, points.positions / scenes.RADIUS_M, atol=0.03)
@@ -109,7 +109,7 @@ def test_points_have_places_frames_and_views(studio):
 
 
 def test_what_is_hidden_is_taken_last(studio):
-    """Of a plane before a wall, the points away from the wall come first."""
+    """On a plane before a wall, the points away from the wall come first."""
     import bpy
 
     scenes.build(studio, "disc")
@@ -128,7 +128,7 @@ def test_what_is_hidden_is_taken_last(studio):
 
 
 def test_faces_that_no_point_is_on_are_black(studio):
-    """They take no time, and what the mesh hides is dark, as in the integrals."""
+    """They take no time, and where the mesh reflects itself it is dark, as in the integrals."""
     scenes.build(studio, "sphere")
     points = scenes.free_points(studio, 16, 5)
     material, _ = studio.material(studio.bake, "LAMPS")
@@ -150,8 +150,7 @@ def test_equal_pictures_do_not_differ():
 
 
 def test_an_overcast_sphere_is_its_integral(studio, skin):
-    """Render and integral share nothing but the table. The noise of a thousand samples at forty points is 0.5 %, and
-    the aim of the benchmark is 3 %."""
+    """Render and integral share only the table. A thousand samples at forty points have a noise of 0.5 %."""
     scenes.build(studio, "sphere")
     points = scenes.free_points(studio, 16, 40)
     lights = {"overcast sky": scenes.light_by(studio, "overcast sky")}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The fakes of `./dev bench lights --part fakes`: that each is what it is said to be, and how they are compared."""
+"""The fakes of `./dev bench lights --part fakes`: each matches its description, and they are compared as described."""
 
 import bpy
 import numpy as np
@@ -27,7 +27,7 @@ def studio(stage, skin):
 
 
 def shown(studio, material, degrees: float) -> np.ndarray:
-    """The radiance (3,) of the plane under a sun of 1 W/m2 that is tilted along U, seen along the normal."""
+    """The radiance (3,) of the plane along the normal, under a sun of 1 W/m2 tilted along U."""
     bpy.data.batch_remove([lamp for lamp in bpy.data.objects if lamp.type == "LIGHT"])
     data = bpy.data.lights.new("Sun", "SUN")
     data.energy, data.angle = 1.0, 0.0
@@ -40,7 +40,7 @@ def shown(studio, material, degrees: float) -> np.ndarray:
 
 
 def test_a_lobe_of_each_colour_is_where_its_order_is(studio):
-    """A mirror's half vector leans by lambda / 2 d: red's light comes from 30 degrees, blue's from 23."""
+    """A mirror's half vector leans by lambda / 2 d: red light comes from 30 degrees, blue light from 23."""
     material = fakes.three_lobes(studio, PERIOD_M)
     far, near = shown(studio, material, 45), shown(studio, material, 10)
     assert far[0] > far[1] > far[2] > 0
@@ -50,7 +50,7 @@ def test_a_lobe_of_each_colour_is_where_its_order_is(studio):
 
 @pytest.mark.parametrize("degrees", [0, 25, -40])
 def test_the_rainbow_is_that_of_the_method(studio, degrees):
-    """The same formula as in the methods' room, in single precision."""
+    """The same formula as in precompute.methods, in single precision."""
     picture = shown(studio, fakes.rainbow(studio, PERIOD_M), degrees)
     half = np.array((np.sin(np.radians(degrees)), 0, np.cos(np.radians(degrees)) + 1))
     xyz = Gem(PERIOD_M, Settings()).xyz(*half[:, None])[0]
@@ -58,7 +58,6 @@ def test_the_rainbow_is_that_of_the_method(studio, degrees):
 
 
 def test_the_film_has_colours(studio):
-    """Interference colours the reflection of white light."""
     red, green, blue = shown(studio, fakes.thin_film(studio), 20)
     assert max(red, green, blue) > 1.1 * min(red, green, blue) > 0
 

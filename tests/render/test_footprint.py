@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The footprint of a pixel: the width that the nodes find, and what it does to pictures."""
+"""The footprint of a pixel: the width that the nodes compute, and its effect on pictures."""
 
 import bpy
 import numpy as np
@@ -9,7 +9,7 @@ from .test_radiance import assign, lamps
 
 ENGINES = ["cycles", "eevee"]
 FILTER_PX = 1.5
-# Of Blackman and Harris's filter, in pixels squared.
+# The variance of Blackman and Harris's filter, in pixels squared.
 VARIANCE = 0.0768 * FILTER_PX**2
 RADIUS, PIXELS = 0.8, 64
 
@@ -24,7 +24,7 @@ def ball(stage):
 @pytest.mark.parametrize("projection", ["orthographic", "perspective"])
 @pytest.mark.parametrize("engine", ENGINES)
 def test_on_a_ball_it_is_the_closed_form(stage, engine, projection):
-    """Normals turn by 1 / R across the view, and by 1 / (R cosine) where the ball falls away from it."""
+    """Normals turn by 1 / R across the view, and by 1 / (R cosine) where the ball curves away from it."""
     mesh = ball(stage)
     material, tree = stage.material("Footprint")
     emission = tree.node("ShaderNodeEmission", stage.addon.footprint.with_footprint(tree, 0.0), 1.0)
@@ -39,16 +39,16 @@ def test_on_a_ball_it_is_the_closed_form(stage, engine, projection):
         pixel = (distance - RADIUS) * 2 * np.tan(0.25) / PIXELS
     found = stage.rgb(engine, PIXELS)[PIXELS // 2, :, 0] ** 4 / 2
     aside = (np.arange(PIXELS) + 0.5 - PIXELS / 2) * pixel / RADIUS
-    # In perspective the closed form holds in the middle alone.
+    # In perspective the closed form holds only in the middle.
     counted = np.abs(aside) < (0.9 if projection == "orthographic" else 0.05)
     wanted = VARIANCE * (pixel / RADIUS) ** 2 * (1 + 1 / (1 - aside[counted] ** 2)) / 2
-    # The ball has 256 segments. EEVEE holds normals in ten bits and takes differences of neighbouring pixels.
+    # The ball has 256 segments. EEVEE stores normals in ten bits and takes differences of neighbouring pixels.
     np.testing.assert_allclose(found[counted], wanted, rtol=0.02 if engine == "cycles" else 0.1)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_spike_is_blurred_no_more_than_by_four_degrees(stage, engine):
-    """A needle as thick as a pixel, whose normals turn by half a circle within."""
+    """A needle one pixel thick, whose normals turn by half a circle within the pixel."""
     mesh = ball(stage)
     thick = 2 * RADIUS * 0.01
     mesh.scale, mesh.location = (0.01, 0.01, 1.0), (thick / 2, 0, 0)
@@ -58,7 +58,7 @@ def test_a_spike_is_blurred_no_more_than_by_four_degrees(stage, engine):
     mesh.data.materials.append(material)
     stage.camera((0, -4, 0), ortho=thick * PIXELS)
     found = stage.rgb(engine, PIXELS)[..., 0]
-    # Single precision, and in EEVEE half floats.
+    # Single precision, and half floats in EEVEE.
     rel = 1e-5 if engine == "cycles" else 2.0**-10
     assert found.max() == pytest.approx((2 * stage.addon.footprint.MOST) ** 0.25, rel=rel)
 
@@ -67,7 +67,7 @@ def test_a_spike_is_blurred_no_more_than_by_four_degrees(stage, engine):
     ("engine", "samples", "shrinks"), [("cycles", (6, 96), 16), ("eevee", (4, 16), 1), ("eevee", (16, 64), 4)]
 )
 def test_it_shrinks_with_the_samples(stage, engine, samples, shrinks):
-    """In Cycles its variance is the filter's over their number. In EEVEE it is as with four samples up to sixteen."""
+    """In Cycles the filter's variance divided by the samples. EEVEE uses four samples' value up to sixteen."""
     mesh = ball(stage)
     material, tree = stage.material("Footprint")
     emission = tree.node("ShaderNodeEmission", stage.addon.footprint.with_footprint(tree, 0.0), 1.0)
@@ -80,9 +80,10 @@ def test_it_shrinks_with_the_samples(stage, engine, samples, shrinks):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_few_samples_are_nearer_to_the_mean(stage, skin, engine):
-    """A picture with one sample in a pixel, whose orders are a pixel or less wide, is nearly that of many samples: its
-    error is 0.01 of what it is without. Most of the light is the sun's image in one pixel, which is too bright, since
-    in the middle Blackman and Harris's filter is along each axis 0.967 of a Gaussian of the same variance."""
+    """A picture with one sample per pixel, whose orders are at most a pixel wide, is close to one of many samples: its
+    error is 0.01 of the error without the footprint. Most of the light is the sun's image in one pixel. This is too
+    bright, as in its middle Blackman and Harris's filter is 0.967 of a Gaussian of the same variance along each axis.
+    """
     mesh = ball(stage)
     stage.camera((0, -4, 0), ortho=2.0)
     lamps(stage, "sun")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the render does not show does not diffract: beside a white diffuse plane lies one with a Lambertian response in
-place of the relief's, and both are lit alike, however a lamp is hidden, moved, changed or removed.
+"""Lamps that the render does not show do not diffract. A white diffuse plane lies beside a plane with a Lambertian
+response; both must be equally bright, however a lamp is hidden, moved, changed or removed.
 
-Nothing is pressed after a change: the lamps keep themselves up to date.
+No button is pressed after a change: the add-on follows the lamps by itself.
 """
 
 from collections.abc import Callable
@@ -19,7 +19,7 @@ PIXELS = 16
 
 @dataclass
 class Pair:
-    """A white plane on the left, ours on the right, and a lamp in a collection of its own."""
+    """A white plane on the left, the diffraction plane on the right, and a lamp in its own collection."""
 
     stage: object
     lamp: object
@@ -30,7 +30,7 @@ class Pair:
         self.layer = bpy.context.view_layer.layer_collection.children[self.held.name]
 
     def seen(self, engine="cycles") -> tuple[float, float]:
-        """The mean light of the diffuse plane and of ours."""
+        """The mean light of the diffuse plane and of the diffraction plane."""
         picture = self.stage.rgb(engine, PIXELS, 64 if engine == "cycles" else 1)[..., 1]
         half = PIXELS // 2
         return picture[:, : half - 1].mean(), picture[:, half + 1 :].mean()
@@ -44,7 +44,7 @@ def plane(name, x, material):
 
 @pytest.fixture
 def pair(stage, addon, request):
-    """A function that makes the pair, lit by a lamp of a kind."""
+    """A function that builds the pair, lit by a lamp of a kind."""
 
     def make(kind="SUN") -> Pair:
         stage.camera((0, 0, 3), ortho=2.0).rotation_euler = (0, 0, 0)
@@ -69,14 +69,14 @@ def pair(stage, addon, request):
 
 
 def alike(theirs: float, ours: float) -> None:
-    """Both dark, or as bright as each other: Cycles samples the lamps' discs, and EEVEE's area lamps and half floats
-    are off by 3 % (test_lamps.py holds the values)."""
+    """Assert that both are dark or equally bright: Cycles samples the lamps' discs, and EEVEE's area lamps and half
+    floats are off by 3 % (test_lamps.py checks the values)."""
     assert (theirs == 0) == (ours == 0), f"diffuse light {theirs}, diffraction {ours}"
     assert ours == pytest.approx(theirs, rel=0.05)
 
 
 def second_collection(pair: Pair, **settings):
-    """The lamp is in another collection too."""
+    """Put the lamp into another collection too."""
     other = bpy.data.collections.new("Second")
     pair.stage.scene.collection.children.link(other)
     other.objects.link(pair.lamp)
@@ -113,13 +113,13 @@ def moved_to_a_hidden_collection(pair: Pair) -> None:
 
 
 def moved_to_a_shown_collection(pair: Pair) -> None:
-    """The collection that the lamp leaves is hidden."""
+    """Hide the collection that the lamp leaves."""
     second_collection(pair)
     pair.held.objects.unlink(pair.lamp)
     pair.held.hide_render = True
 
 
-# The ways to hide a lamp, and whether a final render shows it none the less.
+# The ways to hide a lamp, and whether a final render still shows it.
 WAYS: dict[str, tuple[Callable[[Pair], None], bool]] = {
     "camera icon": (lambda pair: setattr(pair.lamp, "hide_render", True), False),
     "monitor icon": (lambda pair: setattr(pair.lamp, "hide_viewport", True), True),
@@ -206,7 +206,7 @@ def test_a_lamp_with_other_data(pair):
 
 
 def test_glossy_visibility(pair):
-    """A lamp that glossy surfaces do not see does not diffract; one that diffuse surfaces do not see still does."""
+    """A lamp that is invisible to glossy rays does not diffract; one that is invisible to diffuse rays still does."""
     made = pair()
     before = made.seen()[1]
     made.lamp.visible_diffuse = False
@@ -233,7 +233,7 @@ def test_each_view_layer_shows_its_own_lamps(pair):
 
 
 def test_another_scene_of_the_file_shows_its_own_lamps(pair):
-    """The scene that is not open is rendered, with planes that the open one has too."""
+    """The other scene is rendered; its planes are also in the open scene."""
     made = pair()
     other = bpy.data.scenes.new("Other")
     try:
@@ -298,7 +298,7 @@ def test_more_lamps_than_count_are_named(pair):
     assert line == "diffraction uses at most 8 lamps; left out: S0"
     bpy.data.objects.remove(bpy.data.objects["S1"])
     theirs, ours = made.seen()
-    np.testing.assert_allclose(ours, theirs, rtol=0.02)  # Cycles picks one of eight lamps for each sample
+    np.testing.assert_allclose(ours, theirs, rtol=0.02)  # Cycles samples one of eight lamps per sample
 
 
 @pytest.mark.parametrize("way", ["camera icon", "collection's camera icon", "excluded"])
@@ -308,7 +308,7 @@ def test_of_nine_lamps_the_eight_that_are_shown_light(pair, way):
     for k in range(8):
         made.stage.lamp("SUN", energy=1.0, name=f"S{k}", angle=0.0)
     theirs, ours = made.seen()
-    np.testing.assert_allclose(ours / theirs, 0.9, rtol=0.02)  # 2 and seven times 1 of 2 and eight times 1
+    np.testing.assert_allclose(ours / theirs, 0.9, rtol=0.02)  # 2 and seven times 1, of 2 and eight times 1
     WAYS[way][0](made)
     theirs, ours = made.seen()
     np.testing.assert_allclose(ours, theirs, rtol=0.02)  # as above

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A surface that answers to lamps, to a sky and to its sun shows the same when its file is opened again, when material,
-object or scene is copied, and after undo and redo."""
+"""A surface under lamps, a sky and its sun looks the same after reopening, copying, undo and redo."""
 
 import bpy
 import numpy as np
@@ -14,7 +13,7 @@ from .world_scenes import add_ball, add_soft_boxes, assign, look_at_ball
 
 
 def add_sky(stage):
-    """Its sun is as bright as a lamp, and its sky as the surface under the lamps."""
+    """A sky whose sun is as bright as a lamp, and whose sky is as bright as the surface under the lamps."""
     world, background = world_with("ShaderNodeTexSky")
     background.inputs["Strength"].default_value = 0.1
     stage.scene.world = world
@@ -46,7 +45,7 @@ def test_opened_again_and_copied(files, skin, lights):
 
 @pytest.mark.parametrize("chosen", ["LAMPS", "ALL"])
 def test_undone_and_done_again(files, skin, chosen):
-    """Assign, and then another choice of lights."""
+    """Undoes and redoes Assign, then another choice of lights."""
     add_sky(files)
     add_plane()
     add_camera(files)
@@ -74,8 +73,8 @@ def test_undone_and_done_again(files, skin, chosen):
 
 
 def test_sources_stay_with_their_scene(files, skin):
-    """Where a ball and its world come to, no source is noted, and the random order finds all of the light. When the
-    world is fitted there too, the ball shows what it showed."""
+    """In a new file the ball and its world have no sources, and the random order finds all of the light. Once the world
+    is fitted there too, the ball looks as before."""
     add_soft_boxes(files)
     add_ball()
     look_at_ball(files)

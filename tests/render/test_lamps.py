@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Calibration: with a Lambertian response in place of the relief's, diffraction is as bright as Blender's own
-lamplight.
+"""Calibration: with a Lambertian response, diffraction is as bright as Blender's own lamplight.
 
 Two pictures are compared: a white diffuse plane lit by Blender, and the same plane with a Diffraction group whose
 response is E cos(ti) / pi. This is done for every kind of lamp and for each setting of a lamp that changes its light.
@@ -17,12 +16,11 @@ PIXELS = 24
 
 @pytest.fixture
 def both(stage, addon):
-    """both(engine, samples) -> two pictures (n, n), green: Blender's lamplight by Cycles with that number of samples,
-    and the Lambertian response in the engine. EEVEE's own lamplight is no measure: here it differs from Cycles' by up
-    to 3 %."""
+    """both(engine, samples) -> two pictures (n, n), green: Blender's lamplight by Cycles with this number of samples,
+    and the Lambertian response in the engine. EEVEE's own lamplight differs from Cycles' by up to 3 % here."""
 
     def render(engine: str, samples: int) -> tuple[np.ndarray, np.ndarray]:
-        # Away from the middle, so that no symmetry hides a wrong axis.
+        # Off the middle, so that no symmetry hides a wrong axis.
         stage.camera((0.3, 0.2, 3), (0.3, 0.2, 0), ortho=2.0)
         bpy.ops.mesh.primitive_plane_add(size=4)
         plane = bpy.context.object
@@ -49,8 +47,8 @@ def agree(both, engine: str, tolerance: float, samples: int = 1) -> None:
     np.testing.assert_allclose(ours, theirs, rtol=tolerance, atol=tolerance * theirs.max() / 10)
 
 
-# Relative errors for lamps without a size, for which one sample has no noise. In Cycles single precision is left, and
-# along a spot's rim the place of a pixel's middle, a thousandth of a pixel off. EEVEE truncates to half floats: 2^-10.
+# Relative errors for lamps without a size, where one sample has no noise. Cycles has single precision, and along a
+# spot's rim a pixel's centre is uncertain by a thousandth of a pixel. EEVEE truncates to half floats: 2^-10.
 EXACT = {"cycles": 1e-3, "eevee": 2e-3}
 ENGINES = ["cycles", "eevee"]
 
@@ -80,7 +78,7 @@ def test_spot(stage, both, engine, scale):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_area(stage, both, engine):
-    # The response takes the lamp as a point at its centre. For a lamp of 1 cm at 1.3 m that is off by (0.01 / 1.3)^2.
+    # The response treats the lamp as a point at its centre. For a lamp of 1 cm at 1.3 m the error is (0.01 / 1.3)^2.
     lamp = stage.lamp("AREA", (0.5, -0.4, 1.2), (0.2, -0.4, 1), energy=50.0, shape="RECTANGLE", size=0.01, size_y=0.005)
     lamp.scale = (0.7, 1.5, 1.0)
     agree(both, engine, 1e-2, samples=64)
@@ -97,8 +95,7 @@ def test_area(stage, both, engine):
     ],
 )
 def test_lamps_that_are_not_normalized(stage, both, engine, kind, settings):
-    # A sun of 0.2 rad is a disc, whose mean cosine differs from its middle's by 0.1^2 / 4. Cycles samples discs, and
-    # has an error of a few thousandths.
+    # A sun of 0.2 rad is a disc: its mean cosine is off by 0.1^2 / 4, and Cycles' samples by a few thousandths.
     stage.lamp(kind, (0.3, 0.2, 1.5), (0.1, 0, 1), normalize=False, **settings)
     agree(both, engine, 2e-2, samples=256)
 
@@ -115,5 +112,5 @@ def test_two_lamps_parented_scaled_and_hidden(stage, both, engine):
     stage.scene.collection.children.link(dark)
     dark.hide_render = True
     stage.add("Unseen", bpy.data.lights.new("Unseen", "SUN"), collection=dark)
-    # Cycles picks one of the lamps for each sample.
+    # Cycles samples one lamp per sample.
     agree(both, engine, 1e-2, samples=4096)

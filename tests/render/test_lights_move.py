@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lamps that move, change, are animated, come and go after assignment, or are linked to objects.
+"""Lamps that move, change, are animated, appear or disappear after Assign, or are linked to objects.
 
-Each picture is compared with that of a scene whose lamps were so from the start.
+Each picture is compared with that of a scene built with these lamps from the start.
 """
 
 import bpy
@@ -39,7 +39,7 @@ def test_a_lamp_changed_after_assignment(stage, baked, engine, persistent):
 
 
 def animate(frames):
-    """Keyframes of all that the lamps have."""
+    """Insert keyframes for all settings of the lamps."""
     for frame, lamps in frames.items():
         change(lamps)
         for name, lamp in lamps.items():
@@ -52,7 +52,7 @@ def animate(frames):
 
 @pytest.mark.parametrize(("engine", "persistent"), [("cycles", False), ("cycles", True), ("eevee", False)])
 def test_animated_lamps(stage, baked, engine, persistent):
-    """By frame_set, and frame by frame as an animation is rendered."""
+    """By frame_set, and frame by frame in an animation render."""
     wanted = {1: truth(stage, baked[0], BEFORE, engine), 2: truth(stage, baked[0], AFTER, engine)}
     build(stage, baked[0], BEFORE)
     scene = stage.scene

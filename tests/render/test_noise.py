@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The noise of the random order is white and bounded, and what a scene does to a surface leaves its mean alone.
+"""The noise of the random order is white and bounded, and changes to a scene do not change its mean.
 
-The surface is a plane in a white world. Its samples are independent, so that the correlation of two sets of n pixels
-has a standard deviation of 1 / sqrt(n), whatever the noise's distribution. Bounds are five of these.
+The surface is a plane in a white world. Its samples are independent, so the correlation of two sets of n pixels has a
+standard deviation of 1 / sqrt(n), whatever the noise's distribution. Bounds are five standard deviations.
 """
 
 from itertools import combinations
@@ -29,7 +29,7 @@ LIGHTS = pytest.mark.parametrize("lights", ["REST", "ALL"])
 
 
 def plane_in_white_world(stage, path, lights: str):
-    """The plane, seen along its normal."""
+    """Build the plane, seen along its normal."""
     add_world(stage)
     bpy.ops.mesh.primitive_plane_add(size=20)
     plane = bpy.context.object
@@ -39,14 +39,14 @@ def plane_in_white_world(stage, path, lights: str):
 
 
 def look(stage, degrees, **kind):
-    """Look at the plane from an angle to its normal."""
+    """View the plane at an angle to its normal."""
     theta = np.radians(degrees)
     bpy.data.objects.remove(stage.scene.camera)
     stage.camera((2 * np.sin(theta), 0, 2 * np.cos(theta)), **kind)
 
 
 def grey(stage, pixels=PIXELS, samples=SAMPLES, engine="cycles") -> np.ndarray:
-    """The sum of the channels; all of it is numbers."""
+    """The sum of the channels; asserts that all values are finite."""
     picture = stage.rgb(engine, pixels, samples)
     assert np.isfinite(picture).all()
     return picture.sum(axis=-1)
@@ -57,27 +57,27 @@ def correlation(noise: np.ndarray, other: np.ndarray) -> float:
 
 
 def has_no_stripes(noise: np.ndarray) -> None:
-    """No pixel tells of another up to 8 pixels away in its row or column, and neither do the means of whole rows or
-    columns of n pixels, which are n times as variable as these where a row is one number."""
+    """Assert that a pixel is uncorrelated with pixels up to 8 away in its row or column, and that the means of rows and
+    columns vary no more than means of independent pixels."""
     noise = noise - noise.mean()
     rows, cols = noise.shape
     for lag in range(1, 9):
         for far, near in ((noise[:, lag:], noise[:, :-lag]), (noise[lag:], noise[:-lag])):
             assert abs(correlation(far, near)) < 5 / np.sqrt(far.size), lag
-    # n independent means have a mean square of the noise's over n, with a relative deviation of sqrt(2 / n).
+    # The mean square of n independent means is the noise's variance over n, with a relative deviation of sqrt(2 / n).
     for axis, n in ((0, rows), (1, cols)):
         share = n * np.mean(noise.mean(axis=axis) ** 2) / noise.var()
         assert share < 1 + 5 * np.sqrt(2 / noise.shape[1 - axis]), axis
 
 
 def have_one_mean(*pictures: np.ndarray) -> None:
-    """Within five standard errors."""
+    """Assert equal means within five standard errors."""
     for one, other in combinations(pictures, 2):
         assert abs(one.mean() - other.mean()) < 5 * np.sqrt(one.var() / one.size + other.var() / other.size)
 
 
 def test_stripes_are_found():
-    """The measure's own: noise has none, and weak ones are seen."""
+    """Checks the measure itself: noise passes, and weak stripes fail."""
     noise = np.random.default_rng(0).exponential(size=(PIXELS, PIXELS))
     has_no_stripes(noise)
     for stripes in (np.resize([0.0, 0.5], PIXELS), np.random.default_rng(1).normal(scale=0.3, size=PIXELS)):
@@ -96,7 +96,7 @@ def test_a_flat_surface_has_no_stripes(stage, skin, lights):
 
 @LIGHTS
 def test_seeds_give_other_noise_and_one_mean(stage, skin, lights):
-    """Cycles puts the first of a pixel's samples into its middle, whatever the seed: one of n is drawn again."""
+    """Cycles puts a pixel's first sample at the centre, whatever the seed: one of n is equal."""
     plane_in_white_world(stage, skin[0], lights)
     samples, pictures = 16, []
     for stage.scene.cycles.seed in (0, 1, 2):
@@ -118,7 +118,7 @@ def test_tiles_leave_the_picture_as_it_is(stage, skin, lights):
 
 @LIGHTS
 def test_noise_of_an_animation(stage, skin, lights):
-    """It stands still with the surface, but where the artist lets the seed change from frame to frame."""
+    """It stays fixed to the surface unless the artist animates the seed."""
     plane_in_white_world(stage, skin[0], lights)
     frames = {}
     for animated in (False, True):
@@ -154,7 +154,6 @@ def test_instances_do_not_share_noise(stage, skin, lights):
 
 @LIGHTS
 def test_motion_and_subdivision_leave_the_mean_alone(stage, skin, lights):
-    """A plane that moves sideways or is divided shows the same light everywhere."""
     plane = plane_in_white_world(stage, skin[0], lights)
     still = grey(stage, samples=16)
     plane.modifiers.new("Subdivision", "SUBSURF").render_levels = 3
@@ -171,8 +170,8 @@ def test_motion_and_subdivision_leave_the_mean_alone(stage, skin, lights):
 
 
 def most_of_a_draw(table, draws, theta_r: float) -> float:
-    """What no sample of the closure exceeds in a world of radiance 1: the formula of
-    addon/materials/lobes/lobes_group.py, each factor at its greatest."""
+    """An upper bound for every sample of the closure in a world of radiance 1: the formula of
+    addon/materials/lobes/lobes_group.py with each factor at its largest."""
     cos_r, cos_i = np.cos(theta_r), np.geomspace(1e-4, 1, 400)
     turn, cos_i = np.meshgrid(np.linspace(0, 2 * np.pi, 64), cos_i)
     sine = np.sqrt(1 - cos_i**2)
@@ -187,7 +186,7 @@ def most_of_a_draw(table, draws, theta_r: float) -> float:
 
 @LIGHTS
 def test_no_value_is_beyond_its_bound(stage, skin, lights):
-    """Samples one by one, none of which is negative. The mirror image adds 1 at most."""
+    """Single samples, none of which is negative. The mirror image adds at most 1."""
     path, table = skin
     draws = sample_set.read(sample_set.path_beside(path))[0]
     plane_in_white_world(stage, path, lights)

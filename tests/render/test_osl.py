@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The thesis's algorithms in OSL, through Cycles, against precompute.methods at the directions of every pixel.
+"""The thesis's algorithms in OSL, rendered by Cycles and compared with precompute.methods in every pixel.
 
 A plane at z = 0 is seen from one metre above and lit by a sun. It has the whole Diffraction group, around a shader.
 """
@@ -18,7 +18,7 @@ from precompute.surface.samples.ruled_gratings import blazed, sinusoidal
 from precompute.table.atlas_file import write_together
 
 TO_SUN = np.array([0.3, -0.15, 1.0]) / np.linalg.norm([0.3, -0.15, 1.0])
-# The plane's frame is turned against the world's, so that none of its axes is one of the world's.
+# The plane's tangent frame is turned, so that none of its axes is a world axis.
 VIEW = PlaneView(48, np.radians(90), TO_SUN, np.radians(20))
 IRRADIANCE = (1.0, 1.5, 2.0)
 IOR = 1.4
@@ -26,7 +26,7 @@ IOR = 1.4
 
 @pytest.fixture(scope="module")
 def addon(extension):
-    """The add-on's modules, Cycles set up for its shaders."""
+    """The add-on's modules, with Cycles set up for its shaders."""
     import bpy
 
     set_up_cycles()
@@ -56,9 +56,8 @@ DEEP = sinusoidal(2.5e-6, 1500e-9, periods=4, rows=64)
     [("flss", GRATING), ("chebyshev", DEEP), ("nmm", GRATING), ("nmm-jacobian", GRATING), ("pq", GRATING)],
 )
 def test_cycles_renders_what_the_method_says(addon, tmp_path, name, surface):
-    """On pixels above 1 % of the peak. The bounds come from where in a pixel Cycles sees the plane: up to 0.005 of a
-    pixel from its middle. Over that distance a lobe of sigma 1.3 pixels changes by 0.4 % on its flank, at 1 % of its
-    peak. The error measured is 0.2 %."""
+    """On pixels above 1 % of the peak. The bounds allow for Cycles' sample position, up to 0.005 of a pixel off centre.
+    There a lobe of sigma 1.3 pixels changes by 0.4 % on its flank, at 1 % of its peak. The measured error is 0.2 %."""
     method, path = images_file(tmp_path, surface, name, **SMALL)
     response = addon.thesis_methods.build_osl_response("test", path, rgb_from_xyz("Rec.709"))
     group = addon.skin.group_around("test", response, shadows=False)

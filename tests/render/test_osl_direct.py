@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The OSL form of the Direct group, rendered by Cycles: against that group, and against precompute at every pixel."""
+"""The OSL form of the Direct group, rendered by Cycles, against the group itself and against precompute."""
 
 from dataclasses import replace
 
@@ -14,14 +14,14 @@ from .test_radiance import PIXELS, RGB_FROM_XYZ, TURN, assign, expected, head_on
 from .test_shadows import shaded
 
 # Bounds of the relative error on pixels above 1 % of the peak. Shader and node group read the same texels with the same
-# weights: single precision leaves 0.001 % (median) and 0.006 % (p95), as measured in Blender 4.5 and 5.2. A fault is
-# far above the bounds: linear in place of cubic look-ups give 3 % and 25 %.
+# weights: single precision leaves 0.001 % (median) and 0.006 % (p95), measured in Blender 4.5 and 5.2. A bug exceeds
+# the bounds by far: linear instead of cubic look-ups give 3 % and 25 %.
 MEDIAN, P95 = 0.005, 0.02
 
 
 @pytest.fixture
 def osl(stage, addon):
-    """The stage, set up for shaders."""
+    """The stage, set up for OSL shaders."""
     if not bpy.app.build_options.cycles_osl:
         pytest.skip(addon.script.missing_for_osl(stage.scene))
     stage.scene.render.engine = "CYCLES"
@@ -53,8 +53,7 @@ def agree(name: str, picture: np.ndarray, truth: np.ndarray) -> None:
 
 @pytest.fixture
 def middle(baked, tmp_path):
-    """A file, and the bake that it holds: only the middle of the table, so that its rim is read beyond it. It has one
-    level and no zero order, as a bake of the patch model."""
+    """The file and the bake of a table's middle, so that look-ups go beyond its edge: one level, no zero order."""
     _, table = baked
     rows, columns = (slice(n // 4, n - n // 4) for n in table.tile)
     (v, u), path = table.axes, tmp_path / "middle.exr"
@@ -95,7 +94,7 @@ def test_the_shader_is_the_node_group_and_the_table(osl, addon, request, bake, d
 
 @pytest.mark.parametrize("quarters", range(4))
 def test_a_head_on_view_has_one_albedo_bound(osl, addon, steep, quarters):
-    """As the node group, whatever the signs of the zeros."""
+    """Like the node group, whatever the signs of the zeros."""
     mesh = head_on(osl)
     node = assign(osl, mesh, steep[0])
     node.inputs["Rotation"].default_value = quarters * np.pi / 2

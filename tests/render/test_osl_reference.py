@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operator's OSL material is compared with the node group of the patch model's bake; both are rendered."""
+"""The operator's OSL material compared with the node group of the patch model's bake; both are rendered."""
 
 import bpy
 import numpy as np
@@ -45,7 +45,7 @@ def response_of(group):
 
 
 def test_flss_is_the_patch_bake(addon, tmp_path):
-    """Measured by `./dev bench osl`: a p95 of 0.4 at 65 um."""
+    """`./dev bench osl` measures a p95 of 0.4 at 65 um."""
     view = view_of(20, 12, (-0.22, 0.0))
     relief = prepare(read_height_map("sample:blazed"))
     made = make([relief], BakeRequest(delta_e=0.5, needs=needs_of(view), model="patch"))
@@ -78,7 +78,7 @@ def test_a_file_that_is_there_is_taken(addon, tmp_path):
 
 
 def test_the_surface_is_the_gratings(addon):
-    """Its levelling counts, and a mean of several scans is refused."""
+    """Its levelling counts, and an average of several scans is refused."""
     grating = bpy.context.scene.natural_gratings.active()
     first = addon.making_osl_references.write_images(grating, "pq")
     grating.levelling = "none" if grating.levelling != "none" else "plane"

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Physics through the whole path: bake file, assign operator, node group, renderer, EXR.
 
-A plane at z = 0 seen from one metre above, with nothing but its diffraction: every pixel's directions are known.
+A plane at z = 0 seen from one metre above, with diffraction alone: every pixel's directions are known.
 """
 
 import importlib
@@ -40,7 +40,7 @@ class Baked:
 
 @pytest.fixture(scope="session")
 def bakes(tmp_path_factory):
-    """sample name, needs -> Baked, each made once."""
+    """get(sample name, needs) -> Baked, each made once."""
     folder = tmp_path_factory.mktemp("bakes")
     made: dict[tuple[str, Needs], Baked] = {}
 
@@ -58,7 +58,7 @@ def bakes(tmp_path_factory):
 
 @dataclass(frozen=True)
 class View:
-    """What each pixel of a picture sees: unit directions in the plane's frame, (n, n, 3), row 0 at the top."""
+    """Each pixel's unit directions along the plane's T, B and N, (n, n, 3), row 0 at the top."""
 
     wi: np.ndarray
     wr: np.ndarray
@@ -68,7 +68,7 @@ class View:
         return self.wi + self.wr
 
     def software_rgb(self, baked: Table) -> np.ndarray:
-        """Radiance under unit irradiance (n, n, 3) that the node group should give: its formula in NumPy."""
+        """Radiance under unit irradiance (n, n, 3) by the node group's formula in NumPy."""
         wi, wr = (np.reshape(each, (-1, 3)) for each in (self.wi, self.wr))
         return lamp_radiance(baked, wi, wr, irradiance=np.ones(3)).reshape(*self.wi.shape)
 
@@ -85,8 +85,7 @@ def view_of(to_sun) -> View:
 
 @pytest.fixture
 def picture(extension, tmp_path):
-    """picture(path, to_sun, engine, turn_deg) -> a render of a bake on the plane: linear RGB (n, n, 3), row 0 at the
-    top."""
+    """picture(path, to_sun, engine, turn_deg) -> a bake rendered on the plane: linear RGB (n, n, 3), row 0 on top."""
     import bpy
     from mathutils import Vector
 
@@ -162,8 +161,8 @@ LUMINANCE = np.linalg.inv(rgb_from_xyz("Rec.709"))[1]
 
 def blazed_rgb(u: np.ndarray, w: np.ndarray, sigma_b: float) -> np.ndarray:
     """Closed form (n, 3), linear RGB as displayed, of a blaze rising along T at v = 0 and R = O = 1: order m of
-    wavelength lambda at u = m lambda / d, blurred by the kernel, with efficiency sinc^2(m + w depth / lambda), which is
-    the transform of a ramp (Born and Wolf 8.6). Nothing of the core's spectrum code is used."""
+    wavelength lambda at u = m lambda / d, blurred by the kernel, with efficiency sinc^2(m + w depth / lambda), the
+    transform of a ramp (Born and Wolf 8.6). Independent of the core's spectrum code."""
     lambdas = wavelengths(1e-9)
     m = np.arange(-8, 9)[:, None]
     xyz = np.zeros((len(u), 3))
@@ -186,16 +185,16 @@ def test_first_orders_lie_where_the_grating_equation_says(bakes, picture, order)
     view = view_of((0, 0, 1))
     row = middle_row(picture(blazed.path)) @ LUMINANCE
     u, _, w = middle_row(view.half).T
-    # Between 420 and 640 nm no other order's visible light reaches: order 2 begins at 760 nm of order 1.
+    # Between 420 and 640 nm no visible light of another order falls: order 2 begins at 760 nm of order 1.
     inside = (order * u * PERIOD_M > 420e-9) & (order * u * PERIOD_M < 640e-9)
     expected = blazed_rgb(u[inside], w[inside], blazed.bake.sigma_b) @ LUMINANCE
-    # Stam's obliquity times Fresnel varies by 6 % over the order: smooth, and taken out with the core's own factor.
+    # Stam's obliquity times Fresnel varies smoothly by 6 % over the order; the core's own factor removes it.
     factor = middle_row(view.software_rgb(blazed.bake))[inside] @ LUMINANCE
     assert factor.min() > 0
     angle = np.degrees(np.arcsin(u[inside]))
     centroid, wanted = (np.average(angle, weights=y) for y in (row[inside], expected))
-    # Half a degree is a little over one pixel (0.4 degrees here). The window is fixed, so a wrong sign or period would
-    # move light out of it or across it and leave the centroid: the peaks are compared as well.
+    # Half a degree is a little over one pixel (0.4 degrees here). The window is fixed: a wrong sign or period could
+    # move light out of it without changing the centroid, so the peaks are compared as well.
     assert abs(centroid - wanted) < 0.5
     assert abs(angle[np.argmax(row[inside])] - angle[np.argmax(expected)]) < 0.5
 
@@ -217,9 +216,8 @@ REGION = Needs(Region((-0.5, 0.3), (-0.1, 0.2)), w=(1.2, 1.9))
     [((0, 0, 1), 0.0, EVERYTHING), ((0.3, -0.15, 1), 20.0, EVERYTHING), ((0.3, -0.15, 1), 0.0, REGION)],
 )
 def test_cycles_renders_what_the_table_says(bakes, picture, to_sun, turn_deg, needs):
-    # Every pixel above 1 % of the first order's peak, against the table sampled in software. A wrong axis, level or
-    # filter exceeds the bounds; single precision on the kernel's slopes gives a tenth of them. Outside the region that
-    # a bake was asked for, both are black.
+    # Pixels above 1 % of the first order's peak, against the table sampled in software. A wrong axis, level or filter
+    # exceeds the bounds; single precision gives a tenth of them. Outside the region of a bake both are black.
     blazed = bakes("blazed", needs)
     rendered = picture(blazed.path, to_sun, turn_deg=turn_deg)
     turn = np.radians(turn_deg)
@@ -245,8 +243,7 @@ def test_cycles_renders_what_the_table_says(bakes, picture, to_sun, turn_deg, ne
 
 @pytest.mark.parametrize("engine", ["cycles", "eevee"])
 def test_a_mesh_shows_the_same_from_behind(bakes, picture, engine):
-    # Both sides reflect. Blender's Fresnel node alone would take the back to be seen from inside. EEVEE's picture is of
-    # half floats.
+    # Both sides reflect; Blender's Fresnel node alone would treat the back as the inside. EEVEE has half floats.
     blazed = bakes("blazed")
     to_sun = (0.3, -0.15, 1)
     front, back = (picture(blazed.path, to_sun, engine, behind=behind) @ LUMINANCE for behind in (False, True))
@@ -255,9 +252,8 @@ def test_a_mesh_shows_the_same_from_behind(bakes, picture, engine):
 
 
 def test_eevee_renders_the_tables_energy(bakes, picture):
-    # EEVEE sees each pixel a fraction of a pixel off, which on these steep lobes is 4 % of the radiance (median). So
-    # the sum over all pixels is compared. Single precision, half-float texels and 8-bit filter weights each put it off
-    # by well under 1 %.
+    # EEVEE samples each pixel slightly off centre, which changes these steep lobes by 4 % (median). So the sum over all
+    # pixels is compared. Single precision, half-float texels and 8-bit filter weights each change it by well under 1 %.
     blazed = bakes("blazed")
     to_sun = (0.3, -0.15, 1)
     rendered = picture(blazed.path, to_sun, "eevee") @ LUMINANCE
@@ -281,7 +277,7 @@ def test_a_flat_mirror_has_no_colour_and_all_its_energy(bakes, picture):
 
 
 def solid_angle_cosine(view) -> np.ndarray:
-    """cos(tr) dOmega of each pixel: a pixel of area a on the plane one metre below is seen under a cos^3(tr)."""
+    """cos(tr) dOmega of each pixel: a pixel of area a on the plane one metre below covers a cos^3(tr)."""
     n = view.wr.shape[0]
     pixel = 2 * np.tan(np.radians(45)) / n
     return pixel**2 * view.wr[..., 2] ** 4
@@ -293,8 +289,8 @@ def test_rendered_lobes_hold_the_cores_energy(bakes, picture):
     view = view_of((0, 0, 1))
     first = np.abs(view.half[..., 0] + 0.22) < 0.1
     rendered = np.sum((image @ LUMINANCE * solid_angle_cosine(view))[first])
-    # Gaussians added up at 1.6 of their standard deviations, along v, and at half of one, along u by 10 nm, are flat to
-    # 2 exp(-2 pi^2 / 1.6^2) = 1e-3.
+    # Gaussians summed in steps of 1.6 standard deviations, along v, and of half a standard deviation, along u for 10
+    # nm, are flat to 2 exp(-2 pi^2 / 1.6^2) = 1e-3.
     size = 200
     assert 2 / size < 1.6 * blazed.bake.sigma_b
     core = np.nan_to_num(brdf_map.from_reference(blazed.relief, blazed.bake.sigma_b, size, theta_i=0.0, step_m=10e-9))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Radiance truth: each pixel of a render is compared with the same bake sampled in software.
+"""Radiance: each pixel of a render is compared with the same bake sampled in software.
 
-The software takes position, normal and tangent from float pictures of Cycles, and nothing from the node group. The
+The software takes position, normal and tangent from float pictures by Cycles, and nothing from the node group. The
 scenes are a plane, a sphere and the sample snake, under a sun, a point lamp, and both.
 """
 
@@ -18,12 +18,12 @@ from sample_scenes.snake import build_snake
 
 PIXELS = 224
 RGB_FROM_XYZ = rgb_from_xyz("Rec.709")
-# A blaze tilted in its own plane: neither axis nor sign can be swapped unseen.
+# A blaze rotated in its own plane reveals a swapped axis or sign.
 TURN = np.radians(20)
 
 
 def shape(stage, kind: str):
-    """A mesh with a UV map, and where the camera looks at it from: location, target, angle of the view."""
+    """A mesh with a UV map, and the camera's location, target and angle of view."""
     if kind == "plane":
         bpy.ops.mesh.primitive_plane_add(size=2)
         return bpy.context.object, ((0.1, -0.4, 0.9), (0.05, 0, 0), np.radians(80))
@@ -35,7 +35,7 @@ def shape(stage, kind: str):
 
 
 def lamps(stage, kind: str, target=(0, 0, 0)):
-    """A sun, a point lamp to the left and in front of a target, or both."""
+    """Add a sun, a point lamp to the left and in front of a target, or both."""
     if kind in {"sun", "two"}:
         stage.lamp("SUN", to=(0.35, -0.2, 1.0), energy=2.0, angle=0.0, color=(1.0, 0.8, 0.6), name="Sun")
     if kind in {"point", "two"}:
@@ -43,7 +43,7 @@ def lamps(stage, kind: str, target=(0, 0, 0)):
 
 
 def irradiances(stage, position):
-    """For each lamp: unit vectors to it (n, 3) and irradiance (n, 3), by Blender's manual from the lamp's settings."""
+    """For each lamp the unit vectors to it (n, 3) and its irradiance (n, 3), from its settings by Blender's manual."""
     for lamp in stage.scene.objects:
         if lamp.type == "LIGHT":
             colour = np.array(lamp.data.color)
@@ -57,7 +57,7 @@ def irradiances(stage, position):
 
 
 def vector_material(stage, kind: str, socket: str, **settings):
-    """A material that shows a node's vector as its colour, moved to be positive: (x + 2) / 4."""
+    """A material that shows a node's vector as a positive colour, (x + 2) / 4."""
     material, tree = stage.material(socket)
     value = tree.value(tree.node(kind, **settings).outputs[socket])
     shown = tree.emission(value.times_plus(0.25, (0.5, 0.5, 0.5)), 1.0)
@@ -66,8 +66,7 @@ def vector_material(stage, kind: str, socket: str, **settings):
 
 
 def geometry(stage, mesh):
-    """Position, normal, tangent and direction to the camera, (n, n, 3) each, as float pictures of Cycles, and which
-    pixels see the mesh."""
+    """Position, normal, tangent and direction to the camera (n, n, 3) by Cycles, and which pixels see the mesh."""
     kept = [slot.material for slot in mesh.material_slots]
     found = {}
     for name, (kind, settings) in {
@@ -86,7 +85,7 @@ def geometry(stage, mesh):
 
 
 def expected(stage, mesh, table: Table, *, variance=0.0, **settings):
-    """What each pixel should show (n, n, 3), and which pixels see the mesh."""
+    """The expected picture (n, n, 3), and a mask of the pixels that see the mesh."""
     passes, seen = geometry(stage, mesh)
     position, n, wr, t = (passes[name][seen] for name in ("Position", "Normal", "Incoming", "Tangent"))
     n /= np.linalg.norm(n, axis=1, keepdims=True)
@@ -108,7 +107,7 @@ def expected(stage, mesh, table: Table, *, variance=0.0, **settings):
 
 
 def assign(stage, mesh, path, **inputs):
-    """Put the bake on a mesh by the action of the button, over a black base, with the scan turned by TURN."""
+    """Assign the bake to a mesh with the button's function, over a black base, with the scan turned by TURN."""
     gratings = stage.scene.natural_gratings
     grating = gratings.items.add()
     grating.name, grating.bake_path, grating.shadows = "radiance", str(path), False
@@ -182,7 +181,7 @@ def test_the_inputs_are_what_they_say(stage, baked, settings):
 
 
 def head_on(stage):
-    """A plane that camera and sun look at along its normal, where a direction has no azimuth."""
+    """A plane with camera and sun along its normal, where a direction has no azimuth."""
     bpy.ops.mesh.primitive_plane_add(size=2)
     stage.camera((0, 0, 2), ortho=1.0)
     stage.lamp("SUN", to=(0, 0, 1), energy=2.0, angle=0.0)
@@ -191,7 +190,7 @@ def head_on(stage):
 
 @pytest.mark.parametrize("quarters", range(4))
 def test_a_head_on_view_has_one_albedo_bound(stage, steep, quarters):
-    """Quarter turns give the zeros of a direction along the normal all their signs. The bound is read at one place."""
+    """Quarter turns give the zeros of a direction along the normal all their signs; the bound is read at one place."""
     path, table = steep
     mesh = head_on(stage)
     node = assign(stage, mesh, path)

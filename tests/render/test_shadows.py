@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shadow rays: a card stands between the sun and half of a plane, and shades just that half."""
+"""Shadow rays: a card between the sun and half of a plane shades exactly that half."""
 
 import bpy
 import numpy as np
@@ -15,7 +15,7 @@ def shaded(stage, addon, response, *, engine: str = "cycles", casts: bool, osl: 
     stage.camera((0, 0, 3), ortho=2.0).rotation_euler = (0, 0, 0)
     bpy.ops.mesh.primitive_plane_add(size=4)
     plane = bpy.context.object
-    # Above the camera's view, over x > 0: the sun is overhead.
+    # The card is above the camera's view, over x > 0; the sun is overhead.
     bpy.ops.mesh.primitive_plane_add(size=4, location=(2, 0, 5))
     sun = stage.lamp("SUN", to=(0, 0, 1), energy=np.pi, angle=0.0)
     sun.data.use_shadow = casts
@@ -39,7 +39,7 @@ def test_a_card_shades_what_lies_under_it(stage, addon, casts):
     np.testing.assert_allclose(under, 0 if casts else 1, rtol=1e-5)
 
 
-# EEVEE's picture is of half floats, which have eleven bits.
+# EEVEE's picture has half floats, of eleven bits.
 @pytest.mark.parametrize(("engine", "rtol"), [("cycles", 1e-5), ("eevee", 2e-3)])
 def test_where_no_shadow_ray_is_there_is_no_shadow(stage, addon, engine, rtol):
     if addon.compat.HAS_RAYCAST:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A snake that is unwrapped by xatlas keeps its colours, combed or not; by the new map's own tangents it would not."""
+"""A snake unwrapped by xatlas keeps its colours, combed or not; with the new map's own tangents it would not."""
 
 import bpy
 import numpy as np
@@ -14,8 +14,8 @@ XYZ_FROM_RGB = np.linalg.inv(rgb_from_xyz("Rec.709"))
 
 
 def p95_of_colours(picture, wanted):
-    """The 95th percentile of the CIEDE2000 between two pictures, at the exposure that puts the 99th percentile of what
-    is wanted at white, where either has a luminance from a fivehundredth of white to white."""
+    """The 95th percentile of the CIEDE2000 between two pictures, at the exposure that puts the 99th percentile of the
+    wanted one at white, where the brighter luminance is between 1/500 of white and white."""
     wanted, picture = wanted @ XYZ_FROM_RGB.T, picture @ XYZ_FROM_RGB.T
     lit = wanted[..., 1] > 0
     level = np.percentile(wanted[lit][:, 1], 99)

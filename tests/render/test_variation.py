@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A grating that varies: the shares of its reliefs in a picture, the turn of its direction, what rides with a skin, and
-that each relief answers as it does alone."""
+"""A grating that varies: shares and turn in a picture, patterns on a moving skin, and each relief alone."""
 
 import bpy
 import numpy as np
@@ -15,7 +14,7 @@ TOLERANCE = 2**-11
 
 
 def answering(addon, name, answer):
-    """A Response whose radiance is made by `answer` of the tree and what is asked."""
+    """A Response whose radiance `answer` builds from the tree and the tangent."""
     response = addon.response
     group = bpy.data.node_groups.new(name, "ShaderNodeTree")
     addon.interface.add_interface(group, (response.TANGENT,), response.ONE_RADIANCE)
@@ -48,7 +47,7 @@ def shown(stage, mesh, engine, responses, **choice):
 
 @pytest.fixture
 def primaries(stage):
-    """Three responses that answer red, green and blue, so that a pixel's colour is its shares."""
+    """Three responses that return red, green and blue, so that a pixel's colour equals its shares."""
     return [
         answering(stage.addon, str(k), lambda tree, _, k=k: tree.vector(*np.eye(3)[k])) for k in range(3)
     ]  # fmt: skip
@@ -62,15 +61,14 @@ def test_each_relief_has_its_share_of_the_surface(stage, plane, primaries, engin
     np.testing.assert_allclose(picture.sum(axis=-1), 1, atol=3 * TOLERANCE)
     if softness == 0:
         assert np.minimum(picture, 1 - picture).max() < TOLERANCE, "one relief at each place"
-    # The noise is uniform within 0.015, at each bound. 40 by 40 patches, each of one relief or another, leave a share
-    # uncertain by sqrt(0.25 / 1600) = 0.0125, of which four times are taken.
+    # The noise is uniform within 0.015 at each bound. In 40 by 40 patches of one relief each, a share has a standard
+    # deviation of sqrt(0.25 / 1600) = 0.0125, of which four are allowed.
     np.testing.assert_allclose(picture.mean(axis=(0, 1)), (0.5, *shares), atol=0.015 * 2 + 4 * 0.0125)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_an_attribute_lays_them_out(stage, plane, primaries, engine):
-    """Without softness the bounds lie where the attribute has the sums of the shares, and with it each relief runs into
-    the next around its bound."""
+    """Sharp bounds lie where the attribute equals the cumulative shares; softness fades each relief into the next."""
     plane.data.attributes.new("ramp", "FLOAT", "POINT").data.foreach_set(
         "value", [vertex.co.x / 2 + 0.5 for vertex in plane.data.vertices]
     )
@@ -83,7 +81,7 @@ def test_an_attribute_lays_them_out(stage, plane, primaries, engine):
     soft = shown(stage, plane, engine, primaries, **choice, softness=0.2)
     steps = [np.clip((x - bound) / 0.2 + 0.5, 0, 1) for bound in (0.5, 0.75)]
     second, third = (step * step * (3 - 2 * step) for step in steps)
-    # A step is as steep as 1.5 / 0.2 over the ramp, on which a place is known to a hundredth of a pixel.
+    # The slope of a step is 1.5 / 0.2 over the ramp, on which a position is uncertain by a hundredth of a pixel.
     atol = 3 * TOLERANCE + 1.5 / 0.2 * 0.01 / PIXELS
     np.testing.assert_allclose(soft, np.stack([1 - second, second - third, third], axis=-1), atol=atol)
 
@@ -101,16 +99,16 @@ def test_the_direction_turns_slowly_to_either_side(stage, plane, engine):
     np.testing.assert_allclose(still, along(0.0, PIXELS), atol=4 * TOLERANCE)
     angle = np.arctan2(turned[..., 1], turned[..., 0])
     assert np.abs(angle).max() < most + 4 * TOLERANCE
-    # Uniform to either side, over 20 by 20 patches: sqrt(1 / 400) of its spread is its uncertainty, taken four times.
+    # Uniform to either side; over 20 by 20 patches the mean is uncertain by sqrt(1 / 400) of the spread, taken 4 times.
     assert abs(angle.mean()) < 4 * most / np.sqrt(3) / 20 and abs(angle.std() / (most / np.sqrt(3)) - 1) < 0.2
-    # From one pixel to the next, a sixth of a patch, it changes by no more than the noise's slope allows: below 2 a
+    # Between neighbouring pixels, a sixth of a patch, it changes by no more than the noise's slope allows: below 2 per
     # patch, times 2 _EVEN / 2 turns at its middle.
     assert np.abs(np.diff(angle, axis=1)).max() < most * 2 * 8.5 * 2 / PIXELS / 0.1
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_patches_ride_with_a_skin_that_moves(stage, plane, primaries, engine):
-    """A shape key moves all vertices by 0.3 m; seen by a camera that moved along, nothing has changed."""
+    """A shape key moves all vertices by 0.3 m; a camera that moves along sees no change."""
     plane.add_rest_position_attribute = True
     choice = {"shares": (0.3, 0.3), "size_m": 0.3, "softness": 0.5}
     before = shown(stage, plane, engine, primaries, **choice)
@@ -121,14 +119,14 @@ def test_patches_ride_with_a_skin_that_moves(stage, plane, primaries, engine):
     key.value = 1.0
     stage.scene.camera.location.x += 0.3
     after = shown(stage, plane, engine, primaries, **choice)
-    # Each pixel's place is known to a hundredth of a pixel, and a share changes by at most 1.5 / softness times the
-    # slope of the even noise, 8.5 a patch.
+    # Each pixel's position is uncertain by a hundredth of a pixel, and a share changes by at most 1.5 / softness times
+    # the slope of the even noise, 8.5 per patch.
     np.testing.assert_allclose(after, before, atol=2 * TOLERANCE + 0.02 * 2 / PIXELS * 1.5 / 0.5 * 8.5 / 0.3)
 
 
 @pytest.mark.parametrize("lights", ["REST", "ALL"])
 def test_where_one_has_all_it_answers_as_it_does_alone(stage, skin, deep_skin, plane, lights):
-    """To lamps and to the world, each with the same random numbers."""
+    """Under lamps and under the world, each with the same random numbers."""
     addon = stage.addon
     stage.scene.world = bpy.data.worlds.new("White")
     plane.data.attributes.new("whole", "FLOAT", "POINT")

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene of a CD on a table, whose spectrum a Diffraction Lamp throws on a wall: the spots of a laser lie where the
-grating equation says."""
+"""A CD's spectrum on a wall, thrown by a Diffraction Lamp: a laser's spots follow the grating equation."""
 
 import bpy
 import numpy as np
@@ -41,7 +40,7 @@ def picture(stage, laser):
     """The wall's radiance (n, n, 3), seen straight on."""
     wall.build_wall(stage.scene)
     stage.scene.world = None
-    stage.scene.cycles.max_bounces = 0  # the carrier's own skin shines on the wall too
+    stage.scene.cycles.max_bounces = 0  # the carrier's own skin also lights the wall
     add_grating(stage, laser)
     carrier = bpy.data.objects["Carrier"]
     bpy.context.view_layer.objects.active = carrier
@@ -64,8 +63,8 @@ def test_a_lasers_orders_lie_where_the_grating_equation_says(picture):
         weight = green * near
         found = np.array([(x * weight).sum(), (z * weight).sum()]) / weight.sum()
         # A pixel is 5 mm, of which half a millimetre may be lost in sums over a spot. The second order leaves 14
-        # degrees above the table. Its spot is 9 mm wide in standard deviation, bent (0.8 mm), and brighter below, as
-        # Stam's obliquity goes as 1 / cos(tr) (0.8 mm).
+        # degrees above the table. Its spot has a standard deviation of 9 mm, is bent (0.8 mm), and is brighter below,
+        # as Stam's obliquity goes as 1 / cos(tr) (0.8 mm).
         assert np.hypot(*(found - wanted)) < 2.5e-3, order
         peak = np.unravel_index(np.argmax(weight), weight.shape)
         assert np.hypot(x[peak] - wanted[0], z[peak] - wanted[1]) < 7.1e-3, order

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes of a surface in a world, over a black base: all that is seen is diffracted."""
+"""Scenes of a surface in a world, over a black base: all visible light is diffracted."""
 
 import bpy
 import numpy as np
@@ -11,7 +11,7 @@ from .lamp_scenes import add_grating
 
 
 def assign(stage, path, lights: str):
-    """Put the grating of a file on the active object, over black."""
+    """Assign the grating of a file to the active object, over black."""
     add_grating(stage, path)
     grating = stage.scene.natural_gratings.active()
     assert bpy.ops.grating.lights(lights=lights) == {"FINISHED"}
@@ -22,7 +22,7 @@ def assign(stage, path, lights: str):
 
 
 def add_world(stage, colour=(1.0, 1.0, 1.0)):
-    """A world of one colour; its Background node's input."""
+    """Set a world of one colour; returns the Color input of its Background node."""
     world = bpy.data.worlds.new("World")
     stage.addon.compat.enable_nodes(world)
     stage.scene.world = world
@@ -32,7 +32,7 @@ def add_world(stage, colour=(1.0, 1.0, 1.0)):
 
 
 def add_soft_boxes(stage):
-    """A world of two soft boxes in a dim sky."""
+    """Set a world of two soft boxes in a dim sky."""
     world, background = world_with("ShaderNodeTexEnvironment")
     image = painted(picture(sky() + 20 * disc(direction(40, -60), 5) + 20 * disc(direction(25, -150), 9)))
     image.pack()
@@ -41,12 +41,12 @@ def add_soft_boxes(stage):
 
 
 def add_ball():
-    """A smooth ball; nothing else is selected."""
+    """Add a smooth ball and select only it."""
     bpy.ops.mesh.primitive_uv_sphere_add(segments=128, ring_count=64)
     bpy.ops.object.shade_smooth()
     bpy.context.object.name = "Ball"
 
 
 def look_at_ball(stage):
-    """A camera in whose picture the ball is 5/8 high."""
+    """Add a camera in whose picture the ball is 5/8 high."""
     stage.camera((0, -3.0, 0.5), (0, 0, 0), angle=np.radians(42))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The response of a bake's files: their pictures, packed into the .blend, read by the Direct and World node groups."""
+"""The response of a bake's files: packs their pictures into the .blend and builds the Direct and World groups."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -18,14 +18,14 @@ from ..pictures import content_of, note_content, note_pictures, picture_of
 from ..response import Response, note_working_space
 from .direct_group import build_direct_group
 
-# What the headers of a bake's two files have in common, and no other bake has.
+# Header entries that are equal in the two files of a bake, and differ between bakes.
 _OF_A_BAKE = ("heights_sha256", "request")
 
 
 def direct_response(path: Path) -> Response:
-    """The response of a bake's file, and of the sample set beside it. Without a sample set it answers to lamps alone.
+    """The response of a bake's file and of the sample set beside it. Without a sample set, only lamps light it.
 
-    Raises GratingError, with nothing left behind, if a file is not sound."""
+    Raises GratingError, and leaves nothing behind, if a file is damaged or the two do not belong together."""
     layout, record = read_sound_header(path)
     draws_path = path_beside(path)
     draws_layout = None
@@ -52,18 +52,17 @@ def direct_response(path: Path) -> Response:
 
 
 def load_atlas(path: Path, *, half: bool, alpha: str = "NONE") -> bpy.types.Image:
-    """The bake's image, packed into the .blend so that it renders wherever that file goes. `half`: a graphics card may
-    hold it in half floats, as the file itself does. Gratings that show the same bake share it. Raises GratingError if
-    Blender cannot open the file."""
+    """The bake's image, packed into the .blend. Gratings with the same bake share it. `half`: graphics cards may store
+    it in half precision, as the file does. Raises GratingError if Blender cannot open the file."""
     content = content_of(path)
     if (present := picture_of(content)) is not None:
         return present
     try:
         image = bpy.data.images.load(str(path), check_existing=False)
-    except RuntimeError as error:  # Blender takes a backslash for a slash
+    except RuntimeError as error:  # Blender reads a backslash as a slash
         raise GratingError(path, "Blender cannot open it", "give it a name of plain letters") from error
     image.name = printable(path.stem)
-    image.colorspace_settings.is_data = True  # whatever a studio's configuration calls its data
+    image.colorspace_settings.is_data = True  # independent of the colour configuration's names
     image.alpha_mode = alpha  # type: ignore[assignment]  # the stubs list the names
     image.use_half_precision = half
     image.pack()

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Closures that answer to light of every kind: the mirror image, and one order drawn at random."""
+"""Closures for light from all directions: the mirror image, and one randomly drawn order."""

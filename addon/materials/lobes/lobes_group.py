@@ -1,34 +1,34 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The World node group: what a baked surface answers to light whose place is not known, as glossy closures.
+"""The World node group: glossy closures for light from unknown directions on a baked surface.
 
 | socket            | symbol | default | meaning |
 |-------------------|--------|---------|---------|
-| Normal, Tangent   | N, T   |         | as the Direct group's (direct/direct_group.py), as are the settings |
+| Normal, Tangent   | N, T   |         | as in the Direct group (direct/direct_group.py), as are the settings |
 | Mirror (out)      |        |         | colour of a closure around N: the zero order |
 | Mirror Roughness (out) |   |         | of that closure |
 | Lobe (out)        |        |         | colour of a closure around Lobe Normal: one order of the scattered light |
 | Lobe Normal (out) |        |         | normalize(wi + wr) |
 | Lobe Roughness (out) |     |         | of that closure |
-| To Light (out)    | wi     |         | the direction that the order comes from, unit |
+| Lobe Direction (out) | wi  |         | the direction that the order comes from, unit |
 
-A glossy closure reflects its colour, however rough it is and however its normal is tilted. So the mean of many draws is
-the scattered light, if each has the colour
+A glossy closure reflects its colour at any roughness and any tilt of its normal. So the mean over many draws is the
+scattered light, if each draw has the colour
 
     C = Q R / M c^2 (1 + wi.wr)^2 / (cos(ti) cos(tr)) W(q; c w / lambda) / lambda^2 rgb(u, v, w) / (X + Y + Z)(u, v, w)
 
-The frequency q is drawn from the sample set (precompute/table/sample_set.py), which also weighs it by W, and lambda in
-proportion to the observer's X + Y + Z, whose integral is Q (precompute/colour/drawn_wavelengths.py). The direction
-follows: wi is (lambda q / p, the rest) less the view's own tangential part. The colour of a single wavelength would be
-outside of what renderers can show, and different in each draw. So a draw shows the colour that the table has in its
-direction, the mean over all wavelengths that come from there. The other symbols are those of direct/direct_group.py.
+The frequency q is drawn from the sample set (precompute/table/sample_set.py), which also gives its weight W. The
+wavelength lambda is drawn in proportion to the observer's X + Y + Z, whose integral is Q
+(precompute/colour/drawn_wavelengths.py). They determine the direction wi: its tangential part is lambda q / p minus the
+view's. The colour of a single wavelength would be out of gamut and different in each draw. So a draw shows the table's
+colour in its direction, the mean over all wavelengths from there. The other symbols are defined in
+direct/direct_group.py.
 
-The closure's width is the coherence kernel's, of a standard deviation sigma_b in (u, v), and the skin's roughness r:
-alpha^2 = 2 sigma_b^2 / w^2 + r^4. For a Beckmann lobe that is exact. The bins of the spectrum may hold a part of the
-kernel already (blur_q), which is left out here. Where Sharp is 1, the kernel moves the direction at random instead, and
-the closure is a perfect mirror. The place whose colour is shown is moved in both cases, so that all the colours of many
-draws add up; but a wide closure does not know in which of its directions the light lies, so there the kernel blurs the
-colours twice.
-"""
+The closure combines the width of the coherence kernel, with the standard deviation sigma_b in (u, v), and the skin's
+roughness r: alpha^2 = 2 sigma_b^2 / w^2 + r^4. This is exact for a Beckmann lobe. The bins of the spectrum may already
+include a part of the kernel (blur_q), which is subtracted here. If Sharp is 1, the kernel moves the direction at random
+instead, and the closure is a perfect mirror. The place where the colour is read moves in both cases, so that the
+colours of many draws add up correctly. A wide closure cannot tell in which of its directions the light is, so with it
+the kernel blurs the colours twice."""
 
 import math
 from collections.abc import Callable
@@ -46,17 +46,16 @@ from ..response import WORLD_ANSWER, WORLD_QUESTION
 from .random_draw import SampleSetNodes
 
 GROUP_PREFIX = "Diffraction World"
-# The least cosine of a drawn direction: below it, a lobe is under the horizon or so near that its weight is no number.
+# The least cosine of a drawn direction. At or below the horizon, the weight of a lobe is not finite.
 _COSINE_MIN = 1e-4
-# The least X + Y + Z of the table relative to its scale, which only guards against a division by 0.
+# The least X + Y + Z of the table relative to its scale, to avoid a division by 0.
 _SUM_MIN = 1e-9
 
 
 def build_world_group(
     name: str, image: bpy.types.Image, layout: Layout, *, draws: SampleSetNodes, rgb_from_xyz: np.ndarray
 ) -> bpy.types.NodeTree:
-    """The group of one bake. `image` holds its atlas, `draws` reads its sample set; rgb_from_xyz (3, 3) leads to the
-    scene's linear space."""
+    """The World group of one bake, from its atlas and its sample set. rgb_from_xyz (3, 3) gives the scene's RGB."""
     group = bpy.data.node_groups.new(f"{GROUP_PREFIX} {name}", "ShaderNodeTree")
     add_interface(group, WORLD_QUESTION, WORLD_ANSWER)
     tree = Tree(group)
@@ -74,7 +73,7 @@ def build_world_group(
         return tree.vector_math("MAXIMUM", rgb, (0.0, 0.0, 0.0))
 
     def width(variance: Value | float, w: Value) -> Value:
-        """The roughness of a closure with a variance in (u, v)."""
+        """The roughness of a closure with a variance in (u, v), including the skin's."""
         alpha2 = tree.math("DIVIDE", variance * 2.0 if isinstance(variance, Value) else 2 * variance, w * w) + skin
         return tree.math("POWER", tree.minimum(alpha2, 1.0), 0.25)
 
@@ -99,11 +98,11 @@ def build_world_group(
 
     place = tree.value(geometry.outputs["Position"])
     draw = draws.add_to(tree, place)
-    ratio = draw.wavelength  # over the sample set's own
+    ratio = draw.wavelength  # relative to the sample set's wavelength
     kernel = tree.maximum((ratio * ratio).times_plus(-(draws.layout.blur**2), layout.sigma_b**2), 0.0)
     moved = draw.normal * tree.sqrt(kernel)
     uv = draw.uv * ratio + moved * sharp
-    # Where the relief is stretched, its frequencies are lower.
+    # A stretched relief has lower frequencies.
     tangential = tree.arithmetic("DIVIDE", uv, tree.vector(period_scale, period_scale, 1.0))
     tangential = tangential - view.vector * (1.0, 1.0, 0.0)
     cosine2 = 1.0 - tree.dot(tangential, tangential)
@@ -118,7 +117,7 @@ def build_world_group(
     table = AtlasTable(tree, image, layout, uv=draw.uv * ratio + moved, w=w * height_scale)
     xyz = table.sharp()
     total = tree.maximum(tree.dot(xyz, (1.0, 1.0, 1.0)), _SUM_MIN)
-    # No light has more of a component than the most saturated one. A table's rounding errors in the dark may.
+    # No light has a larger component than the most saturated colour. Rounding errors of the table in the dark may.
     red, green, blue = (float(row.max()) for row in rgb_from_xyz)
     colour = tree.vector_math("MINIMUM", surface_rgb(xyz) * tree.math("DIVIDE", 1.0, total), (red, green, blue))
     colour = colour * drawn_weight(layout.illuminant)
@@ -135,19 +134,19 @@ def build_world_group(
 def _mean_over_mirror_image(
     tree: Tree, factor: Callable[[Direction], Value], *, view: Value, cosine: Value, sigma: float
 ) -> Value:
-    """What to colour a mirror closure with, so that it shows the mean of a factor of the direction to the light over
-    the mirror image's kernel, a Gaussian in (u, v) of deviation sigma. Near the horizon Fresnel's reflectance, the
-    zero order and the albedo bound change much within the kernel.
+    """The colour of a mirror closure that shows the mean of `factor` over the mirror image's kernel, a Gaussian in (u,
+    v) with standard deviation sigma. `factor` depends on the direction to the light. Near the horizon Fresnel's
+    reflectance, the zero order and the albedo bound vary strongly within the kernel.
 
-    Only directions with (u, v) within the unit disc are real; the others carry nothing. In the plane of incidence the
-    kernel's middle is 1 - sin(t) from the rim, so what is left is a normal distribution cut off at x = (1 - sin(t)) /
-    sigma. The mean takes two points, which have the mean and the variance of that distribution. Its share Phi(x) is
+    Only directions with (u, v) within the unit disc exist. In the plane of incidence, the kernel's centre is 1 - sin(t)
+    from the rim. So the remaining distribution is a normal one, truncated at x = (1 - sin(t)) / sigma. The mean is
+    taken over two points that have the mean and the variance of the truncated distribution. Its share Phi(x) is
     approximated to 3e-4 (Page 1977).
 
-    The closure loses light near the horizon by itself, where its facets shade each other or reflect downwards. As the
-    closure is as wide as the kernel, alpha = sqrt(2) sigma / w, its loss depends on x alone (Smith's shadowing of a
-    Beckmann distribution, Walter et al. 2007, equation 27, integrated over the facets), and is divided out. The fit
-    is within 0.004 of the integral for every sigma up to 0.015."""
+    Near the horizon the closure itself loses light, where its facets shadow each other or reflect downwards. The
+    closure is as wide as the kernel, alpha = sqrt(2) sigma / w, so its loss depends on x alone (Smith's shadowing of a
+    Beckmann distribution, Walter et al. 2007, equation 27, integrated over the facets). The result is divided by what
+    remains. The fit of the loss is within 0.004 of the integral for every sigma up to 0.015."""
     sine = tree.sqrt(tree.maximum(1.0 - cosine * cosine, 0.0))
     x = tree.minimum(cosine * cosine / (sine + 1.0) * (1 / sigma), 8.0)
     cube = x * x * x

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One texel of a sample set and one wavelength, drawn at random in each shading sample.
+"""Drawing a random texel of a sample set and a random wavelength in each shading sample.
 
-The White Noise node turns the place that is shaded into random numbers. A pixel's samples lie at different places
-within it, so each sample draws anew, and no two pixels draw the same."""
+The White Noise node turns the shaded position into random numbers. Positions differ, so each sample is a new draw."""
 
 from __future__ import annotations
 
@@ -19,19 +18,18 @@ from ...nodes.builder import Tree, Value
 from ..pictures import fault_of, note_content
 
 _WAVELENGTHS = 512
-# A custom property of the picture of wavelengths: the illuminant that it was made for.
+# Custom property of the picture of wavelengths: its illuminant.
 _ILLUMINANT = "ng_wavelengths"
 
 
 @dataclass(frozen=True)
 class Draw:
-    """What was drawn.
+    """A random draw.
 
     uv          the frequency q times the sample set's wavelength, a vector
     wavelength  over the sample set's wavelength
-    normal      two independent numbers of the standard normal distribution, a vector
-    weight      of the frequency, W / wavelength^2, as a function of s times that wavelength
-    """
+    normal      two independent standard normal numbers, a vector
+    weight      W / wavelength^2 of the frequency, as a function of s times the sample set's wavelength"""
 
     uv: Value
     wavelength: Value
@@ -41,14 +39,14 @@ class Draw:
 
 @dataclass(frozen=True)
 class SampleSetNodes:
-    """A sample set as nodes read it: its picture, how it is laid out, and the picture of wavelengths."""
+    """A sample set for nodes: its picture, the picture's layout, and the picture of wavelengths."""
 
     image: bpy.types.Image
     layout: SampleSetLayout
     wavelengths: bpy.types.Image
 
     def add_to(self, tree: Tree, place: Value) -> Draw:
-        """Nodes that draw by the place that is shaded."""
+        """Add nodes that draw at random by the shaded position."""
         layout = self.layout
         noise = tree.node("ShaderNodeTexWhiteNoise", place, noise_dimensions="3D")
         numbers = tree.node("ShaderNodeSeparateColor", tree.value(noise.outputs["Color"]))
@@ -81,7 +79,7 @@ class SampleSetNodes:
 
 
 def wavelengths_image(illuminant: str, reference_m: float) -> bpy.types.Image:
-    """The file's picture of wavelengths over a reference, each of equal probability, made if need be."""
+    """The file's picture of wavelengths over a reference, at equal steps of probability; created if needed."""
     for image in bpy.data.images:
         if stored.text(image, _ILLUMINANT) == illuminant and image.library is None and not fault_of(image):
             return image
@@ -95,7 +93,7 @@ def wavelengths_image(illuminant: str, reference_m: float) -> bpy.types.Image:
 
 
 def _normal(tree: Tree, place: Value) -> Value:
-    """Two normally distributed numbers, by Box and Muller's transform."""
+    """Two standard normal numbers, by the Box-Muller transform."""
     noise = tree.node("ShaderNodeTexWhiteNoise", place, 1.0, noise_dimensions="4D")
     numbers = tree.node("ShaderNodeSeparateColor", tree.value(noise.outputs["Color"]))
     share, turn = (tree.value(numbers.outputs[name]) for name in ("Red", "Green"))
@@ -105,7 +103,7 @@ def _normal(tree: Tree, place: Value) -> Value:
 
 
 def _look_up(tree: Tree, image: bpy.types.Image, at: Value, *, label: str) -> tuple[Value, Value]:
-    """Colour and alpha of the one texel at a place, since a mean of two texels means nothing."""
+    """Colour and alpha of the nearest texel. Interpolated texels would have no meaning."""
     settings = {"image": image, "interpolation": "Closest", "extension": "EXTEND"}
     node = tree.node("ShaderNodeTexImage", at, label=label, **settings)
     return tree.value(node.outputs["Color"]), tree.value(node.outputs["Alpha"])

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The Direct group's formula (direct/direct_group.py) in Open Shading Language, for Cycles on the CPU.
 
-Its inputs are the Direct group's. Its one output is the mix of both levels. The places of the levels' tiles are written
-into the shader as lists of one number for each level, so the shader need not know the order that tiling.py gives them.
-The bake stays a file of its own (thesis.py says why). Versions of Blender differ in which way up they read it; the
-shader finds that out by one of its texels.
-"""
+It has the Direct group's inputs and one output, the mix of both blur levels. The positions of the levels' tiles are
+arrays in the shader, one number per level, so the shader does not need the layout rule of tiling.py. The bake stays a
+separate file (see thesis_methods.py). Blender versions flip it differently; the shader detects this by one texel."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -21,10 +19,9 @@ from .script import colours, file_name, joined, script_group
 
 
 def build_osl_direct(name: str, bake_path: Path, layout: Layout, *, rgb_from_xyz: np.ndarray) -> Response:
-    """The response of a bake's file as a shader; rgb_from_xyz (3, 3) leads to the scene's linear space.
+    """The response of a bake's file as a shader; rgb_from_xyz (3, 3) converts to the scene's linear space.
 
-    Raises GratingError, with nothing left behind, if the file is not a bake, or if the shader does not compile, which
-    is so where Cycles has no OSL."""
+    Raises GratingError, and leaves nothing behind, if the file cannot be read or the shader does not compile."""
     text = joined(_constants(bake_path, layout, rgb_from_xyz), ("fresnel", "direct"))
     return script_group(f"Direct {name}", text, QUESTION)
 
@@ -58,10 +55,10 @@ def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dic
         "LEVEL_FIRSTS_Y": _listed(y + TILE_PADDING for _, y in firsts),
         "CELL_COLUMNS": layout.cell_columns,
         "CELL_ROWS": layout.cell_rows,
-        # The middle row of the strip. All rows of the strip hold the same values.
+        # The middle row of the strip; all its rows hold the same values.
         "ZERO_ORDER_Y": (STRIP_ROWS - 1) / 2,
         "ZERO_ORDER_SAMPLES": layout.zero_order_samples,
-        # The place of the normal in the table of the excess albedo, and the distance of its texels.
+        # The position of the normal in the table of the excess albedo, and the texel spacing.
         "BOUND_X": (layout.bound_texels - 1) / 2,
         "BOUND_Y": STRIP_ROWS + (layout.bound_texels - 1) / 2,
         "BOUND_TEXEL": bound_texel(layout.bound_texels),
@@ -71,8 +68,8 @@ def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dic
 
 
 def _mark(bake_path: Path) -> dict[str, float]:
-    """A texel by which the shader finds which way up it reads the picture: the one whose green exceeds, by the most,
-    the green at its place in the picture turned upside down. MARK is the green half-way between both."""
+    """The texel by which the shader detects which way up it reads the picture: its green exceeds the green at its place
+    in the flipped picture the most. MARK is the mean of the two."""
     green = open_picture(bake_path).pixels()[..., 1].astype(np.float32)
     turned = green[::-1]
     y, x = np.unravel_index(np.argmax(green - turned), green.shape)

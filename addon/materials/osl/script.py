@@ -15,15 +15,15 @@ from ...nodes.interface import Socket, add_interface
 from ..response import ONE_RADIANCE, Response
 
 GROUP_PREFIX = "Diffraction OSL"
-# The bytes that stand for themselves in a path within a shader.
+# The bytes that need no escape in a path within a shader.
 _PLAIN = frozenset(b"abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789/._- ")
 _PARTS = Path(__file__).resolve().parent
 
 
 def script_group(name: str, text: str, inputs: tuple[Socket, ...]) -> Response:
-    """The response of a shader's source. The shader's parameters are `inputs`, in that order; its output is Radiance.
+    """The response of a shader's source, whose parameters are `inputs` in this order, and whose output is Radiance.
 
-    Raises GratingError, with nothing left behind, if it does not compile, which is so where Cycles has no OSL."""
+    Raises GratingError, and leaves nothing behind, if the shader does not compile (for example without OSL)."""
     title = f"{GROUP_PREFIX} {name}"
     group = bpy.data.node_groups.new(title, "ShaderNodeTree")
     add_interface(group, inputs, ONE_RADIANCE)
@@ -46,7 +46,7 @@ def script_group(name: str, text: str, inputs: tuple[Socket, ...]) -> Response:
 
 
 def missing_for_osl(scene: bpy.types.Scene) -> str | None:
-    """The remedy, in words to show, where something keeps a scene from running these shaders; else None."""
+    """The remedy to show if a scene cannot run OSL shaders; else None."""
     if not bpy.app.build_options.cycles_osl:
         return "this Blender is built without Open Shading Language: use one from blender.org"
     if scene.render.engine != "CYCLES":
@@ -59,18 +59,17 @@ def missing_for_osl(scene: bpy.types.Scene) -> str | None:
 
 
 def joined(constants: dict[str, object], parts: Sequence[str]) -> str:
-    """The source of some .osl files of this folder, after lines that define the constants which they leave open."""
+    """The joined source of .osl files in this folder, after definitions of the constants that they need."""
     lines = [f"#define {name} {value}" for name, value in constants.items()]
     return "\n".join([*lines, "", *((_PARTS / f"{part}.osl").read_text(encoding="utf-8") for part in parts)])
 
 
 def file_name(path: Path) -> str:
-    """A path as a string literal of a shader. All but plain characters are written as the octal numbers of their
-    bytes, so that no name ends the literal."""
+    """A path as a string literal for a shader. Special bytes are escaped, so that no name can end the literal."""
     name = os.fsencode(path.absolute().as_posix())
     return '"' + "".join(chr(byte) if byte in _PLAIN else f"\\{byte:03o}" for byte in name) + '"'
 
 
 def colours(values: np.ndarray) -> str:
-    """Rows (n, 3) as the elements of an array of colours."""
+    """Rows (n, 3) as the elements of an array of colours in a shader."""
     return ", ".join(f"color({r:.8g}, {g:.8g}, {b:.8g})" for r, g, b in values)

@@ -1,22 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The thesis's algorithms in every pixel, in Open Shading Language (Cycles on the CPU): a reference to compare with.
+"""The thesis's algorithms evaluated in every pixel, in Open Shading Language (Cycles on the CPU): a reference.
 
 | socket         | symbol | unit    | meaning |
 |----------------|--------|---------|---------|
 | Normal         | N      |         | unit shading normal |
 | Tangent        | T      |         | unit, orthogonal to N, along the scan's x axis  |
-| To Light       | wi     |         | unit vector to the light |
-| Irradiance     | E      | W/m2    | on a surface that faces the light, linear RGB |
+| To Light       | wi     |         | unit vector to the lamp |
+| Irradiance     | E      | W/m2    | on a surface that faces the lamp, linear RGB |
 | IOR            | n      |         | of the skin |
 | Finer (out)    | Lo     | W/m2/sr | linear RGB of the scene |
 
-The formula is Stam's; it stands at the head of radiance.osl. The zero order is not separated from the rest and has the
-same obliquity, as in precompute's own comparison of the methods (brdf_map.from_method).
+The formula is Stam's (see radiance.osl). The zero order is not separated and has the same obliquity, as in precompute's
+comparison of the methods (brdf_map.from_method).
 
-A shader's text is put together from the .osl files of this folder, after a list of constants, so that a .blend holds
-the whole of it. The images that it reads stay a file of their own. Their path is written into the text, because Blender
-5.2 needs texture names that are constants.
-"""
+A shader's source is joined from the .osl files of this folder after a list of constants, so a .blend contains all of
+it. The images stay a separate file, whose path is in the source: Blender 5.2 requires constant texture names."""
 
 from pathlib import Path
 
@@ -28,24 +26,21 @@ from ....precompute.methods.nmm import specular_radius
 from ..response import IOR, IRRADIANCE, NORMAL, TANGENT, TO_LIGHT, Response
 from .script import colours, file_name, joined, script_group
 
-# Micrometres in a metre. The shaders count in micrometres, which single precision holds better.
+# Micrometres per metre. The shaders use micrometres, which suit single precision better.
 _UM = 1e6
 _OBSERVER_STEP_M = 1e-9
 _INPUTS = (NORMAL, TANGENT, TO_LIGHT, IRRADIANCE, IOR)
 
 
 def build_osl_response(name: str, images_path: Path, rgb_from_xyz: np.ndarray) -> Response:
-    """The response by the method of a file of images (`precompute dft`); rgb_from_xyz (3, 3) leads to the scene's
-    linear space.
-
-    Raises GratingError if the file holds no such images, or if the shader does not compile, which is so where Cycles
-    has no OSL."""
+    """The response by the method of a file of images (`precompute dft`); rgb_from_xyz (3, 3) converts to the scene's
+    linear space. Raises GratingError if the file holds no images, or if the shader does not compile, as without OSL."""
     layout = read_layout(images_path)
     return script_group(f"{layout.method.upper()} {name}", shader_text(layout, images_path, rgb_from_xyz), _INPUTS)
 
 
 def shader_text(layout: Layout, images_path: Path, rgb_from_xyz: np.ndarray) -> str:
-    """The whole source of a layout's shader."""
+    """The complete source of the shader for a layout."""
     window = "pq" if layout.method == "pq" else "window"
     parts = [window, layout.expansion, "images", "flss", *(["nmm"] if layout.period_m else []), "fresnel", "radiance"]
     return joined(_constants(layout, images_path, rgb_from_xyz), parts)

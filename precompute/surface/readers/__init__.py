@@ -1,3 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Readers of height maps: a module for each file format, the choice of a channel, and the registry that lists all
-readers."""
+"""Readers of height maps: one module for each file format, the choice of a channel, and the registry of readers."""

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Agilent and Molecular Imaging .mi: lines of a key of 14 characters and its value, then the channels as integers.
+"""Reader of Agilent and Molecular Imaging .mi: lines of a 14-character key and a value, then channels of integers.
 
-The line "data" ends the header; an integer's whole range stands for the "bufferRange" of its channel to both sides of
-zero. Lines run from the scan's bottom to its top.
-"""
+The line "data" ends the header. The integer range covers the channel's "bufferRange" to both sides of zero. Lines run
+from the scan's bottom up."""
 
 from __future__ import annotations
 

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""High-speed AFM .asd of Olympus and RIBM: a header, then the frames of one or two channels as 12-bit integers.
+"""Reader of high-speed AFM .asd of Olympus and RIBM: a header, then the frames of one or two channels as integers.
 
-The first number of the header is its version, 0 to 2. A frame has a header of its own, then its points, line by line
-from the scan's bottom to its top. The lowest integer stands for the highest voltage of the converter's range; the
-piezo's nanometres a volt times the driver's gain make heights of voltages. (Format: the libraries libasd and AFMReader;
-that lines begin at the bottom: the viewer pyNuD.)
-"""
+The header's first number is its version, 0 to 2. A frame is a header, then its points (usually 12 bits), line by line
+from the scan's bottom up. The lowest integer is the highest voltage of the converter's range. Heights are voltages
+times the piezo's nanometres per volt times the driver's gain. (Format: the libraries libasd and AFMReader; order of the
+lines: the viewer pyNuD.)"""
 
 from __future__ import annotations
 
@@ -22,11 +21,11 @@ from .scan_file import Block, ScanReader, StoredMap, read_exactly
 
 _NAMES = {b"TP": ("Topography", "m"), b"ER": ("Error", "V"), b"PH": ("Phase", "deg")}
 _NO_CHANNEL = b"\0\0"
-# The converter's codes of ranges from -V to V volts. Readers do not agree about the sign of those from 0 to V.
+# The converter's codes for ranges from -V to V volts. Existing readers disagree on the sign of ranges from 0 to V.
 _BIPOLAR_V = {0x00010000: 1.0, 0x00020000: 2.5, 0x00040000: 5.0}
 _BITS_MAX, _FRAMES_MAX = 16, 1 << 16
 _UNIPOLAR = "levels of a unipolar converter"
-# Where version 0 has the operator's name, and what follows this name before the comment.
+# The position of the operator's name in version 0, and the bytes between this name and the comment.
 _NAME_0, _AFTER_NAME_0 = 105, 12
 # Bytes of the header of versions 1 and 2 before its texts.
 _HEADER_BYTES = 165
@@ -34,7 +33,7 @@ _HEADER_BYTES = 165
 
 @dataclass(frozen=True)
 class _Header:
-    """What a file tells. Lengths are in nanometres, `nm_per_volt` with the driver's gain."""
+    """The facts of a file's header; `nm_per_volt` includes the driver's gain."""
 
     start: int
     frame_header_bytes: int
@@ -51,7 +50,7 @@ def _header(file: BinaryIO) -> _Header:
     (version,) = struct.unpack("<i", read_exactly(file, 0, 4))
     head = read_exactly(file, 0, _NAME_0 if version == 0 else _HEADER_BYTES)
     if version == 0:
-        # The length of this header is not always what it tells.
+        # The length in this header is not always right.
         frame_header_bytes, *texts = struct.unpack_from("<4i", head, 12)
         start = _NAME_0 + _AFTER_NAME_0 + sum(texts)
         channels = head[4:6], head[6:8]
@@ -79,7 +78,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
 
 
 def _frames(file: BinaryIO, header: _Header, held: list[bytes]) -> Iterator[StoredMap]:
-    """The frames of all channels, the first of each before the second. A channel's frames are stored together."""
+    """Yield the frames of all channels, the first of each before the second. A channel's frames are stored together."""
     rows, cols = header.shape
     stride = header.frame_header_bytes + 2 * rows * cols
     volts = _BIPOLAR_V.get(header.range_code)

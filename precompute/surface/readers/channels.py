@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Choosing the channel of an instrument's file that holds the surface."""
+"""Choice of the channel of an instrument file that holds the surface."""
 
 from __future__ import annotations
 
@@ -8,29 +8,28 @@ from dataclasses import dataclass
 
 from ...base.failure import GratingError, Setting, Words
 
-# Names that instruments give to the topography. The first name that a file has wins.
+# Names of the topography, in order of preference.
 _TOPOGRAPHY = ("z-axis", "topography", "height", "z height", "zsensor", "z-axissensor")
-# Names that are the topography's only where they are the whole name.
+# Names that must match as a whole.
 _WHOLE_NAMES = ("z",)
-# What is never taken for the topography unasked, although some instruments give it in metres.
+# Quantities that some instruments give in metres, but that are never chosen automatically.
 _NO_TOPOGRAPHY = ("amplitude", "phase", "deflection", "error", "friction", "distance")
-# The way back over a line. It is taken for the topography only where the way forth is not there.
+# The retrace of a line, chosen only if there is no trace.
 _WAY_BACK = ("retrace", "backward")
-# The words for the two ways over a line, back and forth.
+# The words for the two scan directions, backward and forward.
 _WAYS = tuple(zip(_WAY_BACK, ("trace", "forward"), strict=True))
-# The most characters of a file's own text that a message quotes, and the most channels that it lists or explains.
+# The most characters of a file's text that a message quotes, and the most channels that it lists or explains.
 _QUOTED, _LISTED, _EXPLAINED = 80, 20, 5
 
 
 def shortened(text: object) -> str:
-    """Text that comes out of a file, as messages and labels show it: what does not print is left out, and so is what
-    is beyond its first characters."""
+    """Prepare text from a file for messages and labels: blanks for unprintable characters, at most _QUOTED in all."""
     printed = "".join(character if character.isprintable() else " " for character in str(text)[: _QUOTED + 1])
     return printed if len(printed) <= _QUOTED else f"{printed[: _QUOTED - 3]}..."
 
 
 def unit_over(unit: str, across: str) -> str:
-    """The unit of a channel whose sides are in `across`: "m" only for metres over metres, "" where both are missing."""
+    """Return the unit of a channel whose sides are in `across`: "m" only over metres, "" if both are missing."""
     if across == "m":
         return unit
     return f"{unit or 'no unit'} over {across or 'no unit'}" if unit or across else ""
@@ -41,10 +40,9 @@ class Channel:
     """One map of values in a file.
 
     name      the quantity: "Z-Axis"
-    frame     the scan of the quantity, where there are several: "forward"; "" where there is one scan
-    unit      of the values; "m" for heights
-    is_image  whether the values are over a plane in metres; those of force curves are not
-    """
+    frame     the scan among several of the quantity: "forward"; else ""
+    unit      unit of the values; "m" for heights
+    is_image  whether the values cover a plane in metres; False for force curves"""
 
     name: str
     frame: str
@@ -53,7 +51,7 @@ class Channel:
 
     @property
     def label(self) -> str:
-        """Name and frame, as users see and give them: "Z-Axis forward"."""
+        """Name and frame as users see and type them: "Z-Axis forward"."""
         return shortened(f"{self.name} {self.frame}").strip()
 
     @property
@@ -63,18 +61,17 @@ class Channel:
 
 
 def choose_channel(source: str, channels: Sequence[Channel], wanted: str | None) -> int:
-    """Index of the channel whose label is, or begins with, `wanted`; of the topography where `wanted` is None.
+    """Return the index of the channel whose label is, or begins with, `wanted` in any case; None is the topography.
 
-    Upper and lower case are the same. `source` is the file's name for messages. Raises GratingError where there is no
-    such channel, where its values are not heights over a plane, and where the file holds curves and no image.
-    """
+    `source` names the file in messages. Raises GratingError if there is no such channel, if its values are no heights
+    over a plane, or if the file holds only curves."""
     if channels and not any(channel.is_image for channel in channels):
         raise GratingError(
             source, "holds curves, as of force spectroscopy, and no image", "export the topography scan of that place"
         )
     surfaces = [channel for channel in channels if channel.is_surface]
     if wanted is None:
-        # There is no other channel to name, so the reason is said.
+        # A single channel that is no surface: its own fault is the best message.
         found = 0 if len(channels) == 1 and not surfaces else _topography(channels)
     else:
         found = _labelled(channels, wanted)
@@ -93,10 +90,8 @@ def choose_channel(source: str, channels: Sequence[Channel], wanted: str | None)
 
 
 def other_way(label: str, labels: Sequence[str]) -> str | None:
-    """The label among `labels` of the same quantity on the other way over the lines: "Height retrace" for "Height
-    trace", "Z-Axis forward" for "Z-Axis backward". None where there is none.
-
-    Gwyddion's files write both in one word: "HeightTrace"."""
+    """Find the label of the same quantity's opposite scan direction: "Height retrace" for "Height trace", "Z-Axis
+    forward" for "Z-Axis backward". None if there is none. Gwyddion files join the words: "HeightTrace"."""
     for words in _WAYS:
         # "retrace" ends with "trace".
         old, new = words if words[0] in label.casefold() else words[::-1]
@@ -107,7 +102,7 @@ def other_way(label: str, labels: Sequence[str]) -> str | None:
 
 
 def _fault_of(channel: Channel) -> str:
-    """Why the values of a channel are no heights."""
+    """Explain why a channel's values are no heights."""
     if not channel.is_image:
         return "holds curves and no image"
     if not channel.unit:
@@ -116,7 +111,7 @@ def _fault_of(channel: Channel) -> str:
 
 
 def _other_than(surfaces: Sequence[Channel]) -> Words:
-    """What to do where the channel that was asked for is no surface."""
+    """Return the remedy if the requested channel is no surface."""
     if surfaces:
         return "name a height channel with ", Setting.CHANNEL, f", of: {_list(surfaces)}"
     return (
@@ -126,7 +121,7 @@ def _other_than(surfaces: Sequence[Channel]) -> Words:
 
 
 def _list(channels: Sequence[Channel]) -> str:
-    """The labels of the channels, as a message lists them."""
+    """List the channels' labels for a message."""
     named = ", ".join(f"'{channel.label}'" for channel in channels[:_LISTED])
     more = f" and {len(channels) - _LISTED} more" if len(channels) > _LISTED else ""
     return f"{named}{more}" or "none"
@@ -141,7 +136,7 @@ def _labelled(channels: Sequence[Channel], wanted: str) -> int | None:
 
 
 def _topography(channels: Sequence[Channel]) -> int | None:
-    """The channel that is plainly the topography: of the way forth before the way back, then by its name."""
+    """Find the clear topography channel: trace before retrace, then by name."""
     surfaces = [(i, channel.name.casefold()) for i, channel in enumerate(channels) if _may_be_topography(channel)]
     forth = [(i, name) for i, name in surfaces if not channels[i].frame.casefold().startswith(_WAY_BACK)]
     for found in (forth, surfaces):

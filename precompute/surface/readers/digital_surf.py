@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Digital Surf .sur and .pro, the format of MountainsMap: a header of 512 bytes, comments, then integers from the top.
+"""Reader of Digital Surf .sur and .pro (MountainsMap): a header of 512 bytes, comments, then integers from the top.
 
-A file "DSCOMPRESSED" holds the integers as one or several streams of zlib behind a list of their lengths.
-(Format: Digital Surf, "Surface file format", version 2.)
-"""
+A "DSCOMPRESSED" file holds the integers in zlib streams after a list of their lengths. (Format: Digital Surf, "Surface
+file format", version 2.)"""
 
 from __future__ import annotations
 
@@ -23,17 +22,17 @@ from .units import in_base_units
 
 _PLAIN, _COMPRESSED = b"DIGITAL SURF", b"DSCOMPRESSED"
 _HEADER_BYTES = 512
-# The types of objects that are a single surface (2, 5) or a single profile.
+# Object types of a single surface (2, 5) or a single profile (1, 4).
 _SINGLE = (1, 2, 4, 5)
 _KINDS = {16: "<i2", 32: "<i4"}
 _STREAMS_MAX = 10_000
-# What was inverted: nothing, the heights, and with the heights the columns or the rows.
+# Codes of inversion: 1 heights, 2 heights and the x axis, 3 heights and the y axis.
 _HEIGHTS_INVERTED, _COLUMNS_TOO, _ROWS_TOO = (1, 2, 3), 2, 3
 
 
 @dataclass(frozen=True)
 class _Integers:
-    """How integers become heights; `missing` stands for a point that was not measured, None for none."""
+    """The conversion of integers to heights; `missing` marks unmeasured points, None if there are none."""
 
     scale: float
     missing: int | None
@@ -65,7 +64,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
         "",
         unit_over(base_z, base_x if base_x != "m" else base_y),
     )
-    # The two integers below the lowest height stand for what was not measured.
+    # The integer two below the lowest height marks unmeasured points.
     integers = _Integers(steps[2] * size_z, lowest - 2 if special == 1 else None, inversion)
     block = Block(_HEADER_BYTES + comment + private, (rows, cols), _KINDS[bits])
     if header.startswith(_COMPRESSED):
@@ -80,9 +79,9 @@ def _plain(block: Block, integers: _Integers, file: BinaryIO) -> np.ndarray:
 
 
 def _streams(file: BinaryIO, block: Block) -> tuple[int, list[tuple[int, int]]]:
-    """Where the first stream begins, and the lengths of each in bytes: unpacked and packed.
+    """Return the start of the first stream, and each stream's unpacked and packed bytes.
 
-    Raises ValueError where the lengths cannot be."""
+    Raises ValueError for impossible lengths."""
     (count,) = struct.unpack("<I", read_exactly(file, block.start, 4))
     if not 1 <= count <= _STREAMS_MAX:
         raise ValueError(f"{count} streams")
@@ -110,7 +109,7 @@ def _unpacked(
 
 
 def _text(header: bytes, at: int) -> str:
-    """A text of 16 bytes. MountainsMap writes Latin-1, other programs UTF-8."""
+    """Read a text of 16 bytes. MountainsMap writes Latin-1, other programs UTF-8."""
     return decoded(header[at : at + 16].partition(b"\0")[0]).strip()
 
 

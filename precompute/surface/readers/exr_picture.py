@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""OpenEXR .exr as heights: one channel, or colours that are all the same grey, in scan lines, plain or packed by ZIP.
+"""Reader of OpenEXR .exr heights: one channel or grey RGB, in scan lines, uncompressed or ZIP.
 
-(Format: "OpenEXR File Layout", openexr.com.)
-"""
+(Format: "OpenEXR File Layout", openexr.com.)"""
 
 from __future__ import annotations
 
@@ -19,17 +18,17 @@ from .scan_file import read_exactly
 
 _MAGIC, _SCAN_LINES_OF_VERSION_2 = b"v/1\x01", b"\2\0\0\0"
 _KINDS = {0: "<u4", 1: "<f2", 2: "<f4"}
-# Rows of a block by the kind of packing: none, ZIP of a row, ZIP of 16 rows.
+# Rows per block by compression: none, ZIP of one row, ZIP of 16 rows.
 _ROWS_IN_BLOCK = {0: 1, 2: 1, 3: 16}
 _HEAD_MAX = 1 << 20
 # Deflate packs at most this many bytes into one.
 _MOST_PACKED = 1032
-# Names of a channel of heights beside others, the first that is there.
+# Names of a height channel among others, in order of preference.
 _HEIGHTS = ("Y", "Z", "height", "Height", "V")
 
 
 def _channels(value: bytes) -> list[tuple[str, str]]:
-    """Names and kinds of the channels in the order of the file. Raises ValueError where one has fewer pixels."""
+    """Read the channels' names and types in file order. Raises ValueError for a subsampled channel."""
     found, at = [], 0
     while value[at : at + 1] != b"\0":
         end = value.index(b"\0", at)
@@ -74,7 +73,7 @@ def _load(file: BinaryIO, judge: Judge) -> Numbers:
 
 
 def _wanted(names: list[str]) -> list[str]:
-    """The channels whose values are the heights. Raises ValueError where none are."""
+    """Choose the channels that hold the heights. Raises ValueError if there are none."""
     if len(names) == 1:
         return names
     single = next((name for name in _HEIGHTS if name in names), None)
@@ -84,7 +83,7 @@ def _wanted(names: list[str]) -> list[str]:
 
 
 def _grey(block: np.ndarray, channels: list[tuple[str, str]], wanted: list[str], *, cols: int) -> np.ndarray:
-    """The heights of the rows of a block. Raises ValueError where it is coloured."""
+    """Extract the heights of a block's rows. Raises ValueError if it is coloured."""
     found, at = {}, 0
     for name, kind in channels:
         size = cols * np.dtype(kind).itemsize

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sizes that users give for what carries none: pictures, and bare arrays of numbers."""
+"""Sizes that the user gives for files without units: pictures and bare arrays of numbers."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ from ..height_map import HeightMap
 from .channels import Channel, shortened
 from .scan_file import DAMAGE, refuse_too_large
 
-# Widths and heights outside these ranges are mistakes: no picture of a relief is a metre wide, or one atom high.
+# Plausible widths in micrometres and heights in nanometres: no relief is a metre wide, or lower than an atom.
 _SIZE_UM = (1e-3, 1e6)
 _LOWEST_NM, HIGHEST_NM = 1e-3, 1e6
-# The height of the number 1 where numbers are metres.
+# The height of the number 1 if numbers are metres.
 METRE_NM = 1e9
-# Takes (rows, cols), and raises GratingError if a map of them is too large.
+# Takes (rows, cols), and raises GratingError if this map is too large.
 Judge = Callable[[tuple[int, int]], None]
 
 
 def given_width(source: str, size_um: float | None) -> float:
-    """The width in micrometres. Raises GratingError where it is missing or beyond reason."""
+    """Return the width in micrometres. Raises GratingError if it is missing or implausible."""
     remedy = ("give ", Setting.SIZE_UM, ", the width of the scan in micrometres")
     return _quantity(source, "size", size_um, limits=_SIZE_UM, remedy=remedy)
 
 
 def given_height(source: str, height_nm: float | None, *, what: str, most: float = HIGHEST_NM) -> float:
-    """The height in nanometres. Raises GratingError, which says of `what`, where it is missing or beyond reason."""
+    """Return the height in nanometres. Raises GratingError, which quotes `what`, if it is missing or implausible."""
     remedy = ("give ", Setting.HEIGHT_NM, f", {what} in nanometres")
     return _quantity(source, "height range", height_nm, limits=(_LOWEST_NM, most), remedy=remedy)
 
 
 def _quantity(source: str, what: str, value: float | None, *, limits: tuple[float, float], remedy: Words) -> float:
-    """The value. Raises GratingError where it is missing or outside of the limits."""
+    """Return the value. Raises GratingError if it is missing or outside the limits."""
     if value is None:
         raise GratingError(source, f"a picture carries no {what}", remedy)
     if not (math.isfinite(value) and limits[0] <= value <= limits[1]):
@@ -48,7 +48,7 @@ def _quantity(source: str, what: str, value: float | None, *, limits: tuple[floa
 
 @dataclass(frozen=True)
 class Numbers:
-    """Numbers (rows, cols), row 0 the scan's top, and how much higher than wide a pixel is."""
+    """Numbers (rows, cols), row 0 the scan's top, and the ratio of a pixel's height to its width."""
 
     values: np.ndarray
     pixel_aspect: float = 1.0
@@ -58,9 +58,8 @@ class Numbers:
 class NumbersReader:
     """Reader of a format that holds one array of numbers without units, see `Reader`.
 
-    begins  whether a file that begins with these bytes is of this format
-    load    the numbers of an open file, whose shape it judges before it holds them; raises one of DAMAGE where the file
-            is not whole"""
+    begins  recognises a file by its first bytes
+    load    reads the numbers of an open file, after checking their shape; raises one of DAMAGE for a damaged file"""
 
     name: str
     extensions: tuple[str, ...]
@@ -73,7 +72,7 @@ class NumbersReader:
         return self.begins(beginning)
 
     def channels(self, source: str) -> tuple[Channel, ...]:
-        """None: there is one map of heights, which has no name."""
+        """Return (): the file holds one unnamed map."""
         return ()
 
     def read(
@@ -86,12 +85,12 @@ class NumbersReader:
     ) -> HeightMap:
         """As in `Reader`.
 
-        size_um    width across the columns in micrometres, from outer edge to outer edge
-        height_nm  height in nanometres of the number 1: 1e9 where the numbers are metres"""
+        size_um    width, left to right, in micrometres, from outer edge to outer edge
+        height_nm  height in nanometres of the number 1: 1e9 if the numbers are metres"""
         width = given_width(source, size_um) * 1e-6
         height = given_height(source, height_nm, what="the height of the number 1 (1e9 for metres)", most=METRE_NM)
         try:
-            with open(source, "rb") as file, np.errstate(all="ignore"):  # HeightMap refuses what is not finite
+            with open(source, "rb") as file, np.errstate(all="ignore"):  # HeightMap refuses infinite heights
                 numbers = self.load(file, partial(refuse_too_large, source))
         except DAMAGE as error:
             raise GratingError(

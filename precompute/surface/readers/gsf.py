@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Gwyddion Simple Field .gsf: lines "KEY = VALUE", one to four zero bytes, then 32-bit floats from the top down.
+"""Reader of Gwyddion Simple Field .gsf: lines "KEY = VALUE", one to four zero bytes, then 32-bit floats from the top.
 
-(Format: Gwyddion's user guide, "Gwyddion Simple Field".)
-"""
+(Format: Gwyddion's user guide, "Gwyddion Simple Field".)"""
 
 from __future__ import annotations
 
@@ -30,7 +29,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
     shape = int(entries["YRes"]), int(entries["XRes"])
     across, base = in_base_units(entries.get("XYUnits", ""))
     size, unit = in_base_units(entries.get("ZUnits", ""))
-    # The header is filled up to a multiple of 4 bytes with at least one zero.
+    # At least one zero pads the header to a multiple of 4 bytes.
     block = Block(len(header) + 4 - len(header) % 4, shape, "<f4").within(file)
     sides = (float(entries.get(key, "1")) * across for key in ("YReal", "XReal"))
     height, width = sides

@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Gwyddion .gwy: SI units, row 0 at the top of the scan, masked pixels missing.
+"""Reader of Gwyddion .gwy: SI units, row 0 at the scan's top, masked pixels missing.
 
-A file is a tree of serialised objects (Gwyddion's user guide, "Gwyddion native data files"). An object is the name of
-its type, its size in bytes, and its components; a component is a name, a letter for the type of its value, and the
-value. The outermost object is a container, whose components "/N/data", "/N/data/title" and "/N/mask" are the image,
-the title and the mask of channel N. Only these are read: all other components are passed over by their sizes, so what
-they hold can neither hurt nor cost much. Sizes are checked before anything is read.
-"""
+A file is a tree of serialised objects (Gwyddion's user guide, "Gwyddion native data files"). An object is its type's
+name, its size in bytes, and its components. A component is a name, a letter for the value's type, and the value. The
+outermost object is a container with the components "/N/data", "/N/data/title" and "/N/mask": image, title and mask of
+channel N. The reader skips all others unread by their sizes, and checks sizes before it reads."""
 
 from __future__ import annotations
 
@@ -25,12 +23,11 @@ from .channels import Channel, choose_channel, shortened, unit_over
 from .scan_file import refuse_too_large
 
 _BEGINNING = b"GWYP"
-# Formats and sizes of values by the letter of their type: of a single value, and of one item of an array.
+# By type letter: formats of single values, and sizes of one item of an array.
 _SCALARS = {b"b": "<?", b"c": "<c", b"i": "<i", b"q": "<q", b"d": "<d"}
 _ITEM_BYTES = {b"C": 1, b"I": 4, b"Q": 8, b"D": 8}
 _MASKED_ABOVE = 0.5
-# The most components of an object and items of a list of objects or strings together: a file of a hundred channels
-# with their settings has thousands.
+# The most components and list items of an object. A file of a hundred channels with settings has thousands.
 _PARTS_MAX = 100_000
 # Names and strings are read in pieces of this many bytes.
 _PIECE = 256
@@ -82,7 +79,7 @@ GWYDDION = GwyddionReader()
 
 @dataclass(frozen=True)
 class _Value:
-    """Where the value of a component lies in the file: its letter, its first byte and the byte after its last."""
+    """The location of a component's value: its type letter, its first byte and the byte after its last."""
 
     kind: bytes
     start: int
@@ -91,8 +88,7 @@ class _Value:
 
 @dataclass(frozen=True)
 class _Field:
-    """A map of values: its shape (rows, cols), its sides (Ly, Lx), where its values lie in the file, and their unit
-    as `unit_over` makes it."""
+    """A map of values: shape (rows, cols), sides (Ly, Lx), location of the values, and their unit by `unit_over`."""
 
     shape: tuple[int, int]
     size_m: tuple[float, float]
@@ -100,21 +96,21 @@ class _Field:
     unit: str
 
     def read(self, file: BinaryIO) -> np.ndarray:
-        """The values (rows, cols), float64."""
+        """Read the values (rows, cols), float64."""
         file.seek(self.values.start + 4)
         return np.fromfile(file, "<f8", self.shape[0] * self.shape[1]).reshape(self.shape)
 
 
 @dataclass(frozen=True)
 class _Image:
-    """A channel of the file, its field, and the field of its mask if it has one."""
+    """A channel, its field, and its mask's field if it has one."""
 
     channel: Channel
     field: _Field
     mask: _Field | None
 
     def heights(self, file: BinaryIO) -> np.ndarray:
-        """The values (rows, cols), NaN where they are masked."""
+        """Read the values (rows, cols), NaN if masked."""
         heights = self.field.read(file)
         if self.mask is not None:
             heights[self.mask.read(file) > _MASKED_ABOVE] = np.nan
@@ -122,7 +118,7 @@ class _Image:
 
 
 def _images(source: str, file: BinaryIO) -> list[_Image]:
-    """The images of a file by channel number. Raises GratingError where the file is damaged."""
+    """List the images of a file by channel number. Raises GratingError if the file is damaged."""
     try:
         kind, parts = _object(file, len(_BEGINNING), Path(source).stat().st_size)
         if kind != "GwyContainer":
@@ -133,7 +129,7 @@ def _images(source: str, file: BinaryIO) -> list[_Image]:
         shared = Counter(titles.values())
         return [
             _Image(
-                # Where two channels have the same title, their numbers tell them apart.
+                # Numbers distinguish channels of the same title.
                 Channel(titles[number], f"({number})" if shared[titles[number]] > 1 else "", field.unit),
                 field,
                 _mask(file, parts, number, field.shape),
@@ -154,7 +150,7 @@ def _title(file: BinaryIO, parts: dict[str, _Value], number: str) -> str:
 
 
 def _mask(file: BinaryIO, parts: dict[str, _Value], number: str, shape: tuple[int, int]) -> _Field | None:
-    """The mask of a channel, None where it has none. Raises ValueError where its shape is not the channel's."""
+    """Return a channel's mask or None. Raises ValueError if its shape differs from the channel's."""
     if f"/{number}/mask" not in parts:
         return None
     mask = _field(file, parts[f"/{number}/mask"])
@@ -164,8 +160,7 @@ def _mask(file: BinaryIO, parts: dict[str, _Value], number: str, shape: tuple[in
 
 
 def _field(file: BinaryIO, value: _Value) -> _Field | None:
-    """The field that a value holds, None where it holds something else. Raises KeyError or ValueError where the field
-    is not whole."""
+    """Return the field that a value holds; None for other values. Raises KeyError or ValueError if it is damaged."""
     if value.kind != b"o":
         return None
     kind, parts = _object(file, value.start, value.stop)
@@ -181,7 +176,7 @@ def _field(file: BinaryIO, value: _Value) -> _Field | None:
 
 
 def _unit(file: BinaryIO, value: _Value | None) -> str:
-    """The text of a unit; "" for none."""
+    """Read a unit's text; "" for none."""
     if value is None or value.kind != b"o":
         return ""
     _, parts = _object(file, value.start, value.stop)
@@ -189,9 +184,9 @@ def _unit(file: BinaryIO, value: _Value | None) -> str:
 
 
 def _object(file: BinaryIO, start: int, end: int) -> tuple[str, dict[str, _Value]]:
-    """The type of the object at `start`, and where the values of its components lie.
+    """Return the type of the object at `start`, and its components' values.
 
-    Raises ValueError or struct.error where the object is damaged or does not end before `end`."""
+    Raises ValueError or struct.error if the object is damaged or ends after `end`."""
     at = _string_end(file, start, end)
     kind = _text(file, _Value(b"s", start, at))
     stop = at + 4 + _count(file, at)
@@ -215,9 +210,9 @@ def _object(file: BinaryIO, start: int, end: int) -> tuple[str, dict[str, _Value
 
 
 def _value_end(file: BinaryIO, letter: bytes, at: int, end: int) -> tuple[int, int]:
-    """The offset of the first byte after the value at `at`, and how many items were passed on the way.
+    """Return the position after the value at `at`, and its number of items, without opening nested objects.
 
-    Raises as _object does; nothing that is nested is opened."""
+    Raises as _object does."""
     items = 1
     if letter in _SCALARS:
         at += struct.calcsize(_SCALARS[letter])
@@ -237,13 +232,13 @@ def _value_end(file: BinaryIO, letter: bytes, at: int, end: int) -> tuple[int, i
 
 
 def _item_end(file: BinaryIO, letter: bytes, at: int, end: int) -> int:
-    """The offset of the first byte after a string or an object."""
+    """Return the position after a string or an object."""
     at = _string_end(file, at, end)
     return at if letter == b"s" else at + 4 + _count(file, at)
 
 
 def _string_end(file: BinaryIO, at: int, end: int) -> int:
-    """The offset of the first byte after the string at `at` and its zero."""
+    """Return the position after the string at `at` and its zero byte."""
     file.seek(at)
     while at < end and (piece := file.read(min(_PIECE, end - at))):
         zero = piece.find(b"\0")
@@ -254,7 +249,7 @@ def _string_end(file: BinaryIO, at: int, end: int) -> int:
 
 
 def _text(file: BinaryIO, value: _Value) -> str:
-    """The beginning of a string: no name, title or unit that counts is longer than a piece."""
+    """Read at most _PIECE bytes of a string; no name, title or unit that matters is longer."""
     if value.kind not in (b"s", b"c"):  # the package gwyfile writes a text of one letter as a character
         raise ValueError("a title or unit is no text")
     file.seek(value.start)

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Gwyddion's text exports: comments of a title, the width, the height and the unit, then the heights from the top.
+"""Reader of Gwyddion's text exports: comments with title, width, height and unit, then the heights from the top.
 
-The names of the four facts are in the language of Gwyddion, so that their order tells them; numbers may have a decimal
-comma. (Format: Gwyddion's user guide, "Raw data and text file export".)
-"""
+The reader goes by the order of the comments, since their names are translated. Numbers may have decimal commas.
+(Format: Gwyddion's user guide, "Raw data and text file export".)"""
 
 from __future__ import annotations
 
@@ -19,7 +18,7 @@ from .units import in_base_units, in_metres
 
 
 def _facts(text: str) -> list[str]:
-    """What stands behind the colons of the comments at the beginning of a text."""
+    """Return the values after the colons of the comments at a text's beginning."""
     facts = []
     for line in text.splitlines():
         if not line.startswith("#"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""HDF5 of microscopes: .nhf and .h5-jpk, which only the attributes of the file's root tell apart."""
+"""Reader of microscopes' HDF5 files, .nhf and .h5-jpk, which differ in the attributes of the root."""
 
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Datasets of an HDF5 file: numbers in one piece or in chunks, deflated, shuffled, or as they are.
+"""Reader of HDF5 datasets: numbers, contiguous or in chunks, which may be deflated and shuffled.
 
-Every number of a header is held against what the file holds before memory is taken. (Format: The HDF Group, "HDF5 File
-Format Specification", version 3.)
-"""
+Every size in a header is checked against the file before memory is allocated. (Format: The HDF Group, "HDF5 File Format
+Specification", version 3.)"""
 
 from __future__ import annotations
 
@@ -21,34 +20,34 @@ from ...base.strict_zip import MOST_PACKED
 from .scan_file import read_exactly
 
 UNDEFINED = 2**64 - 1
-# The most bytes of structures, and the most structures, that are read of one file: a scan has a hundredth of them.
+# The most bytes of structures, and the most structures, of a file. A scan has a hundredth of them.
 _STRUCTURES_MAX, _READS_MAX = 1 << 24, 1 << 18
-# A chunk may be larger than what is wanted: datasets grow, and several frames may share one.
+# The largest chunk in bytes, or as a multiple of the wanted values: datasets grow, and frames may share a chunk.
 _CHUNK_MAX, _CHUNK_TIMES = 1 << 20, 4
 _DEFLATE, _SHUFFLE, _FLETCHER = 1, 2, 3
 
 
 class Structures:
-    """The structures of an open HDF5 file, as bytes and numbers."""
+    """Reads the structures of an open HDF5 file, as bytes and numbers."""
 
     def __init__(self, file: BinaryIO):
         self._file, self._bytes, self._reads = file, 0, 0
 
     def read(self, start: int, count: int) -> bytes:
-        """Bytes of a structure. Raises ValueError where structures are more than a scan has."""
+        """Read bytes of a structure. Raises ValueError if the file has more structures than any scan."""
         self._bytes, self._reads = self._bytes + count, self._reads + 1
         if self._bytes > _STRUCTURES_MAX or self._reads > _READS_MAX:
             raise ValueError("more HDF5 structures than a scan has, or in a circle")
         return read_exactly(self._file, start, count)
 
     def unpack(self, form: str, start: int) -> tuple[Any, ...]:
-        """Numbers of a structure."""
+        """Read numbers of a structure."""
         return struct.unpack(form, self.read(start, struct.calcsize(form)))
 
 
 @dataclass(frozen=True)
 class Dataset:
-    """Numbers of one kind, on disk. `filters` in the order in which they were put on."""
+    """A stored array of numbers. `filters` are in the order in which they were applied."""
 
     file: Structures
     shape: tuple[int, ...]
@@ -57,7 +56,7 @@ class Dataset:
     filters: tuple[int, ...]
 
     def read(self, file: BinaryIO, column: int | None = None) -> np.ndarray:
-        """All values, or those whose last index is `column`. Raises ValueError where one is not stored."""
+        """Read all values, or the values whose last index is `column`. Raises ValueError if any is not stored."""
         shape = self.shape if column is None else self.shape[:-1]
         nbytes, held = math.prod(shape) * self.kind.itemsize, file.seek(0, os.SEEK_END)
         if nbytes > MOST_PACKED * held:
@@ -77,7 +76,7 @@ class Dataset:
         return inside.size
 
     def _parts(self, file: BinaryIO, column: int | None) -> Iterator[tuple[tuple[int, ...], np.ndarray]]:
-        """The stored parts that hold wanted values, each with the indices of its corner."""
+        """Yield the stored parts that hold wanted values, each after the indices of its corner."""
         version, form = self.layout[:2]
         zero = (0,) * len(self.shape)
         nbytes = math.prod(self.shape) * self.kind.itemsize
@@ -113,14 +112,14 @@ class Dataset:
                 yield tuple(corner[:-1]), data
 
     def _decoded(self, data: bytes, shape: tuple[int, ...], size: int, skipped: int) -> np.ndarray:
-        """Numbers out of bytes as they are stored; the bits of `skipped` tell filters that were not put on."""
+        """Undo the filters on stored bytes; the bits of `skipped` mark filters that were not applied."""
         for number, each in reversed(list(enumerate(self.filters))):
             if skipped >> number & 1:
                 continue
             if each == _DEFLATE:
                 if size > MOST_PACKED * (len(data) + 1):
                     raise ValueError(f"a chunk of {size} bytes in {len(data)}")
-                # One byte more than there may be, a checksum with it: a bomb is not unpacked.
+                # The chunk, a checksum of 4 bytes, and a byte that reveals a zip bomb.
                 data = zlib.decompressobj().decompress(data, size + 5)
                 if len(data) > size + 4:
                     raise ValueError(f"an HDF5 chunk unpacks to more than its {size} bytes")
@@ -134,7 +133,7 @@ class Dataset:
 
 
 def tree(file: Structures, root: int, *, kind: int, key: struct.Struct) -> Iterator[tuple[bytes, int]]:
-    """The leaves of a B-tree of version 1: the key before each, and its address. An undefined root has none."""
+    """Yield key and address of each leaf of a B-tree of version 1; an undefined root has no leaves."""
     nodes = [] if root == UNDEFINED else [root]
     while nodes:
         address = nodes.pop()
@@ -154,7 +153,7 @@ def tree(file: Structures, root: int, *, kind: int, key: struct.Struct) -> Itera
 
 
 def shape_of(data: bytes) -> tuple[int, ...] | None:
-    """The sides of a dataspace: () of one value, None of none."""
+    """Read the sides of a dataspace: () for one value, None for no value."""
     version, rank = data[:2]
     if version not in (1, 2) or (version == 2 and data[3] == 2):
         return None
@@ -162,7 +161,7 @@ def shape_of(data: bytes) -> tuple[int, ...] | None:
 
 
 def number_of(data: bytes) -> np.dtype | None:
-    """NumPy's type of a datatype of numbers; None of any other."""
+    """Return the NumPy type of a numeric datatype; None for others."""
     form, bits, size = data[0] & 15, data[1], struct.unpack_from("<I", data, 4)[0]
     order = ">" if bits & 1 else "<"
     if form == 0 and size in (1, 2, 4, 8):
@@ -173,7 +172,7 @@ def number_of(data: bytes) -> np.dtype | None:
 
 
 def filters_of(data: bytes | None) -> tuple[int, ...]:
-    """The numbers of a pipeline's filters. Raises ValueError where one is not read."""
+    """Read a pipeline's filter numbers. Raises ValueError for an unsupported filter."""
     if data is None:
         return ()
     version, count = data[:2]

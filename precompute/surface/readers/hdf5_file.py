@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reading of HDF5 as instruments write it: groups, attributes, and datasets of numbers.
+"""Reader of HDF5 as instruments write it: groups, attributes, and datasets of numbers.
 
-What is read is what the HDF5 library writes unless it is asked for its latest format: object headers of versions 1 and
-2, symbol tables and compact links, contiguous, compact and chunked layouts, and the filters deflate, shuffle and
-Fletcher's checksum. Anything else is refused. (Format: The HDF Group, "HDF5 File Format Specification", version 3.)
-"""
+It supports the HDF5 library's default output: object headers of versions 1 and 2, symbol tables and compact links,
+contiguous, compact and chunked layouts, and the filters deflate, shuffle and Fletcher's checksum. Other features are
+errors. (Format: The HDF Group, "HDF5 File Format Specification", version 3.)"""
 
 from __future__ import annotations
 
@@ -25,12 +24,11 @@ _DATASPACE, _LINK_INFO, _DATATYPE, _LINK, _LAYOUT, _FILTERS = 0x01, 0x02, 0x03, 
 _ATTRIBUTE, _CONTINUATION, _SYMBOLS, _ATTRIBUTE_INFO = 0x0C, 0x10, 0x11, 0x15
 _READ = (_DATASPACE, _LINK_INFO, _DATATYPE, _LINK, _LAYOUT, _FILTERS, _ATTRIBUTE, _SYMBOLS, _ATTRIBUTE_INFO)
 
-# The value of an attribute.
 Value = int | float | str | list[int | float]
 
 
 class Hdf5File(Structures):
-    """An open HDF5 file. Raises ValueError where it is none, or of a kind that is not read."""
+    """An open HDF5 file. Raises ValueError if it is another or an unsupported format."""
 
     def __init__(self, file: BinaryIO):
         super().__init__(file)
@@ -52,7 +50,7 @@ class Hdf5File(Structures):
 
 @dataclass(frozen=True)
 class Node:
-    """A group or a dataset: its attributes by their names, and its members by theirs."""
+    """A group or a dataset."""
 
     file: Hdf5File
     address: int
@@ -66,7 +64,7 @@ class Node:
 
     @cached_property
     def attributes(self) -> dict[str, Value]:
-        """Numbers, texts, and arrays of numbers; attributes of other types are left out."""
+        """The attributes that are numbers, texts or arrays of numbers, by name."""
         info = self._message(_ATTRIBUTE_INFO)
         if info and struct.unpack_from("<Q", info, 2 + 2 * (info[1] & 1))[0] != UNDEFINED:
             raise ValueError("HDF5 attributes in a heap of their own")
@@ -75,7 +73,7 @@ class Node:
 
     @cached_property
     def members(self) -> dict[str, Node]:
-        """The members of a group in the file's order; none of a dataset."""
+        """The members of a group by name, in the file's order; empty for a dataset."""
         info = self._message(_LINK_INFO)
         if info and struct.unpack_from("<Q", info, 2 + 8 * (info[1] & 1))[0] != UNDEFINED:
             raise ValueError("HDF5 links in a heap of their own")
@@ -86,7 +84,7 @@ class Node:
 
     @cached_property
     def dataset(self) -> Dataset | None:
-        """What the node stores; None of a group, and of values that are no numbers."""
+        """The dataset; None for a group, and for values that are no numbers."""
         space, kind, layout = (self._message(each) for each in (_DATASPACE, _DATATYPE, _LAYOUT))
         if space is None or kind is None or layout is None:
             return None
@@ -97,14 +95,14 @@ class Node:
 
 
 def number_in(value: Value) -> float:
-    """An attribute's value as a number. Raises ValueError where it holds none, or several."""
+    """Convert an attribute's value to a number. Raises ValueError for a list or a text without a number."""
     if isinstance(value, list):
         raise ValueError("an HDF5 attribute of several numbers in place of one")
     return float(value)
 
 
 def _messages(file: Hdf5File, address: int) -> Iterator[tuple[int, bytes]]:
-    """The messages of an object header: kind and content, without those that are stored elsewhere."""
+    """Yield type and content of an object header's messages, except shared ones."""
     head = file.read(address, 16)
     if head[:4] == b"OHDR":
         flags = head[5]
@@ -116,7 +114,7 @@ def _messages(file: Hdf5File, address: int) -> Iterator[tuple[int, bytes]]:
         blocks, form = [(address + 16, struct.unpack_from("<I", head, 8)[0])], struct.Struct("<2HB3x")
     else:
         raise ValueError("no HDF5 object header")
-    # The list grows while it is read: continuations follow. Those in a circle run into the limit of structures.
+    # Continuations extend the list during the loop. Circular ones run into the limit of structures.
     for start, size in blocks:
         block, at = file.read(start, size), 0
         while at + form.size <= len(block):
@@ -125,14 +123,14 @@ def _messages(file: Hdf5File, address: int) -> Iterator[tuple[int, bytes]]:
             at += form.size + nbytes
             if kind == _CONTINUATION:
                 offset, length = struct.unpack_from("<2Q", data)
-                # In version 2 a continuation has a signature before it and a checksum behind it.
+                # In version 2 a continuation starts with a signature and ends with a checksum.
                 blocks.append((offset, length) if head[0] == 1 else (offset + 4, max(0, length - 8)))
             elif kind in _READ and not flags & 2:
                 yield kind, data
 
 
 def _symbols(file: Hdf5File, root: int, heap: int) -> Iterator[tuple[str, int | None]]:
-    """Names and addresses of a group's members, of its symbol table and the heap of names."""
+    """Yield name and address of a group's members, from its symbol table and the heap of names."""
     signature, size, names = file.unpack("<4s4xQ8xQ", heap)
     if signature != b"HEAP":
         raise ValueError("no HDF5 heap")
@@ -143,12 +141,12 @@ def _symbols(file: Hdf5File, root: int, heap: int) -> Iterator[tuple[str, int | 
             raise ValueError("no HDF5 symbols")
         table = file.read(address + 8, 40 * count)
         for name, target, cached in struct.iter_unpack("<2QI20x", table):
-            # A cached symbolic link has no object.
+            # A symbolic link has no address.
             yield _text(texts[name : name + _NAME_MAX]), target if cached != 2 else None
 
 
 def _link(data: bytes) -> tuple[str, int | None]:
-    """Name and address of a link message; None as address of a link to a name."""
+    """Read name and address of a link message; a soft link's address is None."""
     flags, at = data[1], 2
     is_hard = not (flags & 8 and data[at])
     at += (flags >> 3 & 1) + 8 * (flags >> 2 & 1) + (flags >> 4 & 1)
@@ -159,7 +157,7 @@ def _link(data: bytes) -> tuple[str, int | None]:
 
 
 def _attribute(file: Hdf5File, data: bytes) -> tuple[str, Value | None]:
-    """Name and value of an attribute; None as value of a type that is not read."""
+    """Read name and value of an attribute; None for an unsupported type."""
     version, flags, *sizes = struct.unpack_from("<2B3H", data)
     at, pieces = 8 + (version == 3), []
     for size in sizes:
@@ -173,7 +171,7 @@ def _attribute(file: Hdf5File, data: bytes) -> tuple[str, Value | None]:
 
 
 def _value(file: Hdf5File, kind: bytes, count: int, data: bytes) -> Value | None:
-    """One number or text, or a list of numbers; None for a type that is not read."""
+    """Decode a number, a text, or a list of numbers; None for an unsupported type."""
     number = number_of(kind)
     if number is not None:
         if count * number.itemsize > len(data):
@@ -191,7 +189,7 @@ def _value(file: Hdf5File, kind: bytes, count: int, data: bytes) -> Value | None
 
 
 def _heap_object(file: Hdf5File, address: int, index: int) -> bytes:
-    """An object of a global heap, which holds texts of any length."""
+    """Read an object of a global heap, which holds texts of variable length."""
     signature, size = file.unpack("<4s4xQ", address)
     if signature != b"GCOL":
         raise ValueError("no HDF5 heap")

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Igor binary waves of version 5 (.ibw), as Asylum Research's microscopes write them.
+"""Reader of Igor binary waves of version 5 (.ibw), as Asylum Research's microscopes write them.
 
-A header with the lengths of all parts, the wave's own header, the values, the note, and labels. A value of a channel
-is found by its place along x, then along y from the bottom up; channels follow each other. The labels of the third
-dimension name the channels, their direction with them: "HeightTrace". (Format: WaveMetrics, Technical Note 003.)
-"""
+A file has a header with the lengths of all parts, the wave's header, the values, the note, and labels. Values run along
+x, then along y from the bottom up, then over the channels. The labels of the third dimension name the channels and
+directions: "HeightTrace". (Format: WaveMetrics, Technical Note 003.)"""
 
 from __future__ import annotations
 
@@ -20,24 +19,24 @@ from .scan_file import Block, ScanReader, StoredMap, read_exactly
 from .units import in_base_units
 
 _VERSION, _HEAD_BYTES = 5, 64
-# The wave's header without its beginning of the values, which the length of the wave counts.
+# The wave's header without the first values, which the wave's length includes.
 _WAVE_HEAD_BYTES = 320
 _KINDS = {2: "f4", 4: "f8", 8: "i1", 16: "i2", 32: "i4", 72: "u1", 80: "u2", 96: "u4"}
 _LABEL_BYTES = 32
 _LABELS_MAX = 1 << 16
 _CHANNELS_MAX = 1000
 _DIRECTIONS = ("Retrace", "Trace")
-# Asylum Research writes metres, or no unit, for all channels of a file; only these are lengths.
+# Asylum Research writes metres, or no unit, for all channels of a file. Only these channels are lengths.
 _LENGTHS = ("height", "zsensor", "z sensor", "deflection", "amplitude", "mapheight")
 
 
 def _order(head: bytes) -> str | None:
-    """The order of bytes, "<" or ">", of a wave's first 384 bytes; None where they are no such wave's."""
+    """Return a wave's byte order, "<" or ">", from its first 384 bytes; None if it is no wave of version 5."""
     if len(head) < _HEAD_BYTES + _WAVE_HEAD_BYTES:
         return None
     for order in "<>":
         (version,) = struct.unpack_from(f"{order}h", head)
-        # The header's 16-bit words add up to zero.
+        # The header's 16-bit words add up to zero modulo 2^16.
         words = struct.unpack_from(f"{order}192h", head)
         if version == _VERSION and sum(words) & 0xFFFF == 0:
             return order
@@ -58,9 +57,9 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
     units = [
         decoded(head[_HEAD_BYTES + at : _HEAD_BYTES + at + 4].partition(b"\0")[0]).strip() for at in (148, 152, 156)
     ]
-    # A wave of one dimension is a curve, and so are two dimensions without lengths.
+    # A wave of one dimension is a curve, and so is one of two dimensions without lengths, unless it is square.
     is_image = rows > 0 and (layers > 0 or rows == cols or [in_base_units(unit)[1] for unit in units[1:]] == ["m", "m"])
-    # Asylum Research, whose waves have a note, leaves metres out.
+    # Asylum Research, whose waves have a note, omits metres.
     own_unit, unit_x, unit_y = (unit or ("m" if note > 0 else "") for unit in units)
     (size_x, base_x), (size_y, base_y) = in_base_units(unit_x), in_base_units(unit_y)
     after = _HEAD_BYTES + wave_bytes + formula + note + data_unit + sum(sizes[:4])
@@ -84,14 +83,14 @@ def _values(block: Block, scale: float, file: BinaryIO) -> np.ndarray:
 
 
 def _labels(file: BinaryIO, start: int, length: int) -> list[str]:
-    """The labels of a dimension's elements; the first label is the dimension's own."""
+    """Read the labels of a dimension's elements, without the first, which is the dimension's own."""
     data = read_exactly(file, start, min(length, _LABELS_MAX))
     labels = [data[at : at + _LABEL_BYTES] for at in range(_LABEL_BYTES, len(data), _LABEL_BYTES)]
     return [label.partition(b"\0")[0].decode("latin-1") for label in labels]
 
 
 def _channel(label: str, unit: str, is_asylum: bool) -> tuple[str, str, str]:
-    """Name, direction and unit of a channel by its label."""
+    """Derive name, direction and unit of a channel from its label."""
     direction = next((each for each in _DIRECTIONS if label.endswith(each)), "")
     name = label.removesuffix(direction) or "unnamed"
     if is_asylum and label and not name.casefold().startswith(_LENGTHS):

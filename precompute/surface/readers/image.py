@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Grey PNG, TIFF and BMP pictures as heights: black is 0, white the height that the user gives."""
+"""Reader of grey PNG, TIFF and BMP pictures: black is the height 0, white the height that the user gives."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ if TYPE_CHECKING:
     from PIL.PngImagePlugin import PngImageFile
     from PIL.TiffImagePlugin import TiffImageFile
 
-# The longest side in pixels. The memory that Pillow takes for a compressed BMP grows with it, not only with the area.
+# The longest side in pixels. Pillow's memory for a compressed BMP grows with it, not only with the area.
 _SIDE_MAX = 1 << 16
 # The largest compressed BMP. Pillow decodes it in Python, at about a microsecond a byte.
 _PACKED_BMP_MAX = 4 << 20
-# Reading takes 8 bytes a pixel for the heights, and at most as much for the picture and its decoding.
+# 8 bytes per pixel for the heights, and at most 8 for the picture and its decoding.
 _BYTES_PER_PIXEL = 16
-# Pixels that are turned into heights at a time.
+# Pixels converted at a time.
 _PIXELS_AT_ONCE = 1 << 20
-# The most pixels that a byte of a compressed file can hold. A pixel takes at least one bit; deflate packs at most
-# 1032 bytes into one, LZW about 1400. A header that declares more pixels is wrong.
+# The most pixels in a byte of a compressed file: a pixel takes at least one bit; deflate packs at most 1032 bytes into
+# one, LZW about 1400. A header with more pixels is wrong.
 _MOST_PACKED_PIXELS = 8 * 1400
 # The value of white in Pillow's grey modes.
 _WHITE = {"L": 255, "I;16": 65535, "I;16B": 65535, "F": 1}
-# Private tags of Park Systems. These tags hold the heights; the visible picture is a coloured rendering of the heights.
+# Private tags of Park Systems, which hold the heights; the visible picture is a coloured rendering.
 _PARK_TAGS = (50434, 50435)
 _TIFF_BITS, _TIFF_PHOTOMETRIC, _TIFF_SAMPLE_FORMAT = 258, 262, 339
 _UNSIGNED, _FLOATING = 1, 3
@@ -47,11 +47,11 @@ _UNSIGNED, _FLOATING = 1, 3
 
 @dataclass(frozen=True)
 class PictureReader:
-    """Reader of one format of pictures, see `Reader`.
+    """Reader of a picture format, see `Reader`.
 
-    beginnings  the bytes that files may begin with
-    beside      finds what a file holds beside its pixels
-    highest_nm  the highest that white may be over black"""
+    beginnings  possible first bytes of a file
+    beside      measures the data that a file holds beside its pixels
+    highest_nm  greatest height of white over black"""
 
     name: str
     extensions: tuple[str, ...]
@@ -65,7 +65,7 @@ class PictureReader:
         return beginning.startswith(self.beginnings)
 
     def channels(self, source: str) -> tuple[Channel, ...]:
-        """None: a picture holds one map of heights, which has no name."""
+        """Return (): a picture holds one unnamed map."""
         return ()
 
     def read(
@@ -78,28 +78,26 @@ class PictureReader:
     ) -> HeightMap:
         """As in `Reader`.
 
-        size_um     width across the columns in micrometres, from outer edge to outer edge; pixels are square
-        height_nm   height in nanometres of white over black: of 255 over 0 in a picture of 8 bits, of 65535 over 0 in
-                    one of 16 bits, even where the picture itself uses a part of that range; of 1 in one of floats, so
-                    that it is 1e9 where these are metres
-        Fully transparent pixels are missing. Raises GratingError also where a picture is coloured, or holds numbers
-        (signed) for which black and white are not defined.
-        """
+        size_um     width, left to right, in micrometres, from outer edge to outer edge; pixels are square
+        height_nm   height in nanometres of white over black, also if the picture uses only a part of that range: of 255
+                    over 0 with 8 bits, 65535 over 0 with 16 bits, 1 over 0 with floats (1e9 if they are metres)
+        Fully transparent pixels are missing. Raises GratingError also for coloured pictures, and for signed numbers,
+        which define no black and white."""
         size_um = given_width(source, size_um)
         height_nm = given_height(source, height_nm, what="the height of white over black", most=self.highest_nm)
         self._refuse_what_is_beside(source)
-        with np.errstate(invalid="ignore"):  # of a NaN that signals
+        with np.errstate(invalid="ignore"):  # from a signalling NaN
             heights = _grey(source)
         heights *= height_nm * 1e-9
         pixel_m = size_um * 1e-6 / heights.shape[1]
         return HeightMap(heights, (pixel_m, pixel_m), source)
 
     def _refuse_what_is_beside(self, source: str) -> None:
-        """Raise GratingError where the file holds several pictures, or too much beside its picture."""
+        """Raise GratingError if the file holds several pictures, or too much data beside its picture."""
         try:
             with open(source, "rb") as file:
                 beside = self.beside(file)
-        except (struct.error, ValueError, OverflowError) as error:  # the latter two of places beyond any file's end
+        except (struct.error, ValueError, OverflowError) as error:  # the last two: impossible positions
             raise GratingError(source, "the picture's header is truncated or damaged", "copy it again") from error
         if beside.several:
             raise GratingError(source, "holds several pictures", "save the one of heights by itself")
@@ -117,12 +115,12 @@ BMP = PictureReader("BMP", (".bmp",), (b"BM",), beside_bmp)
 
 
 def _grey(source: str) -> np.ndarray:
-    """The picture as (rows, cols) float64: 0 black, 1 white, NaN transparent."""
+    """Read the picture as (rows, cols) float64: 0 black, 1 white, NaN transparent."""
     Image = bundled("PIL.Image")
     try:
         with warnings.catch_warnings():
-            # Pillow warns of pictures over 89 million pixels (9459 squared) and refuses pictures over twice that
-            # number. Here the warning is an error. Pillow's other warnings are harmless, or an error follows.
+            # Pillow warns of pictures over 89 million pixels (9459 squared). Here the warning is an error. Pillow's
+            # other warnings are harmless, or an error follows.
             warnings.simplefilter("ignore")
             warnings.simplefilter("error", Image.DecompressionBombWarning)
             with Image.open(source, formats=("PNG", "TIFF", "BMP")) as picture:
@@ -143,7 +141,7 @@ def _grey(source: str) -> np.ndarray:
 
 
 def _refuse_what_is_no_grey_scale(source: str, picture: Image.Image) -> None:
-    """Raise GratingError where the header tells that the picture holds no grey; nothing is decoded yet."""
+    """Raise GratingError if the header shows that the picture is too large or unusable; decodes nothing."""
     (cols, rows), file_bytes = picture.size, Path(source).stat().st_size
     is_packed = picture.info.get("compression") not in ("raw", 0)
     if rows * cols > (_MOST_PACKED_PIXELS if is_packed else 8) * file_bytes:
@@ -171,7 +169,7 @@ def _refuse_what_is_no_grey_scale(source: str, picture: Image.Image) -> None:
 
 
 def _refuse_odd_tiff(source: str, picture: Image.Image, bits: int) -> None:
-    """Raise GratingError where the values of a TIFF do not run from black 0 to white."""
+    """Raise GratingError unless the values of a TIFF run from black 0 to white."""
     tags = cast("TiffImageFile", picture).tag_v2
     if any(tag in tags for tag in _PARK_TAGS):
         raise GratingError(source, "a Park instrument file, whose heights are not in the visible picture", CONVERT)
@@ -186,7 +184,7 @@ def _refuse_odd_tiff(source: str, picture: Image.Image, bits: int) -> None:
 
 
 def _bits(picture: Image.Image) -> int:
-    """Bits of a value in the file itself; Pillow hides them, and drops the lower 8 of 16-bit colour."""
+    """Read the bits per value from the file; Pillow hides them, and drops the lower 8 of 16-bit colour."""
     if picture.format == "PNG":
         with open(cast("PngImageFile", picture).filename, "rb") as file:
             return file.read(25)[24]
@@ -196,7 +194,7 @@ def _bits(picture: Image.Image) -> int:
 
 
 def _levels(source: str, picture: Image.Image) -> np.ndarray:
-    """The decoded picture, as _grey returns it, a few rows at a time. Raises GratingError where it is coloured."""
+    """Decode the picture for _grey, a few rows at a time. Raises GratingError if it is coloured."""
     cols, rows = picture.size
     levels = np.empty((rows, cols))
     step = max(1, _PIXELS_AT_ONCE // cols)

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""JPK .jpk and .jpk-qi-image: a TIFF whose first page is a thumbnail and the scan's size, and each further a channel.
+"""Reader of JPK .jpk and .jpk-qi-image: a TIFF with a thumbnail and the scan's size, then a page for each channel.
 
-A channel has slots: ways to scale its integers to volts, to nominal or to calibrated heights. The scaling of the
-default slot applies to the integers themselves. Lines run from the scan's bottom to its top, unless it is reflected.
-(Format: JPK Instruments, "JPK image file specification".)
+A channel has slots, which scale its integers to volts, nominal or calibrated heights. The reader uses the default slot.
+Lines run from the scan's bottom up, unless it is reflected. (Format: JPK Instruments, "JPK image file specification".)
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from .units import in_base_units
 
 _VERSION, _WIDTH, _HEIGHT, _REFLECTED = 32768, 32834, 32835, 32837
 _NAME, _IS_RETRACE, _FANCY_NAME, _SLOTS, _DEFAULT = 32848, 32849, 32850, 32896, 32897
-# The first tag of a slot, from one slot to the next, and within a slot: the unit, the kind of scaling, its numbers.
+# The first slot's first tag, the step between slots, and the offsets in a slot: unit, scaling type, factor, offset.
 _SLOT, _SLOT_STEP, _UNIT, _SCALING, _FACTOR, _OFFSET = 32912, 48, 18, 19, 20, 21
 _SLOTS_MAX = 100
 
@@ -47,8 +46,7 @@ def _map(file: BinaryIO, page: dict[int, Tag], sides: tuple[float, float]) -> St
 
 
 def _scaling(file: BinaryIO, page: dict[int, Tag]) -> tuple[str, float, float]:
-    """Unit, factor and offset of the default slot. Without such a slot the unit is no length: the other channels are
-    whole."""
+    """Read unit, factor and offset of the default slot; without one, a unit that makes only this channel unusable."""
     wanted = page[_DEFAULT].text(file)
     for slot in range(min(int(page[_SLOTS].number(file)), _SLOTS_MAX)):
         at = _SLOT + slot * _SLOT_STEP

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""JPK .h5-jpk: HDF5 of high-speed scans, many frames of one place.
+"""Reader of JPK .h5-jpk: HDF5 of high-speed scans, many frames of one place.
 
-Each group "Measurement_N" tells the grid, each group "Channel_N" in it a quantity and a direction. The dataset of a
-channel has a column for each frame. A column has the points of the grid, line by line from the scan's bottom to its
-top, unless the grid is reflected. The attributes "net-encoder.scaling" scale its integers to the default calibration.
-"""
+Each group "Measurement_N" describes the grid, each group "Channel_N" in it a quantity and a direction. A channel's
+dataset has a column for each frame: the grid's points, line by line from the scan's bottom up, unless the grid is
+reflected. The attributes "net-encoder.scaling" scale the integers to the default calibration."""
 
 from __future__ import annotations
 
@@ -27,7 +26,7 @@ _MAPS_MAX = 1 << 16
 
 
 def jpk_maps(root: Node) -> list[StoredMap]:
-    """The frames of all channels, the first frame of each channel before the second."""
+    """List the frames of all channels, the first frame of each channel before the second."""
     measured = [node for name, node in root.members.items() if name.startswith("Measurement_")]
     channels = [
         (measurement, channel)

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-r"""Nanonis .sxm: a header of tags between colons, each with its lines, then the channels as 32-bit floats.
+r"""Reader of Nanonis .sxm: a header of tags between colons, each with its lines, then the channels as 32-bit floats.
 
-The bytes 1A 04 end the header. The lines of the tag DATA_INFO list the channels; the values of one that is measured in
-both directions are stored forward, then backward. An upward scan begins at the bottom. Lines of the way back begin at
-their right end. What was not scanned is NaN. (Format: Nanonis, "File Format Version 1", and Gwyddion's module nanonis.)
-"""
+The bytes 1A 04 end the header. The tag DATA_INFO lists the channels; a channel with both directions is stored forward,
+then backward. An upward scan begins at the bottom. Backward lines begin at the right. Points that were not scanned are
+NaN. (Format: Nanonis, "File Format Version 1", and Gwyddion's module nanonis.)"""
 
 from __future__ import annotations
 
@@ -20,7 +19,7 @@ from .units import in_base_units
 _BEGINNING = b":NANONIS_VERSION:"
 _END = b"\x1a\x04"
 _HEADER_MAX = 1 << 22
-# Files that tell the other order hold this one too.
+# Files that declare LSBFIRST are big-endian too.
 _KIND, _KINDS_TOLD = ">f4", ("FLOAT MSBFIRST", "FLOAT LSBFIRST")
 _COLUMNS = ("Channel", "Name", "Unit", "Direction")
 _DIRECTIONS = {"both": ("forward", "backward"), "forward": ("forward",), "backward": ("backward",)}
@@ -40,7 +39,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
         rows, cols = cols, rows
     width, height = (float(word) for word in _words(tags, "SCAN_RANGE"))
     upward = _words(tags, "SCAN_DIR")[0].lower() == "up"
-    # What was cut out of a grid of spectra tells no time of scanning, and holds one direction where it tells both.
+    # An image cut out of a grid of spectra has no scan time, and holds one direction if it declares both.
     is_cut_out = tags.get("ACQ_TIME") == ["N/A"] or "".join(tags.get("SCAN_TIME", [])).startswith("NaN")
     ways = _DIRECTIONS | ({"both": ("forward",)} if is_cut_out else {})
     start, maps = end + len(_END), []
@@ -55,7 +54,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
 
 
 def _tags(header: str) -> dict[str, list[str]]:
-    """The lines of each tag."""
+    """Split the header into the lines of each tag."""
     tags: dict[str, list[str]] = {}
     lines: list[str] = []
     for line in map(str.strip, header.splitlines()):
@@ -71,7 +70,7 @@ def _words(tags: dict[str, list[str]], tag: str) -> list[str]:
 
 
 def _channels(lines: list[str]) -> list[tuple[str, str, str]]:
-    """Name, unit and direction of each channel. Raises ValueError where the list has other columns."""
+    """Read name, unit and direction of each channel. Raises ValueError if the list has other columns."""
     if tuple(lines[0].split()[: len(_COLUMNS)]) != _COLUMNS:
         raise ValueError(f"channels listed by {lines[0]}")
     cells = [(line.split("\t") if "\t" in line else line.split())[1:4] for line in lines[1:]]

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-r"""Bruker NanoScope (.spm, .000 to .999): a header of text in lists, then the channels as blocks of integers.
+r"""Reader of Bruker NanoScope (.spm, .000 to .999): a text header of lists, then the channels as blocks of integers.
 
 A list begins with a line "\*NAME list"; its entries are lines "\KEY: VALUE". Each "Ciao image list" describes a
-channel. An entry "@2:Z scale: V [Sens. Zsens] (0.005 V/LSB) 2.91 V" gives the value of the whole range of integers; the
-bracket names the entry of the scanner's or the scan's list that holds the sensitivity in nanometres a volt. Lines run
-from the scan's bottom to its top. Versions spell keys in different cases ("Scan size" in 5, "Scan Size" in 7), so keys
-are compared in lower case. (Format: Bruker, "NanoScope file header", since version 4.3.)
-"""
+channel. An entry "@2:Z scale: V [Sens. Zsens] (0.005 V/LSB) 2.91 V" gives the value of the whole integer range; the
+bracket names the entry, in the scanner's or the scan's list, with the sensitivity in nanometres per volt. Lines run
+from the scan's bottom up. Keys are compared in lower case, since versions differ ("Scan size" in 5, "Scan Size" in 7).
+(Format: Bruker, "NanoScope file header", since version 4.3.)"""
 
 from __future__ import annotations
 
@@ -23,17 +22,17 @@ from .units import in_base_units
 
 _IMAGES, _CURVES = b"\\*File list", b"\\*Force file list"
 _END = b"\\*File list end"
-# The longest header that is read; most have 40 KB.
+# The longest header in bytes; most have 40 KB.
 _HEADER_MAX = 1 << 20
 _SOFT_SCALE = re.compile(r"\[([^\]]*)\]")
-# The unit may hold brackets: "log(Arb)".
+# A unit may contain brackets: "log(Arb)".
 _LAST_NUMBER = re.compile(r"(?<![\w.])([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(\S*)\s*$")
-# The softwares' contexts whose files hold force curves.
+# The software context of force curves.
 _CURVE_CONTEXT = "FOL"
 
 
 def _lists(file: BinaryIO) -> list[tuple[str, dict[str, str]]]:
-    """The header's lists in their order, names and keys in lower case. Raises ValueError if the header has no end."""
+    """Read the header's lists in order, names and keys in lower case. Raises ValueError if the header has no end."""
     file.seek(0)
     header = file.read(_HEADER_MAX)
     end = header.lower().find(_END.lower(), len(_IMAGES))
@@ -68,9 +67,9 @@ def _map(file: BinaryIO, entries: dict[str, str], common: dict[str, str], *, is_
     shape = int(entries["number of lines"]), int(entries["samps/line"])
     try:
         unit, scale = _scale(entries, common)
-    except (KeyError, ValueError):  # the other channels are whole
+    except (KeyError, ValueError):  # the other channels may be usable
         unit, scale = "an unknown unit", 1.0
-    # The header's bytes a pixel set the scale; what is stored may be longer.
+    # The header's bytes per pixel set the scale; stored integers may be longer.
     stored_bytes = int(entries["data length"]) // max(1, shape[0] * shape[1])
     if stored_bytes not in (2, 4):
         raise ValueError(f"{entries['data length']} bytes for {shape[0]} x {shape[1]} values")
@@ -86,7 +85,7 @@ def _values(block: Block, scale: float, file: BinaryIO) -> np.ndarray:
 
 
 def _name(entries: dict[str, str]) -> str:
-    """The name in brackets of 'S [Height] "Height"', or that in quotes where the brackets are empty."""
+    """Read the name in the brackets of 'S [Height] "Height"', or in the quotes if the brackets are empty."""
     for version in ("@2", "@3", "@4"):
         if (text := entries.get(f"{version}:image data")) is not None:
             bracket = _SOFT_SCALE.search(text)
@@ -95,7 +94,7 @@ def _name(entries: dict[str, str]) -> str:
 
 
 def _scale(entries: dict[str, str], common: dict[str, str]) -> tuple[str, float]:
-    """The unit of the values, "m" for heights, and the value of the whole range of integers."""
+    """Return the unit of the values, "m" for heights, and the value of the whole integer range."""
     text = entries["@4:z scale"] if "@4:z scale" in entries else entries["@2:z scale"]
     value, unit = _quantity(text)
     soft = _SOFT_SCALE.search(text)
@@ -113,7 +112,7 @@ def _scale(entries: dict[str, str], common: dict[str, str]) -> tuple[str, float]
 
 
 def _quantity(text: str) -> tuple[float, str]:
-    """The number and the unit at the end of an entry."""
+    """Read the number and the unit at the end of an entry."""
     found = _LAST_NUMBER.search(text)
     if found is None:
         raise ValueError(f"no number in '{text}'")
@@ -121,14 +120,14 @@ def _quantity(text: str) -> tuple[float, str]:
 
 
 def _sides(entries: dict[str, str], common: dict[str, str], shape: tuple[int, int]) -> tuple[float, float]:
-    """(Ly, Lx) in metres of "500 250 nm" (width, height) or "500 nm"."""
+    """Read (Ly, Lx) in metres from "500 250 nm" (width, height) or "500 nm"."""
     text = entries.get("scan size") or common["scan size"]
     *numbers, unit = text.split()
     size, base = in_base_units(unit)
     if base != "m" or len(numbers) not in (1, 2):
         raise ValueError(f"a scan size of '{text}'")
     width = float(numbers[0]) * size
-    # One number stands for square pixels.
+    # A single number implies square pixels.
     return (float(numbers[1]) * size if len(numbers) == 2 else width * shape[0] / shape[1]), width
 
 

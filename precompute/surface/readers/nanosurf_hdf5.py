@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Nanosurf .nhf: HDF5 of the software Studio, in its versions 1 and 2.
+"""Reader of Nanosurf .nhf: HDF5 of the software Studio, in its versions 1 and 2.
 
-A group is a measurement, a group in it a segment, "Forward" or "Backward", and a dataset in that a channel. Points are
-stored line by line from the scan's bottom to its top. A channel's calibration gives the values of the lowest and the
-highest integer of its type. Version 2 keeps one integer of a type for missing points. (Format: Nanosurf's own reader in
-the package nanosurf-utils, which is open.)
-"""
+A group is a measurement, a group in it a segment ("Forward" or "Backward"), and a dataset in a segment a channel.
+Points are stored line by line from the scan's bottom up. A channel's calibration gives the values of the lowest and
+highest integer of its type. Version 2 reserves one integer for missing points. (Format: Nanosurf's open-source reader
+in the package nanosurf-utils.)"""
 
 from __future__ import annotations
 
@@ -24,7 +23,7 @@ from .scan_file import StoredMap
 from .units import in_base_units
 
 VERSION = "nsf_file_version_major"
-# The names of attributes in versions 1 and 2: of a measurement, a segment and a channel; the calibration's prefix.
+# Attribute names by version: of a measurement, a segment and a channel, and the calibration's prefix.
 _NAMES = {
     1: ("name", "name", "name", "base_calibration"),
     2: ("measurement_name", "segment_name", "signal_name", "signal_calibration"),
@@ -35,7 +34,7 @@ _IN_BRACKETS = re.compile(r"\(([^)]+)\)")
 
 @dataclass(frozen=True)
 class _Scale:
-    """How integers become values: those from `lowest` on, times `factor`, plus `offset`; what is beyond is missing."""
+    """The conversion (integer - lowest) * factor + offset; integers outside [lowest, highest] are missing points."""
 
     lowest: float
     highest: float
@@ -44,7 +43,7 @@ class _Scale:
 
 
 def nanosurf_maps(root: Node) -> list[StoredMap]:
-    """All channels of all segments. Raises ValueError where the version is another."""
+    """List all channels of all segments. Raises ValueError for another version."""
     version = int(number_in(root.attributes[VERSION]))
     if version not in _NAMES:
         raise ValueError(f"a .nhf of version {version}")
@@ -70,11 +69,11 @@ def _map(
 ) -> StoredMap:
     version, frame, may_be_image = known
     shape, sides = _grid(facts)
-    # Such a dataset holds one value for each point; others hold a wave for each, and are no maps.
+    # A map's dataset holds one value per point; others hold a curve per point.
     is_image = may_be_image and min(shape) > 0 and dataset.shape in (shape, (shape[0] * shape[1],))
     scale, unit = _scale(dataset, channel, version)
     size, base = in_base_units(unit)
-    # Version 1 has no number for a missing point.
+    # Version 1 cannot mark missing points.
     acquired = int(number_in(facts.get("image_number_of_lines_acquired", shape[0]))) if version == 1 else shape[0]
     rows, cols = shape if is_image else (1, 1)
     return StoredMap(
@@ -88,14 +87,14 @@ def _map(
 
 
 def _grid(facts: dict[str, Value]) -> tuple[tuple[int, int], tuple[float, float]]:
-    """(rows, cols) and (Ly, Lx); zeros where a measurement tells none."""
-    # Either may stand at the measurement or the segment, in either spelling.
+    """Return (rows, cols) and (Ly, Lx), with zeros for missing facts."""
+    # Both may be stored with the measurement or the segment, in either spelling.
     rows, cols = _two(facts, "rect_axis_size", ("image_number_of_lines", "image_points_per_line"))
     return (int(rows), int(cols)), _two(facts, "rect_axis_range", ("image_size_y", "image_size_x"))
 
 
 def _two(facts: dict[str, Value], together: str, apart: tuple[str, str]) -> tuple[float, float]:
-    """Two numbers, from one attribute or else from two; 0 for a number that is missing."""
+    """Read two numbers, from one attribute or else from two; 0 for a missing number."""
     found = facts.get(together) or [number_in(facts.get(name, 0)) for name in apart]
     if not isinstance(found, list):
         raise ValueError(f"{together} is not two numbers")
@@ -104,13 +103,13 @@ def _two(facts: dict[str, Value], together: str, apart: tuple[str, str]) -> tupl
 
 
 def _scale(dataset: Dataset, channel: dict[str, Value], version: int) -> tuple[_Scale, str]:
-    """The calibration of a channel's integers and its unit; floating numbers run from 0 to 1."""
+    """Return the calibration of a channel's integers, and its unit; floats run from 0 to 1."""
     prefix = _NAMES[version][3]
     if dataset.kind.kind == "f":
         lowest, highest = 0.0, 1.0
     else:
         limits = np.iinfo(dataset.kind)
-        # Version 2 keeps the lowest signed and the highest unsigned integer for missing points.
+        # Version 2 marks missing points by the lowest signed or the highest unsigned integer.
         lowest = float(limits.min) + (version == 2 and limits.min < 0)
         highest = float(limits.max) - (version == 2 and limits.min == 0)
     if channel.get("signal_selected", channel.get("signal_id")) != channel.get("signal_id"):

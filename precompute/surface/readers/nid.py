@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Nanosurf .nid: an INI-like header, then the channels as blocks of integers.
+"""Reader of Nanosurf .nid: an INI-like header, then the channels as blocks of integers.
 
-The header ends with "#!". Its [DataSet] section lists the channels of each group, and names for every channel the
-section that describes it. After the header come the channels' data in the same order. A channel's lines run from the
-bottom of the scan to its top. An integer stands for a fraction of the range that the channel's section declares.
-"""
+The header ends with "#!". Its [DataSet] section lists the channels of each group, and for each the section that
+describes it. The channels' data follow in the same order. Lines run from the scan's bottom up. An integer is a fraction
+of the range that the channel's section declares."""
 
 from __future__ import annotations
 
@@ -23,19 +22,17 @@ from .unread import CONVERT
 
 _BEGINNING = b"[DataSet]"
 _HEADER_END = b"\n#!"
-# Bytes of the header that are read at a time: most headers are shorter. The longest header that is read.
+# The bytes read at a time, more than most headers have, and the longest header.
 _HEADER_STEP, _HEADER_MAX = 1 << 16, 1 << 22
-# The name of a channel in the index: its group and its number there.
+# A channel's key in the index: its group, and its number in the group.
 _INDEX = re.compile(r"Gr(\d{1,4})-Ch(\d{1,4})")
-# No scan has more lines, and no line more points.
+# More lines, or points per line, than any scan.
 _SIDE_MAX = 10**9
 
 
 @dataclass(frozen=True)
 class _Block:
-    """The facts in the header about one channel's data.
-
-    `size_m` is (Ly, Lx). Values run from `value_min` to `value_min + value_range` in the channel's unit."""
+    """A channel's data block. `size_m` is (Ly, Lx). Values cover `value_range` from `value_min` up, in its unit."""
 
     channel: Channel
     lines: int
@@ -48,15 +45,15 @@ class _Block:
 
     @property
     def nbytes(self) -> int:
-        """Length of the data in bytes."""
+        """Length in bytes."""
         return self.lines * self.points * self.bits // 8
 
     def values(self, data: bytes) -> np.ndarray:
-        """The block's bytes as values (lines, points), float64 in the channel's unit, the scan's top line first."""
+        """Convert the block's bytes to values (lines, points), float64 in the channel's unit, from the scan's top."""
         kind = f"<{'i' if self.signed else 'u'}{self.bits // 8}"
         raw = np.frombuffer(data, kind, self.lines * self.points).reshape(self.lines, self.points)
         values = raw[::-1] / 2.0**self.bits
-        with np.errstate(over="ignore", invalid="ignore"):  # HeightMap refuses what is not finite
+        with np.errstate(over="ignore", invalid="ignore"):  # HeightMap refuses infinite heights
             values += 0.5 if self.signed else 0.0
             values *= self.value_range
             values += self.value_min
@@ -75,7 +72,7 @@ class NanosurfReader:
         return beginning.startswith(_BEGINNING)
 
     def channels(self, source: str) -> tuple[Channel, ...]:
-        """As in `Reader`; reads the header alone."""
+        """As in `Reader`; reads only the header."""
         return tuple(block.channel for block in _header(source)[0])
 
     def read(
@@ -86,7 +83,7 @@ class NanosurfReader:
         height_nm: float | None = None,
         channel: str | None = None,
     ) -> HeightMap:
-        """As in `Reader`; the topography is that of the forward scan."""
+        """As in `Reader`."""
         blocks, start = _header(source)
         declared, held = sum(block.nbytes for block in blocks), Path(source).stat().st_size - start
         if declared > held:
@@ -115,7 +112,7 @@ NANOSURF = NanosurfReader()
 
 
 def _header(source: str) -> tuple[list[_Block], int]:
-    """The data blocks that the header declares, and the offset in bytes of the first. Raises GratingError."""
+    """Read the data blocks from the header, and the offset of the first in bytes. Raises GratingError."""
     header, end = bytearray(), -1
     with open(source, "rb") as file:
         while end < 0 and len(header) < _HEADER_MAX and (step := file.read(_HEADER_STEP)):
@@ -135,7 +132,7 @@ def _header(source: str) -> tuple[list[_Block], int]:
 
 
 def _sections(header: str) -> dict[str, dict[str, str]]:
-    """The entries of each [section] of the header."""
+    """Split the header into the entries of each [section]."""
     sections: dict[str, dict[str, str]] = {}
     entries: dict[str, str] = {}
     for line in header.splitlines():
@@ -148,7 +145,7 @@ def _sections(header: str) -> dict[str, dict[str, str]]:
 
 
 def _blocks(sections: dict[str, dict[str, str]]) -> list[_Block]:
-    """The data blocks in the order of the file. Raises KeyError or ValueError where an entry is missing or wrong."""
+    """List the data blocks in file order. Raises KeyError or ValueError for a missing or wrong entry."""
     index = sections["DataSet"]
     places = {tuple(map(int, found.groups())): key for key in index if (found := _INDEX.fullmatch(key))}
     return [_block(sections[index[key]]) for _, key in sorted(places.items())]
@@ -165,7 +162,7 @@ def _block(entries: dict[str, str]) -> _Block:
         name=entries.get("Dim2Name", "unnamed"),
         frame=entries.get("Frame", "").removeprefix("Scan "),
         unit=entries["Dim2Unit"],
-        # The values of a force curve are in metres too, but over one length, time or voltage: they are no surface.
+        # A force curve is in metres too, but over one length, time or voltage.
         is_image=units == ("m", "m"),
     )
     return _Block(

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""NumPy .npy: an array (rows, cols) of numbers, row 0 the scan's top. Pickled objects are never read.
+"""Reader of NumPy .npy: an array (rows, cols) of numbers, row 0 the scan's top. It never reads pickled objects.
 
-(Format: NumPy's reference, "numpy.lib.format". Its own parser of headers raises more kinds of errors than it says.)
-"""
+(Format: NumPy's reference, "numpy.lib.format". NumPy's own header parser raises undocumented exceptions.)"""
 
 from __future__ import annotations
 
@@ -14,7 +13,7 @@ from .given_size import Judge, Numbers, NumbersReader
 from .scan_file import Block, read_exactly
 
 _BEGINNING = b"\x93NUMPY"
-# Where the length of the header is, and its form, by the format's major version.
+# The type of the header's length, by the format's major version.
 _LENGTHS = {1: "<H", 2: "<I", 3: "<I"}
 _HEADER_MAX = 1 << 14
 _KIND = re.compile(r"'descr': *'([<>|=]?(?:[iu][1248]|f[248]|b1))'")

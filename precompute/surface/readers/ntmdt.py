@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""NT-MDT .mdt: frames after each other, each a scan, a set of curves, a text or a palette.
+"""Reader of NT-MDT .mdt: a sequence of frames, each a scan, a set of curves, a text or a palette.
 
-A "scanned" frame holds 16-bit integers between a header of binary numbers and the frame's title. An "MDA" frame
-describes its axes (dimensions) and its quantities (measurands) by calibrations: index x scale + bias, in a unit. Lines
-run from the scan's bottom to its top. (Format: Gwyddion's module nt-mdt and the Kaitai Struct description nt_mdt.ksy.)
-"""
+A "scanned" frame holds a binary header, 16-bit integers, and a title. An "MDA" frame describes its axes (dimensions)
+and quantities (measurands) by calibrations: index x scale + bias, in a unit. Lines run from the scan's bottom up.
+(Format: Gwyddion's module nt-mdt and the Kaitai Struct description nt_mdt.ksy.)"""
 
 from __future__ import annotations
 
@@ -23,16 +22,16 @@ from .scan_file import Block, ScanReader, StoredMap, read_exactly
 from .units import in_base_units
 
 _BEGINNING = b"\x01\xb0\x93\xff"
-# The first frame begins one byte after what NT-MDT's document says.
+# The first frame begins one byte later than NT-MDT documents.
 _FIRST_FRAME, _FRAME_HEAD_BYTES = 33, 22
 _SCANNED, _MDA, _CURVES = 0, 106, (1, 190, 201)
-# Of a scanned frame: the three axes with the number of the signal; the sizes; a list of points and one of its entries.
+# A scanned frame: the three axes and the signal number; the sizes; the header and entry of a list of points.
 _SCAN_HEAD, _SCAN_SIZES, _POINTS_HEAD_BYTES, _POINT_BYTES = "<2fh2fh2fhB", "<4H", 14, 16
 _UNITS = {-5: "m", -4: "cm", -3: "mm", -2: "um", -1: "nm", 0: "Ang", 1: "nA", 2: "V", 3: "", 4: "kHz", 5: "deg", 6: "%"}
 _UNITS |= {8: "V", 20: "A", 21: "mA", 22: "uA", 23: "nA", 24: "pA", 25: "V", 26: "mV", 30: "N", 33: "nN", 34: "pN"}
-# The names of signals, for frames without a title.
+# Signal names for frames without a title.
 _SIGNALS = ("Height", "DFL", "Lateral F", "Bias V", "Current", "FB Out", "Mag", "Mag*Sin", "Mag*Cos", "RMS")
-# An MDA frame's codes of kinds of numbers.
+# An MDA frame's number types.
 _KINDS = {
     -1: "<i1",
     1: "<u1",
@@ -45,7 +44,7 @@ _KINDS = {
     -5892: "<f4",
     -13320: "<f8",
 }
-# The code of metres, for calibrations without the name of a unit.
+# The code of metres, for calibrations without a unit's name.
 _METRES = 0x101
 # "1F:Height": the first pass, forward.
 _PASS = re.compile(r"(\d+)([FB]):\s*(.*)")
@@ -55,7 +54,7 @@ _TEXT_MAX = 1 << 16
 
 @dataclass(frozen=True)
 class _Frame:
-    """One frame: its kind, the bytes that it takes, and the length of its own header."""
+    """A frame: its kind, its first byte and the byte after its last, and the length of its own header."""
 
     kind: int
     start: int
@@ -65,7 +64,7 @@ class _Frame:
 
 @dataclass(frozen=True)
 class _Calibration:
-    """An axis or a quantity of an MDA frame: how many points, and (bias, scale) in `unit`; `kind` of its numbers."""
+    """An axis or a quantity of an MDA frame: count of points, bias and scale in `unit`, and number type `kind`."""
 
     count: int
     bias: float
@@ -82,7 +81,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
 
 
 def _frames(file: BinaryIO) -> Iterator[_Frame]:
-    """All frames. Raises ValueError or EOFError where one does not end within the file."""
+    """Yield all frames. Raises ValueError or EOFError if one does not end within the file."""
     size = file.seek(0, os.SEEK_END)
     (last,) = struct.unpack("<H", read_exactly(file, 12, 2))
     start = _FIRST_FRAME
@@ -103,7 +102,7 @@ def _map(file: BinaryIO, frame: _Frame) -> StoredMap:
 
 
 def _curves(title: str) -> StoredMap:
-    """A map of what is no image, which is listed and never read."""
+    """Make a placeholder for curves, which are listed but never read."""
     return StoredMap(Channel(title, "", "", is_image=False), (1, 1), (1.0, 1.0), partial(np.full, (1, 1), np.nan))
 
 
@@ -164,7 +163,7 @@ def _calibration(file: BinaryIO, start: int) -> _Calibration:
     head = struct.unpack("<4x4IQ8x8x2d2QiI", read_exactly(file, start, 84))
     struct_bytes, name, comment, unit_bytes, si_unit, bias, scale, lowest, highest, kind, _ = head
     texts = start + 8 + struct_bytes
-    # Where no unit is written, the name is one, or the code tells metres.
+    # Without a unit's text, the name is the unit, or the code means metres.
     unit = read_exactly(file, texts + name + comment, min(unit_bytes, _TEXT_MAX))
     unit = unit or read_exactly(file, texts, min(name, _TEXT_MAX))
     try:
@@ -176,7 +175,7 @@ def _calibration(file: BinaryIO, start: int) -> _Calibration:
 
 
 def _within(block: Block, frame: _Frame) -> Block:
-    """The block itself. Raises ValueError where it does not end within the frame."""
+    """Return the block. Raises ValueError if it does not end within the frame."""
     if block.start + block.nbytes > frame.end:
         raise ValueError(
             f"a frame of {frame.end - frame.start} bytes declares {block.shape[0]} x {block.shape[1]} values"
@@ -185,7 +184,7 @@ def _within(block: Block, frame: _Frame) -> Block:
 
 
 def _text(file: BinaryIO, frame: _Frame, start: int, encoding: str) -> tuple[str, int]:
-    """A text after its length, "" where the frame ends before it, and where it ends."""
+    """Read a text after its length, "" if the frame ends before it, and return the text and its end."""
     if start + 4 > frame.end:
         return "", frame.end
     (nbytes,) = struct.unpack("<I", read_exactly(file, start, 4))
@@ -196,7 +195,7 @@ def _text(file: BinaryIO, frame: _Frame, start: int, encoding: str) -> tuple[str
 
 
 def _name(title: str, comment: str) -> tuple[str, str]:
-    """Name and direction of a scan, of its title ("2B:Height": the way back of the second pass) or its comment."""
+    """Read name and direction of a scan from its title ("2B:Height": second pass, backward) or its comment."""
     found = _PASS.fullmatch(title)
     if found is None:
         told = _DIRECTION.search(comment)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Numbers written as text: with blanks, tabs, semicolons or commas between them, and points or commas in them."""
+"""Parser of numbers as text, separated by blanks, tabs, semicolons or commas, with decimal points or commas."""
 
 from __future__ import annotations
 
@@ -8,28 +8,28 @@ from typing import BinaryIO
 
 import numpy as np
 
-# The longest text that is read, and the most numbers in it: those of 2048 x 2048 points take seconds.
+# The longest text in bytes, and the most numbers in it. 2048 x 2048 numbers take seconds.
 _TEXT_MAX, _NUMBERS_MAX = 64 << 20, 1 << 23
 _SEPARATORS = (b" ", b"\n", b"\r", b"\t", b";", b",")
 _NUMBER = re.compile(r"[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?|[-+]?nan", re.IGNORECASE)
 
 
 def read_text(file: BinaryIO) -> str:
-    """All of a file as text, in UTF-8 or else Latin-1. Raises ValueError where it is too long, or holds zero bytes."""
+    """Read a file as UTF-8 or else Latin-1. Raises ValueError if it is too long or holds zero bytes."""
     file.seek(0)
     data = file.read(_TEXT_MAX + 1)
     if len(data) > _TEXT_MAX:
         raise ValueError(f"a text of more than {_TEXT_MAX >> 20} MiB; save it as a binary file")
     if b"\0" in data:
         raise ValueError("a text with zero bytes")
-    # Separators that follow each other count too: a text of blanks alone is no scan.
+    # Repeated separators count too, which also rejects a long text of blanks.
     if sum(map(data.count, _SEPARATORS)) > _NUMBERS_MAX:
         raise ValueError(f"a text of more than {_NUMBERS_MAX} numbers; save it as a binary file")
     return decoded(data)
 
 
 def decoded(data: bytes) -> str:
-    """Bytes as text, in UTF-8 or else Latin-1."""
+    """Decode bytes as UTF-8 or else Latin-1."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -37,14 +37,14 @@ def decoded(data: bytes) -> str:
 
 
 def numbers_of(text: str) -> np.ndarray:
-    """All numbers of a text as a line. Raises ValueError where something is no number."""
+    """Parse all numbers of a text into a flat array. Raises ValueError for anything else."""
     return np.array(with_points(text).split(), dtype=np.float64)
 
 
 def rows_of(text: str) -> np.ndarray:
-    """The numbers of a text as (lines, numbers a line); comments begin with #.
+    """Parse the numbers of a text as (lines, numbers per line); comments begin with #.
 
-    Raises ValueError where something is no number, and where lines are not of one length."""
+    Raises ValueError for anything else, and for lines of unequal length."""
     lines = [line for line in with_points(text).splitlines() if line.strip() and not line.lstrip().startswith("#")]
     if not lines:
         raise ValueError("no numbers")
@@ -52,10 +52,9 @@ def rows_of(text: str) -> np.ndarray:
 
 
 def with_points(text: str) -> str:
-    """The text with points in its numbers and blanks between them.
+    """Rewrite a text to decimal points and blanks between numbers, without comment lines.
 
-    A comma is taken for a decimal comma where the text has no point in a number and something else between numbers:
-    a tab, a semicolon or a blank without a comma before it."""
+    A comma is a decimal comma if the text has no points, but has tabs, semicolons, or blanks that follow no comma."""
     values = "\n".join(line for line in text.splitlines() if not line.lstrip().startswith("#"))
     if "," in values:
         head = values[: 1 << 16]
@@ -67,7 +66,7 @@ def with_points(text: str) -> str:
 
 
 def is_numbers(beginning: bytes) -> bool:
-    """Whether the beginning of a file is lines of numbers; lines that begin with # may come before them."""
+    """Whether the beginning of a file is lines of numbers, apart from lines that begin with #."""
     if not beginning or b"\0" in beginning:
         return False
     lines = decoded(beginning).splitlines()

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Park Systems .tiff: a TIFF whose visible page is a coloured picture; the values are in a private tag.
+"""Reader of Park Systems .tiff: a TIFF with a coloured picture, and the values and their header in private tags.
 
-A second tag holds the header. A value is gain times (integer times scale plus offset). Lines run from the scan's
-bottom to its top. (Format: Park Systems, "Park TIFF file format".)
-"""
+A value is gain times (integer times scale plus offset). Lines run from the scan's bottom up. (Format: Park Systems,
+"Park TIFF file format".)"""
 
 from __future__ import annotations
 
@@ -19,7 +18,7 @@ from .tiff_file import pages, tags_at_start
 from .units import in_base_units
 
 _VERSION, _DATA, _HEADER = 50433, 50434, 50435
-# The length of the header by its version; the second version adds the kind of the numbers, last.
+# The length of the header by its version. The second version adds the number type, at _KIND_AT.
 _HEADER_BYTES = {0x01000001: 284, 0x01000002: 352}
 _KIND_AT = 348
 _KINDS = {0: "<i2", 1: "<i4", 2: "<f4"}
@@ -35,7 +34,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
     (forward,) = struct.unpack_from("<I", header, 128)
     width, height = struct.unpack_from("<2d", header, 140)
     gain, scale, offset = struct.unpack_from("<3d", header, 220)
-    # The first version holds integers of 16 bits.
+    # The first version holds 16-bit integers.
     kind = _KINDS[struct.unpack_from("<I", header, _KIND_AT)[0] if needed > _KIND_AT else 0]
     size, base = in_base_units(_text(header, 244, 8) or "um")
     if page[_DATA].count < rows * cols * np.dtype(kind).itemsize:

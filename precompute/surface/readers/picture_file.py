@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a picture's file holds beside its pixels, found before Pillow opens it.
+"""Measures the data that a picture file holds beside its pixels, before Pillow opens the file.
 
-Pillow reads all of a file's texts, profiles and other tags into memory, as long as the file says they are, and walks
-through all pages of a TIFF. A small or a sparse file can thus cost gigabytes or minutes. Here only lengths are read.
+Pillow reads all texts, profiles and tags into memory, with the length that the file declares, and walks through all
+pages of a TIFF. So a small or sparse file can cost gigabytes or minutes. This module reads only lengths.
 
-Formats: PNG (Third Edition), section 5; TIFF 6.0, section 2, and BigTIFF; BITMAPINFOHEADER of BMP.
-"""
+Formats: PNG (Third Edition), section 5; TIFF 6.0, section 2, and BigTIFF; BITMAPINFOHEADER of BMP."""
 
 from __future__ import annotations
 
@@ -14,11 +13,11 @@ import struct
 from dataclasses import dataclass
 from typing import BinaryIO
 
-# The most bytes that a file may hold beside its picture: no scan needs more. Counting ends where they are passed.
+# The most bytes beside the picture; no scan needs more. Counting stops beyond it.
 BESIDE_MAX = 4 << 20
-# What a decoder spends on a chunk or a tag, however short.
+# A decoder's least memory per chunk or tag.
 _EACH_BYTES = 64
-# Bytes of a value by the number of its type in TIFF; types that are not listed are passed over.
+# Bytes of a value by TIFF type; other types are skipped.
 _TIFF_TYPE_BYTES = {
     1: 1,
     2: 1,
@@ -37,30 +36,27 @@ _TIFF_TYPE_BYTES = {
     17: 8,
     18: 8,
 }
-# Tags that lead to further directories, which Pillow reads as well: of Exif, GPS and interoperability.
+# Tags that point to further directories, which Pillow reads too: Exif, GPS and interoperability.
 _TIFF_FURTHER = (34665, 34853, 40965)
 
 
 @dataclass(frozen=True)
 class Beside:
-    """What a file holds beside the pixels of its picture.
-
-    held_bytes  bytes that a decoder would read for it
-    several     whether the file holds several pictures"""
+    """The data beside the pixels: the bytes that a decoder would read, and whether there are several pictures."""
 
     held_bytes: int
     several: bool = False
 
 
 def beside_png(file: BinaryIO) -> Beside:
-    """The lengths of all chunks but those of the picture itself."""
+    """Add the lengths of all chunks except the picture's."""
     size = file.seek(0, os.SEEK_END)
     at, held, several = 8, 0, False
     while at + 8 <= size and held <= BESIDE_MAX:
         file.seek(at)
         length, kind = struct.unpack(">I4s", file.read(8))
         held += _EACH_BYTES + (0 if kind == b"IDAT" else length)
-        if kind == b"acTL":  # an animation; its first number counts the pictures
+        if kind == b"acTL":  # an animation; its first number is the number of pictures
             several = several or file.read(4) not in (b"\0\0\0\0", b"\0\0\0\1")
         if kind == b"IEND":
             break
@@ -69,8 +65,7 @@ def beside_png(file: BinaryIO) -> Beside:
 
 
 def beside_tiff(file: BinaryIO) -> Beside:
-    """The lengths of all values of the first directory, and of those that it leads to; and whether there is another
-    page."""
+    """Add the lengths of all values of the first directory and its subdirectories; look for another page."""
     file.seek(0)
     beginning = file.read(16)
     order = "<" if beginning.startswith(b"II") else ">"
@@ -83,16 +78,15 @@ def beside_tiff(file: BinaryIO) -> Beside:
 
 
 def beside_bmp(file: BinaryIO) -> Beside:
-    """The length of the header."""
+    """Read the length of the header."""
     file.seek(14)
     return Beside(struct.unpack("<I", file.read(4))[0])
 
 
 def _directory(file: BinaryIO, start: int, order: str, *, big: bool) -> tuple[int, list[int], int]:
-    """The bytes that the values of a directory take, where the directories that it leads to start, and where the next
-    page's starts, 0 for none.
+    """Return the bytes of a directory's values, the starts of its subdirectories, and the start of the next page or 0.
 
-    `order` is the order of bytes, `big` whether the file is a BigTIFF. Raises struct.error where it ends too soon."""
+    `order` is the byte order, `big` marks BigTIFF. Raises struct.error if the file ends too soon."""
     counter, entry, offset = (f"{order}Q", f"{order}HHQQ", f"{order}Q") if big else (
         f"{order}H", f"{order}HHII", f"{order}I"
     )  # fmt: skip

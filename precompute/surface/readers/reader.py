@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The protocol that every reader of a file format follows.
+"""The protocol of file readers.
 
-A new format is a new module that holds a reader, and one line in the READERS of reader_registry.py. The registry is
-loaded at Blender's start, so a reader's module imports its decoder (Pillow) only inside the functions that decode.
-"""
+A new format needs a module with a reader, and a line in READERS of reader_registry.py. Blender loads the registry at
+startup, so a reader imports its decoder (Pillow) only in the functions that decode."""
 
 from __future__ import annotations
 
@@ -12,7 +11,7 @@ from typing import Protocol, runtime_checkable
 from ..height_map import HeightMap
 from .channels import Channel
 
-# `can_read` is given this number of bytes from the start of a file: a TIFF's tags and a text's first rows are there.
+# The bytes from a file's start that `can_read` gets. They hold a TIFF's tags and a text's first rows.
 BEGINNING_BYTES = 4096
 
 
@@ -21,10 +20,9 @@ class Reader(Protocol):
     """A reader of one file format.
 
     name        name of the format in messages: "Gwyddion"
-    extensions  file extensions in lower case with their dots, the usual one first: (".tif", ".tiff")
-    needs_size  True for pictures, which carry neither their width nor the height of white over black, and which hold
-                one map of heights; False for files of instruments, which carry both and may hold several channels
-    """
+    extensions  lower-case file extensions, the usual one first: (".tif", ".tiff")
+    needs_size  True for pictures: they hold one map, without its width and the height of white over black. False for
+                instrument files: they hold both sizes, and may hold several channels"""
 
     @property
     def name(self) -> str: ...
@@ -36,13 +34,13 @@ class Reader(Protocol):
     def needs_size(self) -> bool: ...
 
     def can_read(self, beginning: bytes) -> bool:
-        """Whether a file that begins with these bytes (at most BEGINNING_BYTES) is of this format."""
+        """Whether a file is of this format, by its first bytes (at most BEGINNING_BYTES)."""
         ...
 
     def channels(self, source: str) -> tuple[Channel, ...]:
-        """The channels of a file in the file's order; empty for a picture. No heights are computed.
+        """List the channels in the file's order, without reading heights; () for a picture.
 
-        Raises GratingError where the file is damaged, OSError where it cannot be opened."""
+        Raises GratingError if the file is damaged, OSError if it cannot be opened."""
         ...
 
     def read(
@@ -53,9 +51,9 @@ class Reader(Protocol):
         height_nm: float | None = None,
         channel: str | None = None,
     ) -> HeightMap:
-        """Read a file as measured: not levelled, NaN where a pixel is missing.
+        """Read a file as measured: not levelled, NaN for missing pixels.
 
-        A reader that needs sizes takes `size_um` and `height_nm` and ignores `channel`; any other reader takes
-        `channel`, None for the topography, and ignores the sizes. Raises GratingError where the file is damaged or a
-        value is missing, OSError where the file cannot be opened."""
+        A reader that needs sizes ignores `channel`; other readers ignore the sizes, and read the topography if
+        `channel` is None. Raises GratingError if the file is damaged or a value is missing, OSError if the file cannot
+        be opened."""
         ...

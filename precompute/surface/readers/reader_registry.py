@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reading a surface: the list of all readers, and what follows from the list.
+"""The list of all readers, and functions that read any supported file.
 
-Detection, error messages, the filter of the import dialog and the formats that it names all come from READERS.
-"""
+Format detection, error messages, and the filter and formats of the import dialog all derive from READERS."""
 
 from __future__ import annotations
 
@@ -39,37 +38,33 @@ from .unread import CONVERT, known_fault
 from .wsxm import WSXM
 from .x3p import X3P
 
-# The first that knows a file's beginning reads it: instruments' TIFFs before pictures, texts with a header before bare
-# numbers.
+# The first reader that recognises a file reads it: instrument TIFFs before pictures, headed texts before bare numbers.
 READERS: tuple[Reader, ...] = (
     NANOSURF, GWYDDION, GSF, NANOSCOPE, ASYLUM, JPK, PARK, WSXM, AGILENT, NT_MDT, NANONIS, HDF5, ASD, DIGITAL_SURF, SDF,
     X3P, GWYDDION_TEXT, PNG, TIFF, BMP, EXR, NPY, XYZ, MATRIX,
 )  # fmt: skip
 
-# The least rows and columns of a map. Fewer are a profile, or the beginning of a scan.
+# The fewest rows and columns. A smaller map is a profile, or an interrupted scan.
 _SIDE_MIN = 8
-# Sides of a pixel in metres: a picometre is a hundredth of an atom, and a pixel of a millimetre is no scan.
+# The limits of a pixel's side in metres: a picometre is a hundredth of an atom, a millimetre too coarse for a scan.
 _PIXEL_M = (1e-12, 1e-3)
 # The highest relief in metres: a thousand wavelengths, far beyond scalar diffraction.
 _RELIEF_MAX_M = 1e-3
-# The farthest that heights may lie from 0, in metres. Double precision resolves a femtometre there, and no microscope
-# reaches farther.
+# The largest distance of a height from 0, in metres, where double precision resolves a femtometre.
 _FARTHEST_M = 1.0
 
 
 def read_height_map(
     source: str, size_um: float | None = None, height_nm: float | None = None, *, channel: str | None = None
 ) -> HeightMap:
-    """Read "sample:NAME" or a file, as measured: not levelled, NaN where pixels are missing.
+    """Read "sample:NAME" or a file, as measured: not levelled, NaN for missing pixels.
 
-    size_um    width of a picture in micrometres; None for any other source
-    height_nm  height of white over black of a picture in nanometres; None for any other source
-    channel    one of an instrument's channels by its label or the beginning of the label, in any case; None for the
-               topography, for a picture and for a sample
+    size_um    width of a picture in micrometres; None for other sources
+    height_nm  height of white over black of a picture in nanometres; None for other sources
+    channel    label of an instrument's channel, or the label's beginning, in any case; None for the topography, and for
+               pictures and samples
 
-    Raises GratingError with one line that names the source, the fault and the remedy, also where a value is given
-    that the source does not need, and where pixels or relief are beyond reason.
-    """
+    Raises GratingError, also for a value that the source does not need, and for implausible pixels or relief."""
     if source.startswith(SAMPLE_PREFIX):
         _refuse(source, "a sample", size_um=size_um, height_nm=height_nm, channel=channel)
         return make_sample(source.removeprefix(SAMPLE_PREFIX))
@@ -89,21 +84,18 @@ def read_height_map(
 
 
 def read_other_way(height_map: HeightMap) -> HeightMap | None:
-    """The scan of the same quantity on the other way over the lines, out of the same file; None where the file holds
-    none.
+    """Read the same quantity's scan in the opposite direction (trace or retrace); None if the file has none.
 
-    Both lie alike: a place of the surface is at the same row and column. So do the real files of Nanosurf, NanoScope,
-    Asylum and JPK, and a reader turns back what its format stores mirrored (nanonis.py). Raises GratingError as
-    `read_height_map` does."""
+    A place of the surface has the same row and column in both scans, as in real files of Nanosurf, NanoScope, Asylum
+    and JPK. Readers of mirrored formats turn them back (nanonis.py). Raises GratingError as `read_height_map` does."""
     label = other_way(height_map.channel, height_map.channels)
     return None if label is None else read_height_map(height_map.source, channel=label)
 
 
 def reader_of(source: str) -> Reader:
-    """The reader of a file, chosen by the file's first bytes.
+    """Choose a file's reader by the file's first bytes.
 
-    Raises GratingError where no reader knows these bytes, where the extension is that of another format, and where the
-    file is empty, a directory, no file at all (a fifo would be waited for) or cannot be opened."""
+    Raises GratingError for unknown bytes, another format's extension, and empty, unreadable or irregular files."""
     path = Path(source)
     try:
         kind = path.stat().st_mode
@@ -140,29 +132,27 @@ def reader_of(source: str) -> Reader:
 
 
 def extensions() -> tuple[str, ...]:
-    """The extensions of all formats with their dots, each once, in the order of READERS; of numbers that count files
-    (.000 to .999) only the first."""
+    """List the extensions of all formats in the order of READERS; .000 stands for .000 to .999."""
     found = dict.fromkeys(extension for reader in READERS for extension in reader.extensions)
     return tuple(extension for extension in found if not extension[1:].isdigit() or extension == ".000")
 
 
 def file_filter() -> str:
-    """The filter of a file dialog: "*.png;*.tif;...", every extension once, and a pattern for all that count files."""
+    """Return the filter of a file dialog: "*.png;*.tif;...", with one pattern for .000 to .999."""
     return ";".join(f"*{extension}" for extension in extensions()).replace("*.000", "*.[0-9][0-9][0-9]")
 
 
 def dropped() -> str:
-    """The extensions of files that may be dropped: ".nid;.gwy;...", those of formats that carry their sizes.
+    """Return the extensions for drag and drop, ".nid;.gwy;...": formats that hold their sizes.
 
-    Files that are counted are named up to .019. An extension that formats without sizes have too is left to others who
-    take dropped files: a .tif is a texture more often than a scan."""
+    It excludes extensions shared with formats without sizes (a .tif is usually a texture), and .020 to .999."""
     bare = {extension for reader in READERS if reader.needs_size for extension in reader.extensions}
     sized = dict.fromkeys(extension for reader in READERS if not reader.needs_size for extension in reader.extensions)
     return ";".join(each for each in sized if each not in bare and (not each[1:].isdigit() or int(each[1:]) < 20))
 
 
 def described() -> str:
-    """The formats in words, those that carry sizes first: "Nanosurf .nid, ...; and, with a size given, PNG .png"."""
+    """Describe the formats, those that hold sizes first: "Nanosurf .nid, ...; and, with a size given, PNG .png"."""
     sized, bare = (
         ", ".join(f"{reader.name} {reader.extensions[0]}" for reader in READERS if reader.needs_size is needs)
         for needs in (False, True)
@@ -171,7 +161,7 @@ def described() -> str:
 
 
 def _refuse(source: str, what: str, **options: object) -> None:
-    """Refuse a value that would be ignored: the user believes that it counts."""
+    """Raise GratingError for values that would be ignored, since the user expects them to count."""
     given = [Setting[name.upper()] for name, value in options.items() if value is not None]
     if given:
         remedy = ["leave out ", given[0], *(part for setting in given[1:] for part in (" and ", setting))]
@@ -179,10 +169,9 @@ def _refuse(source: str, what: str, **options: object) -> None:
 
 
 def _refuse_beyond_reason(height_map: HeightMap) -> None:
-    """Raise GratingError where pixels or relief are of a size that no scan of a diffracting surface has.
+    """Raise GratingError for implausible pixels or relief, and for profiles of a few rows or columns.
 
-    Such sizes are the wrong unit or damage, and would cost gigabytes or overflow later on. Files of a few rows or
-    columns are refused too: they are profiles."""
+    Implausible sizes mean a wrong unit or damage, and would cost gigabytes or overflow later."""
     source = height_map.source
     if min(height_map.height_m.shape) < _SIDE_MIN:
         raise GratingError(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the readers of instruments' files share: a format tells which maps a file holds, and how one is read."""
+"""The common reader of instrument files; a format supplies the maps of a file and how to read them."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from ..height_map import HeightMap
 from .channels import Channel, choose_channel, shortened
 from .unread import CONVERT
 
-# The most points of a map, as many as Pillow takes of a picture.
+# The most points of a map, the same as Pillow's limit for pictures.
 _POINTS_MAX = 89_478_485
-# Values as they are stored and as they are unpacked, at most 8 bytes each, and as heights.
+# At most 8 bytes each for stored values, unpacked values and heights.
 _BYTES_PER_POINT = 24
-# What Python and NumPy raise where the bytes of a file are not what its format promises.
+# The exceptions of Python and NumPy for bytes that violate a format.
 DAMAGE = (LookupError, ValueError, TypeError, ArithmeticError, EOFError, struct.error, zlib.error)
 
 
 def refuse_too_large(source: str, shape: tuple[int, int]) -> None:
-    """Raise GratingError if a map of (rows, cols) has too many points, or takes more memory than is free.
+    """Raise GratingError if a map of (rows, cols) has too many points or would take too much of the free memory.
 
-    To be called before anything is allocated for the points."""
+    Call it before allocating memory for the points."""
     rows, cols = shape
     if rows * cols > _POINTS_MAX:
         raise GratingError(
@@ -43,7 +43,7 @@ def refuse_too_large(source: str, shape: tuple[int, int]) -> None:
 
 
 class OtherFormat(Exception):
-    """A file that begins like a format is another's: the fault says what it is, and the remedy what to do."""
+    """Raised for a file of another format with the same first bytes, with what it is and the remedy."""
 
     def __init__(self, fault: str, remedy: str) -> None:
         super().__init__(fault, remedy)
@@ -56,8 +56,7 @@ class StoredMap:
 
     shape         (rows, cols)
     pixel_size_m  (dy, dx)
-    load          reads the values out of the open file: (rows, cols) in the channel's unit, row 0 the scan's top, NaN
-                  where one is missing"""
+    load          reads the values (rows, cols) in the channel's unit, row 0 the scan's top, NaN if missing"""
 
     channel: Channel
     shape: tuple[int, int]
@@ -67,11 +66,10 @@ class StoredMap:
 
 @dataclass(frozen=True)
 class ScanReader:
-    """Reader of a format that carries its units, see `Reader`.
+    """Reader of a format that holds its units, see `Reader`.
 
-    begins  whether a file that begins with these bytes is of this format
-    maps    the maps of an open file in the file's order; raises one of DAMAGE where the file is not whole, and
-            OtherFormat where it is another format's"""
+    begins  recognises a file by its first bytes
+    maps    lists the maps of an open file in the file's order; raises one of DAMAGE, or OtherFormat"""
 
     name: str
     extensions: tuple[str, ...]
@@ -103,7 +101,7 @@ class ScanReader:
             chosen = maps[choose_channel(source, channels, channel)]
             refuse_too_large(source, chosen.shape)
             try:
-                with np.errstate(all="ignore"):  # HeightMap refuses what is not finite
+                with np.errstate(all="ignore"):  # HeightMap refuses infinite heights
                     heights = chosen.load(file)
             except DAMAGE as error:
                 raise self._damaged(source, error) from error
@@ -116,7 +114,7 @@ class ScanReader:
         )
 
     def _maps(self, source: str, file: BinaryIO) -> list[StoredMap]:
-        """The maps of a file; where labels are the same, numbers tell them apart."""
+        """List the maps of a file; numbers distinguish equal labels."""
         try:
             maps = self.maps(file)
         except OtherFormat as error:
@@ -142,7 +140,7 @@ class ScanReader:
 
 @dataclass(frozen=True)
 class Block:
-    """Values that lie uncompressed in a file: from byte `start` on, (rows, cols) numbers of NumPy's `kind`."""
+    """Uncompressed values in a file: (rows, cols) numbers of NumPy type `kind` from byte `start` on."""
 
     start: int
     shape: tuple[int, int]
@@ -158,28 +156,28 @@ class Block:
         return math.prod(self.shape) * np.dtype(self.kind).itemsize
 
     def within(self, file: BinaryIO) -> Block:
-        """The block itself. Raises ValueError where the file ends before it does."""
+        """Return the block. Raises ValueError if the file ends before it."""
         held = max(0, file.seek(0, os.SEEK_END) - self.start)
         if self.nbytes > held:
             raise ValueError(f"{self.shape[0]} x {self.shape[1]} values declared, and {held} bytes are there")
         return self
 
     def read(self, file: BinaryIO) -> np.ndarray:
-        """The values (rows, cols) as they are stored."""
+        """Read the stored values (rows, cols)."""
         file.seek(self.start)
         return np.fromfile(file, self.kind, math.prod(self.shape)).reshape(self.shape)
 
     def scaled(self, file: BinaryIO, *, scale: float, offset: float = 0.0) -> np.ndarray:
-        """The values times `scale` plus `offset`, float64."""
+        """Read the values times `scale` plus `offset`, float64."""
         values = self.read(file) * np.float64(scale)
         values += offset
         return values
 
 
 def read_exactly(file: BinaryIO, start: int, count: int) -> bytes:
-    """`count` bytes from `start` on. Raises EOFError where the file ends before them."""
+    """Read `count` bytes from `start` on. Raises EOFError if the file is too short."""
     held = max(0, file.seek(0, os.SEEK_END) - start)
-    if count > held:  # Python would take the memory before it reads
+    if count > held:  # Python would allocate them before reading
         raise EOFError(f"{count - held} bytes are missing")
     file.seek(start)
     return file.read(count)

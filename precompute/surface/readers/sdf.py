@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Surface data files .sdf of ISO 25178-71, as text or binary: a header, then the heights from the first profile on.
-
-All lengths are in metres.
-"""
+"""Reader of surface data files .sdf (ISO 25178-71), text or binary: a header in metres, then heights by profile."""
 
 from __future__ import annotations
 
@@ -20,9 +17,9 @@ _TEXT, _BINARY = (b"aISO-1.0", b"aBCR-1.0"), (b"bISO-1.0", b"bBCR-1.0")
 _HEAD = struct.Struct("<8s10s12s12s2H4d3B")
 _HEAD_NAMES = ("NumPoints", "NumProfiles", "Xscale", "Yscale", "Zscale", "Zresolution", "Compression", "DataType")
 _KINDS = {0: "<u1", 1: "<u2", 2: "<u4", 3: "<f4", 4: "<i1", 5: "<i2", 6: "<i4", 7: "<f8"}
-# The number that stands for a point that was not measured, by the kind of numbers.
+# The integer of an unmeasured point, by number type.
 _MISSING = {1: 2**16 - 1, 2: 2**32 - 1, 5: -(2**15), 6: -(2**31)}
-# Of floats it is NaN, or the largest number there is. Texts may round it, even to infinity.
+# The float of an unmeasured point is NaN or the largest float. Texts may round it, even to infinity.
 _LARGEST = {3: 0.999 * np.finfo("f4").max, 7: 0.999 * np.finfo("f8").max}
 
 
@@ -55,7 +52,7 @@ def _from_block(block: Block, scale: float, kind: int, file: BinaryIO) -> np.nda
 
 
 def _heights(stored: np.ndarray, scale: float, kind: int) -> np.ndarray:
-    """The numbers as heights, NaN where one was not measured."""
+    """Convert stored numbers to heights, NaN for unmeasured points."""
     heights = stored * np.float64(scale)
     if kind in _MISSING:
         heights[stored == _MISSING[kind]] = np.nan

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bare numbers as text: a matrix of heights, rows from the scan's top, or the points (x, y, z) of a grid."""
+"""Readers of bare numbers as text: a matrix of heights from the scan's top, or the points (x, y, z) of a grid."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 from .given_size import Judge, Numbers, NumbersReader
 from .number_text import decoded, is_numbers, read_text, rows_of, with_points
 
-# Points on a grid keep to it within this share of a step: what six digits of a place leave on 2000 columns.
+# The largest distance of a point from the grid, as a share of a step: rounding to six digits with 2000 columns.
 _OFF_GRID = 0.1
-# A grid of points may miss this share of them, at the edges of a scan that is not square.
+# The least share of grid points that must be present. Some may be missing at the edges of a scan that is not square.
 _LEAST_COVERED = 0.25
 
 
@@ -21,9 +21,9 @@ def _matrix(file: BinaryIO, judge: Judge) -> Numbers:
 
 
 def _points(file: BinaryIO, judge: Judge) -> Numbers:
-    """The points as a map: x along the columns, y from the bottom up, NaN where there is no point.
+    """Read the points as a map: x from left to right, y from the bottom up, NaN for missing points.
 
-    Raises ValueError where they do not lie on a grid."""
+    Raises ValueError if they do not lie on a grid."""
     x, y, z = rows_of(read_text(file)).T
     col, step_x = _places(x)
     row, step_y = _places(y)
@@ -37,12 +37,12 @@ def _points(file: BinaryIO, judge: Judge) -> Numbers:
 
 
 def _places(along: np.ndarray) -> tuple[np.ndarray, float]:
-    """The number of each coordinate's place on a grid, and the grid's step."""
+    """Return the grid index of each coordinate, and the grid's step."""
     lines = np.unique(along)
     if len(lines) < 2 or not np.isfinite(lines).all():
         raise ValueError("the points lie on a line; save the heights as a matrix")
     gaps = np.diff(lines)
-    # Places that differ by rounding alone are the same line of the grid.
+    # Coordinates that differ only by rounding are the same grid line.
     step = float(np.median(gaps[gaps > _OFF_GRID * gaps.max()]))
     places = (along - lines[0]) / step
     numbers = np.rint(places)

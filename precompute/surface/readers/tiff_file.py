@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The directories of a TIFF, for instruments that keep their maps in private tags or several pages.
+"""Reader of TIFF directories, for instruments that keep maps in private tags or several pages.
 
-Only the tags that are asked for are read. (Format: TIFF 6.0, section 2.)
-"""
+It reads only requested tags. (Format: TIFF 6.0, section 2.)"""
 
 from __future__ import annotations
 
@@ -15,9 +14,9 @@ from .scan_file import Block, read_exactly
 
 _MARKS = {b"II*\0": "<", b"MM\0*": ">"}
 _LETTERS = {1: "B", 2: "s", 3: "H", 4: "I", 6: "b", 7: "s", 8: "h", 9: "i", 11: "f", 12: "d"}
-# The most tags of all pages together: a JPK file of a hundred channels has as many thousands.
+# The most tags of all pages together. A JPK file of a hundred channels has some thousands.
 _TAGS_MAX = 20_000
-# The most numbers or characters of a tag that are read: strips of the highest picture.
+# The most numbers or characters of a tag, enough for the strips of the tallest picture.
 _ITEMS_MAX = 1 << 17
 _COLS, _ROWS, _BITS, _PACKING, _STRIPS, _STRIP_BYTES, _FORMAT = 256, 257, 258, 259, 273, 279, 339
 _FORMATS = {1: "u", 2: "i", 3: "f"}
@@ -25,7 +24,7 @@ _FORMATS = {1: "u", 2: "i", 3: "f"}
 
 @dataclass(frozen=True)
 class Tag:
-    """Where the value of a tag lies: the type of its items, their number, and their first byte."""
+    """The location of a tag's value: byte order, type and count of its items, and first byte."""
 
     order: str
     kind: int
@@ -33,7 +32,7 @@ class Tag:
     start: int
 
     def items(self, file: BinaryIO) -> tuple[Any, ...]:
-        """The numbers of the tag. Raises ValueError where they are none or too many."""
+        """Read the tag's numbers. Raises ValueError if there are too many, KeyError for an unknown type."""
         letter = _LETTERS[self.kind]
         if self.count > _ITEMS_MAX:
             raise ValueError(f"a tag of {self.count} items")
@@ -41,16 +40,16 @@ class Tag:
         return struct.unpack(form, read_exactly(file, self.start, struct.calcsize(form)))
 
     def text(self, file: BinaryIO) -> str:
-        """The tag's text."""
+        """Read the tag's text."""
         return b"".join(self.items(file)).partition(b"\0")[0].decode("utf-8", "replace")
 
     def number(self, file: BinaryIO) -> float:
-        """The tag's first number, also where it is written as text."""
+        """Read the tag's first number, also if it is stored as text."""
         return float(self.text(file)) if _LETTERS[self.kind] == "s" else self.items(file)[0]
 
 
 def tags_at_start(beginning: bytes) -> set[int]:
-    """The tags of the first page as far as they are among the first bytes of a file; none where it is no TIFF."""
+    """List the first page's tags within the first bytes of a file; empty if it is no TIFF."""
     order = _MARKS.get(beginning[:4])
     if order is None or len(beginning) < 10:
         return set()
@@ -63,7 +62,7 @@ def tags_at_start(beginning: bytes) -> set[int]:
 
 
 def pages(file: BinaryIO) -> list[dict[int, Tag]]:
-    """The tags of each page by their numbers. Raises ValueError, EOFError or KeyError where the file is no TIFF."""
+    """Read each page's tags by number. Raises ValueError, EOFError or KeyError if the file is no TIFF."""
     head = read_exactly(file, 0, 8)
     order = _MARKS[head[:4]]
     (at,) = struct.unpack_from(f"{order}I", head, 4)
@@ -79,16 +78,16 @@ def pages(file: BinaryIO) -> list[dict[int, Tag]]:
         for place in range(0, 12 * count, 12):
             number, kind, items, value = struct.unpack_from(f"{order}HHII", data, place)
             size = struct.calcsize(_LETTERS[kind]) * items if kind in _LETTERS else 5
-            # A value of at most 4 bytes is in the directory itself.
+            # A value of at most 4 bytes is stored in the directory.
             found[-1][number] = Tag(order, kind, items, at + 2 + place + 8 if size <= 4 else value)
         (at,) = struct.unpack_from(f"{order}I", data, 12 * count)
     return found
 
 
 def picture(file: BinaryIO, page: Mapping[int, Tag]) -> tuple[tuple[int, int], list[Block]]:
-    """The shape (rows, cols) of a page's picture of one value a pixel, and its strips from the top.
+    """Return the shape (rows, cols) of a page's picture of one value per pixel, and its strips from the top.
 
-    Raises ValueError where it is packed, and where its strips do not make its shape."""
+    Raises ValueError if it is compressed, or if its strips do not fill its shape."""
     rows, cols, bits = (int(page[tag].number(file)) for tag in (_ROWS, _COLS, _BITS))
     form = int(page[_FORMAT].number(file)) if _FORMAT in page else 1
     if _PACKING in page and page[_PACKING].number(file) != 1:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Units of length as the files of instruments spell them."""
+"""Units as instrument files spell them."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ _METRES = ("m", "meter", "metre")
 
 
 def in_base_units(unit: str) -> tuple[float, str]:
-    """The size of a unit and the unit without its prefix: (1e-9, "m") for "nm", (1e-3, "V") for "mV".
-
-    What is no unit with a prefix is returned as it is, with 1: "deg"."""
+    """Return a unit's size and its base unit: (1e-9, "m") for "nm", (1e-3, "V") for "mV", (1, "deg") for "deg"."""
     unit = unit.strip()
     if unit in _ANGSTROM:
         return 1e-10, "m"
@@ -26,7 +24,7 @@ def in_base_units(unit: str) -> tuple[float, str]:
 
 
 def in_metres(text: str) -> float:
-    """A length with its unit in metres: "12,34 \u00b5m" is 1.234e-5. Raises ValueError where it is no length."""
+    """Convert a length with its unit to metres: "12,34 \u00b5m" is 1.234e-5. Raises ValueError if it is no length."""
     number, _, unit = text.strip().partition(" ")
     size, base = in_base_units(unit)
     if base != "m":

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that no reader takes although they may be whole: what they are, and how to convert them.
+"""Recognises unsupported formats, and says how to convert them.
 
-Other formats are known by their first bytes, archives by the names of the files in them, tables by their lines.
-"""
+It recognises formats by their first bytes, archives by the names of their files, and tables by their lines."""
 
 from __future__ import annotations
 
@@ -12,12 +11,12 @@ from collections.abc import Iterable
 
 from .number_text import decoded, is_numbers, with_points
 
-# Gwyddion reads some 150 formats. What it writes is read here exactly.
+# Gwyddion reads about 150 formats, and its own files are read here without loss.
 CONVERT = "convert it with Gwyddion: gwyddion --convert-to-gwy=OUT.gwy IN"
 
 _PICTURE = "its compression changes heights; export a grey PNG or TIFF of 16 bits"
 _UNPACK = "unpack it and import the scan in it"
-# The place of the bytes that formats begin with, the bytes, the format, and what to do.
+# Position of a format's first bytes, the bytes, the format, and the remedy.
 _OTHERS: tuple[tuple[int, bytes, str, str], ...] = (
     (0, b"\x88\x1b\x03\x6f", "a Zygo MetroPro file", CONVERT),
     (0, b"\x88\x1b\x03\x70", "a Zygo MetroPro file", CONVERT),
@@ -44,22 +43,22 @@ _OTHERS: tuple[tuple[int, bytes, str, str], ...] = (
     (0, b"Rar!", "a packed file (RAR)", _UNPACK),
     (0, b"\xfd7zXZ", "a packed file (xz)", _UNPACK),
 )
-# Names of files that only such an archive holds, the archive, and what to do.
+# A file name that identifies an archive, the archive, and the remedy.
 _ARCHIVES: tuple[tuple[str, str, str], ...] = (
     ("[Content_Types].xml", "an Office document", "export the sheet of heights as .csv"),
     ("mimetype", "an OpenDocument file", "export the sheet of heights as .csv"),
     ("header.properties", "a JPK archive of force curves, which holds no image", "export the scan as .jpk"),
     ("index.xml", "an archive of a profiler, as Sensofar's .plux", CONVERT),
 )
-# The bytes of an Igor wave's headers by its version; the 16-bit words of these bytes add up to zero.
+# Header bytes of an Igor wave by version. Their 16-bit words add up to zero modulo 2^16.
 _IGOR_HEADS = {1: 118, 2: 126, 3: 130}
-# A table has at least so many lines of as many numbers.
+# The fewest lines of a table with the same count of numbers.
 _TABLE_LINES = 3
 _ZIP_BEGINNING, _ZIP_NAME_AT = b"PK\x03\x04", 30
 
 
 def known_fault(beginning: bytes) -> tuple[str, str] | None:
-    """What a file is that begins with these bytes, and what to do about it. None where it is unknown."""
+    """Identify an unsupported file by its first bytes: what it is and the remedy, or None."""
     for at, magic, what, remedy in _OTHERS:
         if beginning.startswith(magic, at):
             return f"{what}, which is not read here", remedy
@@ -67,7 +66,7 @@ def known_fault(beginning: bytes) -> tuple[str, str] | None:
 
 
 def first_member(beginning: bytes) -> list[str]:
-    """The name of the first file in a zip archive that begins with these bytes; none where it is no archive."""
+    """Return the name of the first file in a zip archive with these first bytes; [] if it is no archive."""
     if not beginning.startswith(_ZIP_BEGINNING) or len(beginning) < _ZIP_NAME_AT:
         return []
     (length,) = struct.unpack_from("<H", beginning, 26)
@@ -75,7 +74,7 @@ def first_member(beginning: bytes) -> list[str]:
 
 
 def archive_fault(names: Iterable[str]) -> tuple[str, str] | None:
-    """What an archive with these files is, as `known_fault` says it; None where it is unknown."""
+    """Identify an archive by its file names, as `known_fault` does."""
     held = set(names)
     for name, what, remedy in _ARCHIVES:
         if name in held:
@@ -86,7 +85,7 @@ def archive_fault(names: Iterable[str]) -> tuple[str, str] | None:
 
 
 def _igor_fault(beginning: bytes) -> tuple[str, str] | None:
-    """What an Igor wave of an older version is: one line of numbers."""
+    """Identify an Igor wave of an older version, which holds one curve."""
     for order in "<>":
         (version,) = struct.unpack_from(f"{order}h", beginning) if len(beginning) >= 2 else (0,)
         size = _IGOR_HEADS.get(version, 0)
@@ -97,7 +96,7 @@ def _igor_fault(beginning: bytes) -> tuple[str, str] | None:
 
 
 def _table_fault(beginning: bytes) -> tuple[str, str] | None:
-    """What a text is whose numbers stand under a heading that is not marked as a comment."""
+    """Identify a text with numbers under a heading that is not marked as a comment."""
     if b"\0" in beginning:
         return None
     lines = decoded(beginning).splitlines()

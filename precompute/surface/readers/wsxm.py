@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""WSxM .stp and .top: a header of text, then one channel, turned by half a turn.
+"""Reader of WSxM .stp and .top: a text header, then one channel, rotated by 180 degrees.
 
-Integers are scaled so that their range is the header's "Z Amplitude"; floating values are in its unit.
-(I. Horcas et al., "WSXM", Rev. Sci. Instrum. 78, 013705, 2007.)
-"""
+The range of integers is scaled to the header's "Z Amplitude"; floats are in its unit. (I. Horcas et al., "WSXM", Rev.
+Sci. Instrum. 78, 013705, 2007.)"""
 
 from __future__ import annotations
 
@@ -44,7 +43,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
     block = Block(start, shape, _KINDS[kind]).within(file)
     amplitude, _, unit = general["Z Amplitude"].partition(" ")
     size, base = in_base_units(unit)
-    # A scan of equal sides tells one of them.
+    # A square scan may give only one side.
     width = in_metres(control["X Amplitude"])
     height = in_metres(control.get("Y Amplitude", control["X Amplitude"]))
     span = float(amplitude) * size if kind in ("short", "int") else None
@@ -55,7 +54,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
 
 
 def _values(block: Block, unit: float, span: float | None, file: BinaryIO) -> np.ndarray:
-    """The values (rows, cols); `span` is the difference of the highest and the lowest integer, None of floats."""
+    """Read the values (rows, cols); `span` is the height range of integers, None for floats."""
     stored = block.read(file)[::-1, ::-1]
     if span is not None:
         steps = int(stored.max()) - int(stored.min())

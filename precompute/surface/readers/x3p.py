@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""X3P of ISO 25178-72: a zip archive of main.xml, which describes the axes, and of the heights as one binary file.
+"""Reader of X3P (ISO 25178-72): a zip archive of main.xml, which describes the axes, and a binary file of heights.
 
-Heights are in metres, the first profile first. A bit field may tell which points were measured; NaN and infinity are
-missing points too. Few points may stand in main.xml itself.
-"""
+Heights are in metres, the first profile first. A bit field may mark the measured points; NaN and infinity are missing
+points too. Small maps may be listed in main.xml instead."""
 
 from __future__ import annotations
 
@@ -24,7 +23,7 @@ _KINDS = {"I": "<i2", "L": "<i4", "F": "<f4", "D": "<f8"}
 
 
 def _described(archive: Archive) -> tuple[str, Description]:
-    """The folder of main.xml in the archive, and what it says. Raises OtherFormat where there is none."""
+    """Find main.xml and return its folder and description. Raises OtherFormat if there is none."""
     names = [name for name in archive.names if re.search(r"(^|/)main\.xml$", name)]
     names = [name for name in names if not name.startswith("__MACOSX")]
     if not names:
@@ -61,14 +60,14 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
 
 
 def _listed(shape: tuple[int, int], scaling: tuple[float, float], said: Description, file: BinaryIO) -> np.ndarray:
-    """The points of main.xml."""
+    """Return the points listed in main.xml."""
     return _scaled(np.frombuffer(said.values), scaling).reshape(shape)
 
 
 def _stored(
     shape: tuple[int, int], kind: str, scaling: tuple[float, float], names: tuple[str, str], file: BinaryIO
 ) -> np.ndarray:
-    """The points of the binary file; `names` are those of it and of the valid points' file, "" for none."""
+    """Read the points of the binary file; `names` are this file and the file of valid points, "" for none."""
     archive = Archive(file)
     count = shape[0] * shape[1]
     heights = _scaled(np.frombuffer(archive.read(names[0], archive.size(names[0])), kind, count), scaling)
@@ -79,7 +78,7 @@ def _stored(
 
 
 def _scaled(values: np.ndarray, scaling: tuple[float, float]) -> np.ndarray:
-    """The values times the first number plus the second, NaN where they are infinite."""
+    """Scale values by (factor, offset); infinite floats become NaN."""
     heights = values * np.float64(scaling[0])
     heights += scaling[1]
     if values.dtype.kind == "f":

@@ -1,19 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""main.xml of an X3P: what it says of the axes and the data, and the points where they stand in it.
+"""Parser of an X3P's main.xml: the axes, the links to the data, and the points if they are listed in it.
 
-Entities are refused in every encoding, since they multiply a text's length. Only the elements that are asked for are
-kept.
-"""
+It refuses entities, which could multiply a text's length, and keeps only the needed elements."""
 
 from __future__ import annotations
 
 from array import array
 
-# The longest main.xml, and the most elements in it: a map of 1024 x 1024 points.
+# The longest main.xml in bytes, and the most elements, enough for a map of 1024 x 1024 points.
 XML_MAX, _ELEMENTS_MAX = 64 << 20, (1 << 20) + 10_000
 _DEPTH_MAX = 32
 _AXES = ("AxisType", "DataType", "Increment", "Offset")
-# The paths of the elements that are kept, without the root's name.
+# The paths of the needed elements, without the root's name.
 _KEPT = frozenset(
     [("Record1", "Axes", axis, name) for axis in ("CX", "CY", "CZ") for name in _AXES]
     + [("Record3", "MatrixDimension", f"Size{axis}") for axis in "XYZ"]
@@ -23,12 +21,12 @@ _DATUM = ("Record3", "DataList", "Datum")
 
 
 class Description:
-    """The texts of main.xml by their paths, whatever their namespaces, and the last number of each Datum.
+    """The texts of main.xml by path, without namespaces, and the last number of each Datum.
 
-    values  NaN for an empty Datum, which stands for a point that was not measured"""
+    values  the numbers; NaN for an empty Datum, a point that was not measured"""
 
     def __init__(self, xml: bytes) -> None:
-        """Read main.xml. Raises ValueError if it is damaged, too long, nests too deep or declares entities."""
+        """Parse main.xml. Raises ValueError if it is damaged, too deep, has too many elements or declares entities."""
         from xml.etree.ElementTree import ParseError, XMLParser
 
         self.values = array("d")
@@ -44,14 +42,15 @@ class Description:
             raise ValueError(f"main.xml: {error}") from error
 
     def text(self, path: str, otherwise: str | None = None) -> str:
-        """The text of the first element at a path: "Record1/Axes/CX/Increment". Raises KeyError if it is missing and
-        there is no `otherwise`."""
+        """Return the text of the first element at a path, such as "Record1/Axes/CX/Increment", or `otherwise`.
+
+        Raises KeyError if both are missing."""
         found = self._texts.get(tuple(path.split("/"))) or otherwise
         if found is None:
             raise KeyError(path)
         return found
 
-    # What the parser calls.
+    # Callbacks of the parser.
 
     def doctype(self, name: str, public: str | None, system: str | None) -> None:
         raise ValueError("main.xml declares entities")

@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The list of synthetic surfaces, which "sample:NAME" names wherever a file can be named.
+"""Catalogue of the synthetic surfaces, which "sample:NAME" names wherever a file can be named.
 
-Each is a HeightMap with periodic=True and a whole number of periods along each axis, and is the same at every call.
-Heights vary along the tangent T, which is the direction of the grating vector, unless a surface's own text says
-otherwise.
-"""
+Each is a HeightMap with periodic=True and a whole number of periods along each axis. Its grating vector points along
+the tangent T, unless the surface's docstring says otherwise."""
 
 from __future__ import annotations
 
@@ -20,17 +18,17 @@ SAMPLES: dict[str, Callable[[], HeightMap]] = {
     make.__name__: make for make in (flat, sinusoidal, binary, blazed, elaphe, xenopeltis, cd, dvd, bluray)
 }
 
-# Names that are written otherwise than with a capital.
+# Titles that are more than the name with a capital.
 _TITLES = {"cd": "CD", "dvd": "DVD", "bluray": "Blu-ray"}
 
 
 def title_of(name: str) -> str:
-    """A sample's name as people write it."""
+    """Return a sample's name as people write it."""
     return _TITLES.get(name, name.capitalize())
 
 
 def make_sample(name: str) -> HeightMap:
-    """The surface of a name in SAMPLES. Raises GratingError where there is none of that name."""
+    """Make the surface of a name in SAMPLES. Raises GratingError for an unknown name."""
     if name not in SAMPLES:
         raise GratingError(f"{SAMPLE_PREFIX}{name}", "there is no such sample", f"choose one of {', '.join(SAMPLES)}")
     return SAMPLES[name]()

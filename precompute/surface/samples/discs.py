@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Optical discs: pits of random lengths in straight tracks along B."""
+"""Optical discs, with pits of random lengths in straight tracks along B."""
 
 from __future__ import annotations
 
@@ -67,10 +67,10 @@ def bluray() -> HeightMap:
 
 @dataclass(frozen=True)
 class _Disc:
-    """The sizes of a disc; width_m and depth_m are the width and the depth of a pit."""
+    """The dimensions of a disc; width_m and depth_m are a pit's."""
 
     seed: int
-    pitch_m: float  # from track to track
+    pitch_m: float  # distance of neighbouring tracks
     tracks: int
     samples_per_pitch: int
     width_m: float
@@ -81,7 +81,7 @@ class _Disc:
 
 
 def _disc(name: str, disc: _Disc) -> HeightMap:
-    """The disc as a square of a whole number of tracks; the land has the height 0, the pits lie below."""
+    """Make a square of a whole number of tracks; the land has the height 0, the pits lie below."""
     rng = np.random.default_rng(disc.seed)
     pixel_m = disc.pitch_m / disc.samples_per_pitch
     side_m = disc.tracks * disc.pitch_m
@@ -92,13 +92,13 @@ def _disc(name: str, disc: _Disc) -> HeightMap:
         [_trapezoid(position, _pits(rng, disc, side_m), edge=disc.edge_m, period=side_m) for _ in range(disc.tracks)],
         axis=1,
     )
-    # The track whose middle is nearest to each column of pixels.
+    # The nearest track of each pixel along T.
     track = np.round(position / disc.pitch_m).astype(int) % disc.tracks
     return wrapping_surface(name, -disc.depth_m * along[:, track] * across, pixel_m)
 
 
 def _pits(rng: np.random.Generator, disc: _Disc, length_m: float) -> np.ndarray:
-    """Begin and end (n, 2) in metres of each pit along a track that closes on itself after length_m."""
+    """Draw begin and end (n, 2) in metres of each pit along a track that wraps after length_m."""
     bits = round(length_m / disc.channel_bit_m)
     shortest, longest = disc.runs
     lengths = np.arange(shortest, longest + 1)
@@ -107,8 +107,7 @@ def _pits(rng: np.random.Generator, disc: _Disc, length_m: float) -> np.ndarray:
     runs: list[int] = []
     while (left := bits - sum(runs)) > 2 * longest:
         runs.append(int(rng.choice(lengths, p=chance / chance.sum())))
-    # Pits and lands alternate around the ring, so their number must be even. The remaining length is split in two or
-    # three.
+    # Pits and lands alternate around the track, so their number must be even: split the rest in two or three.
     parts = 2 + len(runs) % 2
     runs += [(left + part) // parts for part in range(parts)]
     edges = np.concatenate([[0], np.cumsum(runs)[:-1]]) + rng.integers(bits)
@@ -116,8 +115,8 @@ def _pits(rng: np.random.Generator, disc: _Disc, length_m: float) -> np.ndarray:
 
 
 def _trapezoid(position: np.ndarray, spans: np.ndarray, *, edge: float, period: float) -> np.ndarray:
-    """A periodic profile at positions (n,): 1 within the spans (m, 2), 0 outside, with linear edges of width `edge`
-    centred on the ends of the spans."""
+    """Evaluate a periodic profile at positions (n,): 1 within the spans (m, 2), 0 outside, with linear edges of width
+    `edge` centred on the spans' ends."""
     corners = np.stack(
         [spans[:, 0] - edge / 2, spans[:, 0] + edge / 2, spans[:, 1] - edge / 2, spans[:, 1] + edge / 2], axis=1
     )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Surfaces like the shed skins of two snakes: rows of small fingers on uneven ground."""
+"""Surfaces that resemble the shed skins of two snakes: rows of small fingers on uneven ground."""
 
 from __future__ import annotations
 
@@ -12,11 +12,10 @@ from .wrapping import wrapping_surface
 
 
 def elaphe() -> HeightMap:
-    """Like the shed skin of Elaphe guttata: rows of long fingers 1144 nm apart along T, 375 nm from peak to peak.
+    """Shed skin of Elaphe guttata: rows of long fingers 1144 nm apart along T, 375 nm from peak to peak.
 
-    It is not a copy of a scan. Its irregularities are random and as strong as those measured on a real skin: about
-    25 nm rms in the first order, fingers 3.1 um long, slow waves of 20 nm rms, and some grains of dust.
-    """
+    Its irregularities are random, with the strengths measured on a real skin: about 25 nm rms in the first order,
+    fingers 3.1 um long, slow waves of 20 nm rms, and some grains of dust."""
     return _skin(
         "elaphe",
         _Skin(
@@ -40,11 +39,9 @@ def elaphe() -> HeightMap:
 
 
 def xenopeltis() -> HeightMap:
-    """Like the shed skin of Xenopeltis unicolor: short, dense fingers in straight rows 1552 nm apart.
+    """Shed skin of Xenopeltis unicolor: short, dense fingers in straight rows 1552 nm apart, 818.69 nm peak to peak.
 
-    The strongest period is the period of the rows, so its grating vector points along B, the direction of the fingers.
-    The relief is 818.69 nm from peak to peak.
-    """
+    The rows have the strongest period, so the grating vector points along B, the direction of the fingers."""
     return _skin(
         "xenopeltis",
         _Skin(
@@ -69,7 +66,7 @@ def xenopeltis() -> HeightMap:
 
 @dataclass(frozen=True)
 class _Skin:
-    """The sizes of a skin; a pitch is the mean distance of two fingers of a row, or of two rows."""
+    """The dimensions of a skin; a pitch is the mean distance of neighbouring fingers in a row, or of rows."""
 
     seed: int
     side_m: float
@@ -80,20 +77,19 @@ class _Skin:
     floor_m: float  # rise of the floor from tip to base
     tip_width: float  # half width of a finger at its tip, in pitches
     base_width: float  # half width of a finger at its base, in pitches
-    stagger: float  # rms shift of a finger's ends against those of its neighbours, in pitches
+    stagger: float  # rms shift of a finger's ends against its neighbours' ends, in pitches
     drift: tuple[float, float]  # rms deviation of the rows and of the fingers from straight lines, in pitches
-    uneven: float  # rms of the fingers' relative heights about 1
-    waves_m: tuple[float, float]  # rms of the long and of the short waves of the ground
+    uneven: float  # rms deviation of the fingers' relative heights from 1
+    waves_m: tuple[float, float]  # rms of the ground's long and short waves
     grains: int  # number of grains of dust
     grain_m: float  # height of the highest grain
 
 
 def _skin(name: str, skin: _Skin) -> HeightMap:
-    """Rows of fingers that point to the top of the scan, on uneven ground; 800 x 800 pixels.
+    """Make rows of fingers that point to the top of the scan, on uneven ground; 800 x 800 pixels.
 
-    A finger starts as a narrow tip at the base of the row above it, and widens towards its own base until it meets its
-    neighbours. The floor beside it rises or sinks on the way. Both end in a step where the next row begins.
-    """
+    A finger widens from a narrow tip, at the base of the row above, to its own base, where it meets its neighbours. The
+    floor beside it rises or sinks on the way. Both end in a step where the next row begins."""
     rng = np.random.default_rng(skin.seed)
     shape = (800, 800)
     y, x = np.arange(shape[0])[:, None] / shape[0], np.arange(shape[1]) / shape[1]
@@ -121,7 +117,7 @@ def _skin(name: str, skin: _Skin) -> HeightMap:
 
 
 def _noise(rng: np.random.Generator, shape: tuple[int, int], correlation: tuple[float, float]) -> np.ndarray:
-    """Periodic noise of mean 0 and rms 1, blurred by the given fractions of the sides (rows, cols)."""
+    """Draw periodic noise of mean 0 and rms 1, blurred by the given fractions of the sides (rows, cols)."""
     sigma = correlation[0] * shape[0], correlation[1] * shape[1]
     noise = _blur(rng.standard_normal(shape), sigma)
     noise -= noise.mean()
@@ -129,7 +125,7 @@ def _noise(rng: np.random.Generator, shape: tuple[int, int], correlation: tuple[
 
 
 def _blur(values: np.ndarray, sigma: float | tuple[float, float]) -> np.ndarray:
-    """Periodic convolution with a Gaussian of standard deviation sigma pixels along (rows, cols)."""
+    """Blur periodically by a Gaussian of standard deviation sigma pixels along (rows, cols)."""
     sigma_y, sigma_x = np.broadcast_to(sigma, 2)
     y = np.exp(-2 * (np.pi * sigma_y * np.fft.fftfreq(values.shape[0])) ** 2)
     x = np.exp(-2 * (np.pi * sigma_x * np.fft.rfftfreq(values.shape[1])) ** 2)
@@ -137,7 +133,7 @@ def _blur(values: np.ndarray, sigma: float | tuple[float, float]) -> np.ndarray:
 
 
 def _dust(rng: np.random.Generator, shape: tuple[int, int], *, count: int, height_m: float) -> np.ndarray:
-    """Round grains a few pixels wide at random places; the highest has the height height_m."""
+    """Scatter round grains a few pixels wide; the highest has the height height_m."""
     dust = np.zeros(shape)
     if count:
         places = rng.integers(shape[0], size=count), rng.integers(shape[1], size=count)

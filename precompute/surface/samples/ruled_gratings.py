@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Line gratings with exact profiles, and the flat mirror.
-
-Heights vary along the tangent T, which is the direction of the grating vector.
-"""
+"""Line gratings with exact profiles and grating vectors along the tangent T, and the flat mirror."""
 
 from __future__ import annotations
 
@@ -17,7 +14,7 @@ _PERIOD_M = 2.5e-6
 
 
 def flat() -> HeightMap:
-    """A mirror: 256 x 256 zeros over 65 um."""
+    """Mirror: 256 x 256 zeros over 65 um."""
     return wrapping_surface("flat", np.zeros((256, 256)), 65e-6 / 256)
 
 
@@ -29,7 +26,7 @@ def sinusoidal(
     samples_per_period: int = _SAMPLES_PER_PERIOD,
     rows: int = _PERIODS * _SAMPLES_PER_PERIOD,
 ) -> HeightMap:
-    """A sinusoid, h = depth / 2 sin(2 pi x / period); the depth is from trough to crest."""
+    """Sinusoid h = depth / 2 sin(2 pi x / period); the depth is from trough to crest."""
     phase = np.arange(samples_per_period) / samples_per_period
     return _grating("sinusoidal", depth_m / 2 * np.sin(2 * np.pi * phase), period_m, periods=periods, rows=rows)
 
@@ -58,14 +55,12 @@ def blazed(
 ) -> HeightMap:
     """Facets that rise along +T with the slope depth / period; the drop lies between two samples.
 
-    The heights of a facet are j depth / samples_per_period for j = 0 to samples_per_period - 1, so their range is one
-    step less than the depth.
-    """
+    A facet's heights are j depth / samples_per_period, j < samples_per_period: the range is a step less than depth."""
     ramp = depth_m * np.arange(samples_per_period) / samples_per_period
     return _grating("blazed", ramp, period_m, periods=periods, rows=rows)
 
 
 def _grating(name: str, profile_m: np.ndarray, period_m: float, *, periods: int, rows: int) -> HeightMap:
-    """The grating of one period's profile (samples,): `periods` copies along T, the same in every row."""
+    """Repeat one period's profile (samples,) along T `periods` times, the same in every row."""
     height = np.broadcast_to(np.tile(profile_m, periods), (rows, periods * len(profile_m)))
     return wrapping_surface(name, height.copy(), period_m / len(profile_m))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Turning a scan, and cutting parts out of it."""
+"""Steps that rotate, crop and mask a scan."""
 
 from __future__ import annotations
 
@@ -15,15 +15,13 @@ from .main_wave import main_wave
 from .step import Done
 
 _ROWS_AT_ONCE = 256
-# A side of fewer pixels is no scan any more.
+# The fewest pixels of a scan's side.
 _LEAST_PIXELS = 8
 
 
 def rotate(height_map: HeightMap, degrees: float) -> Done:
-    """Turn the surface counterclockwise, from T towards B.
-
-    By quarters of a turn the pixels are moved. By any other angle heights are read between the pixels, and the largest
-    rectangle of the scan's proportions is kept in which none is missing; holes are filled before."""
+    """Rotate the surface counterclockwise, from T towards B. Quarter turns move the pixels. Other angles fill holes,
+    interpolate, and keep the largest complete rectangle with the scan's proportions."""
     quarters = degrees / 90
     if quarters == int(quarters):
         turned = np.rot90(height_map.height_m, int(quarters))
@@ -36,7 +34,7 @@ def rotate(height_map: HeightMap, degrees: float) -> Done:
     shape = tuple(int(share * n) for n in height.shape)
     if min(shape) < _LEAST_PIXELS:
         raise GratingError(height_map.source, f"rotate leaves {shape[1]} x {shape[0]} pixels", "give a larger scan")
-    # Places of the new pixels from the middle, in metres: x along T, y along -B.
+    # Positions of the new pixels from the middle, in metres: x along T, y along -B.
     y, x = ((np.arange(n) - (n - 1) / 2) * side for n, side in zip(shape, pixel, strict=True))
     turned = np.empty(shape)
     for start in range(0, shape[0], _ROWS_AT_ONCE):
@@ -49,14 +47,14 @@ def rotate(height_map: HeightMap, degrees: float) -> Done:
 
 
 def _read(height: np.ndarray, row: np.ndarray, col: np.ndarray) -> np.ndarray:
-    """Heights between the pixels, by cubic convolution of 4 x 4 pixels (Keys, IEEE Transactions on Acoustics, Speech,
-    and Signal Processing 29, 1981): exact for surfaces of the second degree."""
+    """Interpolate heights by cubic convolution of 4 x 4 pixels (Keys, IEEE Transactions on Acoustics, Speech, and
+    Signal Processing 29, 1981), exact for quadratic surfaces."""
     (rows, of_row), (cols, of_col) = _taps(row, height.shape[0]), _taps(col, height.shape[1])
     return sum(of_row[i] * of_col[j] * height[rows[i], cols[j]] for i in range(4) for j in range(4))
 
 
 def _taps(place: np.ndarray, count: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """The four pixels around each place and their weights. Over the rim the outermost pixel is repeated."""
+    """Return the four pixels around each place and their weights. Edge pixels are repeated outward."""
     below = np.floor(place).astype(int)
     f = place - below
     weights = [
@@ -69,7 +67,7 @@ def _taps(place: np.ndarray, count: int) -> tuple[list[np.ndarray], list[np.ndar
 
 
 def crop(height_map: HeightMap, *sides_um: float) -> Done:
-    """Keep a rectangle: left, top, right and bottom in micrometres from the scan's left and upper edge."""
+    """Keep a rectangle: left, top, right and bottom in micrometres from the scan's left and top edge."""
     part = _part(height_map, "crop", sides_um)
     cut = height_map.height_m[part]
     if min(cut.shape) < _LEAST_PIXELS:
@@ -79,21 +77,21 @@ def crop(height_map: HeightMap, *sides_um: float) -> Done:
 
 
 def mask(height_map: HeightMap, *sides_um: float) -> Done:
-    """Make a hole of a rectangle: left, top, right and bottom in micrometres from the left and upper edge."""
+    """Turn a rectangle into a hole: left, top, right and bottom in micrometres from the left and top edge."""
     height = height_map.height_m.copy()
     height[_part(height_map, "mask", sides_um)] = np.nan
     return Done(_cut(height_map, height, "mask"))
 
 
 def whole_periods(height_map: HeightMap) -> Done:
-    """Keep a whole number of periods of the grating, along T and along B, from the middle of the scan."""
+    """Keep a whole number of the grating's periods along T and along B, in the middle of the scan."""
     wave = main_wave(height_map, "periods")
     angle = math.radians(wave.angle_deg)
     kept = []
     for count, side, share in zip(
         height_map.height_m.shape, height_map.pixel_size_m, (math.sin(angle), math.cos(angle)), strict=True
     ):
-        # Periods along this axis, which may be fewer than one where the lines run along it.
+        # Periods along this axis: less than one if the grating's lines run along it.
         repeats = math.floor(count * side * abs(share) / wave.period_m)
         length = round(repeats * wave.period_m / (abs(share) * side)) if repeats else count
         start = (count - length) // 2
@@ -104,7 +102,7 @@ def whole_periods(height_map: HeightMap) -> Done:
 
 
 def _part(height_map: HeightMap, what: str, sides_um: tuple[float, ...]) -> tuple[slice, slice]:
-    """The pixels whose middles lie in a rectangle."""
+    """Return the pixels whose centres lie in a rectangle."""
     left, top, right, bottom = sides_um
     found = []
     for low, high, pixel, count in ((top, bottom, height_map.pixel_size_m[0], height_map.rows),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scars, outliers and dust: they are found, and their pixels become holes."""
+"""Steps that find scars, outliers and dust, and turn their pixels into holes."""
 
 from __future__ import annotations
 
@@ -15,35 +15,35 @@ from .loss import told_loss
 from .plane import SIGMA_OF_MAD
 from .step import Done
 
-# What makes up more of a scan than this is its relief and no defect.
+# Defects cover at most this share of a scan; more is relief.
 _SHARE_MAX = 0.1
-# A scar is a run of at least 16 pixels along a row, at most four rows wide: that of a tip that slipped for a moment.
+# A scar, left by a tip that slipped, is at least 16 pixels long along a row and at most four rows wide.
 _SCAR_LENGTH, _SCAR_ROWS = 16, 4
-# The background under dust is the median of blocks, at most this many along a side and of at least so many pixels:
-# wider than dust and than most periods.
+# The background under dust is the median of blocks, at most _BLOCKS along a side, each at least _LEAST_BLOCK pixels
+# wide: wider than dust and most periods.
 _BLOCKS = 16
 _LEAST_BLOCK = 64
-# A spike of less than this share of the relief's standard deviation changes no colour. Without such a floor, a relief
-# that is flat almost everywhere (the steps of 8 bits) would have spikes wherever it is not.
+# A spike below this share of the relief's standard deviation changes no colour. Without this floor, a relief that is
+# flat almost everywhere (8-bit steps) would have spikes wherever it is not.
 _SPIKE_FLOOR = 0.02
 _ROWS_AT_ONCE = 256
 
 
 def remove_scars(height_map: HeightMap, times: float) -> Done:
-    """Make holes of scars, which stand over, or under, both the row before and the row after by more than `times` the
-    root mean square difference between neighbouring rows."""
+    """Turn scars into holes. A scar lies above, or below, both the row before and the row after it, by more than
+    `times` the rms difference of neighbouring rows."""
     return _removed(height_map, scars(height_map.height_m, times), "scars", times)
 
 
 def remove_outliers(height_map: HeightMap, sigmas: float) -> Done:
-    """Make holes of single pixels that stand over, or under, all eight neighbours by more than `sigmas` robust standard
-    deviations of what pixels are off their neighbours' middle."""
+    """Turn outliers into holes: single pixels that exceed, or undercut, all eight neighbours by more than `sigmas`
+    robust standard deviations of the pixels' distance from the middle of their neighbours."""
     return _removed(height_map, outliers(height_map.height_m, sigmas), "outliers", sigmas)
 
 
 def remove_dust(height_map: HeightMap, sigmas: float) -> Done:
-    """Make holes of dust and scratches: what stands off the surface around it, up or down, by more than `sigmas` robust
-    standard deviations of the relief, down to the half of that."""
+    """Turn dust and scratches into holes: regions more than `sigmas` robust standard deviations of the relief above or
+    below the background, grown to where the distance falls to half of that."""
     return _removed(height_map, dust(height_map.height_m, sigmas), "dust", sigmas)
 
 
@@ -62,12 +62,12 @@ def _removed(height_map: HeightMap, mask: np.ndarray, what: str, number: float) 
 
 
 def scars(height: np.ndarray, times: float) -> np.ndarray:
-    """Where a scar is, (rows, cols); see remove_scars."""
+    """Return the mask (rows, cols) of scars; see remove_scars."""
     mask = np.zeros(height.shape, bool)
     if len(height) < 3:
         return mask
     threshold = times * np.sqrt(np.nanmean(np.diff(height, axis=0) ** 2))
-    # NaN compares as no scar.
+    # Comparisons with NaN are False: no scar.
     for up in (height, -height):
         for wide in range(1, min(_SCAR_ROWS, len(height) - 2) + 1):
             inside = up[1:-wide]
@@ -81,7 +81,7 @@ def scars(height: np.ndarray, times: float) -> np.ndarray:
 
 
 def _runs(marked: np.ndarray, length: int) -> np.ndarray:
-    """The marks (rows, cols) that are in a row of at least `length` marks."""
+    """Keep the marks (rows, cols) in horizontal runs of at least `length` marks."""
     rows, cols = marked.shape
     kept = np.zeros_like(marked)
     if cols < length:
@@ -94,7 +94,7 @@ def _runs(marked: np.ndarray, length: int) -> np.ndarray:
 
 
 def outliers(height: np.ndarray, sigmas: float) -> np.ndarray:
-    """Where a pixel stands out of all its neighbours, (rows, cols); see remove_outliers."""
+    """Return the mask (rows, cols) of outliers; see remove_outliers."""
     parts = [_of_neighbours(part) for part in _with_neighbours(height)]
     off, out = (np.concatenate(each) for each in zip(*parts, strict=True))
     known = off[np.isfinite(off)]
@@ -104,8 +104,9 @@ def outliers(height: np.ndarray, sigmas: float) -> np.ndarray:
 
 
 def _with_neighbours(height: np.ndarray) -> Iterator[np.ndarray]:
-    """Each pixel, the fifth of nine, among its neighbours (9, n, cols), a few rows at a time: of all rows at once it
-    would be nine times the heights. Over the rim there is nothing."""
+    """Yield the pixels of a few rows and their neighbours (9, n, cols), the pixels fifth; NaN beyond the edges.
+
+    All rows at once would take nine times the memory of the heights."""
     rows, cols = height.shape
     around = np.pad(height, 1, constant_values=np.nan)
     for start in range(0, rows, _ROWS_AT_ONCE):
@@ -114,22 +115,22 @@ def _with_neighbours(height: np.ndarray) -> Iterator[np.ndarray]:
 
 
 def _of_neighbours(nine: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How far each pixel (n, cols) is off the middle between its highest and its lowest neighbour, and how far out of
-    all of them; NaN where it, or all of them, are missing."""
+    """Return each pixel's distance from the middle between its highest and lowest neighbour, and its distance beyond
+    them, both (n, cols); NaN if the pixel, or all neighbours, are missing."""
     pixel, others = nine[4], np.delete(nine, 4, axis=0)
     highest, lowest = np.fmax.reduce(others), np.fmin.reduce(others)
     return np.abs(pixel - (highest + lowest) / 2), np.maximum(pixel - highest, lowest - pixel)
 
 
 def dust(height: np.ndarray, sigmas: float) -> np.ndarray:
-    """Where dust is, (rows, cols); see remove_dust."""
+    """Return the mask (rows, cols) of dust; see remove_dust."""
     off = np.abs(height - _ground(height))
     sigma = SIGMA_OF_MAD * np.nanmedian(off)
     return _grown(off > sigmas * sigma, off > sigmas / 2 * sigma)
 
 
 def _ground(height: np.ndarray) -> np.ndarray:
-    """The slow shape of a surface (rows, cols): medians of blocks, joined by straight lines between their middles."""
+    """Return the background (rows, cols) of a surface: medians of blocks, linear between the blocks' middles."""
     edges = [np.linspace(0, n, max(1, min(_BLOCKS, n // _LEAST_BLOCK)) + 1).astype(int) for n in height.shape]
     medians = np.array([
         [_median(height[top:bottom, left:right]) for left, right in zip(edges[1][:-1], edges[1][1:], strict=True)]
@@ -147,13 +148,13 @@ def _median(block: np.ndarray) -> float:
 
 
 def _between(edges: np.ndarray) -> np.ndarray:
-    """The shares (n, blocks) that the values of blocks have in n pixels, linear between the blocks' middles."""
+    """Return the weights (n, blocks) of the blocks' values in n pixels, linear between the blocks' middles."""
     middles = (edges[:-1] + edges[1:] - 1) / 2
     return np.array([np.interp(np.arange(edges[-1]), middles, unit) for unit in np.eye(len(middles))]).T
 
 
 def _grown(seeds: np.ndarray, allowed: np.ndarray) -> np.ndarray:
-    """The seeds (rows, cols) and what is joined to them inside `allowed`, and one pixel around it."""
+    """Grow the seeds (rows, cols) to the connected pixels of `allowed`, and one pixel around them."""
     grown, count = seeds, -1
     while grown.sum() != count:
         count = grown.sum()
@@ -162,7 +163,7 @@ def _grown(seeds: np.ndarray, allowed: np.ndarray) -> np.ndarray:
 
 
 def _spread(mask: np.ndarray) -> np.ndarray:
-    """A mask and the four neighbours of each of its pixels."""
+    """Add the four neighbours of each pixel to a mask."""
     spread = mask.copy()
     spread[1:] |= mask[:-1]
     spread[:-1] |= mask[1:]

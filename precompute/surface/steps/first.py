@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a step begins with in the panel, where its arguments must be given: it changes nothing, or little, as yet."""
+"""Start values in the panel for steps without defaults: they change the scan little or not at all."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ _TIP_NM = 10.0
 
 
 def _whole(height_map: HeightMap) -> tuple[float, ...]:
-    """All of the scan."""
+    """Return the rectangle of the whole scan, in micrometres."""
     ly, lx = height_map.size_m
     return 0.0, 0.0, lx * 1e6, ly * 1e6
 
 
 def _middle(height_map: HeightMap) -> tuple[float, ...]:
-    """A tenth of the scan's sides, in its middle."""
+    """Return a rectangle in the scan's middle, a tenth of its sides, in micrometres."""
     ly, lx = height_map.size_m
     return 0.45e6 * lx, 0.45e6 * ly, 0.55e6 * lx, 0.55e6 * ly
 
@@ -37,8 +37,8 @@ _VALUES: dict[str, Callable[[HeightMap], tuple[float, ...]]] = {
 
 
 def first_step(name: str, height_map: HeightMap) -> Step:
-    """A step of the kind `name` for a scan: with its defaults, else with values that suit the scan.
+    """Make a step for a scan, with its defaults or with values that suit the scan.
 
-    Raises GratingError where there is no such kind, and where the scan has no grating to calibrate by."""
+    Raises GratingError if the scan has no grating to calibrate by."""
     values = _VALUES[name](height_map) if name in _VALUES else ()
     return KINDS[name].read([f"{value:.5g}" for value in values], height_map.source)

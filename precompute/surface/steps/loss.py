@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How much of its grating a step has taken out of a scan."""
+"""Measures how much a step weakens the grating of a scan."""
 
 from __future__ import annotations
 
@@ -15,17 +15,15 @@ from ..least_squares_plane import level_plane
 from ..periods import Wave, waves_of
 from .step import Done
 
-# A loss of this share of the strongest wave's light is seen side by side, and more is a warning; so is the loss of half
-# of a fainter wave.
+# The least visible loss, as a share of the strongest wave's light. Losing half of a fainter wave gives a warning too.
 _SEEN = 0.05
 _HALF = 0.5
 
 
 def told_loss(before: HeightMap, after: HeightMap, told: str = "", *, holes: float = 0.0) -> Done:
-    """The heights `after` a step, and how much it weakens the peaks of the grating's spectrum.
+    """Return the heights `after` a step, with a warning if the step weakens the grating.
 
-    Both maps have the same pixels. `told` is what else there is to tell of the step, `holes` the share of the scan that
-    it made holes of."""
+    Both maps have the same pixels. `told` is another message; `holes` is the share of the scan turned into holes."""
     level = level_plane(before)
     weakens = loss_in_words(losses_of(level, level_plane(after), waves_of(level).gratings), holes)
     if not weakens:
@@ -35,7 +33,7 @@ def told_loss(before: HeightMap, after: HeightMap, told: str = "", *, holes: flo
 
 
 def losses_of(before: HeightMap, after: HeightMap, waves: Sequence[Wave]) -> list[tuple[Wave, float]]:
-    """Each wave and the share of its power that levelled heights lose by a step; both maps have the same pixels."""
+    """Measure the share of each wave's power that a step removes from levelled heights; both maps have equal pixels."""
     # Filled as for a bake.
     heights = [fill_missing(each).height_m for each in (before, after)] if waves else []
     powers = [[_power(height, before.size_m, wave) for height in heights] for wave in waves]
@@ -43,8 +41,7 @@ def losses_of(before: HeightMap, after: HeightMap, waves: Sequence[Wave]) -> lis
 
 
 def loss_in_words(losses: Sequence[tuple[Wave, float]], holes: float = 0.0) -> str:
-    """Which waves, the strongest first, lose light that is seen by a step that made holes of a share of the scan; ""
-    where none does."""
+    """Describe the waves, given strongest first, with a visible loss of light; "" if there are none."""
     seen = [
         (wave, loss)
         for wave, loss in losses
@@ -58,15 +55,15 @@ def loss_in_words(losses: Sequence[tuple[Wave, float]], holes: float = 0.0) -> s
 
 
 def _beyond(wave: Wave, loss: float, holes: float) -> float:
-    """The share of a wave's power that is lost beyond what holes of a share of the scan take wherever they are.
+    """Return the share of a wave's power lost beyond what holes anywhere in the scan would take.
 
-    They are filled smoothly, so they take their share of the amplitude. What else was in them, dust say, is in the peak
-    as it is in the waves about it: their amplitude, once there and once not, changes the power by twice its share."""
+    Holes are filled smoothly, so they take their share of the amplitude. Their former content, such as dust, adds as
+    much amplitude to the peak as to the waves around it, and its removal changes the power by twice that share."""
     return 1 - (1 - loss) / (1 - holes) ** 2 - 2 / math.sqrt(wave.contrast) if holes else loss
 
 
 def _power(height: np.ndarray, size_m: tuple[float, float], wave: Wave) -> float:
-    """The power of a wave in levelled heights (rows, cols) under a Hann window; size_m (Ly, Lx) are their sides."""
+    """Return the power of a wave in levelled heights (rows, cols) of sides size_m (Ly, Lx), under a Hann window."""
     angle = math.radians(wave.angle_deg)
     # The row index runs along -B.
     cycles = -math.sin(angle) * size_m[0] / wave.period_m, math.cos(angle) * size_m[1] / wave.period_m

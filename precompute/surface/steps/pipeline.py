@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The kinds of steps, and their order on the way from a scan to its levelled heights."""
+"""The kinds of steps, and the pipeline of steps from a scan to its levelled heights."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .scaling import calibrate, invert, scale_heights
 from .step import Done, Kind, Number, Step, Word
 from .tip import remove_tip
 
-# Twice as far from the left and upper edge as the largest scan is wide.
+# Twice the width of the largest scan.
 _UM_MAX = 2e6
 _RECTANGLE = tuple(Number(side, 0, _UM_MAX) for side in ("LEFT", "TOP", "RIGHT", "BOTTOM"))
 
@@ -49,9 +49,9 @@ KINDS: dict[str, Kind] = {
         Kind("tip", "take the rounding by a tip of radius NM out", remove_tip, (Number("NM", 0.1, 1e4),)),
     )
 }  # fmt: skip
-# What is done to a scan unless other steps are asked for.
+# The steps if the user asks for no others.
 DEFAULT = (KINDS["plane"].read([], "default"),)
-# What a line begins with that tells of harm.
+# The start of a message about harm.
 WARNING = "warning: "
 # The word for no step.
 NONE = "none"
@@ -60,15 +60,14 @@ _STEPS_MAX = 50
 
 @dataclass(frozen=True)
 class Levelled:
-    """Heights after the steps, with holes where pixels are missing, and a line for each step that has something to
-    tell, a warning marked as such."""
+    """Heights after the steps, with NaN in holes, and the steps' messages, a line each; warnings start with WARNING."""
 
     height_map: HeightMap
     told: tuple[str, ...]
 
 
 def level(height_map: HeightMap, steps: Sequence[Step] = DEFAULT) -> Levelled:
-    """Carry out steps in their order. Raises GratingError, naming the source, for a step that does not fit it."""
+    """Carry out steps in order. Raises GratingError, naming the source, for a step that does not suit the scan."""
     told = []
     for step in steps:
         done = step.carry_out(height_map)
@@ -79,13 +78,12 @@ def level(height_map: HeightMap, steps: Sequence[Step] = DEFAULT) -> Levelled:
 
 
 def parse_steps(text: str, source: str = "--level") -> tuple[Step, ...]:
-    """The steps of a text like "plane,poly:2,dust"; of "none", no step. Raises GratingError as steps_of does."""
+    """Parse a text like "plane,poly:2,dust"; "none" gives no steps. Raises GratingError as steps_of does."""
     return () if text == NONE else steps_of(text.split(","), source)
 
 
 def steps_of(texts: Sequence[str], source: str) -> tuple[Step, ...]:
-    """The steps of one text each. Raises GratingError, naming `source`, for a step that there is not, for arguments
-    that it does not take, and for more steps than anybody means."""
+    """Parse steps of one text each. Raises GratingError for unknown steps, wrong arguments, and too many steps."""
     if len(texts) > _STEPS_MAX:
         raise GratingError(source, f"{len(texts)} steps", f"give at most {_STEPS_MAX}")
     found = []
@@ -98,5 +96,5 @@ def steps_of(texts: Sequence[str], source: str) -> tuple[Step, ...]:
 
 
 def help_text() -> str:
-    """The forms of all steps and what they do, as one sentence."""
+    """Describe all steps in one sentence."""
     return "; ".join(f"{kind.form}: {kind.help}" for kind in KINDS.values())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Taking out a plane, and a polynomial background."""
+"""Steps that subtract a plane or a polynomial background."""
 
 from __future__ import annotations
 
@@ -12,32 +12,31 @@ from ..least_squares_plane import fitted_plane, level_plane
 from .loss import told_loss
 from .step import Done
 
-# A height this many standard deviations from the plane is dust: of a normal distribution, 1 in 370 is.
+# Heights this many standard deviations off the plane are dust: in a normal distribution 1 in 370.
 _CLIPPED_SIGMAS = 3.0
-# The standard deviation of a normal distribution, in medians of its absolute values.
+# The ratio of a normal distribution's standard deviation to the median of its absolute values.
 SIGMA_OF_MAD = 1.4826
-# Fits settle in a few rounds.
+# Fits converge in a few rounds.
 _ROUNDS_MAX = 20
 
 
 def plane(height_map: HeightMap, fit: str) -> Done:
-    """Subtract a plane: by `fit` "least-squares" the one through all heights, by "robust" the one through those that
-    are no dust. A periodic surface has no tilt and keeps its heights."""
+    """Subtract the plane through all heights (`fit` "least-squares"), or through the heights without dust ("robust").
+    A periodic surface has no tilt and keeps its heights."""
     if height_map.periodic:
         return Done(height_map)
     return Done(level_plane(height_map) if fit == "least-squares" else _level_robust(height_map))
 
 
 def _level_robust(height_map: HeightMap) -> HeightMap:
-    """Fit the plane, leave out what stands off it by more than three robust standard deviations, and fit again until
-    no other heights are left out."""
+    """Fit a plane, exclude heights over three robust standard deviations off it, and repeat until nothing changes."""
     height = height_map.height_m
     kept = np.isfinite(height)
     for _ in range(_ROUNDS_MAX):
         level = height - sum(fitted_plane(np.where(kept, height, np.nan)))
         level -= np.nanmedian(level)
         off = np.abs(level)
-        # Where more than half of the heights lie in one plane exactly, all that are not in it would be dust.
+        # If more than half of the heights lie exactly in one plane, all others count as dust.
         now = off <= _CLIPPED_SIGMAS * SIGMA_OF_MAD * np.nanmedian(off)
         if not now.any() or (now == kept).all():
             break
@@ -46,9 +45,9 @@ def _level_robust(height_map: HeightMap) -> HeightMap:
 
 
 def background(height_map: HeightMap, degree: float) -> Done:
-    """Subtract the least-squares polynomial of x and y of a total degree, 1 to 5.
+    """Subtract the least-squares polynomial of x and y of a total degree from 1 to 5.
 
-    The normal equations are of products of Legendre polynomials, which are nearly orthogonal on the scan."""
+    The basis is products of Legendre polynomials, which are nearly orthogonal on the scan."""
     height = height_map.height_m
     powers = int(degree) + 1
     y, x = (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The signs and scales of a scan: turned inside out, calibrated to a known period, heights scaled."""
+"""Steps that invert heights, scale them, and calibrate the pixels to a known period."""
 
 from __future__ import annotations
 
@@ -10,13 +10,12 @@ from ..height_map import HeightMap
 from .main_wave import main_wave
 from .step import Done
 
-# A microscope's scale is off by some percent. A factor beyond the first is worth a look; one beyond the second means
-# another grating, or a harmonic of this one.
+# A microscope's scale is off by some percent. The first limit gives a warning, the second (another grating) an error.
 _FACTOR_USUAL, _FACTOR_MAX = 1.1, 1.5
 
 
 def invert(height_map: HeightMap) -> Done:
-    """Turn heights into depths, for the scan of a replica or a stamp."""
+    """Invert heights, for the scan of a replica or a stamp."""
     return Done(replace(height_map, height_m=-height_map.height_m))
 
 
@@ -26,7 +25,7 @@ def scale_heights(height_map: HeightMap, factor: float) -> Done:
 
 
 def calibrate(height_map: HeightMap, period_nm: float) -> Done:
-    """Scale the pixels so that the grating has the period that is known of it."""
+    """Scale the pixels so that the grating has its known period."""
     measured_m = main_wave(height_map, "calibrate").period_m
     factor = period_nm * 1e-9 / measured_m
     if not 1 / _FACTOR_MAX <= factor <= _FACTOR_MAX:

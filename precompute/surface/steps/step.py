@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a step is: its name, its arguments as text and as values, and the function that carries it out.
+"""The step: its name, its arguments as text and as values, and its function.
 
-As text a step is its name and its arguments, parted by colons: `plane`, `poly:2`, `crop:0:0:20:10`.
-"""
+As text, a step is its name and its arguments, separated by colons: `plane`, `poly:2`, `crop:0:0:20:10`."""
 
 from __future__ import annotations
 
@@ -13,17 +12,16 @@ from ...base.failure import GratingError
 from ..height_map import HeightMap
 
 _IN_NUMBERS = frozenset("+-.0123456789eE")
-# No number that is meant is written longer than this.
+# The longest number in characters.
 _LONGEST = 40
 
 
 @dataclass(frozen=True)
 class Done:
-    """What a step has made of a height map.
+    """The result of a step.
 
-    height_map  the new heights
-    told        what it did to the surface, for the user to judge; "" where there is nothing to judge
-    warns       whether that may harm the bake"""
+    told   a message to the user about the step's effect, or ""
+    warns  whether the message is a warning of harm to the bake"""
 
     height_map: HeightMap
     told: str = ""
@@ -32,11 +30,11 @@ class Done:
 
 @dataclass(frozen=True)
 class Number:
-    """A number that a step takes, from low to high.
+    """A numeric argument of a step, from low to high.
 
-    name     what stands for it in the help, with its unit
-    default  its value where it is left out; None where it must be given
-    whole    whether it counts something"""
+    name     placeholder in the help, usually the unit
+    default  value of an omitted argument; None if it is required
+    whole    whether it must be a whole number"""
 
     name: str
     low: float
@@ -45,51 +43,51 @@ class Number:
     whole: bool = False
 
     def read(self, text: str) -> float | None:
-        """The number that a text holds; None for a text that holds none, or one out of range."""
+        """Parse a number; None if the text is no number, or out of range."""
         if len(text) > _LONGEST or not text or not _IN_NUMBERS.issuperset(text):
             return None
         try:
-            # Twelve digits are what is written again, so that a step read from its own text is the same step.
+            # `write` also keeps twelve digits, so a step read from its own text is the same step.
             value = float(f"{float(text):.12g}")
         except ValueError:
             return None
         return value if self.low <= value <= self.high and not (self.whole and value % 1) else None
 
     def write(self, value: float | str) -> str:
-        """The number as text."""
+        """Format the number."""
         return f"{value:.12g}"
 
     def wanted(self) -> str:
-        """What may be given, for a message."""
+        """Describe the valid numbers, for a message."""
         return f"{self.name}, {'a whole' if self.whole else 'a'} number from {self.low:g} to {self.high:g}"
 
 
 @dataclass(frozen=True)
 class Word:
-    """One of a few words that a step takes; the first of them where it is left out."""
+    """A word argument of a step, one of a few; the first is the default."""
 
     words: tuple[str, ...]
 
     @property
     def name(self) -> str:
-        """What stands for it in the help."""
+        """The placeholder in the help."""
         return "|".join(self.words)
 
     @property
     def default(self) -> str:
-        """The word where none is given."""
+        """The word if none is given."""
         return self.words[0]
 
     def read(self, text: str) -> str | None:
-        """The word, or None for another."""
+        """Return the word if it is valid, else None."""
         return text if text in self.words else None
 
     def write(self, value: float | str) -> str:
-        """The word as text."""
+        """Return the word."""
         return str(value)
 
     def wanted(self) -> str:
-        """What may be given, for a message."""
+        """Describe the valid words, for a message."""
         return f"one of {', '.join(self.words)}"
 
 
@@ -97,10 +95,8 @@ class Word:
 class Kind:
     """A kind of step.
 
-    name       what it is called by
-    help       what it does, in a few words
-    carry_out  the function that does it, of a height map and of the arguments' values in their order
-    arguments  what it takes"""
+    help       its effect, in a few words
+    carry_out  its function of a height map and the arguments' values, in order"""
 
     name: str
     help: str
@@ -109,13 +105,12 @@ class Kind:
 
     @property
     def form(self) -> str:
-        """How it is written: `dust[:K]`, where what stands in brackets may be left out."""
+        """The syntax, with optional parts in brackets: `dust[:K]`."""
         parts = (f":{each.name}" if each.default is None else f"[:{each.name}]" for each in self.arguments)
         return self.name + "".join(parts)
 
     def read(self, texts: list[str], source: str) -> Step:
-        """The step of this kind with the arguments `texts`. Raises GratingError, naming `source`, for other ones than
-        it takes."""
+        """Make the step with the arguments `texts`. Raises GratingError, naming `source`, for wrong arguments."""
         if len(texts) > len(self.arguments):
             takes = f"at most {len(self.arguments)}" if self.arguments else "none"
             raise GratingError(source, f"{self.name}: {len(texts)} arguments", f"give {takes}, as {self.form}")
@@ -132,17 +127,14 @@ class Kind:
 
 @dataclass(frozen=True)
 class Step:
-    """A step of a pipeline: its kind, and its arguments' values."""
+    """A step of a pipeline: its kind and its arguments' values."""
 
     kind: Kind
     values: tuple[float | str, ...] = ()
 
     @property
     def text(self) -> str:
-        """The step as text.
-
-        Every number is written, so that the text keeps its meaning if a default changes. A word is left out where it is
-        the default."""
+        """The step as text, without default words, but with all numbers, since their defaults may change."""
         written = (
             argument.write(value)
             for argument, value in zip(self.kind.arguments, self.values, strict=True)
@@ -151,5 +143,5 @@ class Step:
         return ":".join((self.kind.name, *written))
 
     def carry_out(self, height_map: HeightMap) -> Done:
-        """Do it. Raises GratingError, naming the source, where the step does not fit the heights."""
+        """Apply the step. Raises GratingError, naming the source, if the step does not suit the heights."""
         return self.kind.carry_out(height_map, *self.values)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Taking out the rounding by the microscope's tip."""
+"""Step that removes the rounding by the microscope's tip."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from .step import Done
 
 
 def remove_tip(height_map: HeightMap, radius_nm: float) -> Done:
-    """The highest surface that a tip of this radius can have scanned as these heights: their erosion by the tip
-    (Villarrubia, Journal of Research of NIST 102, 1997). Holes are filled before.
+    """Erode the heights by a tip of this radius, after filling holes: the result is the highest surface that gives this
+    scan (Villarrubia, Journal of Research of NIST 102, 1997).
 
-    Near its apex a round tip is a paraboloid, r^2 / (2 R). Erosion by one is done along one axis after the other."""
+    Near its apex a round tip is a paraboloid, r^2 / (2 R), so the erosion separates into the two axes."""
     height = fill_missing(height_map).height_m
     span = float(np.ptp(height))
     eroded = height
@@ -32,10 +32,10 @@ def remove_tip(height_map: HeightMap, radius_nm: float) -> Done:
 
 
 def _eroded(height: np.ndarray, axis: int, rise: float, span: float) -> np.ndarray:
-    """The least, over all distances of k pixels along an axis, of the height there plus k^2 `rise`."""
+    """Return the minimum, over shifts of k pixels along an axis, of the shifted height plus k^2 `rise`."""
     lowest = np.moveaxis(height, axis, 0).copy()
     line = np.moveaxis(height, axis, 0)
-    # Where the tip stands over the whole relief it touches nothing.
+    # Farther out, the tip is above the whole relief and touches nothing.
     for k in range(1, min(len(line), int(np.sqrt(span / rise)) + 1)):
         np.minimum(lowest[k:], line[:-k] + k * k * rise, out=lowest[k:])
         np.minimum(lowest[:-k], line[k:] + k * k * rise, out=lowest[:-k])

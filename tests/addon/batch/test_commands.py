@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`--command grating`: exit statuses, one line for each fault, and files saved where they were asked to be."""
+"""`--command grating`: exit statuses, one-line errors, and saved files."""
 
 import shutil
 
@@ -10,7 +10,7 @@ from PIL import Image
 
 
 def fault(capfd, addon, *arguments) -> str:
-    """The one line of a command that fails."""
+    """The single error line of a command that fails."""
     capfd.readouterr()
     assert addon.commands.execute([str(a) for a in arguments]) != 0
     lines = [line for line in capfd.readouterr().err.splitlines() if line.startswith("error:")]
@@ -61,7 +61,7 @@ def test_assign_over_the_own_material_with_settings(addon, scene, baked, tmp_pat
 
 
 def test_a_named_object_need_not_be_selectable(addon, scene, baked, tmp_path):
-    """Locked or hidden objects are named in batches too."""
+    """Batches also name locked or hidden objects."""
     plane = bpy.data.objects["Plane"]
     for name, setting in (("Locked", "hide_select"), ("Hidden", "hide_viewport")):
         other = plane.copy()
@@ -149,7 +149,7 @@ def test_a_picture_of_another_kind_is_refused(addon, scene, tmp_path, capfd, nam
     assert "neither PNG nor EXR" in fault(capfd, addon, "render", "-o", tmp_path / name)
 
 
-# Words that no option takes for a number, and paths that nothing can be written to.
+# Words that no option accepts as a number, and paths that cannot be written.
 NO_NUMBERS = (
     "nan",
     "inf",
@@ -192,7 +192,7 @@ def test_lines_that_nobody_means(addon, scene, capfd, argv):
 
 @pytest.mark.parametrize("place", ["/dev/null/a", "/proc/none/a", "a" * 300])
 def test_places_that_cannot_be_written(addon, scene, scan, baked, capfd, place):
-    """The remedy is told, also where the line is Blender's own."""
+    """A remedy is given, even if the error line is Blender's own."""
     scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     assert "; " in fault(capfd, addon, "import", "sample:flat", "--save", f"{place}.blend")
     assert "; " in fault(capfd, addon, "import", "sample:flat", "--json", f"{place}.json", "--save", "/dev/null/a")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""No exception leaves a function that Blender calls by itself: handlers, timers, and what draws panels and menus."""
+"""Functions that Blender calls let no exception through: handlers, timers, and the drawing of panels and menus."""
 
 import ast
 from types import SimpleNamespace
@@ -10,11 +10,11 @@ import pytest
 from devtools import ROOT
 from tests.addon.layout import Layout
 
-# By the name of a method that Blender calls: its guard.
+# Methods that Blender calls, each with its guard.
 METHODS = {"draw": "guarded_draw", "draw_item": "guarded_item", "modal": "guarded_modal"}
-# What catches its own exceptions, as it has to take itself away.
+# Functions that catch their own exceptions, because they have to unregister themselves.
 OWN_GUARD = {"direction_overlay.py": {"_draw"}}
-# What takes a function for Blender to call.
+# Blender's functions that take a callback.
 TAKERS = ("timers.register", "draw_handler_add")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Anisotropic filtering is switched off where Mesa renders on the processor, and nowhere else."""
+"""Anisotropic filtering is switched off only where Mesa renders on the processor."""
 
 import os
 import sys
@@ -11,10 +11,10 @@ VARIABLE = "MESA_EXTENSION_OVERRIDE"
 
 @pytest.fixture
 def cards(addon, tmp_path, monkeypatch):
-    """An empty folder of graphics cards, on Linux."""
+    """Linux with an empty folder of graphics cards."""
     monkeypatch.setattr(addon.mesa, "_CARDS", tmp_path)
     monkeypatch.setattr(sys, "platform", "linux")
-    monkeypatch.setenv(VARIABLE, "")  # so that the test's own value goes when it ends
+    monkeypatch.setenv(VARIABLE, "")  # restores the variable after the test
     monkeypatch.delenv(VARIABLE)
     return tmp_path
 

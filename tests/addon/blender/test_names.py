@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files whose names hold what ends a shader's string, moves a terminal's cursor, or is no text at all."""
+"""File names that would end a shader's string, move a terminal's cursor, or are not valid text."""
 
 import os
 import re
@@ -12,7 +12,7 @@ import pytest
 from laboratory.benchmarks.osl import set_up_cycles
 
 NAMES = (b'a"; } shader b() { "', b"a\nerror: b\x1b[2J\x07\xe2\x80\xae", "Größe 格 ??".encode())
-# Blender's text is UTF-8, and its paths know no backslash.
+# Blender's text is UTF-8, and its paths cannot hold a backslash.
 NOT_FOR_BLENDER = (b"\xff\xfe", b"back\\slash")
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="only Linux has such file names")
 
@@ -48,7 +48,7 @@ def test_a_name_that_blender_cannot_keep_is_refused(addon, scene, scan, tmp_path
 
 @pytest.mark.parametrize("name", [*NAMES, *NOT_FOR_BLENDER, b"??/", b"%41\\", b"\\\n", b"\x01"])
 def test_no_path_ends_the_string_of_a_shader(addon, name):
-    """The literal holds the path's bytes, and plain characters only."""
+    """The literal encodes the path's bytes in plain characters."""
     path = Path(path_of(Path("/tmp"), name))
     literal = addon.script.file_name(path)
     assert re.fullmatch(r'"(?:[A-Za-z0-9/._ -]|\\[0-7]{3})*"', literal)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A Blender in which a package of the extension is missing, or there but broken: what does not need it works, and what
-needs it says so in one line and leaves nothing. tests/precompute/base/test_packages.py has the command line."""
+"""Blender with a missing or broken package of the extension: everything else works, and functions that need the package
+fail in one line and leave nothing behind. tests/precompute/base/test_packages.py tests the command line."""
 
 import os
 import sys
@@ -18,7 +18,7 @@ REMEDY = "install the extension's zip for this platform again"
 
 @pytest.fixture
 def spoil(tmp_path_factory, monkeypatch):
-    """A function that takes packages away, or puts broken ones before them; the folder that does it in a new Python."""
+    """A function that removes packages, or shadows them; returns a folder that does so in a new Python."""
 
     def spoil(state, *packages):
         place = tmp_path_factory.mktemp("site")
@@ -40,7 +40,7 @@ def spoil(tmp_path_factory, monkeypatch):
 
 @pytest.fixture
 def spoilt_child(addon, spoil, monkeypatch):
-    """A function that spoils packages for the process beside Blender too, which has NumPy's folder before theirs."""
+    """A function that also spoils packages for child processes, which search NumPy's folder first."""
     start = addon.child.child_environment
 
     def spoil_both(state, *packages):
@@ -76,7 +76,7 @@ def test_a_bake_needs_no_pillow(scene, tmp_path, spoilt_child, state):
     spoilt_child(state, "PIL", "xatlas")
     bpy.ops.grating.import_height_map(filepath="sample:cd")
     grating = scene.natural_gratings.active()
-    grating.delta_e = 9 if state == MISSING else 9.5  # not from the cache
+    grating.delta_e = 9 if state == MISSING else 9.5  # avoids the cache
     assert bpy.ops.grating.bake(directory=str(tmp_path / "out")) == {"FINISHED"}
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the needs of a scene rest on: rays of cameras, the light of lamps, and what moves."""
+"""What measuring a scene's needs relies on: rays of cameras, the light of lamps, and motion."""
 
 import math
 
@@ -11,8 +11,8 @@ from mathutils import Vector
 
 @pytest.mark.parametrize("kind", ["SUN", "POINT", "SPOT", "AREA"])
 def test_lamps_send_what_their_formulas_say(addon, scene, watched, kind):
-    """At the origin, from a lamp 2 m above it: a sun of 3 W/m2; else of 100 W, whose intensity is P / (4 pi), and of an
-    area lamp P / pi along its axis; all of white light."""
+    """At the origin, from a white lamp 2 m above it: a sun of 3 W/m2, or a lamp of 100 W. The intensity is P / (4 pi),
+    for an area lamp P / pi along its axis."""
     data = bpy.data.lights.new("Lamp", kind)
     data.energy = 3.0 if kind == "SUN" else 100.0
     lamp = bpy.data.objects.new("Lamp", data)
@@ -30,12 +30,12 @@ def test_lamps_send_what_their_formulas_say(addon, scene, watched, kind):
     places = np.array([(0.0, 0, 0), (0, 0, 4), (50, 0, 1.9)])
     (sent,) = addon.irradiance.lamps_sent(scene, watched, places)
     np.testing.assert_allclose(sent.direction[0], (0, 0, 1), atol=1e-6)
-    # Single precision of the scene's properties.
+    # The scene's properties have single precision.
     assert sent.irradiance[0] == pytest.approx(wanted, rel=1e-5)
-    assert sent.variance[0] == pytest.approx(variance, rel=1e-5, abs=1.2e-7)  # a sun's is held as -1 - v
-    if kind in ("SPOT", "AREA"):  # behind it
+    assert sent.variance[0] == pytest.approx(variance, rel=1e-5, abs=1.2e-7)  # a sun's variance is stored as -1 - v
+    if kind in ("SPOT", "AREA"):  # behind the lamp
         assert sent.irradiance[1] == 0
-    if kind == "SPOT":  # outside of its cone
+    if kind == "SPOT":  # outside the spot's cone
         assert sent.irradiance[2] == 0
     watched["ng_key_0_unlinked"] = 1.0
     assert addon.irradiance.lamps_sent(scene, watched, places) == []
@@ -43,7 +43,7 @@ def test_lamps_send_what_their_formulas_say(addon, scene, watched, kind):
 
 @pytest.mark.parametrize("kind", ["PERSP", "ORTHO", "PANO"])
 def test_rays_go_through_what_the_camera_shows(addon, scene, watched, kind):
-    """A place in the picture and the ray through it, against Blender's own projection."""
+    """A position in the picture and the ray through it, compared with Blender's own projection."""
     from bpy_extras.object_utils import world_to_camera_view
 
     camera = scene.camera
@@ -66,7 +66,7 @@ def test_rays_go_through_what_the_camera_shows(addon, scene, watched, kind):
 
 
 def test_a_window_holds_what_is_seen(addon, scene, watched):
-    """The plane fills a part of the picture; behind the camera it is anywhere or nowhere."""
+    """The plane fills part of the picture; a box behind the camera is anywhere or nowhere."""
     pixels = addon.camera_rays.Pixels(scene, scene.camera)
     box = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (0, 0.1)], float)
     window = pixels.window_of([(box, watched.matrix_world)])
@@ -80,7 +80,7 @@ def test_a_window_holds_what_is_seen(addon, scene, watched):
 
 
 def test_what_moves(addon, scene, watched):
-    """By keys, drivers, a parent or a modifier's object that moves, and by modifiers that move without keys."""
+    """By keys, drivers, a moving parent or modifier object, and by modifiers that move without keys."""
     assert not addon.animation.moves([watched])
     parent, hook = (bpy.data.objects.new(name, None) for name in ("Parent", "Hook"))
     watched.modifiers.new("hook", "HOOK").object = hook

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a UV map turns from one face to the next, and what an artist is told of it."""
+"""Where a UV map turns between neighbouring faces, and the warnings about it."""
 
 import time
 
@@ -17,7 +17,7 @@ def test_islands_are_told(scene, grating, addon, capfd):
 
 
 def test_a_map_whose_direction_goes_on_is_told_nothing(scene, grating, addon, capfd):
-    """A plane has no seam. A sphere and a tube of Blender's have one, on whose two sides U runs the same way."""
+    """A plane has no seam. Blender's sphere and tube each have one, with U in the same direction on both sides."""
     bpy.ops.mesh.primitive_uv_sphere_add()
     sphere = bpy.context.object
     bpy.ops.mesh.primitive_cylinder_add(end_fill_type="NOTHING")
@@ -32,7 +32,7 @@ def grid(count):
 
 
 def turn_uv(mesh, faces, quarters):
-    """Turn the UV map of faces (a mask) about the map's origin."""
+    """Turn the UV map of the masked faces about the map's origin."""
     layer = mesh.uv_layers[0].uv
     uv = np.empty(2 * len(layer), np.float32)
     layer.foreach_get("vector", uv)
@@ -44,8 +44,7 @@ def turn_uv(mesh, faces, quarters):
 
 @pytest.mark.parametrize(("quarters", "jumps"), [(0, 0), (1, 8), (2, 8), (3, 8)])
 def test_seams_and_islands_of_a_grid(scene, addon, quarters, jumps):
-    """The left half of a square is moved on the map, and turned: along the eight edges of the middle U jumps if it was
-    turned. Windings do not matter."""
+    """Half of a square is moved on the map and turned. U jumps along the middle's eight edges if it was turned."""
     mesh = grid(8).data
     middle = np.array([polygon.center.x for polygon in mesh.polygons])
     turn_uv(mesh, middle < 0, quarters)

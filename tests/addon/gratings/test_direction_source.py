@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Choosing where the direction of the scan comes from: what is noted, what is refused, what it costs."""
+"""Choosing where the scan's direction comes from: the stored choice, refusals, and the cost in nodes."""
 
 import bpy
 import numpy as np
@@ -10,7 +10,7 @@ from tests.addon.conftest import reports, select
 
 @pytest.fixture
 def carrier(scene, grating):
-    """The plane with the grating, lit by lamps alone."""
+    """The plane with the grating, lit only by lamps."""
     bpy.ops.grating.lights(lights="LAMPS")
     assert bpy.ops.grating.assign() == {"FINISHED"}
     return bpy.context.object
@@ -36,8 +36,7 @@ def test_a_group_made_later_has_the_choice(scene, grating, addon):
 
 
 def test_only_the_chosen_source_costs_nodes(scene, grating, carrier, addon):
-    """The default has a Tangent node and nothing else of the others; an axis has a transform in its place. The
-    footprint of a pixel, which has such nodes of its own, is off."""
+    """The default has only a Tangent node, an axis a transform in its place. The footprint, off here, has both."""
     grating.footprint = False
     addon.following_settings.follow_settings()
     default = nodes_of(grating)
@@ -139,7 +138,7 @@ def test_undo_brings_the_source_back(scene, grating, carrier, addon):
 
 
 def test_the_lamp_of_a_spectrum_has_the_frame_of_the_source(scene, grating, carrier):
-    """On a plane turned about its normal, with an angle of its own: the lamp's X axis is T, turned by both."""
+    """On a plane turned about its normal, with its own angle attribute: the lamp's X axis is T, turned by both."""
     carrier.rotation_euler = (0, 0, 0.4)
     carrier["grating_angle"] = 0.3
     bpy.ops.grating.direction(kind="AXIS", axis="Y", angle="grating_angle")
@@ -156,7 +155,7 @@ def test_the_lamp_of_a_spectrum_has_the_frame_of_the_source(scene, grating, carr
 
 
 def test_the_field_in_numpy_knows_every_source(scene, addon):
-    """On a plane in x and y, whose UV map is mirrored and stretched: U runs along -x."""
+    """On a plane in x and y with a mirrored, stretched UV map: U runs along -x."""
     mesh = bpy.context.object.data
     for corner in mesh.uv_layers[0].uv:
         u, v = corner.vector

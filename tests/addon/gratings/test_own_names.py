@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The names of materials and node groups follow their gratings', until an artist gives them others."""
+"""Materials and node groups are renamed with their gratings, until an artist renames them."""
 
 import bpy
 import pytest
@@ -48,9 +48,9 @@ def test_two_gratings_of_one_name_keep_their_numbers(assigned, scene, baked):
 
 
 def test_the_next_assign_mends_the_names_of_an_earlier_version(assigned):
-    """It noted its materials alone, and left the old name on both."""
+    """The earlier version recorded only its materials, and left the old name on both."""
     del assigned.group["ng_own"]
-    assigned["name"] = "Skin"  # without the update
+    assigned["name"] = "Skin"  # bypasses the update callback
     assert names(assigned) == ("Diffraction waves", "Diffraction waves")
     bpy.ops.grating.assign()
     assert names(assigned) == ("Diffraction Skin", "Diffraction Skin")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The process beside Blender: what it imports, and its end by Esc, by a kill, and with Blender."""
+"""The child process beside Blender: what it imports, and how it ends by Esc, by a kill, and with Blender."""
 
 import math
 import os
@@ -16,7 +16,7 @@ import pytest
 from devtools import EXTENSION, ROOT
 from tests.hostile_folder import set_traps
 
-# Starts a bake as Blender does, tells the process's number and the private folder, and ends as its last line says.
+# Starts a bake as Blender does, prints the process's number and the private folder, and ends as its last line says.
 STARTER = """
 import importlib, os, sys, time
 from pathlib import Path
@@ -39,7 +39,7 @@ ENDS = {"killed": "os.kill(os.getpid(), 9)", "crashed": "os._exit(3)", "closed":
 
 @pytest.fixture
 def job(addon, scene, tmp_path):
-    """A bake that takes a while, and has begun."""
+    """A bake that is running and takes a while."""
     bpy.ops.grating.import_height_map(filepath="sample:elaphe")
     started = addon.baking.start_bake(scene.natural_gratings.active(), str(tmp_path / "out"), use_cache=False)
     deadline = time.monotonic() + 60
@@ -52,7 +52,7 @@ def job(addon, scene, tmp_path):
 
 
 def is_alive(process: int) -> bool:
-    """Whether a process runs. One that has ended and that nobody has waited for does not."""
+    """Whether a process runs. A zombie does not."""
     try:
         return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except FileNotFoundError:
@@ -61,7 +61,7 @@ def is_alive(process: int) -> bool:
 
 @pytest.mark.parametrize("python_path", [None, "", os.pathsep])
 def test_nothing_of_the_working_folder_is_run(addon, scene, scan, tmp_path, monkeypatch, python_path):
-    """The folder of the .blend, or wherever Blender was started."""
+    """The working folder is that of the .blend, or the one where Blender was started."""
     (tmp_path / "folder").mkdir()
     mark = set_traps(tmp_path / "folder")
     monkeypatch.chdir(tmp_path / "folder")
@@ -90,7 +90,7 @@ def test_cancelling_leaves_nothing(job, tmp_path):
 
 
 def test_cancelling_removes_what_a_killed_process_left(job, tmp_path):
-    """And nothing of another's, such as a second bake into the same folder."""
+    """Other jobs' files stay, for example those of a second bake into the same folder."""
     other = tmp_path / "out" / ".bake.0123.abcdefgh..partial"
     other.mkdir(parents=True)
     name = Path(job._private.name).name
@@ -104,7 +104,7 @@ def test_cancelling_removes_what_a_killed_process_left(job, tmp_path):
 
 
 def test_an_interrupted_wait_stops_the_process(job, tmp_path, monkeypatch):
-    """As Ctrl-C does where Blender runs a command."""
+    """As by Ctrl-C while Blender runs a command."""
     wait = job._process.wait
 
     def interrupted(*_):
@@ -119,7 +119,7 @@ def test_an_interrupted_wait_stops_the_process(job, tmp_path, monkeypatch):
 
 
 def test_a_job_that_hangs_is_ended_at_its_deadline(addon, scene, tmp_path):
-    """In one line that names its file, with nothing left."""
+    """In one line that names its file; nothing is left behind."""
     deadline = addon.child.Deadline(0.5, addon.child.GratingError("elaphe.png", "not baked within 0.5 s", "crop it"))
     job = addon.child.Job("bake", ["sample:elaphe", "--no-cache"], tmp_path / "out", deadline=deadline)
     private = Path(job._private.name)
@@ -160,7 +160,7 @@ def test_a_process_may_die_at_half_a_line(addon, scan, tmp_path, printed, told):
 
 
 def test_every_job_has_a_deadline(addon, scene, monkeypatch):
-    """A bake has a day for each of its scans. Meshes have minutes."""
+    """A bake has a day for each of its scans. Jobs on meshes have minutes."""
     ended = []
 
     class Started(Exception):

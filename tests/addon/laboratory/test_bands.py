@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The benchmark of bands of colour, on pictures whose bands are known."""
+"""The benchmark of colour bands, on pictures with known bands."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from laboratory.benchmarks.bands import components, measure, thickness_of
 
 def test_parts_touch_by_eight_neighbours():
     mask = np.zeros((20, 30), bool)
-    mask[2, 3:25] = mask[3:18, 25] = True  # an L whose ends touch by a corner
+    mask[2, 3:25] = mask[3:18, 25] = True  # an L whose ends touch at a corner
     mask[10:14, 2:6] = True
     labels = components(mask)
     assert len(np.unique(labels[mask])) == 2 and len(np.unique(labels[10:14, 2:6])) == 1 and not labels[~mask].any()
@@ -24,7 +24,7 @@ def test_thickness_of_a_strip_and_a_square():
 
 
 def test_bands_over_scales_of_ten_pixels():
-    """Twelve by eight scales: a red band of 4 pixels over ten of them, a white one of 2 beside it, a thin blue line."""
+    """Twelve by eight scales: a red band 4 pixels thick over ten of them, a white one of 2, a thin blue line."""
     rows, columns = np.indices((80, 120))
     scales = (rows // 10 * 12 + columns // 10 + 1) / 97
     light = np.zeros((80, 120, 3))
@@ -36,7 +36,7 @@ def test_bands_over_scales_of_ten_pixels():
     assert facts["longest"] == [10, 6] and facts["longest_white"] == [12]
     assert facts["thickness"] == pytest.approx(0.4) and facts["thin_share"] == 0
     assert facts["coloured_share"] == pytest.approx((4 * 95 + 60) / 9600)
-    # From the rows 12 to 15 there are 8 to 5 steps to the row 20, and from the line more than 28.
+    # The rows 12 to 15 are 8 to 5 steps from row 20, and the line more than 28.
     assert facts["to_white"] == pytest.approx(0.7, abs=0.1)
 
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which eight lamps light diffraction where a scene has more: those that the render shows, then those that send the
-most light to the objects that show diffraction.
+"""Which eight lamps light diffraction in a scene with more: first lamps that the render shows, then those that send the
+most light to the diffracting objects.
 
-The plane that shows it is 2 m wide and lies at z = 0. A lamp over it at height z is z away from the plane's box. At
-that distance a point lamp of P watts gives P / (4 pi z^2).
+The diffracting plane is 2 m wide and lies at z = 0. A lamp above it is as far from the plane's box as it is high. At a
+distance z a point lamp of P watts gives P / (4 pi z^2).
 """
 
 import math
@@ -15,8 +15,8 @@ import pytest
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
-def add_diffraction_lamp(scene, name, kind="POINT", *, energy=100.0, height=2.0, **settings):
-    """A lamp above the middle of the plane, in a collection of its own."""
+def add_lamp(scene, name, kind="POINT", *, energy=100.0, height=2.0, **settings):
+    """A lamp above the middle of the plane, in its own collection."""
     lamp = bpy.data.objects.new(name, bpy.data.lights.new(name, kind))
     lamp.location, lamp.data.energy = (0, 0, height), energy
     for key, value in settings.items():
@@ -29,7 +29,7 @@ def add_diffraction_lamp(scene, name, kind="POINT", *, energy=100.0, height=2.0,
 
 @pytest.fixture
 def lit(scene, grating):
-    """The scene, its plane with diffraction and without lamps."""
+    """The scene, whose plane diffracts, without lamps."""
     assert bpy.ops.grating.assign() == {"FINISHED"}
     bpy.data.objects.remove(bpy.data.objects["Sun"])
     yield scene
@@ -38,7 +38,7 @@ def lit(scene, grating):
 
 @pytest.fixture
 def ranked(addon, lit):
-    """A function that chooses the lamps anew, and gives the names of those that light diffraction."""
+    """A function that chooses the lamps anew and returns the names of the chosen ones."""
 
     def names() -> list[str]:
         bpy.context.view_layer.update()
@@ -49,7 +49,7 @@ def ranked(addon, lit):
 
 
 def equal_lamps(scene, count, kind="POINT"):
-    return [add_diffraction_lamp(scene, f"L{k}", kind) for k in range(count)]
+    return [add_lamp(scene, f"L{k}", kind) for k in range(count)]
 
 
 def layer_of(lamp):
@@ -76,27 +76,27 @@ HIDE = {
 
 @pytest.mark.parametrize("way", HIDE)
 def test_a_hidden_lamp_leaves_its_place_to_a_visible_one(lit, ranked, way):
-    """Also if the visible one is 1000 times weaker, and the hidden one is followed already."""
+    """Even if the visible one is 1000 times weaker and the hidden one is already followed."""
     lamps = equal_lamps(lit, 8, "AREA")
-    add_diffraction_lamp(lit, "Weak", energy=0.1)
+    add_lamp(lit, "Weak", energy=0.1)
     assert "Weak" not in ranked()
     HIDE[way](lamps[0])
     assert ranked() == [f"L{k}" for k in range(1, 8)] + ["Weak"]
 
 
 def test_hidden_lamps_take_the_places_that_are_left(lit, ranked):
-    """So that a script may show them in a Blender without the extension; the brighter ones, if not all fit."""
+    """A script can then show them in a Blender without the extension. The brighter ones come first."""
     for lamp in equal_lamps(lit, 3):
         lamp.hide_render = True
     bpy.data.objects["L1"].data.energy = 10.0
     for k in range(6):
-        add_diffraction_lamp(lit, f"Weak{k}", energy=0.1)
+        add_lamp(lit, f"Weak{k}", energy=0.1)
     assert set(ranked()) == {"L0", "L2", *(f"Weak{k}" for k in range(6))}
 
 
 def test_a_lamp_that_another_view_layer_shows_counts_as_shown(lit, ranked):
     lamps = equal_lamps(lit, 8)
-    add_diffraction_lamp(lit, "Weak", energy=0.1)
+    add_lamp(lit, "Weak", energy=0.1)
     second = lit.view_layers.new("Second")
     try:
         layer_of(lamps[0]).exclude = True
@@ -129,9 +129,9 @@ def driver(holder):
 
 @pytest.mark.parametrize("animate", [keys, strips, driver])
 def test_a_lamp_of_animated_visibility_counts_as_shown(lit, ranked, animate):
-    """L0, of the same strength, is hidden for good, so it is L0 that leaves."""
+    """L0, of the same strength, is permanently hidden, so L0 is dropped."""
     lamps = equal_lamps(lit, 8)
-    add_diffraction_lamp(lit, "Weak", energy=0.1)
+    add_lamp(lit, "Weak", energy=0.1)
     lamps[0].hide_render = True
     animate(lamps[1])
     assert set(ranked()) == {*(f"L{k}" for k in range(1, 8)), "Weak"}
@@ -143,18 +143,18 @@ def test_a_lamp_of_animated_visibility_counts_as_shown(lit, ranked, animate):
 @pytest.mark.parametrize("hide", [lambda lamp: lamp.hide_set(True), lambda lamp: setattr(lamp, "hide_viewport", True)])
 def test_what_only_the_viewport_hides_counts_as_shown(lit, ranked, hide):
     lamps = equal_lamps(lit, 8)
-    add_diffraction_lamp(lit, "Weak", energy=0.1)
+    add_lamp(lit, "Weak", energy=0.1)
     lamps[0].hide_render = True
     hide(lamps[1])
     assert set(ranked()) == {*(f"L{k}" for k in range(1, 8)), "Weak"}
 
 
 def test_a_near_weak_lamp_comes_before_far_strong_ones(lit, ranked):
-    """1 W at 1 m is 10 times as bright there as 1000 W at 100 m, and a sun of 0.01 W/m2 is 8 times weaker than it."""
+    """1 W at 1 m is 10 times as bright there as 1000 W at 100 m, and 8 times as bright as a sun of 0.01 W/m2."""
     for k in range(8):
-        add_diffraction_lamp(lit, f"Far{k}", energy=1000.0, height=100.0)
-    add_diffraction_lamp(lit, "Sun", "SUN", energy=0.01)
-    add_diffraction_lamp(lit, "Near", energy=1.0, height=1.0)
+        add_lamp(lit, f"Far{k}", energy=1000.0, height=100.0)
+    add_lamp(lit, "Sun", "SUN", energy=0.01)
+    add_lamp(lit, "Near", energy=1.0, height=1.0)
     assert set(ranked()) == {"Sun", "Near", *(f"Far{k}" for k in range(6))}
 
 
@@ -165,22 +165,21 @@ def test_strength_is_the_power_that_drivers_give_over_the_squared_distance(addon
     size = own.get(kind, {"shape": kind, "size": 0.3, "size_y": 0.7})
     settings = {"exposure": 1.5, "color": (0.9, 0.4, 0.2), "use_temperature": True, "temperature": 3500.0, **size}
     kind = "AREA" if "shape" in size else kind
-    lamp = add_diffraction_lamp(lit, "Lamp", kind, energy=7.0, height=3.0, normalize=normalize, **settings)
+    lamp = add_lamp(lit, "Lamp", kind, energy=7.0, height=3.0, normalize=normalize, **settings)
     lamp.scale = (2.0, 0.5, 1.5)
     addon.following_lamps.update_lamps(lit)
     bpy.context.view_layer.update()
     power = np.array(lit[addon.pack.property_name(0, "power")])[:3] @ LUMINANCE
     strength = addon.strength.irradiances([lamp], addon.following_lamps.lit_boxes(lit))
-    # Blender's properties hold single precision: seven digits.
+    # Blender's properties have single precision: seven digits.
     np.testing.assert_allclose(strength, power / (1 if kind == "SUN" else 9), rtol=1e-6)
 
 
 def test_the_nearest_point_of_an_object_counts(addon, lit):
-    """Of a plane 40 m long, whose middle is 10 times as far away as its end; of a turned one, and of the nearest of
-    two."""
+    """On a plane 40 m long, whose middle is 10 times as far as its end; on a turned one; on the nearer of two."""
     plane = next(o for o in lit.objects if o.type == "MESH")
     plane.scale = (20, 1, 1)
-    lamp = add_diffraction_lamp(lit, "Lamp", energy=4 * math.pi, height=2.1)
+    lamp = add_lamp(lit, "Lamp", energy=4 * math.pi, height=2.1)
     lamp.location.x = 20.0
 
     def distance() -> float:
@@ -198,9 +197,9 @@ def test_the_nearest_point_of_an_object_counts(addon, lit):
 
 
 def test_a_lamp_inside_an_object_is_a_tenth_of_its_half_diagonal_away(addon, lit):
-    """On the plane, whose half diagonal is sqrt(2) m; and on a plane of no extent it is still a number."""
+    """On the plane, whose half diagonal is sqrt(2) m; on a plane of zero size the strength stays finite."""
     plane = next(o for o in lit.objects if o.type == "MESH")
-    lamp = add_diffraction_lamp(lit, "Lamp", energy=4 * math.pi, height=0.0)
+    lamp = add_lamp(lit, "Lamp", energy=4 * math.pi, height=0.0)
     bpy.context.view_layer.update()
     strength = addon.strength.irradiances([lamp], addon.following_lamps.lit_boxes(lit))[0]
     assert strength == pytest.approx(1 / 0.02, rel=1e-6)
@@ -228,18 +227,18 @@ def test_until_an_object_shows_diffraction_lamps_are_compared_from_3_metres(addo
     """There a point lamp of 4 pi 9 W gives 1 W/m2, wherever it is."""
     sun = bpy.data.objects["Sun"]
     for k in range(7):
-        add_diffraction_lamp(scene, f"Strong{k}", energy=1e4, height=50.0)
-    point = add_diffraction_lamp(scene, "Point", energy=4 * math.pi * 9 * 0.9, height=1.0)
+        add_lamp(scene, f"Strong{k}", energy=1e4, height=50.0)
+    point = add_lamp(scene, "Point", energy=4 * math.pi * 9 * 0.9, height=1.0)
     assert point not in addon.find.brightest(scene) and sun in addon.find.brightest(scene)
     point.data.energy = 4 * math.pi * 9 * 1.1
     assert point in addon.find.brightest(scene) and sun not in addon.find.brightest(scene)
 
 
 def test_a_lamp_takes_the_place_of_a_followed_one_only_if_it_is_clearly_brighter(addon, lit, ranked):
-    """By a factor of 1.5. New lamps come after those that were followed."""
+    """Brighter by a factor of 1.5. New lamps come after the ones already followed."""
     lamps = equal_lamps(lit, 8)
     lamps[3].data.energy = 90.0
-    moved = add_diffraction_lamp(lit, "Moved", energy=100.0, height=4.0)
+    moved = add_lamp(lit, "Moved", energy=100.0, height=4.0)
     first = ranked()
     assert "Moved" not in first
     before = [curve.as_pointer() for curve in lit.animation_data.drivers]
@@ -261,15 +260,14 @@ def test_nothing_is_measured_while_all_lamps_fit(addon, lit, monkeypatch):
     monkeypatch.setattr(addon.group_users, "boxes_showing", lambda scene: asked.append(scene) or np.empty((0, 2, 3)))
     addon.following_lamps.update_lamps(lit)
     assert not asked and set(addon.follow.followed_lamps(lit)) == set(lamps)
-    add_diffraction_lamp(lit, "Ninth")
+    add_lamp(lit, "Ninth")
     addon.following_lamps.update_lamps(lit)
     assert asked
 
 
 def test_saving_keeps_the_choice(addon, lit, ranked):
-    """It is made for the same objects."""
     equal_lamps(lit, 8)
-    add_diffraction_lamp(lit, "Near", energy=10.0, height=0.3)
+    add_lamp(lit, "Near", energy=10.0, height=0.3)
     first = ranked()
     assert "Near" in first
     addon.handlers.show_what_is_saved()
@@ -279,7 +277,7 @@ def test_saving_keeps_the_choice(addon, lit, ranked):
 def test_lamps_that_are_left_out_are_named_if_the_render_shows_them(addon, lit, ranked):
     lamps = equal_lamps(lit, 8)
     for name in ("B", "A", "Hidden"):
-        add_diffraction_lamp(lit, name, energy=0.1)
+        add_lamp(lit, name, energy=0.1)
     bpy.data.objects["Hidden"].hide_render = True
     ranked()
 

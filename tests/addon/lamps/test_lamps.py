@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scene's properties follow every change of its lamps, by drivers that need neither scripts nor the extension.
 
-What the lamps give in a render is measured in tests/render/test_lamps.py.
+tests/render/test_lamps.py measures the light in a render.
 """
 
 import math
@@ -37,7 +37,7 @@ def sun(addon, scene):
 
 @pytest.mark.parametrize("kind", ["SUN", "POINT", "SPOT", "AREA"])
 def test_drivers_are_simple_expressions_whatever_the_lamp(addon, scene, kind):
-    # Blender evaluates simple expressions even with scripts forbidden. It cuts off whatever exceeds 255 characters.
+    # Blender evaluates simple expressions even with scripts forbidden. It truncates expressions over 255 characters.
     deep = scene.collection
     for level in range(12):
         child = bpy.data.collections.new(f"Level {level}")
@@ -81,8 +81,8 @@ def test_power_is_strength_exposure_and_colour(addon, scene, sun):
 
 
 def test_a_narrow_spot_has_its_own_rim(addon, scene, sun):
-    """Numbers next to 1 stay as they are, and so they become in a file whose drivers have keys: Blender 5.2 gives a
-    driver's curve two, and rounds what is nearer than 1e-4 to one of them."""
+    """Numbers next to 1 keep their values, even in a file whose drivers have keys: Blender 5.2 gives a driver's curve
+    two keys, and rounds numbers within 1e-4 of one to it."""
     bpy.data.objects.remove(sun)
     add_lamp(scene, "SPOT", spot_size=np.radians(1.0), spot_blend=0.0)
     addon.follow.follow_lamps(scene)
@@ -129,7 +129,7 @@ def test_what_is_as_it_should_be_is_not_written(addon, scene, sun):
 
 
 def updated(do) -> set[str]:
-    """The names of the data-blocks that Blender evaluates anew after something is done."""
+    """The names of the data-blocks that Blender re-evaluates after `do`."""
     found = set()
 
     def note(_, depsgraph):
@@ -189,14 +189,14 @@ def test_a_scene_without_lamps_is_dark_to_lamps_only(addon, scene, grating):
 
 
 def test_the_drivers_alone_darken_a_lamp_that_is_gone(addon, scene, sun):
-    """As in a Blender without the extension: no handler of ours runs."""
+    """As in a Blender without the extension: none of its handlers runs."""
     bpy.data.objects.remove(sun)
     assert list(read(addon, scene, "power")) == [0, 0, 0, 0]
 
 
 @pytest.fixture
 def material(addon, scene, baked):
-    """The plane has diffraction."""
+    """A material that gives the plane diffraction; returns its group."""
     grating = scene.natural_gratings.items.add()
     grating.name, grating.bake_path = "waves", str(baked)
     bpy.context.view_layer.objects.active = plane = next(o for o in scene.objects if o.type == "MESH")
@@ -234,7 +234,7 @@ def test_a_mesh_that_moves_does_not_have_its_material_evaluated_again(addon, sce
 
 
 def test_a_change_that_drivers_follow_builds_nothing(addon, scene, material, monkeypatch):
-    """Blender would compile a group again that is filled again. Drivers only write other numbers into it."""
+    """Blender would recompile a rebuilt group. Drivers only write other numbers into it."""
     sun = bpy.data.objects["Sun"]
     plane = next(o for o in scene.objects if o.type == "MESH")
     monkeypatch.setattr(addon.skin, "fill_group", lambda *_: pytest.fail("the group is built again"))
@@ -250,12 +250,12 @@ def test_a_change_that_drivers_follow_builds_nothing(addon, scene, material, mon
         lambda: scene.collection.children.link(bpy.data.collections.new("New")),
     ):
         updated(change)
-        updated(lambda: None)  # what the handlers caused
+        updated(lambda: None)  # applies the handlers' own changes
         assert not updated(lambda: None), "the handlers cause each other"
 
 
 def test_nodes_hold_what_the_scene_notes(addon, scene, material):
-    """Of a lamp, which drivers follow, and of a property that a script writes and tells of."""
+    """For a lamp, which drivers follow, and for a property that a script writes and announces."""
     addon.driven_nodes.read_property(addon.builder.Tree(material), "ng_world_0_place")
 
     def held(name: str) -> list[float]:
@@ -277,7 +277,7 @@ def test_nodes_hold_what_the_scene_notes(addon, scene, material):
 def test_a_group_that_is_filled_again_keeps_no_driver_of_a_node_that_went(addon, scene, material):
     addon.skin.fill_group(material, addon.skin.responses_in(material), [False, False])
     paths = [curve.data_path for curve in material.animation_data.drivers]
-    # Each lamp has four properties of four numbers, and the footprint four numbers of camera and sampling.
+    # Each lamp has four properties of four numbers; the footprint has four numbers of camera and sampling.
     assert len(paths) == 2 * 16 + 4 and all(material.path_resolve(path, False) for path in paths)
 
 
@@ -309,7 +309,7 @@ def test_groups_that_handlers_fill_make_no_data_block(addon, scene, material):
 
 
 def test_drivers_point_to_lamps_and_collections_alone(addon, scene, sun):
-    """Not to a lamp's data, which may be exchanged in a step of undo that leaves the scene as it is."""
+    """A lamp's data may be replaced in an undo step that leaves the scene as it is."""
     targets = {
         variable.targets[0].id
         for curve in scene.animation_data.drivers

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A .blend that lies: custom properties of wrong types, lengths and values, and parts that were edited away. It is
-loaded, edited, drawn, assigned, mended and saved, and nothing raises; `./dev bench hostile blends` also renders it."""
+"""A forged .blend: custom properties of wrong types, lengths and values, and deleted parts. It is loaded, edited,
+drawn, assigned, mended and saved without an exception; `./dev bench hostile blends` also renders it."""
 
 import shutil
 
@@ -9,15 +9,15 @@ import pytest
 
 from laboratory.benchmarks.hostile import blends, lying_scene
 
-# What costs least of all buttons, and repairs most.
+# The cheapest buttons that repair most.
 BUTTONS = ("assign", "mend")
-# Lies about properties, many to a file; and a third of the edits, since each has materials made anew.
+# Files with many forged properties each, and a third of the edits, as each edit rebuilds materials.
 ROUNDS = [names for number, names in enumerate(blends.rounds()) if len(names) > 1 or number % 3 == 0]
 
 
 @pytest.fixture(scope="module")
 def blend(extension, baked, tmp_path_factory):
-    """The file that holds one of everything, and the add-on's modules."""
+    """A file that holds one of everything, and the add-on's modules."""
     from devtools.extension import AddonModules
 
     addon = AddonModules(extension.__name__)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Data-blocks that diffraction needs and that an artist can delete, exchange, edit, rename or unpack: every button and
-the panel then work, mend what is lost, or say in one line what to do."""
+"""Data-blocks of diffraction that an artist can delete, replace, edit, rename or unpack: every button and the panel
+then work, repair the loss, or give the remedy in one line."""
 
 import shutil
 from types import SimpleNamespace
@@ -20,14 +20,13 @@ COMB = "grating_comb"
 
 @pytest.fixture(scope="module")
 def kept(tmp_path_factory):
-    """Where the file and the bakes are that all tests begin with, and where the bakes are copied to."""
+    """The folder of the file and bakes with which every test begins, and the folder to which the bakes are copied."""
     return tmp_path_factory.mktemp("kept"), tmp_path_factory.mktemp("bakes")
 
 
 @pytest.fixture
 def skin(scene, baked, kept, addon):
-    """Two gratings of bakes in a folder of their own, the first on the plane and over a painted material, varied by the
-    second; a camera and a world."""
+    """Two gratings in a separate folder, the first over paint on the plane, varied by the second; camera and world."""
     (held, folder), blend = kept, kept[0] / "skin.blend"
     for path in folder.iterdir():
         path.unlink()
@@ -35,7 +34,7 @@ def skin(scene, baked, kept, addon):
         for name in ("waves", "second"):
             shutil.copy(baked, held / f"{name}.exr")
             shutil.copy(path_beside(baked), path_beside(held / f"{name}.exr"))
-        with (held / "second.exr").open("ab") as file:  # another file, as another bake is
+        with (held / "second.exr").open("ab") as file:  # a different file, like a different bake
             file.write(b"\0")
     for path in held.glob("*.exr"):
         shutil.copy(path, folder)
@@ -110,7 +109,7 @@ def edited_and_packed(it):
 
 
 def unpacked(_):
-    """As File > External Data > Unpack does, into a folder that is lost later."""
+    """Like File > External Data > Unpack, into a folder that is lost later."""
     for image in bpy.data.images:
         if image.packed_file:
             image.filepath = "//gone/nothing.exr"
@@ -168,7 +167,7 @@ def of(kind, find):
     return lambda it: getattr(bpy.data, kind).remove(find(it))
 
 
-# What an artist does, and a word of the line that Assign to Selected then says; empty if it mends all.
+# What an artist does, and a word of the line that Assign to Selected then reports; empty if it repairs everything.
 DONE = {
     "the picture is deleted": (of("images", picture), ""),
     "the sample set's picture is deleted": (of("images", sample_set), ""),
@@ -205,7 +204,7 @@ DONE = {
 
 
 class PanelLayout(Layout):
-    """With what the whole panel draws beside."""
+    """A layout for the whole panel."""
 
     operator_context, active = "", True
 
@@ -217,14 +216,14 @@ class PanelLayout(Layout):
 
 
 def drawn(it):
-    """Draw the panel; its lines with a sign of warning, as one text."""
+    """Draw the panel; returns its warnings as one text."""
     layout = PanelLayout()
     it.addon.panel.GratingPanel.draw(SimpleNamespace(layout=layout), context_of())
     return layout.noted("ERROR")
 
 
 def pressed(name, **options):
-    """Press a button that works, is greyed, or fails in one line; the line."""
+    """Press a button that works, is greyed out, or fails in one line; returns the line."""
     button = getattr(bpy.ops.grating, name)
     if not button.poll():
         return ""
@@ -254,7 +253,7 @@ def test_assign_mends_or_says_what_to_do(skin, done, capfd):
 
 
 def assigned(it, done, wanted, capfd):
-    """Press Assign to Selected, which brings the picture's pixels back or says what to do."""
+    """Press Assign to Selected, which must restore the picture's pixels or give the remedy."""
     capfd.readouterr()
     line = pressed("assign")
     assert DONE[done][1] in line + capfd.readouterr().out, "a word of the remedy"
@@ -275,7 +274,7 @@ def test_every_other_button_and_the_panel_work(skin, done, capfd):
     wanted, request, facts = shown_pixels(skin), request_from({}, "test"), facts_of(skin.first)
     DONE[done][0](skin)
     bpy.context.view_layer.update()
-    pressed("lights", lights="LAMPS")  # which makes groups anew
+    pressed("lights", lights="LAMPS")  # rebuilds the groups
     assigned(skin, done, wanted, capfd)
     for button, options in (
         ("vary", {"second": "second", "turn": 0.2}), ("add_diffraction", {}), ("add_diffraction_lamp", {}),
@@ -299,7 +298,6 @@ def facts_of(grating):
 
 
 def test_a_bake_after_its_picture_was_deleted(scene, scan):
-    """By the Bake button and its child process."""
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
     grating = scene.natural_gratings.active()
     grating.delta_e = 6.0
@@ -321,7 +319,7 @@ def test_the_panel_says_what_is_lost_and_offers_to_mend_it(skin, capfd):
 
 
 def test_a_group_of_no_grating_is_mended_from_its_pictures(skin):
-    """Its grating was removed from the list."""
+    """The grating was removed from the list."""
     skin.scene.natural_gratings.items.clear()
     bpy.data.batch_remove([group for group in bpy.data.node_groups if group.name.startswith("Diffraction World")])
     bpy.ops.grating.mend()

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Nodes, links, sockets and properties that an artist deleted in a Diffraction group, or in a group within it: it is
-noticed, and Mend Materials brings them back."""
+"""Nodes, links, sockets and properties deleted from a Diffraction group: noticed, and restored by Mend Materials."""
 
 import bpy
 import pytest
@@ -8,7 +7,7 @@ import pytest
 from laboratory.benchmarks.hostile import lies_edits
 from laboratory.benchmarks.hostile.lying_scene import Skin
 
-# Edits that leave less than there was.
+# Edits that remove something.
 NOTICED = ("has no nodes", "has no links", "lost every third node", "has no sockets", "lost its first socket",
            "has renamed sockets", "has colours for sockets")  # fmt: skip
 

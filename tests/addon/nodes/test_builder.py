@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The node builder: a call that does not fit its node raises, and names the node and what it has."""
+"""The node builder: a call that does not fit its node raises an error that names the node and its sockets."""
 
 import bpy
 import pytest
@@ -56,7 +56,7 @@ def test_too_many_inputs(tree):
 
 
 def test_more_inputs_than_an_operation_takes(tree):
-    """Blender keeps the third socket of a Math node and switches it off."""
+    """Blender keeps the third socket of a Math node and disables it."""
     with pytest.raises(TypeError, match="ShaderNodeMath: 2 inputs for the sockets Value"):
         tree.math("SQRT", 2.0, 3.0)
     with pytest.raises(TypeError, match="ShaderNodeMath: 3 inputs for the sockets Value, Value"):
@@ -69,7 +69,7 @@ def test_a_setting_that_the_node_does_not_know(tree):
 
 
 def test_a_response_is_asked_only_for_what_it_has(addon, tree):
-    """The question has more sockets than this response, which passes over the others by name."""
+    """The question has more sockets than this response, which ignores the others by name."""
     response = addon.response
     group = bpy.data.node_groups.new("Answer", "ShaderNodeTree")
     addon.interface.add_interface(group, (response.IOR,), response.ONE_RADIANCE)

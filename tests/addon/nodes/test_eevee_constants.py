@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The room that EEVEE has for a material's constants: what takes it, and what is left out where it does not suffice."""
+"""EEVEE's limit for a material's constants: what counts towards it, and what is left out beyond it."""
 
 from pathlib import Path
 
@@ -33,7 +33,7 @@ def answers(group) -> int:
 
 
 def leave(addon, monkeypatch, room: int) -> None:
-    """Have EEVEE's room be this many bytes, besides what a group leaves to the rest of a material."""
+    """Set EEVEE's limit to this many bytes, plus the share reserved for the rest of a material."""
     monkeypatch.setattr(addon.skin, "ROOM", room + addon.skin._LEFT)
 
 
@@ -75,11 +75,11 @@ def test_sources_that_do_not_fit_are_left_to_the_rest(addon, scene, grating, gro
     layout, context = Layout(), context_of()
     addon.panel._draw_lamps(layout, context, grating, facts=addon.facts.facts_of(context))
     assert line in layout.noted("ERROR")
-    # Nothing changed, so that nothing is built again.
+    # Without a change the group is not rebuilt.
     monkeypatch.setattr(addon.skin, "fill_group", lambda *_, **__: pytest.fail("the group is built again"))
     addon.following_lamps.update_all_lamps()
     monkeypatch.undo()
-    # The lamps alone do not fit.
+    # The lamps alone exceed the limit.
     leave(addon, monkeypatch, 1000)
     addon.skin.refill(group, addon.response.responses_in(group))
     assert answers(group) == 1
@@ -89,14 +89,14 @@ def test_sources_that_do_not_fit_are_left_to_the_rest(addon, scene, grating, gro
 
 @pytest.fixture(scope="module")
 def skins(tmp_path_factory):
-    """The bakes of two snakes, with about as many constants as bakes of a dE of 1 have."""
+    """The bakes of two snakes, with about as many constants as bakes of dE 1."""
     folder, request = tmp_path_factory.mktemp("skins"), BakeRequest(coherence_length_m=6e-6, delta_e=5)
     surfaces = (read_height_map(f"sample:{name}") for name in ("elaphe", "xenopeltis"))
     return [bake_to_folder([each], request, folder, progress=lambda *_: None)["files"][0] for each in surfaces]
 
 
 def test_a_snake_of_two_bakes_reads_all_eight_sources(addon, scene, skins):
-    """Its constants once took 67,264 of the 65,536 bytes that EEVEE has, and it was magenta."""
+    """Its constants once took 67,264 of EEVEE's 65,536 bytes, and it was magenta."""
     gratings = scene.natural_gratings
     for path in skins:
         made = gratings.items.add()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bake of what a scene needs: by one click or the verb, shown, undone, and refused in one line."""
+"""The bake of what a scene needs, by button or command: shown, undone, and refused in one line."""
 
 import json
 import math
@@ -15,7 +15,7 @@ def ranges(needs):
 
 @pytest.fixture
 def coarse(scene, watched, scan):
-    """The watched's grating, from its scan, baked coarsely and shown."""
+    """The watched plane's grating, baked coarsely from its scan and assigned."""
     scene.natural_gratings.items.clear()
     bpy.data.materials.remove(watched.active_material)
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
@@ -29,7 +29,7 @@ def coarse(scene, watched, scan):
 
 
 def shown_pixels(addon, grating):
-    """Of the atlas that the grating's materials read; and the images that there are."""
+    """The pixels of the atlas that the grating's materials read, and the names of all images."""
     tree = addon.response.response_in(grating.group).group
     (image,) = {node.image for node in tree.nodes if node.type == "TEX_IMAGE"}
     return image.size[0] * image.size[1], sorted(each.name for each in bpy.data.images)
@@ -95,7 +95,7 @@ def test_the_verb_bakes_and_saves(addon, scene, coarse, tmp_path):
 
 
 def test_a_bake_of_a_sample_alone_tells_what_to_bake(addon, scene, watched, tmp_path):
-    """The grating that `assign` adds has no height map of its own; its bake's header names the sample."""
+    """The grating that `assign` adds has no height map; its bake's header names the sample."""
     given = ["--delta-e", "9", "--coherence-um", "3"]
     job = addon.child.Job(
         "bake",
@@ -148,7 +148,7 @@ def test_the_verb_says_that_there_is_nothing_to_gain(addon, scene, coarse, ball,
 
 def test_a_bake_that_comes_out_no_smaller_is_not_taken(addon, coarse, monkeypatch):
     before = coarse.bake_path
-    bake = addon.package.actions.bake
+    bake = addon.baking
     larger = bake.finished_bake
     monkeypatch.setattr(bake, "finished_bake", lambda *a, **k: larger(*a, **k) | {"blender_bytes": 1 << 40})
     with pytest.raises(RuntimeError, match="nothing gained: the bake for this scene takes 1048576 MiB for"):
@@ -157,7 +157,7 @@ def test_a_bake_that_comes_out_no_smaller_is_not_taken(addon, coarse, monkeypatc
 
 
 def test_the_estimate_is_that_of_a_bake(addon, scene, coarse, watched):
-    """A bake's texels come out up to 7 % apart (workflow/measuring_needs.py), which is 15 % of its bytes."""
+    """A bake's texels differ by up to 7 % (workflow/measuring_needs.py), which is 15 % of its bytes."""
     from precompute.bake.expected import expected_table_bytes
     from precompute.bake.needs import EVERYTHING
     from precompute.table.atlas_file import read_header

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that are dropped on a 3D view."""
+"""Files dropped on a 3D view."""
 
 import shutil
 from types import SimpleNamespace
@@ -30,7 +30,7 @@ def test_files_of_microscopes_may_be_dropped_on_a_3d_view(scene):
 
 
 def test_the_menu_names_a_few_formats(addon):
-    """All of them would be wider than the screen."""
+    """All formats would be wider than the screen."""
     drawn = []
     layout = SimpleNamespace(operator=lambda name, text: drawn.append((name, text)))
     addon.import_height_map.menu_entry(SimpleNamespace(layout=layout), None)
@@ -52,12 +52,12 @@ def test_a_file_that_is_dropped_is_imported_at_once(scene, tmp_path, make, name)
 
 
 def active():
-    """The active grating, found anew: undo frees what Python held."""
+    """The active grating, looked up again because undo frees Python's references."""
     return bpy.context.scene.natural_gratings.active()
 
 
 def relief_of_the_grid(shared_data):
-    """Of its picture, 302.626506663 nm from black to white, without the plane through it; in metres."""
+    """The relief in metres of the grid's picture, 302.626506663 nm from black to white, without its plane."""
     with Image.open(shared_data / "nanosurf" / "grid_16bit.png") as picture:
         height = np.asarray(picture, dtype=float) / 65535 * 302.626506663e-9
     y, x = np.mgrid[: height.shape[0], : height.shape[1]]
@@ -65,9 +65,8 @@ def relief_of_the_grid(shared_data):
     return np.ptp(height.ravel() - planes @ np.linalg.lstsq(planes, height.ravel(), rcond=None)[0])
 
 
-# Real files, under the names that microscopes give them, and the levelled relief: of the first, that which Gwyddion
-# exports (../shared/data/SOURCES.md, in whole thousandths of a nanometre); of the grid, its picture's, whose steps are
-# 0.005 nm.
+# Real files, named as by microscopes, and their levelled relief: the first from Gwyddion's export
+# (../shared/data/SOURCES.md, in whole thousandths of a nanometre), the grid's from its picture, in steps of 0.005 nm.
 @pytest.mark.parametrize(("file", "name", "relief_m"), [
     ("formats/st_di-3.di", "skin.spm", lambda _: 408.830e-9), ("nanosurf/grid.nid", "grid.nid", relief_of_the_grid),
 ])  # fmt: skip
@@ -86,7 +85,7 @@ def test_a_real_scan_is_dropped_previewed_levelled_baked_and_undone(
         addon.previewing_levelling.refresh()
         return addon.previewing_levelling.shown(active()).preview
 
-    # What Blender gives the operator of a file that is dropped.
+    # What Blender passes to the operator for a dropped file.
     dropped_file = {"filepath": str(tmp_path / name), "directory": f"{tmp_path}/", "files": [{"name": name}]}
     assert bpy.ops.grating.import_height_map("INVOKE_DEFAULT", **dropped_file) == {"FINISHED"}
     active().delta_e = 6
@@ -105,7 +104,7 @@ def test_a_real_scan_is_dropped_previewed_levelled_baked_and_undone(
     assert record["request"]["levelling"] == ["plane", "dust:6"]
     assert record["request"]["scans"][0]["source"] == name
 
-    bpy.ops.ed.undo()  # the bake, which the grating still knows
+    bpy.ops.ed.undo()  # undoes the bake, which the grating remembers
     assert active().levelling == "plane,dust:6" and active().bake_path
     bpy.ops.ed.undo()
     assert active().levelling == "plane" and not active().bake_path

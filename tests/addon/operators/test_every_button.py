@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every operator, pressed in every mode on whatever may be selected: it works, is grey with a reason, or reports one
-line and leaves all as it was. None raises."""
+"""Every operator in every mode on every selection: it works, is grey with a reason, or fails in one line and changes
+nothing."""
 
 import bpy
 import numpy as np
@@ -8,7 +8,7 @@ import pytest
 
 from tests.addon.direction.test_seams import grid, turn_uv
 
-# What an operator is given so that it is quick, or does something at all.
+# Arguments that make an operator quick, or let it do something.
 GIVEN = {
     "add_snake": {"faces": 11_000},
     "add_shed_skin": {"faces": 11_000},
@@ -24,7 +24,7 @@ MODES = ("OBJECT", "EDIT", "SCULPT", "VERTEX_PAINT", "WEIGHT_PAINT", "POSE")
 
 
 def link_of(mesh, path):
-    """An object of another file, with this mesh."""
+    """Link an object with this mesh from another file."""
     bpy.data.libraries.write(str(path), {bpy.data.objects.new("Guest", mesh)}, fake_user=True)
     bpy.data.objects.remove(bpy.data.objects["Guest"])
     with bpy.data.libraries.load(str(path), link=True) as (_, into):
@@ -34,7 +34,7 @@ def link_of(mesh, path):
 
 @pytest.fixture
 def stage(scene, grating, tmp_path):
-    """A mesh with the grating and with seams, a camera and no world; and what else a situation may need."""
+    """A mesh with the grating and seams, a camera, no world, and further objects to select."""
     body = grid(8)
     body.name = "Body"
     turn_uv(body.data, np.array([polygon.center.x for polygon in body.data.polygons]) < 0, 1)
@@ -49,15 +49,14 @@ def stage(scene, grating, tmp_path):
         scene.collection.objects.link(thing)
     scene.camera, world, scene.world = camera, scene.world, None
     begin("OBJECT", "Body")
-    bpy.ops.grating.lights(lights="LAMPS")  # whose nodes are the fewest
+    bpy.ops.grating.lights(lights="LAMPS")  # has the fewest nodes
     yield scene
     begin("OBJECT", "Body")
     scene.camera, scene.world = None, world
 
 
 def begin(mode, *names):
-    """Select the named objects and enter a mode with the first that has it. Without a name the body is active but not
-    selected."""
+    """Select objects and enter a mode with the first that supports it; without names the body is only active."""
     layer = bpy.context.view_layer
     if layer.objects.active is not None and bpy.context.mode != "OBJECT":
         bpy.ops.object.mode_set(mode="OBJECT")
@@ -76,7 +75,7 @@ def begin(mode, *names):
 
 
 def contents():
-    """What operators may change in a file."""
+    """Everything that operators may change in a file."""
     kinds = ("objects", "meshes", "materials", "node_groups", "images", "lights", "scenes", "armatures")
     held = {kind: sorted((one.name, one.library is None) for one in getattr(bpy.data, kind)) for kind in kinds}
     for thing in bpy.data.objects:
@@ -114,7 +113,7 @@ def test_no_operator_raises(stage, addon, capfd, situation):
         assert bpy.ops.grating.assign() == {"FINISHED"}
         for name in (each.removeprefix("grating.") for each in identifiers):
             if name == "add_sun" and mode != "EDIT":
-                continue  # each lamp more costs the node groups half a second
+                continue  # each further lamp costs the node groups half a second
             begin(mode, *names)
             stage.natural_gratings.active_index = len(stage.natural_gratings.items) - 1 if name == "remove" else 0
             faults += [f"{mode}: {name} {fault}" for fault in press(name, capfd)]
@@ -122,7 +121,7 @@ def test_no_operator_raises(stage, addon, capfd, situation):
 
 
 def press(name, capfd):
-    """Run an operator. Returns what is wrong with how it behaves."""
+    """Run an operator; yields its faults."""
     before = contents()
     capfd.readouterr()
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Following a job: what the status bar says, the job's end, and Esc."""
+"""Following a job: the status bar, the job's end, and Esc."""
 
 import importlib
 from types import SimpleNamespace
@@ -10,7 +10,7 @@ from devtools import EXTENSION
 
 
 class Job:
-    """A job that runs until it is told otherwise."""
+    """A job that runs until it is stopped."""
 
     running, cancelled = True, False
 
@@ -75,7 +75,7 @@ def test_esc_cancels_it(following):
 
 
 def test_what_others_stopped_is_cancelled(following):
-    """As disabling the extension does."""
+    """As by disabling the extension."""
     type(following.follower).stop()
     assert following.job.cancelled
     assert following.follower.modal(following.context, event("TIMER")) == {"CANCELLED"}

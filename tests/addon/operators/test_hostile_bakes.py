@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bakes that lie or are damaged: every button and the command line refuse them in one line; nothing is left behind."""
+"""Forged or damaged bakes: every button and the command line refuse them in one line and leave nothing behind."""
 
 import json
 from pathlib import Path
@@ -16,7 +16,7 @@ from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import blazed
 from precompute.table.atlas_file import HEADER_KEY, write_together
 
-# What is done to a bake's record, as text, and to its image; and what the line says.
+# The change to a bake's record, as text, and to its image; and a part of the error line.
 FAULTS = {
     "20,000 terms": (lambda text: changed(text, terms=20_000, rows=10_000), None, "what no picture of this kind"),
     "another picture's layout": (lambda text: changed(text, rows=9), None, "not the size"),
@@ -35,7 +35,7 @@ def changed(text, **lies):
 
 
 def spoilt(path, fault, whole):
-    """A file with a fault, at a path."""
+    """Write a bake with a fault to a path."""
     picture = open_picture(whole)
     text, image = picture.texts[HEADER_KEY].decode(), picture.pixels()
     change, spoil, _ = FAULTS[fault]
@@ -49,7 +49,7 @@ def spoilt(path, fault, whole):
 
 
 def everything():
-    """All that a file holds which a material could leave behind."""
+    """Everything in a file that a material could leave behind."""
     data, scene = bpy.data, bpy.context.scene
     names = {kind: set(getattr(data, kind).keys()) for kind in ("materials", "node_groups", "images", "texts")}
     drivers = len(scene.animation_data.drivers) if scene.animation_data else 0
@@ -59,7 +59,7 @@ def everything():
 
 @pytest.fixture(params=FAULTS)
 def hostile(request, scene, baked, tmp_path):
-    """The file of a spoilt bake, which is the active grating's, and what the line about it says."""
+    """The path of a spoilt bake, which the active grating has, and a part of the error line."""
     path = spoilt(tmp_path / "hostile.exr", request.param, baked)
     grating = scene.natural_gratings.items.add()
     grating.name, grating.bake_path = "hostile", str(path)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sample room is lit by its windows, panels and lamp, and is written as an environment picture."""
+"""The sample room: lit by its windows, panels and lamp, and written as an environment picture."""
 
 import subprocess
 import sys
@@ -41,7 +41,6 @@ def test_it_shines_where_panels_and_lamp_are(picture):
 
 
 def test_furniture_shades_the_floor(picture):
-    """Under the table it is darker than on the table."""
     assert towards(picture, (0.1, 1.9, -1.25)).sum() != towards(picture, (0.1, 1.8, -0.84)).sum()
     under, open_floor = towards(picture, (0.15, 2.6, -1.3)), towards(picture, (1.8, 2.4, -1.3))
     assert under.sum() < open_floor.sum()

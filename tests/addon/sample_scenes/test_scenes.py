@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sample scenes: their scripts write the objects that the list of scenes names, and a scene is made end to end."""
+"""The sample scenes: their scripts write the listed objects, and a scene is made end to end."""
 
 import importlib
 from types import SimpleNamespace
@@ -57,7 +57,6 @@ def test_a_room_without_its_panorama_is_refused(capsys):
 
 
 def test_tracks_of_a_disc_run_round(addon):
-    """U grows outwards on every face, and faces look up."""
     points, quads, uv = ring(CLEAR_M, WRITTEN_M, 0.0)
     radius = np.linalg.norm(points[:, :2], axis=1)[quads]
     assert (

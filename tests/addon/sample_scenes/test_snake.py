@@ -92,11 +92,11 @@ def test_frame_is_right_handed_with_the_tangent_towards_the_tail(snake, spine):
     at = uv[:, 0] * 2 * np.pi * RADIUS_M
     along = np.stack([np.interp(at, spine.s, spine.tangent[:, k]) for k in range(3)], axis=1)
     axis = np.stack([np.interp(at, spine.s, spine.centre[:, k]) for k in range(3)], axis=1)
-    # The steep rims of scales (1 corner in 20) and the blunt tips turn away, the rest follows the body.
+    # The steep rims of scales (1 corner in 20) and the blunt tips turn away; all other corners follow the body.
     assert np.mean((tangent * along).sum(1) > 0.9) > 0.94
     assert np.median((tangent * along).sum(1)) > 0.98
     assert np.mean((normal * (corner - axis)).sum(1) > 0) > 0.99
-    # B = N x T points towards larger V: over the back (V = 0.5) that is the side up x T.
+    # B = N x T points towards larger V: on the back (V = 0.5) that is the side up x T.
     back = np.abs(uv[:, 1] - 0.5) < 0.05
     side = np.cross((0.0, 0.0, 1.0), along[back])
     assert np.mean((np.cross(normal, tangent)[back] * side).sum(1) > 0.8) > 0.94
@@ -105,7 +105,7 @@ def test_frame_is_right_handed_with_the_tangent_towards_the_tail(snake, spine):
 def test_body_does_not_cut_itself(spine):
     radius = np.maximum(spine.half_width, spine.half_height)
     distance = np.linalg.norm(spine.centre[:, None] - spine.centre[None], axis=-1)
-    # Points nearer than a tight half-turn along the body are neighbours: there the bend decides, below.
+    # Points nearer than a tight half-turn along the body are neighbours; the bend, checked below, separates them.
     apart = np.abs(spine.s[:, None] - spine.s[None]) > np.pi * 1.7 * RADIUS_M
     assert (distance - radius[:, None] - radius)[apart].min() > 0
 
@@ -131,13 +131,13 @@ def test_scale_rows_are_staggered_and_lean_by_some_degrees():
     assert relief.max() == 0
     slope = np.degrees(np.arctan(np.abs(np.gradient(relief, step, axis=0))))
     assert 3 < np.median(slope) < 15
-    # Each scale has one crest; those of odd rows lie half a scale further, give or take the lean.
+    # Each scale has one crest; crests of odd rows lie about half a scale further.
     crest = [along[relief[:, k].argmax(), k] % 1 for k in (300, 400)]
     assert abs((crest[1] - crest[0]) % 1 - 0.5) < 0.35
 
 
 def test_clean_scene_and_stage():
-    bpy.ops.wm.read_homefile(use_factory_startup=True)  # which keeps extensions
+    bpy.ops.wm.read_homefile(use_factory_startup=True)  # keeps extensions
     clean_scene()
     scene = bpy.context.scene
     assert not scene.objects
@@ -207,7 +207,7 @@ def test_the_report_shows_every_picture(tmp_path, count):
 
 @pytest.mark.parametrize("script", ["stage.py", "views.py", "wall.py", "animal.py", "ball.py", "discs.py"])
 def test_the_scripts_of_the_demo_find_the_project_from_any_folder(script, tmp_path):
-    """`blender --python FILE` has neither the project nor the working folder on its path."""
+    """`blender --python FILE` puts neither the project nor the working folder on its path."""
     command = [sys.executable, "-P", ROOT / "sample_scenes" / script, "--help"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

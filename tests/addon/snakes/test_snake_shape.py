@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The arrays of a snake: closed, dense as asked, right-handed, flush on the back, and the same for the same seed."""
+"""A snake's arrays: closed, as dense as requested, right-handed, flush on the back, and reproducible from a seed."""
 
 import importlib
 
@@ -20,7 +20,7 @@ def room(extension):
 
 @pytest.fixture(scope="module")
 def make(room):
-    """Makes a snake; each asked for is made once."""
+    """A function that makes a snake, each of them once."""
     made = {}
 
     def make(species="XENOPELTIS", pose="RESTING", faces=50_000, seed=0):
@@ -34,7 +34,7 @@ def make(room):
 
 
 def following(shape):
-    """The corner that follows each corner of its face (c,)."""
+    """For each corner the next corner (c,) of its face."""
     after = np.arange(1, len(shape.corners) + 1)
     ends = np.append(shape.starts[1:], len(shape.corners))
     after[ends - 1] = shape.starts
@@ -70,14 +70,14 @@ def test_the_mesh_is_closed_and_every_face_has_an_area(make, species, pose):
     shape = make(species, pose)
     one, other = shape.corners, shape.corners[following(shape)]
     size = len(shape.points)
-    # Each edge is run along once in each direction: so no edge is open, or has three faces, or faces that disagree.
+    # Each edge occurs once in each direction: no edge is open, has three faces, or has faces of opposite orientation.
     there = one.astype(np.int64) * size + other
     assert len(np.unique(there)) == len(there)
     assert np.array_equal(np.sort(there), np.sort(other.astype(np.int64) * size + one))
-    # A body and two eyes, each a sphere: Euler's number is 2 for each.
+    # A body and two eyes are spheres: the Euler characteristic of each is 2.
     assert size - len(there) // 2 + len(shape.starts) == 6
     assert np.array_equal(np.unique(shape.corners), np.arange(size))
-    # The smallest faces are in the grooves at the tail's tip, where they are some micrometres wide.
+    # The smallest faces are in the grooves at the tail's tip, some micrometres wide.
     assert np.linalg.norm(face_areas(shape), axis=1).min() > 1e-14
 
 
@@ -91,16 +91,16 @@ def test_no_face_is_without_area_at_the_fewest_and_the_most_faces(make, faces):
 def test_uvs_run_along_the_body_and_are_right_handed(make, species, faces):
     shape = make(species, faces=faces)
     uv = shape.uv
-    # Seen from outside, an area that is positive in the UV map has T, B and N right-handed.
+    # Seen from outside, a positive area in the UV map means that T, B and N are right-handed.
     (u, v), (next_u, next_v) = uv.T, uv[following(shape)].T
     area = np.add.reduceat(u * next_v - v * next_u, shape.starts) / 2
     assert area.min() > 0
     middle = np.add.reduceat(uv, shape.starts) / face_sizes(shape)[:, None]
-    # A seam is no face that runs across the whole map.
+    # No face at the seam spans the whole map.
     assert np.ptp(uv[:, 1]) <= 1 + 1e-9 and uv[:, 1].min() >= 0
     widths = np.maximum.reduceat(uv[:, 1], shape.starts) - np.minimum.reduceat(uv[:, 1], shape.starts)
     assert widths.max() < 0.3
-    # U in girths of the thickest place: a snake that is 80 (92) half widths long has 80 / 2 pi of them.
+    # U is in girths of the thickest place: a snake 80 (92) half widths long has 80 / 2 pi of them.
     skin = np.repeat(shape.material == 0, face_sizes(shape))
     longest = {"XENOPELTIS": 80, "ELAPHE": 92}[species] / (2 * np.pi)
     assert (uv[skin, 0].min(), uv[skin, 0].max()) == pytest.approx((0, longest), abs=1e-6)
@@ -125,7 +125,7 @@ def test_t_points_to_the_tail_and_the_faces_outwards(room, make, pose):
     tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
     s = s[seen]
     tail = np.stack([np.interp(s, spine.s, spine.tail[:, k]) for k in range(3)], axis=1)
-    # The rest lies on the slopes of the tapering tail and of a neck that leaves the floor.
+    # The other faces lie on the slopes of the tapering tail and of a neck that leaves the floor.
     assert np.mean((tangent * tail).sum(1) > 0.95) > 0.97
     axis = np.stack([np.interp(s, spine.s, (spine.points + 0.008 * spine.back)[:, k]) for k in range(3)], axis=1)
     outwards = ((p[first][seen] - axis) * face_areas(shape)[seen]).sum(1)
@@ -133,8 +133,7 @@ def test_t_points_to_the_tail_and_the_faces_outwards(room, make, pose):
 
 
 def plate_normals(shape):
-    """Unit normals (k, 3) of the faces inside of plates on the back of the stout half of the body, and which they are
-    (f,)."""
+    """Unit normals (k, 3) of the faces inside plates on the back of the stout half of the body, and their mask (f,)."""
     areas, first = face_areas(shape), shape.starts
     rim = np.maximum.reduceat(shape.of_points["scale_rim"][shape.corners], first)
     around = np.maximum.reduceat(shape.of_points["around"][shape.corners], first)
@@ -145,7 +144,7 @@ def plate_normals(shape):
 
 @pytest.mark.parametrize(("species", "least", "most"), [("XENOPELTIS", 0.5, 5.0), ("ELAPHE", 1.0, 14.0)])
 def test_plates_are_nearly_flush_on_the_back(room, make, species, least, most):
-    """The normals of plates differ from those of the smooth body by a few degrees: by dome, lift, turn and keel."""
+    """The plates' normals differ from the smooth body's by a few degrees: by dome, lift, turn and keel."""
     shape = make(species, "S", faces=200_000)
     normals, keep = plate_normals(shape)
     spine = room["spine"].spine_along(room["poses"].POSES["S"], 1.0)
@@ -171,7 +170,7 @@ def test_the_same_seed_makes_the_same_snake_and_another_seed_turns_its_plates(ma
     np.testing.assert_array_equal(make().points, again.points)
     np.testing.assert_array_equal(make().of_faces["scale_random"], again.of_faces["scale_random"])
     assert not np.array_equal(make().points, other.points)
-    # By no more than two degrees over half a scale of some millimetres.
+    # By at most two degrees over half a scale of some millimetres.
     assert np.abs(make().points - other.points).max() < 5e-4
 
 
@@ -179,14 +178,14 @@ def test_attributes_are_from_0_to_1_and_a_scale_has_one_random_number(make):
     shape = make(faces=200_000)
     for values in (*shape.of_points.values(), *shape.of_faces.values()):
         assert (values.min(), values.max()) == pytest.approx((0, 1), abs=2e-3)
-    # 15 rows of 198 scales, one belly plate a scale of a row, and the head's plates.
+    # 15 rows of 198 scales, one belly plate per row, and the head's plates.
     assert len(np.unique(shape.of_faces["scale_random"])) == pytest.approx(16 * 198, rel=0.05)
-    # Rims of 0.11 of a side take 1 - 0.78^2 = 0.39 of a plate, and rounded corners and the head's plates some more.
+    # Rims of 0.11 of a side take 1 - 0.78^2 = 0.39 of a plate; rounded corners and the head's plates add to this.
     rim = np.add.reduceat(shape.of_points["scale_rim"][shape.corners], shape.starts) / face_sizes(shape)
     area = np.linalg.norm(face_areas(shape), axis=1)
     assert 0.3 < (area * (rim > 0.4)).sum() / area.sum() < 0.5
     belly = np.repeat(shape.of_faces["belly"] > 0, face_sizes(shape))
-    # But for the very tip of the tail, which is under and over at once.
+    # Except the very tip of the tail, which is both below and above.
     assert np.quantile(shape.of_points["around"][shape.corners[belly]], 0.01) > 0.6
 
 
@@ -199,7 +198,7 @@ def test_a_body_does_not_cut_itself(room):
             axis = (spine.points + sizes.axis[:, None] * spine.back)[::4]
             width, s = sizes.width[::4], spine.s[::4]
             distance = np.linalg.norm(axis[:, None] - axis[None], axis=-1) - width[:, None] - width
-            # Places nearer than a half-turn along the body are neighbours: there the bend decides, below.
+            # Places nearer than a half-turn along the body are neighbours; the bend, checked below, separates them.
             apart = np.abs(s[:, None] - s[None]) > np.pi * 1.7 * body.radius
             assert distance[apart].min() > 0, name
             bend = np.linalg.norm(np.gradient(spine.tail, spine.s, axis=0), axis=1) * sizes.width
@@ -217,7 +216,7 @@ def test_a_spine_has_the_length_asked_for_and_its_back_up(room):
         np.testing.assert_allclose(frame @ frame.transpose(0, 2, 1), np.tile(np.eye(3), (len(frame), 1, 1)), atol=1e-9)
         np.testing.assert_allclose(np.linalg.det(frame), 1, atol=1e-9)
         lying = np.abs(spine.tail[:, 2]) < 0.05
-        if name == "REARING":  # the head that looks ahead has its back up as well
+        if name == "REARING":  # the head that looks ahead also has its back up
             assert spine.back[0, 2] > 0.9
         assert (spine.back[lying, 2] > 0.99).all()
 
@@ -244,7 +243,7 @@ def test_samples_of_a_side_rise_from_the_groove_to_the_next(room):
     for n in range(2, 30):
         at = room["lattice"].samples(n)
         assert len(at) == n and at[0] == 0 and (np.diff(np.append(at, 1)) > 0).all()
-        # Both ends are alike: the groove's side and the rim are as wide at the head edge as at the tail edge.
+        # Both ends are alike: the groove's side and the rim are equally wide at the head edge and the tail edge.
         np.testing.assert_allclose(at[1:], 1 - at[1:][::-1], atol=1e-12)
 
 
@@ -253,7 +252,7 @@ def test_a_head_has_plates_a_mouth_and_nostrils(room):
     relief = room["head"].relief(share, angle, length=2.9)
     assert 40 < len(np.unique(relief.plate)) < 70
     assert relief.rise.max() == 0 and relief.rise.min() < -0.03
-    # The same on both sides.
+    # Both sides are equal.
     twin = room["head"].relief(share, -angle, length=2.9)
     np.testing.assert_allclose(relief.rise, twin.rise, atol=1e-9)
 
@@ -277,14 +276,14 @@ def test_a_shed_skin_is_one_sheet_with_one_edge(room, species, faces):
     there, back = one * size + other, other * size + one
     assert len(np.unique(there)) == len(there)
     open_edges = ~np.isin(there, back)
-    # Every point on the edge has one edge coming and one going; and Euler's number of a disc is 1.
+    # Every point on the edge has one incoming and one outgoing edge; the Euler characteristic of a disc is 1.
     assert len(np.unique(one[open_edges])) == open_edges.sum()
     assert size - (len(there) + open_edges.sum()) // 2 + len(shape.starts) == 1
     areas = face_areas(shape)
     assert np.linalg.norm(areas, axis=1).min() > 1e-14
     (u, v), (next_u, next_v) = shape.uv.T, shape.uv[following(shape)].T
     assert np.add.reduceat(u * next_v - v * next_u, shape.starts).min() > 0
-    # But for what hangs over, it faces up.
+    # It faces up, except for overhanging parts.
     assert (areas[:, 2] > 0).mean() > 0.8
 
 

@@ -60,7 +60,7 @@ def test_a_request_fills_the_list_and_is_repeated(addon, scene, scan, tmp_path):
 
 
 def test_line_alignment_is_warned_of(scene, tmp_path, capfd):
-    """Of a grating along the rows; a warning of what it takes out, after the bake."""
+    """With grooves along the scan's x axis; after the bake a warning names what the step removes."""
     lines = np.tile(127 + 100 * np.sin(2 * np.pi * np.arange(64) / 8), (64, 1)).T
     Image.fromarray(lines.astype(np.uint8)).save(tmp_path / "rows.png")
     bpy.ops.grating.import_height_map(filepath=str(tmp_path / "rows.png"), size_um=4, height_nm=100)
@@ -73,7 +73,7 @@ def test_line_alignment_is_warned_of(scene, tmp_path, capfd):
 
 
 def drawn(addon, grating):
-    """The labels and icons that the panel draws of a grating's quality."""
+    """The labels and icons that the panel draws for a grating's quality."""
     labels = []
     layout = SimpleNamespace(label=lambda text, icon="NONE": labels.append((text, icon)))
     layout.column = lambda align=False: layout
@@ -85,7 +85,7 @@ def drawn(addon, grating):
 
 
 def test_the_panel_shows_what_limits_a_scan(addon, scene, tmp_path):
-    """Dust on a good grating, of 8 bits over 80 nm; the remedy is in the panel's own words."""
+    """Dust on a good grating, 8 bits over 80 nm; the remedy uses the panel's own words."""
     x = np.arange(256)
     grey = np.tile(127 + 60 * np.sin(2 * np.pi * x / 16), (256, 1)) + np.random.default_rng(0).normal(0, 2, (256, 256))
     grey[100:110, 60:70] = 255

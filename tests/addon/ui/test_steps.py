@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The steps of levelling as a list in the panel, and the preview of what they make of the scan."""
+"""The levelling steps as a list in the panel, and the preview of the levelled scan."""
 
 import importlib
 
@@ -15,13 +15,13 @@ from tests.addon.layout import Layout, context_of
 
 
 def active():
-    """The active grating, found anew: undo frees what Python held."""
+    """The active grating, looked up again because undo frees Python's references."""
     return bpy.context.scene.natural_gratings.active()
 
 
 @pytest.fixture
 def steps(addon, scene, scan):
-    """A function that gives the imported grating's steps as text, after taking some."""
+    """A function that optionally sets the imported grating's steps and returns them as text."""
     addon.previewing_levelling.stop()
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
 
@@ -101,7 +101,7 @@ def test_arguments_are_written_into_the_text(steps, text, name, value, then):
 
 
 def test_every_argument_has_a_property_that_takes_what_the_step_takes(addon):
-    """So that the panel keeps no user from what the command line takes."""
+    """The panel thus accepts everything that the command line accepts."""
     step = addon.levelling_steps.LevellingStep.bl_rna.properties
     for kind in KINDS.values():
         for argument in kind.arguments:
@@ -138,7 +138,7 @@ def test_each_edit_is_undone_by_itself(steps):
 
 
 def test_the_dialog_of_the_text_begins_with_the_steps(addon, steps):
-    """What the panel shows and what is copied for the command line are one text."""
+    """The panel's steps and the command line's are one text."""
     steps("plane,dust:4")
     assert bpy.ops.grating.steps_as_text(steps="plane:robust") == {"FINISHED"}
     assert steps() == "plane:robust"
@@ -146,7 +146,7 @@ def test_the_dialog_of_the_text_begins_with_the_steps(addon, steps):
 
 
 def drawn(addon):
-    """What the panel draws of the active grating's levelling."""
+    """What the panel draws for the active grating's levelling."""
     layout = Layout()
     addon.steps_panel.draw_steps(layout, context_of(2000), active(), several=False)
     return layout
@@ -165,13 +165,13 @@ def test_the_panel_draws_list_arguments_and_then_the_preview(addon, steps):
     addon.previewing_levelling.refresh()
     layout = drawn(addon)
     assert layout.pictures == 2
-    # Of 8 pixels to a period of 100 nm the highest are half a pixel off the top: 100 nm cos(pi / 8).
+    # With 8 pixels per period of 100 nm the highest pixels are half a pixel off the top: 100 nm cos(pi / 8).
     assert {"As scanned", "Levelled", "range 92.39 nm"} <= set(layout.labels)
     assert "500 nm at 0 deg" in layout.labels
 
 
 def test_a_preview_is_made_once_for_each_choice_of_steps(addon, steps, monkeypatch):
-    """Not once for each time that the panel is drawn; and one that was made is there again after undo."""
+    """Redrawing the panel makes no new preview, and after undo an earlier preview is reused."""
     made = []
     module = importlib.import_module(f"{EXTENSION}.precompute.surface.preview")
     preview = module.preview
@@ -204,7 +204,7 @@ def test_the_pictures_are_the_scans(addon, steps):
     for image, look in zip(pictures.values(), (found.before, found.after), strict=True):
         assert tuple(image.image_size) == (64, 64)
         held = np.array(image.image_pixels_float[:]).reshape(64, 64, 4)
-        assert np.abs(held[::-1, :, :3] - look.picture).max() <= 0.5 / 255 + 1e-6  # of 8 bits
+        assert np.abs(held[::-1, :, :3] - look.picture).max() <= 0.5 / 255 + 1e-6  # 8-bit rounding
         assert (held[..., 3] == 1).all()
 
 
@@ -247,7 +247,7 @@ def test_a_text_that_is_no_step_is_one_line_in_the_panel(addon, steps):
 
 
 def test_once_a_scan_is_baked_only_the_steps_text_is_shown(addon, steps):
-    """Until the artist opens it: the list is long, and what comes next stands below."""
+    """Until the artist opens the list: it is long, and the next controls stand below it."""
     active().bake_path = "waves.exr"
     layout = drawn(addon)
     assert layout.labels == ["Levelling: plane"] and layout.lists == []

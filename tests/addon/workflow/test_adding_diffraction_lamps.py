@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adding a Diffraction Lamp: where it goes, what it refuses, what it says. tests/render/test_diffraction_lamp.py has
-its light."""
+"""Adding a Diffraction Lamp: placement, refusals, messages. tests/render/test_diffraction_lamp.py tests its light."""
 
 import bpy
 import numpy as np
@@ -60,7 +59,7 @@ def test_its_axes_are_those_of_the_scan(carrier):
     np.testing.assert_allclose(lamp[:, 2], -plane[:, 2], atol=1e-6)
     np.testing.assert_allclose(lamp[:, 0], plane[:, 1], atol=1e-6)
     np.testing.assert_allclose(lamp[:, 1], plane[:, 0], atol=1e-6)
-    # A twentieth of its size above the surface, and of its own size, not of the plane's scale.
+    # A twentieth of its size above the surface; its size ignores the plane's scale.
     np.testing.assert_allclose(added().matrix_world.translation, 0.001 * plane[:, 2], atol=1e-7)
     assert added().data.size == pytest.approx(0.02)
     np.testing.assert_allclose(added().matrix_world.to_scale(), 1, atol=1e-6)
@@ -83,7 +82,7 @@ def test_it_stays_on_its_object(carrier):
 
 
 def test_modifiers_and_smooth_shading_count(scene, carrier):
-    """On a smooth ball the normal is the ball's own; U runs around it, as a ball of Blender is unwrapped."""
+    """On a smooth ball the normal is the ball's own; U runs around it, as Blender unwraps a ball."""
     bpy.ops.mesh.primitive_uv_sphere_add(segments=96, ring_count=48, radius=0.5)
     bpy.ops.object.shade_smooth()
     ball = bpy.context.object
@@ -98,7 +97,7 @@ def test_modifiers_and_smooth_shading_count(scene, carrier):
     # Facets of 3.75 degrees: their shading normals follow the ball to the square of half of that, 1e-3.
     np.testing.assert_allclose(-lamp[:, 2], out, atol=2e-3)
     around = np.cross((0, 0, 1), out)
-    # U is constant along a facet: half of 3.75 degrees, 0.033, is how far it is off.
+    # U is constant along a facet: it is off by half of 3.75 degrees, 0.033.
     np.testing.assert_allclose(lamp[:, 0], around / np.linalg.norm(around), atol=0.04)
     assert np.linalg.norm(added().matrix_world.translation - Vector((2, 0, 0))) == pytest.approx(0.5, abs=1e-3)
 

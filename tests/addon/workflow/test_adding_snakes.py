@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Add > Mesh > Snake: the mesh and its skins, along a curve, with bones, undone, and refused."""
+"""Add > Mesh > Snake: the mesh and its skins, along a curve, with bones, undo, and refusals."""
 
 import time
 
@@ -17,7 +17,7 @@ def read(collection, name: str, width: int, dtype=np.float32) -> np.ndarray:
 
 
 def add(**settings):
-    """A snake of 50,000 faces unless told otherwise."""
+    """Add a snake, of 50,000 faces by default."""
     assert bpy.ops.grating.add_snake(**{"faces": 50_000, **settings}) == {"FINISHED"}
     return bpy.context.active_object
 
@@ -31,14 +31,14 @@ def test_a_snake_is_added_at_the_cursor_selected_and_on_the_floor(scene):
     assert bpy.context.selected_objects == [snake]
     assert snake.location[:] == (1, 2, 3)
     co = read(snake.data.vertices, "co", 3)
-    # The belly's plates are curved, so only their rims' rise is under the floor: fractions of a millimetre.
+    # The belly's plates are curved, so only their rims' rise is below the floor: fractions of a millimetre.
     assert co[:, 2].min() == pytest.approx(0, abs=5e-4)
     assert abs(co[:, :2].min(axis=0) + co[:, :2].max(axis=0)).max() < 0.02
     assert not snake.data.copy().validate(), "Blender had to repair the mesh"
 
 
 def test_the_default_takes_a_few_seconds(scene):
-    """A bound with an eye on a hang, not a measurement: it takes about a second."""
+    """The bound only catches a hang; it takes about a second."""
     start = time.process_time()
     snake = add(faces=200_000)
     assert time.process_time() - start < 30
@@ -56,7 +56,7 @@ def test_plates_are_smooth_and_end_in_creases(scene):
     start = read(mesh.polygons, "loop_start", 1, np.int32)[:, 0]
     turn = np.degrees(np.arccos(np.clip((normals * np.repeat(face, size, axis=0)).sum(axis=1), -1, 1)))
     inner = np.maximum.reduceat(corner_rim, start) == 0
-    # Were the grooves' walls of tens of degrees averaged in, the rims of plates would be rounded.
+    # If the grooves' walls, tens of degrees steep, were averaged in, the plates' rims would be rounded.
     worst = np.maximum.reduceat(turn, start)[inner]
     assert np.median(worst) < 8
     sharp = read(mesh.attributes["sharp_edge"].data, "value", 1, bool)[:, 0]
@@ -89,7 +89,7 @@ def test_diffraction_goes_over_a_skin_and_keeps_its_base(addon, scene, grating, 
 @pytest.mark.parametrize("faces", [50_000, 200_000])
 @pytest.mark.parametrize("species", ["XENOPELTIS", "ELAPHE"])
 def test_u_keeps_its_direction_over_the_cut_of_the_map(addon, scene, species, faces):
-    """With fewer faces the triangles at the very snout are too few."""
+    """With fewer faces the very snout has too few triangles."""
     assert not addon.seams.Seams(add(species=species, faces=faces).data).turned.any()
 
 
@@ -140,7 +140,7 @@ def test_into_a_hidden_collection_it_is_refused(scene, kind):
     view = bpy.context.view_layer
     layer, before = view.layer_collection.children["Away"], view.active_layer_collection
     layer.hide_viewport = True
-    view.update()  # which makes another collection the active one
+    view.update()  # activates another collection
     view.active_layer_collection = layer
     try:
         with pytest.raises(RuntimeError, match="Away: the active collection is hidden; show it, or choose another"):
@@ -185,7 +185,7 @@ def test_bones_move_the_mesh_and_leave_it_at_rest(scene):
     bpy.context.view_layer.update()
     moved = np.linalg.norm(posed() - still, axis=1)
     along = read(snake.data.attributes["along"].data, "value", 1)[:, 0]
-    # A bone is a 32nd of the snake; it takes along what lies before it, and its neighbour behind follows half.
+    # A bone is a 32nd of the snake; it moves everything ahead of it, and its neighbour behind moves half as far.
     assert moved[along < 0.05].min() > 1e-3
     assert moved[along > 6 / 32].max() < 1e-6
     groups = [sum(each.weight for each in vertex.groups) for vertex in list(snake.data.vertices)[::97]]
@@ -235,7 +235,7 @@ def test_the_menu_has_its_entry(extension):
 
 
 def pictured(scene, snake, height: float) -> np.ndarray:
-    """Linear colours (n, 3) of the pixels that show the snake, looked at along Z from `height` in even light."""
+    """Linear colours (n, 3) of the pixels that show the snake, seen along Z from `height` in even light."""
     for lamp in [obj for obj in scene.objects if obj != snake]:
         bpy.data.objects.remove(lamp)
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
@@ -273,7 +273,7 @@ def rendered(scene) -> np.ndarray:
 
 @pytest.mark.parametrize("species", ["XENOPELTIS", "ELAPHE"])
 def test_skins_are_brown_above_and_pale_below(scene, species):
-    """Under even white light a picture shows the colours of the skin itself."""
+    """Under even white light a picture shows the skin's own colours."""
     snake = add(species=species, pose="S", length_m=0.5)
     above = pictured(scene, snake, 1.0)
     below = pictured(scene, snake, -1.0)
@@ -284,5 +284,5 @@ def test_skins_are_brown_above_and_pale_below(scene, species):
     redness = above[:, 0] / above[:, 1]
     spread = np.quantile(redness, 0.9) / np.quantile(redness, 0.1)
     assert spread > 1.5 if species == "ELAPHE" else spread < 1.2
-    # Of the corn snake's belly a tenth and more is of dark checks, and of neither belly most.
+    # Most of both bellies is pale; at least a tenth of the corn snake's is dark checks.
     assert (np.quantile(below[:, 1], 0.1) < 0.2) == (species == "ELAPHE")

@@ -20,8 +20,7 @@ def guest(tmp_path_factory):
 
 @pytest.fixture
 def file(scene, grating, guest):
-    """A file with an object named Guest that shows the grating, whose settings are not the defaults; another file is
-    open, which is empty."""
+    """A file whose object Guest shows the grating, with unusual settings; another, empty file is open."""
     if not guest.exists():
         grating.lights, grating.shadows, grating.footprint = "LAMPS", False, False
         bpy.ops.grating.assign()
@@ -74,7 +73,7 @@ def test_its_bake_comes_from_its_pictures(file):
 
 
 def test_a_pasted_copy_follows_its_grating(file, addon, capfd):
-    """As Ctrl-C and Ctrl-V in one file. Only its material is a copy then: its inputs are its own."""
+    """By Ctrl-C and Ctrl-V in one file. Only the material is then a copy, with its own inputs."""
     bring(file)
     bpy.ops.grating.adopt()
     held = {kind: sorted(getattr(bpy.data, kind).keys()) for kind in ("node_groups", "images")}
@@ -128,7 +127,7 @@ def test_another_scenes_grating_is_offered_where_an_object_shows_it(scene, grati
 
 
 def test_materials_of_osl_and_unused_ones_are_not_offered(scene, grating, addon, baked):
-    scene.render.engine = "CYCLES"  # Blender compiles a script under no other
+    scene.render.engine = "CYCLES"  # Blender compiles scripts only under Cycles
     addon.making_materials.new_diffraction_group(baked)
     bpy.context.object.data.materials.append(addon.making_osl_references.reference_from_bake(scene, baked))
     assert addon.group_users.strays(scene) == []
@@ -142,7 +141,7 @@ def test_the_line_of_objects(addon, count, line):
 
 
 def test_objects_are_found_behind_groups_and_slots(scene, grating, addon):
-    """In a group in a material, in an object's own slot, and on a curve; not where another material hides it."""
+    """In a group in a material, in an object's own slot, and on a curve, but not where another material hides it."""
     bpy.ops.grating.assign()
     plane, data = bpy.context.object, bpy.data
     outer = data.node_groups.new("Outer", "ShaderNodeTree")
@@ -175,6 +174,6 @@ def test_the_same_scan_with_other_settings_is_another_grating(scene, scan):
     for size in (4, 4, 5):
         bpy.ops.grating.import_height_map(filepath=str(scan), size_um=size, height_nm=100)
     assert [each.name for each in gratings()] == ["waves", "waves.001"]
-    gratings()[1].delta_e = 3.0  # for a comparison
+    gratings()[1].delta_e = 3.0  # for comparison
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=5, height_nm=100)
     assert len(gratings()) == 3

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Assign, Add and Remove on what artists have: shared materials, several slots, other files' objects, curves."""
+"""Assign, Add and Remove on artists' objects: shared materials, several slots, linked objects, curves."""
 
 import bpy
 import pytest
@@ -15,14 +15,14 @@ def paint(name, addon):
 
 
 def second_object(scene, mesh=None):
-    """A further plane, not selected, with a mesh of its own or the given one."""
+    """A second plane, unselected, with its own mesh or the given one."""
     thing = bpy.data.objects.new("Second", mesh or bpy.context.object.data.copy())
     scene.collection.objects.link(thing)
     return thing
 
 
 def shows(material, addon) -> bool:
-    """Whether some Material Output of the material is fed by a linked, unmuted Diffraction node."""
+    """Whether a linked, unmuted Diffraction node feeds a Material Output."""
     nodes = addon.material.diffraction_nodes(material)
     ends = [link.to_node.type for node in nodes for link in node.outputs["Shader"].links if not node.mute]
     return "OUTPUT_MATERIAL" in ends
@@ -203,7 +203,7 @@ def test_add_that_fails_on_its_second_material_has_changed_nothing(scene, gratin
 
 @pytest.fixture
 def library(scene, addon, tmp_path):
-    """A file with a cube that has a material and a cube that has none."""
+    """A file with a cube that has a material and a cube without one."""
     path = tmp_path / "library.blend"
     for name, material in (("Painted", paint("Foreign", addon)), ("Bare", None)):
         bpy.ops.mesh.primitive_cube_add()
@@ -290,7 +290,7 @@ def test_what_is_no_mesh_is_named_with_the_remedy(scene, grating, addon, capfd, 
 
 
 def test_a_mesh_in_edit_mode_is_left_alone(scene, grating, addon):
-    """Also by the command line, which has no button to be grey."""
+    """The command line too, which has no button to grey out."""
     plane = bpy.context.object
     bpy.ops.object.mode_set(mode="EDIT")
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A grating baked again: its materials show the new bake, and keep their names and what artists set."""
+"""Baking a grating again: its materials show the new bake, and keep their names and the artist's settings."""
 
 import bpy
 import numpy as np
@@ -11,7 +11,7 @@ from precompute.table.atlas_file import read_header
 
 @pytest.fixture
 def grating(scene, scan):
-    """A grating that has been imported and baked, coarsely."""
+    """A grating, imported and baked coarsely."""
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
     made = scene.natural_gratings.active()
     made.delta_e = 6.0
@@ -20,7 +20,7 @@ def grating(scene, scan):
 
 
 def blocks():
-    """The names of the data-blocks that bakes and materials bring."""
+    """The names of the data-blocks that bakes and materials add."""
     return sorted(one.name for each in ("images", "node_groups", "materials") for one in getattr(bpy.data, each))
 
 
@@ -109,7 +109,7 @@ def test_a_grating_whose_bake_undo_took_away_knows_it_again(scene, grating, addo
     assert addon.bakes.recall_bakes in bpy.app.handlers.redo_post
     addon.bakes.recall_bakes()
     assert (grating.bake_path, grating.bake_summary) == (path, summary)
-    grating.bake_path, grating.delta_e = "", 0.7  # another bake than was made
+    grating.bake_path, grating.delta_e = "", 0.7  # differs from the bake that was made
     addon.bakes.recall_bakes()
     assert grating.bake_path == ""
 
@@ -141,7 +141,7 @@ def test_what_is_set_during_a_bake_is_not_noted_as_baked(scene, grating, addon):
 
 
 def test_what_was_given_for_one_file_is_not_offered_for_the_next(scene, scan):
-    """Blender fills a dialog with what the operator was last called with."""
+    """Blender fills a dialog with the operator's last arguments."""
     properties = bpy.ops.grating.import_height_map.get_rna_type().properties
     for name in ("filepath", "size_um", "height_nm", "channel"):
         assert properties[name].is_skip_save, name

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Baking direction maps: what a picture holds, who reads it, every fault in one line. Its light is in ../render."""
+"""Baking direction maps: the picture's contents, its users, and one-line errors. tests/render tests its light."""
 
 import bpy
 import numpy as np
@@ -36,7 +36,7 @@ def contents() -> list[str]:
 
 
 def test_a_picture_holds_the_angle_from_its_map_s_tangent(scene, carrier, grating, addon, capfd):
-    """T is x. The map's tangent is -x: half a turn, cosine -1 and sine 0. It goes on past the island's rim."""
+    """T is x. The map's tangent is -x: half a turn, cosine -1 and sine 0. It continues beyond the island's edge."""
     before, set_up = contents(), (scene.render.engine, scene.cycles.samples)
     told = reports(lambda: bpy.ops.grating.bake_direction_map(size=64, margin=4), capfd)
     assert "Plane Half frame: the direction on Plane, 64 x 64 pixels on its UV map Half" in told
@@ -51,7 +51,7 @@ def test_a_picture_holds_the_angle_from_its_map_s_tangent(scene, carrier, gratin
 
 
 def test_rotation_is_not_baked(carrier, addon):
-    """The material has it still."""
+    """The material still has it."""
     (node,) = addon.material.diffraction_nodes(carrier.active_material)
     node.inputs["Rotation"].default_value = 1.0
     bpy.ops.grating.bake_direction_map(size=32)

@@ -23,7 +23,7 @@ def monkey(scene):
 
 @pytest.fixture
 def tube(scene):
-    """A tube of ten metres along its own Z, open, without a UV map; moved, and lying along the scene's X."""
+    """An open tube of ten metres along its own Z, without a UV map; moved, and lying along the scene's X."""
     bpy.ops.mesh.primitive_cylinder_add(vertices=24, radius=0.5, depth=10, end_fill_type="NOTHING", calc_uvs=False)
     made = bpy.context.object
     bpy.ops.object.mode_set(mode="EDIT")
@@ -51,7 +51,7 @@ def is_bare(thing) -> bool:
 
 
 def faults(fault, **settings) -> None:
-    """The operator refuses with one line that holds the fault."""
+    """Assert that the operator refuses with one line that matches `fault`."""
     with pytest.raises(RuntimeError, match=fault) as caught:
         bpy.ops.grating.comb(**settings)
     assert len(str(caught.value).strip().splitlines()) == 1
@@ -67,7 +67,7 @@ def test_suzanne_is_combed(monkey, capfd, source):
     turn = np.empty(len(monkey.data.loops) * 3, np.float32)
     monkey.data.attributes[COMB[1]].data.foreach_get("vector", turn)
     np.testing.assert_allclose(np.linalg.norm(turn.reshape(-1, 3), axis=1), 1, atol=1e-6)
-    # Its head, two eyes: three closed parts of two each; eyes are their own parts.
+    # The head and two eyes: three closed parts with two singular points each.
     selected = sum(vertex.select for vertex in monkey.data.vertices)
     assert selected >= 3 or "no singular" in told
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The lines that show a direction in the 3D view, as numbers. tests/package/test_interface.py sees them drawn."""
+"""The lines that show a direction in the 3D view, as numbers. tests/package/test_direction.py tests their drawing."""
 
 import bpy
 import numpy as np
@@ -19,7 +19,7 @@ def unit(lines) -> np.ndarray:
 
 
 def test_arrows_lie_along_t_and_scale_with_the_mesh(scene, addon):
-    """On a plane turned by 0.3 radians and 2 m wide: a shaft in the middle of both triangles, with two barbs each."""
+    """On a plane 2 m wide, turned by 0.3 radians: a shaft in the middle of both triangles, with two barbs each."""
     plane = bpy.context.object
     plane.rotation_euler = (0, 0, 0.3)
     bpy.context.view_layer.update()
@@ -80,13 +80,13 @@ def test_a_mesh_without_a_direction_has_no_lines(scene, addon, spoil):
 
 
 def test_a_mesh_without_seams_shows_its_arrows(scene, addon):
-    """Blender makes no batch of an empty array."""
+    """Blender cannot make a batch of an empty array."""
     (part,) = addon.direction_overlay.parts_of(lines_of(addon, grid(8)))
     assert part.ends.shape == (3 * 2 * 128, 3)
 
 
 def test_a_ring_lies_around_each_face_where_a_comb_is_singular(scene, addon):
-    """On a grid of 64 faces, each 1 m wide: two rings of twelve lines, 0.6 of the arrows' distance in radius."""
+    """On a grid of 64 faces, each 1 m wide: two rings of twelve lines, their radius 0.6 of the arrows' distance."""
     square = grid(8)
     addon.combed_mesh.note_singular(square.data, np.array([6, 7, 40]))
     rings = lines_of(addon, square).singular
@@ -103,7 +103,7 @@ def test_a_ring_lies_around_each_face_where_a_comb_is_singular(scene, addon):
 
 
 def test_a_fault_while_drawing_switches_the_overlay_off_once(scene, addon, capfd):
-    """In background Blender draws nothing and refuses its shader, which is a fault as good as any."""
+    """In background mode Blender draws nothing and refuses its shader, which serves as the error."""
     told = []
     addon.direction_overlay.show(True, told.append)
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""When a world's sources are fitted and given up, and how often its fingerprint is taken for that."""
+"""When a world's sources are fitted and dropped, and how often its fingerprint is computed for this."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ SUN = Source(np.array((0.0, 0.6, 0.8)), np.array((3.0, 2.0, 1.0)), 1e-4)
 
 @pytest.fixture
 def taken(addon, monkeypatch):
-    """The fingerprints that were taken."""
+    """The fingerprints that were computed."""
     found, fingerprint = [], addon.fingerprint.fingerprint
     monkeypatch.setattr(addon.fingerprint, "fingerprint", lambda *given: found.append(fingerprint(*given)) or found[-1])
     return found
@@ -50,7 +50,7 @@ def test_a_change_takes_one_fingerprint(addon, scene, sky, taken):
 
 
 def test_what_acts_on_a_world_looks_at_it_as_it_is(addon, scene, sky, taken):
-    """Also before Blender has told of a change: a fit, and a render."""
+    """Even before Blender reports a change: for a fit, and for a render."""
     import bpy
 
     assert addon.fitting_worlds.world_is_fitted(scene)
@@ -74,10 +74,10 @@ def test_a_world_that_is_exchanged_is_noticed(addon, scene, sky):
 
 
 def test_the_panel_offers_a_fit_that_has_work_and_tells_one_that_failed(addon, scene, grating, sky, monkeypatch):
-    """A fit has work if a grating follows the world, and if the world was not fitted as it is now."""
+    """A fit has work if a grating follows the world and the world has changed since its last fit."""
     import bpy
 
-    from .layout import Layout, context_of
+    from tests.addon.layout import Layout, context_of
 
     def drawn():
         layout, context = Layout(), context_of()
@@ -92,7 +92,7 @@ def test_the_panel_offers_a_fit_that_has_work_and_tells_one_that_failed(addon, s
     def fail(*_):
         raise addon.child.GratingError("world World", "not rendered", "try again")
 
-    # As with a window, where nobody waits for the fit.
+    # As with a window, where the fit runs in the background.
     monkeypatch.setattr(addon.world_probe, "Probe", fail)
     running = addon.fitting_worlds._Running(scene.name, addon.fitting_worlds._fingerprint(scene))
     monkeypatch.setattr(addon.fitting_worlds, "_running", running)
@@ -187,7 +187,7 @@ STILL = {
 
 @pytest.mark.parametrize("how", [*ANIMATED, *STILL])
 def test_an_animated_world_has_no_sources(addon, scene, sky, how):
-    """They would shine on where they were at one frame, in all frames of a render."""
+    """In all frames of a render they would shine where they were at one frame."""
     import bpy
 
     (ANIMATED | STILL)[how](scene.world, scene)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is set on a grating reaches its materials without another press of a button."""
+"""A grating's settings reach its materials without another press of a button."""
 
 import bpy
 import pytest
@@ -7,7 +7,7 @@ import pytest
 
 @pytest.fixture
 def nodes(scene, grating):
-    """The nodes of the grating's group after Blender has evaluated the scene, as the panel has it do."""
+    """The nodes of the grating's group after Blender has evaluated the scene, as the panel requests it."""
     assert bpy.ops.grating.assign() == {"FINISHED"}
 
     def found():
@@ -20,7 +20,7 @@ def nodes(scene, grating):
 
 @pytest.mark.parametrize(("name", "value"), [("footprint", False), ("shadows", False)])
 def test_a_setting_reaches_the_material_at_the_next_change(grating, nodes, name, value):
-    """What is set already makes no nodes again."""
+    """An unchanged setting rebuilds no nodes."""
     before = nodes()
     assert nodes() == before
     setattr(grating, name, value)

@@ -10,7 +10,7 @@ import pytest
 
 from tests.addon.batch.test_commands import fault
 
-# Of the needs (precompute/bake/shown_directions.py), and of what is rounded outwards to four digits.
+# The margin of the needs (precompute/bake/shown_directions.py), and their rounding outwards to four digits.
 MARGIN, DIGITS = 0.02, 1e-4
 
 
@@ -27,9 +27,9 @@ def test_a_plane_under_a_sun(addon, scene, watched):
     sine, cosine = math.sin(math.radians(40)), math.cos(math.radians(40))
     wanted = [(sine - lean, sine + lean), (-lean, lean), (cosine + 10 * corner, cosine + 1)]
     found = ranges(measured.needs)
-    # Rays go through the middles of one in some pixels, which are 0.0045 of (u, v) wide.
+    # Rays pass through the centres of some pixels, which are 0.0045 of (u, v) wide.
     np.testing.assert_allclose(found, wanted + np.array((-MARGIN, MARGIN)), atol=0.01)
-    # At the corner the pixel is narrower by the cosine squared, 0.96; along the slant by the cosine more.
+    # At the corner the pixel is narrower by the cosine squared, 0.96; along the slant by another cosine.
     pixel = 36 / 50 / 160
     assert 0.97 * pixel < measured.needs.footprint < pixel
     assert measured.needs.light_radius == 0
@@ -47,7 +47,7 @@ def test_scales_and_turns_are_the_material_s_and_the_object_s(addon, scene, watc
     node.inputs["Height Scale"].default_value = 0.5
     bpy.context.view_layer.update()
     after = ranges(addon.measuring_needs.measure_needs(scene, grating).needs)
-    # T is now +Y and B is -X; rounded outwards, and each margin stays.
+    # T is now +Y and B is -X; the ranges are rounded outwards, and each margin stays.
     inner = before + np.array((MARGIN, -MARGIN))
     wanted = 0.5 * np.stack([inner[1], -inner[0][::-1], inner[2]]) + np.array((-MARGIN, MARGIN))
     np.testing.assert_allclose(after, wanted, atol=2 * DIGITS)
@@ -88,7 +88,7 @@ def test_a_camera_that_moves_is_looked_through_in_all_frames(addon, scene, watch
 
 
 def test_a_camera_that_a_marker_brings_is_looked_through(addon, scene, watched):
-    """Also one that is active between two of the frames that are looked at anyway."""
+    """Even a camera that is active only between two sampled frames."""
     grating = scene.natural_gratings.active()
     still = addon.measuring_needs.measure_needs(scene, grating)
     second = bpy.data.objects.new("Second", scene.camera.data)
@@ -114,7 +114,7 @@ def test_a_material_that_is_animated_is_looked_at_in_all_frames(addon, scene, wa
 
 
 def test_instances_of_other_meshes_are_no_places(addon, scene, watched):
-    """A ray that meets one tells the number of a face of a mesh that is not the object's."""
+    """A ray that hits an instance returns a face number of another mesh."""
     grating = scene.natural_gratings.active()
     before = addon.measuring_needs.measure_needs(scene, grating)
     tree = bpy.data.node_groups.new("Warts", "GeometryNodeTree")
@@ -137,7 +137,7 @@ def test_instances_of_other_meshes_are_no_places(addon, scene, watched):
 
 
 def test_subdivision_is_evaluated_and_objects_before_it_hide_it(addon, scene, watched):
-    """A cube that is subdivided is round; what stands before the camera shows nothing, unless no render shows it."""
+    """A subdivided cube is round; a cube behind another object shows nothing, unless no render shows that object."""
     grating = scene.natural_gratings.active()
     bpy.ops.mesh.primitive_cube_add(size=1, location=(0, 0, 1))
     cube = bpy.context.object

@@ -35,7 +35,7 @@ def narrowed(scene, watched, narrow, addon):
 
 
 def turn_camera(scene):
-    """To look at the plane from 20 degrees towards the sun."""
+    """Let the camera look at the plane from 20 degrees towards the sun."""
     angle = math.radians(20)
     scene.camera.location = (10 * math.sin(angle), 0, 10 * math.cos(angle))
     scene.camera.rotation_euler = (0, angle, 0)
@@ -52,7 +52,7 @@ def test_the_region_is_noted_with_the_bake(scene, watched, narrow, addon):
     wide, grating.bake_path = grating.bake_path, str(narrow)
     addon.making_materials.refresh_group(grating)
     held = noted()
-    # Whole texels around what was asked for; a texel of this coarse bake is under 0.1.
+    # Whole texels around the request; a texel of this coarse bake is under 0.1.
     assert 0.4 < held.region.u[0] <= 0.5 and 0.8 <= held.region.u[1] < 0.9 and held.w == (1.7, 2.0)
     grating.bake_path = wide
     addon.making_materials.refresh_group(grating)
@@ -103,7 +103,7 @@ def test_a_scene_without_a_camera_has_nothing_to_notice(scene, narrowed, addon):
 
 @pytest.mark.parametrize("mode", ["EDIT", "SCULPT", "WEIGHT_PAINT"])
 def test_a_scene_is_saved_in_any_mode(scene, narrowed, addon, tmp_path, capfd, mode):
-    """Where Blender lets the faces be read, what they show is noticed; in Edit Mode nothing is said."""
+    """Where Blender lets the faces be read, the add-on warns about them; in Edit Mode it gives no warning."""
     turn_camera(scene)
     bpy.ops.object.mode_set(mode=mode)
     try:

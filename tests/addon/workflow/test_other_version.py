@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Diffraction groups that another version of Blender saved. tests/package/test_other_version.py renders such files."""
+"""Diffraction groups saved by another version of Blender. tests/package/test_other_version.py renders such files."""
 
 import bpy
 import pytest
@@ -8,20 +8,20 @@ from tests.addon.conftest import reports
 
 
 class Unknown(bpy.types.ShaderNodeCustomGroup):
-    """A kind of node that Blender does not have once it is unregistered."""
+    """A kind of node that Blender lacks once it is unregistered."""
 
     bl_idname, bl_label = "ShaderNodeUnknown", "Unknown"
 
 
 def saved_by_newer(group):
-    """A node in it is of a kind that this Blender does not have, as a Raycast node is in 4.5."""
+    """Add a node of a kind that this Blender lacks, as 4.5 lacks the Raycast node."""
     bpy.utils.register_class(Unknown)
     group.nodes.new(Unknown.bl_idname)
     bpy.utils.unregister_class(Unknown)
 
 
 def saved_by_older(group):
-    """It lacks the Raycast node."""
+    """Remove the Raycast node."""
     for node in [node for node in group.nodes if node.bl_idname == "ShaderNodeRaycast"]:
         group.nodes.remove(node)
 
@@ -63,7 +63,7 @@ def test_buttons_make_it_anew(group, saved, button, capfd):
 
 
 def test_a_linked_group_says_what_to_do(scene, addon, group, tmp_path):
-    """Appended, it is made anew at once."""
+    """An appended group is rebuilt at once."""
     saved_by_newer(group)
     path = tmp_path / "newer.blend"
     bpy.data.libraries.write(str(path), {group})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Several files at once: each a grating of its own, or scans of one skin whose spectra are averaged."""
+"""Importing several files: as separate gratings, or as scans of one skin whose spectra are averaged."""
 
 import json
 import subprocess
@@ -68,7 +68,7 @@ def test_several_files_become_one_grating(scene, skins):
 
 
 def test_a_bake_of_several_files_is_that_of_the_command_line(addon, scene, skins, tmp_path, monkeypatch):
-    """The same key in the cache, and the same bytes."""
+    """The cache key and the bytes are equal."""
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE", str(tmp_path / "cache"))
     names = ["one.png", "two.png"]
     report = tmp_path / "facts.json"
@@ -140,7 +140,7 @@ def test_of_one_file_none_is_listed_and_a_broken_request_is_one_line(addon, scen
 
 
 def test_several_files_that_are_dropped_are_asked_about(addon, skins):
-    """One is imported at once."""
+    """A single file is imported at once."""
     asked = []
     manager = SimpleNamespace(invoke_props_dialog=lambda operator: asked.append(operator) or {"RUNNING_MODAL"})
     dropped = SimpleNamespace(

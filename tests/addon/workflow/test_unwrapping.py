@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Unwrapping from Blender: a new map, the old ones and the grating's direction kept, and every fault in one line."""
+"""Unwrapping in Blender: a new map, the old ones and the grating's direction kept, and one-line errors."""
 
 import importlib
 import os
@@ -19,7 +19,7 @@ METHODS = ["XATLAS", "MINIMUM_STRETCH"]
 
 
 def map_of(mesh, name) -> np.ndarray:
-    """The places (n, 2) of a mesh's corners on a map."""
+    """The positions (n, 2) of a mesh's corners on a map."""
     uv = np.empty((len(mesh.data.loops), 2), np.float32)
     mesh.data.uv_layers[name].uv.foreach_get("vector", uv.ravel())
     return uv
@@ -27,7 +27,7 @@ def map_of(mesh, name) -> np.ndarray:
 
 @pytest.fixture
 def monkey(scene):
-    """Suzanne, active: she has faces of three and of four corners."""
+    """Suzanne, active: she has triangles and quads."""
     bpy.ops.mesh.primitive_monkey_add()
     return bpy.context.object
 
@@ -40,7 +40,7 @@ def carrier(monkey, grating):
 
 
 def areas(mesh, name) -> np.ndarray:
-    """The signed areas on a map of a mesh's triangles."""
+    """The signed areas of a mesh's triangles on a map."""
     mesh.data.calc_loop_triangles()
     a, b, c = (map_of(mesh, name)[[t.loops[k] for t in mesh.data.loop_triangles]] for k in range(3))
     return ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
@@ -52,7 +52,7 @@ def test_a_new_map_and_all_else_as_before(monkey, method, capfd):
     told = reports(lambda: bpy.ops.grating.unwrap(method=method), capfd)
     assert "Suzanne: unwrapped into Unwrapped: " in told
     new = map_of(monkey, "Unwrapped")
-    # Within the square, up to single precision; flat on it, and all of one hand.
+    # Within the square to single precision, and with one orientation.
     assert new.min() > -1e-6 and new.max() < 1 + 1e-6
     found = areas(monkey, "Unwrapped")
     assert 0.2 < found.sum() <= 1 and (found > 0).mean() > 0.99
@@ -84,7 +84,7 @@ def test_a_comb_is_left_alone(carrier, grating, addon, capfd):
 
 
 def test_another_mesh_without_that_map_keeps_the_default(carrier, grating, capfd):
-    """The map that renders is still the old one on either."""
+    """The map that renders is still the old one on both."""
     bpy.ops.mesh.primitive_plane_add()
     other = bpy.context.object
     other.data.uv_layers[0].name = "Other"
@@ -100,7 +100,7 @@ def test_a_mesh_without_a_map_is_told_that_the_new_one_turns(monkey, capfd):
 
 
 def test_the_seams_of_the_mesh_are_followed(scene, addon):
-    """A tube cut along one line and its rims is one island of its walls, and two lids."""
+    """A tube cut along one line and its rims has three islands: its wall and two lids."""
     bpy.ops.mesh.primitive_cylinder_add(vertices=16)
     tube = bpy.context.object
     for edge in tube.data.edges:
@@ -160,7 +160,7 @@ def test_a_linked_mesh_is_told(scene, addon, tmp_path):
 
 
 def children(process):
-    """The numbers of a process's children, once there are some."""
+    """The numbers of a process's children; waits until there are some."""
     deadline = time.monotonic() + 60
     while not (found := Path(f"/proc/{process}/task/{process}/children").read_text().split()):
         assert time.monotonic() < deadline
@@ -170,7 +170,7 @@ def children(process):
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="asks Linux for the processes")
 def test_a_crash_of_xatlas_is_one_line_and_nothing_changes(scene, addon, tmp_path):
-    """Its process is killed as it works."""
+    """The process is killed while it works."""
     bpy.ops.mesh.primitive_uv_sphere_add(segments=400, ring_count=200)
     mesh = bpy.context.object
     unwrapping = addon.unwrapping.Unwrapping(mesh, addon.unwrapping.Packing())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Varying a grating: what is noted, what is refused, what meshes are asked for, and the bakes that others are given."""
+"""Varying a grating: the stored choice, refusals, what it needs of meshes, and the bakes of the other gratings."""
 
 import shutil
 
@@ -11,7 +11,7 @@ from tests.addon.conftest import reports
 
 @pytest.fixture
 def others(scene, grating, baked, tmp_path):
-    """The scene's three gratings, on whose first, which the plane shows, the panel works."""
+    """The scene's three gratings; the first is active, and the plane shows it."""
     items = scene.natural_gratings.items
     for name in ("second", "third"):
         path = tmp_path / f"{name}.exr"

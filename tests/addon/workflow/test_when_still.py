@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""With a window, handlers look only at what a change concerns. Each way to change a world or a lamp is seen at once, or
-once nothing has changed for a moment: what the scene holds then is what it holds after everything was looked at."""
+"""With a window open, handlers look only at what a change concerns. Each change to a world or a lamp is seen at once,
+or after a moment without changes: the scene then holds the same as after looking at everything."""
 
 import time
 
@@ -10,13 +10,13 @@ import pytest
 from tests.addon.worlds.test_fingerprint import CHANGES as WORLD_CHANGES
 from tests.addon.worlds.test_fingerprint import node, world  # noqa: F401  a fixture
 
-# What Blender tells its handlers nothing of: a picture that is painted, packed or scaled.
+# Changes that Blender does not report to handlers: a picture that is painted, packed or scaled.
 UNTOLD = {"painted", "size"}
 
 
 @pytest.fixture
 def window(addon, scene, monkeypatch):
-    """What the handlers and the panel do while a window is open; no timer runs by itself."""
+    """Let the handlers and the panel behave as with a window open; no timer runs by itself."""
     for module in (addon.handlers, addon.facts):
         monkeypatch.setattr(module, "has_window", lambda: True)
     addon.facts.stop()
@@ -30,7 +30,7 @@ def window(addon, scene, monkeypatch):
 
 
 def be_still(addon):
-    """Have the timers run once nothing has changed for a moment."""
+    """Let the timers run after a moment without changes."""
     time.sleep(addon.changes.STILL)
     for timer in (addon.handlers._follow_when_still, addon.facts._find_again):
         if bpy.app.timers.is_registered(timer):
@@ -116,7 +116,7 @@ LAMP_CHANGES = {
 
 
 def noted(scene):
-    """All that the scene notes of its lamps: its own properties, their drivers, and those of its view layers."""
+    """Everything the scene stores about its lamps: its properties, their drivers, and its view layers' properties."""
     curves = scene.animation_data.drivers if scene.animation_data else ()
     drivers = {(curve.data_path, curve.array_index): curve.driver.expression for curve in curves}
     own = {name: [*value] for name, value in scene.items() if name.startswith("ng_key")}
@@ -143,7 +143,7 @@ def test_what_changes_of_a_lamp_is_followed_at_once(addon, scene, grating, windo
 
 
 def test_looking_at_everything_changes_nothing_and_ends(addon, scene, grating, window):
-    """Else it would call for itself again and again."""
+    """Otherwise it would call itself forever."""
     assert bpy.ops.grating.assign() == {"FINISHED"}
     scene.objects["Sun"].location.x = 1.0
     for _ in range(2):
@@ -158,7 +158,7 @@ def test_looking_at_everything_changes_nothing_and_ends(addon, scene, grating, w
 
 
 def test_of_too_many_lamps_the_brightest_are_chosen_once_it_is_still(addon, scene, grating, window):
-    """A lamp beside the plane takes the place of the weakest of eight others."""
+    """A lamp beside the plane replaces the weakest of eight others."""
     assert bpy.ops.grating.assign() == {"FINISHED"}
     for number in range(8):
         lamp = bpy.data.objects.new(f"Far {number}", bpy.data.lights.new("Far", "POINT"))

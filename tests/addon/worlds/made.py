@@ -5,7 +5,7 @@ import numpy as np
 
 
 def world_with(kind: str):
-    """A new world whose Background is coloured by a node of this kind; the world and the Background."""
+    """A new world whose Background is coloured by a node of this kind; returns the world and the Background."""
     import bpy
 
     world = bpy.data.worlds.new("tested")
@@ -19,7 +19,7 @@ def world_with(kind: str):
 
 
 def painted(values):
-    """A picture in memory, with pixels that are in no file, from (rows, cols, 3)."""
+    """A picture in memory from (rows, cols, 3), whose pixels are in no file."""
     import bpy
 
     rows, cols = values.shape[:2]

@@ -84,7 +84,7 @@ def test_what_does_not_change_the_light_does_not(addon, world, scene):
 
 
 def test_a_file_that_is_moved_keeps_it(addon, world, scene, tmp_path):
-    """A farm has the same files at other paths."""
+    """A render farm has the same files at other paths."""
     import bpy
 
     picture = node(world, "ShaderNodeTexEnvironment").image

@@ -7,7 +7,7 @@ from tests.addon.worlds.made import world_with
 
 @pytest.fixture
 def world(scene):
-    """A world that refers to an object by a node of a group, by a driver and by a property of its own."""
+    """A world that refers to an object by a node of a group, by a driver and by its own property."""
     world, background = world_with("ShaderNodeTexEnvironment")
     place = bpy.data.objects.new("place", None)
     place.location = (1, 2, 3)

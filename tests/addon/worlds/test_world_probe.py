@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Worlds rendered by a second Blender. Each render takes seconds, so that a test asks for more than one thing."""
+"""Worlds rendered by a second Blender. Each render takes seconds, so a test checks several things at once."""
 
 import math
 import os
@@ -24,7 +24,7 @@ def off_deg(one, other):
 
 
 def everything():
-    """What is in the file: of each kind of data, the names and how often each is used."""
+    """The contents of the file: the names and user counts of each kind of data."""
     import bpy
 
     kinds = [own.identifier for own in bpy.data.bl_rna.properties if own.type == "COLLECTION"]
@@ -39,7 +39,7 @@ def skies():
 
 @pytest.fixture
 def hdri(scene):
-    """A world of two soft boxes over a sky, painted in memory; the world and its node."""
+    """A world of two soft boxes over a sky, painted in memory; returns the world and its node."""
     world, background = world_with("ShaderNodeTexEnvironment")
     node = background.inputs["Color"].links[0].from_node
     node.interpolation = "Closest"
@@ -48,7 +48,7 @@ def hdri(scene):
 
 
 def test_a_picture_is_seen_as_blender_lays_it_and_nothing_is_left_behind(addon, scene, hdri):
-    """The picture has the panorama's own pixels, so that each must come back where it was."""
+    """The picture has the panorama's own pixels, so each must come back where it was."""
     world, node = hdri
     before = everything()
     fit = addon.world_probe.fit_of(world, scene, 2)
@@ -65,14 +65,14 @@ def test_a_picture_is_seen_as_blender_lays_it_and_nothing_is_left_behind(addon, 
 
 @pytest.mark.parametrize("index", range(4))
 def test_the_sun_of_each_sky(addon, scene, index):
-    """Irradiance and place against 300 x 300 pixels with the sun in their middle, rendered in this Blender."""
+    """Irradiance and position against 300 x 300 pixels around the sun, rendered in this Blender."""
     if index >= len(skies()):
         pytest.skip("Blender 4.5 has three skies")
     world, background = world_with("ShaderNodeTexSky")
     node = background.inputs["Color"].links[0].from_node
     node.sky_type = skies()[index]
     if node.sky_type in ("PREETHAM", "HOSEK_WILKIE"):
-        # Their glow around the sun is a source of its own at most.
+        # The glow around their sun is at most a source of its own.
         node.sun_direction = direction(30, 70)
         assert all(source.cone_radius > 0.05 for source in addon.world_probe.fit_of(world, scene, 1).sources)
         return
@@ -80,7 +80,7 @@ def test_the_sun_of_each_sky(addon, scene, index):
     sun = direction(35, 90 - 57)
     first = addon.world_probe.fit_of(world, scene, 4).sources[0]
     assert off_deg(first.direction, sun) < 0.02
-    # Of a disc of 0.545 degrees, darker at its limb.
+    # A disc of 0.545 degrees, darker at its limb.
     assert 0.24 < 2 * math.degrees(math.sqrt(first.variance)) < 0.2725
     expected = light_around(scene, world, sun)
     np.testing.assert_allclose(first.irradiance, expected, rtol=0.02)
@@ -126,7 +126,7 @@ def test_a_mapping_turns_the_sources(addon, scene, hdri):
     mapping.inputs["Rotation"].default_value = (0, 0, math.radians(40))
     tree.links.new(place.outputs["Generated"], mapping.inputs["Vector"])
     tree.links.new(mapping.outputs[0], node.inputs["Vector"])
-    # The picture is read at a direction turned by 40 degrees, so that what it shows turns back.
+    # The picture is read at a direction turned by 40 degrees, so its contents turn back.
     assert off_deg(addon.world_probe.fit_of(world, scene, 1).sources[0].direction, direction(35, 150 - 40)) < 0.2
     turn = bpy.data.objects.new("turn", None)
     scene.collection.objects.link(turn)
@@ -251,7 +251,7 @@ def test_one_that_takes_beyond_reason_is_ended(addon, scene, hdri, monkeypatch, 
 
 
 def test_a_picture_that_never_ends_is_ended_in_a_window_too(addon, scene, hdri, monkeypatch, temporary):
-    """A pipe that nobody writes to, in place of the world's picture. It is polled, as a window does."""
+    """The world's picture is a pipe that nobody writes to. It is polled, as with a window."""
     import bpy
 
     world, node = hdri
@@ -271,7 +271,7 @@ def test_a_picture_that_never_ends_is_ended_in_a_window_too(addon, scene, hdri, 
 
 
 def test_a_file_that_cannot_be_written_is_told(addon, scene, hdri, monkeypatch, temporary):
-    """By Blender's own writing too, which raises an OSError without a number."""
+    """Even if Blender's own writing fails, which raises an OSError without a number."""
     with pytest.raises(OSError, match="Cannot open file"):
         addon.world_probe._write_request(hdri[0], scene, {"folder": str(temporary / "nowhere"), "count": 1})
     monkeypatch.setattr(tempfile, "tempdir", str(temporary / "nowhere"))
@@ -282,7 +282,7 @@ def test_a_file_that_cannot_be_written_is_told(addon, scene, hdri, monkeypatch, 
 
 
 def test_a_sun_too_small_for_the_samples_of_the_panorama(addon, scene):
-    """0.1 degrees wide, darker at its limb: a Sky Texture tells where it is."""
+    """0.1 degrees wide, darker at its limb: a Sky Texture gives its direction."""
     world, background = world_with("ShaderNodeTexSky")
     node = background.inputs["Color"].links[0].from_node
     node.sun_size, node.sun_elevation, node.sun_rotation = np.radians((0.1, 60, 200))
