@@ -54,6 +54,6 @@ def test_it_shares_nothing_with_the_bake():
     shared = reached(ROOT / "check" / "verdict.py")
     assert {path for path in shared if not path.startswith("check/") and not path.endswith("__init__.py")} == SHARED
     # Nor what reads the height maps; and the walk does see what there is to see.
-    assert not rooms(reached(ROOT / "surface" / "readers" / "registry.py")) & OF_THE_BAKE
+    assert not rooms(reached(ROOT / "surface" / "readers" / "reader_registry.py")) & OF_THE_BAKE
     assert OF_THE_BAKE - {"bake"} <= rooms(reached(ROOT / "bake" / "make.py"))
-    assert "bake" in rooms(reached(ROOT / "cli" / "bake.py"))
+    assert "bake" in rooms(reached(ROOT / "cli" / "bake_verb.py"))
