@@ -129,7 +129,7 @@ def _draw_strays(layout, context, facts: SceneFacts) -> None:
 
 
 def _draw_bake(layout, context, grating, *, facts: GratingFacts) -> None:
-    _draw_lines(layout, grating.summary)
+    _draw_lines(layout, context, grating.summary)
     draw_scans(layout, context, facts)
     _draw_quality(layout, context, grating)
     draw_steps(layout, context, grating, several=bool(facts.scans))
@@ -146,7 +146,7 @@ def _draw_bake(layout, context, grating, *, facts: GratingFacts) -> None:
             row.operator(BakeNeeds.bl_idname, icon="CAMERA_DATA")
             if grating.for_scene:
                 row.operator(BakeNeeds.bl_idname, text="", icon="X").everything = True
-    _draw_lines(layout, grating.bake_summary)
+    _draw_lines(layout, context, grating.bake_summary)
     from ..gratings.baked_region import noticed_outside
 
     if running_bake() is None and facts.outdated:
@@ -167,11 +167,11 @@ def _draw_quality(layout, context, grating) -> None:
         draw_note(column, context, finding)
 
 
-def _draw_lines(layout, summary: str) -> None:
+def _draw_lines(layout, context, summary: str) -> None:
     """Draw each fact of a summary on its own line, because the sidebar is narrow."""
     column = layout.column(align=True)
     for fact in summary.splitlines():
-        column.label(text=fact)
+        draw_note(column, context, fact)
 
 
 def _draw_material(layout, grating, facts: GratingFacts) -> None:
