@@ -6,7 +6,7 @@ Enabling the extension loads only what registration needs. Operators and command
 
 import bpy
 
-from .gratings import bakes, grating, levelling_steps
+from .gratings import grating, levelling_steps, remembered_bakes
 from .operators import (
     add_diffraction,
     add_diffraction_lamp,
@@ -89,7 +89,7 @@ def register() -> None:
     bpy.types.VIEW3D_MT_light_add.append(add_diffraction_lamp.menu_entry)
     bpy.types.VIEW3D_MT_mesh_add.append(add_snake.menu_entry)
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
-        after.append(bakes.recall_bakes)
+        after.append(remembered_bakes.recall_bakes)
     handlers.register()
     _command = bpy.utils.register_cli_command("grating", _run_command)  # type: ignore[func-returns-value]  # the stubs say it returns None
 
@@ -105,7 +105,7 @@ def unregister() -> None:
     show_direction.set_shown(False)
     handlers.unregister()
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
-        after.remove(bakes.recall_bakes)
+        after.remove(remembered_bakes.recall_bakes)
     bpy.types.VIEW3D_MT_mesh_add.remove(add_snake.menu_entry)
     bpy.types.VIEW3D_MT_light_add.remove(add_diffraction_lamp.menu_entry)
     bpy.types.TOPBAR_MT_file_import.remove(import_height_map.menu_entry)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Height maps to diffraction tables: the wave optics of Natural Gratings, without Blender."""
+"""Turns height maps into diffraction tables: the wave optics of Natural Gratings, without Blender."""

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""For every suite: Blender never sees the user's own set-up; `extension` is this tree as Blender loads it."""
+"""Fixtures for all suites. Blender starts with an empty user folder, and `extension` is this tree as Blender loads
+it."""
 
 import os
 import shutil
@@ -14,10 +15,10 @@ import pytest
 from devtools import EXTENSION
 from devtools.extension import AddonModules, link_extension
 
-# Before any test module imports NumPy: the tests' matrix products are small, two suites run at once, and threads would
-# wait for each other (test_efficiency.py: 12 s with one, 105 s with two on two busy cores).
+# Set before any test module imports NumPy. Two suites run at once with small matrix products, so threads would wait for
+# each other (test_efficiency.py: 12 s with one thread, 105 s with two, on two busy cores).
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-# Before any test module imports bpy.
+# Set before any test module imports bpy.
 USER_FOLDER = Path(tempfile.mkdtemp(prefix="natural-gratings-tests-"))
 os.environ["BLENDER_USER_RESOURCES"] = str(USER_FOLDER)
 os.environ["NATURAL_GRATINGS_CACHE"] = str(USER_FOLDER / "cache")
@@ -33,8 +34,8 @@ def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
 
 @pytest.hookimpl(trylast=True)
 def pytest_unconfigure(config: pytest.Config) -> None:
-    """A process with Blender in it ends here, when all is written: at exit, Blender 4.5 may wait for ever for a thread
-    that closes its sound device."""
+    """End a process that has loaded Blender: at exit, Blender 4.5 may wait for ever for the thread that closes its
+    sound device."""
     shutil.rmtree(USER_FOLDER, ignore_errors=True)
     if "bpy" in sys.modules and _ended_with in config.stash:
         sys.stdout.flush()
@@ -44,7 +45,7 @@ def pytest_unconfigure(config: pytest.Config) -> None:
 
 @pytest.fixture(scope="session")
 def extension() -> ModuleType:
-    """The working tree, enabled as bl_ext.user_default.natural_gratings of an empty user folder."""
+    """The working tree, enabled as bl_ext.user_default.natural_gratings in an empty user folder."""
     from devtools.blender_shim import show_hidden_packages
 
     link_extension(USER_FOLDER)
@@ -64,7 +65,7 @@ def addon(extension: ModuleType) -> AddonModules:
 
 @pytest.fixture(scope="session")
 def shared_data() -> Path:
-    """Real scans, which may not be committed: beside the repository, or nowhere."""
+    """The folder of real scans beside the repository, which are not committed; skips the test if it is missing."""
     folder = Path(__file__).resolve().parents[2] / "shared" / "data"
     if not folder.is_dir():
         pytest.skip("no real scans: ../shared/data is not beside the project")
@@ -73,6 +74,6 @@ def shared_data() -> Path:
 
 @pytest.fixture(scope="session")
 def matplotlib() -> None:
-    """For tests that plot. As in precompute/plots.py, a stand-in of colour-science does not count."""
+    """Skip the test without matplotlib. A stand-in of colour-science does not count (laboratory/study/plots.py)."""
     if PathFinder.find_spec("matplotlib") is None:
         pytest.skip("plots need matplotlib, a development dependency")

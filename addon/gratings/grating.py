@@ -2,7 +2,6 @@
 """The gratings of a scene: for each the height map, the settings of its bake, and the bake's file."""
 
 import json
-import os
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +19,7 @@ from bpy.props import (
 
 from ...precompute.base.failure import GratingError
 from ..blender import stored
+from .cache_folder import cache_folder
 from .direction_source import AXES, KINDS, STORED, DirectionSource, file_has_comb
 from .levelling_steps import LevellingStep
 from .lights_choice import CHOICES, LIGHTS, REST
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from ...precompute.bake.needs import Needs
     from ...precompute.bake.request import BakeRequest
 
-EXTENSION = __package__.rpartition(".addon.")[0]
 _SAMPLE = "sample:"
 
 
@@ -272,15 +271,6 @@ def request_record(request: "BakeRequest") -> dict[str, Any]:
     record["coherence_um"] = _decimal(record["coherence_um"] or 0.0, 12)
     record["needs"]["light_radius_deg"] = _decimal(record["needs"]["light_radius_deg"], 12) or 0.0
     return record
-
-
-def cache_folder() -> Path:
-    """The cache folder: $NATURAL_GRATINGS_CACHE, else the extension's folder in Blender. It may not exist yet."""
-    from ...precompute.bake import cache
-
-    if EXTENSION.startswith("bl_ext.") and not os.environ.get(cache.FOLDER_VARIABLE):
-        return Path(bpy.utils.extension_path_user(EXTENSION, path="cache"))
-    return cache.default_folder()
 
 
 def is_there(path: Path) -> bool:

@@ -4,7 +4,7 @@
 from pathlib import Path
 
 from ...precompute.base.failure import GratingError, Setting, Words, printable, spelled
-from .grating import cache_folder
+from .cache_folder import cache_folder
 
 # The names of the settings in the panel and in the dialogs. What only the command line has is named as it is there.
 LABELS = {

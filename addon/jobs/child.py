@@ -16,7 +16,7 @@ from ...precompute.base.child_process import PYTHON_FLAGS, ChildProcess, inherit
 from ...precompute.base.failure import GratingError
 from ...precompute.base.failure_line import failure_in
 from ...precompute.base.strict_json import read_json
-from ..gratings.grating import cache_folder
+from ..gratings.cache_folder import cache_folder
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -6,9 +6,9 @@ A scene without lamps has no properties. Nodes then read 0, and the diffraction 
 import bpy
 
 from ..blender import stored
-from .drive import Drivers
+from .drivers import Drivers
 from .find import LAMPS_MAX, LitBoxes, brightest
-from .pack import ON, PROPERTIES, drive_properties, property_name
+from .lamp_properties import ON, PROPERTIES, drive_properties, property_name
 from .rendered_lamps import note_shown
 
 _FIRST = {f'["{property_name(index, "place")}"]': index for index in range(LAMPS_MAX)}

@@ -8,8 +8,8 @@ import numpy as np
 
 from ..blender import stored
 from .follow import lamp_count
+from .lamp_properties import PROPERTIES, property_name
 from .light_linking import is_unlinked
-from .pack import PROPERTIES, property_name
 from .strength import LUMINANCE
 
 
@@ -41,7 +41,7 @@ def lamps_sent(scene: bpy.types.Scene, thing: bpy.types.Object, places: np.ndarr
 
 
 def _from_lamp(packed: np.ndarray, places: np.ndarray) -> Sent:
-    """The light from a lamp with the properties (4, 4) of pack.py."""
+    """The light from a lamp with the properties (4, 4) of lamp_properties.py."""
     (place, power, z, x), (disc, scales, rim_outer, rim_inner) = packed[:, :3], packed[:, 3]
     is_sun = disc <= -0.5
     away = np.broadcast_to(place, places.shape) if is_sun else place - places

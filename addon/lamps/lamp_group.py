@@ -12,9 +12,9 @@
     sun:      wi = place,               E = power
     others:   wi = (place - P) / d,     E = power cone(wi) / d^2
 
-P is the shaded point. The inputs are the scene's four properties of the lamp (pack.py). One group serves lamps of all
-kinds: a material need not change when a lamp changes its kind, and more lamps need no new data-block, which Blender's
-undo would lose if no undo step created it."""
+P is the shaded point. The inputs are the scene's four properties of the lamp (lamp_properties.py). One group serves
+lamps of all kinds: a material need not change when a lamp changes its kind, and more lamps need no new data-block,
+which Blender's undo would lose if no undo step created it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -27,8 +27,8 @@ from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import Socket, add_interface, has_sockets
 from ..nodes.node_count import has_parts, note_parts
 from .driven_nodes import read_property
+from .lamp_properties import PROPERTIES, PackedLamp, property_name, unpack
 from .light_linking import read_unlinked
-from .pack import PROPERTIES, PackedLamp, property_name, unpack
 
 # Custom property that marks the group, saved in files.
 _LAMP = "ng_key_light"
@@ -69,13 +69,13 @@ def light_of(tree: Tree, index: int, linked: bool) -> Light:
 
 
 def light_of_object(tree: Tree) -> Light:
-    """Add nodes for the lamp whose properties the object itself holds, as its lamp 0 (pack.py)."""
+    """Add nodes for the lamp whose properties the object itself holds, as its lamp 0 (lamp_properties.py)."""
     packed = [value for what in PROPERTIES for value in tree.attribute(property_name(0, what), "OBJECT")]
     return light_from(tree, packed, label="Lamp")
 
 
 def light_from(tree: Tree, packed: Sequence[Operand], *, label: str) -> Light:
-    """Add nodes for a packed lamp (pack.py): the vector and the fourth number of each property."""
+    """Add nodes for a packed lamp (lamp_properties.py): the vector and the fourth number of each property."""
     given = {socket.name: value for socket, value in zip(_INPUTS, packed, strict=True)}
     outputs = tree.group(lamp_group(), given, label=label)
     return Light(*(outputs[socket.name] for socket in _OUTPUTS))

@@ -5,7 +5,7 @@ import bpy
 
 from ..nodes.builder import Tree, Value
 from .find import LAMPS_MAX
-from .pack import property_name
+from .lamp_properties import property_name
 
 # Custom property of an object: 1 if light linking excludes the lamp for the object.
 _UNLINKED = "unlinked"

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import bpy
 
 from ..blender import stored
-from .drive import VIEW_LAYER, Drivers, Variable
+from .drivers import VIEW_LAYER, Drivers, Variable
 
 _SHOWN = "ng_key_shown"
 # Lamp types that Blender ignores if their size along one of their axes is zero.

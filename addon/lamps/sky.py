@@ -21,7 +21,7 @@ from .driven_nodes import read_property
 from .lamp_group import FAR, Light
 
 if TYPE_CHECKING:
-    from ...precompute.lights.sources import Source
+    from ...precompute.world_sources.sources import Source
 
 # Each source costs time in every pixel of the material.
 SOURCES_MAX = 8

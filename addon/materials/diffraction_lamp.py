@@ -13,8 +13,8 @@ by the lamp's own nodes. A lamp without *Normalize* and with the strength pi has
 because Blender divides the strength by pi. The lamp shines along its own -Z, which is the normal N of the patch; its X
 axis is the direction T of the scan's x axis. It is dark behind the patch.
 
-The lamp's object holds four properties of the lamp that lights the patch (lamps/pack.py). Drivers write them, so the
-Diffraction Lamp follows that lamp without this extension."""
+The lamp's object holds four properties of the lamp that lights the patch (lamps/lamp_properties.py). Drivers write
+them, so the Diffraction Lamp follows that lamp without this extension."""
 
 import math
 from collections.abc import Mapping
@@ -22,10 +22,10 @@ from collections.abc import Mapping
 import bpy
 
 from ..blender import compat
-from ..lamps.drive import Drivers
+from ..lamps.drivers import Drivers
 from ..lamps.find import DIFFRACTION_LAMP
 from ..lamps.lamp_group import light_of_object
-from ..lamps.pack import drive_properties
+from ..lamps.lamp_properties import drive_properties
 from ..nodes.arrange import arrange
 from ..nodes.builder import Tree
 from ..nodes.interface import Socket

@@ -64,7 +64,7 @@ from .group_properties import (
     traces_shadows,
     variation_of,
 )
-from .light_masks import is_lit, is_unseen, left_by_table, table_share
+from .light_masks import is_lit, is_unseen
 from .response import (
     CONSERVING,
     HEIGHT_SCALE,
@@ -87,6 +87,7 @@ from .response import (
 )
 from .shadow import hit, is_of_other_version, ray_start
 from .variation_nodes import variation_nodes
+from .wide_lamps import left_by_table, table_share
 
 AOV_NAME = "Diffraction"
 # The bytes of constants reserved for the rest of a material: ten Principled BSDFs or a hundred other nodes.

@@ -16,9 +16,9 @@ from ...precompute.base.failure import GratingError
 from ..blender.changes import STILL, change_count, seconds_until_still
 from ..blender.guard import guarded
 from ..blender.window import has_window, redraw_views
-from ..gratings.bakes import is_asked_otherwise
 from ..gratings.grating import Grating
 from ..gratings.lights_choice import LAMPS_ONLY, NO_SAMPLE_SET
+from ..gratings.remembered_bakes import is_asked_otherwise
 from ..gratings.variation import Variation
 from ..lamps.find import brightest, instanced_lamps, unfollowed_features
 from ..lamps.follow import followed_lamps, is_on

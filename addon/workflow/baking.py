@@ -12,11 +12,11 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ...precompute.surface.steps.pipeline import WARNING
-from ..gratings.bakes import asked, note_bake
+from ..gratings.cache_folder import bakes_folder
 from ..gratings.grating import Grating, request_record
+from ..gratings.remembered_bakes import asked, note_bake
 from ..jobs.child import Deadline, Job
 from .making_materials import refresh_group
-from .restoring_bakes import bakes_folder
 
 if TYPE_CHECKING:
     from ...precompute.bake.request import BakeRequest

@@ -11,7 +11,8 @@ from ...precompute.colour.working_space import rgb_from_xyz
 from ...precompute.methods.dft_layout import read_sound_layout
 from ...precompute.table.atlas_file import read_header
 from ..blender import compat
-from ..gratings.grating import Grating, cache_folder
+from ..gratings.cache_folder import cache_folder
+from ..gratings.grating import Grating
 from ..jobs.child import Job
 from ..materials.material import new_diffraction_material
 from ..materials.osl.osl_bake import build_osl_direct

@@ -11,8 +11,9 @@ from ...precompute.base.failure import GratingError, printable
 from ...precompute.base.files import told_of, write_together
 from ...precompute.table.atlas_file import read_header
 from ...precompute.table.sample_set import path_beside
-from ..gratings.bakes import asked
-from ..gratings.grating import Grating, cache_folder, is_there
+from ..gratings.cache_folder import bakes_folder, cache_folder
+from ..gratings.grating import Grating, is_there
+from ..gratings.remembered_bakes import asked
 from ..materials.pictures import fault_of, pictures_of
 from ..materials.response import own_trees
 
@@ -32,11 +33,6 @@ def bake_of(grating: Grating) -> Path:
             raise
     grating.bake_path = str(found)
     return found
-
-
-def bakes_folder(request: str) -> Path:
-    """The cache's folder for the bake of a request, given as the text of gratings/bakes.py's `asked`."""
-    return cache_folder() / "bakes" / hashlib.sha256(request.encode()).hexdigest()[:16]
 
 
 def _kept(grating: Grating) -> Path | None:

@@ -12,9 +12,9 @@ import mathutils
 import numpy as np
 
 from ...precompute.base.strict_json import read_json
-from ...precompute.lights.panorama import crop_frame
-from ...precompute.lights.refine import fit_closely
-from ...precompute.lights.sources import missed
+from ...precompute.world_sources.panorama import crop_frame
+from ...precompute.world_sources.refine import fit_closely
+from ...precompute.world_sources.sources import missed
 from ..blender import compat
 
 ROWS, COLS = 128, 256

@@ -16,7 +16,7 @@ import numpy as np
 from ...precompute.base.child_process import PYTHON_FLAGS, ChildProcess, inherited_environment, lines_of
 from ...precompute.base.failure import GratingError
 from ...precompute.base.strict_json import read_json
-from ...precompute.lights.sources import Source
+from ...precompute.world_sources.sources import Source
 from ..blender.rendering import is_rendering
 from .stand_alone import stand_alone
 
@@ -29,7 +29,7 @@ _LONGEST_SECONDS = 300
 class Fit:
     """The result of a probe.
 
-    panorama    (rows, cols, 3) radiance of the world, laid out as in precompute/lights/panorama.py
+    panorama    (rows, cols, 3) radiance of the world, laid out as in precompute/world_sources/panorama.py
     sources     brightest first
     missed      share of the light that is bright and compact but in no source, 0 to 1"""
 

@@ -20,8 +20,8 @@ import numpy as np
 from precompute.bake.bake_folder import bake_to_folder
 from precompute.bake.request import BakeRequest
 from precompute.cli.parser import OneLineParser
-from precompute.lights.sources import Source
 from precompute.surface.readers.reader_registry import read_height_map
+from precompute.world_sources.sources import Source
 
 from . import report
 from .osl import start_blender

@@ -1,29 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The figures of docs/evaluation.md, laid out. laboratory.benchmarks.evaluation computes them."""
+"""The figures of docs/evaluation.md, computed by laboratory.benchmarks.evaluation. The sentences stand in the page."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from . import report, terms
+from ..study.pages import filled, table
+from . import terms
 from .evaluation_sheets import Agreement
 
 COLUMNS = 4
-SCANS = """
-Elaphe and Xenopeltis are the thesis's own scans, 65 um wide, 375 and 818.69 nm from black to white. The rows of fingers
-of Xenopeltis are 1.5 um apart along B, so its strong orders lie above and below the middle of a map. The fingers of a
-row are 0.53 to 0.58 um apart, which gives the weak orders at the left and the right edge.
-"""
-STAND_INS = """
-The scans were missing when this page was made, and `sample:elaphe` and `sample:xenopeltis` take their places. What the
-page says about the skins of the thesis was seen on the scans.
-"""
-PIECES = """
-How much of the period is chance? The surface was cut into nine pieces, each as long as its coherence length. Their
-periods run from {low:.0f} to {high:.0f} nm (mean {mean:.1f}, standard deviation {spread:.1f}). A rendered skin should
-show an average over 30 coherence areas (the last rows of the table), and the bake takes that average by default.
-"""
+STAND_INS = "*The scans were missing in this run: `sample:elaphe` and `sample:xenopeltis` take their places.*"
+NO_MAPS = "*The thesis's maps were missing in this run.*"
 
 
 @dataclass(frozen=True)
@@ -55,7 +44,7 @@ class Facts:
 def text(facts: Facts, groups: dict) -> str:
     """The page with new figures."""
     figures = {
-        "skins": SCANS if facts.scan else STAND_INS,
+        "stand-ins": "" if facts.scan else STAND_INS,
         "table 5.1": thesis_table(facts.tables),
         "blaze": period_table(facts.tables["blaze"], 2.5e-6),
         "grid": f"{facts.grid_variance:.3f}",
@@ -65,9 +54,9 @@ def text(facts: Facts, groups: dict) -> str:
         "agreement": agreement_table(facts.agreements),
         "terms": "```\n" + terms.as_text(facts.terms) + "\n```",
     }
-    figures |= {f"pieces of {name}": pieces(periods_nm) for name, periods_nm in facts.patches.items()}
+    figures |= {f"periods of {name}": spread(periods_nm) for name, periods_nm in facts.patches.items()}
     figures |= {f"maps of {name}": map_table(maps) for name, maps in groups.items()}
-    return report.filled("evaluation.md", figures)
+    return filled("evaluation.md", figures)
 
 
 def period_table(rows: Sequence, true_m: float | None = None) -> str:
@@ -77,7 +66,7 @@ def period_table(rows: Sequence, true_m: float | None = None) -> str:
     with the method's own mean period and, where it is known, with the true period."""
     head = ["method", "period, nm", "variance, nm^2", "angle rms, degrees"]
     head += ["against the true period"] if true_m else []
-    lines = [head + ["thesis, mean / variance", "s"]]
+    lines = []
     for row in rows:
         own = row.evaluation.as_dict()
         cells = [row.label, f"{own['period_mean_nm']:.3f}", f"{own['period_variance_nm']:.4g}"]
@@ -85,59 +74,46 @@ def period_table(rows: Sequence, true_m: float | None = None) -> str:
         if true_m:
             cells.append(f"{replace(row.evaluation, expected_m=true_m).as_dict()['peak_angle_rms_deg']:.5f}")
         lines.append(cells + [row.thesis or "-", f"{own['seconds']:.1f}"])
-    return table(lines)
+    return table([*head, "thesis, mean / variance", "s"], lines)
 
 
 def thesis_table(tables: dict[str, list]) -> str:
     """The table of every row that has a mean and a variance of the thesis."""
-    lines = [["surface", "thesis, nm / nm^2", "ours, nm / nm^2", "ours is"]]
+    lines = []
     for surface, rows in tables.items():
         for row in (row for row in rows if row.thesis):
             own = row.evaluation.as_dict()
             ours = f"{own['period_mean_nm']:.2f} / {own['period_variance_nm']:.3g}"
             lines.append([surface, row.thesis, ours, row.label])
-    return table(lines)
+    return table(["surface", "thesis, nm / nm^2", "ours, nm / nm^2", "ours is"], lines)
 
 
-def pieces(periods_nm: list[float]) -> str:
-    """The paragraph on the periods of a surface's pieces."""
-    return PIECES.format(low=min(periods_nm), high=max(periods_nm), mean=np.mean(periods_nm), spread=np.std(periods_nm))
+def spread(periods_nm: list[float]) -> str:
+    """The range, the mean and the standard deviation of the periods of a surface's pieces."""
+    low, high, mean = min(periods_nm), max(periods_nm), np.mean(periods_nm)
+    return f"{low:.0f} to {high:.0f} nm (mean {mean:.1f}, standard deviation {np.std(periods_nm):.1f})"
 
 
 def agreement_table(agreements: Sequence[Agreement]) -> str:
     """The rank correlations of our maps with the thesis's."""
     if not agreements:
-        return "The thesis's maps were missing when this page was made."
-    lines = [["our map", "the thesis's", "red, green, blue", "ours turned by half a turn"]]
+        return NO_MAPS
+    lines = []
     for one in agreements:
         upright, turned = (", ".join(f"{value:.2f}" for value in values) for values in (one.upright, one.turned))
         lines.append([f"`{one.name}`", f"`{one.thesis.removeprefix('brdfmap__')}`", upright, turned])
-    return table(lines)
+    return table(["our map", "the thesis's", "red, green, blue", "ours turned by half a turn"], lines)
 
 
 def bake_table(bakes: dict) -> str:
     """The table that compares each surface's bake with its reference."""
-    lines = [
-        [
-            "surface",
-            "brightest, degrees",
-            "the reference",
-            "dominant wavelength, rms nm",
-            "sum of abs dY / sum of Y",
-        ]
-    ]
+    lines = []
     for name, one in bakes.items():
         off = one.dominant_wavelength_rms_nm
-        lines.append(
-            [
-                name,
-                f"{one.peak_angle_deg:.3f}",
-                f"{one.reference_peak_angle_deg:.3f}",
-                "none" if off is None else f"{off:.2f}",
-                f"{one.relative_dy:.2%}",
-            ]
-        )
-    return table(lines)
+        angles = [f"{one.peak_angle_deg:.3f}", f"{one.reference_peak_angle_deg:.3f}"]
+        lines.append([name, *angles, "none" if off is None else f"{off:.2f}", f"{one.relative_dy:.2%}"])
+    head = ["surface", "brightest, degrees", "the reference", "dominant wavelength, rms nm", "sum of abs dY / sum of Y"]
+    return table(head, lines)
 
 
 def map_table(maps: Sequence) -> str:
@@ -149,12 +125,4 @@ def map_table(maps: Sequence) -> str:
         cells.append(f"![{one.caption}](images/evaluation/{one.name}.png)<br>{one.caption}{beside}")
     width = min(COLUMNS, len(cells))
     cells += [""] * (-len(cells) % width)
-    lines = [cells[k : k + width] for k in range(0, len(cells), width)]
-    return table([[""] * width, *lines])
-
-
-def table(lines: Sequence[Sequence[str]]) -> str:
-    """A Markdown table of lines of cells; the first line is the head."""
-    head, *rest = lines
-    marked = [head, ["---"] * len(head), *rest]
-    return "\n".join("| " + " | ".join(line) + " |" for line in marked)
+    return table([""] * width, [cells[k : k + width] for k in range(0, len(cells), width)])

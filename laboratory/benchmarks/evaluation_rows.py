@@ -58,15 +58,15 @@ def elaphe_rows(surface: HeightMap) -> list[Row]:
     The variations show how the period depends on the speckle of one patch and on the way the patch is cut out."""
     relief, other = prepare(surface), prepare(evaluation.turned(surface, 0))
     cut = as_the_thesis_cuts(evaluation.turned(surface, 0))
-    period_m, told_m = grating_period(relief), THESIS_PERIODS_M["elaphe"]
+    period_m, given_m = grating_period(relief), THESIS_PERIODS_M["elaphe"]
     return [
         *(_row(name, name, relief, period_m) for name in DEFAULT_METHODS),
-        _row("nmm, told 1144.26 nm", "nmm", relief, told_m),
+        _row("nmm, given 1144.26 nm", "nmm", relief, given_m),
         _row("flss, light from +T", "flss", other, period_m),
-        _row("flss, cut as the thesis, from +T", "flss", cut, told_m, "1144.262 / 0.401"),
-        _row("nmm, cut as the thesis, from +T", "nmm", cut, told_m, "1144.179 / 0.677"),
-        _row("pq-printed, cut as the thesis, from +T", "pq-printed", cut, told_m, "1052.308 / 49.7"),
-        _row("pq, cut as the thesis, from +T", "pq", cut, told_m),
+        _row("flss, cut as the thesis, from +T", "flss", cut, given_m, "1144.262 / 0.401"),
+        _row("nmm, cut as the thesis, from +T", "nmm", cut, given_m, "1144.179 / 0.677"),
+        _row("pq-printed, cut as the thesis, from +T", "pq-printed", cut, given_m, "1052.308 / 49.7"),
+        _row("pq, cut as the thesis, from +T", "pq", cut, given_m),
         _row("reference, 30 areas", "reference", relief, period_m, coherence_length_m=None),
         _row("reference, 30 areas, from +T", "reference", other, period_m, coherence_length_m=None),
     ]
@@ -96,7 +96,7 @@ def xenopeltis_rows(surface: HeightMap) -> list[Row]:
 
 
 def _row(label: str, name: str, relief: Relief, period_m: float, thesis: str = "", **changes) -> Row:
-    """A method under the thesis's settings and these changes, told a period and evaluated around it."""
+    """A method under the thesis's settings and these changes, given a period and evaluated around it."""
     settings, first_order = evaluation.thesis_settings(period_m=period_m, **changes), FirstOrder(THETA_I, period_m)
     return Row(label, evaluation.evaluate_method(name, relief, settings, first_order=first_order), thesis)
 

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from precompute.lights.sources import Source
+from precompute.world_sources.sources import Source
 
 _SUN = Source(np.array((0.0, 0.6, 0.8)), np.array((3.0, 2.0, 1.0)), 1e-4)
 _WORLD_NODES, _INSTANCES_A_SIDE, _COLLECTIONS, _SCANS, _MANY = 1000, 300, 1200, 9000, 1000
@@ -26,7 +26,7 @@ def plain(addon: SimpleNamespace, bake: Path) -> None:
     addon.compat.enable_nodes(scene.world)
     grating = scene.natural_gratings.items.add()
     grating.name, grating.source, grating.bake_path = "blazed", "sample:blazed", str(bake)
-    grating.asked = addon.bakes._settings(grating.bake_request())
+    grating.asked = addon.remembered_bakes._settings(grating.bake_request())
     # A timer would compute the scan's preview once; timers do not run here.
     from_sample = addon.previewing_levelling._asked(grating)
     addon.previewing_levelling._shown[from_sample] = addon.previewing_levelling._made(from_sample)

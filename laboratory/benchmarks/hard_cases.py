@@ -29,6 +29,7 @@ from precompute.surface.relief import Relief, prepare
 from precompute.surface.samples.ruled_gratings import sinusoidal
 from precompute.table.table import Table
 
+from ..study.pages import filled, table
 from . import hard_scenes, report
 from .albedo import greatest, no_bound, surface_of
 from .hard_directions import (
@@ -193,8 +194,8 @@ CASES = (
     Case("flat", "zeros", lambda: scan(np.zeros((96, 96)))),
     Case("flat, tilted", "1 um over the scan", lambda: scan(np.tile(np.linspace(0, 1e-6, 96), (96, 1)))),
     Case("one row", "128 pixels", lambda: scan(skin()[:1])),
-    Case("one column", "128 pixels, coherence chosen by itself", lambda: scan(skin()[:, :1]), None),
-    Case("32 x 32", "coherence chosen by itself", lambda: scan(skin()[:32, :32]), None),
+    Case("one column", "128 pixels, automatic coherence", lambda: scan(skin()[:, :1]), None),
+    Case("32 x 32", "automatic coherence", lambda: scan(skin()[:32, :32]), None),
     Case("1 x 1", "a pixel", lambda: scan(np.zeros((1, 1))), None),
     Case("2 x 2", "four pixels", lambda: scan(np.array([[0, 1e-7], [2e-7, 0]])), None),
     Case("1 x 1 that wraps", "a mirror", lambda: scan(np.zeros((1, 1)), periodic=True), None),
@@ -246,10 +247,10 @@ def outcome(case: Case, baker: Baker = as_baked) -> Outcome:
 
 def page(outcomes: list[Outcome], scenes: list[tuple[hard_scenes.SceneCase, str]]) -> str:
     """The text of docs/hard_cases.md."""
-    rows = [f"| {case.name} | {case.asked} | {each.text} |" for case, each in zip(CASES, outcomes, strict=True)]
-    in_scenes = [f"| {case.name} | {case.asked} | {text} |" for case, text in scenes]
-    head = ["| case | asked | value, error or refusal |", "| --- | --- | --- |"]
-    return report.filled("hard_cases.md", {"cases": "\n".join(head + rows), "scenes": "\n".join(head + in_scenes)})
+    rows = [[case.name, case.asked, each.text] for case, each in zip(CASES, outcomes, strict=True)]
+    in_scenes = [[case.name, case.asked, outcome] for case, outcome in scenes]
+    head = ["case", "asked", "value, error or refusal"]
+    return filled("hard_cases.md", {"cases": table(head, rows), "scenes": table(head, in_scenes)})
 
 
 def main(argv: list[str] | None = None) -> None:

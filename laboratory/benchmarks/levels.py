@@ -17,8 +17,8 @@ from collections.abc import Callable
 import numpy as np
 
 from precompute.bake import self_check
+from precompute.bake.blur_levels import with_levels
 from precompute.bake.ensemble import plan
-from precompute.bake.levels import with_levels
 from precompute.bake.plan import Plan
 from precompute.bake.request import BakeRequest
 from precompute.bake.tiles import carry_out

@@ -22,13 +22,13 @@ from typing import Any
 
 import numpy as np
 
-from precompute.lights.sources import Source
 from precompute.methods.gem import ORDERS
 from precompute.optics.fresnel import KERATIN_IOR
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
 from precompute.surface.unit_cell import grating_period
 from precompute.table import atlas_file
+from precompute.world_sources.sources import Source
 
 from . import lights_scenes as scenes
 from . import report

@@ -11,7 +11,7 @@ from functools import cache
 
 import numpy as np
 
-from precompute.lights.panorama import crop_cells
+from precompute.world_sources.panorama import crop_cells
 from sample_scenes.panoramas import overcast, soft_boxes
 from sample_scenes.room import room
 
@@ -36,7 +36,7 @@ _RAYS, _COSINE_MIN = 256, 0.1
 class Light:
     """The light of a scene, for an integral.
 
-    panorama    (_ROWS, 2 _ROWS, 3) the world's radiance, laid out as in precompute/lights/panorama.py
+    panorama    (_ROWS, 2 _ROWS, 3) the world's radiance, laid out as in precompute/world_sources/panorama.py
     directions  (n, 3) unit vectors to points of a sun, which the panorama leaves out, and
     irradiance  (n, 3) of each
     square      a lamp's middle (3,) and its axes x, y, z as rows (3, 3), or None; its side is _LAMP_M"""

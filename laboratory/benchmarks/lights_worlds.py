@@ -8,9 +8,9 @@ import numpy as np
 
 from precompute.bake.bake_folder import bake_to_folder
 from precompute.bake.request import BakeRequest
-from precompute.lights.panorama import crop_frame, panorama_cells
 from precompute.optics.fresnel import KERATIN_IOR
 from precompute.surface.readers.reader_registry import read_height_map
+from precompute.world_sources.panorama import crop_frame, panorama_cells
 from sample_scenes.panoramas import overcast
 
 from .osl import colour_differences
@@ -88,7 +88,7 @@ class Worlds(Studio):
         self.paint(radiance)
 
     def paint(self, radiance: np.ndarray) -> None:
-        """Set a world of this radiance (rows, cols, 3), laid out as in precompute/lights/panorama.py."""
+        """Set a world of this radiance (rows, cols, 3), laid out as in precompute/world_sources/panorama.py."""
         from sample_scenes.relight import paint
 
         paint(self.scene, radiance)
@@ -104,7 +104,7 @@ class Worlds(Studio):
 
     def look(self, direction: np.ndarray, half_angles: tuple[float, float], shape: tuple[int, int]) -> np.ndarray:
         """A picture (rows, cols, 3) of the world around a direction (3,), up to half angles of latitude and longitude,
-        laid out as in precompute/lights/panorama.py."""
+        laid out as in precompute/world_sources/panorama.py."""
         import bpy
         import mathutils
 

@@ -21,7 +21,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from precompute.bake.bake_folder import bake_to_folder
-from precompute.bake.levels import with_levels
+from precompute.bake.blur_levels import with_levels
 from precompute.bake.request import BakeRequest
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The thesis's methods in OSL against the node group of the patch model's bake: colour differences and seconds.
+"""Colour differences between the thesis's methods in OSL and the node group of the patch model's bake, both rendered by
+Cycles.
 
     ./dev bench osl [--pixels N] [--shared DIR] [--json FILE|-]
 
-Cycles renders a plane one metre below the camera under one sun, with one sample per pixel. The node group's picture is
+The scene is a plane one metre under the camera and one sun, with one sample in each pixel. The node group's picture is
 compared with its table as precompute reads it, and each shader's picture with the node group's picture. CIEDE2000 is
-taken over the lit pixels, at the exposure that puts the second picture's 99th percentile of Y at 1. The seconds of the
-first render include the start-up.
+taken over the lit pixels, at the exposure that puts the 99th percentile of the second picture's Y at 1. `./dev bench
+render_time` measures what the shaders cost.
 """
 
 import math
 import os
 import tempfile
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -43,7 +43,7 @@ from precompute.table.atlas_file import read_header, write_together
 from . import report
 
 _WIDTH_MIN = 0.02
-# Method, wavelength step in nm, texels along each axis. FLSS has the thesis's settings first, then finer ones.
+# Method, wavelength step in nm, texels along each axis. FLSS has the thesis's settings first and finer ones after them.
 RUNS = (
     ("flss", 5.0, 3),
     ("flss", 5.0, 5),
@@ -56,8 +56,8 @@ RUNS = (
 
 @dataclass(frozen=True)
 class PlaneView:
-    """A square picture of a plane at z = 0 from one metre above. Its T is turned by `turn` radians from +x towards +y,
-    and `to_light` points to the light in the world."""
+    """A square picture of a plane at z = 0 from one metre above, its T turned by `turn` from +x towards +y, light from
+    `to_light` in the world."""
 
     pixels: int
     field: float
@@ -66,20 +66,20 @@ class PlaneView:
 
     @property
     def frame(self) -> np.ndarray:
-        """T, B, N (3, 3) in world coordinates."""
+        """T, B, N (3, 3) in the world."""
         c, s = math.cos(self.turn), math.sin(self.turn)
         return np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
 
     def directions(self) -> tuple[np.ndarray, np.ndarray]:
-        """wi (3,) and wr (pixels^2, 3) along T, B and N, row 0 at the top."""
+        """wi (3,) and wr (pixels^2, 3) in the plane's frame, row 0 at the top."""
         x = ((np.arange(self.pixels) + 0.5) / self.pixels * 2 - 1) * math.tan(self.field / 2)
         px, py = np.meshgrid(x, -x)
         wr = np.stack([-px, -py, np.ones_like(px)], axis=-1).reshape(-1, 3)
         return self.frame @ self.to_light, wr / np.linalg.norm(wr, axis=-1, keepdims=True) @ self.frame.T
 
     def radiance(self, xyz_over_w2, ior: float = KERATIN_IOR) -> np.ndarray:
-        """Linear Rec.709 (pixels, pixels, 3) of a response xyz_over_w2(u, v, w) (n, 3), unit irradiance, Stam's
-        form."""
+        """Linear Rec.709 (pixels, pixels, 3) under unit irradiance of a response xyz_over_w2(u, v, w) (n, 3), in Stam's
+        form (brdf_map.from_method)."""
         wi, wr = self.directions()
         gain = fresnel_reflectance(half_angle_cosine(wi, wr), ior) * obliquity_times_cosine_and_w2(wi, wr)
         rgb = np.maximum(xyz_over_w2(*(wi + wr).T) @ rgb_from_xyz("Rec.709").T, 0)
@@ -87,7 +87,8 @@ class PlaneView:
 
 
 def render(addon, group, view: PlaneView, path: Path, irradiance=(1.0, 1.0, 1.0), ior=KERATIN_IOR) -> np.ndarray:
-    """Render a Diffraction group on the plane under a sun in Cycles; linear RGB (pixels, pixels, 3), row 0 on top."""
+    """Render a Diffraction group on the plane under a sun in Cycles: linear RGB (pixels, pixels, 3), row 0 at the
+    top."""
     import bpy
     import OpenEXR
     from mathutils import Vector
@@ -122,7 +123,7 @@ def render(addon, group, view: PlaneView, path: Path, irradiance=(1.0, 1.0, 1.0)
 
 
 def _material(group, view: PlaneView, ior: float):
-    """A material of the Diffraction group alone, along the view's T and N, in Stam's form like the shaders."""
+    """The Diffraction group over nothing, in the view's frame, in Stam's form as the shaders are."""
     import bpy
 
     material = bpy.data.materials.new("plane")
@@ -140,19 +141,19 @@ def _material(group, view: PlaneView, ior: float):
 
 
 def direct_shader_response(addon: SimpleNamespace, bake: Path):
-    """The response of a bake's file, read by the OSL shader that evaluates Direct's formula."""
+    """The response of a bake's file, read by the shader that evaluates Direct's formula."""
     layout, _ = read_header(bake)
     return addon.osl_bake.build_osl_direct(bake.stem, bake, layout, rgb_from_xyz=rgb_from_xyz("Rec.709"))
 
 
 def thesis_response(addon: SimpleNamespace, name: str, relief: Relief, settings: dft_images.Settings, *, path: Path):
-    """The response of one of the thesis's methods, whose images are written to a path."""
+    """The response by one of the thesis's methods, whose images are written to a path."""
     write_together({path: dft_images.pack(METHODS[name](relief, settings))}, {})
     return addon.thesis_methods.build_osl_response(path.stem, path, rgb_from_xyz("Rec.709"))
 
 
 def set_up_cycles() -> None:
-    """Let Cycles render the scene with Open Shading Language."""
+    """The scene rendered by Cycles with Open Shading Language."""
     import bpy
 
     scene = bpy.context.scene
@@ -162,7 +163,7 @@ def set_up_cycles() -> None:
 
 
 def start_blender(folder: Path) -> SimpleNamespace:
-    """Start Blender with the add-on of this tree and its settings in `folder`; returns the add-on's modules."""
+    """The add-on's modules, of this tree as Blender loads it, its settings in `folder`."""
     os.environ["BLENDER_USER_RESOURCES"] = str(folder)
     link_extension(folder)
     from devtools.blender_shim import show_hidden_packages
@@ -199,13 +200,13 @@ def colour_differences(picture: np.ndarray, truth: np.ndarray) -> np.ndarray:
 
 
 def compare(addon, relief: Relief, made: Made, view: PlaneView, folder: Path, runs=RUNS) -> Iterator[dict]:
-    """A row for the node group and for each run: its settings, terms, seconds of the render and colour differences."""
+    """A row for the node group and for each run: its settings, terms and colour differences."""
     software = view.radiance(made.table.scattered_over_w2)
     path = folder / "table.exr"
     write_together({path: (made.image, made.layout)}, {"precision": str(made.image.dtype)})
     group = addon.making_materials.new_diffraction_group(path, shadows=False, lights="LAMPS")
-    truth, seconds = _timed(addon, group, view, folder)
-    yield _row("node group", made.layout.terms, seconds, colour_differences(truth, software))
+    truth = render(addon, group, view, folder / "picture.exr")
+    yield _row("node group", made.layout.terms, colour_differences(truth, software))
     for name, step_nm, texels in runs:
         method = METHODS[name](relief, dft_images.settings_for(step_m=step_nm * 1e-9, texels=texels))
         path = folder / f"{name}_{step_nm}_{texels}.exr"
@@ -213,31 +214,24 @@ def compare(addon, relief: Relief, made: Made, view: PlaneView, folder: Path, ru
         write_together({path: (image, layout)}, {})
         response = addon.thesis_methods.build_osl_response(path.stem, path, rgb_from_xyz("Rec.709"))
         group = addon.skin.group_around(path.stem, response, shadows=False)
-        picture, seconds = _timed(addon, group, view, folder)
+        picture = render(addon, group, view, folder / "picture.exr")
         path.unlink()
-        how = f"{name}, {step_nm:g} nm, {texels} texels"
-        yield _row(how, layout.terms, seconds, colour_differences(picture, truth))
+        yield _row(f"{name}, {step_nm:g} nm, {texels} texels", layout.terms, colour_differences(picture, truth))
 
 
-def _timed(addon, group, view: PlaneView, folder: Path) -> tuple[np.ndarray, float]:
-    started = time.perf_counter()
-    picture = render(addon, group, view, folder / "picture.exr")
-    return picture, time.perf_counter() - started
-
-
-def _row(how: str, terms: int, seconds: float, differences: np.ndarray) -> dict:
+def _row(how: str, terms: int, differences: np.ndarray) -> dict:
     percentiles = {f"p{p}": float(np.percentile(differences, p)) for p in (50, 95, 99)}
-    return {"how": how, "terms": terms, "seconds": seconds, "lit": len(differences), **percentiles}
+    return {"how": how, "terms": terms, "lit": len(differences), **percentiles}
 
 
 def as_text(row: dict) -> str:
-    """A printed row of `compare`."""
+    """A row of compare, for people."""
     figures = ", ".join(f"p{p} {row[f'p{p}']:.2f}" for p in (50, 95, 99))
-    return f"{row['how']:<31} {row['terms']:>2} terms: {row['seconds']:6.1f} s, dE00 {figures} of {row['lit']} lit"
+    return f"{row['how']:<31} {row['terms']:>2} terms: dE00 {figures} of {row['lit']} lit"
 
 
 def view_of(pixels: int, field_deg: float, light_uv: tuple[float, float]) -> PlaneView:
-    """A picture whose light has the tangential components light_uv along T and B; the plane is turned by 10 degrees."""
+    """A picture with light whose tangential components along T and B are light_uv, the plane's frame turned."""
     turn = math.radians(10)
     x, y = light_uv
     along = np.array([x, y, math.sqrt(1 - x**2 - y**2)])
@@ -246,7 +240,7 @@ def view_of(pixels: int, field_deg: float, light_uv: tuple[float, float]) -> Pla
 
 
 def main(argv: list[str] | None = None) -> None:
-    """Print a table for the blaze, and for the Elaphe scan if its file exists."""
+    """Print a table for the blaze, and for the Elaphe scan where it is there."""
     parser = OneLineParser(prog="./dev bench osl", description="OSL against the patch's bake.")
     parser.add_argument("--pixels", type=count(4, 8192), default=48, metavar="N", help="a side; default 48")
     parser.add_argument("--shared", type=Path, default=ROOT.parent / "shared" / "data", metavar="DIR")
@@ -255,8 +249,8 @@ def main(argv: list[str] | None = None) -> None:
     arguments = parser.parse_args(argv)
     scan = arguments.shared / "snake" / "elaphe_65um.png"
     surfaces = {"blazed": ("sample:blazed", None, None), "elaphe": (str(scan), 65.0, 375.0)}
-    # The blaze lights a line of the hemisphere as wide as its coherence, so its view is a close one, at its first
-    # order. The scan lights the whole hemisphere.
+    # The blaze lights one line of the hemisphere, as wide as its coherence: its first order, seen from near. The scan
+    # lights all of it.
     views = {
         "blazed": view_of(arguments.pixels, 12, (-0.22, 0.0)),
         "elaphe": view_of(arguments.pixels, 50, (0.1, -0.05)),

@@ -1,45 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The page and the plot of the benchmark of the picture."""
+"""The figures of docs/speed_in_the_picture.md, and its plot. The sentences stand in the page itself."""
 
 import argparse
 from pathlib import Path
 
 from precompute.base.files import write_whole
 
+from ..speed.result import Machine
 from ..speed.run import machine, pareto
-from ..speed.tables import markdown, number
+from ..speed.tables import number
 from ..study import plots
+from ..study.pages import filled, table
 
 PAGE, PLOT = "speed_in_the_picture.md", "speed_in_the_picture.png"
 TITLES = {"hero": "A snake from afar", "macro": "Scales close by", "cd": "A disc"}
-_HEAD = """# Speed against error in the picture
-
-How long does each way to shade a diffraction grating render, and how far is the picture from the exact one? This
-command renders each scene by each method and writes this page:
-
-    ./dev bench picture --width {width} --reference {reference} --most {most:g} --output docs
-
-{machine}, Blender {blender}, {width} pixels wide. The scenes are the sample scenes `hero`, `macro` and `cd` with their
-suns; lamps alone light the gratings. The reference is the mean of two renders by Cycles of {reference} samples
-together, in which the OSL shader evaluates Direct's formula exactly, with a bake of dE 0.25. The errors of one of its
-halves against the other are told for each scene: smaller errors cannot be measured here.
-
-- **Seconds** are the processor's of all samples of a picture, without compiling and the scene's preparation. Read the
-  ratios.
-- **dE00** is CIEDE2000 over the lit pixels, at the exposure that puts the 99th percentile of Y at 1.
-- **FLIP** is the mean of NVIDIA's FLIP at that exposure, for a display at its default distance.
-- **Light** is the picture's mean over the reference's.
-- The Pareto front of seconds and FLIP is bold: no other picture of that engine is both faster and nearer.
-- *needs* is a bake of what the scene needs; *footprint* has the footprint of a pixel count ([Direct](direct.md)).
-- NMM, PQ and FLSS are the thesis's methods in OSL with 81 wavelengths. They see one patch of the surface, so they show
-  its speckle, which the mean over all places has not; that counts as error here. They end where a picture takes a
-  quarter of {most:g} seconds.
-- *Three lobes* and *GPU Gems* are [fakes](lights.md), brought to the reference's light.
-- EEVEE's pictures are held against the same reference by Cycles, so what the engines do differently with shadows, the
-  sky and the skin counts as error too.
-
-![Error against seconds, for each scene and engine](images/{plot})
-"""
+ENGINES = {"cycles": "Cycles", "eevee": "EEVEE"}
 
 
 def write_page(tables: list[dict], arguments: argparse.Namespace) -> None:
@@ -49,35 +24,48 @@ def write_page(tables: list[dict], arguments: argparse.Namespace) -> None:
     images = arguments.output / "images"
     images.mkdir(parents=True, exist_ok=True)
     plot(tables, images / PLOT)
-    on = machine()
-    text = _HEAD.format(
-        machine=f"{on.processor}, {on.cores} cores, no GPU",
-        blender=bpy.app.version_string,
-        width=arguments.width,
-        reference=arguments.reference,
-        most=arguments.most,
-        plot=PLOT,
-    )
-    text += "\n" + "\n".join(section(table) for table in tables)
-    write_whole(arguments.output / PAGE, lambda partial: partial.write_text(text, encoding="utf-8"))
+    page = text(tables, arguments, on=machine(), blender=bpy.app.version_string)
+    write_whole(arguments.output / PAGE, lambda partial: partial.write_text(page, encoding="utf-8"))
 
 
-def section(table: dict) -> str:
+def text(tables: list[dict], arguments: argparse.Namespace, *, on: Machine, blender: str) -> str:
+    """The page in Markdown, with the figures of a run."""
+    command = f"--width {arguments.width} --reference {arguments.reference} --most {arguments.most:g} --output docs"
+    setting = [
+        ["command", f"`./dev bench picture {command}`"],
+        ["machine", f"{on.processor}, {on.cores} cores, no GPU"],
+        ["Blender", blender],
+        ["width of a picture", f"{arguments.width} pixels"],
+        ["samples of the reference", f"{arguments.reference}"],
+    ]
+    figures = {
+        "setting": table(["setting", "value"], setting),
+        "references": _references(tables),
+        "tables": "\n\n".join(map(section, tables)),
+    }
+    return filled(PAGE, figures)
+
+
+def _references(tables: list[dict]) -> str:
+    """The table of the errors of one half of each reference against the other half."""
+    rows = []
+    for each in tables:
+        own = each["reference"]
+        figures = [number(own["mean"], 2), f"{own['flip']:.4f}", number(own["seconds"])]
+        rows.append([TITLES[each["scene"]], ENGINES[each["engine"]], *figures])
+    return table(["scene", "compared with", "dE00 mean", "FLIP", "seconds"], rows)
+
+
+def section(facts: dict) -> str:
     """A scene's table in one engine."""
-    engine = {"cycles": "Cycles", "eevee": "EEVEE"}[table["engine"]]
-    own = table["reference"]
-    front = [table["rows"][k] for k in pareto([(row["seconds"], row["flip"]) for row in table["rows"]])]
+    front = [facts["rows"][k] for k in pareto([(row["seconds"], row["flip"]) for row in facts["rows"]])]
     lines = [
         [f"**{row['method']}**" if row in front else row["method"], str(row["samples"]), number(row["seconds"]),
          number(row["mean"], 2), number(row["p95"], 2), f"{row['flip']:.4f}", f"{row['light']:.3f}"]
-        for row in table["rows"]
+        for row in facts["rows"]
     ]  # fmt: skip
     head = ("method", "samples", "seconds", "dE00 mean", "p95", "FLIP", "light")
-    return (
-        f"## {TITLES[table['scene']]}, {engine}\n\n"
-        f"One half of the reference against the other: dE00 {number(own['mean'], 2)} (mean), FLIP {own['flip']:.4f}; "
-        f"it took {number(own['seconds'])} s.\n\n{markdown(head, lines)}\n"
-    )
+    return f"## {TITLES[facts['scene']]}, {ENGINES[facts['engine']]}\n\n{table(head, lines)}"
 
 
 def plot(tables: list[dict], path: Path) -> None:
@@ -86,15 +74,15 @@ def plot(tables: list[dict], path: Path) -> None:
     figure, panels = pyplot.subplots(
         1, len(tables), figsize=(max(4.6 * len(tables), 8), 6), sharey=True, squeeze=False, layout="constrained"
     )
-    names = list(dict.fromkeys(row["method"] for table in tables for row in table["rows"]))
-    for panel, table in zip(panels[0], tables, strict=True):
+    names = list(dict.fromkeys(row["method"] for each in tables for row in each["rows"]))
+    for panel, each in zip(panels[0], tables, strict=True):
         for name in names:
-            points = [(row["seconds"], row["flip"]) for row in table["rows"] if row["method"] == name]
+            points = [(row["seconds"], row["flip"]) for row in each["rows"] if row["method"] == name]
             if points:
                 style = "--" if "footprint" in name else "-"
                 panel.plot(*zip(*points, strict=True), style, marker="o", markersize=4, label=name, color=colour(name))
         panel.set(xscale="log", yscale="log", xlabel="seconds of a picture")
-        panel.set_title(f"{TITLES[table['scene']]}, {table['engine']}")
+        panel.set_title(f"{TITLES[each['scene']]}, {each['engine']}")
         panel.grid(alpha=0.25)
     panels[0, 0].set_ylabel("FLIP, mean")
     handles, labels = panels[0, 0].get_legend_handles_labels()

@@ -162,6 +162,6 @@ def main(argv: Sequence[str]) -> None:
     for name in SKINS:
         skins.append(measured(name, BakeRequest(delta_e=arguments.delta_e), pictures))
         for row in skins[-1]["rows"]:
-            report.say(f"{name:<12}{scans_page.row_of(row)}", arguments.json)
+            report.say(f"{name:<12}{' | '.join(scans_page.cells_of(row))}", arguments.json)
     arguments.output.write_text(scans_page.page(skins, arguments.delta_e))
     report.write({"skins": skins}, arguments.json)

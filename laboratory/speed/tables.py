@@ -4,6 +4,7 @@
 import math
 from collections.abc import Sequence
 
+from ..study.pages import table
 from .result import BenchmarkResult, Row
 
 # dE00 that no eye sees side by side, the budget of a bake by default.
@@ -42,14 +43,9 @@ def cells_of(row: Row, front: Sequence[str]) -> list[str]:
     ]  # fmt: skip
 
 
-def table(result: BenchmarkResult, surface: str) -> str:
+def table_of(result: BenchmarkResult, surface: str) -> str:
     """A surface's rows in Markdown."""
-    return markdown(_COLUMNS, [cells_of(row, result.front[surface]) for row in result.rows_of(surface)])
-
-
-def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table in Markdown."""
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in (header, ["---"] * len(header), *rows))
+    return table(_COLUMNS, [cells_of(row, result.front[surface]) for row in result.rows_of(surface)])
 
 
 def summary(result: BenchmarkResult) -> str:

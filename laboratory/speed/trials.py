@@ -7,8 +7,8 @@ from functools import partial
 
 import numpy as np
 
+from precompute.bake.blur_levels import with_levels
 from precompute.bake.ensemble import plan
-from precompute.bake.levels import with_levels
 from precompute.bake.make import make
 from precompute.bake.request import BakeRequest
 from precompute.bake.tiles import carry_out

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bake's colours over the first order, compared with the reference's colours.
+"""Compares the bake's colours over the first order with the reference's.
 
-A bake holds colours and no wavelengths, so it cannot be evaluated by the period at each wavelength.
-"""
+A bake holds colours and no wavelengths, so the period at each wavelength cannot be evaluated."""
 
 import time
 from dataclasses import asdict, dataclass
@@ -20,21 +19,19 @@ from precompute.surface.relief import Relief
 from .evaluation import peak
 from .response import FirstOrder, response
 
-# Colours of the first order are compared where Y is at least this share of its greatest.
+# Views are compared where Y is at least this share of its maximum.
 _BRIGHT = 0.1
 
 
 @dataclass(frozen=True)
 class ColourComparison:
-    """The bake's colours over the first order, compared with the ensemble's reference at the bake's own kernel.
+    """The bake's colours over the first order, compared with the ensemble reference at the bake's kernel.
 
-    peak_angle_deg, reference_peak_angle_deg  viewing angle in degrees at which Y is greatest; None where the
-                                              bake is dark
+    peak_angle_deg, reference_peak_angle_deg  viewing angle in degrees of the greatest Y; None if the bake is dark
     dominant_wavelength_rms_nm                rms difference of the dominant wavelength, over the views whose Y is at
-                                              least a tenth of the greatest and which have a dominant wavelength;
-                                              None where no view has one
+                                              least a tenth of the greatest; None if no view has a dominant wavelength
     relative_dy                               sum of |dY| over the sum of Y
-    seconds                                   seconds that the bake took
+    seconds                                   duration of the bake
     """
 
     peak_angle_deg: float | None
@@ -44,12 +41,12 @@ class ColourComparison:
     seconds: float
 
     def as_dict(self) -> dict[str, float | None]:
-        """Ready for JSON: the keys of Evaluation, which are null because a bake has no wavelengths, then its own."""
+        """A record for JSON: the keys of Evaluation with null values, then this comparison's values."""
         of_wavelengths = dict.fromkeys(("period_mean_nm", "period_variance_nm", "peak_angle_rms_deg"))
         return {**of_wavelengths, **asdict(self)}
 
     def summary(self) -> str:
-        """A line of the table for people, without the method's name."""
+        """The row of the printed table, without the method's name."""
         off = self.dominant_wavelength_rms_nm
         peak_at = "dark" if self.peak_angle_deg is None else f"brightest at {self.peak_angle_deg:.3f} degrees"
         hue = "no dominant wavelength" if off is None else f"dominant wavelength rms {off:.2f} nm"
@@ -62,7 +59,7 @@ class ColourComparison:
 def compare_bake(relief: Relief, settings: Settings, first_order: FirstOrder) -> ColourComparison:
     """Bake a relief and compare the colours of its first order with the reference's, summed in steps of 1 nm.
 
-    Raises GratingError where the period has no first order above the horizon, or the reference has no light in it."""
+    Raises GratingError if the period has no first order above the horizon, or if the reference is dark there."""
     started = time.perf_counter()
     made = baked.build(relief, settings)
     seconds = time.perf_counter() - started
@@ -92,8 +89,8 @@ def compare_bake(relief: Relief, settings: Settings, first_order: FirstOrder) ->
 
 @cache
 def _locus() -> tuple[np.ndarray, np.ndarray]:
-    """Wavelengths in metres and chromaticities (n, 2) of the spectral locus, in the range in which the direction from
-    any white to the locus turns steadily."""
+    """The spectral locus: wavelengths in metres and chromaticities (n, 2). Over its range the direction from any white
+    to the locus is monotonic."""
     lambdas = np.arange(420, 681) * 1e-9
     xyz = observer(lambdas, "E")
     return lambdas, (xyz / xyz.sum(axis=1, keepdims=True))[:, :2]
@@ -103,8 +100,7 @@ def dominant_wavelength(xyz: np.ndarray, illuminant: str = "D65") -> np.ndarray:
     """Dominant wavelength (n,) in metres of XYZ (n, 3): where the ray from the white point through the colour meets the
     spectral locus.
 
-    It is NaN for purples, whose ray does not meet the locus, and outside 420 to 680 nm, where the locus hardly
-    moves."""
+    NaN for purples, whose ray misses the locus, and outside 420 to 680 nm, where the locus hardly moves."""
     lambdas, locus = _locus()
     white = white_xyz(illuminant)
     white = (white / white.sum())[:2]

@@ -1,18 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Efficiencies of the orders of three gratings: computed from the spectrum, and compared with their closed forms.
+"""Efficiencies of the orders of three gratings, computed from the spectrum and by closed form.
 
-The spectrum is taken without a window and with R = O = 1, each order m at its own w = cos(ti) + cos(tm). With
+The spectrum is computed without a window and with R = O = 1, each order m at its own w = cos(ti) + cos(tm). With
 phi = 2 pi w depth / lambda the closed forms are
 
     sinusoidal   J_m(phi / 2)^2
     binary       cos(phi / 2)^2 for m = 0, (2 sin(phi / 2) / (pi m))^2 for odd m, 0 for other even m
     blazed       sinc(w depth / lambda + m)^2
 
-(Goodman, Introduction to Fourier Optics, 4.4). Each is |c_m|^2, where c_m is a coefficient of the Fourier series of
-exp(-i phi h / depth). The profiles are sampled at the middles of N equal parts of one period. A jump then falls between
-two samples, so that the discrete sum is the mid-point rule of the Fourier integral, whose error falls as 1 / N^2. The
-sinusoidal profile is smooth and periodic, so that its error is rounding alone.
-"""
+(Goodman, Introduction to Fourier Optics, 4.4). Each is |c_m|^2, where the Fourier series of exp(-i phi h / depth) has
+the coefficients c_m. The profiles are sampled at the middles of N equal parts of a period, so that a jump falls between
+two samples. The sum is then the mid-point rule of the Fourier integral, whose error falls as 1 / N^2. For the smooth
+sinusoidal profile only rounding is left."""
 
 from dataclasses import dataclass
 
@@ -30,7 +29,7 @@ ORDERS_MAX = 1000
 
 @dataclass(frozen=True)
 class Order:
-    """An order's efficiency as computed and by the closed form, both as fractions of the reflected power."""
+    """An order's efficiency, computed and by closed form, as fractions of the reflected power."""
 
     order: int
     computed: float
@@ -38,16 +37,15 @@ class Order:
 
     @property
     def error(self) -> float:
-        """Absolute difference of the two."""
         return abs(self.computed - self.analytic)
 
     def as_dict(self) -> dict[str, float]:
-        """Ready for JSON."""
+        """A record for JSON."""
         return {"order": self.order, "computed": self.computed, "analytic": self.analytic, "error": self.error}
 
 
 def profile(kind: str, depth_m: float, samples: int) -> np.ndarray:
-    """Heights (samples,) of one period in metres: a sine, a ridge in the first half, or a ramp that rises along +T."""
+    """Heights (samples,) in metres over one period: a sine, a ridge in its first half, or a ramp up along +T."""
     x = (np.arange(samples) + 0.5) / samples
     if kind == "sinusoidal":
         return depth_m / 2 * np.sin(2 * np.pi * x)
@@ -57,7 +55,7 @@ def profile(kind: str, depth_m: float, samples: int) -> np.ndarray:
 
 
 def analytic_efficiency(kind: str, order: int, turns: float) -> float:
-    """The closed form at turns = w * depth / lambda >= 0, in units of 2 pi of phase."""
+    """The closed form at turns = w * depth / lambda >= 0, the path difference in wavelengths."""
     if kind == "sinusoidal":
         return float(chebyshev.bessel_j(np.pi * turns, abs(order) + 1)[abs(order)] ** 2)
     if kind == "binary":
@@ -71,11 +69,10 @@ def efficiencies(
     kind: str, *, period_m: float, depth_m: float, wavelength_m: float, theta_i: float = 0.0, orders: int = 3,
     samples: int = 2048,
 ) -> list[Order]:  # fmt: skip
-    """The propagating orders among -orders to orders, for light at theta_i radians from the normal, from the side of
-    -T.
+    """The propagating orders among -orders to orders, for light from the side of -T at theta_i radians from the normal.
 
-    `kind` is one of PROFILES; its period is sampled at `samples` places. Order m leaves towards +T at
-    sin(tm) = m lambda / period + sin(ti). Raises GratingError for a grating or light outside the allowed ranges."""
+    `kind` is one of PROFILES; `samples` is the number of samples in a period. Order m leaves towards +T at sin(tm) = m
+    lambda / period + sin(ti). Raises GratingError if the grating or the light is outside the allowed ranges."""
     _check_grating(kind, period_m, depth_m)
     _check_light(wavelength_m, theta_i)
     _check_counts(orders, samples)

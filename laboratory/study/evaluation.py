@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The period that a method's response implies (thesis Algorithm 6).
+"""Evaluates the period implied by a method's response (thesis Algorithm 6).
 
-The peak in u of each wavelength is found by a parabola through the logarithms of the highest sample and its neighbours,
-which is exact for a Gaussian order. The period is then lambda / |u_peak|.
-"""
+For each wavelength a parabola through the logarithms of the highest sample and its neighbours gives the peak in u; this
+is exact for a Gaussian order. The period is then lambda / |u_peak|."""
 
 import time
 from dataclasses import dataclass, replace
@@ -21,10 +20,10 @@ from .response import WINDOW, FirstOrder, Plane, first_order_angle, response
 
 
 def peak(position: np.ndarray, values: np.ndarray) -> float:
-    """The position between the samples where values (n,) >= 0 at ascending or descending positions (n,) are greatest.
+    """The position of the maximum of values (n,) >= 0 at ascending or descending positions (n,), found between samples.
 
     It is the vertex of the parabola through the logarithms of the highest sample and its neighbours. At an end, or
-    beside a dark neighbour (where NMM cuts an order off), it is the sample itself. It is NaN if all values are 0."""
+    beside a dark neighbour (NMM cuts orders off), it is the position of the highest sample. NaN if all values are 0."""
     k = int(np.argmax(values))
     if not values[k] > 0:
         return float("nan")
@@ -34,13 +33,13 @@ def peak(position: np.ndarray, values: np.ndarray) -> float:
     x, y = position[near] - position[k], np.log(values[near] / values[k])
     slopes = y[[0, 2]] / x[[0, 2]]
     bend = (slopes[1] - slopes[0]) / (x[2] - x[0])
-    # Three equal samples are a plateau, whose middle is its peak.
+    # Three equal samples are a plateau; its middle is the peak.
     return float(position[k] if bend == 0 else position[k] - (slopes[0] - bend * x[0]) / (2 * bend))
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """One method's response and its peaks. Angles are compared with those of a grating of period `expected_m`."""
+    """One method's response and its peaks. Their angles are compared with those of a grating of period `expected_m`."""
 
     name: str
     plane: Plane
@@ -52,21 +51,21 @@ class Evaluation:
 
     @property
     def periods_m(self) -> np.ndarray:
-        """lambda / |u_peak| (wavelengths,)."""
+        """Periods (wavelengths,) from the peaks: lambda / |u_peak|."""
         return self.lambdas_m / np.abs(self.peak_u)
 
     @property
     def peak_angles(self) -> np.ndarray:
-        """theta_v of the peaks (wavelengths,), radians."""
+        """Viewing angles theta_v (wavelengths,) of the peaks, in radians."""
         return np.arcsin(-self.peak_u - np.sin(self.plane.theta_i))
 
     @property
     def expected_angles(self) -> np.ndarray:
-        """theta_v (wavelengths,) of the grating equation, radians."""
+        """Viewing angles theta_v (wavelengths,) by the grating equation, in radians."""
         return first_order_angle(self.plane.theta_i, self.lambdas_m, self.expected_m)
 
     def as_dict(self) -> dict[str, float]:
-        """Ready for JSON: mean and population variance of the periods in nm, rms error of the angles in degrees."""
+        """A record for JSON: mean (nm) and population variance (nm^2) of periods, rms error of angles (degrees)."""
         off = np.degrees(self.peak_angles - self.expected_angles)
         return {
             "period_mean_nm": float(np.mean(self.periods_m) * 1e9),
@@ -76,7 +75,7 @@ class Evaluation:
         }
 
     def summary(self) -> str:
-        """A line of the table for people, without the method's name."""
+        """The row of the printed table, without the method's name."""
         one = self.as_dict()
         return (
             f"{one['period_mean_nm']:>10.3f} {one['period_variance_nm']:>9.4f} "
@@ -87,10 +86,10 @@ class Evaluation:
 def evaluate_method(
     name: str, relief: Relief, settings: Settings, *, first_order: FirstOrder, expected_m: float | None = None
 ) -> Evaluation:
-    """Evaluate one of METHODS over a relief. Peaks are sought around the period of `first_order`.
+    """Evaluate one of METHODS on a relief, looking for peaks around the period of `first_order`.
 
-    Angles are compared with those of a grating of period expected_m. Where expected_m is None, it is the mean of the
-    periods found. Raises GratingError for a method without spectrum, or one that leaves a wavelength dark."""
+    Angles are compared with those of a grating of period `expected_m`; None stands for the mean of the found periods.
+    Raises GratingError for a method without spectrum, or if a wavelength is dark."""
     started = time.perf_counter()
     lambdas_m, around_m, plane = first_order.lambdas_m, first_order.period_m, first_order.plane
     found = response(METHODS[name](relief, settings), plane, lambdas_m)
@@ -111,12 +110,12 @@ def evaluate_method(
 
 
 def thesis_settings(**changes) -> Settings:
-    """Settings of an evaluation: 65 um of coherence under both models, the steps of the thesis."""
+    """Settings of an evaluation: the thesis's coherence length of 65 um, then `changes`."""
     return Settings(**{"coherence_length_m": THESIS_COHERENCE_M, **changes})
 
 
 def turned(height_map: HeightMap, azimuth_deg: int) -> HeightMap:
-    """The height map turned so that light from azimuth_deg (a multiple of 90, from T towards B) comes from 180."""
+    """Turn the map so that light from azimuth_deg (a multiple of 90, from T towards B) comes from 180 degrees."""
     quarters = (180 - azimuth_deg) // 90
     size = height_map.pixel_size_m if quarters % 2 == 0 else height_map.pixel_size_m[::-1]
     return replace(height_map, height_m=np.rot90(height_map.height_m, quarters), pixel_size_m=size)

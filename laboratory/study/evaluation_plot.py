@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The plot of an evaluation: a panel for each method."""
+"""Plots an evaluation, one panel for each method."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,7 +11,7 @@ from .evaluation import Evaluation
 
 
 def plot(path: Path, evaluations: Sequence[Evaluation], title: str = "") -> None:
-    """Write a plot with a panel for each method: its response, its peaks, and the curve of the grating equation.
+    """Write a plot with one panel for each method: response, peaks, and the curve of the grating equation.
 
     Raises GratingError if matplotlib is not installed."""
     pyplot = plots.pyplot()
@@ -23,7 +23,7 @@ def plot(path: Path, evaluations: Sequence[Evaluation], title: str = "") -> None
         panel.set_axis_off()
     for panel, one in zip(panels.flat, evaluations, strict=False):
         nm = one.lambdas_m * 1e9
-        # The square root shows the faint flanks. Each panel has a brightness scale of its own.
+        # The square root shows faint flanks. Each panel has its own brightness scale.
         panel.pcolormesh(nm, np.degrees(one.plane.theta_v), np.sqrt(one.response).T, rasterized=True, cmap="viridis")
         panel.plot(nm, np.degrees(one.peak_angles), "r-", linewidth=2, label="peaks")
         panel.plot(nm, np.degrees(one.expected_angles), "w--", linewidth=1, label="grating equation")

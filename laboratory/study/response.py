@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A method's response over wavelength and viewing angle, in the plane of incidence (thesis Algorithm 6).
 
-The light comes from -T at theta_i, as in the BRDF maps, and the view moves in the plane of incidence, over the first
-order. Viewing angles are the thesis's, theta_v = asin(lambda / d - sin theta_i), negative on the side away from the
-light, so that
+The light comes from -T at theta_i, as in the BRDF maps. The view moves in the plane of incidence, over the first order.
+Viewing angles follow the thesis: theta_v = asin(lambda / d - sin theta_i), negative on the side away from the light, so
+that
 
     u = -(sin theta_i + sin theta_v),   w = cos theta_i + cos theta_v,   v = 0.
 
-The response is the density over (u, v) alone; R and O, which are smooth and the same for all methods, are left out.
-"""
+The response is the density over (u, v). It leaves out R and O, which are smooth and the same for all methods."""
 
 from dataclasses import dataclass, field
 
@@ -19,7 +18,7 @@ from precompute.colour.observer import wavelengths
 from precompute.methods.method import Method
 
 ANGLE_STEP = np.radians(0.02)
-# A peak is sought where u differs from the u of the period's first order by at most this share.
+# Peaks are searched where u differs from the u of the first order by at most this share.
 WINDOW = 0.25
 
 
@@ -32,17 +31,17 @@ class Plane:
 
     @property
     def u(self) -> np.ndarray:
-        """Along T (n,), descending: the light is on the side of -T."""
+        """Coordinate along T (n,), descending; the light is on the side of -T."""
         return -(np.sin(self.theta_i) + np.sin(self.theta_v))
 
     @property
     def w(self) -> np.ndarray:
-        """Along the normal (n,)."""
+        """Coordinate along the normal (n,)."""
         return np.cos(self.theta_i) + np.cos(self.theta_v)
 
 
 def first_order_angle(theta_i: float, lambdas_m, period_m: float) -> np.ndarray:
-    """theta_v (n,) in radians of the first order. Raises GratingError where there is none above the horizon."""
+    """Viewing angles theta_v (n,) of the first order, in radians. Raises GratingError if one is below the horizon."""
     sine = np.asarray(lambdas_m) / period_m - np.sin(theta_i)
     if np.any(np.abs(sine) >= 1):
         raise GratingError(
@@ -55,11 +54,11 @@ def first_order_angle(theta_i: float, lambdas_m, period_m: float) -> np.ndarray:
 
 
 def first_order_plane(theta_i: float, lambdas_m: np.ndarray, period_m: float, *, step: float = ANGLE_STEP) -> Plane:
-    """Views `step` radians apart, over the windows of all wavelengths.
+    """Views `step` radians apart that cover the windows of all wavelengths.
 
-    The views are odd multiples of half a step, whatever the period, so that an expected angle is among them only by
-    chance. A grid that held the expected angles would only return the period from which it was made. Raises
-    GratingError where the period has no first order above the horizon."""
+    The views are odd multiples of half a step for every period. A grid that contained the expected angles would bias
+    the result towards the period from which it was made. Raises GratingError if the period has no first order above the
+    horizon."""
     first_order_angle(theta_i, lambdas_m, period_m)
     reach = np.array([(1 - WINDOW) * np.min(lambdas_m), (1 + WINDOW) * np.max(lambdas_m)]) / period_m
     low, high = np.arcsin(np.clip(reach - np.sin(theta_i), -1, 1))
@@ -69,8 +68,8 @@ def first_order_plane(theta_i: float, lambdas_m: np.ndarray, period_m: float, *,
 
 @dataclass(frozen=True)
 class FirstOrder:
-    """The first order that is studied: light at theta_i radians on a grating of period_m metres, at the wavelengths
-    lambdas_m (n,) in metres, seen from views `step` radians apart."""
+    """The first order under study: light at theta_i radians on a grating of period_m metres, wavelengths lambdas_m (n,)
+    in metres, views `step` radians apart."""
 
     theta_i: float
     period_m: float
@@ -79,10 +78,10 @@ class FirstOrder:
 
     @property
     def plane(self) -> Plane:
-        """The views. Raises GratingError where there is no first order above the horizon."""
+        """The views. Raises GratingError if the first order is below the horizon."""
         return first_order_plane(self.theta_i, self.lambdas_m, self.period_m, step=self.step)
 
 
 def response(method: Method, plane: Plane, lambdas_m: np.ndarray) -> np.ndarray:
-    """Density over (u, v) (wavelengths, views)."""
+    """A method's density over (u, v), of shape (wavelengths, views)."""
     return method.densities_in_plane(plane.u, plane.w, lambdas_m)

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Far field of N slits, closed form (thesis 5.5 and 5.6; Born and Wolf 8.6.1).
+"""Far field of N slits in closed form (thesis 5.5 and 5.6; Born and Wolf 8.6.1).
 
     I(theta) = sinc^2(b sin(theta) / lambda) [sin(N pi d sin(theta) / lambda) / (N sin(pi d sin(theta) / lambda))]^2
 
-for slits of width b at a distance d, scaled to 1 in the middle. The first factor is the pattern of one slit. The second
-has its order m where d sin(theta) = m lambda, with N - 2 side maxima between two orders. The orders are as narrow as
-lambda / (N d).
-"""
+for slits of width b and pitch d, scaled to 1 in the middle. The first factor is the pattern of one slit. The second has
+its order m at d sin(theta) = m lambda and N - 2 side maxima between two orders. An order is as narrow as lambda / (N
+d)."""
 
 from pathlib import Path
 
@@ -25,7 +24,7 @@ WAVELENGTH_M = 500e-9
 
 
 def screen_sine(position_m: np.ndarray, distance_m: float = SCREEN_M) -> np.ndarray:
-    """sin(theta) (n,) of places (n,) on a screen, in metres from its middle."""
+    """sin(theta) (n,) for positions (n,) on a screen, in metres from its middle."""
     return position_m / np.hypot(position_m, distance_m)
 
 
@@ -37,22 +36,22 @@ def envelope(sine: np.ndarray, wavelength_m: float, width_m: float = WIDTH_M) ->
 def intensity(
     sine: np.ndarray, slits: int, wavelength_m: float, *, width_m: float = WIDTH_M, pitch_m: float = PITCH_M
 ) -> np.ndarray:
-    """Intensity (n,) of N slits, 1 in the middle whatever N."""
+    """Intensity (n,) of N slits, 1 in the middle for every N."""
     phase = 2 * np.pi * pitch_m * np.asarray(sine) / wavelength_m
     return envelope(sine, wavelength_m, width_m) * np.abs(copies_sum(phase, slits) / slits) ** 2
 
 
 def white_light(sine: np.ndarray, slits: int, step_m: float = 1e-9) -> np.ndarray:
-    """XYZ (n, 3) under D65, the middle of the screen white with Y = 1."""
+    """XYZ (n, 3) under D65, scaled to Y = 1 in the middle of the screen."""
     lambdas = wavelengths(step_m)
     spectra = np.stack([intensity(sine, slits, lam) for lam in lambdas], axis=-1)
     return spectra @ spectral_weights(lambdas)
 
 
 def plot(path: Path, counts: tuple[int, ...] = (1, 2, 5, 10), reach_m: float = 10e-3) -> None:
-    """Write a plot with a row for each number of slits: the intensity at 500 nm above the colours of white light.
+    """Write a plot with a row for each number of slits: the intensity at 500 nm, and below it the colours under D65.
 
-    reach_m is how far it goes on the screen to either side. Raises GratingError if matplotlib is not installed."""
+    The plot shows the screen from -reach_m to reach_m. Raises GratingError if matplotlib is not installed."""
     pyplot = plots.pyplot()
     x = np.linspace(-reach_m, reach_m, 2001)
     sine = screen_sine(x)

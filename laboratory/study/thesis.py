@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the thesis does after its spectra: its gain with Schlick's reflectance, and its blending with a texture
-(Algorithm 4). The product does neither so; both are kept for comparison."""
+"""The thesis's gain with Schlick's reflectance and its blending with a texture (Algorithm 4).
+
+The product uses neither; they are kept for comparison."""
 
 import numpy as np
 
@@ -21,10 +22,9 @@ def relative_reflectance(wi: np.ndarray, wr: np.ndarray, samples: int, *, ior: f
 
         C = F^2 (1 + wi.wr)^2 / (F0^2 (cos ti + cos tr)^2 cos tr samples^2)
 
-    F is Schlick's reflectance at the half angle, and F0 is Schlick's reflectance at normal incidence. Multiplied by C,
-    the |DFT|^2 of a phasor of `samples` pixels becomes brightness relative to a mirror seen along its normal. This is
-    not radiometric: F is squared although it is a power already, and the width of a mirror's peak is proportional to
-    the wavelength. The gain is kept for comparison with the thesis."""
+    F is Schlick's reflectance at the half angle, F0 at normal incidence. C times the |DFT|^2 of a phasor of `samples`
+    pixels is brightness relative to a mirror seen along its normal. This is not radiometric: F is squared although it
+    is already a power, and the width of a mirror's peak is proportional to the wavelength."""
     ratio = fresnel_schlick(half_angle_cosine(wi, wr), ior) / fresnel_schlick(np.ones(()), ior)
     w = wi[..., 2] + wr[..., 2]
     return ratio**2 * obliquity_times_cosine_and_w2(wi, wr) / np.maximum(w, 1e-6) ** 2 / samples**2
@@ -33,10 +33,10 @@ def relative_reflectance(wi: np.ndarray, wr: np.ndarray, samples: int, *, ior: f
 def blend_texture(
     diffraction: np.ndarray, texture: np.ndarray, fresnel: np.ndarray, *, diffuse_weight: float = THESIS_DIFFUSE_WEIGHT
 ) -> np.ndarray:
-    """Colour (..., 3) of diffraction (..., 3) over texture (..., 3), all linear, with fresnel (...,) of any sign:
+    """Blend diffraction (..., 3) over texture (..., 3), linear colours, with fresnel (...,) of any sign:
 
-    (1 - wd) diffraction + (1 - alpha) texture + wd texture, alpha = min(|fresnel|, 1).
+        (1 - wd) diffraction + (1 - alpha) texture + wd texture, alpha = min(|fresnel|, 1).
 
-    The weights add up to 2 - alpha, so that energy is not conserved where alpha < 1. The thesis has it so."""
+    As in the thesis the weights add up to 2 - alpha, so energy is not conserved where alpha < 1."""
     alpha = np.minimum(np.abs(fresnel), 1)[..., None]
     return (1 - diffuse_weight) * diffraction + (1 - alpha + diffuse_weight) * texture

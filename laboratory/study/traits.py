@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the laboratory knows of each method: how it is drawn, and what it can be compared by."""
+"""The laboratory's facts about each method: how it is drawn, and what can be compared."""
 
 from dataclasses import dataclass
 
@@ -8,14 +8,14 @@ from precompute.methods.method_registry import ENTRIES
 
 @dataclass(frozen=True)
 class Traits:
-    """Of one method.
+    """Facts about one method.
 
-    colour, marker   matplotlib's names, for the method's points in a plot
-    first            whether it stands at the head of a legend
-    is_reference     whether it is the exact answer of its model of coherence, which takes long
-    has_spectrum     whether it has a density at each wavelength; a method without spectrum has colours alone
-    has_units        whether its brightness means anything; if not, the benchmark fits it to the reference
-    by_default       whether `evaluate` takes it if no methods are named
+    colour, marker   the method's colour and marker in plots, in matplotlib's names
+    first            whether it comes first in a legend
+    is_reference     whether it is the slow exact solution of its model of coherence
+    has_spectrum     whether it has a density at each wavelength; otherwise it has only colours
+    has_units        whether its brightness has a physical scale; otherwise the benchmark fits it to the reference
+    by_default       whether `evaluate` includes it by default
     """
 
     colour: str

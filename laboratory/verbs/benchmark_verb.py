@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`benchmark`: speed against error, every method on the same surfaces."""
+"""The `benchmark` verb: speed against error, for every method on the same surfaces."""
 
 import argparse
 from pathlib import Path
@@ -19,7 +19,7 @@ from ..study import plots
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The arguments of `benchmark`."""
+    """Add the arguments of `benchmark`."""
     parser.add_argument(
         "--quick", action="store_true", help="a trial of a minute with small pieces, whose numbers are no result"
     )
@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """The `benchmark` verb: print the table, write the page and its pictures."""
+    """Run `benchmark`: print the table, write the page and its pictures."""
     if arguments.shared is not None and not arguments.shared.is_dir():
         raise GratingError(arguments.shared, "there is no such folder", "leave --shared out for the sample surfaces")
     plots.pyplot()

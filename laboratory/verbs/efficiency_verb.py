@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`efficiency`: a grating's orders against their closed forms."""
+"""The `efficiency` verb: a grating's orders against their closed forms."""
 
 import argparse
 
@@ -13,7 +13,7 @@ from ..study import efficiency
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The arguments of `efficiency`."""
+    """Add the arguments of `efficiency`."""
     parser.add_argument("profile", choices=efficiency.PROFILES)
     parser.add_argument("--period-um", type=number(1e-3, 1e6), required=True, metavar="UM")
     parser.add_argument("--depth-nm", type=number(0, 1e6), required=True, metavar="NM", help="from trough to crest")
@@ -32,7 +32,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """The `efficiency` verb."""
     found = efficiency.efficiencies(
         arguments.profile, period_m=arguments.period_um * 1e-6, depth_m=arguments.depth_nm * 1e-9,
         wavelength_m=arguments.wavelength_nm * 1e-9, theta_i=np.radians(arguments.theta_i), orders=arguments.orders,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`evaluate`: the period that each method's colours imply."""
+"""The `evaluate` verb: the period implied by each method's colours."""
 
 import argparse
 from dataclasses import dataclass, field
@@ -25,7 +25,7 @@ from ..study.traits import DEFAULT_METHODS, TRAITS
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The arguments of `evaluate`."""
+    """Add the arguments of `evaluate`."""
     add_input(parser)
     parser.add_argument(
         "--theta-i", type=number(0, 89.99), default=75.0, metavar="DEG", help="angle of the light; default 75"
@@ -57,14 +57,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def on_request() -> list[str]:
-    """The methods that can be evaluated, but are evaluated only if --methods names them."""
+    """Methods that `evaluate` runs only if --methods names them."""
     spectral = [name for name in ENTRIES if TRAITS[name].has_spectrum and not TRAITS[name].by_default]
     return [*spectral, baked.ENTRY.name]
 
 
 @dataclass(frozen=True)
 class Report:
-    """What `evaluate` found: its arguments, then a result for each method, in the order asked for."""
+    """The result of `evaluate`: its arguments, then one result for each method in the given order."""
 
     source: str
     theta_i_deg: float
@@ -76,7 +76,7 @@ class Report:
     files: list[str] = field(default_factory=list)
 
     def as_dict(self) -> dict:
-        """Ready for JSON."""
+        """A record for JSON."""
         return {
             "source": self.source,
             "theta_i_deg": self.theta_i_deg,
@@ -89,7 +89,7 @@ class Report:
         }
 
     def table(self) -> list[str]:
-        """The lines of the table for people."""
+        """The lines of the printed table."""
         lines = [f"first order around {self.looked_around_nm:.2f} nm; angles against: {self.angles_against}"]
         lines.append(f"{'method':<16} {'period nm':>10} {'variance':>9} {'angle rms':>10} {'seconds':>8}")
         lines += [f"{name:<16} {one.summary()}" for name, one in self.methods.items()]
@@ -97,7 +97,7 @@ class Report:
 
 
 def methods_argument(text: str) -> tuple[str, ...]:
-    """Names of methods, split at commas."""
+    """Split a comma-separated list of method names."""
     names = tuple(dict.fromkeys(name.strip() for name in text.split(",")))
     for name in names:
         if name not in ENTRIES:
@@ -106,7 +106,7 @@ def methods_argument(text: str) -> tuple[str, ...]:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """The `evaluate` verb: print the table, write the plot."""
+    """Run `evaluate`: print the table, write the plot."""
     if arguments.output is not None and arguments.output.suffix.lower() != ".png":
         raise GratingError(arguments.output, "not a PNG", "name the file .png")
     asked_m = period_of(arguments)
@@ -144,8 +144,8 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def evaluation_settings(arguments, name: str, period_m: float) -> Settings:
-    """Settings for one method. Where no coherence length is given it is the thesis's, but at that length a bake would
-    need a table that is finer than any, so a bake chooses the length itself."""
+    """Settings for one method. The default coherence length is the thesis's. The bake chooses its own, because the
+    thesis's length needs a finer table than any bake can have."""
     unless_given = None if name == baked.ENTRY.name else THESIS_COHERENCE_M * 1e6
     length_um = getattr(arguments, "coherence_um", unless_given)
     return Settings(

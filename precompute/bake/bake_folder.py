@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake written into a folder, with a header that tells how it was made."""
+"""Writes a bake into a folder, with its provenance in the header."""
 
 import hashlib
 import sys
@@ -22,11 +22,11 @@ from .kernel import extent
 from .make import Made, make
 from .request import BakeRequest
 
-# The share of a bake's time after which the scans are levelled, about.
+# The share of a bake's time that levelling takes, about.
 _LEVELLED = 0.01
-# The stage in which a scan is levelled, and may still be refused.
+# The stage that levels the scans, and may refuse one.
 LEVELLING = "levelling"
-# Of what bake_to_folder tells: the figures that are shown, and those of each form in `delta_e`.
+# The figures that bake_to_folder reports, and the figures of each form in `delta_e`.
 _FIGURES = ("seconds", "check_seconds", "blender_bytes", "tiles", "resolution", "coherence_um")
 _ERRORS = ("mean", "p95", "p99", "max", "pairs")
 
@@ -34,10 +34,10 @@ _ERRORS = ("mean", "p95", "p99", "max", "pairs")
 def bake_to_folder(
     height_maps: Sequence[HeightMap], request: BakeRequest, folder: Path, *, progress: Progress
 ) -> dict[str, Any]:
-    """Bake height maps and write the table's file and the sample set's file into a folder.
+    """Bake height maps into a folder: the table's file and the sample set's file.
 
-    Returns the facts of the run, as `--json` gives them. Under `files` the table's file comes first. Raises
-    GratingError as `check_can_write`, `make` and `write_together` do."""
+    Returns the run's facts, as for `--json`; the table's file comes first in `files`. Raises GratingError as
+    `check_can_write`, `make` and `write_together` do."""
     check_can_write()
     reliefs, told = _levelled(height_maps, request, progress=span_of(progress, 0, _LEVELLED))
     source = ", ".join(height_map.source for height_map in height_maps)
@@ -70,7 +70,7 @@ def bake_to_folder(
 def _levelled(
     height_maps: Sequence[HeightMap], request: BakeRequest, *, progress: Progress
 ) -> tuple[list[Relief], list[str]]:
-    """The reliefs, and what the steps of levelling told, a line each; of several scans each line names its scan."""
+    """Level the scans. Returns the reliefs and the steps' messages; with several scans, each names its scan."""
     reliefs, told = [], []
     for number, height_map in enumerate(height_maps):
         progress(LEVELLING, number / len(height_maps))
@@ -83,7 +83,7 @@ def _levelled(
 def provenance_of(
     height_maps: Sequence[HeightMap], reliefs: Sequence[Relief], request: BakeRequest, *, made: Made
 ) -> dict[str, Any]:
-    """What the header tells of how a bake was made. Several scans are listed in the order in which they were given."""
+    """The provenance in a bake's header. Several scans are listed in the given order."""
     length_m = coherence.coherence_length(made.table.sigma_b)
     area, profiles = extent(reliefs)
     return {
@@ -107,8 +107,7 @@ def provenance_of(
 
 
 def are_facts(facts: Mapping[str, Any], height_maps: Sequence[HeightMap]) -> bool:
-    """Whether a record holds what bake_to_folder tells of the bake of these height maps, with the names of the files
-    under `files`."""
+    """Whether a record holds bake_to_folder's facts for these height maps, with file names under `files`."""
     name = bake_name(height_maps)
     told = facts.get("levelling", [])
     tile, errors, forms = facts.get("tile"), facts.get("delta_e"), facts.get("delta_e_by_form")
@@ -140,10 +139,10 @@ def bake_name(height_maps: Sequence[HeightMap]) -> str:
 
 
 def peak_bytes() -> int | None:
-    """The most memory in bytes that this process has held; None where the system does not tell (Windows)."""
+    """The peak memory of this process in bytes; None if the system does not report it (Windows)."""
     status = Path("/proc/self/status")
     if status.is_file():
-        # On Linux, ru_maxrss includes what the parent held when it started this process. VmHWM does not.
+        # On Linux, ru_maxrss includes the memory of the parent at the start of this process; VmHWM does not.
         held = [line.split()[1] for line in status.read_text().splitlines() if line.startswith("VmHWM:")]
         if held:
             return int(held[0]) * 1024

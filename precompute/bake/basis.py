@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The table's functions of w, learnt from the table.
+"""Learns a table's functions of w from the table.
 
-Of the light that a surface scatters, the dependence on w has a few shapes that recur at all places (u, v). The singular
-vectors of the table are these shapes, strongest first: with the same error, fewer of them are needed than of Chebyshev
-polynomials. A renderer reads one tile for each.
+The scattered light depends on w by a few shapes that recur at all places (u, v). The singular vectors of the table are
+these shapes, strongest first. They are fewer than Chebyshev polynomials of equal error, and a renderer reads one tile
+for each.
 
-A place counts by what an error there does to its colour. Lightness grows as the cube root of luminance Y, so that an
-error dY is seen as Y^(-2/3) dY. Each w counts the same, relative to the light that there is with it: where all is
-grazing, the light is little, and an exposure shows it.
+A place is weighted by the colour error it can cause. Lightness grows as the cube root of luminance Y, so an error dY is
+seen as Y^(-2/3) dY. Each w has equal weight relative to its light, because exposures show faint light too.
 """
 
 from bisect import bisect_left
@@ -23,19 +22,17 @@ from ..measure.pairs import Pairs, cosine_weighted, pair_about
 from ..table.table import Table
 from ..table.tiling import TILE_PADDING
 
-# About this number of the table's texels are looked at.
+# About this number of the table's texels is used.
 _TEXELS = 40_000
-# Texels, and values of w, that are darker than this share of the brightest count as much as those that are as dark: no
-# exposure shows them.
+# Texels, and values of w, darker than this share of the brightest are weighted like this share: no exposure shows them.
 _DARK = 1e-4
-# The numbers of values of w, and of direction pairs at each, at which two tables are compared. To read a table takes
-# little time, so that there are more values of w than where a bake is compared with the truth.
+# The number of values of w, and of direction pairs at each, on which two tables are compared. Reading a table is fast,
+# so there are more values of w than in the self-check.
 _GROUPS, _PAIRS = 16, 600
 
 
 def with_learnt_basis(table: Table, keeps: Callable[[Table], bool]) -> Table:
-    """The table by as few functions of w as `keeps` agrees to. `table` has Chebyshev polynomials and no wider
-    levels."""
+    """Reduce a table of Chebyshev polynomials, without wider levels, to the fewest functions that `keeps` accepts."""
     if not table.terms.any():
         return table
     functions, tiles = learnt_basis(table)
@@ -73,11 +70,10 @@ def learnt_basis(table: Table) -> tuple[np.ndarray, np.ndarray]:
 
 
 def comparison(table: Table, illuminant: str) -> Callable[[Table], FormErrors]:
-    """What tells by how much another table of the same surface differs from a table, in Stam's form.
+    """Return a function that measures how much another table of the same surface differs, in Stam's form.
 
-    The values of w are equally spaced. Grazing light has a small w, and few direction pairs of the self-check have it,
-    but a scene may show nothing else. At each w half of the pairs are cosine weighted, and half are drawn from the
-    light that the table has there."""
+    The values of w are equally spaced. Grazing light has a small w and few direction pairs in the self-check, but it
+    may fill a scene. At each w half of the pairs are cosine weighted, half drawn from the table's light."""
     rng = np.random.default_rng(1)
     low, high = table.w_range
     found = []
@@ -92,10 +88,10 @@ def comparison(table: Table, illuminant: str) -> Callable[[Table], FormErrors]:
 
 
 def _lit_pairs(table: Table, w: float, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Unit vectors wi and wr (up to count, 3) whose (u, v) are drawn from the table's luminance at w."""
+    """Draw unit vectors wi and wr (up to count, 3) whose (u, v) follow the table's luminance at w."""
     v, u = (axis[TILE_PADDING:-TILE_PADDING] for axis in table.axes)
     luminance = table.at_w(w)[TILE_PADDING:-TILE_PADDING, TILE_PADDING:-TILE_PADDING, 1]
-    # Two unit vectors above the surface, whose sum has the component w, have no larger u and v.
+    # Two unit vectors above the surface whose sum has the component w reach no farther in u and v.
     reached = u**2 + v[:, None] ** 2 < 4 - w**2
     cumulative = np.cumsum(np.where(reached, np.maximum(luminance, 0), 0), dtype=float)
     if cumulative[-1] <= 0:

@@ -3,18 +3,16 @@
 
 The key of a bake is a hash of everything that its result depends on. The cache is a folder:
 
-    entries/KEY/record.json   the facts of the bake, and size and SHA-256 of each of its files; the record's time of
-                              modification is the time of last use
+    entries/KEY/record.json   the facts of the bake, and size and SHA-256 of each of its files; its modification time is
+                              the time of last use
     entries/KEY/files/        the files that the bake wrote
-    partial/KEY/              an entry in the making; it is renamed into entries/ once it is whole
+    partial/KEY/              an unfinished entry; it is renamed into entries/ when it is complete
     locks/KEY.lock            locked, through the operating system, by the process that bakes or takes KEY; the system
                               releases the lock when this process dies
 
-Only the process that holds a key's lock touches the key's entry, its partial folder, and the partial folders that the
-key has in an output folder.
+Only the process that holds a key's lock touches the key's entry and the key's partial folders, here and in outputs.
 
-An entry is believed only if its record is such as a bake leaves and each file is what the record says. Else the entry
-is damaged, and the bake is made again.
+An entry is used only if its record is valid and each file matches the record. Otherwise the bake is made again.
 """
 
 import contextlib
@@ -42,15 +40,15 @@ from ..surface.height_map import HeightMap
 from ..table.atlas_file import FORMAT
 from .request import BakeRequest
 
-# Part of every key. Raise it with every change of the bake's results that leaves atlas_file.FORMAT as it is. The keys
-# of older entries are then never asked for again, and the eviction removes these entries in time.
+# Part of every key. Raise it with every change of the bake's results that leaves atlas_file.FORMAT unchanged. Older
+# entries are then never used again, and the eviction removes them in time.
 BAKE_VERSION = 10
 # The environment variables that set the cache's folder and its size limit in MiB.
 FOLDER_VARIABLE = "NATURAL_GRATINGS_CACHE"
 LIMIT_VARIABLE = "NATURAL_GRATINGS_CACHE_MB"
 # The size limit in MiB if none is set.
 _LIMIT_MIB = 2048
-# Time in seconds between two tries to get a lock: a person does not notice this wait.
+# Time in seconds between two tries to get a lock, too short to notice.
 _POLL_SECONDS = 0.1
 # The stage that a process reports while another process bakes the same surface.
 WAITING = "waiting for another bake of the same surface"
@@ -59,8 +57,7 @@ WAITING = "waiting for another bake of the same surface"
 def key_of(height_maps: Sequence[HeightMap], request: BakeRequest) -> str:
     """The key of a bake: the SHA-256, in hexadecimal, of heights, pixel size, request, versions and the processor.
 
-    The names of the source and of its channel are part of the key, because the header of the bake holds them. The
-    folder of the source is no part of it."""
+    The key includes the names of source and channel, because the bake's header holds them, but not the folder."""
     surfaces = [
         {
             "heights_sha256": hashlib.sha256(np.ascontiguousarray(one.height_m, dtype="<f8").data).hexdigest(),
@@ -78,8 +75,8 @@ def key_of(height_maps: Sequence[HeightMap], request: BakeRequest) -> str:
 
 
 def _processor() -> list[str]:
-    """The kind of processor, and the vector instructions that NumPy found on it. NumPy chooses its code by them, as
-    does its library of matrix products, and other code rounds sums in another order."""
+    """The kind of processor, and the vector instructions that NumPy found on it. They choose the code of NumPy and its
+    BLAS, and other code rounds sums in another order."""
     return [platform.machine(), *np.show_config(mode="dicts").get("SIMD Extensions", {}).get("found", ())]
 
 
@@ -91,19 +88,15 @@ def bake_once(
     believed: Callable[[Mapping[str, Any]], bool],
     progress: Progress = silent,
 ) -> dict[str, Any]:
-    """Bring the bake of a key into the folder `output`, which is made if need be, from the cache or else by `make`.
+    """Bring the bake of a key into the folder `output`, from the cache or by `make`. The folder is created if missing.
 
-    make      writes the bake's files into the folder that it is given; returns the bake's facts, with the paths of its
-              files under `files`
-    believed  whether facts, with the names of the files under `files`, are such as `make` returns for this key
-    progress  called with the stage WAITING while another process bakes the same surface: this process waits, and then
-              takes the other process's result
+    make      writes the bake's files into a folder; returns the bake's facts, with the files' paths under `files`
+    believed  whether facts, with file names under `files`, are valid results of `make` for this key
+    progress  called with the stage WAITING while this process waits for another one that bakes the same surface
 
-    Returns the facts, and under `cached` whether they came from the cache. A cache that cannot be used costs one line
-    of warning and nothing else.
+    Returns the facts, and under `cached` whether they came from the cache. An unusable cache only causes a warning.
 
-    Raises GratingError if the environment sets a size limit that is not a size, or if the files cannot be written, and
-    whatever `make` raises."""
+    Raises GratingError for an invalid size limit or if the files cannot be written, and whatever `make` raises."""
     limit_bytes = size_limit()
     try:
         cache = Cache(default_folder(), limit_bytes)
@@ -132,6 +125,7 @@ def bake_once(
 def default_folder() -> Path:
     """The cache's folder: $NATURAL_GRATINGS_CACHE, or else `~/.cache/natural-gratings`.
 
+    Blender sets the variable for its jobs to the folder that addon/gratings/cache_folder.py names.
     Raises OSError if the variable is not set and the user has no home folder."""
     chosen = os.environ.get(FOLDER_VARIABLE)
     if chosen:
@@ -143,7 +137,7 @@ def default_folder() -> Path:
 
 
 def size_limit() -> int:
-    """Bytes that the cache may take: $NATURAL_GRATINGS_CACHE_MB in MiB, or else 2 GiB.
+    """The cache's size limit in bytes: $NATURAL_GRATINGS_CACHE_MB in MiB, or else 2 GiB.
 
     Raises GratingError if the variable does not hold a size."""
     text = os.environ.get(LIMIT_VARIABLE) or str(_LIMIT_MIB)
@@ -158,7 +152,7 @@ def size_limit() -> int:
 
 @dataclass(frozen=True)
 class Entry:
-    """What the eviction must know of an entry: its key, its bytes, and the time of its last use in nanoseconds."""
+    """An entry for the eviction: its key, its bytes, and the time of its last use in nanoseconds."""
 
     key: str
     size_bytes: int
@@ -167,17 +161,17 @@ class Entry:
 
 @dataclass(frozen=True)
 class Cache:
-    """The cache in a folder. The folder is made at the first use.
+    """The cache in a folder, which is created at the first use.
 
-    It holds at most `limit_bytes`, or one entry if this entry alone is larger."""
+    It holds at most `limit_bytes`, or a single larger entry."""
 
     folder: Path
     limit_bytes: int
 
     def lock(self, key: str, waiting: Callable[[], None]) -> BinaryIO:
-        """The lock of a key. It is released when it is closed or when the process ends.
+        """Take the lock of a key. It is released when it is closed or when the process ends.
 
-        `waiting` is called again and again while another process has the lock. Raises OSError if the folder cannot be
+        `waiting` is called repeatedly while another process has the lock. Raises OSError if the folder cannot be
         used."""
         self._lock_path(key).parent.mkdir(parents=True, exist_ok=True)
         while (lock := try_lock(self._lock_path(key))) is None:
@@ -186,9 +180,9 @@ class Cache:
         return lock
 
     def take(self, key: str, folder: Path, believed: Callable[[Mapping[str, Any]], bool]) -> dict[str, Any] | None:
-        """Copy an entry's files into a folder; the facts of the entry, or None if there is none or it is damaged.
+        """Copy an entry's files into a folder. Returns the entry's facts, or None if it is missing or damaged.
 
-        Only the holder of the key's lock may call this. Raises GratingError if the folder cannot be written into."""
+        The caller must hold the key's lock. Raises GratingError if the folder cannot be written into."""
         entry = self._entry(key)
         record = entry / "record.json"
         try:
@@ -206,9 +200,9 @@ class Cache:
         return facts
 
     def put(self, key: str, folder: Path, facts: dict[str, Any]) -> None:
-        """Keep what a bake wrote into a folder, in place of an older entry.
+        """Store a bake's files from a folder, in place of an older entry.
 
-        Only the holder of the key's lock may call this. Raises OSError if the bake cannot be kept."""
+        The caller must hold the key's lock. Raises OSError if the bake cannot be stored."""
         partial, entry = self._partial(key), self._entry(key)
         names = [Path(file).name for file in facts["files"]]
         partial.parent.mkdir(exist_ok=True)
@@ -230,10 +224,9 @@ class Cache:
             _remove(partial)
 
     def tidy(self, used: str) -> None:
-        """Remove what killed processes left, and then the entries that have not been used for the longest time.
+        """Remove leftovers of killed processes, then the least recently used entries until the rest fits the limit.
 
-        Entries go until the rest fits the limit. The entry of the key `used` always stays, and so does whatever another
-        process has locked. Raises OSError if the folder cannot be read."""
+        The entry of `used` and entries locked by other processes stay. Raises OSError if the folder is unreadable."""
         left = {path.name for path in _listed(self.folder / "partial")}
         locked = {path.stem for path in _listed(self.folder / "locks")}
         for key in (left | locked) - {used}:
@@ -282,10 +275,10 @@ class Cache:
 
 @contextlib.contextmanager
 def _staging(output: Path, key: str) -> Iterator[Path]:
-    """A partial folder in `output` for the files of a bake in the making.
+    """Create a partial folder in `output` for the files of a bake.
 
-    What killed processes left in `output` for the same key is removed as well, and so is `output` itself if it was not
-    there before and nothing comes into it. Raises GratingError if the folder cannot be made."""
+    Leftovers of killed processes for the same key are removed, and so is `output` if it was created here and stays
+    empty. Raises GratingError if the folder cannot be created."""
     is_new = not output.exists()
     label = f"bake.{key[:16]}"
     try:
@@ -302,14 +295,14 @@ def _staging(output: Path, key: str) -> Iterator[Path]:
 
 
 def _is_plain(name: str) -> bool:
-    """Whether a name is that of a picture in the folder where it is looked for, and nowhere else."""
+    """Whether a name is a plain file name of a picture, without a folder."""
     return Path(name).name == name and name.endswith(".exr")
 
 
 def _is_copied(source: Path, target: Path, expected: Any) -> bool:
-    """Copy a file that should have the expected fingerprint; whether it has.
+    """Copy a file if it has the expected fingerprint. Returns whether it has.
 
-    Raises GratingError if the target cannot be written: a full disk is no damage of the source."""
+    Raises GratingError if the target cannot be written: a full disk does not mean that the source is damaged."""
     try:
         if source.is_symlink() or not source.is_file() or _fingerprint(source) != expected:
             return False
@@ -330,7 +323,7 @@ def _listed(folder: Path) -> list[Path]:
 
 
 def _remove(folder: Path) -> None:
-    """Remove a folder, or the link in its place; not what the link leads to."""
+    """Remove a folder, or a link in its place but not the link's target."""
     if folder.is_symlink():
         folder.unlink()
     shutil.rmtree(folder, ignore_errors=True)

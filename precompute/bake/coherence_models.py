@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The models of coherence under which a bake can be made. Each is a module with the functions of CoherenceModel."""
+"""The coherence models of a bake. Each is a module with the functions of CoherenceModel."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -15,26 +15,26 @@ from .self_check import Judge
 
 
 class CoherenceModel(Protocol):
-    """What a model of coherence knows: how fine a bake of reliefs must be, how to make it, and how to judge it."""
+    """A coherence model: plans the resolution of a bake, makes the bake, and measures its error."""
 
     def plan(self, reliefs: Sequence[Relief], request: BakeRequest, *, progress: Progress = ...) -> Plan:
-        """How fine a table must be to keep the request's colour error.
+        """Choose the resolution that a table needs to keep the request's colour error.
 
         Raises GratingError for a request that the model cannot keep."""
         ...
 
     def carry_out(self, chosen: Plan, illuminant: str, progress: Progress) -> Table:
-        """The table that a plan describes, without wider levels."""
+        """Make the table of a plan, without wider blur levels."""
         ...
 
     def judge(self, reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress: Progress) -> Judge:
-        """What tells the error of a table of a plan in both forms, against the reliefs' exact spectra."""
+        """Return a function that measures a plan's table in both forms, against the reliefs' exact spectra."""
         ...
 
     def sample_set(self, chosen: Plan) -> SampleSet | None:
-        """The sample set that stands beside the table, for lights of every kind; None if the model has none."""
+        """Make the sample set that belongs to the table, for lights of every kind; None if the model has none."""
         ...
 
 
-# The models by the names that a request gives them (MODELS in request.py).
+# The models by their names in a request (MODELS in request.py).
 COHERENCE_MODELS: dict[str, CoherenceModel] = {"ensemble": ensemble, "patch": patch}

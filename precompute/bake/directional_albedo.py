@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The directional albedo of a spectrum, by quadrature (docs/theory.md, section "BRDF", "Albedo bound").
+"""Computes the directional albedo of a spectrum by quadrature (docs/theory.md, section "BRDF", "Albedo bound").
 
 Symbols: wi and wr are the unit vectors to the light and to the viewer, at the angles ti and tr from the normal; f is
 the BRDF with Stam's obliquity and R = 1; PSD is the scattered power spectrum per (u, v); w = cos(ti) + cos(tr).
@@ -8,10 +8,10 @@ The albedo is a(wi) = integral of f cos(tr) dwr. At the horizon it diverges as 1
 
     A = a cos(ti) = cos(ti) * zero order + integral of ((1 + wi.wr) / w)^2 * PSD / cos(tr) du dv
 
-does not: PSD vanishes as w^2, and 1 / cos(tr) is integrable.
+is finite: PSD vanishes as w^2, and 1 / cos(tr) is integrable.
 
-The integral over PSD is made in two parts: the strongest bins (a grating's orders) one by one, each with its own
-kernel, and all other light (the continuum) as a sum over the cells of a coarse picture in (u, v).
+The integral over PSD has two parts: the strongest bins (a grating's orders) one by one, each with its own kernel, and
+all other light (the continuum) as a sum over the cells of a coarse picture in (u, v).
 """
 
 import math
@@ -23,30 +23,29 @@ from ..maths import chebyshev
 from ..spectra.resample import Resampler
 from ..spectra.series import SpectrumSeries
 
-# At most _ORDERS bins count as orders: the strongest bins, and of these only the ones that hold more than _ORDER_SHARE
-# of the light at some s. At the horizon an order's light counts some ten times.
+# Orders are at most the _ORDERS strongest bins, if they hold more than _ORDER_SHARE of the light at some s. At the
+# horizon an order's light has about ten times the weight.
 _ORDERS, _ORDER_SHARE = 64, 3e-4
-# Number of lights for which all orders are computed at once. Their numbers fit a processor's cache.
+# Number of lights for which all orders are computed at once. Their numbers fit into a processor's cache.
 _LIGHTS = 512
-# Number of steps of w from 0 to 2 between which an order's efficiency is linear, to some 1e-4 of the largest.
+# Number of steps of w from 0 to 2 between which an order's efficiency is linear, to about 1e-4 of the largest.
 _SAMPLES = 512
 # Least square of a cosine away from the horizon.
 _COSINE_MIN = np.float32(1e-6)
-# The step of the coarse picture in u and v: sigma_b, where that is not less than this.
+# The least step of the coarse picture in u and v, which is otherwise sigma_b.
 _CELL_MIN = 1 / 32
-# Cells to a standard deviation of the coarse picture's kernel: sums over cells are then flat to
-# 2 exp(-2 pi^2 0.6^2) = 2e-3.
+# Cells per standard deviation of the coarse picture's kernel: sums over cells are flat to 2 exp(-2 pi^2 0.6^2) = 2e-3.
 _CELLS_PER_SIGMA = 0.6
 # A kernel is cut at this many standard deviations, where it has fallen to 4e-5 of its peak.
 _KERNEL_REACH = 4.5
-# Share of the light that the Chebyshev terms left out may hold.
+# Share of the light that the omitted Chebyshev terms may hold.
 _TERMS_TOLERANCE = 1e-3
 # Side of a block of directions that are computed at once. Neighbouring directions reach nearly the same cells.
 _BLOCK = 8
 
 
 def find_orders(series: SpectrumSeries) -> np.ndarray:
-    """Flat indices (n,) of the bins that count as orders. Where bins have been blurred, none counts as an order."""
+    """Flat indices (n,) of the bins that count as orders; empty if the bins have been blurred."""
     if series.blur_q:
         return np.empty(0, int)
     share = np.zeros(series.scattered_over_s2[0].size, np.float32)
@@ -74,8 +73,7 @@ def orders_albedo(series: SpectrumSeries, sigma_b: float, *, directions: np.ndar
 
 
 class Orders:
-    """The bins of a series that count as orders. The light of each is spread as a Gaussian of sigma_b about (u, v) =
-    lambda * q."""
+    """The bins of a series that count as orders. The light of each is a Gaussian of sigma_b about lambda * q."""
 
     def __init__(self, series: SpectrumSeries, sigma_b: float):
         row, col = np.unravel_index(find_orders(series), series.scattered_over_s2.shape[1:])
@@ -113,7 +111,7 @@ class Orders:
 
 
 def _read(samples: np.ndarray, row: np.ndarray, w: np.ndarray) -> np.ndarray:
-    """Samples (rows, _SAMPLES + 1) over w from 0 to 2, read linearly at rows and values of w that broadcast."""
+    """Interpolate samples (rows, _SAMPLES + 1) over w from 0 to 2 linearly, at rows and values of w that broadcast."""
     at = w * np.float32(_SAMPLES / 2)
     below = np.minimum(at.astype(np.int32), _SAMPLES - 1)
     place = below + (row * samples.shape[1]).astype(np.int32)
@@ -133,13 +131,13 @@ def continuum_albedo(
 ) -> np.ndarray:
     """A (rows, turns * cols, n) of a spectrum without its orders, at n wavelengths.
 
-    The light comes from `directions` (rows, cols, 3). Behind these columns of the result follow the columns for the
-    same directions turned about the normal by one quarter turn, by two quarter turns, and so on up to turns - 1.
+    The light comes from `directions` (rows, cols, 3). The result's next columns are for the same directions turned
+    about the normal by one quarter turn, two quarter turns, and so on up to turns - 1.
 
-    A is a sum over the cells of a coarse picture of the spectrum. Each cell's light counts with a factor that depends
-    on the light's direction and on the cell, but not on the wavelength. So one matrix product serves all wavelengths.
-    The factors stay the same if direction and picture are turned together. So the factors of one direction serve the
-    turned directions as well: only the picture is turned, the other way."""
+    A is a sum over the cells of a coarse picture of the spectrum. A cell's light has a factor that depends on the
+    light's direction and on the cell, but not on the wavelength, so one matrix product serves all wavelengths. The
+    factors do not change if direction and picture are turned together, so for turned directions only the picture is
+    turned, the other way."""
     cell = max(_CELL_MIN, sigma_b)
     sigma = max(sigma_b, _CELLS_PER_SIGMA * cell)
     half = math.ceil((2 + _KERNEL_REACH * sigma) / cell)
@@ -174,7 +172,7 @@ def coarse_terms(
     resamplers = [Resampler(series.grid, axis, axis, lam, series.kernel_left(sigma, lam)) for lam in lambdas]
     mixes = np.stack([_terms_in_w(series, lam) for lam in lambdas]).astype(np.float32)
     terms = np.zeros((len(series.amplitude), len(axis), len(axis), len(lambdas)), np.float32)
-    # The picture is linear in the spectrum. So the spectra at the series' nodes are blurred, not those at each w.
+    # The picture is linear in the spectrum, so the spectra at the series' nodes are blurred instead of those at each w.
     for node, power in enumerate(series.scattered_over_s2):
         rest = power.copy()
         rest.ravel()[orders] = 0
@@ -185,8 +183,7 @@ def coarse_terms(
 
 
 def _without_tail(terms: np.ndarray) -> np.ndarray:
-    """The terms (K, ...) without the last terms, which together hold at most the share _TERMS_TOLERANCE; at
-    least 2 terms."""
+    """Drop the last terms of (K, ...) that together hold at most the share _TERMS_TOLERANCE; at least 2 remain."""
     size = np.abs(terms).reshape(len(terms), -1).sum(axis=1)
     needed = np.count_nonzero(np.cumsum(size[::-1])[::-1] > _TERMS_TOLERANCE * size.sum())
     return terms[: max(int(needed), 2)]
@@ -200,21 +197,21 @@ def _terms_in_w(series: SpectrumSeries, lam: float) -> np.ndarray:
 
 
 def _reached(axis: np.ndarray, centres: np.ndarray, reach: float) -> slice:
-    """The part of an axis that lies within `reach` of any of the centres."""
+    """The slice of an axis that lies within `reach` of any of the centres."""
     return slice(*np.searchsorted(axis, [centres.min() - reach, centres.max() + reach]))
 
 
 class NearHorizon:
-    """The part of a kernel that lies above the horizon, as two cosines of view with a weight each.
+    """The part of a kernel above the horizon, as two weighted cosines of the view.
 
     Take a kernel of standard deviation sigma about a place at distance rho from (0, 0), and any function g. The
-    weighted sum of g at the two cosines is then the mean of cos(tr)^power g(cos(tr)) over the kernel, where only real
-    directions count. It is exact if g is a polynomial of up to third degree (Gaussian quadrature). Away from the
-    horizon both cosines are the cosine of the place itself.
+    weighted sum of g at the two cosines is the mean of cos(tr)^power g(cos(tr)) over the kernel, for real directions
+    only. It is exact for polynomials g of up to third degree (Gaussian quadrature). Away from the horizon both cosines
+    are the place's own.
 
-    Let c = cos(tr). For power = -1 the integrand 1 / c is integrable, but has no value at the horizon. With c as the
-    variable, drho = -c / rho dc takes the pole out: mean(g / c) = integral of N(sqrt(1 - c^2) - rho) g / sqrt(1 - c^2)
-    dc, where N is the kernel across the horizon. The kernel's extent along the horizon is left out: it only shifts rho
+    Let c = cos(tr). For power = -1 the integrand 1 / c is integrable, but infinite at the horizon. With c as the
+    variable, drho = -c / rho dc removes the pole: mean(g / c) = integral of N(sqrt(1 - c^2) - rho) g / sqrt(1 - c^2)
+    dc, where N is the kernel across the horizon. The kernel's extent along the horizon is neglected: it only shifts rho
     by sigma^2 / 2."""
 
     def __init__(self, sigma: float, power: int):
@@ -242,7 +239,7 @@ class NearHorizon:
 
 
 def _gauss_of_two(moments: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Two pairs of weight and node (n,) that have the given moments (n, 4) of degree 0 to 3."""
+    """Two pairs of weight and node (n,) with the given moments (n, 4) of degree 0 to 3."""
     total = np.maximum(moments[:, 0], 1e-300)
     m1, m2, m3 = (moments[:, k] / total for k in (1, 2, 3))
     variance = np.maximum(m2 - m1**2, 1e-12)
@@ -263,7 +260,7 @@ def _views(wi: np.ndarray, u: np.ndarray, v: np.ndarray, near: NearHorizon) -> l
     along = (x * wi[..., 0] + y * wi[..., 1]) / np.maximum(rho, np.float32(1e-6))
     views = []
     for weight, cosine in near(rho):
-        # Only the part of a cell above the horizon counts: wr is the unit vector whose cosine NearHorizon gives.
+        # Only a cell's part above the horizon counts: wr is the unit vector whose cosine NearHorizon gives.
         wi_wr = along * np.sqrt(1 - cosine**2) + cosine * wi[..., 2]
         views.append((weight * (1 + wi_wr) ** 2, cosine + wi[..., 2] - 1))
     return views

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bake under the ensemble model of coherence: the mean over all places of the coherence window.
+"""Bakes under the ensemble model of coherence: the mean over all places of the coherence window.
 
-Kernel, wavelengths, texels and terms are chosen so that this very surface keeps the colour error asked for.
+Kernel, wavelengths, texels and terms are chosen so that the given surface keeps the requested colour error.
 """
 
 import math
@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from ..base.progress import Progress, part_of, silent
-from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengths
+from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
 from ..measure.forms import DELTA_E_OF_BOUND
 from ..spectra.fast import fast_series
 from ..spectra.resample import KERNEL_REACH
@@ -20,9 +20,9 @@ from ..surface.relief import Relief
 from ..table.sample_set import SampleSet
 from ..table.table import Table
 from ..table.tiling import BYTES_PER_TEXEL
+from .blur_levels import with_levels
 from .expected import tell
 from .kernel import kernel_for, too_fine
-from .levels import with_levels
 from .plan import Plan
 from .probe import TEXELS_MAX, TEXELS_MIN, probe
 from .request import BakeRequest
@@ -30,7 +30,6 @@ from .resolution import (
     DEFAULT_BYTES,
     RESOLUTION_MAX,
     RESOLUTION_MIN,
-    bake_wavelengths,
     blender_bytes,
     resolution_for,
     texel_middles,
@@ -39,17 +38,18 @@ from .resolution import (
 from .sample_draws import make_sample_set
 from .self_check import judge as judge
 from .tiles import carry_out as carry_out
+from .wavelengths import wavelengths_of
 
-# The request that leaves every value at its default.
+# The request with every value at its default.
 ANY = BakeRequest()
 # Bins are kept at least this far past |u| = 2, so that the kernel may still be widened.
 _REACH_MIN = 0.15
-# The dE00 that the table of the albedo bound may make at 1 % of directions, where a dE00 of 1 or more is asked for; for
-# less, it is smaller in proportion. Independent errors add as squares, so half of what is asked adds 12 %. The bound
-# keeps the energy too, which a larger dE00 asked for does not touch.
+# The dE00 that the albedo bound's table may cause at 1 % of directions, for a requested dE00 of 1 or more; for less, it
+# shrinks in proportion. Independent errors add as squares, so half of the request adds 12 %. The bound also conserves
+# energy, which a larger request must not relax.
 _OF_BOUND = 0.5
-# Share of all light by which the series may be off, for a dE00 of 1. A dark bin may be off by a larger share of the
-# light in this bin. An eye sees an error a hundred times as large.
+# The allowed error of the series as a share of all light, for a dE00 of 1. In a dark bin it may be a larger share of
+# the bin's light. The eye sees errors a hundred times as large.
 _SERIES_TOLERANCE = 2e-4
 
 
@@ -65,7 +65,7 @@ def plan(
     If the request leaves the coherence length open, the kernel is widened until the table fits DEFAULT_BYTES. The table
     has `finer` times as many texels as the probe finds necessary. `progress` is called after each transform.
 
-    Raises GratingError if the coherence length asked for needs a finer table than RESOLUTION_MAX allows."""
+    Raises GratingError if the requested coherence length needs a finer table than RESOLUTION_MAX allows."""
     reliefs = (reliefs,) if isinstance(reliefs, Relief) else tuple(reliefs)
     delta_e, needs = request.delta_e, request.needs
     auto = request.coherence_length_m is None
@@ -73,7 +73,7 @@ def plan(
     if auto:  # a kernel too narrow for a table of DEFAULT_BYTES need not be resolved
         sigma_b = max(sigma_b, TEXELS_MIN * texel_size(int(math.sqrt(DEFAULT_BYTES / BYTES_PER_TEXEL / 4))))
     ensemble = _spectra(reliefs, sigma_b, request, progress)
-    lambdas = _wavelengths(sigma_b, request)
+    lambdas = wavelengths_of(sigma_b, request)
     measured = probe(ensemble, sigma_b, lambdas[::2], illuminant=request.illuminant, needs=needs)
     terms = measured.terms(delta_e)
     texels = min(finer * measured.texels_per_sigma(delta_e), TEXELS_MAX)
@@ -87,7 +87,7 @@ def plan(
         raise too_fine(request.coherence_length_m, delta_e)
     if auto and resolution > finest:
         resolution, sigma_b = finest, texels * texel_size(finest)
-        lambdas = _wavelengths(sigma_b, request)
+        lambdas = wavelengths_of(sigma_b, request)
     texel = texel_size(resolution)
     v, u = (texel_middles(*side, texel) for side in (needs.region.v, needs.region.u))
     precision = np.float16 if measured.halves_do(terms, delta_e) else np.float32
@@ -97,19 +97,13 @@ def plan(
     )  # fmt: skip
 
 
-def _wavelengths(sigma_b: float, request: BakeRequest) -> np.ndarray:
-    """The wavelengths (n,) in metres from which the table is summed."""
-    every = bake_wavelengths(sigma_b, request.delta_e, request.needs.region.reach)
-    return seen_wavelengths(every, request.illuminant)
-
-
 def _spectra(
     reliefs: Sequence[Relief], sigma_b: float, request: BakeRequest, progress: Progress
 ) -> tuple[SpectrumSeries, ...]:
-    """The series of each relief, for the region that the request asks for and for kernels of sigma_b and wider."""
+    """The series of each relief, for the requested region and for kernels of sigma_b and wider."""
     needs = request.needs
     reach = max(KERNEL_REACH * sigma_b, _REACH_MIN)
-    wavelengths = len(_wavelengths(sigma_b, request))
+    wavelengths = len(wavelengths_of(sigma_b, request))
     found = []
     for k, relief in enumerate(reliefs):
         found.append(
@@ -131,10 +125,10 @@ def bake(
     *,
     progress: Progress = silent,
 ) -> Table:
-    """The table of reliefs that a request asks for. Its error is not measured. Raises GratingError as `plan` does."""
+    """Bake the table of a request, without measuring its error. Raises GratingError as `plan` does."""
     return with_levels(carry_out(plan(reliefs, request, progress=progress), request.illuminant, progress))
 
 
 def sample_set(chosen: Plan) -> SampleSet:
-    """The sample set that stands beside the table."""
+    """The sample set that belongs to the table."""
     return make_sample_set(chosen.ensemble, chosen.sigma_b)

@@ -1,18 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bound that keeps a material from reflecting more than it receives, as a table.
+"""Computes the table that keeps a material from reflecting more than it receives.
 
-Symbols are those of directional_albedo.py. The albedo a(wi) exceeds 1 towards grazing light. Dividing f by
+Symbols as in directional_albedo.py. The albedo a(wi) exceeds 1 towards grazing light. Dividing f by
 
     M(wi, wr) = max(1, a(wi), a(wr))
 
 keeps f reciprocal, and its albedo is then at most a(wi) / max(1, a(wi)). The table holds the excess E = A - cos(t), the
 largest over all wavelengths, where A = a cos(t). So M = 1 + max(0, E(wi) / cos(ti), E(wr) / cos(tr)). E is smooth where
-it passes through 0, so it is clamped only when it is read. A mirror has no excess, however the table is read.
+it crosses 0, so it is clamped only when it is read. A mirror has no excess.
 
-table/albedo_bound.py tells where a direction stands in the table. The texels are made so that a cubic reading at a
-texel gives the excess there. Between texels a reading is then off in the fourth order of their distance, and where the
-excess bends sharply, in the first order of the bend: where an order of a surface that wraps reaches the horizon at the
-first or the last wavelength, the excess bends within some sigma_b.
+table/albedo_bound.py maps directions to the table. A cubic reading at a texel gives the exact excess. Between texels,
+readings have an error of fourth order in the texels' distance, and of first order where the excess bends sharply:
+within a few sigma_b of where a wrapping surface's order reaches the horizon at the first or last wavelength.
 """
 
 from collections.abc import Sequence
@@ -27,31 +26,30 @@ from ..spectra.series import SpectrumSeries
 from ..table.albedo_bound import BOUND_TEXELS, albedo_bound, place, texel_directions
 from .directional_albedo import Orders, continuum_albedo, find_orders, orders_albedo, zero_order_albedo
 
-# Number of wavelengths, equally spaced in their logarithm. As the wavelength grows, an order passes over the horizon,
-# and shows in the albedo only while this logarithm grows by sigma_b / 2. So the orders of a surface that wraps are
-# computed at every _STEP-th wavelength, and then at all wavelengths around the one at which the albedo was largest. All
-# other light is computed at every _STRIDE-th wavelength and interpolated between these.
+# Number of wavelengths, equally spaced in their logarithm. As the wavelength grows, an order crosses the horizon, and
+# shows in the albedo only while this logarithm grows by sigma_b / 2. So the orders of a surface that wraps are computed
+# at every _STEP-th wavelength, then at all around the largest albedo. Other light is interpolated between every
+# _STRIDE-th wavelength.
 _WAVELENGTHS, _STEP, _STRIDE = 513, 4, 32
-# A surface that has no more excess than this has none. A spline through its table would overshoot at the horizon.
+# A smaller excess counts as none. A spline through such a table would overshoot at the horizon.
 _ROUNDING = 1e-6
 # The shares of the progress after which the continuum and the tables of BOUND_TEXELS are done, for a surface whose
 # orders are computed one by one. Few surfaces need the larger tables.
 _DONE = (0.3, 0.8, 0.9, 1.0)
-# Number of directions at which a table is compared with what it should hold.
+# Number of directions at which a table is compared with exact values.
 _PROBES = 512
 
 
 def excess_table(
     ensemble: Sequence[SpectrumSeries], sigma_b: float, *, tolerance: float, progress: Progress = silent
 ) -> np.ndarray:
-    """The table (n, n) float32 of the excess albedo E of the mean of some spectra under a kernel sigma_b.
+    """Compute the table (n, n) float32 of the excess albedo E of the mean of some spectra under a kernel sigma_b.
 
-    It is to be read as table/albedo_bound.py reads it. n is the least of BOUND_TEXELS with which 99 % of directions
-    read the bound with a relative error of at most `tolerance`, or the greatest. `progress` is told, at the stage
-    "albedo bound", how much of the table is done."""
+    It is read by table/albedo_bound.py. n is the least of BOUND_TEXELS with which 99 % of directions have a relative
+    error of the bound of at most `tolerance`, or the greatest. `progress` is called with the stage "albedo bound"."""
     begun = _DONE[0] if any(series.periodic for series in ensemble) else 1.0
     told = span_of(progress, 0, begun)
-    # The continuum is smooth enough that the finer tables are read from the coarsest one.
+    # The continuum is so smooth that the finer tables are read from the coarsest one.
     tables = (
         _continuum_table(series, sigma_b, part_of(told, "albedo bound", done=k, total=len(ensemble)))
         for k, series in enumerate(ensemble)
@@ -76,9 +74,9 @@ def excess_table(
 
 
 def excess_at(ensemble: Sequence[SpectrumSeries], sigma_b: float, directions: np.ndarray) -> np.ndarray:
-    """The excess albedo E (rows, cols) for unit vectors (rows, cols, 3), with no table and at all wavelengths.
+    """The excess albedo E (rows, cols) for unit vectors (rows, cols, 3), without a table and at all wavelengths.
 
-    Neighbours in the array should be neighbours on the hemisphere, for the sake of time."""
+    It is faster if neighbours in the array are neighbours on the hemisphere."""
     lambdas = _wavelengths()[::_STRIDE]
     parts = (
         continuum_albedo(series, find_orders(series), sigma_b, directions=directions, lambdas=lambdas)
@@ -93,7 +91,7 @@ def _wavelengths() -> np.ndarray:
 
 
 def _probes() -> np.ndarray:
-    """Unit vectors (1, n, 3): half of them cosine weighted, half with cosines that are equally frequent."""
+    """Unit vectors (1, n, 3): half cosine weighted, half with uniformly distributed cosines."""
     rng = np.random.default_rng(0)
     share, azimuth = rng.random(_PROBES), rng.uniform(-np.pi, np.pi, _PROBES)
     cosine = np.where(np.arange(_PROBES) % 2, np.sqrt(share), share)
@@ -104,18 +102,18 @@ def _probes() -> np.ndarray:
 def _continuum_table(series: SpectrumSeries, sigma_b: float, progress: Progress) -> np.ndarray:
     """The continuum's A (n, rows, cols) at every _STRIDE-th wavelength, at the texels of the coarsest table.
 
-    It is computed in one corner of the table, from which quarter turns lead to the other corners."""
+    One corner of the table is computed; quarter turns give the other corners."""
     count, lambdas = BOUND_TEXELS[0], _wavelengths()[::_STRIDE]
     corner = texel_directions(count)[count // 2 :, count // 2 :]
     orders = find_orders(series)
     found = continuum_albedo(series, orders, sigma_b, directions=corner, lambdas=lambdas, turns=4, progress=progress)
-    # A quarter turn leads from +T to +B. Rows follow B and columns T.
+    # A quarter turn leads from +T to +B. Axis 0 follows B and axis 1 T.
     corners = [np.rot90(part, -turn) for turn, part in enumerate(np.split(found, 4, axis=1))]
     return np.moveaxis(np.block([[[corners[2]], [corners[3]]], [[corners[1]], [corners[0]]]]), -1, 0)
 
 
 def _read_planes(planes: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Planes (n, count, count) over the disc, read at unit vectors (rows, cols, 3); (rows, cols, n)."""
+    """Read planes (n, count, count) over the disc at unit vectors (rows, cols, 3); (rows, cols, n)."""
     y, x = place(directions, planes.shape[1])
     return np.stack([bspline.read_grid(bspline.interpolating(plane), y, x) for plane in planes], axis=-1)
 
@@ -132,13 +130,13 @@ def _excess(
     """E (rows, cols) for light from directions (rows, cols, 3).
 
     continuum (rows, cols, n) is the sum of the spectra's continua at every _STRIDE-th wavelength. Orders are computed
-    at every step-th wavelength, and then at all others around the one at which A was largest."""
+    at every step-th wavelength, then at all wavelengths around the largest A."""
     cosine, lambdas = directions[..., 2], _wavelengths()
     smooth, sharp = continuum, []
     for series in ensemble:
         smooth = smooth + cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas=lambdas[::_STRIDE])
         orders = Orders(series, sigma_b)
-        # A single bin matters at the horizon only if it is an order: bins of a continuum cross it together with others.
+        # A single bin matters at the horizon only if it is an order: a continuum's bins cross it together with others.
         if series.periodic and len(orders):
             sharp.append(orders)
         else:
@@ -151,7 +149,7 @@ def _excess(
 def _largest_with(
     sharp: list[Orders], smooth: np.ndarray, wi: np.ndarray, *, step: int, progress: Progress
 ) -> np.ndarray:
-    """The largest A (n,) over all wavelengths: the sum of what is smooth (n, wavelengths) and of the orders."""
+    """The largest A (n,) over all wavelengths: the sum of the smooth light (n, wavelengths) and of the orders."""
     lambdas = _wavelengths()
 
     def reflected(k: int, light: np.ndarray | slice) -> np.ndarray:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The memory and the time that a bake is expected to take, told before its transforms begin.
+"""Estimates the memory and the time of a bake before its transforms begin.
 
-The constants are measured (`./dev bench memory` prints expected and measured figures side by side) on two
-cores of a server, on pictures of 512 to 1024 pixels that are 40 to 200 um wide and 0.3 to 5 um high. Memory comes out
-up to a third above what is taken; time is right to a factor of two there, and in proportion on other machines.
+The constants are measured (`./dev bench memory` prints expected and measured figures side by side) on two cores of a
+server, on pictures of 512 to 1024 pixels that are 40 to 200 um wide and 0.3 to 5 um high. The estimated memory is up to
+a third too high. The time is right to a factor of two there, and scales with the speed of other machines.
 """
 
 import math
@@ -17,27 +17,27 @@ from ..table.tiling import BYTES_PER_TEXEL, TILE_PADDING, cell_for, grid
 from .needs import Needs
 from .resolution import texel_middles
 
-# Bytes for each byte of the series, for each bin of a transform, for each transform (the probe), and for tables.
+# Bytes per byte of the series, per bin of a transform, per transform (the probe), and constant (tables).
 _PER_SERIES_BYTE, _PER_FINE_BIN, _PER_TRANSFORM, _ALWAYS = 3.6, 16, 4 << 20, 100 << 20
-# Seconds for each bin, transform, node of w (there are about as many as transforms) and wavelength, and always.
+# Seconds per bin, transform, node of w (about as many as transforms) and wavelength; and constant.
 _SECONDS_EACH, _SECONDS_ALWAYS = 1e-9, 8.0
 
 
 def expected_bytes(work: Work) -> float:
-    """The most memory that a bake takes from its first transform on, over what it has taken before."""
+    """The peak memory that a bake needs from its first transform on, in addition to the memory it already has."""
     series = 4 * work.transforms * work.bins
     return _PER_SERIES_BYTE * series + _PER_FINE_BIN * work.fine_bins + _PER_TRANSFORM * work.transforms + _ALWAYS
 
 
 def expected_seconds(work: Work, wavelengths: int) -> float:
-    """The time that a bake takes in seconds."""
+    """The time of a bake in seconds."""
     return _SECONDS_ALWAYS + _SECONDS_EACH * wavelengths * work.transforms**2 * work.bins
 
 
 def tell(work: Work, wavelengths: int, *, scans: int, progress: Progress) -> None:
-    """Tell `progress` what a bake of so many scans, all like the first, will take.
+    """Report to `progress` the expected memory and time of a bake of `scans` scans, all like the first.
 
-    Raises GratingError where that is more than half of the memory that is free."""
+    Raises GratingError if the memory is more than half of the free memory."""
     needed, seconds = scans * expected_bytes(work), scans * expected_seconds(work, wavelengths)
     refuse_beyond_memory(needed, "the bake", SMALLER)
     duration = f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"
@@ -45,11 +45,11 @@ def tell(work: Work, wavelengths: int, *, scans: int, progress: Progress) -> Non
 
 
 def expected_table_bytes(layout: Layout, needs: Needs) -> tuple[int, int]:
-    """Bytes in Blender of a table that holds only the needs, estimated from the layout of a whole table of the same
-    surface; and the whole table's bytes.
+    """Estimate a table's bytes in Blender if it holds only the needs, from the layout of a whole table of the same
+    surface; returns them and the whole table's bytes.
 
-    The tiles are cropped to the region. Their texels grow with the kernel, where the lights and pixels of the scene are
-    wider than it. Of the functions of w, two are a constant and a slope; the others are taken to be in proportion to
+    The tiles are cropped to the region. Their texels grow with the kernel if the scene's lights and pixels are wider
+    than it. Of the functions of w, two are a constant and a slope; the number of the others is taken as proportional to
     the range of w."""
     sigma_b = max(layout.sigma_b, needs.kernel)
     texel = layout.texel * sigma_b / layout.sigma_b

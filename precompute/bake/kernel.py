@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The kernel that a bake begins with, from the coherence asked for, the scans' size and the scene's needs."""
+"""Chooses the kernel that a bake begins with, from the requested coherence, the scans' size and the scene's needs."""
 
 import math
 from collections.abc import Sequence
@@ -11,19 +11,18 @@ from .probe import TEXELS_MAX, TEXELS_MIN
 from .request import BakeRequest
 from .resolution import RESOLUTION_MAX, TEXELS_ALWAYS, resolution_for, texel_size
 
-# A coherence window shorter than a wavelength makes no sense: its kernel would be as wide as the hemisphere.
+# The least coherence length, a wavelength: its kernel is as wide as the hemisphere.
 SHORTEST_COHERENCE_M = coherence.REFERENCE_WAVELENGTH_M
 
 
 def kernel_for(reliefs: Sequence[Relief], request: BakeRequest) -> float:
     """The standard deviation sigma_b of the kernel in (u, v) that a bake begins with.
 
-    If a coherence length is asked for, sigma_b belongs to this length. If none is asked for, it is the narrowest kernel
-    that averages enough coherence areas of all scans together (optics/coherence.py). In either case it is at least as
-    wide as the blur of the scene's lights and pixels.
+    A requested coherence length sets sigma_b. Without one, it is the narrowest kernel that averages enough coherence
+    areas of all scans together (optics/coherence.py). It is at least as wide as the scene's lights and pixels.
 
-    Raises GratingError for a coherence length that is shorter than a wavelength, longer than the scan, or so long that
-    no table is fine enough for it, and for scans that are too small to average enough areas."""
+    Raises GratingError for a coherence length that is shorter than a wavelength, longer than the scan, or too long for
+    any table, and for scans that are too small to average enough areas."""
     coherence_length_m, needs = request.coherence_length_m, request.needs
     held = min(_longest_coherence(relief) for relief in reliefs)
     if coherence_length_m is None:
@@ -52,9 +51,9 @@ def kernel_for(reliefs: Sequence[Relief], request: BakeRequest) -> float:
 
 
 def extent(reliefs: Sequence[Relief]) -> tuple[float, float]:
-    """The total area in square metres of all scans but profiles, and the total length in metres of the profiles.
+    """The total area in square metres of all scans except profiles, and the total length in metres of the profiles.
 
-    A profile is a scan of a single row or column. It does not change across its width, so its width does not count."""
+    A profile is a scan of a single line, constant across its width, so its width does not count."""
     area = sum(math.prod(relief.size_m) for relief in reliefs if 1 not in relief.height_m.shape)
     return area, sum(max(_changing_sides(relief), default=0.0) for relief in reliefs if 1 in relief.height_m.shape)
 
@@ -65,7 +64,7 @@ def _changing_sides(relief: Relief) -> list[float]:
 
 
 def _longest_coherence(relief: Relief) -> float:
-    """The longest coherence length that a relief can have: any if it wraps, or else the scan's shorter side."""
+    """The longest coherence length of a relief: unlimited if it wraps, or else the scan's shorter side."""
     return math.inf if relief.periodic else min(_changing_sides(relief), default=0.0)
 
 
@@ -76,7 +75,7 @@ def _sides(reliefs: Sequence[Relief]) -> str:
 
 
 def too_fine(coherence_length_m: float, delta_e: float) -> GratingError:
-    """The error for a coherence length that no table resolves at the colour error asked for."""
+    """The error for a coherence length that no table resolves at the requested colour error."""
     texels = min(TEXELS_ALWAYS / delta_e**0.25, TEXELS_MAX)
     longest = coherence.coherence_length(max(texels, TEXELS_MIN) * texel_size(RESOLUTION_MAX))
     return GratingError(

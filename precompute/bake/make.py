@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake that keeps the colour error asked for.
+"""Makes a bake that keeps the requested colour error.
 
-The bake is planned and carried out. The error of what its file will hold is measured. If the error is too large, the
-bake is planned for a smaller one and made once more.
+The bake is planned and made, and the error of its file's contents is measured. If the error is too large, the bake is
+made once more for a smaller error.
 """
 
 import math
@@ -23,29 +23,29 @@ from ..table.sample_set import SampleSet
 from ..table.table import Table
 from ..table.tiling import BYTES_PER_TEXEL
 from .basis import comparison, with_learnt_basis
+from .blur_levels import with_levels
 from .coherence_models import COHERENCE_MODELS
-from .levels import with_levels
 from .request import BakeRequest
 from .resolution import blender_bytes
 
 # No larger picture is read.
 ATLAS_BYTES_MAX = BYTES_PER_TEXEL * TEXELS_MAX
-# The share of its time after which an attempt's plan, and its table, are done: measured on the samples Elaphe and
+# The shares of an attempt's time after which its plan, and its table, are done: measured on the samples Elaphe and
 # Xenopeltis, 0.07 and 0.11, 0.66 and 0.70.
 _PLANNED, _CARRIED_OUT = 0.1, 0.7
-# The second attempt is planned for an error smaller by this factor than the error that would just do.
+# The second attempt aims at an error smaller by this factor than the error that would be just enough.
 _MARGIN = 2.0
-# The shares of the error asked for that a table in a learnt basis of w may reach, and that the basis may add at values
-# of w which the self-check does not look at. The rest is for the file's rounding. Errors of different origin add by
-# their squares: 0.7 without the basis and 0.5 by it are 0.9 together.
+# The shares of the requested error that a table in a learnt basis of w may reach, and that the basis may add at values
+# of w outside the self-check. The rest is for the file's rounding. Errors of different origin add by their squares: 0.7
+# without the basis and 0.5 by it are 0.9 together.
 _BEFORE_ROUNDING, _OF_BASIS = 0.9, 0.5
-# The share of the whole that progress gives to the first attempt. A second one is the exception, so it gets the rest.
+# The share of the progress for the first attempt. A second attempt is the exception, so it gets the rest.
 _FIRST = 0.9
 
 
 @dataclass(frozen=True)
 class Made:
-    """A bake as its file will hold it, and what it took to make it.
+    """A bake as in its file, and the cost of making it.
 
     table          the table, rounded as in the file
     sample_set     the sample set beside it; None under the patch model
@@ -53,8 +53,8 @@ class Made:
     claims         the measured errors of `table` in both forms
     wavelengths    the number of wavelengths
     transforms     the number of Fourier transforms of the relief
-    seconds        the time that planning and baking took
-    check_seconds  the time that measuring the errors took"""
+    seconds        the time of planning and baking
+    check_seconds  the time of measuring the errors"""
 
     table: Table
     sample_set: SampleSet | None
@@ -68,7 +68,7 @@ class Made:
 
     @property
     def errors(self) -> Errors:
-        """The errors of the form that the materials show by default."""
+        """The errors of the materials' default form."""
         return self.claims.shown
 
     @property
@@ -80,16 +80,14 @@ class Made:
 def make(
     reliefs: Sequence[Relief], request: BakeRequest, *, progress: Progress = silent, source: str = "the scan"
 ) -> Made:
-    """Bake reliefs as a request asks. `progress` is told how much of the whole bake is done.
+    """Bake reliefs for a request. `progress` is called with the share of the whole bake.
 
-    Raises GratingError, naming `source`, if the colour error asked for cannot be kept. The message tells which colour
-    error can be kept."""
+    Raises GratingError, with `source` and an error that can be kept, if the requested colour error cannot."""
     progress = forwards(progress)
     made = _attempt(reliefs, request, span_of(progress, 0, _FIRST), source)
     excess = _excess(made.claims, request.delta_e)
     if excess > 1:
-        # Terms, texels, wavelengths and transforms are chosen for a smaller error. An error that comes from something
-        # else stays, and the measured error shows it.
+        # A smaller error only changes terms, texels, wavelengths and transforms. Other errors stay and are measured.
         stricter = replace(request, delta_e=request.delta_e / (_MARGIN * excess))
         again = _attempt(reliefs, stricter, span_of(progress, _FIRST, 1), source)
         again = _with_time_of(again, made)
@@ -108,10 +106,9 @@ def make(
 
 
 def _excess(claims: FormErrors, delta_e: float) -> float:
-    """The error of a bake in units of the error asked for: the request is kept at 1 or less, in both forms.
+    """A bake's error over the requested error: at most 1 if the request is kept in both forms.
 
-    The 99th percentile is estimated from a sample of directions. Its allowance counts too, so that other directions
-    find no more than was asked."""
+    The 99th percentile is estimated from a sample of directions, so its sampling error is added."""
     return max(
         max(errors.p99_most / delta_e, errors.relative_dy / (RELATIVE_DY * max(delta_e, 1)))
         for errors in claims.forms.values()
@@ -124,7 +121,7 @@ def _reached(errors: Errors) -> float:
 
 
 def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress, source: str) -> Made:
-    """One bake of the reliefs as it is planned for a request, and its errors."""
+    """Plan and make one bake of the reliefs for a request, and measure its errors."""
     started = time.perf_counter()
     model = COHERENCE_MODELS[request.model]
     if not request.needs.is_reached:
@@ -165,6 +162,6 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
 
 
 def _with_time_of(made: Made, earlier: Made) -> Made:
-    """The second attempt, with its times plus the times of the first."""
+    """The second attempt, with the first attempt's times added."""
     seconds, check_seconds = made.seconds + earlier.seconds, made.check_seconds + earlier.check_seconds
     return replace(made, seconds=seconds, check_seconds=check_seconds)

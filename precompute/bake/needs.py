@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a scene asks of a bake: the region of (u, v, w) that it reaches, and the size of its lights and pixels.
+"""A scene's needs of a bake: the region of (u, v, w) that it reaches, and the size of its lights and pixels.
 
 A needs file is JSON. Every key but the format is optional:
 
@@ -7,7 +7,7 @@ A needs file is JSON. Every key but the format is optional:
      "u": [-0.4, 1.2], "v": [-0.3, 0.3], "w": [0.8, 2.0],   the region; by default [-2, 2], [-2, 2], [0, 2]
      "light_radius_deg": 0.265,                             angular radius of the smallest light, in degrees
      "footprint": 0.01,                                     the least change of (u, v) across a pixel
-     "measured": {...}}                                     how the file was made; a bake does not read it
+     "measured": {...}}                                     how the file was made; a bake ignores it
 
 docs/needs.md describes them for users.
 """
@@ -22,7 +22,7 @@ from ..base.failure import GratingError
 from ..base.strict_json import read_json
 from ..optics.region import Region
 
-# The version of needs files. A reader refuses every other.
+# The version of needs files. A reader refuses all others.
 FORMAT = 1
 # (u, v, w) is the sum of two unit vectors, both above the surface.
 _LIMITS = {"u": (-2.0, 2.0), "v": (-2.0, 2.0), "w": (0.0, 2.0)}
@@ -32,7 +32,7 @@ WIDTH_MIN = 0.02
 
 @dataclass(frozen=True)
 class Needs:
-    """What a scene needs of a bake.
+    """A scene's needs of a bake.
 
     region        the region of (u, v)
     w             the range of w
@@ -51,40 +51,36 @@ class Needs:
 
     @property
     def is_reached(self) -> bool:
-        """Whether some two directions above the surface, whose sum is no longer than 2, have u, v and w of the
-        ranges."""
+        """Whether two directions above the surface, whose sum is at most 2 long, can have u, v and w in the ranges."""
         nearest = (max(low, -high, 0.0) for low, high in (*self.region, self.w))
         return sum(each**2 for each in nearest) < 4
 
     @property
     def kernel(self) -> float:
-        """The standard deviation in (u, v) below which the width of a kernel cannot be seen.
+        """The standard deviation in (u, v) below which the width of a kernel is invisible.
 
-        A light's disc of angular radius a blurs with a standard deviation of a / 2. A pixel is a square, and a square
-        of side b has the standard deviation b / sqrt(12) along an axis; half of that is taken. The larger of the two
-        results counts."""
+        A light's disc of angular radius a blurs with a standard deviation of a / 2. A pixel of side b has the standard
+        deviation b / sqrt(12) along an axis; half of it is used. The larger of the two counts."""
         return max(self.light_radius / 2, self.footprint / math.sqrt(12) / 2)
 
     def as_dict(self) -> dict[str, Any]:
-        """The needs as a file has them, with every key."""
+        """The needs as in a file, with every key."""
         region = {"u": list(self.region.u), "v": list(self.region.v), "w": list(self.w)}
         light = {"light_radius_deg": math.degrees(self.light_radius), "footprint": self.footprint}
         return {"format": FORMAT, **region, **light}
 
 
-# The needs of a scene of which nothing is known.
+# The needs of an unknown scene.
 EVERYTHING = Needs()
 
 
 def read_needs(path: Path) -> Needs:
-    """The needs in a file. Raises GratingError that names the file, the key, and the values that are allowed."""
+    """Read the needs in a file. Raises GratingError with the file, the key, and the allowed values."""
     return needs_of(read_json(path, "write one by the verb `needs` inside Blender"), str(path))
 
 
 def needs_of(record: object, source: str) -> Needs:
-    """The needs that a record of JSON holds.
-
-    Raises GratingError that names `source`, the key, and the values that are allowed."""
+    """Convert a JSON record to needs. Raises GratingError with `source`, the key, and the allowed values."""
     if not isinstance(record, dict) or not _is_number(record.get("format")) or record["format"] != FORMAT:
         raise GratingError(source, f"not a needs file of format {FORMAT}", f'it begins {{"format": {FORMAT}, ...')
     if not isinstance(record.get("measured", {}), dict):
@@ -121,5 +117,5 @@ def _size(source: str, name: str, record: Mapping[str, Any], most: float) -> flo
 
 
 def _is_number(value: object) -> bool:
-    """Whether a value of JSON is a number; True is an int to Python."""
+    """Whether a JSON value is a number; excludes True, which is an int in Python."""
     return type(value) in (int, float)

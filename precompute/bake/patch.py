@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bake under the patch model of coherence (thesis 3.2): one window on one patch of the surface.
+"""Bakes under the patch model of coherence (thesis 3.2): one window on one patch of the surface.
 
-The table is of the same kind as that of the ensemble model. The window has a fixed size in metres
-(spectra/patch_window.py), so its kernel in (u, v) grows with the wavelength. The zero order interferes with the rest of
-the light: there is no product Z(w) kernel(u, v) that could be taken out. Therefore Z is 0, and the table holds all of
-the light, divided by w^2. No polynomial follows this quotient down to w = 0, so the table begins at w = W_MIN. Below
-W_MIN, a reader gets the value at W_MIN. The table has no albedo bound and no sample set beside it: it serves lamps
-alone.
+The table is of the same kind as the ensemble model's. The window has a fixed size in metres (spectra/patch_window.py),
+so its kernel in (u, v) grows with the wavelength. The zero order interferes with the other light, so there is no
+product Z(w) kernel(u, v) to separate. Therefore Z is 0, and the table holds all of the light, divided by w^2. No
+polynomial follows this quotient down to w = 0, so the table begins at w = W_MIN. Below W_MIN the materials show black.
+The table has no albedo bound and no sample set: it serves lamps only.
 
-The power spectrum |P|^2 is computed on a grid of frequencies that is one and a half times as fine as the window's
-speckle. It is read between the grid's points as by a non-uniform Fourier transform (A. Dutt and V. Rokhlin, Fast
-Fourier transforms for nonequispaced data, 1993): the transform of |P|^2, which ends where the window's autocorrelation
-ends, is divided by the transform of a Gaussian. The sum of these Gaussians, one about each point of the grid and each
-with the quotient's value there, is then |P|^2 itself. The Resampler of the ensemble model makes such sums, so it serves
-here as well. As in the ensemble model, each Gaussian is made narrower by what the cubic reading of the table adds.
+The power spectrum |P|^2 is computed on a grid of frequencies 1.5 times as fine as the window's speckle. Between the
+grid's points it is read as by a non-uniform Fourier transform (A. Dutt and V. Rokhlin, Fast Fourier transforms for
+nonequispaced data, 1993): the transform of |P|^2, which ends where the window's autocorrelation ends, is divided by the
+transform of a Gaussian. Gaussians about the grid's points, with the quotient's values, then sum to |P|^2. The ensemble
+model's Resampler makes such sums, so it serves here as well. As in the ensemble model, each Gaussian is narrowed by
+what the cubic reading of the table adds.
 """
 
 from collections.abc import Sequence
@@ -33,22 +32,23 @@ from ..reference.patch_reference import PatchReference
 from ..spectra.patch_window import PatchWindow
 from ..surface.relief import Relief
 from ..table.table import ZERO_ORDER_SAMPLES, Table
-from .levels import narrower
+from .blur_levels import narrower
 from .needs import WIDTH_MIN
 from .patch_series import patch_series
 from .plan import Plan
 from .probe import TEXELS_MAX, probe
 from .request import BakeRequest
-from .resolution import bake_wavelengths, texel_middles
+from .resolution import texel_middles
 from .self_check import Judge, pairs_within, w_within
 from .tiles import xyz_over_w2
+from .wavelengths import bake_wavelengths
 
-# The table's range of w begins here, unless the needs ask for a range that begins later. Measured on a skin of 150 nm,
-# over the whole of (u, v) and for a dE00 of at most 0.5: a range that begins at w = 0.25 takes 13 terms, one from 0.5
-# takes 11, one from 0.75 takes 8, and one from 1 takes 6. A range that begins at 0.1 has a dE00 of 42 with 13 terms.
+# The start of the table's range of w, unless the needs begin later. Measured on a skin of 150 nm, over the whole of (u,
+# v) and for a dE00 of at most 0.5: a range from w = 0.25 takes 13 terms, from 0.5 11, from 0.75 8, and from 1 6. A
+# range from 0.1 has a dE00 of 42 with 13 terms.
 W_MIN = 0.25
-# Number of values of w at which a bake is checked, and number of direction pairs at each value. Both are small, because
-# the reference sums over all pixels for each pair.
+# Number of values of w for the self-check, and of direction pairs at each. Both are small, because the reference sums
+# over all pixels for each pair.
 _CHECK_GROUPS, _CHECK_PAIRS = 3, 200
 
 
@@ -58,7 +58,7 @@ def plan(
     *,
     progress: Progress = silent,
 ) -> Plan:
-    """As ensemble.plan, under one window of the request's coherence length (THESIS_COHERENCE_M by default).
+    """Like ensemble.plan, under one window of the request's coherence length (THESIS_COHERENCE_M by default).
 
     The kernel is never widened to make the table fit. Raises GratingError for several reliefs, since the model is of
     one patch, and for needs that end below W_MIN."""
@@ -74,8 +74,7 @@ def plan(
     window = PatchWindow(reliefs[0], (request.coherence_length_m or THESIS_COHERENCE_M) / 4)
     series = patch_series(window, needs.region.reach, progress)
     sigma_b = series.sigma_b
-    # The kernel is narrowest at the shortest wavelength. Texels that are fine enough there are fine enough for all
-    # wavelengths.
+    # The kernel is narrowest at the shortest wavelength, so texels that are fine enough there are always fine enough.
     narrowest = sigma_b * WAVELENGTH_MIN_M / coherence.REFERENCE_WAVELENGTH_M
     lambdas = seen_wavelengths(bake_wavelengths(narrowest, delta_e, needs.region.reach), request.illuminant)
     measured = probe((series,), sigma_b, lambdas, illuminant=request.illuminant, needs=needs)
@@ -88,7 +87,7 @@ def plan(
 
 
 def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent) -> Table:
-    """As tiles.carry_out, without a zero order and without an albedo bound."""
+    """Like tiles.carry_out, without a zero order and without an albedo bound."""
     nodes = chebyshev.nodes(chosen.terms, *chosen.w_range)
     at_nodes = xyz_over_w2(
         chosen, nodes, narrower(chosen.sigma_b, chosen.texel), illuminant=illuminant, progress=progress
@@ -102,9 +101,9 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
 
 
 def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress: Progress) -> Judge:
-    """What tells the error of a table of this plan against the patch model's reference.
+    """Return a function that measures a plan's table against the patch model's reference.
 
-    It is measured on direction pairs at a few values of w. Without an albedo bound Stam's form is the only one."""
+    It uses direction pairs at a few values of w. Without an albedo bound there is only Stam's form."""
     rng = np.random.default_rng(0)
     window = PatchWindow(reliefs[0], coherence.coherence_length(chosen.sigma_b) / 4)
     reference = PatchReference(window)
@@ -126,4 +125,4 @@ def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress:
 
 
 def sample_set(chosen: Plan) -> None:
-    """None: the model's spectrum cannot be told apart from its zero order, so nothing can be drawn from it alone."""
+    """None: the zero order cannot be separated from the spectrum, so no samples can be drawn."""

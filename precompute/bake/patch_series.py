@@ -20,25 +20,23 @@ from ..spectra.resample import KERNEL_REACH
 from ..spectra.series import SpectrumSeries, bound
 from ..spectra.spectrum import FrequencyGrid, fft_order, phasor
 
-# How far the window reaches from its middle, and the transform of |P|^2 from lag 0, both in units of sigma_s. At these
-# distances the window has fallen to 3e-4 of its amplitude, and its autocorrelation, exp(-x^2 / (4 sigma_s^2)) at the
-# lag x, to 1e-7 of its peak.
+# The reach of the window from its centre, and of the transform of |P|^2 from lag 0, both in units of sigma_s. There the
+# window has fallen to 3e-4, and its autocorrelation, exp(-x^2 / (4 sigma_s^2)) at the lag x, to 1e-7 of its peak.
 _WINDOW_REACH, _LAG_REACH = 4.0, 8.0
-# From this lag, also in units of sigma_s, to _LAG_REACH, the transform of |P|^2 is made to fade to 0. It is 1e-4 of its
-# peak or less there. Its quotient by the Gaussian's transform then stays small.
+# From this lag, in units of sigma_s, to _LAG_REACH, the transform of |P|^2 is faded to 0. It is at most 1e-4 of its
+# peak there. The fade keeps its quotient by the Gaussian's transform small.
 _LAG_KEPT = 6.0
-# The Gaussian's standard deviation, in units of sigma_f. The transform of |P|^2 repeats itself after 2 _LAG_REACH, and
-# the Gaussian's transform suppresses the repetitions. The repetition of lag -5, where the autocorrelation is 2e-3 of
-# its peak, stands at lag 11. It is weighed by exp(-48 0.45^2) = 6e-5: reading a table leaves about 0.45 of the 0.5.
-# Repetitions of shorter lags are weighed by less.
+# The Gaussian's standard deviation, in units of sigma_f. The transform of |P|^2 repeats after 2 _LAG_REACH, and the
+# Gaussian's transform suppresses the repetitions. The repetition of lag -5, where the autocorrelation is 2e-3 of its
+# peak, is at lag 11. Its weight is exp(-48 0.45^2) = 6e-5: reading a table leaves about 0.45 of the 0.5. Shorter lags
+# weigh less.
 _GAUSSIAN = 0.5
-# Cubic reading widens the Gaussian, so the Gaussian is made narrower. This is the share of its variance that must stay,
-# however coarse the table. A standard deviation of 0.3 sigma_f is then left, and the repetition at lag 11 is weighed by
-# 1e-2.
+# Cubic reading widens the Gaussian, so the Gaussian is narrowed. This share of its variance always stays, however
+# coarse the table. It leaves a standard deviation of 0.3 sigma_f, and a weight of 1e-2 at lag 11.
 _GAUSSIAN_LEFT = 0.36
-# Number of points of the frequency grid beyond the region asked for: near the rim of the grid the quotient is wrong.
+# Number of points of the frequency grid beyond the requested region: near the rim of the grid the quotient is wrong.
 _MARGIN = 40
-# Share of the power that the series in s may leave out.
+# Share of the power that the series in s may omit.
 _SERIES_TOLERANCE = 1e-4
 # Rows or columns that are transformed at once, to save memory.
 _ROWS_AT_ONCE = 64
@@ -48,32 +46,32 @@ _ROWS_AT_ONCE = 64
 class PatchSeries(SpectrumSeries):
     """The patch model's power per bin, at Chebyshev nodes in s.
 
-    `scattered_over_s2` holds all of the power itself, not divided by s^2, because it does not vanish with s.
-    `amplitude` is 0. The light of a bin is spread as a Gaussian of standard deviation `gaussian` in q. `sigma_b` is the
-    standard deviation of the window's own kernel in (u, v) at the reference wavelength. A kernel asked for is narrower
-    than sigma_b: kernel_left takes the difference of the two variances off each bin's Gaussian."""
+    `scattered_over_s2` holds all of the power, not divided by s^2, because it does not vanish with s. `amplitude` is 0.
+    The light of a bin is a Gaussian of standard deviation `gaussian` in q. `sigma_b` is the standard deviation of the
+    window's own kernel in (u, v) at the reference wavelength. A requested kernel is narrower than sigma_b: kernel_left
+    subtracts the difference of the variances from each bin's Gaussian."""
 
     gaussian: float = 0.0
     sigma_b: float = 0.0
 
     def weights(self, s: np.ndarray) -> np.ndarray:
-        """As SpectrumSeries.weights, divided by s^2, because scattered_over_s2 holds the power itself here."""
+        """Like SpectrumSeries.weights, divided by s^2, because scattered_over_s2 holds the power itself here."""
         return super().weights(s) / np.asarray(s)[..., None] ** 2
 
     def zero_order(self, s: np.ndarray) -> np.ndarray:
-        """Zero: the zero order is not told apart from the rest."""
+        """Zero: the zero order is not separated from the other light."""
         return np.zeros(np.shape(s))
 
     def kernel_left(self, sigma: float, wavelength_m: float) -> float:
         """The standard deviation in (u, v) of the bins' Gaussian at a wavelength, for a kernel sigma up to sigma_b.
 
-        The Gaussian's variance is smaller by sigma_b^2 - sigma^2, but keeps the share _GAUSSIAN_LEFT."""
+        The Gaussian's variance is smaller by sigma_b^2 - sigma^2, but at least the share _GAUSSIAN_LEFT."""
         whole = (wavelength_m * self.gaussian) ** 2
         return math.sqrt(max(whole + sigma**2 - self.sigma_b**2, _GAUSSIAN_LEFT * whole))
 
 
 def patch_series(window: PatchWindow, reach: float, progress: Progress = silent) -> PatchSeries:
-    """The series of a window's relief for |u|, |v| <= reach. `progress` is called after each transform."""
+    """Compute the series of a window's relief for |u|, |v| <= reach. `progress` is called after each transform."""
     s_max = 2 / WAVELENGTH_MIN_M
     gaussian = _GAUSSIAN * window.sigma_f
     q_max = reach / WAVELENGTH_MIN_M + KERNEL_REACH * gaussian
@@ -89,7 +87,7 @@ def patch_series(window: PatchWindow, reach: float, progress: Progress = silent)
 
 
 class _Axis:
-    """The pixels under the window, the window, and the frequencies that are kept, along axis 0 (B) or 1 (T)."""
+    """The pixels under the window, the window, and the kept frequencies, along axis 0 (B) or 1 (T)."""
 
     def __init__(self, window: PatchWindow, axis: int, q_max: float):
         pixel, count = window.relief.pixel_size_m[axis], window.relief.height_m.shape[axis]

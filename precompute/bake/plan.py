@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The plan of a bake: what it is made from, and how fine it is."""
+"""The plan of a bake: its spectra and its resolution.
+
+ensemble.py makes the plan (patch.py under the patch model). It takes the number of terms in w from probe.py, the
+wavelengths from wavelengths.py, and the number of transforms in s from spectra/fast.py. basis.py may then combine the
+terms into fewer.
+"""
 
 from dataclasses import dataclass
 
@@ -12,13 +17,13 @@ from ..table.table import held_region
 
 @dataclass(frozen=True)
 class Plan:
-    """What a bake is made from, and how fine it is.
+    """A bake's spectra and resolution.
 
     ensemble     the series of each scan; the mean of their spectra is baked
     wavelengths  in metres, ascending
     sigma_b      the standard deviation of the kernel in (u, v)
-    texel        the step of u and v from one texel to the next
-    axes         v and u at the texels' middles
+    texel        the step of u and v per texel
+    axes         v and u at the texels' centres
     terms        the number of Chebyshev terms in w
     w_range      the range of w
     precision    the kind of float that holds the terms well enough in a file
@@ -41,5 +46,5 @@ class Plan:
 
     @property
     def texels_per_sigma(self) -> float:
-        """Texels to one standard deviation of the kernel."""
+        """Texels per standard deviation of the kernel."""
         return self.sigma_b / self.texel

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How fine a bake of this very surface must be for a colour error dE00: terms in w, and texels to a kernel.
+"""Measures the resolution that a surface's bake needs for a colour error dE00: terms in w, and texels per kernel width.
 
-Bounds would ask for the worst case: ideal line gratings, whose orders are as sharp as the kernel, and reliefs that have
-as much light at their full depth as at any other. Therefore terms and texels are measured, on about twenty small
-patches of (u, v). Some patches lie where the light is. The others lie near the zero order, where the light of a deep
-relief changes fastest with w. The light of a patch is computed at random places in two ways: as the exact sum over the
-bins, and as a reading, by cubic B-splines, of a small lattice of texels. The two results are compared.
+Bounds would cover the worst case: ideal line gratings, whose orders are as sharp as the kernel, and reliefs with as
+much light at full depth as elsewhere. Therefore terms and texels are measured, on about twenty small patches of (u, v).
+Some patches are where the light is. The others are near the zero order, where a deep relief's light changes fastest
+with w. The light of a patch is computed at random places in two ways and compared: as the exact sum over the bins, and
+as a reading, by cubic B-splines, of a small lattice of texels.
 """
 
 import math
@@ -23,25 +23,23 @@ from ..spectra.series import SpectrumSeries
 from ..table.atlas import LARGEST_STORED
 from .needs import Needs
 
-# The error of a cubic reading falls as the fourth power of the number of texels to a standard deviation of the kernel.
-# The error is measured with _TEXELS_MEASURED texels to a standard deviation. The lattice of a patch has _LATTICE texels
-# along each side. It is read at _PLACES places along each axis, within its three middle cells.
+# The error of a cubic reading falls as the fourth power of the texels per standard deviation of the kernel. It is
+# measured at _TEXELS_MEASURED. The lattice of a patch has _LATTICE texels along each side. It is read at _PLACES places
+# along each axis, within its three middle cells.
 _TEXELS_MEASURED, _LATTICE, _PLACES = 1.0, 6, 5
-# The range of texels to a standard deviation in which the fourth power can be trusted. A reading of a Gaussian is off
-# by 1.8 % of the peak at 1 texel, by 3.4 % at 0.9 texels and by 7.7 % at 0.8 texels. The fourth power foretells only
-# 2.7 % and 4.4 % for 0.9 and 0.8 texels: there the kernel that is sampled, sqrt(sigma^2 - texel^2 / 3), is so narrow
-# that it falls between the texels. Above 1 texel the error falls a little faster than the fourth power. The rounding of
-# half floats shows before 4 texels.
+# The range of texels per standard deviation in which the fourth power holds. A reading of a Gaussian is off by 1.8 % of
+# the peak at 1 texel, by 3.4 % at 0.9 texels and by 7.7 % at 0.8 texels, where the fourth power predicts only 2.7 % and
+# 4.4 %: there the kernel that is sampled, sqrt(sigma^2 - texel^2 / 3), is so narrow that it falls between the texels.
+# Above 1 texel the error falls slightly faster. The rounding of half floats shows before 4 texels.
 TEXELS_MIN, TEXELS_MAX = 0.9, 4.0
-# Shares of the asked dE00 that reading, truncated terms and half floats may take. The share of reading is chosen so
-# that the error of luminance, too, stays below the 1 % that is asked for together with a dE00 of 1. With a share of
-# 0.75 the error of luminance was too large for some surfaces, sample:elaphe among them, which had to be baked twice.
+# Shares of the requested dE00 for reading, truncated terms and half floats. The share of reading also keeps the error
+# of luminance below the 1 % that belongs to a dE00 of 1. With a share of 0.75 it was too large for some surfaces, such
+# as sample:elaphe, which had to be baked twice.
 _READING_SHARE, _TERMS_SHARE, _HALVES_SHARE = 0.55, 0.25, 0.1
-# Number of patches where the light is, and number of patches near the zero order.
+# Number of patches where the light is, and near the zero order.
 _PATCHES_LIT, _PATCHES_INNER = 16, 5
-# The middle of a patch where the light is: a bin that is drawn in proportion to its power, then moved at random. The
-# random shift along each axis has this many standard deviations of the kernel as its standard deviation. A reading errs
-# most on an order and on its flanks.
+# A patch where the light is has its centre at a bin drawn in proportion to its power, moved along each axis by a random
+# shift of this many standard deviations of the kernel. A reading errs most on an order and on its flanks.
 _FLANK = 0.5
 
 
@@ -60,13 +58,12 @@ class Probe:
     white: np.ndarray
 
     def texels_per_sigma(self, delta_e: float) -> float:
-        """Texels to one standard deviation of the kernel that a dE00 of delta_e (99th percentile) asks for."""
+        """The texels per standard deviation of the kernel that a dE00 of delta_e (99th percentile) needs."""
         excess = self._p99(self.reading) / (_READING_SHARE * delta_e)
         return float(np.clip(_TEXELS_MEASURED * excess**0.25, TEXELS_MIN, TEXELS_MAX))
 
     def terms(self, delta_e: float) -> int:
-        """The least number of Chebyshev terms in w at which the truncated terms take no more than their share of a dE00
-        of delta_e."""
+        """The least number of Chebyshev terms in w whose truncation takes at most its share of a dE00 of delta_e."""
         count = len(self.truth)
         coefficients = self._coefficients()
         for terms in range(2, count):
@@ -75,10 +72,10 @@ class Probe:
         return count
 
     def halves_do(self, terms: int, delta_e: float) -> bool:
-        """Whether the rounding of `terms` terms to half floats takes no more than its share of a dE00 of delta_e.
+        """Whether the rounding of `terms` terms to half floats takes at most its share of a dE00 of delta_e.
 
-        The terms of a deep relief are large because the relief scatters most at w = 0. Where w is large the terms
-        nearly cancel, and the rounding of half floats is what is left."""
+        The terms of a deep relief are large because the relief scatters most at w = 0. At large w the terms nearly
+        cancel, and the rounding of half floats remains."""
         coefficients = self._coefficients()[:terms]
         scale = max(np.abs(coefficients).max(), 1e-30) / LARGEST_STORED
         stored = (coefficients / scale).astype(np.float16).astype(float) * scale
@@ -89,7 +86,7 @@ class Probe:
         return np.tensordot(chebyshev.coefficients_from_nodes(len(self.truth)), self.truth, axes=1)
 
     def _sum(self, coefficients: np.ndarray) -> np.ndarray:
-        """The sum of the first terms, at the nodes of w."""
+        """Sum the first terms at the nodes of w."""
         basis = chebyshev.polynomials(chebyshev.nodes(len(self.truth), -1, 1), len(coefficients))
         return np.tensordot(basis, coefficients, axes=1)
 
@@ -102,7 +99,7 @@ class Probe:
 def probe(
     ensemble: Sequence[SpectrumSeries], sigma_b: float, lambdas: np.ndarray, *, illuminant: str, needs: Needs
 ) -> Probe:
-    """Measure the mean of the ensemble's spectra under a kernel sigma_b, in the region of (u, v, w) that is needed."""
+    """Measure the mean of the ensemble's spectra under a kernel sigma_b, in the needed region of (u, v, w)."""
     rng = np.random.default_rng(0)
     centres = _patch_centres(ensemble[0], sigma_b, needs, rng=rng, line_m=line_of(illuminant))
     texel = sigma_b / _TEXELS_MEASURED
@@ -110,7 +107,7 @@ def probe(
     places = np.sort(rng.uniform(lattice[1], lattice[-2], (2, len(centres), _PLACES)), axis=-1)
     at = [np.concatenate([np.broadcast_to(lattice, (len(centres), _LATTICE)), places[k]], axis=1) for k in (0, 1)]
     v, u = (centres[:, k, None] + at[k] for k in (0, 1))
-    # As in the bake, the kernel of the texels is narrower: reading the texels widens it to sigma_b.
+    # The texels' kernel is narrower, as in the bake: reading the texels widens it to sigma_b.
     sigma = np.repeat([math.sqrt(sigma_b**2 - bspline.VARIANCE * texel**2), sigma_b], [_LATTICE, _PLACES])
     count = max(len(series.amplitude) for series in ensemble)
     w = chebyshev.nodes(count, *needs.w)
@@ -128,7 +125,7 @@ def probe(
 def _patch_centres(
     series: SpectrumSeries, sigma_b: float, needs: Needs, *, rng: np.random.Generator, line_m: float | None
 ) -> np.ndarray:
-    """Centres (n, 2) of the patches, as (v, u). `line_m` is the one wavelength of the light, if it has but one."""
+    """Centres (n, 2) of the patches, as (v, u). `line_m` is the wavelength of a laser's line."""
     radius = np.exp(rng.uniform(math.log(2 * sigma_b), math.log(max(0.4, 3 * sigma_b)), _PATCHES_INNER))
     turn = rng.uniform(0, 2 * np.pi, _PATCHES_INNER)
     found = [radius[:, None] * np.column_stack([np.sin(turn), np.cos(turn)])]
@@ -174,8 +171,7 @@ def _patches(
 
 
 def _kernels(q: np.ndarray, at: np.ndarray, lam: float, sigma: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Indices (patches, m) of the bins around each patch, and the kernel's weights (patches, n, m) that these bins have
-    at places `at` (patches, n)."""
+    """Indices (patches, m) of the bins around each patch, and their kernel weights (patches, n, m) at `at`."""
     if len(q) == 1:
         index = np.zeros((len(at), 1), int)
     else:
@@ -192,16 +188,15 @@ def _kernels(q: np.ndarray, at: np.ndarray, lam: float, sigma: np.ndarray) -> tu
 
 
 def _read(texels: np.ndarray, y: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Lattices (k, patches, rows, columns, 3) of texels, read at each pair of a y and an x of a patch.
+    """Read lattices (k, patches, rows, columns, 3) of texels at each pair of a y and an x of a patch.
 
-    y and x (patches, n) count in texels from the middle of the lattice. Returns (k, patches, n, n, 3)."""
+    y and x (patches, n) count in texels from the centre of the lattice. Returns (k, patches, n, n, 3)."""
     shares = [_shares(each + (_LATTICE - 1) / 2) for each in (y, x)]
     return np.einsum("pij,kpjlc,pml->kpimc", shares[0], texels, shares[1], optimize=True)
 
 
 def _shares(x: np.ndarray) -> np.ndarray:
-    """Weights (patches, n, _LATTICE) of a lattice's texels in readings at x (patches, n), in texels from the first
-    texel."""
+    """Weights (patches, n, _LATTICE) of a lattice's texels in readings at x (patches, n), in texels from the first."""
     first, weights = bspline.taps(x, _LATTICE)
     out = np.zeros((*x.shape, _LATTICE))
     for k, weight in enumerate(weights):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is asked of a bake: all that its result depends on, and nothing else.
+"""The request for a bake: everything that its result depends on.
 
-A request is made from the command line or from Blender's panel. It is written into the header of the bake's file, from
-where `bake --request` reads it to repeat the bake, and it is part of the cache's key.
+A request comes from the command line or from Blender's panel. It is stored in the header of the bake's file, from which
+`bake --request` repeats the bake, and it is part of the cache's key.
 """
 
 from collections.abc import Mapping
@@ -21,14 +21,14 @@ from .needs import EVERYTHING, Needs, needs_of
 
 # The names of the models of coherence (coherence_models.py).
 MODELS = ("ensemble", "patch")
-# What a request's numbers can be. CIEDE2000 of black and white is 100. An error of 1e-3 asks for spectra to 2e-7 of
-# their light, at the end of single precision. No coherence length is shorter than the light's wavelength by far, and no
+# The limits of a request's numbers. CIEDE2000 of black and white is 100. An error of 1e-3 needs spectra to 2e-7 of
+# their light, the limit of single precision. No coherence length is much shorter than the light's wavelength, and no
 # scan is as long as 10 mm. Sizes are those of the readers of pictures.
 DELTA_E = (1e-3, 100.0)
 COHERENCE_UM = (0.1, 1e4)
 SIZE_UM = (1e-3, 1e6)
 HEIGHT_NM = (1e-3, 1e6)
-# What an illuminant can be, for messages.
+# The allowed illuminants, for messages.
 ILLUMINANTS_TOLD = f"one of {', '.join(ILLUMINANTS)}, or a laser's line from {LINES_NM[0]}nm to {LINES_NM[1]}nm"
 # More scans than anyone has made of one skin.
 _SCANS_MAX = 1000
@@ -38,8 +38,8 @@ _SCANS_MAX = 1000
 class Scan:
     """A scan, named by its file or by sample:NAME.
 
-    size_um    width in micrometres, if the scan is a picture: a picture does not hold its width
-    height_nm  height of white over black in nanometres, if the scan is a picture
+    size_um    width in micrometres, for a picture, which does not hold its width
+    height_nm  height of white over black in nanometres, for a picture
     channel    the channel of the file, if it is not the topography"""
 
     source: str
@@ -48,21 +48,21 @@ class Scan:
     channel: str | None = None
 
     def read(self) -> HeightMap:
-        """The scan's height map. Raises GratingError as read_height_map does."""
+        """Read the scan's height map. Raises GratingError as read_height_map does."""
         return read_height_map(self.source, self.size_um, self.height_nm, channel=self.channel)
 
 
 @dataclass(frozen=True)
 class BakeRequest:
-    """What is asked of a bake.
+    """The request for a bake.
 
     delta_e             the 99th percentile of CIEDE2000 that the bake must keep
-    coherence_length_m  4 sigma_s in metres, where sigma_s is the standard deviation of the coherence window. None asks
-                        for the longest length that the scans can average; under the patch model, for the thesis's
-    illuminant          what lights the surface: white, or a laser's line, as 532nm
+    coherence_length_m  4 sigma_s in metres, where sigma_s is the standard deviation of the coherence window. None: the
+                        longest length that the scans can average, or the thesis's under the patch model
+    illuminant          the light on the surface: white, or a laser's line, as 532nm
     needs               what the scene reaches
     model               the model of coherence, one of MODELS
-    levelling           the steps by which each scan is levelled and repaired, in their order
+    levelling           the steps that level and repair each scan, in order
     scans               scans of one skin; their spectra are averaged"""
 
     delta_e: float = 1.0
@@ -74,9 +74,9 @@ class BakeRequest:
     scans: tuple[Scan, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """The request as JSON has it, with every key.
+        """Convert the request to JSON, with every key.
 
-        The folders of the scans are left out, because a bake moves from machine to machine."""
+        The scans' folders are left out, because a bake moves from machine to machine."""
         scans = [{**asdict(scan), "source": _without_folder(scan.source)} for scan in self.scans]
         return {
             "scans": scans,
@@ -89,14 +89,14 @@ class BakeRequest:
         }
 
     def at(self, folder: Path) -> "BakeRequest":
-        """The request with its scans looked for in `folder`. Samples and absolute paths stay as they are."""
+        """The request with its scans in `folder`. Samples and absolute paths stay as they are."""
         return replace(self, scans=tuple(replace(scan, source=_within(folder, scan.source)) for scan in self.scans))
 
 
 def request_from(record: object, source: str) -> BakeRequest:
-    """The request that a record of JSON holds. Keys that are absent have their defaults.
+    """Convert a JSON record to a request. Missing keys have their defaults.
 
-    Raises GratingError, naming `source` and the key, for a value that no bake can have."""
+    Raises GratingError, with `source` and the key, for a value that no bake can have."""
     known = set(BakeRequest().as_dict())
     if not isinstance(record, Mapping):
         raise GratingError(

@@ -1,35 +1,34 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How fine a table is: its texels, the wavelengths that it is made from, and the bytes that it takes in Blender."""
+"""The resolution of a table: its texels, and its bytes in Blender."""
 
 import math
 
 import numpy as np
 
-from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
 from ..table import tiling
 from ..table.albedo_bound import BOUND_TEXELS
 from ..table.atlas import STRIP_ROWS
 from ..table.table import ZERO_ORDER_SAMPLES
 from ..table.tiling import BYTES_PER_TEXEL, TILE_PADDING
 
-# The smallest and the largest number of texels a side of a whole table. A finer table is refused (kernel.py).
+# The least and greatest number of texels a side of a whole table. kernel.py refuses a finer table.
 RESOLUTION_MIN, RESOLUTION_MAX = 64, 2048
-# Bytes that a bake may take in Blender unless a coherence length is asked for.
+# The greatest number of bytes of a bake in Blender if no coherence length is requested.
 DEFAULT_BYTES = 128 << 20
-# Texels to a standard deviation of the kernel that keep a dE00 of 1 on any surface, ideal line gratings included
+# Texels per standard deviation of the kernel that keep a dE00 of 1 on any surface, ideal line gratings included
 # (docs/data_flow.md).
 TEXELS_ALWAYS = 1.2
 
 
 def texel_size(resolution: int) -> float:
-    """Step of u from one texel to the next, for a tile of `resolution` texels a side.
+    """The step of u per texel, for a tile of `resolution` texels a side.
 
-    The middles of its inner texels reach from -2 to 2."""
+    The centres of its inner texels reach from -2 to 2."""
     return 4 / (resolution - 2 * TILE_PADDING - 1)
 
 
 def resolution_for(sigma_b: float, texels_per_sigma: float) -> int:
-    """Texels a side of the coarsest whole table that has `texels_per_sigma` texels to a kernel sigma_b.
+    """Texels a side of the coarsest whole table that has `texels_per_sigma` texels per kernel sigma_b.
 
     The number is even, and at least RESOLUTION_MIN."""
     count = math.ceil(4 * texels_per_sigma / sigma_b - 1e-9) + 1 + 2 * TILE_PADDING
@@ -37,7 +36,7 @@ def resolution_for(sigma_b: float, texels_per_sigma: float) -> int:
 
 
 def blender_bytes(terms: int, tile: tuple[int, int], sigma_b: float) -> int:
-    """Bytes that the atlas of a table takes in Blender. `tile` is rows and columns of a tile of level 0."""
+    """Bytes of a table's atlas in Blender. `tile` is rows and columns of a tile of blur level 0."""
     inner_rows, inner_columns = (n - 2 * TILE_PADDING for n in tile)
     rows, columns = tiling.cell_for(terms, (inner_rows, inner_columns), sigma_b).size
     width_min = ZERO_ORDER_SAMPLES + 1
@@ -46,20 +45,8 @@ def blender_bytes(terms: int, tile: tuple[int, int], sigma_b: float) -> int:
 
 
 def texel_middles(low: float, high: float, texel: float) -> np.ndarray:
-    """The middles of the texels from low to high, and of TILE_PADDING more texels at each end.
+    """The centres of the texels from low to high, and of TILE_PADDING more texels at each end.
 
-    If low and high are not a whole number of texels apart, the outer middles lie outside by equal amounts."""
+    If low and high are not a whole number of texels apart, the outer centres exceed them by equal amounts."""
     count = math.ceil((high - low) / texel - 1e-9) + 1 + 2 * TILE_PADDING
     return (low + high) / 2 + (np.arange(count) - (count - 1) / 2) * texel
-
-
-def bake_wavelengths(sigma_b: float, delta_e: float = 1.0, reach: float = 2.0) -> np.ndarray:
-    """Wavelengths (n,) in metres, equally spaced in their logarithm.
-
-    At |u| = reach, an order moves by f sigma_b from one wavelength to the next. A sum of Gaussians at this spacing is
-    flat to 2 exp(-2 pi^2 / f^2) (Poisson's formula). f is chosen so that this is 0.1 % for a dE00 of 1, and in
-    proportion for another dE00. There are at least 80 steps, which the colour matching functions ask for."""
-    spacing = math.pi * math.sqrt(2 / math.log(2 / min(1e-3 * delta_e, 0.1)))
-    step = min(spacing * sigma_b / reach, np.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / 80)
-    count = int(np.ceil(np.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / step)) + 1
-    return np.geomspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, count)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sample set of a bake: frequencies drawn in proportion to the spectrum, and the weight of each.
+"""Makes the sample set of a bake: frequencies drawn in proportion to the spectrum, and their weights.
 
 The docstring of table/sample_set.py describes the method and its symbols.
 """
@@ -21,16 +21,15 @@ from ..table.sample_set import COEFFICIENTS, SIZE, SampleSet, piece_and_powers
 INTERPOLATION = 0.01
 # In cycles per metre: |(u, v)| is at most 2, so no pair of directions reaches further at any visible wavelength.
 Q_MAX = 2 / WAVELENGTH_MIN_M
-# Number of texels on which the number of pieces is chosen. The first texels along the Z curve are a block of the set,
-# and a block is a smaller sample set by itself, so they suffice.
+# Number of texels on which the number of pieces is chosen. The first texels along the Z curve are a smaller sample set.
 _PROBED = 1024
-# Values of s at which a piece is compared with the series: twice as many as its cubic has coefficients.
+# Values of s at which a piece is compared with the series: twice the number of its cubic's coefficients.
 _PROBES_PER_PIECE = 8
 
 
 @dataclass(frozen=True)
 class _Drawn:
-    """What was drawn from one scan.
+    """The draws from one scan.
 
     `numbers` (m,) are the numbers of the draws, ascending. `q` (m, 2) are their frequencies. `over_pdf` (count, m) is
     the weight W of each draw at the `count` Chebyshev nodes of the scan's series."""
@@ -44,7 +43,7 @@ class _Drawn:
 def make_sample_set(
     ensemble: Sequence[SpectrumSeries], sigma_b: float, size: int = SIZE, *, tolerance: float = INTERPOLATION
 ) -> SampleSet:
-    """The sample set of the mean of the scans' spectra under a kernel sigma_b.
+    """Make the sample set of the mean of the scans' spectra under a kernel sigma_b.
 
     It has `size` texels along each side, a power of two. Its pieces misplace at most the share `tolerance` of the light
     at any s."""
@@ -66,9 +65,7 @@ def make_sample_set(
 
 
 def densities(ensemble: Sequence[SpectrumSeries]) -> list[np.ndarray] | None:
-    """Probability (ny, nx) of each bin of each scan. All of them together sum to 1.
-
-    None if the scans scatter nothing beyond rounding."""
+    """Probability (ny, nx) of each bin of each scan; all sum to 1. None if the scans scatter only rounding."""
     nodes = [chebyshev.nodes(len(series.amplitude), 0, series.s_max) for series in ensemble]
     inside = [series.grid.q_y[:, None] ** 2 + series.grid.q_x**2 <= Q_MAX**2 for series in ensemble]
     totals = [
@@ -87,11 +84,11 @@ def densities(ensemble: Sequence[SpectrumSeries]) -> list[np.ndarray] | None:
 
 
 def sobol_points(count: int) -> np.ndarray:
-    """The first `count` points (count, 2) of Sobol's (0, 2)-sequence, in the middles of their cells.
+    """The first `count` points (count, 2) of Sobol's (0, 2)-sequence, at the centres of their cells.
 
-    `count` is a power of two. Divide the unit square into 2^k cells of equal size by any grid of 2^i x 2^(k - i), and
-    take 2^k points in a row, the first of which has a number that is a multiple of 2^k. Then exactly one of these
-    points lies in each cell (T. Kollig and A. Keller, Efficient multidimensional sampling, 2002)."""
+    `count` is a power of two. Divide the unit square into 2^k equal cells by any grid of 2^i x 2^(k - i), and take 2^k
+    successive points, the first with a number that is a multiple of 2^k. Then each cell contains exactly one of these
+    points (T. Kollig and A. Keller, Efficient multidimensional sampling, 2002)."""
     bits = count.bit_length() - 1
     number = np.arange(count)
     first, second = np.zeros(count, int), np.zeros(count, int)
@@ -105,18 +102,17 @@ def sobol_points(count: int) -> np.ndarray:
 
 
 def z_curve(size: int) -> np.ndarray:
-    """For each texel (size, size), its number along a Z curve. `size` is a power of two."""
+    """The number of each texel (size, size) along a Z curve. `size` is a power of two."""
     bits = (((np.arange(size) >> bit) & 1) << (2 * bit) for bit in range(size.bit_length()))
     spread: np.ndarray = reduce(np.add, bits)
     return spread[:, None] * 2 + spread
 
 
 def _draw(ensemble: Sequence[SpectrumSeries], pdfs: Sequence[np.ndarray], points: np.ndarray) -> list[_Drawn]:
-    """One bin for each point (n, 2).
+    """Draw one bin for each point (n, 2).
 
-    Think of the rows of bins of all scans as one long list of rows. The point's first coordinate is the share of the
-    light in the rows before the drawn one. Its second coordinate is the share of the row's light in the bins before the
-    drawn one."""
+    The rows of bins of all scans form one long list. The point's first coordinate is the share of the light in the rows
+    before the drawn row. Its second coordinate is the share of the row's light in the bins before the drawn bin."""
     cumulative = np.cumsum(np.concatenate([pdf.ravel() for pdf in pdfs]), dtype=float)
     lengths = np.concatenate([np.full(pdf.shape[0], pdf.shape[1]) for pdf in pdfs])
     ends = cumulative[np.cumsum(lengths) - 1]
@@ -145,7 +141,7 @@ def _values(parts: Sequence[_Drawn], s: np.ndarray, count: int) -> np.ndarray:
 
 
 def _fitted(parts: Sequence[_Drawn], count: int, pieces: int, s_max: float) -> np.ndarray:
-    """Coefficients (pieces, 4, count) of the cubics that pass through W at each piece's Chebyshev nodes."""
+    """Coefficients (pieces, 4, count) of the cubics through W at each piece's Chebyshev nodes."""
     t = chebyshev.nodes(COEFFICIENTS, -1, 1)
     to_powers = np.linalg.inv(t[:, None] ** np.arange(COEFFICIENTS))
     s = (np.arange(pieces)[:, None] + (1 + t) / 2) * s_max / pieces
@@ -155,9 +151,8 @@ def _fitted(parts: Sequence[_Drawn], count: int, pieces: int, s_max: float) -> n
 def _pieces_needed(parts: Sequence[_Drawn], count: int, s_max: float, tolerance: float) -> int:
     """The fewest pieces that misplace at most the share `tolerance` of the light at any s.
 
-    The error falls as the fourth power of the number of pieces. A curve that n Chebyshev nodes can hold oscillates over
-    about 2n radians at most. With two pieces to a node there are eight coefficients to a node, so more pieces would
-    change nothing.
+    The error falls as the fourth power of the number of pieces. A curve of n Chebyshev nodes oscillates over at most
+    about 2n radians. Two pieces per node have eight coefficients per node, so more pieces would change nothing.
     """
     most = 2 * max(len(part.over_pdf) for part in parts)
     for pieces in range(1, most):

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake's own measure of its error, at about the cost of the bake itself.
+"""Measures a bake's own error, at about the cost of the bake itself.
 
-The reference (precompute/reference) takes one Fourier transform for every w and every wavelength, which lasts minutes.
-The bake has a series in s instead, made from a few transforms. So the error has two parts, which are measured apart.
-The series is compared with exact transforms, at values of s that it was not made from. All other errors (of
-wavelengths, kernel, texels, terms and half floats) are measured by the project's error metric, against sums over the
-series' bins at each asked direction.
+The reference (precompute/reference) takes one Fourier transform for every w and every wavelength, which takes minutes.
+The bake has a series in s instead, made from a few transforms. So the error is measured in two parts. The series is
+compared with exact transforms, at other values of s than its nodes. All other errors (of wavelengths, kernel, texels,
+terms and half floats) are measured by the error metric, against sums over the series' bins at each direction.
 
-The energy-conserving form divides by an albedo bound, which is integrated anew at the very directions of some of the
-pairs. These integrals take four times as many wavelengths as those of the bake's table, and no table is read.
+The energy-conserving form divides by an albedo bound, which is integrated at the directions of some of the pairs, with
+four times as many wavelengths as in the bake's table, and without reading a table.
 
-The verb `check` measures the same errors in an independent way (precompute/check).
+make.py compares the errors with the requested dE00. The verb `check` measures the same errors independently
+(precompute/check).
 """
 
 import math
@@ -36,16 +36,13 @@ from .plan import Plan
 
 # Number of values of w at which a bake is checked.
 GROUPS = 4
-# The least and the largest number of direction pairs at each w. Between these limits, the number is chosen so that
-# about _BINS_SUMMED bins are summed for all pairs of one w together.
+# The least and the greatest number of direction pairs at each w. In between, about _BINS_SUMMED bins are summed per w.
 _PAIRS_MIN, _PAIRS_MAX, _BINS_SUMMED = 700, 1600, 800_000
-# The least number of direction pairs at each w on which the energy-conserving form is measured. At most twice as many
-# are taken.
+# The least number of direction pairs at each w for the energy-conserving form; at most twice as many are used.
 _BOUND_PAIRS = 100
 # A kernel is cut at this many standard deviations, where it has fallen to 1.5e-8 of its peak.
 _CUT = 6.0
-# The dE00 that a relative error of luminance makes, divided by this error, at Y = 1: the derivative of
-# L* = 116 Y^(1/3) - 16 is 116 / 3.
+# The dE00 per relative error of luminance, at Y = 1: the derivative of L* = 116 Y^(1/3) - 16 is 116 / 3.
 _DELTA_E_PER_UNIT = 116 / 3
 Judge = Callable[[Table], FormErrors]
 # Number of values of s at which each series is compared with an exact transform.
@@ -64,11 +61,10 @@ def wavelengths_for(sigma_b: float) -> np.ndarray:
 
 
 def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress: Progress) -> Judge:
-    """What tells the error of a table of this plan in both forms.
+    """Return a function that measures a plan's table in both forms.
 
-    The error is measured at a few values of w, on direction pairs that the bake was not made from. The error of the
-    series is added to every error of colour and to every relative error of luminance. `progress` is called with the
-    stage "self-check"."""
+    It measures at a few values of w, on direction pairs that the bake was not made from. The series' error is added to
+    every error of colour and to every relative error of luminance. `progress` is called with the stage "self-check"."""
     rng = np.random.default_rng(0)
     found = []
     pairs = _affordable_pairs(chosen)
@@ -95,7 +91,7 @@ def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress:
 
 
 def _with_bound(chosen: Plan, found: Sequence[Truth]) -> list[Truth]:
-    """The truths, each with what the energy-conserving form divides by."""
+    """Add the divisors of the energy-conserving form to the truths."""
     directions = np.concatenate([way for truth in found for way in (truth.pairs.wi, truth.pairs.wr)])
     bound = 1 + np.maximum(_excess(chosen, directions) / np.maximum(directions[:, 2], 1e-6), 0)
     ends = np.cumsum([len(truth.pairs.wi) for truth in found for _ in range(2)])
@@ -105,7 +101,7 @@ def _with_bound(chosen: Plan, found: Sequence[Truth]) -> list[Truth]:
 
 
 def _excess(chosen: Plan, directions: np.ndarray) -> np.ndarray:
-    """The excess albedo (n,) at unit vectors (n, 3), which are laid in rows so that neighbours stand together."""
+    """The excess albedo (n,) at unit vectors (n, 3), arranged in an array so that neighbours are close."""
     side = max(1, math.isqrt(len(directions)))
     rows = np.array_split(np.argsort(directions[:, 1]), side)
     order = np.concatenate([row[np.argsort(directions[row, 0])] for row in rows])
@@ -116,7 +112,7 @@ def _excess(chosen: Plan, directions: np.ndarray) -> np.ndarray:
 
 
 def _affordable_pairs(chosen: Plan) -> int:
-    """The number of direction pairs at each w that can be measured in good time.
+    """The number of direction pairs at each w that can be measured in reasonable time.
 
     A wide kernel reaches more bins for each pair. It also shows less detail, so fewer pairs are enough."""
     bins = 1.0
@@ -127,10 +123,9 @@ def _affordable_pairs(chosen: Plan) -> int:
 
 
 def w_within(w_range: tuple[float, float], count: int, rng: np.random.Generator) -> np.ndarray:
-    """Values of w (count,) within a range, distributed as they are for two cosine-weighted directions.
+    """Draw values of w (count,) within a range, distributed as for two cosine-weighted directions.
 
-    One value is drawn from each of `count` quantiles. A deep relief is hardest where w is large, and this way one
-    value is always large."""
+    One value comes from each of `count` quantiles. One is always large, where a deep relief is hardest."""
     drawn = np.sort(draw_w(4096, rng))
     drawn = drawn[(drawn >= w_range[0]) & (drawn <= w_range[1])]
     if len(drawn) < count:
@@ -139,9 +134,9 @@ def w_within(w_range: tuple[float, float], count: int, rng: np.random.Generator)
 
 
 def pairs_within(chosen: Plan, w: float, count: int, *, rng: np.random.Generator, illuminant: str = "D65") -> Pairs:
-    """Up to `count` direction pairs of one w, with (u, v) inside the table's region.
+    """Draw up to `count` direction pairs of one w, with (u, v) inside the table's region.
 
-    For a small region more pairs are drawn, up to 64 times as many, until at least half of `count` fall in it."""
+    For a small region up to 64 times as many are drawn, until at least half of `count` are inside."""
     for more in (1, 4, 16, 64):
         drawn = draw_pairs(
             _spectrum(chosen.ensemble, rng), chosen.sigma_b, w, count=more * count, rng=rng, line_m=line_of(illuminant)
@@ -153,9 +148,7 @@ def pairs_within(chosen: Plan, w: float, count: int, *, rng: np.random.Generator
 
 
 def _spectrum(ensemble: Sequence[SpectrumSeries], rng: np.random.Generator) -> Spectrum:
-    """A Spectrum that answers with one of the scans, chosen anew at random each time.
-
-    So pairs that are drawn from it again and again are drawn from the mean of the scans' spectra."""
+    """A Spectrum that returns a random scan's at each call, so that pairs drawn from it follow the mean spectrum."""
     whole = (slice(None), slice(None))
 
     def at(s: float) -> tuple[np.ndarray, FrequencyGrid]:
@@ -190,7 +183,7 @@ def _truth(
 def _reached(q: np.ndarray, at: np.ndarray, reach: float) -> slice:
     """The slice of the bins q within `reach` of any of the places `at`, and two more bins at each end.
 
-    All bins, if there is no place or not more than one bin within reach."""
+    All bins, if there is no place or at most one bin within reach."""
     if not len(at):
         return slice(None)
     start, stop = np.searchsorted(q, [at.min() - reach, at.max() + reach])

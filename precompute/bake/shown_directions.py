@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a scene shows of a grating: from the directions at the places that its cameras see, the needs of a bake.
+"""Computes a bake's needs from the directions at the places that a scene's cameras see.
 
-Whatever is shown of one place reads the table in a box of (u, v, w). Under a lamp the box is as large as the blur by
-the lamp's disc and by the skin's roughness. Under light from everywhere it holds all of the hemisphere that the view
-allows. The needs are the least ranges that hold nearly all of the light in such boxes, and a margin.
+Each place reads the table in a box of (u, v, w). Under a lamp the box is as large as the blur by the lamp's disc and by
+the skin's roughness. Under light from everywhere it is the whole hemisphere that the view allows. The needs are the
+least ranges that hold nearly all of the light in the boxes, plus a margin.
 
-Which colours a grating sends is not known before its bake, so light is that of an even spectrum.
+The grating's colours are unknown before its bake, so its spectrum is taken as even.
 """
 
 from collections.abc import Sequence
@@ -19,11 +19,11 @@ from ..optics.region import FARTHEST, Region
 from ..table.radiance import AS_BAKED, Skin
 from .needs import WIDTH_MIN, Needs
 
-# The share of the light whose boxes the ranges hold, and by how much each range is then widened at both ends.
+# The share of the light whose boxes the ranges hold, and the width by which each range is then extended at both ends.
 SHARE, MARGIN = 0.999, 0.02
-# The share of the light that may come from where (u, v) changes less across a pixel than the footprint says.
+# The share of the light that may come from pixels across which (u, v) changes by less than the footprint.
 _SLOWER = 0.01
-# The lowest and the highest u, v, w that there are.
+# The least and the greatest possible u, v, w.
 _LOWEST, _HIGHEST = np.array((-FARTHEST, -FARTHEST, 0.0)), np.array((FARTHEST, FARTHEST, 2.0))
 _AXES = ("u", "v", "w")
 
@@ -34,9 +34,9 @@ class Shown:
 
     low, high  (n, 3), the ends of each box
     light      (n,), in any unit
-    radius     (n,), the standard deviation in (u, v) by which the lamp's disc blurs, times two: the angular radius in
-               radians of a lamp above the surface. 0 for light without a size
-    footprint  (n,), the least change of (u, v) from one side of a pixel to the other; NaN where it is not known"""
+    radius     (n,), twice the standard deviation in (u, v) of the blur by the lamp's disc: the angular radius in
+               radians of a lamp above the surface; 0 for light without a size
+    footprint  (n,), the least change of (u, v) from one side of a pixel to the other; NaN if unknown"""
 
     low: np.ndarray
     high: np.ndarray
@@ -54,27 +54,27 @@ def under_lamp(
     wr: np.ndarray, wi: np.ndarray, *, irradiance: np.ndarray, variance: np.ndarray, skin: Skin = AS_BAKED,
     footprint: np.ndarray | None = None,
 ) -> Shown:  # fmt: skip
-    """What places show of one lamp. wr and wi (n, 3) are unit vectors to the viewer and to the lamp in the places'
-    frames (T, B, N); `irradiance` (n,) is that of a surface that faces the lamp; `variance` (n,) in rad2 that of the
+    """The boxes of places under one lamp. wr and wi (n, 3) are unit vectors to the viewer and to the lamp along each
+    place's (T, B, N); `irradiance` (n,) is that of a surface that faces the lamp; `variance` (n,) in rad2 that of the
     lamp's disc along one axis. `footprint` (n,) is the least change of (u, v) across a pixel, before the period scale.
 
-    Places that the viewer or the lamp is below are left out. The box reaches two standard deviations of the blur around
-    (u, v), which for a disc is its rim (table/radiance.py has the blur)."""
+    Places are left out if the viewer or the lamp is below them. The box extends two standard deviations of the blur
+    around (u, v), which for a disc is its rim (table/radiance.py has the blur)."""
     lit = (wr[:, 2] > 0) & (wi[:, 2] > 0) & (irradiance > 0)
     wr, wi, irradiance = wr[lit], wi[lit], irradiance[lit]
     uvw = (wi + wr) * _scales(skin)
     disc = variance[lit] * (1 + wi[:, 2] ** 2) / 2
     slopes = ((wi + wr)[:, 2] * skin.roughness**2) ** 2 / 2
     reach = 2 * skin.period_scale * np.sqrt(disc + slopes)[:, None] * (1.0, 1.0, 0.0)
-    # Stam's obliquity without 1 / cos(tr), against which the albedo bound works where it is large.
+    # Stam's obliquity without 1 / cos(tr), which the albedo bound counteracts where it is large.
     light = irradiance * (1 + dot(wi, wr)) ** 2 * fresnel_reflectance(half_angle_cosine(wi, wr), skin.ior)
     changes = np.full(len(wr), np.nan) if footprint is None else footprint[lit] * skin.period_scale
     return _within_limits(uvw - reach, uvw + reach, light, 2 * skin.period_scale * np.sqrt(disc), changes)
 
 
 def under_everything(wr: np.ndarray, *, skin: Skin = AS_BAKED) -> Shown:
-    """What places show of light that may come from anywhere, for unit vectors wr (n, 3) to the viewer. Each place that
-    the viewer is above counts alike."""
+    """The boxes of places under light from everywhere, for unit vectors wr (n, 3) to the viewer. Places that face the
+    viewer have equal weights."""
     wr = wr[wr[:, 2] > 0]
     low = wr - np.array((1.0, 1.0, 0.0))
     zero = np.zeros(len(wr))
@@ -82,14 +82,14 @@ def under_everything(wr: np.ndarray, *, skin: Skin = AS_BAKED) -> Shown:
 
 
 def joined(parts: Sequence[Shown]) -> Shown:
-    """All that is shown together; dark without parts."""
+    """Join boxes; without parts, the result is dark."""
     empty = Shown(np.zeros((0, 3)), np.zeros((0, 3)), *(np.zeros(0) for _ in range(3)))
     fields = zip(*(vars(part).values() for part in (empty, *parts)), strict=True)
     return Shown(*(np.concatenate(field) for field in fields))
 
 
 def least_change(uv: np.ndarray, beside: np.ndarray, above: np.ndarray) -> np.ndarray:
-    """The least change of (u, v) across a pixel, (n,), from (u, v) in its middle (n, 2) and in the middles of the
+    """The least change of (u, v) across a pixel, (n,), from (u, v) at its centre (n, 2) and at the centres of the
     pixels beside and above it (n, 2): the smaller singular value of the two steps."""
     a, b = beside - uv, above - uv
     squares = (a**2).sum(axis=1) + (b**2).sum(axis=1)
@@ -99,17 +99,17 @@ def least_change(uv: np.ndarray, beside: np.ndarray, above: np.ndarray) -> np.nd
 
 
 def needs_of(shown: Shown, share: float = SHARE) -> Needs:
-    """The needs of light that is shown, which is not dark: ranges that hold `share` of it, each widened by MARGIN; the
-    radius of its smallest lamp; and a footprint that is larger at 1 % of the light at most.
+    """The needs of light that is not dark: ranges that hold `share` of it, each widened by MARGIN; the radius of its
+    smallest lamp; and a footprint that exceeds the true one at no more than 1 % of the light.
 
-    Each end of the three ranges may cut off a sixth of what is not held, so that together they hold the share."""
+    Each end of the three ranges may cut off a sixth of the rest, so that together they hold the share."""
     tail = (1 - share) / 6
     low = [lowest_of(shown.low[:, k], shown.light, share=tail) - MARGIN for k in range(3)]
     high = [-lowest_of(-shown.high[:, k], shown.light, share=tail) + MARGIN for k in range(3)]
     # Four digits, outwards.
     low = np.maximum(np.floor(np.array(low) * 1e4 + 1e-9) / 1e4, _LOWEST)
     high = np.minimum(np.ceil(np.array(high) * 1e4 - 1e-9) / 1e4, _HIGHEST)
-    # Only where the hemisphere's rim cuts the margin off can a range be too narrow for a needs file.
+    # A range can only be too narrow for a needs file if the hemisphere's rim cuts off the margin.
     low = np.minimum(low, _HIGHEST - WIDTH_MIN)
     high = np.maximum(high, _LOWEST + WIDTH_MIN)
     u, v, w = ((float(a), float(b)) for a, b in zip(low, high, strict=True))
@@ -120,7 +120,7 @@ def needs_of(shown: Shown, share: float = SHARE) -> Needs:
 
 
 def lowest_of(values: np.ndarray, weights: np.ndarray, *, share: float) -> float:
-    """The greatest of the values (n,) below which no more than `share` of the weights (n,) lies."""
+    """The greatest of the values (n,) below which at most `share` of the weights (n,) lies."""
     order = np.argsort(values, kind="stable")
     below = np.concatenate([[0.0], np.cumsum(weights[order])[:-1]])
     kept = (below <= share * weights.sum()) & (weights[order] > 0)
@@ -128,14 +128,14 @@ def lowest_of(values: np.ndarray, weights: np.ndarray, *, share: float) -> float
 
 
 def held_share(shown: Shown, needs: Needs) -> float:
-    """The share of the light whose boxes lie within the needs' ranges; 1 of no light."""
+    """The share of the light whose boxes lie within the needs' ranges; 1 if there is no light."""
     low, high = _ends(needs)
     inside = ((shown.low >= low - 1e-9) & (shown.high <= high + 1e-9)).all(axis=1)
     return 1.0 if shown.is_dark else float(shown.light[inside].sum() / shown.light.sum())
 
 
 def left_out(shown: Shown, needs: Needs, share: float = 0.0) -> list[str]:
-    """For each range that the light leaves, a few words on how far it reaches: as far as `1 - share` of it."""
+    """Describe for each range how far the light exceeds it, without the farthest `share` of the light."""
     low, high = _ends(needs)
     told = []
     for k, axis in enumerate(_AXES):
@@ -152,7 +152,7 @@ def _ends(needs: Needs) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _scales(skin: Skin) -> tuple[float, float, float]:
-    """From the surface's (u, v, w) to the table's."""
+    """Factors from the surface's (u, v, w) to the table's."""
     return skin.period_scale, skin.period_scale, skin.height_scale
 
 
@@ -163,7 +163,7 @@ def _within_limits(
 
 
 def _rounded_down(value: float) -> float:
-    """A number to three digits, not more than it is; 0 of what is nothing in (u, v)."""
+    """Round a number down to three digits; 0 for what is negligible in (u, v)."""
     if value < 1e-9:
         return 0.0
     step = 10.0 ** (np.floor(np.log10(value)) - 2)

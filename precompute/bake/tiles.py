@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A plan carried out: the tiles of the table.
+"""Makes the tiles of a plan's table.
 
-For each wavelength, the spectrum at each node of w is blurred by the kernel and resampled onto (u, v). These are two
-products with banded matrices: the kernel is a product of one factor along u and one along v, and has a fixed size in
-(u, v). From one wavelength to another only the places of the bins in (u, v) change. The results are weighted by the
-observer and summed over the wavelengths. A cosine transform over the nodes of w then gives the terms B_k. Several scans
-of one skin are averaged, which is right because every step is linear in the spectrum.
+For each wavelength, the spectrum at each node of w is blurred by the kernel and resampled onto (u, v). The kernel is a
+product of factors along u and v with a fixed size in (u, v), so this takes two products with banded matrices. Between
+wavelengths only the bins' places in (u, v) change. The results are weighted by the observer and summed over the
+wavelengths. A cosine transform over the nodes of w then gives the terms B_k. Several scans of one skin are averaged,
+which is exact because every step is linear in the spectrum.
 """
 
 import math
@@ -19,25 +19,23 @@ from ..maths import chebyshev
 from ..spectra.resample import Resampler
 from ..spectra.series import SpectrumSeries
 from ..table.table import ZERO_ORDER_SAMPLES, Table
+from .blur_levels import narrower
 from .excess_albedo import excess_table
-from .levels import narrower
 from .plan import Plan
 
 # Number of texels past |(u, v)| = 2 that are kept. A reading at |(u, v)| = 2 uses texels less than two texels away
 # along each axis, so less than 2.9 texels away in all.
 _RIM = 3
-# Number of wavelengths that are summed into the table at once, and number of rows of the table that are summed at
-# once: a core's cache holds this part of the table and of the wavelengths' images.
+# Number of wavelengths, and of rows of the table, that are summed at once, to fit into a core's cache.
 _WAVELENGTHS_AT_ONCE, _ROWS_AT_ONCE = 8, 16
-# Number of bins that are mixed at once, the bins of several nodes together: 32 MiB of floats.
+# Number of bins that are mixed at once, over several nodes: 32 MiB of floats.
 _BINS_AT_ONCE = 1 << 23
-# The share of a table's time after which its wavelengths are summed: measured on the samples Elaphe and Xenopeltis,
-# 0.34 and 0.43.
+# The share of a table's time for summing its wavelengths: 0.34 and 0.43 on the samples Elaphe and Xenopeltis.
 _SUMMED = 0.4
 
 
 def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent) -> Table:
-    """The table that a plan describes, without wider levels. `progress` is told how much of the table is done."""
+    """Make the table of a plan, without wider blur levels. `progress` is called with the share of the table."""
     sigma_table = narrower(chosen.sigma_b, chosen.texel)
     nodes = chebyshev.nodes(chosen.terms, *chosen.w_range)
     at_nodes = xyz_over_w2(chosen, nodes, sigma_table, illuminant=illuminant, progress=span_of(progress, 0, _SUMMED))
@@ -67,8 +65,7 @@ def xyz_over_w2(
 ) -> np.ndarray:
     """Scattered XYZ / w^2 (K, rows, columns, 3) float32, at nodes of w (K,), over the plan's texels.
 
-    `sigma` is the standard deviation of the kernel that is sampled. `progress` is called after each group of
-    wavelengths."""
+    `sigma` is the standard deviation of the sampled kernel. `progress` is called after each group of wavelengths."""
     v, u = chosen.axes
     lambdas = chosen.wavelengths
     weights = (spectral_weights(lambdas, illuminant) / len(chosen.ensemble)).astype(np.float32)

@@ -1,3 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake judged from its files alone, without any code of the bake. This room imports base, optics, colour, surface and
-measure only."""
+"""Checks a bake by its files alone, without the bake's code. Imports only base, optics, colour, surface and measure."""

@@ -1,22 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The albedo bound from direct sums, for `check` alone (docs/theory.md, "BRDF", "Albedo bound").
+"""Computes the albedo bound from direct sums, for `check` only (docs/theory.md, "BRDF", "Albedo bound").
 
 For light from wi, the albedo at R = 1 times cos(ti) is the integral of
 
     (1 + wi.wr)^2 / cos(tr) PSD(u, v, w) / w^2
 
-over the (u, v) of all views, and the zero order's share times cos(ti). The bound is the largest albedo over all
+over the (u, v) of all views, plus the zero order's share times cos(ti). The bound is the largest albedo over all
 wavelengths, or 1.
 
-The scattered spectrum is summed at some values of s (direct_sums.py), and a polynomial through them gives it between
-them. At one wavelength after the other its cells are counted into blocks of (u, v). The strongest cells of a surface
-that wraps are its orders: they stay at their own places, and are summed at more wavelengths. Each block and each order
-is spread by the coherence kernel. Near the horizon a part of the kernel is below it, and 1 / cos(tr) is infinite. There
-the integral runs over c = cos(tr): with the view's radius r = sqrt(1 - c^2), dr / c = -dc / r.
+The scattered spectrum is summed at some values of s (direct_sums.py) and interpolated by a polynomial. At each
+wavelength its cells are added up in blocks of (u, v). The strongest cells of a surface that wraps are its orders: they
+keep their own places, and are summed at more wavelengths. Each block and each order is spread by the coherence kernel.
+Near the horizon a part of the kernel is below it, and 1 / cos(tr) is infinite. There the integral runs over c =
+cos(tr): with the view's radius r = sqrt(1 - c^2), dr / c = -dc / r.
 
-How exact must the bound be? A relative error e of all of a direction's light makes a dE00 of 22 e where it shows most,
-at Y = 1: dL* = 116 / 3 e, over 1.75, which is CIEDE2000's weight of lightness there. So an error of 0.25 % makes a dE00
-of 0.06.
+The accuracy that the bound needs: a relative error e of all of a direction's light causes a dE00 of at most 22 e, at Y
+= 1: dL* = 116 / 3 e, over 1.75, which is CIEDE2000's weight of lightness. So an error of 0.25 % causes a dE00 of 0.06.
 """
 
 from collections.abc import Sequence
@@ -30,16 +29,15 @@ from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
 from ..surface.relief import Relief
 from .direct_sums import scattered_cells, zero_order_efficiency
 
-# Wavelengths of the blocks, equally spaced in their logarithm, and steps from one of them to the next for the orders.
-# At |(u, v)| = 1 an order moves by 0.0014 from one step to the next, a fifth of a default kernel's sigma_b.
+# Number of wavelengths of the blocks, equally spaced in their logarithm, and steps between two of them for the orders.
+# At |(u, v)| = 1 an order moves by 0.0014 per step, a fifth of a default kernel's sigma_b.
 _WAVELENGTHS, _STEPS = 17, 32
-# The least width of a block, and its width in units of sigma_b where that is more. A block spreads its light evenly,
-# which adds width^2 / 12 to the kernel's variance.
+# The least width of a block, also in units of sigma_b. A block's even light adds width^2 / 12 to the kernel's variance.
 _BLOCK, _BLOCK_TO_SIGMA = 0.0175, 0.6
-# At most so many cells of a surface that wraps are orders, and only those that hold this share of the light at some s.
+# The greatest number of orders of a surface that wraps, and the least share of the light of each, at some s.
 _ORDERS, _ORDER_SHARE = 256, 3e-4
 # The kernel is cut at _REACH standard deviations. Within _NEAR of them from the horizon, it is integrated across the
-# horizon over _PLACES places; farther away 1 / cos(tr) is taken at its middle.
+# horizon over _PLACES places; farther away 1 / cos(tr) is taken at its centre.
 _REACH, _NEAR, _PLACES = 4.5, 9.0, 12
 # Places from -1 to 1, and their weights.
 _GAUSS = np.polynomial.legendre.leggauss(_PLACES)
@@ -71,10 +69,10 @@ def _nodes(count: int) -> np.ndarray:
 
 
 def spectrum_of(relief: Relief, sigma_b: float, progress: Progress = silent) -> Spectrum:
-    """The spectrum of a relief, for kernels from sigma_b on.
+    """Compute the spectrum of a relief, for kernels of at least sigma_b.
 
-    The light of two heights d apart changes with s as exp(-i 2 pi s d). Over the range of s this takes about z terms,
-    z = pi s_max d. Hardly any light belongs to the largest d, so 0.6 z + 8 terms are taken for it."""
+    The light of two heights d apart changes with s as exp(-i 2 pi s d). Over the range of s this takes about z terms, z
+    = pi s_max d. Hardly any light has the largest d, so 0.6 z + 8 terms are used for it."""
     s_max = 2 / WAVELENGTH_MIN_M
     count = int(np.ceil(0.6 * np.pi * s_max * relief.height_range_m)) + 8
     reach = (2 + _REACH * sigma_b) / WAVELENGTH_MIN_M
@@ -102,7 +100,7 @@ def albedo_bound(spectra: Sequence[Spectrum], directions: np.ndarray, *, sigma_b
 
 
 def _between(values: np.ndarray) -> np.ndarray:
-    """Values (n, m) at every _STEPS-th wavelength, interpolated linearly to all wavelengths."""
+    """Interpolate values (n, m) at every _STEPS-th wavelength linearly to all wavelengths."""
     count = (values.shape[1] - 1) * _STEPS + 1
     return np.stack([np.interp(np.arange(count), np.arange(0, count, _STEPS), row) for row in values])
 
@@ -133,14 +131,14 @@ def _of_zero_order(relief: Relief, directions: np.ndarray, lambdas: np.ndarray, 
 
 
 def _away(sigma: float) -> float:
-    """The distance from the hemisphere's middle up to which a kernel is away from the horizon. Nearer to the middle
-    than its own reach, no kernel can be integrated across the horizon alone."""
+    """The distance from the hemisphere's centre up to which a kernel is away from the horizon. It is at least the
+    kernel's reach, within which a kernel cannot be integrated across the horizon alone."""
     return max(1 - _NEAR * sigma, _REACH * sigma)
 
 
 def _above(radius: np.ndarray, sigma: float) -> tuple[np.ndarray, np.ndarray]:
     """Cosines of view (n, places), and weights (n, places) whose sum with g(cosine) is the mean of g / cosine over the
-    part above the horizon of kernels at distances `radius` (n,) from the hemisphere's middle (Gauss and Legendre)."""
+    part above the horizon of kernels at distances `radius` (n,) from the hemisphere's centre (Gauss-Legendre)."""
     place, weight = _GAUSS
     ends = np.clip(radius + _REACH * sigma, 0, 1), np.clip(radius - _REACH * sigma, 0, 1)
     low, high = (np.sqrt(1 - end**2)[:, None] for end in ends)
@@ -191,7 +189,7 @@ def _of_orders(
 def _of_blocks(
     spectrum: Spectrum, orders: np.ndarray, directions: np.ndarray, lambdas: np.ndarray, *, sigma_b: float
 ) -> np.ndarray:
-    """The part (n, m) of the albedo times cos(ti) of all cells but the orders."""
+    """The part (n, m) of the albedo times cos(ti) of all cells except the orders."""
     width = max(_BLOCK, _BLOCK_TO_SIGMA * sigma_b)
     half = int(np.ceil((2 + _REACH * sigma_b) / width)) + 1
     middles = np.arange(-half, half + 1) * width
@@ -219,7 +217,7 @@ def _of_blocks(
 
 
 def _counted(values: np.ndarray, index: np.ndarray, count: int, axis: int) -> np.ndarray:
-    """Sums over an axis of the values with the same index (ascending); `count` of them, and none for other indices."""
+    """Sum values along an axis by their index (ascending) into `count` sums; other indices are ignored."""
     kept = np.flatnonzero((index >= 0) & (index < count))
     which, starts = np.unique(index[kept], return_index=True)
     shape = list(values.shape)

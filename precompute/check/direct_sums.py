@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The ensemble model's radiance by direct sums: what precompute/reference computes, in a second way, for `check` alone.
+"""Computes the ensemble model's radiance by direct sums, a second way to precompute/reference, for `check` only.
 
-This file shares no code with the reference or the bake, only the relief (levelled, filled, refined and apodised) and
+This file shares no code with the reference or the bake, except the relief (levelled, filled, refined and apodised) and
 the observer's tables. There is no FFT and no expansion: the apodised phasor without its mean is summed against cosines
-and sines over every pixel, at frequencies that are listed one by one.
+and sines over every pixel, at a list of frequencies.
 
-A surface that wraps has its orders at whole multiples of 1 / length, and no light at any other frequency. The spectrum
-of a surface that does not wrap is continuous. It is sampled at multiples of 1 / (length + PAD / (2 pi sigma_q)), where
+A surface that wraps has orders at whole multiples of 1 / length, and no light at other frequencies. The spectrum of a
+surface that does not wrap is continuous. It is sampled at multiples of 1 / (length + PAD / (2 pi sigma_q)), where
 sigma_q is the standard deviation of the kernel in cycles per metre. At this spacing the kernel's sum over the samples
-is the kernel's integral, for the following reason. To blur a spectrum by the kernel is to weight the lags of the scan's
-autocorrelation by a Gaussian of standard deviation 1 / (2 pi sigma_q). Sampling the spectrum repeats this Gaussian with
-the period length + PAD / (2 pi sigma_q), and the repetitions weight the lags as well. The longest lag of the scan, at
-which the apodised scan barely overlaps itself, is weighted by a repetition's exp(-PAD^2 / 2), all other lags by less.
+is the kernel's integral: blurring a spectrum by the kernel weights the lags of the scan's autocorrelation by a Gaussian
+of standard deviation 1 / (2 pi sigma_q). Sampling the spectrum repeats this Gaussian with the period length + PAD / (2
+pi sigma_q), and the repetitions weight the lags as well. The longest lag of the scan, at which the apodised scan barely
+overlaps itself, gets a weight of exp(-PAD^2 / 2) from a repetition, all other lags less.
 """
 
 from collections.abc import Sequence
@@ -31,10 +31,9 @@ PAD = 3.0
 KERNEL_REACH = 6.0
 # Number of bands of wavelength, all of the same luminance, in which half vectors are drawn.
 _DRAWN_AT = 12
-# Number of classes into which the range of heights is divided. On a relief of 2 um, the phase changes by at most 0.02
-# radians across a class. The mean phasor is then off by 1e-5.
+# Number of classes of heights. On a relief of 2 um, a class spans 0.02 radians; the mean phasor is off by 1e-5.
 _HEIGHT_CLASSES = 4096
-# Count of numbers that are gathered at once, to limit memory.
+# Number of values gathered at once, to limit memory.
 _GATHERED = 4_000_000
 
 
@@ -42,7 +41,7 @@ _GATHERED = 4_000_000
 class Cells:
     """The scattered spectrum in cells of frequency.
 
-    q_y, q_x  the middles (ny,) and (nx,) of the cells, in cycles per metre, ascending
+    q_y, q_x  the centres (ny,) and (nx,) of the cells, in cycles per metre, ascending
     power     (ny, nx), the share of the light that is scattered into each cell"""
 
     q_y: np.ndarray
@@ -94,9 +93,9 @@ def scattered_cells(relief: Relief, s: float, reach: tuple[float, float], *, sig
 
 
 def _frequencies(relief: Relief, axis: int, reach: float, sigma_q: float) -> tuple[np.ndarray, float]:
-    """Frequencies from 0 to `reach`, as far as the Nyquist cell goes, and their spacing; cycles per metre."""
+    """Frequencies from 0 to `reach`, within the Nyquist cell, and their spacing; cycles per metre."""
     length, pixel = relief.size_m[axis], relief.pixel_size_m[axis]
-    # A single row or column is a profile that is constant across its short axis, and needs no padding along that axis.
+    # A scan of a single line is a profile, constant across its short axis, and needs no padding along that axis.
     if not relief.periodic and relief.height_m.shape[axis] > 1:
         length += PAD / (2 * np.pi * sigma_q)
     most = min(reach * length, (length / pixel - 1) / 2 + 1e-6)
@@ -112,8 +111,7 @@ def _waves(q: np.ndarray, relief: Relief, axis: int) -> np.ndarray:
 def _power(sums: np.ndarray) -> np.ndarray:
     """|sum of p exp(-2 pi i (q_y y + q_x x))|^2 (2 ny - 1, 2 nx - 1) for both signs of both frequencies.
 
-    p is what is summed, y and x are positions. `sums` (2 ny, 2 nx) are the sums of p times the cosines, then times the
-    sines, along each axis."""
+    p is the summed field, y and x are positions. `sums` (2 ny, 2 nx): p times cosines, then sines, per axis."""
     ny, nx = sums.shape[0] // 2, sums.shape[1] // 2
     cc, cs, sc, ss = sums[:ny, :nx], sums[:ny, nx:], sums[ny:, :nx], sums[ny:, nx:]
     same, opposite = (cc - ss, cs + sc), (cc + ss, cs - sc)
@@ -164,8 +162,8 @@ def zero_order_efficiency(relief: Relief, w: np.ndarray, lambdas: np.ndarray) ->
 
 
 def _distribution(relief: Relief) -> tuple[np.ndarray, np.ndarray]:
-    """The heights of a relief in classes: mean heights (n,) of the classes that occur, and their shares (n,) of the
-    surface, weighted by the square of the apodisation."""
+    """The heights of a relief in classes: mean heights (n,) of the non-empty classes, and their shares (n,) of the
+    surface, weighted by the squared apodisation."""
     weight = (relief.apodisation**2).ravel()
     height = relief.height_m.ravel()
     width = max(relief.height_range_m / _HEIGHT_CLASSES, np.finfo(float).tiny)
@@ -179,10 +177,10 @@ def draw_pairs(
     reliefs: Sequence[Relief], sigma_b: float, w: float, *, count: int, region: Region, rng: np.random.Generator,
     line_m: float | None = None,
 ) -> Pairs:  # fmt: skip
-    """Up to `count` direction pairs with cos(ti) + cos(tr) = w and with u and v in a region.
+    """Draw up to `count` direction pairs with cos(ti) + cos(tr) = w and with u and v in a region.
 
-    Half of the pairs are cosine weighted, and half are drawn from the spectrum. Fewer are returned where pairs of
-    either half rarely fall in the region. `line_m` is the wavelength of a light that has but one."""
+    Half of the pairs are cosine weighted, and half are drawn from the spectrum. Fewer are returned if pairs rarely fall
+    in the region. `line_m` is the wavelength of a laser's line."""
     cosine = _cosine_within(w, count // 2, region, rng)
     half = _half_vectors(reliefs, sigma_b, w, count - count // 2, region, rng, line_m)
     wi, wr = pair_about(half, rng)
@@ -210,8 +208,7 @@ def _half_vectors(
     rng: np.random.Generator,
     line_m: float | None,
 ) -> np.ndarray:
-    """Up to `count` half vectors (n, 3), drawn from the scattered power times luminance, then moved at random by the
-    kernel."""
+    """Draw up to `count` half vectors (n, 3) from the scattered power times luminance, blurred by the kernel."""
     nm = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401)
     luminance = np.cumsum(observer(nm)[:, 1])
     # Twice `count` half vectors are drawn, because the kernel moves some of them past the horizon.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake's file, read without the code that packs or reads a table elsewhere."""
+"""Reads a bake's file independently of the code that packs and reads tables elsewhere."""
 
 import math
 from dataclasses import dataclass
@@ -15,15 +15,15 @@ from ..colour.observer import is_illuminant
 from ..optics.region import Region
 
 FORMAT = 9
-# The inner texels of a tile hold the table. _RIM is the number of texels on each side of them that only interpolation
-# reads. _STRIP is the number of rows of the strip beside the rows of the excess albedo.
+# The inner texels of a tile hold the table. _RIM is the number of texels on each side of them for interpolation. _STRIP
+# is the number of rows of the zero order's strip.
 _RIM, _STRIP = 2, 4
 _COUNTS = (
     "terms", "levels", "cell_rows", "cell_columns", "inner_rows", "inner_columns", "columns", "rows", "strip_rows",
     "zero_order_samples", "bound_texels", "polynomials",
 )  # fmt: skip
-# The least and the greatest of each real number of a layout: the sky, kernels up to one that fills it, and tiles whose
-# largest value, 8192 times the scale, single precision holds.
+# The least and the greatest value of each real number of a layout: the sky, kernels up to one that fills it, and scales
+# whose largest stored value, 8192 times the scale, fits single precision.
 _REALS = {
     "level_ratio": (1.0, 4.0),
     "texel": (1e-6, 4.0),
@@ -34,19 +34,19 @@ _REALS = {
     "w_min": (0.0, 2.0),
     "w_max": (0.0, 2.0),
 }
-# What a material can show (as the bake's own limits have it).
+# The limits of a material, as in the bake.
 _TERMS_MAX, _LEVELS_MAX = 96, 64
 
 
 @dataclass(frozen=True)
 class Table:
-    """A bake as its file holds it. Only the first level is read, which has the narrowest kernel.
+    """A bake as in its file. Only the first blur level is read, which has the narrowest kernel.
 
-    terms       (K, rows, columns, 3), terms of XYZ over w^2; rows run along +v, columns along +u; the outer two texels
-                on every side are read by interpolation only
+    terms       (K, rows, columns, 3), terms of XYZ over w^2; the first axis of a tile runs along +v, the second along
+                +u; the outer two texels on every side serve interpolation only
     zero_order  XYZ (n, 3) of the zero order at equal steps of w from 0 to 2
     excess      (n, n), the directional albedo times cos(t), less cos(t), of directions on a disc (albedo_bound)
-    first       (u, v) of the first texel's middle
+    first       (u, v) of the first texel's centre
     texel       distance of the texels in u and v
     w_range     range of w that the terms cover
     sigma_b     standard deviation of the kernel in u and v
@@ -67,7 +67,7 @@ class Table:
 
     @property
     def region(self) -> Region:
-        """The part of (u, v) that the table covers: from the middle of the first inner texel to that of the last."""
+        """The part of (u, v) that the table covers: from the centre of the first inner texel to that of the last."""
         _, rows, columns, _ = self.terms.shape
         return Region(*(
             (first + _RIM * self.texel, first + (count - 1 - _RIM) * self.texel)
@@ -75,8 +75,7 @@ class Table:
         ))  # fmt: skip
 
     def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w: float) -> np.ndarray:
-        """Scattered XYZ over w^2 (n, 3) at u, v (n,), by cubic B-splines over the texels and functions of w, which are
-        sums of Chebyshev polynomials."""
+        """Scattered XYZ over w^2 (n, 3) at u, v (n,), by cubic B-splines over the texels and Chebyshev sums over w."""
         low, high = self.w_range
         angle = math.acos(np.clip((2 * w - low - high) / (high - low), -1, 1))
         basis = self.basis @ np.cos(np.arange(self.basis.shape[1]) * angle)
@@ -104,14 +103,14 @@ class Table:
         return found
 
     def candidate(self, u: np.ndarray, v: np.ndarray, w: float) -> tuple[np.ndarray, np.ndarray]:
-        """The table as measure/errors.py wants a candidate."""
+        """The table as a candidate of measure/errors.py."""
         return self.scattered_over_w2(u, v, w), self.zero_order_xyz(w)
 
     def albedo_bound(self, directions: np.ndarray) -> np.ndarray:
         """max(1, albedo) (n,) for unit vectors (n, 3), by cubic B-splines over the texels of `excess`.
 
-        A vector at t from the normal stands at the distance sqrt(1 - sqrt(cos t)) from the disc's middle. The disc's
-        radius is 1, and it ends one texel before the picture's rim."""
+        A vector at t from the normal is at the distance sqrt(1 - sqrt(cos t)) from the disc's centre. The disc's radius
+        is 1, and it ends one texel before the picture's rim."""
         cosine = np.clip(directions[:, 2], 1e-6, 1)
         azimuth, radius = np.arctan2(directions[:, 1], directions[:, 0]), np.sqrt(1 - np.sqrt(cosine))
         middle = (len(self.excess) - 1) / 2
@@ -132,7 +131,7 @@ def cubic_bspline(x: np.ndarray) -> np.ndarray:
 
 
 def read_table(path: Path) -> Table:
-    """The table in a bake's file. Raises GratingError if the file is no bake of the ensemble model."""
+    """Read the table in a bake's file. Raises GratingError if the file is no bake of the ensemble model."""
     picture = open_picture(path)
     record = parse_json(picture.texts.get("natural_gratings", b"null"), path, "bake it again", part="its header: ")
     if not isinstance(record, dict) or not {"format", "layout", "model"} <= set(record):
@@ -150,7 +149,7 @@ def read_table(path: Path) -> Table:
 
 
 def _fault_of_layout(layout: object, picture: Picture) -> str:
-    """The name of what no picture of this size can have; "" if there is none."""
+    """The name of a value that no picture of this size can have; "" if there is none."""
     if not isinstance(layout, dict):
         return "layout"
     for name in _COUNTS:
@@ -184,7 +183,7 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
 
 
 def _is_basis(basis: object, count: int) -> bool:
-    """Whether it is a list of as many numbers, as functions of at most 1 have them."""
+    """Whether it is a list of `count` numbers in the range of coefficients of functions of at most 1."""
     return (
         isinstance(basis, list)
         and len(basis) == count
@@ -193,7 +192,7 @@ def _is_basis(basis: object, count: int) -> bool:
 
 
 def _fault_of_provenance(record: dict[str, Any]) -> str:
-    """The name of what verdict.py reads of the provenance and cannot be; "" if there is none."""
+    """The name of an invalid value of the provenance that verdict.py reads; "" if there is none."""
     asked, pixel = record.get("asked_delta_e", 1.0), record.get("pixel_size_m", [1.0, 1.0])
     heights = record.get("heights_sha256", [])
     if type(asked) not in (int, float) or not 0 < asked < 100:
@@ -230,8 +229,7 @@ def _table(image: np.ndarray, record: dict[str, Any]) -> Table:
 
 
 def _picture_size(layout: dict[str, Any]) -> tuple[int, int]:
-    """Height and width of a picture with this layout: the strip, and above it a cell for each term, which begins with
-    the tile of the first level."""
+    """Height and width of a picture with this layout: the strip, and above it a cell for each term."""
     strip = layout["zero_order_samples"] + 1, layout["bound_texels"]
     height = layout["strip_rows"] + layout["rows"] * layout["cell_rows"]
     return height, max(layout["columns"] * layout["cell_columns"], *strip)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake's error, recomputed from its file and the height maps alone.
+"""Measures a bake's error again, from its file and the height maps only.
 
-The table is read by table_file.py and compared with the direct sums of direct_sums.py. The check shares no code with
-what bakes, packs or reads a bake. It does share the error metrics and the direction pairs (precompute/measure), the
-observer's tables, and the levelled relief that counts as the surface.
+The table is read by table_file.py and compared with the sums of direct_sums.py. The check shares no code with baking,
+packing or reading a bake. It shares the error metrics and the direction pairs (precompute/measure), the observer's
+tables, and the levelled relief that counts as the surface.
 """
 
 import hashlib
@@ -29,12 +29,11 @@ from . import albedo, direct_sums
 from .direct_sums import draw_pairs, scattered_xyz
 from .table_file import Table, read_table
 
-# Borders of the rings around the zero order, as distances sqrt(u^2 + v^2), by which errors are told apart.
+# Borders of the rings around the zero order, as distances sqrt(u^2 + v^2), for which errors are reported separately.
 RINGS = (0.0, 0.1, 0.5, 1.0, 2.0)
-# The energy-conserving form is measured on every so many of the pairs.
+# The energy-conserving form is measured on every _BOUND_STRIDE-th pair.
 _BOUND_STRIDE = 16
-# A seed other than that of the bake's own check: on the directions of that check, an error of a bake that was tuned to
-# them would not show.
+# Differs from the seed of the bake's own check, because a bake could be tuned to the directions of that check.
 _SEED = 1
 # Number of values of w at which the zero order is checked.
 _ZERO_ORDER_AT = 17
@@ -62,7 +61,7 @@ class Ring:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a check found.
+    """The result of a check.
 
     errors             error metrics in both forms: of Stam's over all pairs, of the energy-conserving one over some
     asked              dE00 that the bake must keep
@@ -71,7 +70,7 @@ class Verdict:
     rings              the errors by distance from the zero order
     w                  values of w at which pairs were measured
     step_m             wavelength step in metres
-    seconds            time in seconds that the check took
+    seconds            duration of the check in seconds
     """
 
     errors: FormErrors
@@ -90,7 +89,7 @@ class Verdict:
 
     @property
     def faults(self) -> list[str]:
-        """Sentences on what the bake does not keep; empty if it passes."""
+        """Sentences on the limits that the bake exceeds; empty if it passes."""
         found = []
         for name, errors in self.errors.forms.items():
             told, budget = FORM_NAMES[name], self.relative_dy_budget
@@ -103,7 +102,7 @@ class Verdict:
         return found
 
     def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON."""
+        """Convert the result to JSON."""
         return {
             "passed": not self.faults,
             "faults": self.faults,
@@ -128,11 +127,10 @@ def check(
     step_m: float | None = None,
     progress: Progress = silent,
 ) -> Verdict:
-    """Recompute a bake's error in both forms at `groups` values of w, on up to `pairs` direction pairs at each value.
+    """Measure a bake's error again in both forms, at `groups` values of w with up to `pairs` direction pairs each.
 
-    The wavelengths are summed in steps of step_m metres, by default as default_step says. delta_e is the dE00 that the
-    bake must keep, by default the dE00 in the file's header. Raises GratingError if the file is no bake, or not a bake
-    of these height maps."""
+    The wavelengths are summed in steps of step_m metres, by default default_step. delta_e is the dE00 to keep, by
+    default the one in the file's header. Raises GratingError if the file is no bake of these height maps."""
     started = time.perf_counter()
     table = read_table(bake)
     _refuse_another_surface(bake, table.record, height_maps)
@@ -184,8 +182,7 @@ def _refuse_another_surface(bake: Path, record: dict[str, Any], height_maps: Seq
 
 
 def steps_in(record: dict[str, Any], source: str) -> tuple[Step, ...]:
-    """The steps by which the scans of a bake were levelled, as its header tells them. Raises GratingError for steps
-    that there are not."""
+    """The steps in a bake's header that levelled its scans. Raises GratingError for unknown steps."""
     request = record.get("request")
     told = request.get("levelling") if isinstance(request, dict) else None
     return steps_of(told, f"{source}: its header's levelling") if isinstance(told, list) else DEFAULT
@@ -195,15 +192,14 @@ def default_step(sigma_b: float) -> float:
     """Wavelength step in metres for a kernel of sigma_b.
 
     With this step, an order at |u| = 1 moves by at most one sigma_b from one wavelength to the next. A sum of Gaussians
-    at that spacing is flat to 5e-9. The step is never under 1 nm, and never over 3 nm, so that it resolves the
-    observer."""
+    at this spacing is flat to 5e-9. The step is from 1 to 3 nm, so that it resolves the observer."""
     return float(np.clip(WAVELENGTH_MIN_M * sigma_b, 1e-9, 3e-9))
 
 
 def truths(
     table: Table, reliefs: Sequence[Relief], *, groups: int, pairs: int, step_m: float, progress: Progress = silent
 ) -> list[Truth]:
-    """The colours that a table should hold, at `groups` values of w and on up to `pairs` direction pairs at each value.
+    """The exact colours for a table, at `groups` values of w with up to `pairs` direction pairs each.
 
     All pairs are within the region and the range of w that the table covers."""
     rng = np.random.default_rng(_SEED)
@@ -222,9 +218,9 @@ def truths(
 
 
 def _draw_w(w_range: tuple[float, float], count: int, rng: np.random.Generator) -> np.ndarray:
-    """Values of w (count,) in a range, distributed as they are for two cosine-weighted directions.
+    """Draw values of w (count,) in a range, distributed as for two cosine-weighted directions.
 
-    One value is drawn from each of `count` quantiles."""
+    One value comes from each of `count` quantiles."""
     low, high = w_range
     every = np.sort(draw_w(4096, rng))
     inside = every[(every >= low) & (every <= high)]
@@ -238,10 +234,9 @@ def _measured(table: Table, truth: list[Truth]) -> Errors:
 
 
 def _in_both_forms(table: Table, reliefs: Sequence[Relief], truth: list[Truth], progress: Progress) -> FormErrors:
-    """The errors in both forms.
+    """Measure the errors in both forms.
 
-    The energy-conserving form is measured on some of the pairs: to integrate the bound at the directions of one pair
-    takes as long as the sums for many pairs."""
+    The energy-conserving form is measured on some pairs only, because integrating the bound is slow."""
     spectra = [
         albedo.spectrum_of(relief, table.sigma_b, part_of(progress, "albedo", done=k, total=len(reliefs)))
         for k, relief in enumerate(reliefs)
@@ -265,11 +260,11 @@ def _in_both_forms(table: Table, reliefs: Sequence[Relief], truth: list[Truth], 
 
 
 def zero_order_budget(reliefs: Sequence[Relief], samples: int, asked: float) -> float:
-    """The largest |dY| of the zero order that passes: the sum of three errors, times `asked` where that is above 1.
+    """The largest |dY| of the zero order that passes: the sum of three errors, times `asked` if above 1.
 
-    The first error is the rounding of a half float. The second is what B-splines over samples h apart smooth off Z(w):
-    at most |Z''| h^2 / 6 <= (2 pi sigma / lambda)^2 h^2 / 3 for heights of variance sigma^2, where Z'' is the second
-    derivative of Z. The third is the expansion's tolerance."""
+    The first error is the rounding of a half float. The second is the smoothing of Z(w) by B-splines over samples h
+    apart: at most |Z''| h^2 / 6 <= (2 pi sigma / lambda)^2 h^2 / 3 for heights of variance sigma^2, where Z'' is the
+    second derivative of Z. The third is the expansion's tolerance."""
     step = 2 / (samples - 1)
     variance = max(np.average(relief.height_m**2, weights=relief.apodisation**2) for relief in reliefs)
     bend = (2 * np.pi / WAVELENGTH_MIN_M) ** 2 * variance * step**2 / 3

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The arguments that several verbs share."""
+"""Arguments that several verbs share."""
 
 import argparse
 import contextlib
@@ -18,7 +18,7 @@ from .option_types import count, name_argument, number, path_argument
 
 
 def add_input(parser: argparse.ArgumentParser, several: str | None = None) -> None:
-    """Add FILE, the options that tell the size of a picture and the channel of an instrument's file, and --json.
+    """Add FILE, the options for the size of a picture and the channel of an instrument's file, and --json.
 
     `several` is argparse's `nargs` for verbs that take more than one FILE."""
     text = "height map, or sample:NAME (" + ", ".join(sample_names()) + ")"
@@ -49,7 +49,7 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 
 
 def add_bake_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options that steer a bake."""
+    """Add the options of a bake."""
     parser.add_argument(
         "--delta-e",
         type=number(*DELTA_E),
@@ -79,7 +79,7 @@ def add_bake_options(parser: argparse.ArgumentParser) -> None:
 
 
 def add_level(parser: argparse.ArgumentParser, default: str, steps: tuple[Step, ...] = ()) -> None:
-    """Add --level, which without being given has the steps that `default` names in words."""
+    """Add --level. Its default is `steps`, which `default` describes in words."""
     parser.add_argument(
         "--level", type=level_argument, default=steps, metavar="STEP,STEP",
         help=f"steps that level and repair the scan, in the order given, or none; default {default}. {help_text()}",
@@ -87,7 +87,7 @@ def add_level(parser: argparse.ArgumentParser, default: str, steps: tuple[Step, 
 
 
 def level_argument(text: str) -> tuple[Step, ...]:
-    """The type of an option for steps of levelling."""
+    """Parse levelling steps."""
     try:
         return parse_steps(text, f"{text:.40}")
     except GratingError as error:
@@ -95,26 +95,25 @@ def level_argument(text: str) -> tuple[Step, ...]:
 
 
 def sample_names() -> tuple[str, ...]:
-    """The names that `sample:NAME` takes."""
+    """The names for `sample:NAME`."""
     from ..surface.samples.catalogue import SAMPLES
 
     return tuple(SAMPLES)
 
 
 def illuminant_argument(text: str) -> str:
-    """The type of an option for an illuminant."""
+    """Parse an illuminant."""
     if not is_illuminant(text):
         raise argparse.ArgumentTypeError(f"{text:.40}: give {ILLUMINANTS_TOLD}")
     return text
 
 
 def coherence_argument(text: str) -> float | None:
-    """The type of an option for a coherence length in micrometres; None for "auto"."""
+    """Parse a coherence length in micrometres; None for "auto"."""
     return None if text == "auto" else number(*COHERENCE_UM)(text)
 
 
-# The types of options that several verbs have: a wavelength step in nanometres, a number of terms, a grating's period
-# in nanometres.
+# Shared option types: a wavelength step in nanometres, a number of terms, a grating's period in nanometres.
 STEP_NM, TERMS, PERIOD_NM = number(0.1, 100), count(1, 1000), number(10, 1e6)
 
 
@@ -126,7 +125,7 @@ def period_of(arguments: argparse.Namespace) -> float | None:
 def existing_bake(file: str) -> Path | None:
     """The bake that FILE names, or None if FILE names something else.
 
-    FILE is an .exr, or a folder with exactly one bake, whose sample set may stand beside it. Raises GratingError if the
+    FILE is an .exr, or a folder with exactly one bake, with or without its sample set. Raises GratingError if the
     folder has several bakes."""
     path = Path(file)
     if path.suffix.lower() == ".exr":
@@ -142,14 +141,14 @@ def existing_bake(file: str) -> Path | None:
 
 
 def height_map_of(arguments: argparse.Namespace, file: str | None = None) -> HeightMap:
-    """The height map of `file`, or without one of the command line's only FILE. Raises GratingError as read_height_map
+    """Read the height map of `file`, by default the command line's only FILE. Raises GratingError as read_height_map
     does."""
     return read_height_map(file or arguments.file, arguments.size_um, arguments.height_nm, channel=arguments.channel)
 
 
 @contextlib.contextmanager
 def naming(file: str) -> Iterator[None]:
-    """Let what goes wrong inside name `file`, where it does not do so itself."""
+    """Add `file` to the message of a GratingError inside, unless the message begins with it."""
     try:
         yield
     except GratingError as error:

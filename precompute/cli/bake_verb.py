@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`bake`: height maps into the table that the material reads."""
+"""`bake`: bakes height maps into the table that the material reads."""
 
 import argparse
 from collections.abc import Mapping
@@ -20,7 +20,7 @@ from .arguments import add_bake_options, add_input
 from .option_types import path_argument
 from .printing import Progress, emit
 
-# The share of a run's time after which its scans are read, about.
+# The share of a run's time that reading its scans takes, about.
 _READ = 0.01
 _READING = "reading the scan"
 
@@ -62,7 +62,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def request_of(arguments: argparse.Namespace) -> BakeRequest:
-    """What the command line asks of a bake: by --request, or else by FILE and options.
+    """The request of the command line: from --request, or else from FILE and options.
 
     Raises GratingError for a request that no bake can keep."""
     if arguments.request is not None:
@@ -81,9 +81,9 @@ def request_of(arguments: argparse.Namespace) -> BakeRequest:
 
 
 def _found_at(files: list[str], request: BakeRequest, source: Path) -> BakeRequest:
-    """The request with its scans at the paths `files`, one path for each scan and in the same order.
+    """The request with its scans at the paths `files`, one for each scan, in order.
 
-    Without any path the request stays as it is. Raises GratingError for another number of paths."""
+    Without paths the request stays as it is. Raises GratingError for another number of paths."""
     if not files:
         return request
     if len(files) != len(request.scans):
@@ -95,7 +95,7 @@ def _found_at(files: list[str], request: BakeRequest, source: Path) -> BakeReque
 
 
 def read_request(path: Path) -> BakeRequest:
-    """The request in a file of JSON or in the header of a bake's .exr. Its scans are looked for beside the file.
+    """Read the request in a JSON file or in the header of a bake's .exr. Its scans are searched for beside the file.
 
     Raises GratingError if the file holds no request, or one without scans."""
     if path.suffix.lower() == ".exr":
@@ -110,7 +110,7 @@ def read_request(path: Path) -> BakeRequest:
 
 
 def bake_summary(facts: Mapping[str, Any]) -> tuple[str, ...]:
-    """The lines that a person reads after a bake."""
+    """The summary of a bake, in lines of text."""
     forms = (
         f"{FORM_NAMES[name]}: dE00 mean {de['mean']:.2f}, p95 {de['p95']:.2f}, p99 {de['p99']:.2f}, "
         f"max {de['max']:.2f} ({de['pairs']} direction pairs)"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`check`: a bake's error recomputed from its files alone."""
+"""`check`: measures a bake's error again from its files only."""
 
 import argparse
 from pathlib import Path
@@ -14,7 +14,7 @@ from .printing import Progress, emit
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The arguments of `check`."""
+    """Add the arguments of `check`."""
     parser.add_argument("bake", type=name_argument, metavar="BAKE", help=".exr, or a folder that holds one")
     add_input(parser, several="+")
     parser.add_argument(
@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """The `check` verb: print the error metrics. Raises GratingError if the bake does not keep what was asked of it."""
+    """Run the verb `check`: print the error metrics. Raises GratingError if the bake exceeds the requested error."""
     file = existing_bake(arguments.bake)
     if file is None:
         raise GratingError(arguments.bake, "there is no bake", "give the .exr that `bake` wrote, or its folder")
@@ -56,7 +56,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def check_summary(file: Path, verdict: Verdict) -> tuple[str, ...]:
-    """The lines that a person reads after a check."""
+    """The summary of a check, in lines of text."""
     forms = (
         f"{FORM_NAMES[name]}: dE00 mean {de.mean:.2f}, p95 {de.p95:.2f}, p99 {de.p99:.2f}, max {de.max:.2f}, |dY| "
         f"{de.relative_dy:.2%} ({de.pairs} direction pairs)"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`comb`: smooth fields of directions on the meshes that Comb Grating in Blender writes."""
+"""`comb`: smooth direction fields on the meshes that Comb Grating in Blender writes."""
 
 import argparse
 from pathlib import Path
@@ -12,14 +12,14 @@ from .arguments import add_json
 from .option_types import path_argument
 from .printing import Progress, emit
 
-# The letters of a mesh's name that are shown; Blender has no longer ones.
+# The shown length of a mesh's name, which is Blender's limit.
 _NAME_MAX = 255
 # The stage in which a mesh may still be refused.
 _READING = "reading the mesh"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The arguments of `comb`."""
+    """Add the arguments of `comb`."""
     parser.add_argument("mesh", nargs="+", type=path_argument, metavar="MESH.npz", help="as Comb Grating writes it")
     parser.add_argument(
         "-o",
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """The `comb` verb."""
+    """Run the verb `comb`."""
     progress = Progress(arguments.progress, may_be_refused=(_READING,))
     names = [path.name for path in arguments.mesh]
     if len(set(names)) < len(names):

@@ -13,7 +13,7 @@ from .printing import Progress, emit
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The arguments of `dft`."""
+    """Add the arguments of `dft`."""
     add_input(parser)
     parser.add_argument(
         "-o", "--output", required=True, type=path_argument, metavar="DIR", help="folder for the images"
@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """The `dft` verb: transform the terms and write their images."""
+    """Run the verb `dft`: transform the terms and write their images."""
     settings = dft_images.settings_for(
         coherence_length_m=None if arguments.coherence_um is None else arguments.coherence_um * 1e-6,
         terms=arguments.terms,

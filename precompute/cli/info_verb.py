@@ -10,18 +10,18 @@ from ..surface.steps.pipeline import level
 from .arguments import add_input, add_level, height_map_of
 from .printing import emit
 
-# The facts that people read as sentences.
+# The facts that the text output gives as sentences.
 _IN_WORDS = ("gratings", "waviness", "fine", "line_noise", "quality", "levelling")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The arguments of `info`."""
+    """Add the arguments of `info`."""
     add_input(parser)
     add_level(parser, "as scanned")
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """The `info` verb."""
+    """Run the verb `info`."""
     height_map = height_map_of(arguments)
     levelled = level(height_map, arguments.level)
 

@@ -33,7 +33,7 @@ from .printing import Progress, emit
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The arguments of `map`."""
+    """Add the arguments of `map`."""
     add_input(parser)
     parser.add_argument("-o", "--output", required=True, type=path_argument, metavar="PNG|EXR")
     parser.add_argument("--method", choices=MAP_METHODS, default=baked.ENTRY.name)
@@ -69,10 +69,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """The `map` verb: a PNG to look at or an EXR of linear Rec.709 radiance under unit irradiance."""
+    """Run the verb `map`: write a PNG to look at, or an EXR of linear Rec.709 radiance under unit irradiance."""
     if arguments.output.suffix.lower() not in (".png", ".exr"):
         raise GratingError(arguments.output, "neither PNG nor EXR", "name the file .png or .exr")
-    bundled("PIL.Image" if arguments.output.suffix.lower() == ".png" else "OpenEXR")  # before the map takes its time
+    bundled("PIL.Image" if arguments.output.suffix.lower() == ".png" else "OpenEXR")  # fail before the map is computed
     progress = Progress(arguments.progress)
     with naming(arguments.file):
         xyz, illuminant = brdf_map_of(arguments, progress)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What options take: numbers in a range, and texts that are not empty, as types for argparse.
+"""Option types for argparse: numbers in a range, and non-empty texts.
 
-Python itself takes `nan`, `1e-308`, `1_000` and the digits of every script for numbers. Here a number is what a table
-of figures would hold, within the range that makes sense for its option.
+Python parses `nan`, `1e-308`, `1_000` and the digits of every script as numbers. These types accept only plain decimal
+numbers, within the range that makes sense for the option.
 """
 
 import argparse
@@ -12,7 +12,7 @@ from pathlib import Path
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
 _COUNT = re.compile(r"[+-]?\d+", re.ASCII)
-# No number that is meant is written longer than this.
+# The greatest length of a number's text.
 _LONGEST = 40
 
 
@@ -39,14 +39,14 @@ def count(low: int, high: int) -> Callable[[str], int]:
 
 
 def name_argument(text: str) -> str:
-    """The type of an option that takes the name of a file or of a channel."""
+    """Parse the name of a file or of a channel."""
     if not text:
         raise argparse.ArgumentTypeError("is empty; give a name")
     return text
 
 
 def path_argument(text: str) -> Path:
-    """The type of an option that takes a path."""
+    """Parse a path."""
     return Path(name_argument(text))
 
 

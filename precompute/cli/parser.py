@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The command line: one file per verb, which is loaded when the verb is called.
 
-Whatever goes wrong, the program prints one line that says what is wrong and what to do about it, and its exit status is
-not zero.
+Every error prints one line, which names the fault and the remedy, and gives a non-zero exit status.
 """
 
 import argparse
@@ -32,9 +31,9 @@ VERBS = {
 PACKAGES = {__package__: VERBS}
 
 
-# The dashes that end the options, given as the value of one: Python's versions differ in what they make of it.
+# `--`, which ends the options, as the value of an option: Python's versions treat it differently.
 _DASHES_AS_VALUE = re.compile(r"--[^=]+=--|-[^-]=?--")
-# Characters of an error message of argparse that are shown: it repeats what was given, however long that was.
+# Characters of an argparse error message that are shown: the message repeats the arguments, however long.
 _SHOWN = 400
 _NO_MEMORY = "not enough memory", "crop the scan or ask for a shorter coherence length"
 
@@ -45,7 +44,7 @@ class OneLineParser(argparse.ArgumentParser):
     def parse_known_args(  # type: ignore[override]  # argparse's overloads say the same of each kind of namespace
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
-        """As argparse's. An option whose value is `--` is an error."""
+        """Like argparse's. An option whose value is `--` is an error."""
         for each in args or ():
             if _DASHES_AS_VALUE.fullmatch(each):
                 self.error(f"{each}: `--` is no value")
@@ -60,7 +59,7 @@ class OneLineParser(argparse.ArgumentParser):
 
 
 def main(argv: Sequence[str] | None = None, packages: Mapping[str, Mapping[str, str]] = PACKAGES) -> int:
-    """Run one verb of the command line `argv`, by default the program's own; the exit status."""
+    """Run one verb of the command line `argv`, by default the program's own. Returns the exit status."""
     argv = sys.argv[1:] if argv is None else argv
 
     arguments = argparse.Namespace(progress="text")
@@ -80,8 +79,7 @@ def main(argv: Sequence[str] | None = None, packages: Mapping[str, Mapping[str, 
 
 
 def exit_status(run: Callable[[], object], style: Callable[[], str] = lambda: "text") -> int:
-    """Run a command; its exit status. Whatever keeps it from ending well is told in one line: of JSON for a program, if
-    `style`, asked then, is "json"."""
+    """Run a command and return its exit status. An error prints one line, of JSON if `style` then returns "json"."""
 
     def tell(error: GratingError) -> None:
         print(failure_line(error) if style() == "json" else f"error: {error}", file=sys.stderr)
@@ -94,7 +92,7 @@ def exit_status(run: Callable[[], object], style: Callable[[], str] = lambda: "t
     except MemoryError:
         tell(GratingError("", *_NO_MEMORY))
         return 1
-    except BrokenPipeError:  # the reader of our output stopped reading, as `head` does
+    except BrokenPipeError:  # the reader of stdout stopped reading, as `head` does
         leave_to_nobody(sys.stdout)
         return 1
     except OSError as error:
@@ -111,8 +109,7 @@ def exit_status(run: Callable[[], object], style: Callable[[], str] = lambda: "t
 def build_parser(
     argv: Sequence[str] = tuple(VERBS), packages: Mapping[str, Mapping[str, str]] = PACKAGES
 ) -> OneLineParser:
-    """The parser of every verb of the packages. Only the verbs that `argv` names are loaded, and only they know their
-    arguments."""
+    """Build the parser of every verb of the packages. Only the verbs in `argv` are loaded and know their arguments."""
     parser = OneLineParser(prog="grating", description="From a height map to a diffraction table.")
     verbs = parser.add_subparsers(required=True, metavar="VERB", parser_class=OneLineParser)
     for package, texts in packages.items():

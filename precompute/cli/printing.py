@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a verb prints: its progress, and its facts as JSON or as text. Also the targets that it refuses to write to."""
+"""Prints a verb's progress and its facts as JSON or text. Also rejects targets that cannot be written."""
 
 import argparse
 import json
@@ -15,12 +15,11 @@ from ..base.job import is_forsaken
 
 
 class Progress:
-    """Reports progress on standard error: as lines of text for people, as lines of JSON for the program that started
-    this one, or not at all.
+    """Reports progress on standard error: as lines of text, as lines of JSON for the parent program, or not at all.
 
-    A line is printed when a stage begins, when it ends, and after every step of 1 % (JSON) or 25 % (text). The stages
-    `may_be_refused`, in which a verb may still refuse its files, are not printed as text: a refusal is one line. Here a
-    run also ends, as if interrupted, if the program that it works for is no longer there."""
+    A line is printed when a stage begins, when it ends, and after every step of 1 % (JSON) or 25 % (text). Stages in
+    `may_be_refused`, in which a verb may still refuse its files, are not printed as text: a refusal is one line. A run
+    whose parent program is gone ends here, as if interrupted."""
 
     def __init__(self, style: str, may_be_refused: Collection[str] = ()):
         self.style = style
@@ -47,10 +46,10 @@ class Progress:
 
 
 def check_targets(arguments: argparse.Namespace) -> None:
-    """Refuse, before any work is done, targets that could not be written afterwards.
+    """Refuses, before any work is done, targets that could not be written afterwards.
 
     Raises GratingError if --json or --output names a folder where a file is needed, or a file where a folder is needed.
-    A verb whose output is a file says so by its default `output_is_file`."""
+    A verb whose output is a file sets the default `output_is_file`."""
     facts = getattr(arguments, "json", None)
     if facts and facts != "-":
         _check_file(Path(facts))
@@ -77,8 +76,8 @@ def _check_file(path: Path) -> None:
 def emit(facts: Mapping[str, Any], target: str | None, summary: Callable[[], Iterable[str]]) -> None:
     """Write facts as JSON to the file `target`, or to standard output if `target` is "-".
 
-    Unless JSON goes to standard output, print the lines of `summary()`, the facts as text. Raises GratingError if the
-    facts cannot be written, or if JSON is asked for and a figure is not finite: JSON has no word for it."""
+    Otherwise prints the lines of `summary()`, the facts as text. Raises GratingError if the facts cannot be written, or
+    if JSON is requested and a figure is not finite, which JSON cannot hold."""
     if target == "-":
         _print(_json(facts))
         return
@@ -88,7 +87,7 @@ def emit(facts: Mapping[str, Any], target: str | None, summary: Callable[[], Ite
 
 
 def _write_json(path: Path, text: str) -> None:
-    """A pipe or a device is written to as it is; a file is written whole."""
+    """Write text directly to a pipe or a device, or atomically to a file."""
     if path.exists() and not path.is_file():
         with told_of(path):
             path.write_text(text)
@@ -107,7 +106,7 @@ def _print(text: str) -> None:
 
 
 def leave_to_nobody(stream: TextIO) -> None:
-    """Let what a stream still holds go nowhere, so that Python does not try to write it once more as it ends."""
+    """Discard what a stream still holds, so that Python does not try to write it again at exit."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, stream.fileno())
     os.close(nowhere)

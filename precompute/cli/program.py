@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line as a program of its own: its terminal and its signals.
+"""Runs the command line as a separate program: its terminal and its signals.
 
-Blender, which runs verbs in its own process, and the tests call parser.main instead.
+The tests call parser.main instead, and Blender's command line uses parser.exit_status.
 """
 
 import os
@@ -14,17 +14,17 @@ from types import FrameType
 from ..base.job import remove_if_forsaken
 from .parser import PACKAGES, main
 
-# The names of the signals that ask a program to end. Windows has no SIGHUP.
+# The signals that ask a program to end. Windows has no SIGHUP.
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
 
 
 def run(packages: Mapping[str, Mapping[str, str]] = PACKAGES) -> int:
-    """Run the verb of the packages that the program's arguments name; the exit status."""
+    """Run the verb in the program's arguments. Returns the exit status."""
     warnings.simplefilter("ignore")
     keep_the_terminal_to_python()
     for name in _SIGNALS:
         number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) != signal.SIG_IGN:  # which nohup asks for
+        if number is not None and signal.getsignal(number) != signal.SIG_IGN:  # nohup ignores SIGHUP
             signal.signal(number, _stop)
     status = main(packages=packages)
     remove_if_forsaken()
@@ -32,7 +32,7 @@ def run(packages: Mapping[str, Mapping[str, str]] = PACKAGES) -> int:
 
 
 def _stop(number: int, _: FrameType | None) -> None:
-    """End the run: what is half-written is removed on the way out, which no further signal interrupts."""
+    """End the run. The partial files are removed on the way out, which no further signal interrupts."""
     for name in _SIGNALS:
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
@@ -40,14 +40,14 @@ def _stop(number: int, _: FrameType | None) -> None:
 
 
 def keep_the_terminal_to_python() -> None:
-    """Let only what Python prints reach standard output and standard error.
+    """Let only Python's own prints reach standard output and standard error.
 
-    libtiff, OpenEXR, Blender and others write lines there too, past Python: these go nowhere. A character that the
-    terminal's encoding does not have is written as an escape."""
+    Lines that libtiff, OpenEXR, Blender and others write there are discarded. A character outside the terminal's
+    encoding is escaped."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for number, name in ((1, "stdout"), (2, "stderr")):
         stream = getattr(sys, name)
-        if stream is not None:  # it is None where who started the program has closed it
+        if stream is not None:  # None if the parent program has closed it
             ours = os.fdopen(os.dup(number), "w", encoding=stream.encoding, errors="backslashreplace", buffering=1)
             setattr(sys, name, ours)
         os.dup2(nowhere, number)

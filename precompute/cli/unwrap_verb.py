@@ -14,7 +14,7 @@ from .printing import Progress, emit
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The arguments of `unwrap`."""
+    """Add the arguments of `unwrap`."""
     parser.add_argument(
         "mesh", type=path_argument, metavar="MESH.npz",
         help="arrays points (n, 3), triangles (m, 3) and polygons (m,): the face of each triangle",
@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_packing(parser: argparse.ArgumentParser) -> None:
-    """The options of how islands lie on the map."""
+    """Add the options of the packing of islands."""
     parser.add_argument(
         "--size", type=count(16, 1 << 15), default=1024, metavar="PIXELS", help="of the map; default 1024"
     )
@@ -38,7 +38,7 @@ def add_packing(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """The `unwrap` verb: writes uv.npz with the array uv (m, 3, 2), the place of each triangle's corners."""
+    """Run the verb `unwrap`: write uv.npz with the array uv (m, 3, 2), the UV of each triangle's corners."""
     begun = time.monotonic()
     packing = Packing(arguments.size, arguments.padding, arguments.density)
     found = unwrap(read_mesh(arguments.mesh), packing, progress=Progress(arguments.progress))

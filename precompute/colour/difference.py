@@ -5,7 +5,7 @@ import numpy as np
 
 
 def lab(xyz: np.ndarray, white: np.ndarray) -> np.ndarray:
-    """CIE 1976 L*a*b* (..., 3) of XYZ (..., 3), relative to the XYZ (3,) of a white."""
+    """Convert XYZ (..., 3) to CIE 1976 L*a*b* (..., 3), relative to a white's XYZ (3,)."""
     t = xyz / white
     eps, kappa = 216 / 24389, 24389 / 27
     f = np.where(t > eps, np.cbrt(t), (kappa * t + 16) / 116)
@@ -13,7 +13,7 @@ def lab(xyz: np.ndarray, white: np.ndarray) -> np.ndarray:
 
 
 def delta_e_2000(lab_1: np.ndarray, lab_2: np.ndarray) -> np.ndarray:
-    """The CIEDE2000 difference (...,) of two L*a*b* colours (..., 3) (Sharma, Wu and Dalal 2005, equations 2 to 22)."""
+    """CIEDE2000 differences (...,) of L*a*b* colours (..., 3) (Sharma, Wu and Dalal 2005, equations 2 to 22)."""
     l1, a1, b1 = np.moveaxis(np.asarray(lab_1, float), -1, 0)
     l2, a2, b2 = np.moveaxis(np.asarray(lab_2, float), -1, 0)
     c_mean7 = (0.5 * (np.hypot(a1, b1) + np.hypot(a2, b2))) ** 7

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wavelengths drawn in proportion to what the observer sees of them, for materials that sample the spectrum."""
+"""Wavelengths distributed like the observer's sensitivity, for materials that sample the spectrum."""
 
 import numpy as np
 
@@ -9,9 +9,9 @@ _STEPS = 4001
 
 
 def wavelength_quantiles(count: int, illuminant: str = "D65") -> np.ndarray:
-    """Wavelengths (count,) in metres, each of which stands for an equal share of the observer's X + Y + Z.
+    """Wavelengths (count,) in metres, each for an equal share of the observer's X + Y + Z.
 
-    Whatever is drawn by them needs the weight `drawn_weight`. Under an illuminant of one line all are that line."""
+    Samples at these wavelengths have the weight `drawn_weight`. A laser's line gives its own wavelength each time."""
     line = line_of(illuminant)
     if line is not None:
         return np.full(count, line)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From spectra to XYZ: the CIE 1931 2 degree observer under an illuminant (docs/theory.md, Colour).
+"""Converts spectra to XYZ: the CIE 1931 2 degree observer under an illuminant (docs/theory.md, Colour).
 
-The colour of a flat mirror is the illuminant's white, scaled to Y = 1. The tables of the observer and of D65 are in
-cie_1931_d65_1nm.csv, whose head tells where they are from.
+A flat mirror has the colour of the illuminant's white, scaled to Y = 1. cie_1931_d65_1nm.csv holds the tables of the
+observer and of D65, and names their sources in its header.
 
-An illuminant may also be a laser's line, named by its wavelength: "532nm". No eye takes a line's colour for white, so
-there white is D65's, and a flat mirror has the line's own colour, scaled to Y = 1.
+An illuminant may also be a laser's line, named by its wavelength: "532nm". Nobody sees a line's colour as white, so
+white is then D65's, and a flat mirror has the line's own colour, scaled to Y = 1.
 """
 
 import re
@@ -18,32 +18,30 @@ WAVELENGTH_MIN_M = 380e-9
 WAVELENGTH_MAX_M = 780e-9
 # The greatest s = w / lambda: light and view along the normal, at the shortest wavelength.
 S_MAX = 2 / WAVELENGTH_MIN_M
-# The illuminants of all wavelengths, and the least and the greatest wavelength of a line in nanometres.
+# The illuminants with a continuous spectrum, and the least and greatest wavelength of a laser's line in nanometres.
 ILLUMINANTS = ("D65", "E")
 LINES_NM = (400, 700)
 
 
 @cache
 def _cie_table() -> np.ndarray:
-    """Rows of wavelength in nanometres, x, y and z of the observer, and D65's power; (401, 5)."""
+    """Load the table (401, 5): wavelength in nanometres, the observer's x, y and z, and D65's power."""
     return np.loadtxt(Path(__file__).with_name("cie_1931_d65_1nm.csv"), delimiter=",")
 
 
 def is_illuminant(name: object) -> bool:
-    """Whether a name is one of ILLUMINANTS or of a line."""
+    """Whether a name is one of ILLUMINANTS or of a laser's line."""
     return isinstance(name, str) and (name in ILLUMINANTS or line_of(name) is not None)
 
 
 def line_of(illuminant: str) -> float | None:
-    """The wavelength in metres of an illuminant of one line, which is named by whole nanometres: "532nm". None for one
-    of all wavelengths."""
+    """The wavelength in metres of a laser's line in whole nanometres, such as "532nm"; None for other illuminants."""
     found = re.fullmatch("([0-9]{3})nm", illuminant)
     return int(found[1]) * 1e-9 if found and LINES_NM[0] <= int(found[1]) <= LINES_NM[1] else None
 
 
 def seen_wavelengths(wavelengths_m: np.ndarray, illuminant: str) -> np.ndarray:
-    """The wavelengths by which spectral_weights sums a spectrum: those that are given, or one alone, which need not be
-    among them, under an illuminant of one line."""
+    """The wavelengths that spectral_weights needs: the given ones, or the line's own under a laser's line."""
     line = line_of(illuminant)
     return wavelengths_m if line is None else np.array([line])
 
@@ -51,7 +49,7 @@ def seen_wavelengths(wavelengths_m: np.ndarray, illuminant: str) -> np.ndarray:
 def observer(wavelengths_m: np.ndarray, illuminant: str = "D65") -> np.ndarray:
     """Colour matching functions times the power (n, 3) of one of ILLUMINANTS, at wavelengths (n,) in metres.
 
-    Zero outside of 380 to 780 nm. Scaled so that the integral of the Y column over wavelength in metres is 1."""
+    Zero outside 380 to 780 nm, and scaled so that the Y column integrates to 1 over wavelength in metres."""
     table = _cie_table()
     power = table[:, 4] if illuminant == "D65" else np.ones(len(table))
     weighted = table[:, 1:4] * power[:, None]
@@ -61,11 +59,11 @@ def observer(wavelengths_m: np.ndarray, illuminant: str = "D65") -> np.ndarray:
 
 
 def spectral_weights(wavelengths_m: np.ndarray, illuminant: str = "D65") -> np.ndarray:
-    """Weights (n, 3): the sum over n of weights times a spectrum is the spectrum's XYZ, by the trapezoid rule.
+    """Weights (n, 3) whose products with a spectrum, summed over n, are its XYZ by the trapezoid rule.
 
     The spectrum is sampled at ascending wavelengths (n,) in metres. Each channel is scaled so that a constant spectrum
-    of 1 gives a mirror's colour exactly, at any step. Under an illuminant of one line that is the one wavelength at
-    which the spectrum must be sampled (seen_wavelengths); raises ValueError otherwise."""
+    of 1 gives a mirror's colour exactly, at any step. Raises ValueError if the wavelengths under a laser's line are
+    other than the line's own (seen_wavelengths)."""
     line = line_of(illuminant)
     if line is not None:
         if list(wavelengths_m) != [line]:
@@ -82,7 +80,7 @@ def _white(illuminant: str) -> tuple[float, ...]:
 
 
 def white_xyz(illuminant: str = "D65") -> np.ndarray:
-    """The XYZ (3,) of what counts as white, scaled to Y = 1: the illuminant, or D65 under an illuminant of one line."""
+    """The XYZ (3,) of white, scaled to Y = 1: the illuminant's, or D65's under a laser's line."""
     return np.array(_white("D65" if line_of(illuminant) else illuminant))
 
 
@@ -96,7 +94,7 @@ def mirror_xyz(illuminant: str = "D65") -> np.ndarray:
 
 
 def _trapezoid_weights(x: np.ndarray) -> np.ndarray:
-    """Weights (n,) of the trapezoid rule for ascending points (n,); 1 for a single point."""
+    """The trapezoid rule's weights (n,) for ascending points (n,); 1 for a single point."""
     x = np.asarray(x, dtype=float)
     if len(x) == 1:
         return np.ones(1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From XYZ to the linear RGB of a scene's working space, and to sRGB code values."""
+"""Converts XYZ to the linear RGB of a scene's working space, and linear RGB to sRGB code values."""
 
 import numpy as np
 
@@ -24,8 +24,7 @@ def _xyz_of_xy(xy: tuple[float, float]) -> np.ndarray:
 def rgb_from_xyz(space: str = "Rec.709", illuminant: str = "D65") -> np.ndarray:
     """The matrix (3, 3) from XYZ under an illuminant to linear RGB of a space in RGB_SPACES.
 
-    A perfect mirror becomes (1, 1, 1): the illuminant's white is adapted to the white of the space by the Bradford
-    transform (Lindbloom)."""
+    A perfect mirror becomes (1, 1, 1): the Bradford transform (Lindbloom) adapts the white of the illuminant."""
     primaries_xy, white_xy = RGB_SPACES[space]
     space_white = _xyz_of_xy(white_xy)
     primaries = np.stack([_xyz_of_xy(xy) for xy in primaries_xy], axis=1)

@@ -25,18 +25,18 @@ from ..table.table import Table
 
 # Tolerance of the interpolation in s, finer than a picture can show. A test compares the result with the reference.
 _EXACT = 1e-9
-# The relative error of the albedo bound that a picture can bear at 1 % of its directions.
+# The allowed relative error of the albedo bound at 1 % of a picture's directions.
 _BOUND_TOLERANCE = 0.005
-# Directions that are evaluated at once. For a bake they fit the cache of a core. For a method, the texels that it
-# gathers stay within some tens of megabytes.
+# Directions that are evaluated at once. For a bake they fit into a core's cache. A method's texels take tens of
+# megabytes.
 _PIXELS, _METHOD_PIXELS = 16384, 8192
 
 
 def view_hemisphere(size: int, theta_i: float, rows: slice = slice(None)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Light direction wi (3,), view directions wr (rows, size, 3), and a mask (rows, size) of the pixels that show one.
+    """Light direction wi (3,), views wr (rows, size, 3), and a mask (rows, size) of the pixels in the hemisphere.
 
     `rows` picks rows of a map of size x size pixels, counted along +y. The light comes from azimuth 180 degrees at
-    theta_i radians from the normal, so that its mirror image lies on the +x side."""
+    theta_i radians from the normal, so that its mirror image is on the +x side."""
     axis = (np.arange(size) + 0.5) * 2 / size - 1
     x, y = np.meshgrid(axis, axis[rows])
     radius2 = x**2 + y**2
@@ -47,10 +47,9 @@ def view_hemisphere(size: int, theta_i: float, rows: slice = slice(None)) -> tup
 
 
 def from_bake(bake: Table, size: int, theta_i: float, *, conserving: bool = True) -> np.ndarray:
-    """Radiance XYZ (size, size, 3) under unit irradiance, row along +y, from a bake; NaN outside the hemisphere.
+    """Radiance XYZ (size, size, 3) under unit irradiance, axis 0 along +y, from a bake; NaN outside the hemisphere.
 
-    `conserving` chooses the energy-conserving form of the materials; otherwise the form is Stam's (docs/theory.md,
-    BRDF)."""
+    `conserving` selects the energy-conserving form of the materials, else Stam's (docs/theory.md, BRDF)."""
     skin = Skin(energy_conserving=float(conserving))
 
     def xyz(wi: np.ndarray, view: np.ndarray) -> np.ndarray:
@@ -65,7 +64,7 @@ def from_reference(
 ) -> np.ndarray:  # fmt: skip
     """The map of from_bake, from the exact spectrum under D65 at wavelengths step_m apart.
 
-    No table in (u, v) is read, and every pixel has its own w. `progress` is called after each wavelength."""
+    It reads no table in (u, v), and every pixel has its own w. `progress` is called after each wavelength."""
     wi, wr, inside = view_hemisphere(size, theta_i)
     series = spectrum_series(relief, reference_grid(relief, sigma_b), 2 / WAVELENGTH_MIN_M, tolerance=_EXACT)
     axis = wr[0, :, 0]
@@ -93,9 +92,9 @@ def from_reference(
 def from_method(method: Method, size: int, theta_i: float, *, progress: Progress = silent) -> np.ndarray:
     """The map of from_bake in Stam's form, from any method of precompute/methods.
 
-    A method's density includes its zero order. The zero order is therefore multiplied by Stam's obliquity O and not
-    by its own, cos(ti) / cos(tr) = 1. Close to the mirror direction the two factors agree. `progress` is called with
-    the method's name after each block of rows."""
+    A method's density includes its zero order, which is therefore multiplied by Stam's obliquity O instead of its own,
+    cos(ti) / cos(tr) = 1. Close to the mirror direction the two agree. `progress` is called after each block of
+    rows."""
 
     def xyz(wi: np.ndarray, view: np.ndarray) -> np.ndarray:
         u, v, w = (wi + view).T
@@ -113,7 +112,7 @@ def _hemisphere_of(
     at_once: int,
     told: Callable[[float], None],
 ) -> np.ndarray:
-    """xyz(wi (3,), views (n, 3)) of every view above the surface, in blocks of whole rows of about `at_once` pixels."""
+    """Evaluate xyz(wi (3,), views (n, 3)) for all views above the surface, in rows of about `at_once` pixels."""
     image = np.full((size, size, 3), np.nan)
     rows_at_once = max(1, at_once // size)
     for start in range(0, size, rows_at_once):
@@ -129,7 +128,7 @@ def _gains(wi: np.ndarray, view: np.ndarray, excess_albedo: np.ndarray | None) -
     """Factors (n,) that turn scattered XYZ over w^2, and the zero order's XYZ, into radiance under unit irradiance.
 
     Both are R O cos(ti), with O = cos(ti) / cos(tr) = 1 for the zero order, divided by the albedo bound. Without an
-    excess albedo there is no division: that is Stam's form."""
+    excess albedo there is no division, as in Stam's form."""
     reflectance = fresnel_reflectance(half_angle_cosine(wi, view))
     if excess_albedo is not None:
         reflectance /= np.maximum(albedo_bound(excess_albedo, wi), albedo_bound(excess_albedo, view))
@@ -137,7 +136,7 @@ def _gains(wi: np.ndarray, view: np.ndarray, excess_albedo: np.ndarray | None) -
 
 
 def linear_rgb(xyz: np.ndarray, illuminant: str = "D65") -> np.ndarray:
-    """XYZ (..., 3) to linear Rec.709."""
+    """Convert XYZ (..., 3) to linear Rec.709."""
     return xyz @ rgb_from_xyz("Rec.709", illuminant).T
 
 

@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The error metrics (docs/theory.md), which are the same for every truth and every candidate.
+"""Error metrics (docs/theory.md), the same for every truth and every candidate.
 
-A candidate is what is judged: a bake, or a method. What it is judged against differs. A bake judges itself against
-sums over its own spectra (bake/self_check.py), a bake under the patch model against precompute/reference, and the verb
-`check` against direct sums of its own (check/direct_sums.py).
+A candidate is a bake or a method. A bake is measured against sums over its own spectra (bake/self_check.py), a bake
+under the patch model against precompute/reference, and the verb `check` against direct sums (check/direct_sums.py).
 
-Colours are radiance under unit irradiance, with Fresnel reflectance and obliquity. CIEDE2000 is taken at four
-exposures, and the worst exposure counts. The zero order is measured apart.
+Colours are radiance under unit irradiance, with Fresnel reflectance and obliquity. CIEDE2000 is computed at four
+exposures, and the worst counts. The zero order is measured separately.
 
 A surface has two forms (docs/theory.md, "BRDF"): Stam's, and the energy-conserving one, which is Stam's divided by the
-albedo bound of both directions. An error in the bound is an error of the second form alone, so each form has errors of
-its own.
+albedo bound of both directions. An error in the bound affects only the second form, so each form has its own errors.
 """
 
 import math
@@ -26,13 +24,13 @@ from .pairs import Pairs
 EXPOSURE_PERCENTILES = (50, 90, 99, 99.9)
 # A pair counts at an exposure if the Y of the reference or of the candidate is in this range.
 COUNTED_Y = (0.002, 1.0)
-# Radiance under unit irradiance below this is rounding alone: phasors are exact to 1e-16, and power is their square.
+# Radiance under unit irradiance below this is only rounding: phasors are exact to 1e-16, and power is their square.
 _DARK_Y = 1e-15
 # The allowance for the sampling of a percentile, in standard deviations.
 _CONFIDENCE = 2
 # candidate(u, v, w), with u and v (n,): its scattered XYZ over w^2 (n, 3), and its zero order's XYZ (3,).
 Candidate = Callable[[np.ndarray, np.ndarray, float], tuple[np.ndarray, np.ndarray]]
-# held_bound(pairs): the number (n,) by which a candidate's energy-conserving form divides at direction pairs.
+# held_bound(pairs): the divisor (n,) of a candidate's energy-conserving form at direction pairs.
 HeldBound = Callable[[Pairs], np.ndarray]
 # The fields of Errors that are differences of colour.
 _COLOUR = ("mean", "p95", "p99", "max")
@@ -60,7 +58,7 @@ class Errors:
 
     @property
     def p99_allowance(self) -> float:
-        """What the sampling may add to the 99th percentile, or take from it: two standard deviations.
+        """The sampling error of the 99th percentile: two standard deviations.
 
         Of n pairs, the share below the true percentile has the standard deviation sqrt(0.99 0.01 / n). Divided by the
         probability density at the percentile, it is the standard deviation of the estimate. The density is that of an
@@ -72,17 +70,16 @@ class Errors:
 
     @property
     def p99_most(self) -> float:
-        """The 99th percentile that other directions may find."""
+        """The 99th percentile plus its sampling error."""
         return self.p99 + self.p99_allowance
 
     def as_dict(self) -> dict[str, float | None]:
-        """Ready for JSON, with p99_most: null stands for an error that is infinite, see `measure`."""
+        """Convert the errors to JSON, with p99_most; null stands for an infinite error (see `measure`)."""
         told = {**asdict(self), "p99_most": self.p99_most}
         return {name: value if math.isfinite(value) else None for name, value in told.items()}
 
     def worse_by(self, delta_e: float, relative: float) -> "Errors":
-        """These errors plus two that were measured apart: delta_e is added to each error of colour, `relative` to each
-        relative error of luminance."""
+        """Add separately measured errors: delta_e to errors of colour, `relative` to relative errors of luminance."""
         colour = {name: getattr(self, name) + delta_e for name in _COLOUR}
         light = {name: getattr(self, name) + relative for name in ("relative_dy", "relative_rms")}
         return replace(self, **colour, **light)
@@ -90,9 +87,9 @@ class Errors:
 
 @dataclass(frozen=True)
 class Truth:
-    """The right answer at one w: direction pairs, their scattered XYZ (n, 3), and the zero order's XYZ (3,).
+    """The reference at one w: direction pairs, their scattered XYZ (n, 3), and the zero order's XYZ (3,).
 
-    `bound` (n,) is what the energy-conserving form divides by, max(1, a(wi), a(wr)); None where it is not known."""
+    `bound` (n,) is the divisor of the energy-conserving form, max(1, a(wi), a(wr)); None if unknown."""
 
     w: float
     pairs: Pairs
@@ -109,10 +106,10 @@ class Truth:
 def measure(
     truth: list[Truth], candidate: Candidate, illuminant: str = "D65", *, held_bound: HeldBound | None = None
 ) -> Errors:
-    """Errors of a candidate against the truth, in Stam's form. With `held_bound` they are errors of the
-    energy-conserving form; every Truth then has its bound.
+    """Measure a candidate against the truth, in Stam's form, or with `held_bound` in the energy-conserving form, which
+    needs the truths' bounds.
 
-    A candidate that answers with NaN or infinity has infinite errors of colour."""
+    A candidate that returns NaN or infinity has infinite errors of colour."""
     references, answers, zero = [], [], []
     for t in truth:
         factor = t.pairs.radiance_factor()[:, None]
@@ -130,7 +127,7 @@ def measure(
         colour = worst_exposure(reference, answer, drawn, white=white_xyz(illuminant))
     else:
         colour = dict.fromkeys(_COLOUR, float("inf"))
-    # Where the truth is dark but for rounding, a relative error means nothing, and the absolute error is given.
+    # Relative errors are meaningless if the truth is dark up to rounding; then the errors are absolute.
     total = reference[:, 1].sum() if reference[:, 1].max(initial=0) > _DARK_Y else 0.0
     dy = answer[:, 1] - reference[:, 1]
     rms = np.sqrt(np.mean(reference[:, 1] ** 2)) if total > 0 else 0.0
@@ -149,11 +146,11 @@ def worst_exposure(
     """Mean, p95, p99 and max of the CIEDE2000 between two radiances (n, 3) in XYZ, at the exposure with the largest
     p99.
 
-    Each exposure puts one of EXPOSURE_PERCENTILES of the reference's Y at 1. The percentiles are taken over the pairs
-    that the mask `drawn` (n,) marks as drawn from the reference's spectrum. white (3,) is the XYZ of white."""
+    Each exposure puts one of EXPOSURE_PERCENTILES of the reference's Y at 1. The percentiles use the pairs in the mask
+    `drawn` (n,), which were drawn from the reference's spectrum. white (3,) is the XYZ of white."""
     worst = dict.fromkeys(_COLOUR, 0.0)
     levels = np.percentile(reference[drawn, 1], EXPOSURE_PERCENTILES) if drawn.any() else np.zeros(1)
-    # A surface that scatters nothing but rounding is judged at the exposure of its illumination.
+    # A surface that scatters only rounding is measured at the exposure of its illumination.
     for level in levels[levels > _DARK_Y] if levels.max() > _DARK_Y else [1.0]:
         ref, ans = reference / level, answer / level
         low, high = COUNTED_Y

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The pairs of directions on which an error is measured."""
+"""Direction pairs on which an error is measured."""
 
 from dataclasses import dataclass
 
@@ -12,8 +12,7 @@ from ..optics.region import Region
 
 @dataclass(frozen=True)
 class Pairs:
-    """Unit vectors wi, wr (n, 3) to the light and to the viewer, all of one w; the mask `drawn` (n,) marks the pairs
-    that were drawn from the truth's spectrum."""
+    """Unit vectors wi, wr (n, 3) to light and viewer, of one w; `drawn` (n,) marks pairs from the truth's spectrum."""
 
     wi: np.ndarray
     wr: np.ndarray
@@ -21,12 +20,12 @@ class Pairs:
 
     @property
     def u(self) -> np.ndarray:
-        """(n,), the component along T of wi + wr."""
+        """(n,), the component of wi + wr along T."""
         return self.wi[:, 0] + self.wr[:, 0]
 
     @property
     def v(self) -> np.ndarray:
-        """(n,), the component along B of wi + wr."""
+        """(n,), the component of wi + wr along B."""
         return self.wi[:, 1] + self.wr[:, 1]
 
     def within(self, region: Region) -> "Pairs":
@@ -46,19 +45,19 @@ class Pairs:
 
 
 def draw_w(count: int, rng: np.random.Generator) -> np.ndarray:
-    """Values of w = cos(ti) + cos(tr), (count,), distributed as they are for two cosine-weighted directions.
+    """Draw values of w = cos(ti) + cos(tr), (count,), distributed as for two cosine-weighted directions.
 
-    One value is drawn from each of `count` quantiles, so that a few values cover the range."""
+    One value comes from each of `count` quantiles, so that a few values cover the range."""
     sums = np.sort(np.sqrt(rng.random((4096, 2))).sum(axis=1))
     return sums[((np.arange(count) + rng.random(count)) / count * len(sums)).astype(int)]
 
 
 def cosine_weighted(w: float, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Unit vectors wi, wr (count, 3) with cos(ti) + cos(tr) = w, both cosine weighted, at random azimuths."""
+    """Draw unit vectors wi, wr (count, 3) with cos(ti) + cos(tr) = w, both cosine weighted, at random azimuths."""
     low, high = max(0.0, w - 1), min(1.0, w)
     candidates = rng.uniform(low, high, 64 * count)
-    # The cosine c of a cosine-weighted direction has the density 2 c, and its partner's cosine is w - c. The density of
-    # both together is proportional to c (w - c), which peaks at c = w / 2.
+    # The cosine c of a cosine-weighted direction has the density 2 c, and its partner's cosine is w - c. Their joint
+    # density is proportional to c (w - c), which peaks at c = w / 2.
     kept = candidates[rng.random(len(candidates)) * (w / 2) ** 2 < candidates * (w - candidates)]
     ci = kept[:count]
     azimuth = rng.uniform(0, 2 * np.pi, (2, len(ci)))
@@ -71,9 +70,9 @@ def _direction(cosine: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
 
 
 def pair_about(half: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Random unit vectors wi and wr, both above the surface, whose sums wi + wr are the vectors `half` (n, 3).
+    """Draw unit vectors wi and wr, both above the surface, whose sums wi + wr are the vectors `half` (n, 3).
 
-    Up to n pairs are returned: a vector of `half` for which 200 trials find no pair is left out."""
+    A vector of `half` without a pair after 200 trials is left out, so fewer than n pairs may be returned."""
     length = np.linalg.norm(half, axis=1, keepdims=True)
     axis = half / length
     side = np.cross(axis, np.where(np.abs(axis[:, :1]) < 0.7, [[1.0, 0, 0]], [[0, 1.0, 0]]))

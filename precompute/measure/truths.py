@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Direction pairs, and the reference's colours on them (docs/theory.md, "The error metric").
+"""Draws direction pairs and computes the reference's colours on them (docs/theory.md, "The error metric").
 
-The pairs come in groups of equal w. Half of a group is cosine weighted, and half is drawn from the reference's
-spectrum, because random directions rarely meet a narrow diffraction order. errors.py measures a candidate on these
-pairs.
+The pairs come in groups of equal w. Half of a group is cosine weighted. Half is drawn from the reference's spectrum,
+because random directions rarely hit a narrow diffraction order. errors.py measures a candidate on these pairs.
 """
 
 from collections.abc import Callable
@@ -25,10 +24,10 @@ Spectrum = Callable[[float], tuple[np.ndarray, FrequencyGrid]]
 def draw_pairs(
     spectrum: Spectrum, sigma_b: float, w: float, *, count: int, rng: np.random.Generator, line_m: float | None = None
 ) -> Pairs:
-    """`count` pairs with cos(ti) + cos(tr) = w: the first half cosine weighted, the second drawn from the spectrum
-    under a kernel of sigma_b. Fewer pairs are returned if the spectrum is dark or lies mostly past the horizon.
+    """Draw `count` pairs with cos(ti) + cos(tr) = w: half cosine weighted, half from the spectrum under a kernel of
+    sigma_b. Fewer pairs are returned if the spectrum is dark or lies mostly past the horizon.
 
-    `line_m` is the wavelength in metres of a light that has but one."""
+    `line_m` is the wavelength in metres of a laser's line."""
     cosine = cosine_weighted(w, count // 2, rng)
     spectral = _spectrum_weighted(spectrum, sigma_b, w, count - count // 2, rng, line_m)
     wi, wr = (np.concatenate(halves) for halves in zip(cosine, spectral, strict=True))
@@ -39,12 +38,11 @@ def draw_pairs(
 def _spectrum_weighted(
     spectrum: Spectrum, sigma_b: float, w: float, count: int, rng: np.random.Generator, line_m: float | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs whose half vectors are drawn from the scattered power times luminance and then moved at random by the
-    kernel."""
+    """Draw pairs whose half vectors follow the scattered power times luminance, blurred by the kernel."""
     lambdas = wavelengths(20e-9) if line_m is None else np.array([line_m])
     luminance = spectral_weights(lambdas)[:, 1]
     half = []
-    # Four times `count` are drawn, because half vectors past the horizon are thrown away.
+    # Four times `count` are drawn, because half vectors past the horizon are discarded.
     for lam, share in zip(lambdas, rng.multinomial(4 * count, luminance / luminance.sum()), strict=True):
         if share == 0:
             continue
@@ -67,8 +65,7 @@ def truths(
     relief: Relief, sigma_b: float, w_count: int, *, pairs_each: int, step_m: float,    seed: int = 0,
     progress: Progress = silent,
 ) -> list[Truth]:  # fmt: skip
-    """The reference at w_count random values of w, on up to pairs_each direction pairs at each value, in wavelength
-    steps of step_m metres."""
+    """The reference at w_count random values of w, with up to pairs_each direction pairs each, every step_m metres."""
     rng = np.random.default_rng(seed)
     grid = reference_grid(relief, sigma_b)
     found = []

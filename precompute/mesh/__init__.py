@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Triangle meshes: smooth fields of directions by the connection Laplacian, combs, and UV maps."""
+"""Triangle meshes: smooth direction fields by the connection Laplacian, combing, and UV maps."""

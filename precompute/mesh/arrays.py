@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Arrays out of NumPy's .npz files, which anyone may have written: of the kinds and shapes that are asked for, or
-refused.
+"""Reads arrays of known kinds and shapes from untrusted .npz files of NumPy.
 
-(Format: NumPy's reference, "numpy.lib.format". Its own reader believes what a header declares, and raises more kinds of
-errors than it says.)
+Format: NumPy's reference, "numpy.lib.format". NumPy's own reader trusts the header and raises undocumented errors.
 """
 
 import math
@@ -17,15 +15,13 @@ import numpy as np
 from ..base.memory import refuse_beyond_memory
 from ..base.strict_zip import Archive
 
-# The farthest that a point may be from the origin, m. xatlas works in single precision, which must hold the squares of
-# areas.
+# The greatest distance of a point from the origin, in metres: xatlas squares areas in single precision.
 FARTHEST_M = 1e6
-# The greatest size of all arrays of a file: some 40 million triangles.
+# The greatest total size of a file's arrays, in bytes: about 40 million triangles.
 _LARGEST = 1 << 31
-# Of an array's kind of number ("f", "i", "u", "U" as NumPy has them, several where any will do) and its shape, where
-# None is any length.
+# NumPy's letters for the allowed kinds of number ("f", "i", "u", "U"), and the shape, where None is any length.
 Wanted = tuple[str, tuple[int | None, ...]]
-# The start of a member, with the length of its header by the format's major version.
+# The magic bytes of an .npy file, and the format of the header's length for each major version.
 _BEGINNING = b"\x93NUMPY"
 _LENGTHS = {1: "<H", 2: "<I", 3: "<I"}
 _HEADER_MAX = 1 << 14
@@ -35,11 +31,11 @@ _HEADER = re.compile(
 
 
 def read_arrays(path: Path, wanted: Mapping[str, Wanted]) -> dict[str, np.ndarray]:
-    """Those of the wanted arrays that a file holds; others are not looked at. They cannot be written to.
+    """Read the wanted arrays that a file holds; other arrays are ignored. The arrays are read-only.
 
-    Raises OSError if the file cannot be read; ValueError, with the fault, if it is no such file or an array is not of
-    its kind and shape; GratingError if the arrays do not fit into memory."""
-    if path.exists() and not path.is_file():  # a fifo would be waited for
+    Raises OSError if the file cannot be read; ValueError, with the fault, if it is no .npz file or an array has another
+    kind or shape; GratingError if the arrays do not fit into memory."""
+    if path.exists() and not path.is_file():  # opening a fifo would block
         raise ValueError("it is no file")
     with path.open("rb") as file:
         archive = Archive(file)
@@ -52,7 +48,7 @@ def read_arrays(path: Path, wanted: Mapping[str, Wanted]) -> dict[str, np.ndarra
 
 
 def _array(name: str, data: bytes, wanted: Wanted) -> np.ndarray:
-    """An array from the bytes of its file."""
+    """Decode the array in the bytes of an .npy file."""
     form = _LENGTHS.get(data[6]) if data.startswith(_BEGINNING) and len(data) >= 12 else None
     if form is None:
         raise ValueError(f"{name} is no array")
@@ -70,5 +66,5 @@ def _array(name: str, data: bytes, wanted: Wanted) -> np.ndarray:
         raise ValueError(f"{name} is not as long as its header says")
     array = np.frombuffer(data, kind, offset=first + length).reshape(sizes, order="F" if header[2] == "True" else "C")
     if kind.kind == "U":
-        array.tolist()  # raises ValueError at what is no character
+        array.tolist()  # raises ValueError at an invalid character
     return array

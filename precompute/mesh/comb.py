@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Combing a mesh: a smooth field of directions that follows a guide, laid out so that Blender can carry it."""
+"""Combs a mesh: a smooth direction field that follows a guide, stored in a form that Blender can carry."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,14 +16,14 @@ from .layout import Polygons, corner_directions, lay, uv_directions
 from .singular import singular_triangles
 from .surface import Surface, surface_of
 
-# What a comb can follow, and the array that it needs: a direction (3,), UV (corners, 2), or segments (k, 2, 3).
-# "copy" is the UV's own direction, with all its turns.
+# The guides of a comb, and the array that each needs: a direction (3,), UV (corners, 2), or segments (k, 2, 3). "copy"
+# takes U's direction unchanged, with all its turns.
 GUIDES = {
     "axis": "axis", "uv": "uv", "copy": "uv", "bones": "segments", "strokes": "segments", "tail": None,
     "smoothest": None,
 }  # fmt: skip
 
-# The length of all strokes or bones in edges of the mesh. A stroke is cut into pieces of half an edge.
+# The greatest total length of strokes or bones, in mean edge lengths. A stroke is cut into pieces of half an edge.
 _LONGEST_STROKES = 1e6
 
 
@@ -31,12 +31,12 @@ _LONGEST_STROKES = 1e6
 class Combed:
     """A combed mesh.
 
-    directions  (corners, 3) the field at the corners of the faces, across their shading normals
-    uv          (corners, 2) the UV map whose U carries it
-    turn        (corners, 3) from U to the field: cosine, sine and 0
-    triangle    (s,) the triangles that are singular
-    index       (s,) how often the field turns around each; 0 where it flips, because the guide contradicts itself
-    residual    of the linear system"""
+    directions  (corners, 3) the field at the corners of the faces, perpendicular to their shading normals
+    uv          (corners, 2) the UV map whose U follows the field
+    turn        (corners, 3) the angle from U to the field: cosine, sine and 0
+    triangle    (s,) the singular triangles
+    index       (s,) how often the field turns around each; 0 where it flips because the guide contradicts itself
+    residual    relative residual of the linear system"""
 
     directions: np.ndarray
     uv: np.ndarray
@@ -47,9 +47,9 @@ class Combed:
 
 
 def comb(name: str, polygons: Polygons, request: Mapping[str, np.ndarray], *, progress: Progress = silent) -> Combed:
-    """Comb a mesh by a request: its `guide`, one of GUIDES, and the array that this needs.
+    """Comb a mesh. The request holds `guide`, one of GUIDES, and the array that this guide needs.
 
-    Raises GratingError, naming the mesh, if it has no face with an area or the guide nothing to follow."""
+    Raises GratingError, with the mesh's name, if no face has an area or the guide has nothing to follow."""
     if not len(polygons.corners):
         raise GratingError(name, "no faces to comb", "choose a mesh with faces")
     if not np.isfinite(polygons.points).all():

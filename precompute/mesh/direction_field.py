@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The smoothest field of unit directions on a surface that follows a guide.
 
-The field z minimises |grad z|^2 + sum of w |z - g|^2 over the nodes: the connection Laplacian of Knöppel et al. 2013
-beside the guide's directions g with their weights w. Without a guide it is the eigenvector of the Laplacian's least
-eigenvalue. In the end each z is brought to length 1.
+The field z minimises |grad z|^2 + sum of w |z - g|^2 over the nodes: the connection Laplacian of Knöppel et al. 2013,
+and the guide's directions g with weights w. Without a guide, z is the eigenvector of the Laplacian's smallest
+eigenvalue. Finally each z is scaled to length 1.
 """
 
 from dataclasses import dataclass
@@ -15,33 +15,33 @@ from .multigrid import Hierarchy, Matrix, hierarchy_of, matrix_of, solve
 from .singular import singular_triangles
 from .surface import Surface, complex_sums, following
 
-# The least and greatest weight of an edge: (cot + cot) / 2 is negative or endless at slivers.
+# Bounds of an edge's weight (cot + cot) / 2, which is negative or infinite at slivers.
 _LEAST, _MOST = 1e-2, 1e2
-# A field without a guide is evened over the square root of a third of its surface's area: in several steps on the
-# levels of at most so many nodes, where they are cheap, and in one on the others.
+# A field without a guide is smoothed over a length of the square root of a third of the surface's area: in several
+# steps on levels of at most _COARSE nodes, where steps are cheap, and in one step on larger levels.
 _COARSE = 20000
 _EVEN, _EVEN_STEPS, _EVEN_TOLERANCE = 3.0, 4, 1e-3
-# Of the system with a guide. Where most nodes have none, the field far from it is weak beside what it is at the guide.
+# Tolerances with a guide. If the guide reaches few nodes, the solution is weak far from it and needs the smaller one.
 _TOLERANCE, _SPARSE_TOLERANCE = 1e-6, 1e-9
-# The guide is let go this many edges around a flip; how often new flips are looked for.
+# The band around a flip, in edges, on which the guide is dropped; how often new flips are searched for.
 _BAND, _ATTEMPTS = 4, 3
 
 
 @dataclass(frozen=True)
 class Field:
     """direction (nodes,) unit complex: the direction in each node's tangent plane
-    residual  of the linear system, relative"""
+    residual  relative residual of the linear system"""
 
     direction: np.ndarray
     residual: float
 
 
 def laplacian(surface: Surface, *, transported: bool = True) -> Matrix:
-    """The Laplacian of the surface: that of directions or, not transported, that of numbers. It is real and positive:
-    z* L z is the sum over the edges of their weight times |z_j - r z_i|^2."""
+    """Build the Laplacian of the surface for directions or, if not transported, for scalars. It is Hermitian and
+    positive: z* L z sums weight times |z_j - r z_i|^2 over the edges."""
     weight = np.append(_cotangents(surface), 0)
     weight = np.clip(weight[:-1] + weight[surface.twin], _LEAST, _MOST)
-    # Of two triangles at an edge, the first tells of it.
+    # Each edge is taken from one of its two triangles.
     edge = np.flatnonzero((surface.twin < 0) | (surface.twin > np.arange(len(weight))))
     here, there, weight = surface.node[edge], surface.node[following(edge)], weight[edge]
     value = -weight * (surface.transport[edge] if transported else 1.0)
@@ -51,11 +51,11 @@ def laplacian(surface: Surface, *, transported: bool = True) -> Matrix:
 
 
 def guided_field(surface: Surface, pull: np.ndarray, *, progress: Progress = silent) -> Field:
-    """The field that follows a guide, given as its directions times their weights (nodes,) complex. A weight of 1 is
-    that of one edge of the surface. Every loose part needs a guide somewhere.
+    """Solve for the field that follows a guide, given as direction times weight (nodes,) complex. An edge of the
+    surface has about weight 1. Every loose part needs a guide somewhere.
 
-    Where the guide turns right round from one node to the next, the solution passes through zero and its direction
-    flips. There the guide is let go, and the field turns on a band of some edges' width."""
+    Where the guide reverses from one node to the next, the solution passes through zero and its direction flips. There
+    the guide is dropped, and the field turns on a band a few edges wide."""
     bare = laplacian(surface)
     matrix = _with_diagonal(bare, np.abs(pull))
     progress("combing", 0.1)
@@ -67,9 +67,8 @@ def guided_field(surface: Surface, pull: np.ndarray, *, progress: Progress = sil
 
 
 def smoothest_field(surface: Surface, *, progress: Progress = silent) -> Field:
-    """The smoothest field without a guide. It is the eigenvector of the least eigenvalue on the
-    coarsest level, evened there and on every finer one, since an eigenvector may be almost nothing on half of the
-    surface."""
+    """Compute the smoothest field without a guide. The eigenvector of the smallest eigenvalue on the coarsest level is
+    smoothed there and on every finer level, because it may nearly vanish on half of the surface."""
     kept = surface.mass * (_EVEN / surface.mass.sum())
     hierarchy = hierarchy_of(_with_diagonal(laplacian(surface), kept))
     progress("combing", 0.3)
@@ -87,10 +86,10 @@ def smoothest_field(surface: Surface, *, progress: Progress = silent) -> Field:
 
 
 def _without_flips(surface: Surface, bare: Matrix, z: np.ndarray, *, progress: Progress) -> np.ndarray:
-    """The field, made anew on a band around its flips and held beside it."""
+    """Recompute the field on a band around its flips; the field outside is fixed."""
     free = np.zeros(surface.node_count, bool)
     kept = surface.mass / (_BAND * surface.length) ** 2
-    # A direction across the flip, the same all along it, decides to which side the field turns there.
+    # One direction, added along the whole flip, decides to which side the field turns there.
     aside = surface.to_plane(np.array([0.6, 0.64, 0.48]))
     for attempt in range(_ATTEMPTS):
         torn = singular_triangles(surface, z).torn
@@ -111,10 +110,11 @@ def _without_flips(surface: Surface, bare: Matrix, z: np.ndarray, *, progress: P
 def _evened(
     hierarchy: Hierarchy, kept: np.ndarray, z: np.ndarray, *, pull: np.ndarray, steps: int
 ) -> tuple[np.ndarray, float]:
-    """A field smoothed and brought to length 1 again, several times. The hierarchy's matrix is the Laplacian, the
-    weights of the pull and those, `kept`, by which the field is held; the less these are, the farther a step smooths.
-    Singular points nearer than that to each other meet and vanish (diffusion generated motion: Viertel and Osting, "An
-    approach to quad meshing based on harmonic cross-valued maps", 2019)."""
+    """Smooth a field and scale it back to length 1, several times.
+
+    The hierarchy's matrix is the Laplacian plus the weights of the pull and the weights `kept` that hold the field. A
+    smaller `kept` smooths farther. Singular points within the smoothing distance meet and vanish (diffusion generated
+    motion: Viertel and Osting, "An approach to quad meshing based on harmonic cross-valued maps", 2019)."""
     for _ in range(steps):
         z = unit_complex(z)
         z, residual = solve(hierarchy.matrix, pull + kept * z, hierarchy, tolerance=_EVEN_TOLERANCE)
@@ -122,7 +122,7 @@ def _evened(
 
 
 def _around(surface: Surface, triangles: np.ndarray, *, rings: int) -> np.ndarray:
-    """Whether each node is at one of the triangles (m,) chosen, or within so many edges of one."""
+    """Whether each node lies within `rings` edges of one of the chosen triangles (m,)."""
     corners = surface.node.reshape(-1, 3)
     near = np.zeros(surface.node_count, bool)
     near[corners[triangles]] = True
@@ -132,7 +132,7 @@ def _around(surface: Surface, triangles: np.ndarray, *, rings: int) -> np.ndarra
 
 
 def unit_complex(z: np.ndarray) -> np.ndarray:
-    """Complex numbers at length 1; 1 for 0."""
+    """Scale complex numbers to length 1; 0 becomes 1."""
     size = np.abs(z)
     return np.where(size > 0, z / np.where(size > 0, size, 1), 1)
 
@@ -149,8 +149,7 @@ def _with_diagonal(matrix: Matrix, added: np.ndarray) -> Matrix:
 
 
 def _least_eigenvector(coarsest: Hierarchy) -> np.ndarray:
-    """The eigenvector of the least eigenvalue of a small matrix; of one that is only large parts without neighbours,
-    anything."""
+    """The eigenvector of a small matrix's smallest eigenvalue. Large matrices of nodes without neighbours get ones."""
     if coarsest.inverse is None:
         return np.ones(len(coarsest.matrix.diagonal), complex)
     return np.linalg.eigh(coarsest.inverse.astype(complex))[1][:, -1]

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a comb follows, as a pull on each node of a surface: a direction in its tangent plane times a weight.
+"""Guides of a comb, as a pull on each node of a surface: a direction in its tangent plane times a weight.
 
-A direction that is known everywhere pulls as strongly as the field's own stiffness over two edges' length, so that it
-is followed except where it contradicts itself. A stroke pulls the nodes beside it, and the field between strokes is as
-smooth as they allow.
+A direction that is known everywhere is smoothed over two edges, so the field follows it except where it contradicts
+itself. A stroke pulls the nodes nearest to it; between strokes the field is as smooth as possible.
 """
 
 import numpy as np
@@ -11,27 +10,27 @@ import numpy as np
 from .nearest import nearest
 from .surface import Surface, complex_sums, unit
 
-# The length in edges below which a direction that is known everywhere is smoothed.
+# The smoothing length, in edges, of a direction that is known everywhere.
 _SMOOTHED = 2.0
-# The weight of a stroke at a node, where 1 is that of an edge.
+# The weight of a stroke at a node; an edge has weight 1.
 _STROKE = 10.0
 
 
 def along_axis(surface: Surface, axis: np.ndarray) -> np.ndarray:
-    """The pull (nodes,) of one direction (3,) everywhere; none where the surface stands across it."""
+    """Pull (nodes,) along one direction (3,) everywhere; 0 where the surface is perpendicular to it."""
     return along_triangles(surface, np.broadcast_to(unit(np.reshape(axis, (1, 3))), (len(surface.triangles), 3)))
 
 
 def along_triangles(surface: Surface, vectors: np.ndarray) -> np.ndarray:
-    """The pull (nodes,) of a vector (m, 3) of at most length 1 on each triangle."""
+    """Pull (nodes,) along a vector (m, 3) of at most length 1 on each triangle."""
     shares = np.repeat(surface.areas / 3, 3) / (_SMOOTHED * surface.length) ** 2
     laid = surface.to_complex(np.repeat(vectors, 3, axis=0)) * shares
     return complex_sums(surface.node, laid, surface.node_count)
 
 
 def along_uv(surface: Surface, uv: np.ndarray) -> np.ndarray:
-    """The pull (nodes,) of the direction of U, by the UV (m, 3, 2) of the triangles' corners. A triangle without area
-    in the UV map pulls not at all, and the sides of a seam where U turns round pull against each other."""
+    """Pull (nodes,) along U, from the UV (m, 3, 2) of the triangles' corners. A triangle without area in the UV map
+    pulls nothing. The two sides of a seam where U reverses pull against each other."""
     one, two = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
     turned = np.sign(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
     sides = surface.sides.reshape(-1, 3, 3)
@@ -40,8 +39,7 @@ def along_uv(surface: Surface, uv: np.ndarray) -> np.ndarray:
 
 
 def along_bones(surface: Surface, segments: np.ndarray) -> np.ndarray:
-    """The pull (nodes,) of bones, segments (k, 2, 3) from head to tail: their directions, blended by the inverse fourth
-    power of their distance."""
+    """Pull (nodes,) along bones, segments (k, 2, 3) from head to tail, weighted by the distance to the power -4."""
     points = surface.points[surface.point_of_node]
     directions = np.zeros_like(points)
     for head, tail in segments:
@@ -53,8 +51,8 @@ def along_bones(surface: Surface, segments: np.ndarray) -> np.ndarray:
 
 
 def along_strokes(surface: Surface, segments: np.ndarray) -> np.ndarray:
-    """The pull (nodes,) of strokes that lie on the surface, as segments (k, 2, 3) in drawing order. Each pulls the
-    nodes nearest to it; a loose part without a stroke takes the direction of the stroke nearest to its middle."""
+    """Pull (nodes,) along strokes on the surface, segments (k, 2, 3) in drawing order. Each stroke pulls the nodes
+    nearest to it. A loose part without a stroke takes the direction of the stroke nearest to its centre."""
     places, directions = _pieces(segments, surface.length / 2)
     points = surface.points[surface.point_of_node]
     node = nearest(points, places)
@@ -69,7 +67,7 @@ def along_strokes(surface: Surface, segments: np.ndarray) -> np.ndarray:
 
 
 def where_bare(surface: Surface, pull: np.ndarray) -> np.ndarray:
-    """The pull, and that of the longest of the axes x, y and z on loose parts that nothing pulls."""
+    """Add a pull to loose parts that have none: along the longest of their x, y and z axes."""
     bare = _bare_parts(surface, pull)
     if not len(bare):
         return pull
@@ -83,7 +81,7 @@ def where_bare(surface: Surface, pull: np.ndarray) -> np.ndarray:
 
 
 def like_part(surface: Surface, pull: np.ndarray, part: int) -> np.ndarray:
-    """The pull, and on the parts that nothing pulls that of the nearest place of one part."""
+    """Add a pull to loose parts that have none: that of the nearest node of the given part."""
     bare = _bare_parts(surface, pull)
     bare = bare[bare != part]
     if not len(bare):
@@ -96,7 +94,7 @@ def like_part(surface: Surface, pull: np.ndarray, part: int) -> np.ndarray:
 
 
 def _like_nearest(surface: Surface, parts: np.ndarray, places: np.ndarray, *, directions: np.ndarray) -> np.ndarray:
-    """The pull on some parts of one direction each: that at the place nearest to the part's middle."""
+    """Pull each of some parts in one direction: the direction at the place nearest to the part's centre."""
     points, part = surface.points[surface.point_of_node], surface.parts
     count = np.bincount(part)
     middle = np.stack([np.bincount(part, points[:, k]) for k in range(3)], axis=1) / count[:, None]
@@ -111,7 +109,7 @@ def _pull_of(surface: Surface, vectors: np.ndarray) -> np.ndarray:
 
 
 def _bare_parts(surface: Surface, pull: np.ndarray) -> np.ndarray:
-    """The loose parts on which the pull is next to nothing."""
+    """The loose parts that have almost no pull."""
     part = surface.parts
     pulled = np.bincount(part, np.abs(pull))
     most = np.bincount(part, surface.mass) / (_SMOOTHED * surface.length) ** 2
@@ -119,7 +117,7 @@ def _bare_parts(surface: Surface, pull: np.ndarray) -> np.ndarray:
 
 
 def _pieces(segments: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
-    """The middles (p, 3) of pieces of segments, each no longer than that, and their vectors (p, 3)."""
+    """Cut segments into pieces no longer than `longest`. Returns their midpoints (p, 3) and their vectors (p, 3)."""
     along = segments[:, 1] - segments[:, 0]
     count = np.ceil(np.linalg.norm(along, axis=1) / longest).astype(int)
     of = np.repeat(np.arange(len(segments)), count)

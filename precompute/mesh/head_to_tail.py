@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The way along a body, found by itself: away from one end of its longest extent, by the heat method (Crane, Weischedel
-and Wardetzky, "Geodesics in heat", 2013)."""
+"""Finds the direction along a body by the heat method (Crane, Weischedel and Wardetzky, "Geodesics in heat", 2013)."""
 
 import numpy as np
 
@@ -10,22 +9,22 @@ from .guide import along_triangles, like_part
 from .multigrid import Hierarchy, Matrix, hierarchy_of, solve
 from .surface import Surface, unit
 
-# The ends are looked for on a level of at most so many nodes.
+# The ends are searched for on a level of at most about this many nodes.
 _COARSE = 3000
-# Heat reaches this share of the body's length. Its decay over the whole, e^-8, is far above the solver's error.
+# The heat's decay length over the body's length. The decay over the body, e^-8, is far above the solver's error.
 _REACH = 1 / 8
 _TOLERANCE = 1e-9
-# Of its diagonal, added to the Laplacian, which has no inverse.
+# Share of the diagonal that is added to the Laplacian, which is singular.
 _SHARE = 1e-6
-# The end around which, within this share of the length, there is more skin is the head.
+# The head is the end with more surface within this share of the length.
 _HEAD = 0.15
 
 
 def head_to_tail(surface: Surface, *, progress: Progress = silent) -> np.ndarray:
-    """The pull (nodes,) from head to tail along the largest loose part. The head is the thicker of the two ends. Other
-    parts, such as eyes, are pulled as the part is beside them."""
+    """The pull (nodes,) from head to tail along the largest loose part. The head is the thicker end. Other parts, such
+    as eyes, take the pull of the largest part nearest to them."""
     bare = laplacian(surface, transported=False)
-    # One hierarchy serves both steps: it need not be that of the very matrix that is solved.
+    # One hierarchy serves both steps: a preconditioner need not match the matrix exactly.
     hierarchy = hierarchy_of(Matrix(bare.diagonal * (1 + _SHARE), bare.row, bare.column, bare.value))
     progress("combing", 0.3)
     part = surface.parts
@@ -43,10 +42,10 @@ def head_to_tail(surface: Surface, *, progress: Progress = silent) -> np.ndarray
 
 
 def _downhill(surface: Surface, heat: np.ndarray) -> np.ndarray:
-    """The directions (m, 3) in which a number at the nodes falls on each triangle; nothing where it does not."""
+    """The directions (m, 3) in which a scalar at the nodes decreases on each triangle; 0 where it is constant."""
     at = heat[surface.node].reshape(-1, 3)
     sides = surface.sides.reshape(-1, 3, 3)
-    # The gradient is the sum over the corners of the value times the opposite edge, turned about the normal.
+    # The gradient is the sum of each corner's value times the opposite edge, turned about the normal.
     turned = np.cross(surface.normals[:, None], np.roll(sides, -1, axis=1))
     gradient = np.einsum("ij,ijk->ik", at, turned)
     steep = np.linalg.norm(gradient, axis=1, keepdims=True) > 0
@@ -54,7 +53,7 @@ def _downhill(surface: Surface, heat: np.ndarray) -> np.ndarray:
 
 
 def _head(surface: Surface, hierarchy: Hierarchy, largest: np.ndarray) -> tuple[int, float]:
-    """The node at the head of the largest part, and the part's length, both by ways along a coarse level's edges."""
+    """Find the head's node and the length of the largest part, by shortest paths along a coarse level's edges."""
     nodes, mass = np.arange(surface.node_count), surface.mass
     while len(nodes) > _COARSE and hierarchy.coarse is not None and largest[nodes].sum() > _COARSE // 10:
         mass = np.bincount(hierarchy.joined, mass * hierarchy.carry, len(hierarchy.seeds))
@@ -77,7 +76,7 @@ def _head(surface: Surface, hierarchy: Hierarchy, largest: np.ndarray) -> tuple[
 
 
 def _ways(matrix: Matrix, lengths: np.ndarray, begin: int) -> np.ndarray:
-    """The shortest way (n,) from one node to each along the entries, of some lengths; endless where there is none."""
+    """The shortest path lengths (n,) from one node along the entries' lengths; infinite if unreachable."""
     way = np.full(len(matrix.diagonal), np.inf)
     way[begin] = 0
     filled = np.unique(matrix.row)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A field of directions as Blender can carry it: a UV map whose every face is an island, and a turn at each corner.
+"""Stores a direction field so that Blender can carry it: a UV map whose every face is an island, and a turn per corner.
 
-No modifier turns a stored direction with the skin, but renderers take a UV map's tangent from the surface as it is
-deformed. So each face is laid into the UV map with U along the field's mean on it. The rest, the small turn from that
-tangent to the field at the face's corners, is a number on the surface, which no deformation changes.
+No modifier rotates a stored direction with the skin, but renderers compute a UV map's tangent on the deformed surface.
+So each face gets UVs whose U follows the field's mean on the face. What remains is the small angle from this tangent to
+the field at each corner. It is a scalar on the surface and survives deformation.
 """
 
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ import numpy as np
 
 from .surface import Surface, unit
 
-# An island fills this share of its cell, so that no two touch, where subdivision would sew them together.
+# An island fills this share of its cell. Subdivision would join islands that touch.
 _FILL = 0.7
 
 
 @dataclass(frozen=True)
 class Polygons:
-    """A mesh's faces and how they are cut into triangles.
+    """A mesh's faces and their triangulation.
 
     points    (n, 3) in metres
     point     (corners,) the point of each corner of the faces
@@ -39,8 +39,8 @@ class Polygons:
 
 
 def corner_directions(polygons: Polygons, surface: Surface, direction: np.ndarray) -> np.ndarray:
-    """The directions (nodes,) of a field at the corners of the faces, across the shading normals: (corners, 3), of
-    length 1. A corner that belongs to no triangle with an area takes that of its point, if another does."""
+    """A field's directions (nodes,) at the corners of the faces: (corners, 3), of length 1, perpendicular to the
+    shading normals. A corner without a triangle of some area takes the direction at its point, if known."""
     in_space = surface.to_space(direction)
     node_of_point = np.full(len(polygons.points), -1)
     node_of_point[surface.point_of_node] = np.arange(surface.node_count)
@@ -52,16 +52,16 @@ def corner_directions(polygons: Polygons, surface: Surface, direction: np.ndarra
 
 
 def uv_directions(polygons: Polygons, uv: np.ndarray) -> np.ndarray:
-    """The tangents (corners, 3) of a UV map (corners, 2) as renderers have them, the mean over the faces that share a
-    point and its UV there."""
+    """The tangents (corners, 3) of a UV map (corners, 2) in renderers: averaged over faces that share a point and its
+    UV."""
     places = np.column_stack([polygons.point, uv])
     _, weld = np.unique(places, axis=0, return_inverse=True)
     return _tangents(polygons, polygons.points[polygons.point], uv, weld=weld.ravel())
 
 
 def lay(polygons: Polygons, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The UV map (corners, 2), in single precision, and the turn (corners, 3) as cosine, sine and 0, of directions
-    (corners, 3) across the shading normals."""
+    """Lay each face into a UV map with U along the field. Returns the UV map (corners, 2) and the turn (corners, 3) as
+    cosine, sine and 0, in single precision. The directions (corners, 3) are perpendicular to the shading normals."""
     points, face = polygons.points[polygons.point], polygons.face
     faces = int(face.max(initial=-1)) + 1
     face_of_corner = np.zeros(len(points), np.int64)
@@ -70,7 +70,7 @@ def lay(polygons: Polygons, directions: np.ndarray) -> tuple[np.ndarray, np.ndar
     mean = _sums(face_of_corner, directions, faces)
     first = np.zeros(faces, np.int64)
     first[face_of_corner[::-1]] = np.arange(len(points))[::-1]
-    # On a face around which the field turns the mean may be nothing.
+    # The mean may vanish on a face around which the field turns.
     mean = np.where(np.linalg.norm(mean, axis=1, keepdims=True) > 1e-6, mean, directions[first])
     u = _across(mean, normal)
     axes = np.stack([u, np.cross(normal, u)], axis=1)[face_of_corner]
@@ -84,8 +84,8 @@ def lay(polygons: Polygons, directions: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _in_cells(flat: np.ndarray, face: np.ndarray, faces: int) -> np.ndarray:
-    """Each face's corners, at coordinates (corners, 2), in a cell of its own of the UV square. Each coordinate is
-    stretched to fill it, which leaves the direction of U where it was."""
+    """Place the corners (corners, 2) of each face in the face's own cell of the UV square. Each coordinate is stretched
+    to fill the cell, which keeps the direction of U."""
     low, high = np.full((faces, 2), np.inf), np.full((faces, 2), -np.inf)
     np.minimum.at(low, face, flat)
     np.maximum.at(high, face, flat)
@@ -97,9 +97,9 @@ def _in_cells(flat: np.ndarray, face: np.ndarray, faces: int) -> np.ndarray:
 
 
 def _tangents(polygons: Polygons, points: np.ndarray, uv: np.ndarray, *, weld: np.ndarray) -> np.ndarray:
-    """The tangents (corners, 3) of a UV map as renderers have them: of each triangle, laid across the corner's normal,
-    and the mean over the triangles there by their angles (Mikkelsen, "Simulation of wrinkled surfaces revisited",
-    2008, section 3.4). Corners of one number in `weld` (corners,) are one place."""
+    """The tangents (corners, 3) of a UV map as renderers compute them: each triangle's tangent, projected perpendicular
+    to the corner's normal, averaged over triangles by their angles (Mikkelsen, "Simulation of wrinkled surfaces
+    revisited", 2008, section 3.4). Corners with the same number in `weld` (corners,) are one place."""
     at, on = points[polygons.corners], uv[polygons.corners]
     one, two = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
     by_one, by_two = on[:, 1] - on[:, 0], on[:, 2] - on[:, 0]
@@ -115,7 +115,7 @@ def _tangents(polygons: Polygons, points: np.ndarray, uv: np.ndarray, *, weld: n
 
 
 def _across(vectors: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """The vectors without their part along the normals, at length 1; any across the normal where nothing is left."""
+    """Project vectors perpendicular to the normals, at length 1; any perpendicular if nothing is left."""
     left = vectors - normals * np.einsum("ij,ij->i", vectors, normals)[:, None]
     nothing = np.linalg.norm(left, axis=1) < 1e-9
     left[nothing] = np.cross(normals[nothing], np.eye(3)[np.abs(normals[nothing]).argmin(axis=1)])
@@ -131,5 +131,5 @@ def _normals(corners: np.ndarray) -> np.ndarray:
 
 
 def _sums(index: np.ndarray, vectors: np.ndarray, count: int) -> np.ndarray:
-    """The sums (count, 3) of vectors by their index."""
+    """Sum vectors by their index: (count, 3)."""
     return np.stack([np.bincount(index, vectors[:, axis], count) for axis in range(3)], axis=1)

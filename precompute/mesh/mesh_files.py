@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A mesh to comb and a combed one as files, by which Blender and the process beside it speak: NumPy's .npz."""
+"""Files that Blender and the process beside it exchange: a mesh to comb and a combed mesh, as NumPy's .npz."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -27,13 +27,13 @@ _REMEDY = "let Comb Grating write it"
 
 
 def write_mesh(path: Path, polygons: Polygons, request: Mapping[str, np.ndarray]) -> None:
-    """Write a mesh and how it is to be combed. Raises GratingError if it cannot be written."""
+    """Write a mesh and its request for a comb. Raises GratingError if the file cannot be written."""
     arrays = {name: getattr(polygons, name) for name in _MESH}
     write_whole(path, lambda partial: np.savez(partial, **arrays, **request))  # type: ignore[arg-type]  # none is named allow_pickle
 
 
 def read_mesh(path: Path) -> tuple[Polygons, dict[str, np.ndarray]]:
-    """A mesh and how it is to be combed. Raises GratingError, naming the file, if they are not in it."""
+    """Read a mesh and its request for a comb. Raises GratingError, with the file's name, if either is invalid."""
     arrays = _arrays(path, _MESH | _REQUEST, _REMEDY)
     needed = GUIDES.get(str(arrays.get("guide")))
     if "guide" not in arrays or str(arrays["guide"]) not in GUIDES or (needed and needed not in arrays):
@@ -54,12 +54,12 @@ def read_mesh(path: Path) -> tuple[Polygons, dict[str, np.ndarray]]:
 
 
 def write_combed(path: Path, combed: Combed) -> None:
-    """Write a combed mesh. Raises GratingError if it cannot be written."""
+    """Write a combed mesh. Raises GratingError if the file cannot be written."""
     write_whole(path, lambda partial: np.savez(partial, **{name: getattr(combed, name) for name in _COMBED}))
 
 
 def read_combed(path: Path) -> dict[str, np.ndarray]:
-    """The arrays of a combed mesh, as Combed has them, without its directions. Raises GratingError if it is none."""
+    """Read the arrays of Combed except `directions`. Raises GratingError if the file holds no combed mesh."""
     arrays = _arrays(path, _COMBED, "comb it anew")
     if any(name not in arrays for name in _COMBED):
         raise GratingError(path, "no combed mesh", "comb it anew")
@@ -67,7 +67,7 @@ def read_combed(path: Path) -> dict[str, np.ndarray]:
 
 
 def _below(numbers: np.ndarray, limit: int) -> bool:
-    """Whether all are whole numbers from 0 to less than a limit."""
+    """Whether all are integers from 0 to below a limit."""
     return numbers.dtype.kind in "iu" and (not numbers.size or (numbers.min() >= 0 and numbers.max() < limit))
 
 

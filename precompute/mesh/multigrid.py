@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Large sparse Hermitian systems, positive definite and with dominant diagonals: conjugate gradients, preconditioned by
-aggregation multigrid (Notay, "An aggregation-based algebraic multigrid method", 2010).
+"""Solves large sparse Hermitian systems that are positive definite with dominant diagonals: conjugate gradients,
+preconditioned by aggregation multigrid (Notay, "An aggregation-based algebraic multigrid method", 2010).
 
-Conjugate gradients alone take as many steps as the mesh is edges across. Each level of the multigrid joins some nodes
-around a seed. A field is carried to them from the seed by the system's own coefficients, so that a field that is smooth
-along a curved surface stays smooth on every level.
+Conjugate gradients alone take as many steps as the mesh has edges across. Each level of the multigrid joins some nodes
+around a seed. The system's own coefficients carry a field from the seed to these nodes, so a smooth field stays smooth.
 """
 
 from __future__ import annotations
@@ -16,11 +15,11 @@ import numpy as np
 
 from ..base.progress import Progress, silent
 
-# A system as small as this is solved at once.
+# A system of at most this size is inverted directly.
 _SMALL = 300
-# Neighbours whose coefficient is less than this share of a node's greatest are not joined with it.
+# Neighbours are joined only if their coefficient is at least this share of a node's greatest.
 _STRONG = 0.2
-# Steps of the smoother: Chebyshev's for the upper part, from 0.4, of the spectrum of D^-1 A, which ends at 2.
+# Steps of the Chebyshev smoother for the upper part, from 0.4 to 2, of the spectrum of D^-1 A.
 _STEPS = (0.566, 1.577)
 _ITERATIONS_MAX = 200
 
@@ -30,7 +29,7 @@ class Matrix:
     """A sparse square matrix.
 
     diagonal  (n,)
-    row       (k,) of each entry beside the diagonal, in ascending order
+    row       (k,) of each off-diagonal entry, in ascending order
     column    (k,)
     value     (k,)"""
 
@@ -41,34 +40,34 @@ class Matrix:
 
     @cached_property
     def starts(self) -> np.ndarray:
-        """Where each row that has entries begins."""
+        """The index of the first entry of each row that has entries."""
         return np.flatnonzero(np.diff(self.row, prepend=-1))
 
     def __matmul__(self, x: np.ndarray) -> np.ndarray:
         return self.diagonal * x + self.of_rows(self.value * x[self.column], np.add)
 
     def of_rows(self, values: np.ndarray, ufunc: np.ufunc) -> np.ndarray:
-        """A reduction (n,) of values (k,) at the entries over each row; 0 in a row without entries."""
+        """Reduce values (k,) at the entries over each row: (n,); 0 in a row without entries."""
         reduced = np.zeros(len(self.diagonal), values.dtype)
         if len(self.row):
             reduced[self.row[self.starts]] = ufunc.reduceat(values, self.starts)
         return reduced
 
     def single(self) -> Matrix:
-        """The same in single precision."""
+        """Convert the matrix to single precision."""
         kind = np.complex64 if np.iscomplexobj(self.value) else np.float32
         return Matrix(self.diagonal.astype(np.float32), self.row, self.column, self.value.astype(kind))
 
     def dense(self) -> np.ndarray:
-        """The same as an array (n, n)."""
+        """Convert the matrix to an array (n, n)."""
         full = np.diag(self.diagonal).astype(self.value.dtype)
         full[self.row, self.column] = self.value
         return full
 
 
 def matrix_of(row: np.ndarray, column: np.ndarray, value: np.ndarray, *, diagonal: np.ndarray) -> Matrix:
-    """A matrix of entries in any order. Those of the same place are added; those on the diagonal, whose sum is real,
-    are added to it."""
+    """Build a matrix from entries in any order. Entries at the same place are added, also on the diagonal, whose sums
+    are real."""
     count = len(diagonal)
     here = row == column
     diagonal = diagonal + np.bincount(row[here], value[here].real, count)
@@ -83,12 +82,13 @@ def matrix_of(row: np.ndarray, column: np.ndarray, value: np.ndarray, *, diagona
 
 @dataclass(frozen=True)
 class Hierarchy:
-    """A matrix in single precision and, unless it is small, how its nodes are joined and the matrix of the joined.
+    """A matrix in single precision and, unless it is small, the coarser matrix of its joined nodes.
 
     matrix   of n nodes
     seeds    (coarse,) the node from which each joined node is made; empty if the matrix is small
-    joined   (n,) the joined node of each node; of one that has no neighbours any, at a carry of 0; empty if it is small
-    carry    (n,) the factor from the joined node to each node; empty if it is small
+    joined   (n,) the joined node of each node; arbitrary, with carry 0, for a node without neighbours; empty if the
+             matrix is small
+    carry    (n,) the factor from the joined node to each node; empty if the matrix is small
     coarse   the hierarchy of the joined nodes, or None
     inverse  of a small matrix, (n, n), or None"""
 
@@ -100,7 +100,7 @@ class Hierarchy:
     inverse: np.ndarray | None = None
 
     def apply(self, b: np.ndarray) -> np.ndarray:
-        """About the solution x of A x = b: one cycle, which visits each coarser level twice as often."""
+        """Approximate the solution x of A x = b by one cycle, which visits each coarser level twice as often."""
         if self.inverse is not None:
             return self.inverse @ b
         x = np.zeros_like(b)
@@ -119,11 +119,11 @@ class Hierarchy:
         return x
 
     def up(self, coarse: np.ndarray) -> np.ndarray:
-        """A vector of the joined nodes on the nodes."""
+        """Carry a vector from the joined nodes to the nodes."""
         return self.carry * coarse[self.joined]
 
     def down(self, fine: np.ndarray) -> np.ndarray:
-        """The adjoint of `up`."""
+        """Apply the adjoint of `up`."""
         values, count = np.conj(self.carry) * fine, len(self.seeds)
         sums: np.ndarray = np.bincount(self.joined, values.real, count)
         if np.iscomplexobj(values):
@@ -132,12 +132,12 @@ class Hierarchy:
 
     @property
     def levels(self) -> list[Hierarchy]:
-        """From this to the coarsest."""
+        """All levels, from this one to the coarsest."""
         return [self, *(self.coarse.levels if self.coarse is not None else [])]
 
 
 def hierarchy_of(matrix: Matrix) -> Hierarchy:
-    """The hierarchy of a Hermitian, positive definite matrix with a dominant diagonal."""
+    """Build the hierarchy of a Hermitian, positive definite matrix with a dominant diagonal."""
     count = len(matrix.diagonal)
     if count <= _SMALL:
         inverse = np.linalg.inv(matrix.dense())
@@ -156,8 +156,8 @@ def solve(
     matrix: Matrix, b: np.ndarray, hierarchy: Hierarchy, *, guess: np.ndarray | None = None, tolerance: float = 1e-9,
     progress: Progress = silent,
 ) -> tuple[np.ndarray, float]:  # fmt: skip
-    """The solution of A x = b, and its residual |b - A x| / |b|, which conjugate gradients bring below the tolerance,
-    or as far as they come in _ITERATIONS_MAX steps."""
+    """Solve A x = b by conjugate gradients. Returns x and its residual |b - A x| / |b|. Stops below the tolerance or
+    after _ITERATIONS_MAX steps."""
     x = np.zeros_like(b) if guess is None else guess
     residual = b - matrix @ x
     size = np.linalg.norm(b)
@@ -182,8 +182,8 @@ def solve(
 
 
 def _aggregates(matrix: Matrix) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Seeds, the seed's place among them for each node, and the factor from it to the node: 0 for a node without
-    neighbours, which the smoother solves alone."""
+    """The seeds, the seed's index for each node, and the factor from the seed to the node. The factor is 0 for a node
+    without neighbours, which the smoother solves alone."""
     count = len(matrix.diagonal)
     size = np.abs(matrix.value)
     most = matrix.of_rows(size, np.maximum)
@@ -196,7 +196,7 @@ def _aggregates(matrix: Matrix) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     joined, carry = np.maximum(place, 0), np.zeros(count, value.dtype)
     carry[seeds] = 1
     to_seed = np.flatnonzero((place[column] >= 0) & (place[row] < 0))
-    # Of a node's links to seeds the strongest is written last.
+    # The strongest of a node's links to seeds is written last.
     to_seed = to_seed[np.argsort(size[to_seed], kind="stable")]
     joined[row[to_seed]] = place[column[to_seed]]
     carry[row[to_seed]] = -value[to_seed] / size[to_seed]
@@ -204,7 +204,7 @@ def _aggregates(matrix: Matrix) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _independent(links: Matrix) -> np.ndarray:
-    """Nodes of which no two are linked, and to one of which every node that has links is linked (Luby's method)."""
+    """Choose unlinked nodes so that every other node with links is linked to a chosen one (Luby's method)."""
     count = len(links.diagonal)
     rank = np.random.default_rng(0).permutation(count).astype(np.int32) + 1
     linked = links.of_rows(np.ones(len(links.row), np.int8), np.maximum) > 0

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The nearest of many points, found in a grid of cells."""
+"""Nearest-point search in a grid of cells."""
 
 import numpy as np
 
 
 def nearest(points: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """For each place (p, 3) the number (p,) of the nearest of the points (n, 3), of which there is at least one."""
+    """For each place (p, 3) the index (p,) of the nearest of the points (n, 3), n >= 1."""
     low, high = points.min(axis=0), points.max(axis=0)
     extent = float((high - low).max()) or 1.0
     found = np.full(len(places), -1)
     left = np.arange(len(places))
-    # About one point to a cell of a surface. Places without a point that near look in cells twice as large.
+    # A cell holds about one point of a surface. A place without a point that near is searched in cells twice as large.
     size = extent / max(1.0, np.sqrt(len(points)))
     while len(left):
         index, distance = _in_grid(points - low, places[left] - low, size)
@@ -22,7 +22,7 @@ def nearest(points: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 
 def _in_grid(points: np.ndarray, places: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
-    """The nearest point in each place's own cell and those around, and its distance; endless where there is none."""
+    """The nearest point in each place's cell and its neighbours, and the distance; infinite without a point."""
     cells = np.floor(points / size).astype(np.int64)
     at = np.floor(np.clip(places / size, -2, cells.max(axis=0) + 3)).astype(np.int64)
     width = cells.max(axis=0) + 7
@@ -47,6 +47,6 @@ def _in_grid(points: np.ndarray, places: np.ndarray, size: float) -> tuple[np.nd
 
 
 def _key(cells: np.ndarray, width: np.ndarray) -> np.ndarray:
-    """One number for a cell (n, 3), from -3 to width - 4 along each axis."""
+    """One number for each cell (n, 3), whose indices run from -3 to width - 4."""
     x, y, z = (cells + 3).T
     return (x * width[1] + y) * width[2] + z

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a field of directions has no direction: the index of each triangle, and edges across which it flips."""
+"""Singularities of a direction field: the index of each triangle, and edges across which the field flips."""
 
 from dataclasses import dataclass
 
@@ -7,14 +7,14 @@ import numpy as np
 
 from .surface import Surface, following
 
-# Across one edge a field that turns by more than a right angle is no field that anyone would call smooth.
+# A field that turns by more than a right angle across one edge is not smooth.
 _FLIP = np.pi / 2
 
 
 @dataclass(frozen=True)
 class Singular:
-    """index  (m,) how often the field turns around each triangle, against the surface: 0 where it is regular. Over a
-             closed surface the sum is the Euler characteristic (Poincaré and Hopf)
+    """index  (m,) how often the field turns around each triangle, against the surface: 0 where it is regular. On a
+              closed surface the sum is the Euler characteristic (Poincaré and Hopf)
     torn   (m,) whether the field flips across an edge of the triangle although its index is 0"""
 
     index: np.ndarray
@@ -22,7 +22,7 @@ class Singular:
 
 
 def singular_triangles(surface: Surface, direction: np.ndarray) -> Singular:
-    """The singular triangles of a field of directions (nodes,)."""
+    """Find the singular triangles of a direction field (nodes,)."""
     turns = edge_turns(surface, direction).reshape(-1, 3)
     index = np.rint((turns.sum(axis=1) + surface.curvature) / (2 * np.pi)).astype(int)
     near = np.bincount(surface.node, np.repeat(index != 0, 3), surface.node_count)[surface.node] > 0

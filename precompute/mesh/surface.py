@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A triangle mesh as a surface: which corners meet where, and a tangent plane at each place.
+"""A triangle mesh as a surface: which corners meet, and a tangent plane at each node.
 
-Corner 3 t + k is that of triangle t at its k-th point; it also stands for the edge from there to the next point. A
-*node* is a fan of triangles around a point that hang together by shared edges. At most points there is one. A point
-where two sheets touch has two; so has an edge at which three triangles meet, or two of opposite winding: sheets are cut
-apart there. A node's tangent plane has polar coordinates in which the angles of its corners make a full turn (Knöppel,
-Crane, Pinkall and Schröder, "Globally optimal direction fields", 2013, section 3), so a direction there is a complex
-number.
+Corner 3 t + k is the k-th corner of triangle t; it also stands for the edge from there to the next corner. A *node* is
+a fan of triangles around a point, connected by shared edges. Most points have one node. A point where two sheets touch
+has two. Sheets are also cut apart at an edge of three triangles, or of two with opposite winding. A node's tangent
+plane has polar coordinates in which the angles of its corners make a full turn (Knöppel, Crane, Pinkall and Schröder,
+"Globally optimal direction fields", 2013, section 3), so a direction is a complex number.
 """
 
 from dataclasses import dataclass
@@ -14,16 +13,16 @@ from functools import cached_property
 
 import numpy as np
 
-# A triangle whose height is less than this share of its longest side has no direction of its own.
+# A triangle whose height is below this share of its longest side counts as having no area.
 _FLAT = 1e-7
 
 
 @dataclass(frozen=True)
 class Surface:
     """points     (n, 3) in metres
-    triangles  (m, 3) their points, wound anticlockwise as seen from outside; those without area are left out
-    kept       (m,) which of the triangles given these are
-    twin       (3 m,) for each corner's edge, that of the triangle across it; -1 at a rim
+    triangles  (m, 3) their points, wound anticlockwise as seen from outside; triangles without area are left out
+    kept       (m,) their indices among the triangles given
+    twin       (3 m,) for each corner's edge, the corner of the same edge in the triangle across it; -1 at a rim
     node       (3 m,) the node of each corner
     polar      (3 m,) the polar angle of each corner's edge at its node
     turn       (3 m,) the angle of each corner in these coordinates
@@ -56,17 +55,17 @@ class Surface:
 
     @cached_property
     def areas(self) -> np.ndarray:
-        """The areas (m,) of the triangles."""
+        """The areas (m,) of the triangles, in square metres."""
         return np.linalg.norm(self.normals, axis=1) / 2
 
     @cached_property
     def mass(self) -> np.ndarray:
-        """The area (nodes,) that belongs to each node: a third of its triangles'."""
+        """The area (nodes,) of each node: a third of the area of its triangles."""
         return np.bincount(self.node, np.repeat(self.areas / 3, 3), self.node_count)
 
     @cached_property
     def length(self) -> float:
-        """The mean length of an edge, m."""
+        """The mean length of an edge, in metres."""
         return float(np.linalg.norm(self.sides, axis=1).mean())
 
     @cached_property
@@ -78,8 +77,8 @@ class Surface:
 
     @cached_property
     def frames(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Unit vectors x, y, n (nodes, 3) of each node. n is the normal, the mean of its triangles' by area; x lies so
-        that the edges, laid into the plane, come as close as they can to their polar angles."""
+        """Unit vectors x, y, n (nodes, 3) of each node. n is the area-weighted mean normal of its triangles; x is
+        rotated so that the edges, projected into the plane, best match their polar angles."""
         n = unit(self.gathered(np.repeat(self.normals, 3, axis=0)))
         sideways = np.eye(3)[np.abs(n).argmin(axis=1)]
         x = unit(np.cross(n, sideways))
@@ -93,15 +92,15 @@ class Surface:
         return n_turned(x, y, offset), n_turned(y, -x, offset), n
 
     def gathered(self, vectors: np.ndarray) -> np.ndarray:
-        """The sums (nodes, 3) of vectors (3 m, 3) at the corners."""
+        """Sum vectors (3 m, 3) at the corners over each node: (nodes, 3)."""
         return np.stack([np.bincount(self.node, vectors[:, axis], self.node_count) for axis in range(3)], axis=1)
 
     def to_complex(self, vectors: np.ndarray) -> np.ndarray:
-        """Vectors (3 m, 3) at the corners, laid into the tangent planes of their nodes: (3 m,) complex."""
+        """Project vectors (3 m, 3) at the corners into the tangent planes of their nodes: (3 m,) complex."""
         return self._in_plane(vectors, *self.frames[:2])
 
     def to_plane(self, vector: np.ndarray) -> np.ndarray:
-        """A vector (3,), or one of each node (nodes, 3), laid into the nodes' tangent planes: (nodes,) complex."""
+        """Project a vector (3,), or one per node (nodes, 3), into the nodes' tangent planes: (nodes,) complex."""
         x, y, _ = self.frames
         return (x * vector).sum(axis=1) + 1j * (y * vector).sum(axis=1)
 
@@ -123,13 +122,13 @@ class Surface:
 
     @cached_property
     def curvature(self) -> np.ndarray:
-        """The curvature (m,) of each triangle, by which a direction turns when it is carried around it. On a closed
-        surface their sum is 2 pi times the Euler characteristic."""
+        """The curvature (m,) of each triangle: the angle by which a direction turns when it is carried around the
+        triangle. On a closed surface the sum is 2 pi times the Euler characteristic."""
         return self.turn.reshape(-1, 3).sum(axis=1) - np.pi
 
     @cached_property
     def parts(self) -> np.ndarray:
-        """The number (nodes,) of the loose part of each node."""
+        """The number (nodes,) of each node's loose part."""
         label = np.arange(self.node_count)
         ends = np.stack([self.node, self.node[following(np.arange(len(self.node)))]])
         while True:
@@ -144,14 +143,14 @@ class Surface:
 
 
 def surface_of(points: np.ndarray, triangles: np.ndarray) -> Surface:
-    """The surface of points (n, 3), in metres, and triangles (m, 3) of them, some perhaps without area."""
+    """Build the surface of points (n, 3), in metres, and triangles (m, 3). Triangles without area are dropped."""
     points, triangles = np.asarray(points, float), np.asarray(triangles, np.int64)
     sides = np.linalg.norm(points[triangles] - points[np.roll(triangles, -1, axis=1)], axis=2)
     corners = points[triangles]
     doubled = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     kept = np.flatnonzero(doubled > _FLAT * sides.max(axis=1, initial=0) ** 2)
     triangles, sides = triangles[kept], sides[kept]
-    # The angle at each point, by the lengths of the sides: the law of cosines.
+    # Angles from the side lengths, by the law of cosines.
     opposite, left, right = np.roll(sides, -1, axis=1), sides, np.roll(sides, 1, axis=1)
     cosine = (left**2 + right**2 - opposite**2) / (2 * left * right)
     angles = np.arccos(np.clip(cosine, -1, 1)).ravel()
@@ -169,12 +168,12 @@ def following(corners: np.ndarray) -> np.ndarray:
 
 
 def preceding(corners: np.ndarray) -> np.ndarray:
-    """The corner before, of the same triangle."""
+    """The previous corner of the same triangle."""
     return corners - 1 + 3 * (corners % 3 == 0)
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
-    """The vectors (n, 3) at length 1; a vector of no length becomes Z."""
+    """Scale vectors (n, 3) to length 1; a zero vector becomes Z."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.where(length > 0, vectors / np.where(length > 0, length, 1), [0.0, 0.0, 1.0])
 
@@ -185,13 +184,12 @@ def n_turned(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
 
 
 def complex_sums(index: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
-    """The sums (count,) of complex values by their index."""
+    """Sum complex values by their index: (count,)."""
     return np.bincount(index, values.real, count) + 1j * np.bincount(index, values.imag, count)
 
 
 def _twins(triangles: np.ndarray) -> np.ndarray:
-    """For each corner's edge that of the one triangle that shares it and runs it the other way; -1 where there is none,
-    or more than one."""
+    """For each corner's edge, the one other corner with the same edge reversed; -1 if none or several."""
     begin, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     low, high = np.minimum(begin, end), np.maximum(begin, end)
     key = low * (triangles.max(initial=0) + 1) + high
@@ -213,7 +211,7 @@ def _starts(twins: np.ndarray, onwards: np.ndarray) -> tuple[np.ndarray, np.ndar
         last = np.where(onwards[last] >= 0, onwards[last], last)
     jump = onwards.copy()
     jump[last] = first
-    # Each corner learns the least number in its fan, which is a cycle now, from ever further on.
+    # The fans are cycles now. Each corner takes the least number in its fan, in jumps of doubling length.
     lowest = np.arange(len(twins))
     while True:
         lower = np.minimum(lowest, lowest[jump])
@@ -227,7 +225,7 @@ def _starts(twins: np.ndarray, onwards: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _walk(starts: np.ndarray, onwards: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Walk all fans at once. Returns for each corner its fan and the angle passed before it, and for each fan the whole
+    """Walk all fans at once. Returns for each corner its fan and the angle before it, and for each fan the total
     angle."""
     node, polar = np.full(len(angles), -1), np.zeros(len(angles))
     total = np.zeros(len(starts))

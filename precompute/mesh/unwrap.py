@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Unwrapping a mesh: a UV map whose islands do not overlap, by xatlas.
+"""Unwraps a mesh with xatlas: a UV map whose islands do not overlap.
 
-xatlas can crash, and can take hours on a million faces, in which it tells nothing and hears no signal. So it works in a
-process of its own (xatlas_worker.py), which is ended with this one and at a deadline."""
+xatlas can crash. A million faces can take it hours, without progress reports or a reaction to signals. So it runs in a
+child process (xatlas_worker.py), which ends with this process or at a deadline."""
 
 import importlib.util
 import os
@@ -22,12 +22,12 @@ from .arrays import FARTHEST_M, read_arrays
 
 # What to do without xatlas.
 BY_BLENDER = "choose Blender's own Minimum Stretch"
-# Measured on two busy cores: 4 thousand triangles in 0.5 s, 488 thousand in 600 s.
+# Fitted to timings on two busy cores: 4 thousand triangles in 0.5 s, 488 thousand in 600 s.
 _SECONDS_PER_TRIANGLE, _GROWTH = 2.7e-6, 1.47
-# xatlas is given so many times the time that it is expected to take, and so many seconds.
+# The deadline: this many times the expected time, plus this many seconds.
 _PATIENCE, _LEAST_PATIENCE_SECONDS = 20, 30
 _POLL_SECONDS = 0.1
-# The names of the files between this process and xatlas's.
+# The files that this process and the child process exchange.
 _MESH, _MAP = "mesh.npz", "uv.npz"
 # The arrays of a mesh's file.
 _ARRAYS = {"points": ("f", (None, 3)), "triangles": ("iu", (None, 3)), "polygons": ("iu", (None,))}
@@ -37,14 +37,14 @@ _ARRAYS = {"points": ("f", (None, 3)), "triangles": ("iu", (None, 3)), "polygons
 class Mesh:
     """points     (n, 3) in metres
     triangles  (m, 3) their points
-    polygons   (m,) the face to which each triangle belongs: a face stays in one piece on the map"""
+    polygons   (m,) the face of each triangle; a face stays in one piece on the map"""
 
     points: np.ndarray
     triangles: np.ndarray
     polygons: np.ndarray
 
     def __post_init__(self) -> None:
-        """Raises GratingError unless it is a mesh with some area."""
+        """Raises GratingError unless the mesh is valid and has some area."""
         if not len(self.triangles):
             raise GratingError("the mesh", "no faces to unwrap", "choose a mesh with faces")
         if not np.isfinite(self.points).all():
@@ -66,8 +66,8 @@ class Mesh:
 
 @dataclass(frozen=True)
 class Packing:
-    """How islands lie on the map: its side and the space between islands in pixels, and pixels per metre, 0 for as many
-    as the map holds."""
+    """The packing of islands: the map's side and the islands' distance in pixels, and pixels per metre (0: the
+    most)."""
 
     size: int = 1024
     padding: int = 4
@@ -86,24 +86,24 @@ class Unwrapped:
 
 
 def has_xatlas() -> bool:
-    """Whether this Python has xatlas, which may yet fail as it is loaded: a panel asks at every redraw."""
+    """Whether xatlas is installed, without loading it, since a panel asks at every redraw."""
     return importlib.util.find_spec("xatlas") is not None
 
 
 def expected_seconds(triangles: int) -> float:
-    """About how long xatlas takes for a number of triangles."""
+    """Estimate the time of xatlas for a number of triangles."""
     return 0.5 + _SECONDS_PER_TRIANGLE * triangles**_GROWTH
 
 
 def longest_seconds(triangles: int) -> float:
-    """After how long xatlas is ended at a number of triangles."""
+    """The time after which xatlas is ended, for a number of triangles."""
     return _LEAST_PATIENCE_SECONDS + _PATIENCE * expected_seconds(triangles)
 
 
 def unwrap(mesh: Mesh, packing: Packing, *, progress: Progress = silent) -> Unwrapped:
-    """A new UV map of a mesh. Progress is the share of the expected time that is gone.
+    """Unwrap a mesh. Progress is the share of the expected time that has passed.
 
-    Raises GratingError if there is no xatlas, if it crashes, or if the map is too small for the density."""
+    Raises GratingError if xatlas is missing or crashes, or if the map is too small for the density."""
     if not has_xatlas():
         version = ".".join(map(str, sys.version_info[:2]))
         raise GratingError("xatlas", f"there is none for Python {version}", BY_BLENDER)
@@ -117,7 +117,7 @@ def unwrap(mesh: Mesh, packing: Packing, *, progress: Progress = silent) -> Unwr
 
 
 def _started(mesh: Mesh, packing: Packing) -> ChildProcess:
-    """xatlas at work on a mesh. It ends if this process does."""
+    """Start xatlas on a mesh in a child process."""
     numbers = (packing.size, packing.padding, packing.density)
 
     def prepare(folder: Path) -> list[str]:
@@ -138,7 +138,7 @@ def _started(mesh: Mesh, packing: Packing) -> ChildProcess:
 
 
 def _wait(worker: ChildProcess, expected: float, progress: Progress) -> None:
-    """Return once xatlas has written its map. Raises GratingError if it has not."""
+    """Wait until xatlas has written its map. Raises GratingError if xatlas fails or is late."""
     begun = time.monotonic()
     while worker.running:
         progress("unwrap", min(0.99, (time.monotonic() - begun) / expected))
@@ -158,7 +158,7 @@ def write_mesh(path: Path, mesh: Mesh) -> None:
 
 
 def read_mesh(path: Path) -> Mesh:
-    """The mesh in a file. Raises GratingError, naming the file, if it holds none."""
+    """Read the mesh in a file. Raises GratingError, with the file's name, if the file holds no mesh."""
     try:
         arrays = read_arrays(path, _ARRAYS)
         if missing := [name for name in _ARRAYS if name not in arrays]:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`python -m precompute.mesh.xatlas_worker MESH.npz UV.npz SIZE PADDING DENSITY`: xatlas on a mesh's file.
+"""Runs xatlas on a mesh's file: `python -m precompute.mesh.xatlas_worker MESH.npz UV.npz SIZE PADDING DENSITY`.
 
-The process of unwrap.py that may crash."""
+This is the child process of unwrap.py, because xatlas may crash."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from .unwrap import BY_BLENDER, Mesh, Packing, Unwrapped, read_mesh
 if TYPE_CHECKING:
     import xatlas
 
-# Two triangles of a face agree on a corner's place if it differs by less, in shares of the map.
+# Two triangles of a face agree on a corner's place if they differ by less than this share of the map.
 _SAME = 1e-6
 
 
 def unwrapped(mesh: Mesh, packing: Packing) -> Unwrapped:
-    """A new UV map of a mesh. Raises GratingError if the map is too small for the density."""
+    """Unwrap a mesh. Raises GratingError if the map is too small for the density."""
     charts = _xatlas().Atlas()
     charts.add_mesh(mesh.points.astype(np.float32), mesh.triangles.astype(np.uint32))
     charts.generate(_cut(), _options(packing))
@@ -33,8 +33,7 @@ def unwrapped(mesh: Mesh, packing: Packing) -> Unwrapped:
     torn = _torn(mesh, uv)
     if not torn.any():
         return _checked(charts, uv)
-    # xatlas knows triangles only, and may cut a face in two. Such faces become islands of their own, laid out beside
-    # the others, and all islands are packed anew.
+    # xatlas knows only triangles and may cut a face in two. Cut faces become islands, and all are packed again.
     whole = uv * (charts.width, charts.height) / charts.texels_per_unit  # metres
     whole[torn] = _laid_out(mesh, torn) + (whole.max() + 1.0, 0.0)
     packed = _xatlas().Atlas()
@@ -50,7 +49,7 @@ def _xatlas() -> ModuleType:
 
 def _cut() -> xatlas.ChartOptions:
     options = _xatlas().ChartOptions()
-    options.fix_winding = True  # else islands may be mirrored
+    options.fix_winding = True  # otherwise islands may be mirrored
     return options
 
 
@@ -58,13 +57,13 @@ def _options(packing: Packing) -> xatlas.PackOptions:
     options = _xatlas().PackOptions()
     options.resolution, options.padding = packing.size, packing.padding
     options.texels_per_unit = packing.density
-    # xatlas exchanges u and v for a rotation, which mirrors the island.
+    # xatlas rotates by exchanging u and v, which mirrors the island.
     options.rotate_charts = False
     return options
 
 
 def _corners(atlas: xatlas.Atlas) -> np.ndarray:
-    """The place (m, 3, 2) of each triangle's corners on the map."""
+    """The UV (m, 3, 2) of each triangle's corners."""
     _, corners, uv = atlas.get_mesh(0)
     return uv[corners].astype(float)
 
@@ -80,7 +79,7 @@ def _checked(atlas: xatlas.Atlas, uv: np.ndarray) -> Unwrapped:
 
 
 def _torn(mesh: Mesh, uv: np.ndarray) -> np.ndarray:
-    """Which triangles (m,) belong to faces whose triangles do not agree where their common points are."""
+    """Which triangles (m,) belong to faces whose triangles disagree on the UV of a common point."""
     keys = mesh.polygons[:, None].astype(np.int64) * len(mesh.points) + mesh.triangles
     order = np.argsort(keys, axis=None, kind="stable")
     keys, places = keys.ravel()[order], uv.reshape(-1, 2)[order]
@@ -89,17 +88,17 @@ def _torn(mesh: Mesh, uv: np.ndarray) -> np.ndarray:
 
 
 def _laid_out(mesh: Mesh, torn: np.ndarray) -> np.ndarray:
-    """The corners (k, 3, 2) of torn triangles in metres: each face on a plane, in a cell of a square grid.
+    """Lay out torn triangles: their corners (k, 3, 2) in metres, each face on a plane in a cell of a square grid.
 
-    The plane is across the sum of its triangles' unit normals: on it the two triangles of a bent quad never fold over
-    each other, as they may on the mean plane."""
+    The plane's normal is the sum of the triangles' unit normals. On this plane the two triangles of a bent quad never
+    fold over each other; on the mean plane they can."""
     _, face = np.unique(mesh.polygons[torn], return_inverse=True)
     ends = mesh.points[mesh.triangles[torn]].astype(float)
     count = face.max() + 1
     normal = np.zeros((count, 3))
     np.add.at(normal, face, _unit(np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0])))
     normal = _unit(normal)
-    # Any direction across the normal will do: that of the axis which lies most across it.
+    # Any direction perpendicular to the normal works; it is derived from the axis that is most perpendicular.
     across = np.eye(3)[np.abs(normal).argmin(axis=1)]
     along = _unit(np.cross(across, normal))
     axes = np.stack([along, np.cross(normal, along)], axis=1)[face]
@@ -113,7 +112,7 @@ def _laid_out(mesh: Mesh, torn: np.ndarray) -> np.ndarray:
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
-    """Vectors by their length; zero stays zero."""
+    """Scale vectors to length 1; zero stays zero."""
     return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-300)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bake as a method: its table is read as the materials read it."""
+"""The bake as a method: its table is read as in the materials."""
 
 from dataclasses import dataclass
 
@@ -18,7 +18,7 @@ from .method import Coherence, Method, Settings
 
 @dataclass(frozen=True)
 class Baked(Method):
-    """A table as its file holds it, in half floats. `table_bytes` is the memory that it takes in Blender."""
+    """A table as in its file, in half floats. `table_bytes` is its memory in Blender."""
 
     table: Table
     settings: Settings
@@ -39,13 +39,13 @@ class Baked(Method):
 
 
 def build(relief: Relief, settings: Settings) -> Baked:
-    """Bake a relief and round its table to the half floats of the atlas. The bake's error is not measured."""
+    """Bake a relief and round its table to the half floats of the atlas, without measuring the error."""
     request = BakeRequest(coherence_length_m=settings.coherence_length_m, illuminant=settings.illuminant)
     return stored(bake(relief, request), settings)
 
 
 def stored(table: Table, settings: Settings) -> Baked:
-    """A table rounded to the half floats of its file."""
+    """Round a table to the half floats of its file."""
     image, layout = atlas.pack(table)
     return Baked(atlas.unpack(image, layout), settings, layout.width * layout.height * BYTES_PER_TEXEL)
 

@@ -3,8 +3,8 @@
 
     exp(-i z t) = J_0(z) + 2 sum_n (-i)^n J_n(z) T_n(t),   h = c + a t, t in [-1, 1], z = 2 pi s a
 
-(Abramowitz and Stegun 9.1.44-45.) c is the middle height and a is half of the height range. At any depth of the relief
-no coefficient exceeds 2 and no polynomial exceeds 1.
+(Abramowitz and Stegun 9.1.44-45.) c is the middle height and a is half of the height range. For a relief of any depth
+the coefficients are at most 2 and the polynomials at most 1.
 """
 
 import math
@@ -42,10 +42,9 @@ class Chebyshev:
         yield from islice(chebyshev.recurrence((height_m - self.middle_m) / self.half_range_m), self.terms)
 
     def coefficients(self, s: np.ndarray) -> np.ndarray:
-        """J_0(z), 2 (-i)^n J_n(z) (m, terms), up to the phase of the middle height, which |P|^2 does not see.
+        """J_0(z), 2 (-i)^n J_n(z) (m, terms), without the phase of the middle height, which |P|^2 ignores.
 
-        They are found by interpolating exp(-i z t) at enough nodes to keep the aliased terms below the rounding
-        error."""
+        They interpolate exp(-i z t) at enough nodes to keep the aliased terms below the rounding error."""
         z = 2 * np.pi * self.half_range_m * np.asarray(s, float)
         nodes = max(self.terms, _nodes(float(z.max(initial=0))))
         values = np.exp(-1j * z[:, None] * chebyshev.nodes(nodes, -1, 1))
@@ -53,7 +52,7 @@ class Chebyshev:
 
 
 def _nodes(z: float) -> int:
-    # z is rounded up, so that calls at nearby wavelengths share their nodes. A greater z only asks for more nodes.
+    # z is rounded up, so that calls at nearby wavelengths share their nodes. A greater z only needs more nodes.
     return chebyshev.jacobi_anger_terms(math.ceil(z), 1e-15)
 
 
@@ -71,7 +70,7 @@ def expansion_for(relief: Relief, settings: Settings, s_max: float = S_MAX) -> C
 
 
 def build(relief: Relief, settings: Settings) -> WindowedImages:
-    """FLSS over Chebyshev images."""
+    """Build FLSS over Chebyshev images."""
     return windowed("chebyshev", relief, expansion_for(relief, settings), settings=settings)
 
 

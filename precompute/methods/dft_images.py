@@ -1,17 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The transforms that FLSS, NMM and PQ read, as one OpenEXR image for a shader (thesis Algorithm 1).
+"""Packs the transforms that FLSS, NMM and PQ read into one OpenEXR image for a shader (thesis Algorithm 1).
 
-Tile n holds term n: R is its real part and G its imaginary part, float32, linear. It stands at column n % columns and
-row n // columns, counted upward from the bottom of the picture. Inside a tile rows run along +v, columns along +u, and
-the zero frequency is at (tile_rows // 2, tile_columns // 2). A Chebyshev term is multiplied by its (-i)^n before it is
-stored, so that every expansion's coefficients are real:
+Tile n holds term n: R is its real part and G its imaginary part, float32, linear. It is at column n % columns and row n
+// columns, counted upward from the bottom of the picture. Inside a tile the x axis is +u and the y axis +v, and the
+zero frequency is at (tile_rows // 2, tile_columns // 2). A Chebyshev term is stored times its (-i)^n, so that all
+coefficients are real:
 
     Taylor      z^n / n!, z = -2 pi s scale_m          of (i h / scale_m)^n
     Chebyshev   J_0(z), 2 J_n(z), z = 2 pi s scale_m   of (-i)^n T_n(h / scale_m)
 
-B is 1 in the bottom row and 0 above. Renderers do not agree which way a texture's t runs, and a shader finds out by
-reading B. There are three channels because some renderers take two channels for grey with alpha, and divide the colours
-of a picture of four channels by its alpha.
+B is 1 in the bottom row and 0 above, because renderers disagree on the direction of a texture's t, and a shader reads
+it from B. There are three channels because some renderers read two as grey with alpha, and divide four by alpha.
 """
 
 import hashlib
@@ -44,14 +43,14 @@ _LEFT_OUT = 1e-3
 
 @dataclass(frozen=True)
 class DftImages:
-    """What was written: a method's images, and how large they are."""
+    """The written images of a method, and their size."""
 
     layout: Layout
     image_bytes: int
     files: tuple[Path, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON."""
+        """Convert the result to JSON."""
         return {
             "method": self.layout.method,
             "expansion": self.layout.expansion,
@@ -63,8 +62,8 @@ class DftImages:
 
 
 def pack(method: Method) -> tuple[np.ndarray, Layout]:
-    """Image (height, width, 3) float32, row 0 at the bottom, and its layout. Raises GratingError for a method that no
-    shader evaluates, and for more texels than are read."""
+    """Image (height, width, 3) float32, row 0 at the bottom, and its layout. Raises GratingError for a method without a
+    shader, or for too many texels."""
     needed = method.shader_images()
     images, expansion = needed.images, needed.expansion
     rows, columns, terms = images.terms.shape
@@ -107,13 +106,13 @@ def pack(method: Method) -> tuple[np.ndarray, Layout]:
 def settings_for(**asked: Any) -> Settings:
     """Settings of a method for a shader, which holds the coefficients in single precision.
 
-    Heights are counted from the middle of the relief, because the terms of the Taylor series then cancel least."""
+    Heights are counted from the middle of the relief, where the terms of the Taylor series cancel least."""
     return Settings(dtype=np.float32, centred=True, **asked)
 
 
 def texels_for(relief: Relief, settings: Settings) -> int:
-    """The number of texels to read along each axis: the least odd number, up to TEXELS_MAX, that leaves out at most
-    a thousandth of the window. It is 5 for a relief as long as the coherence length, and more for a longer relief."""
+    """The least odd number of texels to read along each axis, up to TEXELS_MAX, that leaves out at most a thousandth of
+    the window. It is 5 for a relief as long as the coherence length, and more for a longer relief."""
     sigma_bins = max(relief.size_m) * PatchWindow(relief, settings.patch_sigma_m).sigma_f
     odd = range(1, TEXELS_MAX + 1, 2)
     return next((n for n in odd if left_out(n, sigma_bins) <= _LEFT_OUT), TEXELS_MAX)
@@ -128,10 +127,10 @@ def images_to_folder(
     levelling: Sequence[Step] = DEFAULT,
     progress: Progress = silent,
 ) -> DftImages:
-    """Write the images of a method of a height map, levelled by steps, into a folder, which is made if need be.
+    """Write the images of a method of a levelled height map into a folder, which is created if missing.
 
-    Where the settings ask for 0 texels, texels_for chooses their number. Raises GratingError, naming the source, for a
-    relief that the method cannot take, and as `check_can_write` does."""
+    If the settings have 0 texels, texels_for chooses their number. Raises GratingError, with the source, for a relief
+    that the method cannot handle, and as `check_can_write` does."""
     check_can_write()
     progress("transforms", 0.0)
     relief = prepare(height_map, levelling)
@@ -152,7 +151,7 @@ def images_to_folder(
 
 
 def _extrema(image: np.ndarray, layout: Layout) -> list[list[float]]:
-    """For each term: the smallest and the largest real part, then the smallest and the largest imaginary part.
+    """For each term, the least and greatest real part, then the least and greatest imaginary part.
 
     The thesis scaled its images to the range from 0 to 1 by these numbers."""
     shape = layout.rows, layout.tile_rows, layout.columns, layout.tile_columns, 3

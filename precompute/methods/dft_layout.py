@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What stands in the header of a file of DFT images (dft_images.py), and how it is read.
+"""The header of a file of DFT images (dft_images.py), and its reader.
 
-This module loads no method, so that Blender's start-up does not pay for them.
+This module loads no method, which keeps Blender's start-up fast.
 """
 
 import math
@@ -12,12 +12,12 @@ from ..base.exr import Picture, open_picture
 from ..colour.observer import ILLUMINANTS
 from ..table import atlas_file
 
-# The most terms that the verb `dft` takes, and the most texels that a shader reads along an axis.
+# The most terms of the verb `dft`, and the most texels that a shader reads along an axis.
 TERMS_MAX, TEXELS_MAX = 1000, 31
-# Ranges of what a shader needs, in SI units. They are as wide as the verb's own options and as heights and sides of any
-# scan: a relief is between 1 pm and 1 mm deep, a scan at most a metre long, a period 10 nm to 1 mm, a wavelength step
-# 0.1 to 100 nm. A window of at least a pixel of 1 pm has a transform narrower than 1e12 cycles per metre. The power is
-# an area at most, and at least that of such a pixel.
+# Ranges of a shader's values, in SI units, as wide as the verb's options and as heights and sides of any scan: a relief
+# is between 1 pm and 1 mm deep, a scan at most a metre long, a period 10 nm to 1 mm, a wavelength step 0.1 to 100 nm. A
+# window of at least a pixel of 1 pm has a transform narrower than 1e12 cycles per metre. The power is an area, at least
+# that of this pixel.
 _RANGES = {
     "length_v_m": (1e-12, 1.0),
     "length_u_m": (1e-12, 1.0),
@@ -27,13 +27,13 @@ _RANGES = {
     "period_m": (0.0, 1e-3),
     "step_m": (1e-10, 1e-7),
 }
-# More copies of a cell of 1 nm would be longer than a coherence length of 10 mm, the longest that is taken.
+# So many copies of a cell of 1 nm are as long as the longest allowed coherence length, 10 mm.
 _COPIES_MAX = 10**7
 
 
 @dataclass(frozen=True)
 class Layout:
-    """What a shader needs beside the image. A quantity that the method has no use for is 0 (sigma_f, period_m) or 1
+    """What a shader needs beside the image. A quantity that the method does not use is 0 (sigma_f, period_m) or 1
     (copies_v, copies_u).
 
     length_*_m  sides of the transformed relief in metres, along B (v) and T (u); a bin is 1 / length
@@ -95,14 +95,14 @@ class Layout:
 
 
 def read_layout(path: Path) -> Layout:
-    """The layout in a file's header. Raises GratingError if it is not a file of images."""
+    """Read the layout in a file's header. Raises GratingError if it is not a file of images."""
     return _layout_of(open_picture(path))
 
 
 def read_sound_layout(path: Path) -> Layout:
-    """read_layout, after a look at every texel of the images, for a file that Blender is going to read.
+    """read_layout for a file that Blender is going to read: checks every texel too.
 
-    Raises GratingError if it is not a file of images, if it is damaged or if a texel is no number."""
+    Raises GratingError if it is not a file of images, if it is damaged or if a texel is not a number."""
     picture = open_picture(path)
     layout = _layout_of(picture)
     picture.check_pixels()

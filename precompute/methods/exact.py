@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The references of both models of coherence (precompute/reference) as methods.
 
-Each computes its densities in two ways. `density` sums directly, which takes a transform for every pair of w and
-wavelength. `densities_in_plane` interpolates in s between exact spectra, which makes a plane of views affordable.
+Each computes its densities in two ways. `density` sums directly, with one transform per pair of w and wavelength.
+`densities_in_plane` interpolates in s between exact spectra, which makes a plane of views affordable.
 """
 
 from dataclasses import dataclass, replace
@@ -50,8 +50,8 @@ class Ensemble(Method):
         return out
 
     def densities_in_plane(self, u: np.ndarray, w: np.ndarray, lambdas_m: np.ndarray) -> np.ndarray:
-        """See Method. The spectra are interpolated in s. Every view has its own w, and a transform for each pair of
-        view and wavelength would take hours."""
+        """See Method. The spectra are interpolated in s, because every view has its own w, and a transform for each
+        pair of view and wavelength would take hours."""
         sigma = self.sigma_b
         grid = reference_grid(self.relief, sigma)
         reach = KERNEL_REACH * sigma / np.min(lambdas_m)
@@ -64,7 +64,7 @@ class Ensemble(Method):
             weights = series.weights(w / lam) * (w / lam)[:, None] ** 2
             blurred = np.stack([resample(power[resample.kept])[0, ::-1] for power in series.scattered_over_s2], axis=-1)
             kernel = np.exp(-0.5 * (u / sigma) ** 2) / (2 * np.pi * sigma**2)
-            # Interpolation leaves some 1e-10 of the peak below zero.
+            # Interpolation leaves about -1e-10 of the peak.
             scattered = np.maximum(np.sum(weights * blurred, axis=-1), 0)
             rows.append(scattered + series.zero_order(w / lam) * kernel)
         return np.stack(rows)
@@ -112,19 +112,19 @@ class Patch(Method):
 
 
 def build_ensemble(relief: Relief, settings: Settings) -> Ensemble:
-    """The ensemble model's reference."""
+    """Build the ensemble model's reference."""
     length_m = settings.coherence_length_m
     sigma_b = coherence.kernel_sigma(length_m) if length_m else coherence.narrowest_averaging_kernel(relief.size_m)
     return Ensemble(relief, sigma_b, settings)
 
 
 def build_patch(relief: Relief, settings: Settings) -> Patch:
-    """The patch model's reference."""
+    """Build the patch model's reference."""
     return Patch(PatchWindow(relief, settings.patch_sigma_m), settings)
 
 
 ENTRIES = (
     MethodEntry("reference", "ensemble", build_ensemble),
-    # It sums over every pixel for every direction, so that a picture would take hours.
+    # It sums over every pixel for every direction, so a picture would take hours.
     MethodEntry("reference-patch", "patch", build_patch, in_maps=False),
 )

@@ -3,10 +3,9 @@
 
     exp(-i 2 pi s h) = sum_n (-2 pi s)^n / n! (i h)^n
 
-Heights are counted from the lowest point, as in the thesis, or from the middle of the relief, which halves
-z = 2 pi s max|h|. The terms grow to e^z / sqrt(2 pi z) before they fall, while their sum has modulus 1: the digits
-above 1 cancel and are lost. A sum can therefore fail in two ways. Too few terms cost accuracy, and more terms mend it.
-Too few digits cost accuracy too, and no number of terms mends that.
+Heights are counted from the lowest point, as in the thesis, or from the middle of the relief, which halves z = 2 pi s
+max|h|. The terms grow to e^z / sqrt(2 pi z) before they fall, while their sum has modulus 1: the digits above 1 cancel
+and are lost. So a sum fails by too few terms, or by too few digits, which more terms cannot fix.
 """
 
 import math
@@ -23,15 +22,14 @@ from .entry import MethodEntry
 from .method import Settings
 from .windowed_images import WindowedImages, windowed
 
-# A relief whose phasor would be uncertain by more than this is refused.
+# A relief whose phasor would have a larger error is refused.
 LOSS_MAX = 1e-2
 # The number of terms in the thesis.
 THESIS_TERMS = 37
 
 
 def truncation_error(z: float, terms: int) -> float:
-    """Bound of the error of exp(-i z), z >= 0, after N = `terms` terms: z^N / N! (Lagrange; all derivatives have
-    modulus 1)."""
+    """Bound of the error of exp(-i z), z >= 0, after N = `terms` terms: z^N / N! (Lagrange; |derivatives| = 1)."""
     return math.exp(terms * math.log(z) - math.lgamma(terms + 1)) if z > 0 else 0.0
 
 
@@ -55,8 +53,7 @@ def expected_loss(z: float, dtype: type) -> float:
 
 @dataclass(frozen=True)
 class Taylor:
-    """The expansion: terms (i h / scale_m)^n, with h counted from origin_m. The scale keeps the powers within the range
-    of floating point."""
+    """The expansion: terms (i h / scale_m)^n, with h from origin_m. The scale keeps the powers representable."""
 
     terms: int
     origin_m: float
@@ -82,7 +79,7 @@ class Taylor:
 def expansion_for(relief: Relief, settings: Settings, s_max: float = S_MAX) -> Taylor:
     """The Taylor expansion of a relief up to s_max.
 
-    Raises GratingError where cancellation leaves too few digits, whatever the number of terms."""
+    Raises GratingError if cancellation leaves too few digits, whatever the number of terms."""
     low, high = float(relief.height_m.min()), float(relief.height_m.max())
     origin = (low + high) / 2 if settings.centred else low
     scale = max(high - origin, 1e-12)
@@ -101,7 +98,7 @@ def expansion_for(relief: Relief, settings: Settings, s_max: float = S_MAX) -> T
 
 
 def build(relief: Relief, settings: Settings) -> WindowedImages:
-    """FLSS of a relief. Raises GratingError for a relief that is too deep for the series."""
+    """Build FLSS of a relief. Raises GratingError for a relief that is too deep for the series."""
     return windowed("flss", relief, expansion_for(relief, settings), settings=settings)
 
 

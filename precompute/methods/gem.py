@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The rainbow of GPU Gems, chapter 8 (Stam 2004): a look, not a measurement.
+"""The rainbow of GPU Gems, chapter 8 (Stam 2004): an artistic look without physics.
 
 Each order n = 1 .. 7 of u d = n lambda, with lambda from 0.5 to 1 um running over the rainbow, adds three bumps 1 - x^2
-in red, green and blue. The highlight is a Gaussian of r u / w, where r is the roughness. The heights, v and the
-conservation of energy play no part.
+in red, green and blue. The highlight is a Gaussian of r u / w, with roughness r. It ignores heights, v and energy.
 """
 
 from dataclasses import dataclass
@@ -53,7 +52,7 @@ class Gem(Method):
 
 
 def build(relief: Relief, settings: Settings) -> Gem:
-    """The rainbow of a relief's period. Raises GratingError where it has none."""
+    """Build the rainbow of a relief's period. Raises GratingError if the relief has no period."""
     return Gem(grating_period(relief, settings.period_m), settings)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What all methods of evaluating the spectrum share: the settings, the protocol, and the sum over wavelengths."""
+"""The common parts of all methods: the settings, the protocol, and the sum over wavelengths."""
 
 from dataclasses import dataclass
 from typing import Literal, Protocol
@@ -16,11 +16,11 @@ Coherence = Literal["patch", "ensemble"]
 
 @dataclass(frozen=True)
 class Settings:
-    """The settings from which a method is built. A method ignores the settings that it has no use for.
+    """The settings from which a method is built. A method ignores settings that it does not use.
 
-    coherence_length_m  4 sigma_s; None: 65 um under the patch model, under the ensemble model the length whose kernel
-                        is the narrowest that still averages enough of the relief
-    terms       number of terms in the phasor's expansion; None: as many as `tolerance` asks for at the largest s
+    coherence_length_m  4 sigma_s; None: 65 um under the patch model, under the ensemble model the length of the
+                        narrowest kernel that averages enough of the relief
+    terms       number of terms in the phasor's expansion; None: the number that `tolerance` needs at the largest s
     tolerance   largest error of the phasor, by which the number of terms is chosen
     step_m      wavelength step in metres
     dtype       float32 or float64: the precision in which an expansion's images are stored and summed
@@ -47,7 +47,7 @@ class Settings:
 
 
 class Method(Protocol):
-    """One way to evaluate the spectrum of a relief.
+    """A way to evaluate the spectrum of a relief.
 
     Directions are u, v (n,) and w (n,) or a number. Densities are over (u, v) and include the zero order, so that the
     integral over a full reflector is 1 under every method that conserves power."""
@@ -61,8 +61,7 @@ class Method(Protocol):
         ...
 
     def xyz(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float) -> np.ndarray:
-        """XYZ (n, 3): the density summed over wavelengths that the method chooses, scaled so that a perfect mirror's
-        white has Y = 1."""
+        """XYZ (n, 3): the density summed over the method's wavelengths. A perfect mirror's white has Y = 1."""
         return spectral_sum(self.density, u, v, w=w, settings=self.settings)
 
     def densities_in_plane(self, u: np.ndarray, w: np.ndarray, lambdas_m: np.ndarray) -> np.ndarray:
@@ -76,7 +75,7 @@ class Method(Protocol):
         return 0
 
     def shader_images(self) -> ShaderImages:
-        """The images that an OSL shader of the method reads. Raises GratingError if there is no such shader."""
+        """The images for the method's OSL shader. Raises GratingError if the method has no shader."""
         raise GratingError(self.name, "no shader evaluates it", "choose another method")
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every method of this folder by its name. A new method is a new module with a MethodEntry, and its name in ENTRIES.
+"""Lists every method of this folder by name. A new method is a new module with a MethodEntry, and its name in ENTRIES.
 
-A method is judged against the reference of its own coherence model: "reference" (ensemble) or "reference-patch".
-This module loads all methods. Blender's start-up and the verbs that evaluate no method leave it alone.
+A method is compared with the reference of its own coherence model: "reference" (ensemble) or "reference-patch". This
+module loads all methods, so Blender's start-up and the verbs without methods do not import it.
 """
 
 from . import baked, chebyshev_series, exact, flss, gem, nmm, pq, stam

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """NMM: only the wavelengths that satisfy the grating equation (thesis 4.3).
 
-For a grating of period d they are lambda_n = |u| d / n, with n an integer and |u| d / lambda_max <= n <=
-|u| d / lambda_min, and the same for v. NMM takes FLSS's density at each of them. The thesis adds the densities up as if
-the wavelengths were equally spaced. They are not. An order is as wide as the window, and it covers a direction over an
+For a grating of period d they are lambda_n = |u| d / n, with n an integer and |u| d / lambda_max <= n <= |u| d /
+lambda_min, and the same for v. NMM takes FLSS's density at each of them. The thesis adds the densities up as if the
+wavelengths were equally spaced, which is wrong. An order is as wide as the window, and it covers a direction over an
 interval of wavelengths:
 
     integral of exp(-(u / lambda - n / d)^2 / sigma_f^2) d lambda = sqrt(pi) sigma_f lambda_n^2 / |u|
 
-This width is the missing Jacobian. Without it blue weighs too much, and the picture turns purple.
+This width is the missing Jacobian. Without it blue has too much weight, and the picture turns purple.
 """
 
 from dataclasses import dataclass, replace
@@ -25,13 +25,13 @@ from .term_images import ShaderImages
 from .windowed_images import WindowedImages
 
 # Within this many standard deviations of the specular peak no wavelength satisfies the grating equation, and all
-# wavelengths are summed. The thesis paints that disc white.
+# wavelengths are summed. The thesis paints this disc white.
 _SPECULAR_REACH = 3.0
 
 
 @dataclass(frozen=True)
 class Nmm(Method):
-    """NMM over the images of FLSS (`full`); `jacobian` tells whether the spacing of the wavelengths is allowed for."""
+    """NMM over the images of FLSS (`full`). With `jacobian`, densities are multiplied by the orders' widths."""
 
     name: str
     full: WindowedImages
@@ -41,7 +41,7 @@ class Nmm(Method):
     coherence: Coherence = "patch"
 
     def density(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float, *, wavelength_m: float) -> np.ndarray:
-        """FLSS's density where the wavelength is within half a step of a selected wavelength, else 0."""
+        """FLSS's density if the wavelength is within half a step of a selected wavelength, else 0."""
         u, v, w = np.broadcast_arrays(u, v, w)
         chosen = self._specular(u, v)
         for component in (u, v):
@@ -93,12 +93,12 @@ def specular_radius(sigma_f: float) -> float:
 
 
 def build(relief: Relief, settings: Settings) -> Nmm:
-    """NMM as printed. Raises GratingError where the relief has no period or is too deep for FLSS."""
+    """Build NMM as printed. Raises GratingError if the relief has no period or is too deep for FLSS."""
     return Nmm("nmm", flss.build(relief, settings), grating_period(relief, settings.period_m), False, settings)
 
 
 def build_jacobian(relief: Relief, settings: Settings) -> Nmm:
-    """NMM with the missing Jacobian. Raises GratingError where `build` does."""
+    """Build NMM with the missing Jacobian. Raises GratingError as `build` does."""
     period = grating_period(relief, settings.period_m)
     return Nmm("nmm-jacobian", flss.build(relief, settings), period, True, settings)
 

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""PQ: the patch repeated N times side by side, no window (thesis 3.5 and Algorithm 5).
+"""PQ: the patch repeated N times side by side, without a window (thesis 3.5 and Algorithm 5).
 
 The transform of N copies along an axis is the transform of one patch times a Dirichlet kernel,
 
     p + i q = sum_n exp(-i 2 pi f T n),   n = 0 .. N - 1,
 
 for a patch of length T at the frequency f. The transform of one patch is interpolated from its DFT by sinc functions.
-The thesis multiplies the kernels of the two axes as (p1 p2 - q1 q2) + i (p1 p2 + q1 q2). The right product is
-(p1 p2 - q1 q2) + i (p1 q2 + q1 p2).
+The thesis multiplies the kernels of the two axes as (p1 p2 - q1 q2) + i (p1 p2 + q1 q2). The right product is (p1 p2 -
+q1 q2) + i (p1 q2 + q1 p2).
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from .entry import MethodEntry
 from .method import Coherence, Method, Settings
 from .term_images import Expansion, ShaderImages, TermImages, make_images, read_spectrum
 
-# Where 1 - cos(phase) is below this, the thesis takes p = N, q = 0.
+# The thesis takes p = N, q = 0 if 1 - cos(phase) is below this.
 _PRINTED_LIMIT = 1e-5
 
 
@@ -31,7 +31,7 @@ def copies_sum(phase: np.ndarray, copies: int) -> np.ndarray:
     half = np.asarray(phase) / 2
     turns = np.rint(half / np.pi)
     small = half - turns * np.pi
-    # sin(N x) / sin(x) is 0 / 0 at x = turns pi + small, and its limit is N there.
+    # sin(N x) / sin(x) is 0 / 0 at x = turns pi, where its limit is N up to the sign.
     near = np.abs(small) < 1e-9
     safe = np.where(near, 1.0, small)
     ratio = np.where(near, copies, np.sin(copies * safe) / np.sin(safe)) * np.where(turns * (copies - 1) % 2, -1, 1)
@@ -54,7 +54,7 @@ def printed_product(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 class Pq(Method):
     """A cell of images.size_m (Ty, Tx) metres, repeated `copies` times (along B, along T).
 
-    `printed` keeps the two slips of the thesis: one copy too many, and the wrong product."""
+    `printed` keeps the two errors of the thesis: one copy too many, and the wrong product."""
 
     name: str
     images: TermImages
@@ -94,7 +94,7 @@ class Pq(Method):
 
 
 def copies_of(cell: Relief, settings: Settings) -> tuple[int, int]:
-    """How many cells fill the coherence length along each axis, at least one."""
+    """The number of cells that fill the coherence length along each axis, at least one."""
     length_m = settings.coherence_length_m or THESIS_COHERENCE_M
     along_b, along_t = (max(1, int(np.ceil(length_m / side - 1e-6))) for side in cell.size_m)
     return along_b, along_t
@@ -108,12 +108,12 @@ def _build(name: str, printed: bool, relief: Relief, settings: Settings) -> Pq:
 
 
 def build(relief: Relief, settings: Settings) -> Pq:
-    """PQ with the right product. Raises GratingError for a relief too deep for the Taylor series."""
+    """Build PQ with the right product. Raises GratingError for a relief too deep for the Taylor series."""
     return _build("pq", False, relief, settings)
 
 
 def build_printed(relief: Relief, settings: Settings) -> Pq:
-    """PQ as the thesis prints it. Raises GratingError where `build` does."""
+    """Build PQ as the thesis prints it. Raises GratingError as `build` does."""
     return _build("pq-printed", True, relief, settings)
 
 

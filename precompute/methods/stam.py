@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Stam's own form for a regular grating (Stam 1999, section 6): one bump repeated at every period d along T.
 
-The spectrum of a row of bumps is the spectrum of one bump at the frequencies n / d, so a direction u sees the
-wavelengths lambda_n = |u| d / n only, each weighted by the observer and by the Jacobian |d lambda / d u| = d / n:
+The spectrum of a row of bumps is the spectrum of one bump at the frequencies n / d. So a direction u sees only the
+wavelengths lambda_n = |u| d / n, each weighted by the observer and by the Jacobian |d lambda / d u| = d / n:
 
     XYZ = kernel(v) sum_n |P_n(w / lambda_n)|^2 d / |n| observer(lambda_n),
     P_n(s) = (1 / d) integral over a period of exp(-i 2 pi s h) exp(-i 2 pi n x / d)
 
-The bump is the mean profile over the relief's periods. That is exact for a line grating. Of an irregular grating the
-model knows no more than this mean. Along v Stam's orders have no width; here they are as wide as the ensemble's kernel.
+The bump is the mean profile over the relief's periods, which is exact for a line grating. An irregular grating is
+reduced to this mean. Along v Stam's orders have no width; here they are as wide as the ensemble's kernel.
+Stam's obliquity is in optics/brdf.py.
 """
 
 from dataclasses import dataclass
@@ -48,7 +49,7 @@ class Stam(Method):
         return out
 
     def density(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float, *, wavelength_m: float) -> np.ndarray:
-        """See Method: every order as wide as the kernel."""
+        """See Method: every order is as wide as the kernel."""
         u, v, w = np.broadcast_arrays(u, v, w)
         s = w / wavelength_m
         last = int(2 * self.period_m / wavelength_m) + 1
@@ -86,7 +87,7 @@ class Stam(Method):
 
 
 def mean_profile(relief: Relief, period_m: float) -> np.ndarray:
-    """Mean height (samples,) in metres over the rows and periods of a relief, along T."""
+    """Mean height (samples,) in metres of a relief's periods along T, averaged over B."""
     line = np.average(relief.height_m, axis=0, weights=relief.apodisation_axes[0] + 1e-12)
     pixel = relief.pixel_size_m[1]
     count = int(np.clip(round(period_m / pixel), 1, _SAMPLES_MAX))
@@ -97,7 +98,7 @@ def mean_profile(relief: Relief, period_m: float) -> np.ndarray:
 
 
 def build(relief: Relief, settings: Settings) -> Stam:
-    """Stam's form of a relief. Raises GratingError where it has no period."""
+    """Build Stam's form of a relief. Raises GratingError if the relief has no period."""
     period = grating_period(relief, settings.period_m)
     length_m = settings.coherence_length_m
     sigma_b = coherence.kernel_sigma(length_m) if length_m else coherence.narrowest_averaging_kernel(relief.size_m)

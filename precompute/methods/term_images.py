@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The transforms of an expansion's terms as images, and how a shader reads them: a few texels around a frequency.
+"""Transforms of an expansion's terms as images, and their reading as in a shader: a few texels around a frequency.
 
 The phasor is expanded as p = sum_n c_n(s) f_n(h). Its spectrum at any s is then sum_n c_n(s) F_n, where F_n is the
 transform of f_n(h). The images F_n do not depend on s and are made once.
@@ -17,7 +17,7 @@ from ..base.memory import refuse_beyond_memory
 from ..colour.observer import S_MAX
 from ..surface.relief import SMALLER, Relief
 
-# What is held for each pixel of the relief while one term is transformed, in bytes (laboratory/benchmarks/memory.py).
+# The memory per pixel of the relief while one term is transformed, in bytes (laboratory/benchmarks/memory.py).
 _BYTES_PER_PIXEL = 64
 
 # weight(axis, distance), see TermImages.read.
@@ -25,7 +25,7 @@ Weight = Callable[[int, np.ndarray], np.ndarray]
 
 
 class Expansion(Protocol):
-    """p = sum_n c_n(s) f_n(h). The heights are divided by scale_m before they enter a term."""
+    """p = sum_n c_n(s) f_n(h). The heights are divided by scale_m in the terms."""
 
     @property
     def series(self) -> Literal["taylor", "chebyshev"]:
@@ -50,8 +50,7 @@ class Expansion(Protocol):
 class TermImages:
     """terms (ny, nx, N), complex: the DFT of each term times the apodisation, divided by the number of pixels.
 
-    The zero frequency is in the middle, phases count from the middle pixel, and the frequencies are bins of
-    1 / size_m (Ly, Lx) metres."""
+    The zero frequency is in the middle, phases count from the middle pixel, and a bin is 1 / size_m (Ly, Lx) metres."""
 
     terms: np.ndarray
     size_m: tuple[float, float]
@@ -66,8 +65,8 @@ class TermImages:
     ) -> np.ndarray:
         """sum_n c_n F_n (m,) at frequencies q_y, q_x (m,), from texels x texels around the nearest texel.
 
-        weight(axis, distance) is the weight of a texel that lies `distance` (m,) bins away along an axis. Texels
-        outside the images count as zero. Sums are in the images' own precision."""
+        weight(axis, distance) is the weight of a texel that is `distance` (m,) bins away along an axis. Texels outside
+        the images count as zero. Sums are in the images' own precision."""
         real = self.terms.real.dtype
         coefficients = coefficients.astype(self.terms.dtype if np.iscomplexobj(coefficients) else real)
         places = [q * length + o for q, length, o in zip((q_y, q_x), self.size_m, self.origin, strict=True)]
@@ -102,12 +101,12 @@ def read_spectrum(
 
 @dataclass(frozen=True)
 class ShaderImages:
-    """What an OSL shader needs in order to evaluate a method.
+    """The inputs of a method's OSL shader.
 
     power      factor from |sum|^2 / lambda^2 to the density over (u, v), square metres
     sigma_f    standard deviation of the Gaussian window's transform, cycles per metre; 0 without a window
     copies     number of copies of the cell, along B (v) and T (u)
-    period_m   period of the grating in metres; 0 where the method has no use for it
+    period_m   period of the grating in metres; 0 if the method does not use it
     """
 
     images: TermImages
@@ -119,13 +118,13 @@ class ShaderImages:
 
 
 def make_images(relief: Relief, expansion: Expansion, dtype: type) -> TermImages:
-    """The images of an expansion, in float32 or float64, at the frequencies that |u|, |v| <= 2 reach.
+    """Make the images of an expansion, in float32 or float64, at the frequencies that |u|, |v| <= 2 reach.
 
-    Raises GratingError where they would take more than half of the memory that is free."""
+    Raises GratingError if they would take more than half of the free memory."""
     kept = [_kept(n, length) for n, length in zip(relief.height_m.shape, relief.size_m, strict=True)]
     narrow = np.complex64 if dtype == np.float32 else np.complex128
     terms = expansion.coefficients(np.zeros(1)).shape[1]
-    # The images are held twice while they are stacked.
+    # np.stack holds the images twice.
     needed = 2 * terms * np.dtype(narrow).itemsize * math.prod(map(len, kept)) + _BYTES_PER_PIXEL * relief.height_m.size
     refuse_beyond_memory(needed, f"the relief's {terms} terms", (f"{SMALLER}, or lower ", Setting.TERMS))
     images = []
@@ -139,6 +138,6 @@ def _kept(count: int, length_m: float) -> np.ndarray:
     """Indices into an unshifted transform, in ascending order of frequency, with the zero in the middle (size // 2)."""
     below = min(count // 2, int(np.ceil(S_MAX * length_m)) + 2)
     above = min((count - 1) // 2, below)
-    # An even number of bins has one more below zero than above it, as fftshift leaves it.
+    # An even number of bins has one more below zero than above it, as after fftshift.
     below = above + 1 if below > above else below
     return np.arange(-below, above + 1) % count

@@ -13,7 +13,7 @@ from .term_images import Expansion, ShaderImages, TermImages, make_images, read_
 
 @dataclass(frozen=True)
 class WindowedImages(Method):
-    """For each wavelength, the terms' images under a Gaussian window of sigma_f cycles per metre.
+    """The terms' images, read for each wavelength under a Gaussian window of sigma_f cycles per metre.
 
     `scale` turns |sum|^2 into a PSD, in square metres."""
 
@@ -49,7 +49,7 @@ class WindowedImages(Method):
 
 
 def windowed(name: str, relief: Relief, expansion: Expansion, *, settings: Settings) -> WindowedImages:
-    """An expansion's images under the patch model's window."""
+    """Put an expansion's images under the patch model's window."""
     window = PatchWindow(relief, settings.patch_sigma_m)
     scale = window.density_scale() * window.kernel_at_zero() ** 2
     images = make_images(relief, expansion, settings.dtype)
@@ -59,8 +59,8 @@ def windowed(name: str, relief: Relief, expansion: Expansion, *, settings: Setti
 def left_out(texels: int, sigma_bins: float) -> float:
     """Bound of the weights, along one axis, of all texels that are not read: sum of exp(-d^2 / (2 sigma^2)).
 
-    The nearest texel is at most half a bin away. On its side, the first texel that is not read is therefore at least
-    texels / 2 bins away; on the other side it is at least half a bin further. The bound is 0.07 for 3 texels and a
-    patch as long as its coherence (sigma = 2 / pi bins)."""
+    The nearest texel is at most half a bin away. On its side, the first unread texel is therefore at least texels / 2
+    bins away; on the other side it is at least half a bin further. The bound is 0.07 for 3 texels and a patch as long
+    as its coherence (sigma = 2 / pi bins)."""
     distance = texels / 2 + np.arange(0, 64, 0.5)
     return float(np.exp(-0.5 * (distance / sigma_bins) ** 2).sum())

@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The factors of the BRDF that do not depend on the relief (docs/theory.md, BRDF).
+"""Factors of the BRDF that do not depend on the relief (docs/theory.md, BRDF).
 
-wi is the unit direction to the light, wr to the viewer, both away from the surface; ti and tr are their angles from the
-normal, w = cos(ti) + cos(tr).
+wi is the unit direction to the light, wr to the viewer, both away from the surface. ti and tr are their angles from the
+normal, and w = cos(ti) + cos(tr).
 """
 
 import numpy as np
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The scalar products (...,) of vectors (..., 3)."""
+    """Compute scalar products (...,) of vectors (..., 3)."""
     return np.einsum("...i,...i->...", a, b)
 
 
 def half_angle_cosine(wi: np.ndarray, wr: np.ndarray) -> np.ndarray:
-    """The cosine (...,) of the half angle: between wi (..., 3) and the half vector of wi and wr (..., 3)."""
+    """Compute the cosine (...,) of the half angle: between wi (..., 3) and the half vector of wi and wr (..., 3)."""
     return np.sqrt(np.clip(0.5 * (1 + dot(wi, wr)), 0, 1))
 
 
@@ -22,6 +22,6 @@ def obliquity_times_cosine_and_w2(wi: np.ndarray, wr: np.ndarray) -> np.ndarray:
     """O(wi, wr) cos(ti) w^2 = (1 + wi.wr)^2 / cos(tr) (...,) for unit directions (..., 3) (Stam 1999, equation 5).
 
     Stam's obliquity O has w^2 in its denominator, and the scattered spectrum vanishes as w^2. So the bake stores the
-    spectrum divided by w^2, and this function returns O cos(ti) multiplied by w^2. The product of the two is never a
-    quotient by a small number, except where the view itself grazes; there cos(tr) is held at 1e-6."""
+    spectrum divided by w^2, and this function returns O cos(ti) multiplied by w^2. Neither divides by a small number,
+    except at a grazing view, where cos(tr) is clamped to 1e-6."""
     return (1 + dot(wi, wr)) ** 2 / np.maximum(wr[..., 2], 1e-6)

@@ -4,7 +4,7 @@
 A Gaussian amplitude window of standard deviation sigma_s, averaged over its positions, blurs the power spectrum by a
 Gaussian of standard deviation 1 / (2 pi sqrt(2) sigma_s) in the spatial frequency q = (u, v) / lambda. The coherence
 length is 4 sigma_s, as in the thesis. The kernel is a Gaussian of fixed standard deviation sigma_b in (u, v), so the
-coherence length is proportional to the wavelength. Every coherence length in this project is the one at
+coherence length is proportional to the wavelength. All coherence lengths in this project are given at
 REFERENCE_WAVELENGTH_M.
 """
 
@@ -13,7 +13,7 @@ import math
 REFERENCE_WAVELENGTH_M = 550e-9
 # The default kernel averages this many coherence areas. An average over fewer areas is mostly speckle.
 MINIMUM_AREAS = 30
-# The coherence length of the thesis, and the default of the patch model.
+# The thesis's coherence length, which is the default of the patch model.
 THESIS_COHERENCE_M = 65e-6
 
 
@@ -23,16 +23,15 @@ def kernel_sigma(coherence_length_m: float) -> float:
 
 
 def coherence_length(sigma_b: float) -> float:
-    """The coherence length in metres of a kernel of standard deviation sigma_b in (u, v): the inverse of
-    kernel_sigma."""
+    """The coherence length in metres of a kernel of standard deviation sigma_b in (u, v); inverts kernel_sigma."""
     return kernel_sigma(1.0) / sigma_b
 
 
 def coherence_areas(size_m: tuple[float, float], coherence_length_m: float, profiles_m: float = 0.0) -> float:
     """The number of coherence areas over which scans average.
 
-    size_m is (Ly, Lx) in metres of a scan; profiles_m is the total length in metres of scans of a single row or column,
-    whose heights are known along one direction only. Two windows count as separate areas if they are at least
+    size_m is the size (Ly, Lx) of a scan in metres. profiles_m is the total length in metres of profiles, scans of one
+    line that know the heights along one direction only. Two windows count as separate areas if they are at least
     sqrt(2) sigma_s apart: at that shift the square of their overlap has fallen to 1 / e."""
     shift = math.sqrt(2) * coherence_length_m / 4
     return size_m[0] * size_m[1] / shift**2 + profiles_m / shift
@@ -41,8 +40,7 @@ def coherence_areas(size_m: tuple[float, float], coherence_length_m: float, prof
 def longest_averaging_length(area_m2: float, profiles_m: float = 0.0) -> float:
     """The longest coherence length in metres at which scans average MINIMUM_AREAS coherence areas.
 
-    area_m2 is the total area of the scans in square metres, profiles_m the total length in metres of scans of a single
-    row or column."""
+    area_m2 is the scans' total area in square metres, profiles_m the total length in metres of scans of one line."""
     half = profiles_m / 2
     shift = (half + math.sqrt(half**2 + MINIMUM_AREAS * area_m2)) / MINIMUM_AREAS
     return 4 * shift / math.sqrt(2)

@@ -7,7 +7,7 @@ KERATIN_IOR = 1.56
 
 
 def fresnel_reflectance(cosine: np.ndarray, ior: float = KERATIN_IOR) -> np.ndarray:
-    """The power reflectance (...,) of a smooth dielectric, mean of both polarisations (Born and Wolf 1.5.2).
+    """The power reflectance (...,) of a smooth dielectric for unpolarised light (Born and Wolf 1.5.2).
 
     cosine (...,) is the cosine of the angle of incidence; ior is the refractive index relative to air."""
     c = np.clip(cosine, 0, 1)

@@ -5,14 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-# |(u, v)| is at most 2, where light and viewer both graze the surface on the same side.
+# |(u, v)| reaches 2 if light and viewer both graze the surface on the same side.
 FARTHEST = 2.0
 
 
 class Region(NamedTuple):
-    """A rectangle of (u, v): the least and the greatest u, then the least and the greatest v.
+    """A rectangle of (u, v): least and greatest u, then least and greatest v.
 
-    The default holds every pair of directions."""
+    The default contains every pair of directions."""
 
     u: tuple[float, float] = (-FARTHEST, FARTHEST)
     v: tuple[float, float] = (-FARTHEST, FARTHEST)
@@ -24,7 +24,7 @@ class Region(NamedTuple):
 
     @property
     def share_of_disc(self) -> float:
-        """The share of all (u, v) that the region holds: of the disc |(u, v)| <= 2."""
+        """The share of the disc |(u, v)| <= 2, which is all (u, v), that the region contains."""
         ends = np.linspace(-FARTHEST, FARTHEST, 401)
         middles = (ends[1:] + ends[:-1]) / 2
         u, v = np.meshgrid(middles, middles)
@@ -33,9 +33,9 @@ class Region(NamedTuple):
 
     @property
     def is_whole(self) -> bool:
-        """Whether the region holds every pair of directions, up to rounding."""
+        """Whether the region contains every pair of directions, up to rounding."""
         return all(low <= 1e-9 - FARTHEST and high >= FARTHEST - 1e-9 for low, high in self)
 
     def contains(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Whether each of the points u, v (...,) lies in the region or on its rim; boolean (...,)."""
+        """Whether each of the points u, v (...,) lies in the region or on its rim."""
         return (u >= self.u[0]) & (u <= self.u[1]) & (v >= self.v[0]) & (v <= self.v[1])

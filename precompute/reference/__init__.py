@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The exact answers of both models of coherence, against which everything else is measured."""
+"""The exact results of both models of coherence, against which everything else is measured."""

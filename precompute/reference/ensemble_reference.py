@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The truth of the ensemble model of coherence: exact phasor, float64, 1 nm, no table and no expansion in s.
+"""Reference of the ensemble model of coherence: exact phasor, float64, 1 nm, no table and no expansion in s.
 
-It takes one transform for every pair of w and wavelength. At each (u, v) it then sums over the bins that the coherence
-kernel reaches. It is slow and simple on purpose.
+It takes one transform per w and wavelength, and sums over the kernel's bins. It is deliberately slow and simple.
 """
 
 import numpy as np
@@ -28,10 +27,10 @@ def reference_xyz(
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Scattered XYZ (n, 3) at the places uv, two arrays (n,), and the zero order's XYZ (3,), all at one w.
 
-    XYZ is the integral over the wavelengths of PSD((u, v) / lambda; w / lambda) / lambda^2 times the observer. It is
-    the density over (u, v) of the light that a surface of reflectance R = 1 and obliquity O = 1 reflects, scaled so
-    that a perfect mirror's white has Y = 1. The zero order's XYZ is a weight that the kernel at (u, v) is multiplied by
-    (docs/theory.md, "The bake"). `progress` is called after each wavelength."""
+    XYZ is the integral over wavelength of PSD((u, v) / lambda; w / lambda) / lambda^2 times the observer: the density
+    over (u, v) of the light from a surface of reflectance R = 1 and obliquity O = 1, scaled so that a perfect mirror's
+    white has Y = 1. The zero order's XYZ multiplies the kernel (docs/theory.md, "The bake"). `progress` is called after
+    each wavelength."""
     grid = reference_grid(relief, sigma_b)
     lambdas = seen_wavelengths(wavelengths(step_m), illuminant)
     weights = spectral_weights(lambdas, illuminant)
@@ -49,7 +48,7 @@ def blurred(
     power: np.ndarray, grid: FrequencyGrid, uv: tuple[np.ndarray, np.ndarray], *, lam: float, sigma_b: float,
     cut: float = KERNEL_REACH,
 ) -> np.ndarray:  # fmt: skip
-    """Density over (u, v) of the binned power (ny, nx), at the places uv, two arrays (n,); returns (n,).
+    """Density (n,) over (u, v) of the binned power (ny, nx), at the places uv, two arrays (n,).
 
     The light of each bin is spread as a Gaussian of sigma_b about lambda * q, cut off at `cut` times sigma_b."""
     u, v = uv
@@ -67,8 +66,8 @@ def blurred(
 def _kernel_bins(
     q: np.ndarray, position: np.ndarray, lam: float, sigma_b: float, cut: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """For each position (n,) in u or v: the indices of the bins within the kernel's reach, and the kernel's values at
-    these bins. Both are arrays (n, m), where m bins are enough for every position."""
+    """For each position (n,) in u or v, the indices of the bins within the kernel's reach and the kernel's values
+    there. Both are arrays (n, m), where m bins are enough for every position."""
     if len(q) == 1:
         centre = np.zeros((len(position), 1), int)
     else:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The truth of the patch model of coherence: the sum P(q; s) of precompute/spectra/patch_window.py, computed for each
+"""Reference of the patch model of coherence: the sum P(q; s) of precompute/spectra/patch_window.py, computed for each
 direction as a product of matrices."""
 
 from dataclasses import dataclass
@@ -46,8 +46,7 @@ class PatchReference:
         return out
 
     def _line_sums(self, q_y: np.ndarray, q_x: np.ndarray, s: np.ndarray) -> np.ndarray:
-        """As _sums, for a relief whose rows are all alike: the sum is then a sum over the rows times a sum over
-        the columns."""
+        """Like _sums, for a relief that is constant along y: the product of a sum over y and a sum over x."""
         relief = self.window.relief
         apodisation_y, apodisation_x = relief.apodisation_axes
         line = np.exp((-2j * np.pi) * s[:, None] * relief.height_m[0])

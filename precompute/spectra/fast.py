@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The series in s as a bake makes it: in single precision, with as few nodes as the relief needs.
+"""Computes a bake's series in s in single precision, with as few nodes as the relief needs.
 
-Every node in s costs a transform. The number given by `bound` is enough for every relief of the same height range, and
-about twice what a real scan needs. So `fast_series` measures the number on small parts cut out of the relief, and then
+Each node in s costs a transform. `bound` gives a number of nodes that is enough for every relief of the same height
+range, about twice what a real scan needs. So `fast_series` measures the number on small cuts of the relief, then
 confirms it on the whole relief.
 """
 
@@ -20,29 +20,27 @@ from .resample import KERNEL_REACH, Resampler
 from .series import COUNT_MIN, SpectrumSeries, bound
 from .spectrum import FrequencyGrid, fft_order, frequency_grid, scattered_spectrum
 
-# Side in pixels of the cuts on which the number of nodes is measured. A relief whose longer side is under twice this
-# size takes the number that `bound` gives.
+# Side in pixels of the cuts that measure the number of nodes. Reliefs under twice this size take it from `bound`.
 _CUT = 192
 _ROWS_AT_ONCE, _COLUMNS_AT_ONCE = 128, 64
-# No relief takes more nodes. Scalar diffraction ends far above this depth, of 60 um for all of (u, v).
+# The greatest number of nodes: a depth of 60 um for all of (u, v), far beyond the validity of scalar diffraction.
 _COUNT_MAX = 1000
-# A surface that scatters less than this share of the light scatters nothing but rounding. The share is a hundred times
-# what a transform in single precision scatters falsely.
+# A smaller share of scattered light counts as rounding. It is a hundred times a transform's error in single precision.
 ROUNDING = 1e-10
-# Bins that are much finer than the finest kernel are blurred by a Gaussian and then thinned out. These are the standard
-# deviation of the blur, and the spacing of the bins afterwards, both in units of the finest kernel at the longest
-# wavelength. The rest of the kernel then has a standard deviation of 0.8. A sum over bins under both Gaussians is flat
-# to 2 exp(-2 pi^2 * 0.6^2 * 0.8^2 / 0.75^2) = 6e-4.
+# Bins much finer than the finest kernel are blurred by a Gaussian and then thinned out. These are the blur's standard
+# deviation and the new spacing of the bins, in units of the finest kernel at the longest wavelength. The rest of the
+# kernel then has a standard deviation of 0.8. A sum over bins under both Gaussians is flat to 2 exp(-2 pi^2 * 0.6^2 *
+# 0.8^2 / 0.75^2) = 6e-4.
 _BLUR, _SPACING = 0.6, 0.75
 
 
 @dataclass(frozen=True)
 class Work:
-    """What a series in single precision costs.
+    """The cost of a series in single precision.
 
     transforms  the number of transforms
-    fine_bins   the bins of each transform that are kept
-    bins        the bins of each that the series holds, thinned out or not"""
+    fine_bins   the bins that are kept of each transform
+    bins        the bins per transform that the series holds, thinned out or not"""
 
     transforms: int
     fine_bins: int
@@ -50,15 +48,14 @@ class Work:
 
 
 def unasked(work: Work) -> None:
-    """For a series that nobody asks about beforehand."""
+    """Accept any cost: the default of `before`."""
 
 
 def exact_error(relief: Relief, series: SpectrumSeries, s_values: np.ndarray) -> float:
-    """The error of a series: sum |found - exact| / sum exact over the bins, the largest for any of s_values (n,).
+    """A series' error: sum |found - exact| / sum exact over the bins, the largest over s_values (n,).
 
-    `found` is the series' spectrum and `exact` that of a transform, in float64. Where the bins were thinned out, the
-    exact spectrum is in float32 and thinned out too. Values of s at which the relief scatters no more than ROUNDING are
-    left out."""
+    `found` is the series' spectrum and `exact` a transform's in float64. If the bins were thinned out, the exact
+    spectrum is in float32 and thinned out too. Values of s at which the relief scatters up to ROUNDING are skipped."""
     worst = 0.0
     for s in s_values:
         if series.blur_q:
@@ -77,13 +74,12 @@ def fast_series(
     relief: Relief, q_max: float, s_max: float, *, finest_kernel: float, tolerance: float, progress: Progress = silent,
     before: Callable[[Work], None] = unasked,
 ) -> SpectrumSeries:  # fmt: skip
-    """The series of a relief in float32, with bins up to q_max and s up to s_max, both in cycles per metre.
+    """Compute the series of a relief in float32, with bins up to q_max and s up to s_max, both in cycles per metre.
 
-    finest_kernel is the standard deviation, in cycles per metre, of the narrowest kernel that will be used. Where bins
-    are much finer than that kernel, they are blurred by a part of it and thinned out. The series leaves out about the
-    share `tolerance` of the light, as estimated from its last coefficients. `progress` is called after each
-    transform, and `before` once before the first, with what they will cost: it may raise GratingError. Raises
-    GratingError for a relief that would take more than _COUNT_MAX transforms."""
+    finest_kernel is the standard deviation, in cycles per metre, of the narrowest kernel that will be used. Bins much
+    finer than this kernel are blurred by a part of it and thinned out. The series omits about the share `tolerance` of
+    the light, estimated from its last coefficients. `before` gets the cost before the first transform and may raise
+    GratingError; `progress` is called after each transform. Raises GratingError if `bound` exceeds _COUNT_MAX."""
     grid = frequency_grid(relief, q_max, finest_kernel)
     most = bound(relief, s_max, tolerance)
     if most > _COUNT_MAX:
@@ -106,8 +102,8 @@ def fast_series(
 def measured_count(relief: Relief, q_max: float, s_max: float, *, tolerance: float) -> int:
     """The number of nodes in s that is enough for each of three cuts of the relief.
 
-    The cuts lie in the middle, around the highest point and around the deepest point. A small relief takes the number
-    that `bound` gives. Arguments as in `fast_series`."""
+    The cuts are around the centre, the highest and the deepest point. A small relief uses `bound`. Arguments as in
+    fast_series."""
     most = bound(relief, s_max, tolerance)
     rows, cols = relief.height_m.shape
     if max(rows, cols) < 2 * _CUT:
@@ -128,14 +124,14 @@ def measured_count(relief: Relief, q_max: float, s_max: float, *, tolerance: flo
 
 
 def _slice_around(at: int, count: int) -> slice:
-    """A slice of _CUT out of `count` pixels, with pixel `at` in its middle; at the edges the slice is moved inwards."""
+    """A slice of _CUT out of `count` pixels, centred on pixel `at`, or moved inwards at the edges."""
     start = int(np.clip(at - _CUT // 2, 0, max(count - _CUT, 0)))
     return slice(start, start + min(_CUT, count))
 
 
 def _coefficient_sizes(values: np.ndarray) -> np.ndarray:
-    """The size (count,) of each Chebyshev coefficient of values (count, ...) at the nodes: its modulus, summed over
-    all other axes."""
+    """Sizes (count,) of Chebyshev coefficients from values (count, ...) at the nodes: moduli summed over the other
+    axes."""
     flat = values.reshape(len(values), -1)
     matrix = chebyshev.coefficients_from_nodes(len(values)).astype(values.dtype)
     blocks = range(0, flat.shape[1], 1 << 18)
@@ -143,10 +139,10 @@ def _coefficient_sizes(values: np.ndarray) -> np.ndarray:
 
 
 def _left_out(sizes: np.ndarray) -> tuple[float, float]:
-    """An estimate of the share of light that the coefficients after the last would hold, from sizes (count,).
+    """Estimate the share of light in the coefficients after the last, from sizes (count,).
 
-    Even and odd coefficients each fall at least geometrically (Jacobi-Anger). The estimate sums that geometric series,
-    whose ratio is the size of the last two coefficients over the size of the two before. Returns the share and the
+    Even and odd coefficients each fall at least geometrically (Jacobi-Anger). The estimate sums this geometric series,
+    whose ratio is the size of the last two coefficients over that of the two before. Returns the share and the
     ratio."""
     before, last = sizes[-4:-2].sum(), sizes[-2:].sum()
     ratio = min(last / max(before, 1e-300), 0.5)
@@ -156,7 +152,7 @@ def _left_out(sizes: np.ndarray) -> tuple[float, float]:
 def _transforms(
     relief: Relief, grid: FrequencyGrid, s_max: float, *, finest_kernel: float, count: int, progress: Progress
 ) -> SpectrumSeries:
-    """The series of `count` nodes, its bins thinned out where they are much finer than finest_kernel."""
+    """Compute the series of `count` nodes. Bins much finer than finest_kernel are thinned out."""
     coarse = _thinned_grid(grid, finest_kernel)
     blur_q = 0.0 if coarse is grid else _BLUR * finest_kernel
     scattered = np.empty((count, len(coarse.q_y), len(coarse.q_x)), np.float32)
@@ -170,7 +166,7 @@ def _transforms(
 
 
 def _thinned_grid(grid: FrequencyGrid, finest_kernel: float) -> FrequencyGrid:
-    """A coarser grid for bins blurred by _BLUR; the grid itself where that would save less than half of the bins."""
+    """A coarser grid for bins blurred by _BLUR, or the grid itself if that saves less than half of the bins."""
     spacing = _SPACING * finest_kernel
     reach = [math.ceil((q[-1] + KERNEL_REACH * _BLUR * finest_kernel) / spacing) for q in (grid.q_y, grid.q_x)]
     if np.prod([2 * n + 1 for n in reach]) > 0.5 * len(grid.q_y) * len(grid.q_x):
@@ -180,7 +176,7 @@ def _thinned_grid(grid: FrequencyGrid, finest_kernel: float) -> FrequencyGrid:
 
 
 def _blurred(power: np.ndarray, grid: FrequencyGrid, coarse: FrequencyGrid, *, blur_q: float) -> np.ndarray:
-    """The power (ny, nx) of the fine grid, blurred by blur_q (cycles per metre), in the bins of the coarse grid."""
+    """Blur the fine grid's power (ny, nx) by blur_q (cycles per metre) and sample it in the coarse grid's bins."""
     resample = Resampler(grid, coarse.q_x, coarse.q_y, 1.0, blur_q)
     return resample(power[resample.kept]) * np.float32(
         (coarse.q_y[1] - coarse.q_y[0]) * (coarse.q_x[1] - coarse.q_x[0])
@@ -188,10 +184,10 @@ def _blurred(power: np.ndarray, grid: FrequencyGrid, coarse: FrequencyGrid, *, b
 
 
 def _power(relief: Relief, s: float, grid: FrequencyGrid) -> tuple[np.ndarray, complex]:
-    """The scattered power per bin (ny, nx) float32, and the amplitude of the zero order.
+    """The scattered power per bin (ny, nx) float32, and the zero order's amplitude.
 
-    As `scattered_spectrum`, but in single precision and a few rows or columns at a time. The phasor is right to 1e-6,
-    so rounding scatters 1e-12 of the light, far less than the shallowest visible relief does."""
+    Like `scattered_spectrum`, but in single precision and by blocks. The phasor is exact to 1e-6, so rounding scatters
+    1e-12 of the light, far less than the shallowest visible relief does."""
     amplitude = _mean_phasor(relief, s)
     rows, cols = grid.transform_shape
     kept_x, kept_y = fft_order(grid.q_x, cols), fft_order(grid.q_y, rows)
@@ -213,7 +209,7 @@ def _power(relief: Relief, s: float, grid: FrequencyGrid) -> tuple[np.ndarray, c
 
 
 def _mean_phasor(relief: Relief, s: float) -> complex:
-    """As `zero_order_amplitude`, from phasors in single precision."""
+    """Like `zero_order_amplitude`, from phasors in single precision."""
     weights_y, weights_x = (apodisation**2 / np.sum(apodisation**2) for apodisation in relief.apodisation_axes)
     total = 0j
     for part, cosine, sine in _phases(relief, s):
@@ -222,7 +218,7 @@ def _mean_phasor(relief: Relief, s: float) -> complex:
 
 
 def _phases(relief: Relief, s: float) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
-    """A few rows at a time: their slice, and the cosine and sine (n, cols) float32 of 2 pi s h."""
+    """Yield blocks of rows: their slice, and the cosine and sine (n, cols) float32 of 2 pi s h."""
     for start in range(0, len(relief.height_m), _ROWS_AT_ONCE):
         part = slice(start, start + _ROWS_AT_ONCE)
         phase = (2 * np.pi * s * relief.height_m[part]).astype(np.float32)

@@ -3,12 +3,11 @@
 
     P(q; s) = sum over pixels of g t p exp(-i 2 pi q.x),   g = exp(-|x|^2 / (2 sigma^2)),   PSD = dA |P|^2 / sum (g t)^2
 
-p is the phasor at s = w / lambda, x a position, q a spatial frequency, dA the area of a pixel. t is the apodisation of
-the relief, which is 1 where its edges wrap. The integral of PSD over the Nyquist cell is 1.
+p is the phasor at s = w / lambda, x a position, q a spatial frequency, dA the area of a pixel. t is the relief's
+apodisation, which is 1 if its edges wrap. The integral of PSD over the Nyquist cell is 1.
 
-The thesis convolves the patch's DFT with a Gaussian, which is the same as repeating the patch under a window. The
-thesis's window is centred on the patch's corner, so the seams of a raw scan run through the middle of the window and
-show as a cross. The window here is centred on the patch's middle.
+The thesis convolves the patch's DFT with a Gaussian, which is the same as repeating the patch under a window. Its
+window is centred on the patch's corner, so the seams of a raw scan show as a cross. Here it is centred on the patch.
 """
 
 from dataclasses import dataclass
@@ -61,7 +60,7 @@ class PatchWindow:
         return 2 * np.pi * self.sigma_m**2 / float(np.prod(self.relief.pixel_size_m))
 
     def waves(self, axis: int, q: np.ndarray) -> np.ndarray:
-        """g(x) exp(-i 2 pi q x) summed over the copies of each pixel along an axis: (n, pixels) for q (n,)."""
+        """Sum g(x) exp(-i 2 pi q x) over the copies of each pixel along an axis: (n, pixels) for q (n,)."""
         x = self.positions(axis)
         total = np.zeros((len(q), len(x)), complex)
         for shift in self.copies(axis):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From a transform's bins to a density over (u, v): blur by the kernel and resample, by two banded matrix products."""
+"""Blurs a transform's bins by the kernel and resamples them to a density over (u, v), by two banded matrix products."""
 
 import math
 
@@ -9,10 +9,9 @@ from .spectrum import FrequencyGrid
 
 # The kernel ends at this many standard deviations.
 KERNEL_REACH = 5.5
-# Rows of the result that one matrix product computes. The product takes in every bin that any row of its block reaches,
-# so a tall block multiplies many zeros, for bins that only its other rows reach. A product of a low block stays under a
-# million multiplications, for which OpenBLAS has faster kernels. But low blocks need more products, and each product
-# takes time to start.
+# Rows of the result per matrix product. A tall block multiplies many zeros, because it includes every bin that any of
+# its rows reaches. A low block stays under a million multiplications, for which OpenBLAS has faster kernels, but low
+# blocks need more products, and each product takes time to start.
 _ROWS_PER_BLOCK = 16
 
 
@@ -20,9 +19,8 @@ class Resampler:
     """Blurs and resamples the bins of one wavelength onto the grid of u (nu,) and v (nv,), both ascending.
 
     The density is G_v power G_u^T with G[i, j] = N(u_i - lambda q_j; sigma), a normal density of standard deviation
-    sigma. `lam` is the wavelength in metres. `kept` are the slices (rows, columns) of the grid's bins that the kernel
-    reaches from any point; a caller passes the power of these bins alone. The density at points further than `radius`
-    from (0, 0) may stay 0."""
+    sigma. `lam` is the wavelength in metres. `kept` holds the slices (rows, columns) of the grid's bins that the kernel
+    reaches; a caller passes the power of these bins only. The density may stay 0 farther than `radius` from (0, 0)."""
 
     def __init__(
         self, grid: FrequencyGrid, u: np.ndarray, v: np.ndarray, lam: float, sigma: float, radius: float = math.inf
@@ -59,26 +57,26 @@ class Resampler:
 def _half_chord(axis: np.ndarray, radius: float) -> float:
     """Half the longest chord that a disc of `radius` around 0 cuts from the lines at the positions `axis` (n,).
 
-    It is 0 where no line meets the disc."""
+    It is 0 if no line meets the disc."""
     nearest = 0.0 if axis[0] <= 0 <= axis[-1] else float(np.abs(axis).min())
     return math.sqrt(max(radius**2 - nearest**2, 0.0))
 
 
 def _within(centres: np.ndarray, low: float, high: float, reach: float) -> slice:
-    """The slice of ascending centres (n,) that are at most `reach` outside of the interval from low to high."""
+    """The slice of ascending centres (n,) that are at most `reach` outside the interval from low to high."""
     return slice(*np.searchsorted(centres, [low - reach, high + reach]))
 
 
 def _gaussian_blocks(centres: np.ndarray, axis: np.ndarray, sigma: float) -> list[tuple[slice, slice, np.ndarray]]:
-    """The matrix G in blocks: for each block the slice of its points on the axis, the slice of the bins that the kernel
-    reaches from these points, and the part of G for these points and bins."""
+    """The matrix G in blocks. Each has the slice of its points on the axis, the slice of the bins that the kernel
+    reaches from these points, and this part of G."""
     blocks = []
     for start in range(0, len(axis), _ROWS_PER_BLOCK):
         out = slice(start, min(start + _ROWS_PER_BLOCK, len(axis)))
         bins = _within(centres, axis[out][0], axis[out][-1], KERNEL_REACH * sigma)
         distance = (axis[out, None] - centres[None, bins]) / sigma
-        # Factors far beyond the reach would be subnormal numbers in single precision. Some processors spend 100 cycles
-        # on an operation with such a number, so factors beyond the reach are set to 0.
+        # Factors beyond the reach are set to 0. Far beyond, they would be subnormal numbers in single precision, which
+        # cost some processors 100 cycles per operation.
         near = np.abs(distance) <= KERNEL_REACH
         factor = near * np.exp(-0.5 * distance**2) / (np.sqrt(2 * np.pi) * sigma)
         blocks.append((out, bins, factor))

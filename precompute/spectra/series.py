@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scattered spectrum at every s, interpolated from a few values of s (docs/theory.md, Expansions).
+"""Interpolates the scattered spectrum at every s from a few values of s (docs/theory.md, Expansions).
 
-Let P be the transform of the phasor at s, and h and h' the heights of two pixels. |P|^2 is a sum of terms
-exp(-i 2 pi s (h - h')). So the range of the relief limits its band in s, and a few Chebyshev nodes are enough to
-interpolate it. The scattered part vanishes as s^2. The series holds the spectrum divided by s^2: this quotient stays
-well conditioned in grazing directions, where s goes to 0.
+Let P be the transform of the phasor at s, and h and h' the heights of two pixels. |P|^2 is a sum of terms exp(-i 2 pi s
+(h - h')). So the range of the relief limits its band in s, and a few Chebyshev nodes suffice. The scattered part
+vanishes as s^2. The series holds the spectrum divided by s^2, which stays well conditioned at grazing angles.
 """
 
 import math
@@ -29,7 +28,7 @@ class SpectrumSeries:
     s_max              the upper end of the interval, cycles per metre
     scattered_over_s2  (count, ny, nx) in square metres
     amplitude          (count,) complex
-    blur_q             standard deviation of the Gaussian by which the bins are blurred already, cycles per metre
+    blur_q             standard deviation of the Gaussian that already blurs the bins, cycles per metre
     periodic           True if the bins are the orders of a surface that wraps, False if they sample a continuum
     """
 
@@ -49,23 +48,22 @@ class SpectrumSeries:
         return np.abs(self.weights(s) @ self.amplitude) ** 2
 
     def mixed(self, weights: np.ndarray, kept: tuple[slice, slice]) -> np.ndarray:
-        """Sums of scattered_over_s2 over the nodes, one for each row of weights (k, count); returns (ny, k, nx).
+        """Sum scattered_over_s2 over the nodes, once per row of weights (k, count): (ny, k, nx).
 
-        Only the bins in `kept`, slices of rows and of columns, are summed."""
+        Only the bins in `kept`, slices of rows and columns, are summed."""
         rows, columns = kept
         weights = weights.astype(self.scattered_over_s2.dtype)
         return weights @ self.scattered_over_s2.transpose(1, 0, 2)[rows, :, columns]
 
     def kernel_left(self, sigma: float, wavelength_m: float) -> float:
-        """The standard deviation in (u, v) of the kernel that is still to be applied at a wavelength: together with the
-        bins' own blur it makes a kernel of standard deviation sigma."""
+        """The standard deviation in (u, v) that widens the bins' own blur to sigma at a wavelength."""
         return math.sqrt(sigma**2 - (wavelength_m * self.blur_q) ** 2)
 
 
 def spectrum_series(
     relief: Relief, grid: FrequencyGrid, s_max: float, *, tolerance: float, progress: Progress = silent
 ) -> SpectrumSeries:
-    """The series of a relief in float64, for s up to s_max in cycles per metre.
+    """Compute the series of a relief in float64, for s up to s_max in cycles per metre.
 
     Its interpolation error is at most `tolerance` times its largest value. `progress` is called after each
     transform."""
@@ -83,6 +81,6 @@ def spectrum_series(
 
 def bound(relief: Relief, s_max: float, tolerance: float) -> int:
     """The number of nodes in s that is enough for every relief of the same height range."""
-    # Let s = s_max (1 + t) / 2 with t in [-1, 1], and let d be the difference of two heights. Then exp(-i 2 pi s d) is
-    # exp(-i z t) with z = pi s_max d, times a constant of modulus 1.
+    # Let s = s_max (1 + t) / 2 with t in [-1, 1], and d the difference of two heights. Then exp(-i 2 pi s d) is exp(-i
+    # z t) with z = pi s_max d, times a constant of modulus 1.
     return max(COUNT_MIN, chebyshev.jacobi_anger_terms(np.pi * s_max * relief.height_range_m, tolerance))

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The phasor of a relief and its power spectrum (docs/theory.md, Spectrum).
 
-The phasor is p(x, y; s) = exp(-i 2 pi s h) with s = w / lambda. Its mean, weighted by the square of the apodisation, is
-the amplitude of the zero order. What is left of the phasor without its mean is the rest. The squared modulus of the
-transform of the rest is the scattered spectrum. The weights make the mean orthogonal to the rest, so by Parseval's
-theorem the efficiency of the zero order and the scattered power sum to exactly 1.
+The phasor is p(x, y; s) = exp(-i 2 pi s h) with s = w / lambda. Its mean, weighted by the squared apodisation, is the
+amplitude of the zero order. The scattered spectrum is the squared modulus of the transform of the phasor minus its
+mean. The weights make both orthogonal, so by Parseval's theorem the efficiency and the scattered power sum to 1.
 """
 
 import math
@@ -17,7 +16,7 @@ from ..surface.relief import SMALLER, Relief
 
 # Zero padding of a scan that does not wrap, in units of 1 / finest_kernel (see frequency_grid).
 _GUARD = 0.4
-# What scattered_spectrum holds for each bin of its transform, in bytes (laboratory/benchmarks/memory.py).
+# The memory of scattered_spectrum in bytes per bin of its transform (laboratory/benchmarks/memory.py).
 _BYTES_PER_BIN = 64
 
 
@@ -26,8 +25,7 @@ class FrequencyGrid:
     """The bins of a transform that are kept.
 
     q_y, q_x         their frequencies (ny,) and (nx,) in cycles per metre, ascending
-    transform_shape  (rows, cols) of the transform: the relief's shape if the relief wraps, or else a larger shape,
-                     filled up with zeros
+    transform_shape  (rows, cols) of the transform: the relief's shape if it wraps, else larger, padded with zeros
     """
 
     q_y: np.ndarray
@@ -35,7 +33,7 @@ class FrequencyGrid:
     transform_shape: tuple[int, int]
 
     def part(self, kept: tuple[slice, slice]) -> "FrequencyGrid":
-        """The grid of a part of the bins: slices of rows and of columns."""
+        """The grid of some bins: slices of rows and of columns."""
         return FrequencyGrid(self.q_y[kept[0]], self.q_x[kept[1]], self.transform_shape)
 
 
@@ -45,23 +43,22 @@ def phasor(height_m: np.ndarray, s: float) -> np.ndarray:
 
 
 def zero_order_amplitude(relief: Relief, s: float) -> complex:
-    """The mean phasor, weighted by the apodisation's square; its squared modulus is the zero order's efficiency."""
+    """The mean phasor, weighted by the squared apodisation; its squared modulus is the zero order's efficiency."""
     weights = relief.apodisation**2
     return complex(np.sum(weights * phasor(relief.height_m, s)) / np.sum(weights))
 
 
 def frequency_grid(relief: Relief, q_max: float, finest_kernel: float) -> FrequencyGrid:
-    """The bins with |q_x| and |q_y| up to q_max, for kernels whose standard deviation is finest_kernel or more.
+    """The bins with |q_x| and |q_y| up to q_max, for kernels of standard deviation finest_kernel or more.
 
-    q_max and finest_kernel are in cycles per metre. To blur the spectrum by a Gaussian of standard deviation sigma is
-    to multiply the scan's autocorrelation by a Gaussian of standard deviation 1 / (2 pi sigma). The transform repeats
-    the scan, so at long shifts the autocorrelation contains products of one end of the scan with its other end. Where
-    the scan does not wrap, zero padding by 0.4 / finest_kernel moves these products out to shifts that the Gaussian
-    multiplies by exp(-2 pi^2 0.4^2) = 4e-2 or less. The apodisation, too, makes the products small. The error that is
-    left was measured as 3e-4 of the peak.
+    q_max and finest_kernel are in cycles per metre. Blurring the spectrum by a Gaussian of standard deviation sigma
+    multiplies the scan's autocorrelation by a Gaussian of standard deviation 1 / (2 pi sigma). The transform repeats
+    the scan, so the autocorrelation contains products of opposite ends of the scan at long shifts. For a scan that does
+    not wrap, zero padding by 0.4 / finest_kernel moves these products to shifts where the Gaussian is at most exp(-2
+    pi^2 0.4^2) = 4e-2. The apodisation, too, makes the products small. The measured error is 3e-4 of the peak.
 
     Two kinds of surface are not padded: one that wraps, because its bins are orders and not samples of a continuum; and
-    a single row or column along its short axis, because it is a profile that does not change there."""
+    a single line along its short axis, because it is a profile, constant along this axis."""
     shape = []
     for count, pixel in zip(relief.height_m.shape, relief.pixel_size_m, strict=True):
         alone = relief.periodic or count == 1
@@ -71,7 +68,7 @@ def frequency_grid(relief: Relief, q_max: float, finest_kernel: float) -> Freque
 
 
 def _smooth_length(least: int) -> int:
-    """The smallest length from `least` on that has no prime factor over 7, for a fast transform."""
+    """The smallest length from `least` on without a prime factor over 7, for a fast transform."""
     length = least
     while True:
         rest = length
@@ -92,8 +89,8 @@ def _kept_frequencies(count: int, pixel_m: float, q_max: float) -> np.ndarray:
 def scattered_spectrum(relief: Relief, s: float, grid: FrequencyGrid) -> tuple[np.ndarray, float]:
     """The scattered power per bin (ny, nx) of the grid, and the efficiency of the zero order, in float64.
 
-    Summed over all bins of the transform, kept or not, the scattered power and the efficiency make 1. Raises
-    GratingError where the transform would take more than half of the memory that is free."""
+    Over all bins of the transform, kept or not, the scattered power and the efficiency sum to 1. Raises GratingError if
+    the transform would take more than half of the free memory."""
     refuse_beyond_memory(_BYTES_PER_BIN * math.prod(grid.transform_shape), "the relief's transform", SMALLER)
     amplitude = zero_order_amplitude(relief, s)
     scattered = relief.apodisation * (phasor(relief.height_m, s) - amplitude)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a bake holds, and all that a material needs of it: layout, files, reading, radiance."""
+"""The result of a bake and everything that a material needs of it: layout, files, reading, radiance."""

@@ -1,51 +1,49 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The albedo bound, as a table holds it and as a renderer reads it.
+"""The albedo bound, as a table stores it and a renderer reads it.
 
-The energy-conserving form of the BRDF divides by this bound, so that no surface reflects more than it receives. Its
-derivation is in docs/theory.md, section "BRDF", "Albedo bound". The bound is max(1, a) = 1 + E / cos(t), where a is the
-directional albedo, t the angle from the normal, and E the excess albedo. bake/excess_albedo.py computes the table of E.
+The energy-conserving form of the BRDF divides by this bound, so that no surface reflects more than it receives (derived
+in docs/theory.md, "BRDF", "Albedo bound"). The bound is max(1, a) = 1 + E / cos(t), where a is the directional albedo,
+t the angle from the normal, and E the excess albedo. bake/excess_albedo.py computes the table of E.
 
-The hemisphere is laid flat on a disc of radius 1, around its normal. A unit vector (x, y, c) stands at
+The table maps the hemisphere to a disc of radius 1 around the normal. A unit vector (x, y, c) is at
 
     (x, y) / sqrt((1 + sqrt(c)) (1 + c)),
 
-at the distance sqrt(1 - sqrt(c)) from the middle and at the vector's own azimuth. The place of a direction is smooth at
-the normal, which has no azimuth. c = (1 - r^2)^2 at the distance r from the middle: E, which is smooth in c, is smooth
-across the rim of the disc too, and the texels beyond the rim hold the value of this c.
+at distance sqrt(1 - sqrt(c)) from the centre and at the vector's own azimuth. The map is smooth at the normal, which
+has no azimuth. At distance r, c = (1 - r^2)^2. E is smooth in c, so it is smooth across the disc's rim too, and the
+texels beyond the rim hold the value for this c.
 """
 
 import numpy as np
 
 from ..maths import bspline
 
-# The numbers of texels along a side that a bake's table may have, ascending. The first is even, so that quarter turns
-# lead from one corner of the table to the others.
+# The sizes of a bake's table in texels a side, ascending. The first is even, so that quarter turns swap its corners.
 BOUND_TEXELS = (48, 96, 192)
-# A reading at the rim of the disc reaches the texels within two of the rim.
+# A reading at the rim of the disc uses texels up to two beyond the rim.
 _RIM = 2
-# The smallest table that can be read: no direction has any excess.
+# The smallest table that can be read: no excess in any direction.
 NO_EXCESS = np.zeros((4, 4), np.float32)
 
 
 def bound_texel(count: int) -> float:
-    """The step of the disc's coordinates from one texel to the next, in a table of `count` texels a side.
+    """The step of the disc's coordinates per texel, in a table of `count` texels a side.
 
-    Of the texels in a row through the middle, all but one at each end stand on the disc."""
+    Along a line through the centre, all texels but one at each end are on the disc."""
     return 2 / (count - 1 - _RIM)
 
 
 def texel_directions(count: int) -> np.ndarray:
-    """Unit vector (count, count, 3) in the frame (T, B, N) for each texel of a table of excess albedo.
+    """Unit vectors (count, count, 3) along (T, B, N) for the texels of a table of excess albedo.
 
-    Columns run along T, rows along B. Texels from three beyond the rim on, which nothing reads, have the direction of
-    the third."""
+    The table's x axis runs along T, its y axis along B. Texels over two beyond the rim are never read."""
     at = (np.arange(count) - (count - 1) / 2) * bound_texel(count)
     x, y = np.meshgrid(at, at)
     radius = np.hypot(x, y)
-    # At the distance sqrt(2) the cosine is 1 again.
+    # At distance sqrt(2) the cosine is 1 again.
     farthest = min(1 + (_RIM + 1) * bound_texel(count), np.sqrt(2))
     cosine = (1 - np.minimum(radius, farthest) ** 2) ** 2
-    # The middle of a table with an odd count is the normal, whose sine is 0.
+    # The centre of a table with an odd count is the normal, whose sine is 0.
     along = np.sqrt(np.maximum(1 - cosine**2, 0)) / np.maximum(radius, np.finfo(float).tiny)
     return np.stack([x * along, y * along, cosine], axis=-1)
 
@@ -62,6 +60,6 @@ def place(directions: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
 def albedo_bound(table: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """The bound max(1, a) (...,) for unit vectors (..., 3), read from a table (count, count) of excess albedo.
 
-    The table is read as a renderer reads it: by cubic B-splines."""
+    The table is read by cubic B-splines, as in a renderer."""
     excess = bspline.read_grid(table, *place(directions, len(table)))
     return 1 + np.maximum(excess, 0) / np.clip(np.asarray(directions, float)[..., 2], 1e-6, 1)

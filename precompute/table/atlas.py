@@ -1,22 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake as one OpenEXR image: the tiles B_k side by side, the zero order's curve in a strip below.
+"""Packs a bake into one OpenEXR image: the tiles B_k side by side, the zero order's curve in a strip below.
 
 One image takes one texture slot. It holds linear numbers without colour management, and all parameters are in its
-header. It holds half floats; it holds floats where the relief is so deep, or the colour error asked for so small, that
-the three digits of a half float do not suffice.
+header. It holds half floats, or floats for a deep relief or a small colour error, which need more than three digits.
 
-The image is made to be read by cubic B-splines: Blender's interpolation "Cubic", which reads at full resolution at any
-distance. Let the first texel's middle be at index coordinate 0. A reading at index coordinate x then uses the texels
-floor(x) - 1 to floor(x) + 2. From the bottom of the picture upward, the rows hold:
+The image is read by cubic B-splines: Blender's interpolation "Cubic", which reads at full resolution at any distance.
+With the first texel's centre at index coordinate 0, a reading at x uses the texels floor(x) - 1 to floor(x) + 2. From
+the bottom of the picture upward, the rows hold:
 
     STRIP_ROWS rows         the curve Z(w) in texels 0 to samples - 1, the same in each of these rows; the texel after
                             the last continues the line through the last two
     bound_texels rows       the excess albedo E (albedo_bound.py) in texels 0 to bound_texels - 1, the same in every
                             channel
-    above `strip_rows`      a cell for each term, with its tiles of every level (tiling.py)
+    above `strip_rows`      a cell for each term, with its tiles of every blur level (tiling.py)
 
-Tiles hold B_k / scale in XYZ. The strip is not scaled: a shallow relief scatters so little, compared with the white of
-its zero order, that one scale for both would lose the tiles' digits.
+Tiles hold B_k / scale in XYZ. The strip is not scaled: a shallow relief scatters so little, compared with its zero
+order's white, that a common scale would lose the tiles' digits.
 """
 
 import math
@@ -30,35 +29,32 @@ from .albedo_bound import NO_EXCESS
 from .table import Table, past_end
 from .tiling import LEVELS_MAX, PICTURE_SIDE_MAX, RATIOS, TERMS_MAX, TILE_PADDING, Cell, grid
 
-# Rows of the picture that repeat the curve Z(w): a cubic reading in their middle uses these rows only.
+# Rows of the picture that repeat the curve Z(w): a cubic reading at their centre uses only these rows.
 STRIP_ROWS = 4
-# Half floats end at 65504 and lose digits below 6e-5. The scale puts a table's largest value under this number, which
-# leaves room above.
+# Half floats end at 65504 and lose digits below 6e-5. The scale puts a table's largest value under this number.
 LARGEST_STORED = 8192.0
-# The kernels of all bakes: from that of a coherence of 31 mm, three times the longest that can be asked for, to that of
-# a light that fills the sky (pi / 4).
+# The range of kernels: from a coherence of 31 mm, three times the longest allowed, to a light that fills the sky.
 _KERNELS = 8e-6, 1.0
-# The scales of all bakes: the largest value of a table, over LARGEST_STORED. It is taken as at least 1e-30. At most it
-# is (2 pi d / lambda)^2 / (2 pi sigma_b^2) for heights d apart and a kernel sigma_b: 7e17 for a relief of 1 mm.
+# The range of all bakes' scales: the largest value of a table, over LARGEST_STORED. The value is at least 1e-30. At
+# most it is (2 pi d / lambda)^2 / (2 pi sigma_b^2) for heights d apart: 7e17 for a relief of 1 mm.
 _SCALES = 1e-35, 1e15
-# Functions of w have values of at most 1 over their range, and so have the coefficients of their polynomials, but for a
-# factor of 4 / pi.
+# The functions of w are at most 1 over their range, so the coefficients of their polynomials are at most 4 / pi.
 _COEFFICIENT_MAX = 1.5
-# Ranges of w are at least this wide.
+# The least width of a range of w.
 _W_WIDTH_MIN = 1e-3
 
 
 @dataclass(frozen=True)
 class Layout:
-    """How a reader finds u, v and w in the image. The layout is all that a material's nodes need to know.
+    """How a reader finds u, v and w in the image. A material's nodes need nothing else.
 
     The picture holds rows x columns cells, one for each of the `terms` terms, from left to right and then upward. A
-    cell takes cell_rows x cell_columns texels. The tile of level 0 stands in its lower left corner: inner_rows x
-    inner_columns texels that hold the table, and TILE_PADDING more on each side that are there only for reading. The
-    middle of the tile's texel (0, 0) is at (v_first, u_first). tiling.py has the rule for the other levels, each with
-    a kernel of level_ratio times the variance of the one before. `texel` is the step of u and v from one texel to the
-    next on level 0. Tiles are stored divided by `scale`. A term's function of w is a sum of `polynomials` Chebyshev
-    polynomials; `basis` holds the coefficients of all terms, one term after the other."""
+    cell has cell_rows x cell_columns texels. The tile of blur level 0 is in its lower left corner: inner_rows x
+    inner_columns texels that hold the table, and TILE_PADDING more on each side for interpolation. The centre of the
+    tile's texel (0, 0) is at (v_first, u_first). tiling.py places the other levels; each has a kernel of level_ratio
+    times the variance of the one before. `texel` is the step of u and v per texel on level 0. Tiles are stored divided
+    by `scale`. A term's function of w sums `polynomials` Chebyshev polynomials; `basis` holds the coefficients, term by
+    term."""
 
     terms: int
     polynomials: int
@@ -95,9 +91,9 @@ class Layout:
 
     @property
     def region(self) -> Region:
-        """The region of (u, v) that the tiles hold, from the middle of the first inner texel to that of the last.
+        """The region of (u, v) that the tiles hold, from the centre of the first inner texel to that of the last.
 
-        A reader that asks for a place outside gets the value at the rim."""
+        A reading outside gives the value at the rim; the materials show black there."""
         ends = TILE_PADDING * self.texel, (TILE_PADDING - 1) * self.texel
         u, v = (
             (first + ends[0], first + ends[1] + count * self.texel)
@@ -123,9 +119,9 @@ class Layout:
 
     @property
     def is_valid(self) -> bool:
-        """Whether a bake can have a layout of these numbers. A header is believed only if it can.
+        """Whether a bake can have this layout. Headers with other layouts are rejected.
 
-        Each line is safe to evaluate for whatever passed the lines before it."""
+        Each condition is safe to evaluate if the conditions before it hold."""
         tiles = self.levels, self.terms, self.cell_rows, self.cell_columns, self.columns, self.rows
         table = self.inner_rows, self.inner_columns
         strip = self.zero_order_samples, self.bound_texels
@@ -153,7 +149,7 @@ class Layout:
 
     @property
     def cell(self) -> Cell:
-        """Where the tiles of the levels stand in a term's cell."""
+        """The cell of a term, which places the tiles of the blur levels."""
         return Cell((self.inner_rows, self.inner_columns), self.levels, self.level_ratio)
 
     def cell_origin(self, term: int) -> tuple[int, int]:
@@ -167,7 +163,7 @@ class Layout:
         return x + right, y + up
 
     def tile_block(self, term: int, level: int) -> tuple[slice, slice]:
-        """Rows and columns of the picture that a tile's texels fill, its padding for reading included."""
+        """Rows and columns of the picture that a tile fills, including its padding."""
         x, y = self.tile_origin(term, level)
         rows, columns = self.cell.inner_of(level)
         return slice(y, y + rows + 2 * TILE_PADDING), slice(x, x + columns + 2 * TILE_PADDING)
@@ -178,7 +174,7 @@ def _strip_width(zero_order_samples: int, bound_texels: int) -> int:
 
 
 def layout_of(bake: Table) -> Layout:
-    """The layout of a bake's atlas. Raises GratingError if no graphics card takes a picture of that size."""
+    """The layout of a bake's atlas. Raises GratingError if the picture is too large for a graphics card."""
     terms, cell = len(bake.terms), Cell(bake.inner, len(bake.levels), bake.level_ratio)
     rows, columns = grid(terms, cell.size, width_min=_strip_width(len(bake.zero_order), len(bake.excess_albedo)))
     peak = max(*(float(np.abs(terms).max()) for terms in bake.levels), 1e-30)
@@ -209,9 +205,9 @@ def layout_of(bake: Table) -> Layout:
 
 
 def pack(bake: Table) -> tuple[np.ndarray, Layout]:
-    """Image (height, width, 3) in the bake's precision, row 0 at the bottom, and its layout.
+    """The image (height, width, 3) in the bake's precision, row 0 at the bottom, and its layout.
 
-    Raises GratingError if no graphics card takes a picture of that size."""
+    Raises GratingError if the picture is too large for a graphics card."""
     layout = layout_of(bake)
     image = np.zeros((layout.height, layout.width, 3), bake.precision)
     zero_order = bake.zero_order.astype(bake.precision)
@@ -225,7 +221,7 @@ def pack(bake: Table) -> tuple[np.ndarray, Layout]:
 
 
 def unpack(image: np.ndarray, layout: Layout) -> Table:
-    """The bake that an image (height, width, 3), row 0 at the bottom, holds."""
+    """The bake in an image (height, width, 3), row 0 at the bottom."""
     terms, *wider = (
         np.stack([image[layout.tile_block(k, level)] for k in range(layout.terms)]).astype(np.float32)
         * np.float32(layout.scale)
@@ -241,6 +237,6 @@ def unpack(image: np.ndarray, layout: Layout) -> Table:
 
 
 def half_above(values: np.ndarray) -> np.ndarray:
-    """For each value the smallest half float that is not below it: a bound must not be rounded down."""
+    """The smallest half floats that are not below the values: a bound must not be rounded down."""
     half = values.astype(np.float16)
     return np.where(half < values, np.nextafter(half, np.float16(np.inf)), half)

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The OpenEXR files that hold a table or a sample set.
 
-They are written whole or not at all. A header is believed only if it fits the picture and says what a bake can have.
+Files are written completely or not at all (base/files.py). A header must fit the picture and have values that a bake
+can have.
 """
 
 import json
@@ -21,11 +22,11 @@ from ..base.strict_json import LARGEST_BYTES, parse_json
 from .atlas import Layout, unpack
 from .table import Table
 
-# The version of the files. A reader refuses every other.
+# The version of the files. A reader refuses all others.
 FORMAT = 9
 # The header's attribute that holds the record.
 HEADER_KEY = "natural_gratings"
-# The kinds of the values that a record has beside `format` and `layout`, where it has them (bake/bake_folder.py).
+# The types of a record's optional values beside `format` and `layout` (bake/bake_folder.py).
 _PROVENANCE = {
     "source": str, "channel": str, "model": str, "precision": str, "height_range_m": float, "coherence_um": float,
     "coherence_areas": float, "asked_delta_e": float, "heights_sha256": list, "pixel_size_m": list, "shape": list,
@@ -34,7 +35,7 @@ _PROVENANCE = {
 
 
 class AnyLayout(Protocol):
-    """What the layouts of all pictures have: each is a dataclass whose fields go into the header."""
+    """The protocol of all pictures' layouts: dataclasses whose fields go into the header."""
 
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
@@ -54,10 +55,10 @@ _Layout = TypeVar("_Layout", bound=AnyLayout)
 
 
 def write_together(pictures: Mapping[Path, tuple[np.ndarray, AnyLayout]], provenance: Mapping[str, Any]) -> None:
-    """Write images (height, width, 3 or 4), row 0 at the bottom, each with its layout, by path.
+    """Write images (height, width, 3 or 4), row 0 at the bottom, each with its layout, by path; all or none.
 
-    All of them are written or none. The header's attribute `natural_gratings` is JSON: format, layout, and the keys of
-    `provenance`. Raises GratingError, naming the path, if one cannot be written or would not be read again."""
+    The header's attribute `natural_gratings` is JSON: format, layout, and the keys of `provenance`. Raises
+    GratingError, with the path, if a file cannot be written or its header is too long to be read."""
     writers = {}
     for path, (image, layout) in pictures.items():
         record = json.dumps({"format": FORMAT, "layout": asdict(layout), **provenance}, sort_keys=True)
@@ -74,25 +75,25 @@ def write_exr(path: Path, image: np.ndarray, attributes: Mapping[str, str]) -> N
     OpenEXR = bundled("OpenEXR")
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **attributes}
     channels = {"RGBA"[: image.shape[2]]: np.ascontiguousarray(image[::-1])}
-    # Given a path, OpenEXR takes none outside UTF-8, and has its own words for the system's errors.
+    # Given a path, OpenEXR fails outside UTF-8 and hides the system's error messages.
     with OpenEXR.File(header, channels) as picture, path.open("wb") as file:
         picture.write(file)
 
 
 def check_can_write() -> None:
-    """Raise GratingError if no picture can be written, before a bake takes its time."""
+    """Raises GratingError if no picture can be written, before a bake starts."""
     bundled("OpenEXR")
 
 
 def read_header(path: Path) -> tuple[Layout, dict[str, Any]]:
-    """Layout and whole header record of an atlas. Raises GratingError if the file is not an atlas."""
+    """Layout and header record of an atlas. Raises GratingError if the file is not an atlas."""
     return _parse(open_picture(path))
 
 
 def read_sound_header(path: Path) -> tuple[Layout, dict[str, Any]]:
-    """read_header, after a look at every pixel, for a file that Blender is going to read.
+    """read_header for a file that Blender is going to read: checks every pixel too.
 
-    Raises GratingError if the file is not an atlas, if its picture is damaged or if a pixel is no number."""
+    Raises GratingError if the file is not an atlas, its picture is damaged or a pixel is not a number."""
     picture = open_picture(path)
     found = _parse(picture)
     picture.check_pixels()
@@ -100,7 +101,7 @@ def read_sound_header(path: Path) -> tuple[Layout, dict[str, Any]]:
 
 
 def read(path: Path) -> tuple[Table, dict[str, Any]]:
-    """The bake in an atlas file, and its header record. Raises GratingError as read_sound_header does."""
+    """Read the bake in an atlas file, and its header record. Raises GratingError as read_sound_header does."""
     picture = open_picture(path)
     layout, record = _parse(picture)
     return unpack(picture.pixels(), layout), record
@@ -112,8 +113,7 @@ def parse(
 ) -> tuple[_Layout, dict[str, Any]]:  # fmt: skip
     """Layout and record of a picture's header.
 
-    Raises GratingError, which says what was `expected` and the remedy, if the header holds no such layout, or one that
-    does not fit the picture."""
+    Raises GratingError, naming what was `expected`, if the header's layout is missing or does not fit the picture."""
     path = picture.path
     none = GratingError(path, f"not a Natural Gratings {expected[0]}", expected[1])
     if HEADER_KEY not in picture.texts:
@@ -129,7 +129,7 @@ def parse(
     told = {name: kind for name, kind in _PROVENANCE.items() if name in record}
     for name, kind in (kinds | told).items():
         value = values[name] if name in kinds else record[name]
-        # JSON may hold the whole number 2.0 as 2, and holds true for no number.
+        # JSON may write 2.0 as 2; bool is no number here.
         if type(value) is not kind and (kind, type(value)) != (float, int):
             raise GratingError(path, f"its header's {name} is {value!r:.40}", "bake it again")
     layout = layout_type(**values)
@@ -141,7 +141,7 @@ def parse(
 
 
 def _parse(picture: Picture) -> tuple[Layout, dict[str, Any]]:
-    """Layout and record of an atlas. The record tells the atlas's precision, also where a sample set holds it."""
+    """Layout and record of an atlas. The record must match the pixels' precision, for a sample set as well."""
     layout, record = parse(picture, Layout)
     precision = np.dtype(picture.precision).name
     if record.get("precision", precision) != precision:

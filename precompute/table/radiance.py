@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The radiance that a baked surface sends to a viewer under one lamp, by the Direct material's formula, in NumPy.
 
-addon/materials/direct/direct_group.py builds the same formula from nodes, and addon/materials/osl/direct.osl is the
-formula as a shader.
+addon/materials/direct/direct_group.py builds the same formula from nodes, addon/materials/osl/direct.osl as a shader.
 """
 
 from dataclasses import dataclass
@@ -17,11 +16,11 @@ from .table import Table
 
 @dataclass(frozen=True)
 class Skin:
-    """The inputs of the material that change what the relief reflects. The defaults leave the relief as it was baked.
+    """The material inputs that change what the relief reflects. The defaults keep the relief as baked.
 
-    roughness          of the skin over the relief; its slopes have the variance roughness^4 / 2, as a Beckmann lobe's
+    roughness          of the skin over the relief; its slopes have the variance roughness^4 / 2, as in a Beckmann lobe
     period_scale       stretches the relief along the surface
-    height_scale       of the relief's heights
+    height_scale       scales the relief's heights
     ior                index of refraction of the skin, relative to air
     energy_conserving  1 divides by the albedo bound, 0 keeps Stam's form
     """
@@ -34,8 +33,7 @@ class Skin:
 
 
 AS_BAKED = Skin()
-# A Gaussian is 0 in double precision from this many standard deviations on: exp(-38.7^2 / 2) = 6e-326 is under the
-# smallest number. Beyond it the zero order need not be read.
+# A Gaussian is 0 in double precision from here on, in standard deviations: exp(-38.7^2 / 2) = 6e-326.
 _KERNEL_ENDS = 38.7
 
 
@@ -43,7 +41,7 @@ def reflected_xyz(
     table: Table, wi: np.ndarray, wr: np.ndarray, *, variance: np.ndarray | float = 0.0, skin: Skin = AS_BAKED
 ) -> np.ndarray:
     """Radiance in XYZ (n, 3) under unit irradiance, for unit vectors wi (3,) or (n, 3) to the lamp and wr (n, 3) to the
-    viewer in the surface's frame (T, B, N), both above the surface.
+    viewer along (T, B, N), both above the surface.
 
     `variance`, a number or (n,) in rad2, is the variance of the lamp's disc in the sky, along one axis. Unit irradiance
     is that of a surface that faces the lamp. The formula is Stam's (Stam 1999, equation 5) divided by the albedo bound
@@ -51,8 +49,8 @@ def reflected_xyz(
 
         R / M [(1 + wi.wr)^2 / cos(tr) p^2 c^2 S(p u, p v, c w) + cos(ti) Z(c w) kernel(u, v)]
 
-    R is the Fresnel reflectance at the half angle. S is the table's scattered XYZ over w^2, 0 where the table does not
-    hold it, and Z the colour of its zero order. p is the period scale and c the height scale."""
+    R is the Fresnel reflectance at the half angle. S is the table's scattered XYZ over w^2, 0 outside the table, and Z
+    the colour of its zero order. p is the period scale and c the height scale."""
     u, v, w = (wi + wr).T
     cos_i = wi[..., 2]
     blur = np.maximum(variance * (1 + cos_i**2) / 2 - table.sigma_b**2, 0) + (w * skin.roughness**2) ** 2 / 2
@@ -79,10 +77,10 @@ def lamp_radiance(
     variance: np.ndarray | float = 0.0,
     skin: Skin = AS_BAKED,
 ) -> np.ndarray:
-    """Radiance in linear Rec.709 (n, 3), W/m2/sr, as reflected_xyz has it, for wi, wr (n, 3).
+    """Radiance in linear Rec.709 (n, 3), W/m2/sr, by reflected_xyz, for wi, wr (n, 3).
 
-    `irradiance` (3,) or (n, 3) in W/m2 is what a surface that faces the lamp would receive. The radiance is 0 where the
-    lamp or the viewer is below the surface, and no component is negative, as in a renderer."""
+    `irradiance` (3,) or (n, 3) in W/m2 is that of a surface that faces the lamp. The radiance is 0 if the lamp or the
+    viewer is below the surface. Negative components are clipped, as in a renderer."""
     lit = (wi[:, 2] > 0) & (wr[:, 2] > 0)
     rgb = reflected_xyz(table, wi, wr, variance=variance, skin=skin) @ rgb_from_xyz("Rec.709").T
     return np.maximum(rgb, 0) * irradiance * lit[:, None]

@@ -1,51 +1,48 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sample set of a surface: frequencies q drawn in proportion to its spectrum, and what each one weighs.
+"""The sample set of a surface: frequencies q drawn in proportion to its spectrum, and their weights.
 
-A material that answers to lights of every kind draws from it at random (addon/materials/lobes/).
-Here q is spatial frequency in cycles per metre, s = w / lambda, and PSD the scattered part of the power spectrum
-(docs/theory.md). For every function F,
+A material for lights of every kind draws random samples from it (addon/materials/lobes/). Here q is spatial frequency
+in cycles per metre, s = w / lambda, and PSD the scattered power spectrum (docs/theory.md). For every function F,
 
     integral PSD(q; s) F(q) d^2q  =  mean over texels of s^2 W(texel; s) F(q(texel)),   W = PSD / (s^2 pdf)
 
-where pdf is the density that the texels' q were drawn from. A shading sample picks one texel and one wavelength at
-random. It then needs one glossy closure of colour rgb(lambda) / pdf(lambda) * R * O * s^2 W, with Fresnel's R and
+where pdf is the density from which the texels' q were drawn. A shading sample picks one random texel and one random
+wavelength. It then needs one glossy closure of colour rgb(lambda) / pdf(lambda) * R * O * s^2 W, with Fresnel's R and
 Stam's obliquity O. As in the table, the s^2 cancels the 1 / w^2 of the obliquity.
 
 **pdf** is the mean over s of the scattered spectrum per bin, where the spectrum at each s is first divided by its
-total. The values of s are the bake's own Chebyshev nodes. Two things follow: the series' values there are powers, so
-that no bin can get a negative probability; and at a node no weight exceeds the mean weight times the number of nodes.
-If one s alone gave the pdf, bins that are dark at this s and bright at another would be drawn too rarely: on the Elaphe
-scan, weights would then reach 250 times the mean weight, and now they reach 4 times the mean. Without the division by
-the total, the bright spectra of large s would crowd out the spectra of small s, and weights would reach 21 times the
-mean.
+total. The values of s are the bake's own Chebyshev nodes. There the series' values are powers, so no bin gets a
+negative probability; and at a node no weight exceeds the mean weight times the number of nodes. With a single s, bins
+that are dark at this s and bright at another would be drawn too rarely: on the Elaphe scan, weights would reach 250
+times the mean, instead of 4 times. Without the division by the total, the bright spectra of large s would crowd out
+small s, and weights would reach 21 times the mean.
 
-**q** is the frequency of a bin of the spectrum (spectra/series.py). The bins lie close enough together for the bake's
-kernel, and the lobe that a closure draws is that kernel. So a jitter of q within its bin would gain nothing, and a
-grating's order keeps its place. There is one exception: bins may have been blurred by a part of the kernel, a Gaussian
-of standard deviation blur_q, so that fewer of them suffice. A lobe at lambda then has the rest of the kernel,
-sqrt(sigma_b^2 - (lambda blur_q)^2). Where scans differ in their blur_q, the frequencies of the less blurred scans are
-jittered by a Gaussian that makes up the difference.
+**q** is the frequency of a bin of the spectrum (spectra/series.py). The bins are close enough for the bake's kernel,
+which is the lobe that a closure draws. So q needs no jitter within its bin, and a grating's orders keep their place.
+One exception: bins may already be blurred by a part of the kernel, a Gaussian of standard deviation blur_q, so that
+fewer of them suffice. A lobe at lambda then has the rest of the kernel, sqrt(sigma_b^2 - (lambda blur_q)^2). If scans
+differ in blur_q, the frequencies of the less blurred scans are jittered by a Gaussian that makes up the difference.
 
 **Texels** are the points of Sobol's (0, 2)-sequence along a Z curve. A point's first coordinate chooses the row of
-bins, its second coordinate the bin in that row. Therefore every aligned block of 2^a x 2^a texels is a stratified set
-by itself: a material may pick a random texel, or a random block for several lobes at once.
+bins, the second the bin in that row. So every aligned block of 2^a x 2^a texels is a stratified set: a material may
+pick a random texel, or a random block for several lobes at once.
 
-**The file**, NAME.lobes.exr beside the table NAME.exr, has the table's header, but a layout of its own. It holds half
-floats, RGBA, and is read as Non-Color. Its interpolation must be Closest, since a mean of two texels means nothing (and
-Blender has one interpolation for both axes). Its alpha mode must be Channel Packed, since alpha is a number like the
-others. Rows are counted upward from the bottom. Tile k, of `size` x `size` texels, stands at column k % columns and row
+**The file**, NAME.lobes.exr beside the table NAME.exr, has the table's header with another layout. It holds half
+floats, RGBA, and is read as Non-Color. Its interpolation must be Closest, since a mean of two texels is meaningless
+(and Blender has one interpolation for both axes). Its alpha mode must be Channel Packed, since alpha is a number like
+the others. Rows are counted upward from the bottom. Tile k, of `size` x `size` texels, is at column k % columns and row
 k // columns. A draw reads the same texel of two tiles:
 
-    tile 0              (R + B, G + A) = wavelength * q, that is (u, v) at `wavelength` (550 nm): R and G are rounded
-                        to half floats, B and A hold what the rounding took away
+    tile 0              (R + B, G + A) = wavelength * q, that is (u, v) at `wavelength` (550 nm): R and G are rounded to
+                        half floats, B and A hold the rounding errors
     tile 1 + piece      (R, G, B, A) = c0 .. c3;  W / wavelength^2 = scale (c0 + c1 t + c2 t^2 + c3 t^3)
                         x = pieces * (w wavelength / lambda) / s_last,  piece = min(floor(x), pieces - 1),
                         t = 2 (x - piece) - 1
 
-One half float alone would move an order by up to 1e-3 in u, which is an eighth of the kernel of a coherence of 32 um;
-both together move it by 1e-6. W is a cubic in s on each of several equal pieces of the range of s, so that one look-up
-does for every relief; a deeper relief has more pieces. W may be off by the share INTERPOLATION (bake/sample_draws.py)
-of the light. A surface that scatters nothing has one texel, which weighs nothing.
+A single half float would move an order by up to 1e-3 in u, an eighth of the kernel of a coherence of 32 um; two move it
+by 1e-6. W is a cubic in s on each of several equal pieces of the range of s, so that one look-up suffices for every
+relief; a deeper relief has more pieces. W may be off by the share INTERPOLATION (bake/sample_draws.py) of the light. A
+surface that scatters nothing has one texel of weight 0.
 """
 
 import math
@@ -60,16 +57,15 @@ from ..colour.observer import S_MAX
 from ..optics.coherence import REFERENCE_WAVELENGTH_M
 from . import atlas_file
 
-# Texels along each side of a set. On the Elaphe scan at w = 1.6, a set of this size misplaces 2.4 % of the light, and a
-# set of 512 texels a side misplaces 0.9 % (docs/data_flow.md).
+# Texels a side. On Elaphe at w = 1.6 this misplaces 2.4 % of the light, and 512 misplace 0.9 % (docs/data_flow.md).
 SIZE = 256
-# Coefficients of a cubic. A picture has the same number of channels.
+# Coefficients of a cubic; also the number of channels of a picture.
 COEFFICIENTS = 4
-# Rows of a picture that any graphics card takes.
+# Rows of a picture that any graphics card accepts.
 _ROWS_MAX = 8192
 # The scale puts the largest value under this number, for the reason given at LARGEST_STORED of atlas.py.
 _LARGEST_STORED = 8192.0
-# A scale that leaves every half float, times the scale, a number in single precision.
+# The largest scale. Every half float times this scale is finite in single precision.
 _SCALE_MAX = 1e30
 
 
@@ -79,9 +75,9 @@ class SampleSet:
 
     q        (N, N, 2), the frequencies (q_x, q_y) in cycles per metre
     pieces   (pieces, N, N, 4) float32, the coefficients of W in square metres, in ascending powers of t, on equal
-             pieces of s from 0 to `s_max`, which is in cycles per metre
+             pieces of s from 0 to `s_max`, in cycles per metre
     sigma_b  the standard deviation of the coherence kernel in (u, v)
-    blur_q   the part of that kernel, in cycles per metre, that q holds already"""
+    blur_q   the part of the kernel, in cycles per metre, that q already contains"""
 
     q: np.ndarray
     pieces: np.ndarray
@@ -97,10 +93,10 @@ class SampleSet:
 
 @dataclass(frozen=True)
 class SampleSetLayout:
-    """How a reader finds q and W in the image. The layout is all that a material's nodes need to know.
+    """How a reader finds q and W in the image. A material's nodes need nothing else.
 
-    `blur` and `s_last` are blur_q and s_max of the sample set, both multiplied by `wavelength`, in metres. The picture
-    has `rows` x `columns` tiles of `size` x `size` texels."""
+    `blur` and `s_last` are the sample set's blur_q and s_max times `wavelength`, in metres. The picture has `rows` x
+    `columns` tiles of `size` x `size` texels."""
 
     size: int
     pieces: int
@@ -124,7 +120,7 @@ class SampleSetLayout:
 
     @property
     def is_valid(self) -> bool:
-        """Whether an image can have a layout of these numbers. A header is believed only if it can."""
+        """Whether a sample set can have this layout. Headers with other layouts are rejected."""
         return (
             min(self.size, self.pieces, self.columns, self.rows) >= 1
             and 0 < self.s_last <= REFERENCE_WAVELENGTH_M * S_MAX
@@ -142,12 +138,12 @@ class SampleSetLayout:
 
 
 def path_beside(table: Path) -> Path:
-    """The path of the sample set that belongs to a table's file: NAME.lobes.exr beside NAME.exr."""
+    """The path of the sample set of a table's file: NAME.lobes.exr beside NAME.exr."""
     return table.with_name(f"{table.stem}.lobes{table.suffix}")
 
 
 def piece_and_powers(s: np.ndarray, pieces: int, s_max: float) -> tuple[np.ndarray, np.ndarray]:
-    """For each s (n,) the piece (n,) in which it lies, and the powers (n, 4) of t there."""
+    """The piece (n,) that contains each s (n,), and the powers (n, 4) of t there."""
     x = pieces * s / s_max
     piece = np.minimum(x.astype(int), pieces - 1)
     return piece, (2 * (x - piece) - 1)[:, None] ** np.arange(COEFFICIENTS)
@@ -156,7 +152,7 @@ def piece_and_powers(s: np.ndarray, pieces: int, s_max: float) -> tuple[np.ndarr
 def layout_of(lobes: SampleSet) -> SampleSetLayout:
     """The layout of a sample set's picture.
 
-    Tiles stand one above the other. There is more than one column only if one column would be higher than _ROWS_MAX."""
+    Tiles are stacked in one column, or in more columns if one would be higher than _ROWS_MAX."""
     pieces, size = lobes.pieces.shape[:2]
     columns = math.ceil((1 + pieces) * size / _ROWS_MAX)
     peak = float(np.abs(lobes.pieces).max()) / REFERENCE_WAVELENGTH_M**2 or 1.0
@@ -186,7 +182,7 @@ def pack(lobes: SampleSet) -> tuple[np.ndarray, SampleSetLayout]:
 
 
 def unpack(image: np.ndarray, layout: SampleSetLayout) -> SampleSet:
-    """The sample set that an image (height, width, 4), row 0 at the bottom, holds."""
+    """The sample set in an image (height, width, 4), row 0 at the bottom."""
     u = image[layout.tile(0)].astype(float)
     tiles = np.stack([image[layout.tile(1 + k)] for k in range(layout.pieces)]).astype(float)
     return SampleSet(
@@ -199,21 +195,21 @@ def unpack(image: np.ndarray, layout: SampleSetLayout) -> SampleSet:
 
 
 def read_header(path: Path) -> tuple[SampleSetLayout, dict[str, Any]]:
-    """Layout and whole header record of a sample set. Raises GratingError if the file is not a sample set."""
+    """Layout and header record of a sample set. Raises GratingError if the file is not a sample set."""
     return _parse(open_picture(path))
 
 
 def read(path: Path) -> tuple[SampleSet, dict[str, Any]]:
-    """The sample set in a file, and its header record. Raises GratingError if the file is not a sample set."""
+    """Read the sample set in a file, and its header record. Raises GratingError if the file is not a sample set."""
     picture = open_picture(path)
     layout, record = _parse(picture)
     return unpack(picture.pixels(), layout), record
 
 
 def read_sound_header(path: Path) -> tuple[SampleSetLayout, dict[str, Any]]:
-    """read_header, after a look at every pixel, for a file that Blender is going to read.
+    """read_header for a file that Blender is going to read: checks every pixel too.
 
-    Raises GratingError if the file is not a sample set, if its picture is damaged or if a pixel is no number."""
+    Raises GratingError if the file is not a sample set, its picture is damaged or a pixel is not a number."""
     picture = open_picture(path)
     found = _parse(picture)
     picture.check_pixels()

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a bake holds of a surface, and how a renderer reads it.
+"""The table of a surface, as a bake stores it and a renderer reads it.
 
     XYZ(u, v, w) = Z(w) * kernel(u, v) + w^2 * sum_k f_k(t) B_k(u, v),     f_k(t) = sum_j basis_kj T_j(t)
 
 (u, v, w) = wi + wr is the sum of the unit vectors to the light and to the viewer. Z is the colour of the zero order,
 the mirror image, and the kernel is the Gaussian by which coherence blurs it. T_j is the Chebyshev polynomial of degree
 j, and t runs from -1 to 1 over the table's range of w. The f_k are functions learnt from the surface (bake/basis.py),
-or the polynomials themselves. The B_k are the tiles. docs/theory.md, sections "Expansions" and "The bake", gives the
-reasons for the series.
+or the polynomials themselves. The B_k are the tiles. docs/theory.md explains the series in "Expansions" and "The bake".
 """
 
 import math
@@ -23,18 +22,17 @@ from ..optics.region import Region
 from .albedo_bound import NO_EXCESS, albedo_bound
 from .tiling import RATIOS, TILE_PADDING
 
-# Number of samples of Z(w). With this number, reading by B-splines is off by half a step of a half float for a relief
-# of 2 um, and by less for a shallower one.
+# Number of samples of Z(w). Reading by B-splines is then off by half a step of a half float for a relief of 2 um.
 ZERO_ORDER_SAMPLES = 512
-# By how much a sum of two unit vectors may cross the end of a range by rounding.
+# How far a sum of two unit vectors may cross the end of a range by rounding.
 _ROUNDING = 1e-9
-# Number of places that are read at once: a core's cache holds the indices and weights of this many places.
+# Number of places read at once, whose indices and weights fit into a core's cache.
 _READ_AT_ONCE = 4096
 _Number = np.ndarray | float
 
 
 class _Pairs(Protocol):
-    """The part of measure/pairs.py's Pairs that a table needs."""
+    """The part of Pairs (measure/pairs.py) that a table needs."""
 
     @property
     def wi(self) -> np.ndarray: ...
@@ -47,19 +45,19 @@ class _Pairs(Protocol):
 class Table:
     """A relief's table.
 
-    terms          (K, rows, columns, 3) float32, the B_k in XYZ; rows run along +v, columns along +u. The outermost
-                   TILE_PADDING texels on each side are there only for reading
+    terms          (K, rows, columns, 3) float32, the B_k in XYZ; the first axis of a tile runs along +v, the second
+                   along +u. The outermost TILE_PADDING texels on each side serve interpolation only
     zero_order     (n, 3), Z in XYZ at n equal steps of w from 0 to 2, ends included
     sigma_b        the standard deviation of the coherence kernel in (u, v)
-    texel          the step of u and v from one texel to the next
+    texel          the step of u and v per texel
     illuminant     what counts as white
-    excess_albedo  (rows, columns) float32, from which the albedo bound is made (albedo_bound.py); without it, the bound
-                   is 1 and the form is Stam's
-    first          (v, u) at the middle of texel (0, 0); the default puts the tile's middle at (v, u) = (0, 0)
+    excess_albedo  (rows, columns) float32, which gives the albedo bound (albedo_bound.py); without it, the bound is 1
+                   and the form is Stam's
+    first          (v, u) at the centre of texel (0, 0); by default the tile's centre is at (v, u) = (0, 0)
     w_range        the range of w that t runs over
     precision      the kind of float that holds the terms well enough in a file
-    wider          the same terms under wider kernels, with texels as much larger (tiling.py)
-    level_ratio    the variance of a level's kernel over that of the kernel of the level before
+    wider          the same terms on wider blur levels, with texels scaled accordingly (tiling.py)
+    level_ratio    the variance of a level's kernel over that of the level before
     basis          (K, J), the functions f_k as coefficients of T_0 to T_(J-1); None: f_k is T_k
     """
 
@@ -89,18 +87,18 @@ class Table:
 
     @property
     def inner(self) -> tuple[int, int]:
-        """Rows and columns of the texels in a tile that hold the table."""
+        """Rows and columns of a tile without its padding."""
         rows, columns = self.tile
         return rows - 2 * TILE_PADDING, columns - 2 * TILE_PADDING
 
     @property
     def levels(self) -> tuple[np.ndarray, ...]:
-        """The terms of every level. Level l is under a kernel of the variance sigma_b^2 level_ratio^l."""
+        """The terms of every blur level. Level l has a kernel of variance sigma_b^2 level_ratio^l."""
         return self.terms, *self.wider
 
     @property
     def axes(self) -> tuple[np.ndarray, np.ndarray]:
-        """v (rows,) and u (columns,) at the texels' middles."""
+        """v (rows,) and u (columns,) at the texels' centres."""
         v, u = (first + np.arange(n) * self.texel for first, n in zip(self.first, self.tile, strict=True))
         return v, u
 
@@ -111,18 +109,17 @@ class Table:
 
     def holds(self, u: np.ndarray, v: np.ndarray, w: np.ndarray) -> np.ndarray:
         """Whether the table holds the light at u, v and w (n,), up to rounding; boolean (n,). Elsewhere a renderer
-        shows black: the table itself would repeat its rim there."""
+        shows black, because the table would repeat its rim."""
         (u_low, u_high), (v_low, v_high), (w_low, w_high) = *self.region, self.w_range
         region = Region((u_low - _ROUNDING, u_high + _ROUNDING), (v_low - _ROUNDING, v_high + _ROUNDING))
         return region.contains(u, v) & (w >= w_low - _ROUNDING) & (w <= w_high + _ROUNDING)
 
     def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w: _Number, *, variance: _Number = 0.0) -> np.ndarray:
-        """Scattered XYZ over w^2 (n, 3) at u and v (n,), read as a renderer reads it.
+        """Scattered XYZ over w^2 (n, 3) at u and v (n,), as a renderer reads it.
 
-        Texels are read by cubic B-splines, from half floats where half floats are stored. `w` is a number or (n,).
-        `variance`, a number or (n,) in (u, v), is added to the kernel's variance. The result is then a mixture of two
-        levels: the last whose kernel's variance is at most the sum, and the level after it. Beyond the last level of
-        the table, the last level is read alone."""
+        Texels are read by cubic B-splines. `w` is a number or (n,). `variance`, a number or (n,) in (u, v), is added to
+        the kernel's variance. The result is then a mixture of two blur levels: the last whose kernel's variance is at
+        most the sum, and the next, if any."""
         w, variance = (np.broadcast_to(np.asarray(each, float), np.shape(u)) for each in (w, variance))
         level, share = level_mix(variance / self.sigma_b**2, len(self.levels), ratio=self.level_ratio)
         out = np.zeros((3, len(u)))
@@ -135,7 +132,7 @@ class Table:
         return out.T
 
     def _read(self, level: int, u: np.ndarray, v: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """XYZ over w^2 (3, n) of one level, in the terms' own precision."""
+        """XYZ over w^2 (3, n) of one blur level, in the terms' own precision."""
         low, high = self.w_range
         t = np.clip((2 * w - low - high) / (high - low), -1, 1).astype(self.terms.dtype)
         out = np.zeros((3, len(u)), self.terms.dtype)
@@ -145,18 +142,18 @@ class Table:
         return out
 
     def functions(self, t: np.ndarray) -> np.ndarray:
-        """The functions f_k (K, n) at t (n,) in [-1, 1], in its precision."""
+        """The functions f_k (K, n) at t (n,) in [-1, 1], in the precision of t."""
         polynomials = islice(chebyshev.recurrence(t), self.basis.shape[1])
         return self.basis.astype(t.dtype) @ np.stack(list(polynomials))
 
     def at_w(self, w: float) -> np.ndarray:
-        """XYZ over w^2 (rows, columns, 3) at the texels of level 0."""
+        """XYZ over w^2 (rows, columns, 3) at the texels of blur level 0."""
         low, high = self.w_range
         functions = self.functions(np.array([(2 * w - low - high) / (high - low)]))[:, 0]
         return np.tensordot(functions, self.terms, axes=1)
 
     def _read_terms(self, level: int, u: np.ndarray, v: np.ndarray) -> Iterator[Iterator[np.ndarray]]:
-        """The terms of one level, each as its channels (n,), which are sums over the B-spline's texels."""
+        """Yield the terms of one blur level, each as its channels (n,), which are sums over the B-spline's texels."""
         terms = self.levels[level]
         _, rows, columns, _ = terms.shape
         (u_low, u_high), (v_low, v_high) = self.region
@@ -165,59 +162,58 @@ class Table:
         places, weights = bspline.patches(
             y + TILE_PADDING, x + TILE_PADDING, (rows, columns), precision=terms.dtype.type
         )
-        # Places of X in a term laid out flat. Y and Z follow it.
+        # Indices of X in a flattened term. Y and Z follow it.
         places *= 3
         for term in terms.reshape(len(terms), -1):
-            # All places are within the term; of NumPy's ways to treat others, wrapping is the fastest.
+            # All indices are within the term; of NumPy's modes, wrapping is the fastest.
             yield (np.einsum("mn,mn->n", weights, term[c:].take(places, mode="wrap")) for c in range(3))
 
     def zero_order_xyz(self, w: _Number) -> np.ndarray:
-        """Z (..., 3) at w (...,), read as a renderer reads it: by a cubic B-spline."""
+        """Z (..., 3) at w (...,), read by a cubic B-spline as in a renderer."""
         z = self.zero_order
-        # Left of the picture, a renderer repeats the first texel. For samples at steps h, the B-spline is off by
-        # Z'' h^2 / 6, where Z'' is the second derivative of Z.
+        # Left of the picture, a renderer repeats the first texel. For samples at steps h, the B-spline is off by Z''
+        # h^2 / 6, where Z'' is the second derivative of Z.
         around = np.concatenate([z[:1], z, past_end(z)[None]])
         return bspline.read_curve(around, np.asarray(w, float) / 2 * (len(z) - 1) + 1)
 
     def kernel(self, u: np.ndarray, v: np.ndarray, variance: _Number = 0.0) -> np.ndarray:
-        """The coherence kernel (n,) that carries the zero order, widened by a variance in (u, v)."""
+        """The coherence kernel (n,) of the zero order, widened by a variance in (u, v)."""
         variance = self.sigma_b**2 + variance
         return np.exp(-(u**2 + v**2) / (2 * variance)) / (2 * np.pi * variance)
 
     def albedo_bound_at(self, directions: np.ndarray) -> np.ndarray:
         """The bound max(1, albedo) (...,) for unit vectors (..., 3).
 
-        The energy-conserving form divides the BRDF by the larger one of the bounds at the light's and the view's
+        The energy-conserving form divides the BRDF by the larger of the bounds at the light's and the view's
         direction."""
         return albedo_bound(self.excess_albedo, directions)
 
     def bound_of_pairs(self, pairs: _Pairs) -> np.ndarray:
-        """The number (n,) by which the energy-conserving form divides at direction pairs (measure/pairs.py)."""
+        """The divisor (n,) of the energy-conserving form at direction pairs (measure/pairs.py)."""
         return np.maximum(self.albedo_bound_at(pairs.wi), self.albedo_bound_at(pairs.wr))
 
     def candidate(self, u: np.ndarray, v: np.ndarray, w: _Number) -> tuple[np.ndarray, np.ndarray]:
-        """The bake as measure/errors.py wants a candidate: scattered XYZ over w^2 (n, 3), and the zero order's XYZ."""
+        """The bake as a candidate of measure/errors.py: scattered XYZ over w^2 (n, 3), and the zero order's XYZ."""
         return self.scattered_over_w2(u, v, w), self.zero_order_xyz(w)
 
 
 def held_region(axes: tuple[np.ndarray, np.ndarray]) -> Region:
-    """The region of (u, v) that a tile holds whose texels' middles are at axes (v, u): the tile without its padding."""
+    """The region of (u, v) of a tile without its padding, from the coordinates (v, u) of its texels' centres."""
     v, u = (axis[[TILE_PADDING, -1 - TILE_PADDING]] for axis in axes)
     return Region(tuple(u.tolist()), tuple(v.tolist()))
 
 
 def level_mix(added: np.ndarray, levels: int, *, ratio: float) -> tuple[np.ndarray, np.ndarray]:
-    """The level (n,) to read, and the share (n,) of the level after it, for a kernel that is wider than sigma_b.
+    """The blur level (n,) to read, and the share (n,) of the next level, for a kernel wider than sigma_b.
 
-    `added` (n,) is what is added to the kernel's variance, in units of sigma_b^2. Each level's kernel has `ratio` times
-    the variance of the one before. The mixture of the two levels has the variance asked for. Beyond the last level, the
-    last level is read alone."""
+    `added` (n,) is the variance added to the kernel's, in units of sigma_b^2. Each level's kernel has `ratio` times the
+    variance of the one before. The mixture has the requested variance, up to the last level's. Materials
+    leave wider lamps to a closure (addon/materials/wide_lamps.py)."""
     grown = np.clip(1 + np.asarray(added, float), 1, ratio ** (levels - 1))
     level = np.minimum(np.log(grown) / math.log(ratio), max(levels - 2, 0)).astype(int)
     return level, (grown / ratio**level - 1) / (ratio - 1)
 
 
 def past_end(curve: np.ndarray) -> np.ndarray:
-    """The value (channels,) that stands after the last sample of a curve (n, channels): it continues the line through
-    the last two."""
+    """Extrapolate a curve (n, channels) by one sample (channels,), on the line through the last two."""
     return 2 * curve[-1] - curve[-2]

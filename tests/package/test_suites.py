@@ -8,6 +8,7 @@ import time
 
 import pytest
 
+from devtools import ROOT, suites
 from devtools.steps import project_environment
 
 # A test that reports when it begins and when it is cleaned up.
@@ -53,3 +54,9 @@ def test_suites_end_and_no_other_begins(tmp_path, number):
         dev.send_signal(number)
         assert dev.wait(30) == 130
     assert len(list(tmp_path.glob("began-*"))) == len(list(tmp_path.glob("ended-*"))) == 2
+
+
+def test_the_parts_that_an_environment_runs_or_skips_are_there():
+    for (name, _), parts in (suites.AGAIN | suites.ONCE).items():
+        for part in parts:
+            assert (ROOT / "tests" / name / part).exists(), f"devtools/suites.py: tests/{name}/{part}"

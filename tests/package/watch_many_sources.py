@@ -39,7 +39,7 @@ def set_up():
     plane = bpy.data.objects["Plane"]
     bpy.context.view_layer.objects.active = plane
     plane.select_set(True)
-    sources = import_module(f"{ADDON}.precompute.lights.sources")
+    sources = import_module(f"{ADDON}.precompute.world_sources.sources")
     fit_world, sky = (import_module(f"{ADDON}.addon.{name}") for name in ("actions.fit_world", "lamps.sky"))
     source = sources.Source((0.0, 0.6, 0.8), (1.0, 1.0, 1.0), 1e-3)
     fit_world.stop_fitting()

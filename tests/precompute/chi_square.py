@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pearson's chi-square: whether draws follow a density."""
+"""Pearson's chi-square test: whether draws follow a density."""
 
 import numpy as np
 
-# One sound sampler in a thousand is more unlikely than this.
+# A correct sampler exceeds this once in a thousand times.
 LIMIT = 3.1
 
 
 def unlikeliness(counts: np.ndarray, expected: np.ndarray, *, freedom: int | None = None) -> float:
-    """How unlikely counts are where `expected` are expected, each at least 5: the standard normal number that is
-    exceeded as rarely as their chi-square (Wilson and Hilferty 1931). Of n counts n - 1 are free, or `freedom`."""
+    """The chi-square of counts against expected counts (each at least 5), as a standard normal deviate (Wilson and
+    Hilferty 1931). `freedom` is the number of degrees of freedom, by default n - 1."""
     counts, expected = np.ravel(counts), np.ravel(expected)
     freedom = freedom or len(counts) - 1
     assert expected.min() >= 5
@@ -20,8 +20,8 @@ def unlikeliness(counts: np.ndarray, expected: np.ndarray, *, freedom: int | Non
 
 
 def equal_cells(shares: np.ndarray, count: int) -> np.ndarray:
-    """For each of the outcomes, whose probabilities are `shares` (n,), one of at most `count` cells of neighbours, all
-    about as probable."""
+    """For each outcome with probabilities `shares` (n,), the number of its cell. Cells join neighbours, at most `count`
+    cells of about equal probability."""
     middle = np.cumsum(shares) - np.asarray(shares) / 2
     cells = np.minimum((middle * count / np.sum(shares)).astype(int), count - 1)
     return np.unique(cells, return_inverse=True)[1]

@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What all of these tests share: a cache of their own, and functions that run a command line.
-
-No test finds the bake of another in its cache.
-"""
+"""Shared fixtures: an own cache for each test, and functions that run a command line."""
 
 import pytest
 
@@ -12,7 +9,7 @@ from precompute.cli import parser
 
 @pytest.fixture(autouse=True)
 def cache_folder(tmp_path_factory, monkeypatch):
-    """The cache's folder, outside of tmp_path; not made yet."""
+    """The cache's folder, outside of tmp_path; it does not exist yet."""
     folder = tmp_path_factory.mktemp("own") / "cache"
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE", str(folder))
     monkeypatch.delenv("NATURAL_GRATINGS_CACHE_MB", raising=False)
@@ -36,10 +33,8 @@ def run(capsys):
 
 @pytest.fixture
 def refused(run, tmp_path):
-    """A function that runs a command line that must fail, and returns its line of error.
-
-    It checks the status, that nothing is on standard output, that the error is one line, and that nothing was written.
-    """
+    """A function that runs a command line that must fail, and returns its error line. It checks the status, that
+    standard output is empty, that the error is one line, and that nothing was written."""
 
     def run_line(*argv, status=1):
         before = contents(tmp_path)
@@ -49,7 +44,7 @@ def refused(run, tmp_path):
         assert err.startswith("error: ") and err.endswith("\n")
         assert len(err.splitlines()) == 1, err
         assert contents(tmp_path) == before
-        # The line says what is wrong, and after the semicolon what to do about it.
+        # The line names the fault, and after the semicolon the remedy.
         assert "; " in err
         return err
 
@@ -57,5 +52,5 @@ def refused(run, tmp_path):
 
 
 def contents(folder):
-    """The bytes of a folder's files by their paths. Empty folders are left out, since one more does no harm."""
+    """The bytes of a folder's files by path, without empty folders."""
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}

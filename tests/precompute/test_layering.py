@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What may import what, read off the syntax trees: nothing is imported or run."""
+"""Rules for imports, checked in the syntax trees without importing anything."""
 
 import ast
 import re
@@ -11,9 +11,9 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 BLENDER = {"bpy", "bpy_extras", "mathutils", "gpu", "bl_ui", "bl_operators", "bmesh", "addon_utils", "_bpy", "blf"}
-# Wheels of blender_manifest.toml, and NumPy, which is Blender's own.
+# The wheels of blender_manifest.toml, and NumPy, which Blender has.
 ALLOWED = {"numpy", "OpenEXR", "PIL", "xatlas"}
-# The packages of the repository that the zip lacks, and their modules' names.
+# The repository's packages that the zip leaves out, and a pattern for their modules' names.
 NOT_SHIPPED = {"laboratory", "sample_scenes", "devtools", "tests"}
 MODULE_NAME = re.compile(rf"({'|'.join(sorted(NOT_SHIPPED))})(\.\w+)*")
 FORBIDDEN_CALLS = {"eval", "exec", "compile", "__import__", "breakpoint"}
@@ -30,18 +30,18 @@ def sources(package):
 
 
 SHIPPED = [*sources("precompute"), *sources("addon")]
-# The rooms from the ground up: each may import itself and the rooms before it.
+# The rooms from the ground up. A room may import itself and the rooms before it.
 FLOORS = {
     "precompute": (
-        "base", "maths", "mesh", "optics", "colour", "lights", "surface", "spectra", "table", "reference", "measure",
-        "bake", "check", "methods", "maps", "cli",
+        "base", "maths", "mesh", "optics", "colour", "world_sources", "surface", "spectra", "table", "reference",
+        "measure", "bake", "check", "methods", "maps", "cli",
     ),
     "addon": (
         "blender", "gratings", "nodes", "snakes", "jobs", "worlds", "lamps", "direction", "materials", "cameras",
         "workflow", "operators", "ui", "batch",
     ),
 }  # fmt: skip
-# A bake is judged by nothing that helped to make it.
+# `check` imports nothing that helps to make a bake.
 CHECK_MAY_IMPORT = {"base", "optics", "colour", "surface", "measure", "check"}
 
 
@@ -62,7 +62,6 @@ def imports(path):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            # One dot is the package itself.
             base = package[: len(package) + 1 - node.level] if node.level else ()
             assert len(package) + 1 >= node.level, f"{path}: a relative import leaves the extension"
             module = ".".join((*base, *([node.module] if node.module else [])))
@@ -75,7 +74,6 @@ def tops(path):
 
 
 def test_the_walk_sees_what_is_there():
-    """Of sources whose imports are known."""
     assert "precompute.surface.relief.Relief" in imports(ROOT / "precompute" / "bake" / "make.py")
     assert "precompute.base.failure.GratingError" in imports(ROOT / "precompute/surface/readers/nid.py")
     assert "addon" in {name.split(".")[0] for name in imports(ROOT / "__init__.py")}
@@ -88,14 +86,14 @@ def test_precompute_knows_nothing_of_blender(path):
 
 @pytest.mark.parametrize("path", [ROOT / "__init__.py", *SHIPPED], ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_what_ships_imports_nothing_that_does_not_ship(path):
-    """By an import, or by the name of a module given to importlib or to `python -m`."""
+    """Looks at imports and at module names in texts, as for importlib or `python -m`."""
     assert not tops(path) & NOT_SHIPPED
     texts = [node.value for node in ast.walk(tree_of(path)) if isinstance(node, ast.Constant)]
     assert not {text for text in texts if isinstance(text, str) and MODULE_NAME.fullmatch(text)}
 
 
 def test_every_package_ships_or_does_not():
-    """The folders that hold Python, and the manifest's patterns for the zip."""
+    """Compares the folders that hold Python with the manifest's patterns for the zip."""
     folders = {path.parent.name for path in ROOT.glob("[a-z]*/__init__.py")} | {"tests"}
     assert folders == {"precompute", "addon"} | NOT_SHIPPED
     excluded = tomllib.loads((ROOT / "blender_manifest.toml").read_text())["build"]["paths_exclude_pattern"]
@@ -103,13 +101,13 @@ def test_every_package_ships_or_does_not():
 
 
 def room_of(package, path):
-    """The room of a source, by its folder; None of what stands at the package's own top."""
+    """The source's room, which is its folder; None for files at the package's top."""
     parts = path.relative_to(ROOT / package).parts
     return parts[0] if len(parts) > 1 else None
 
 
 def rooms_imported(package, path):
-    """The rooms of its own package from which a source imports, in functions too."""
+    """The rooms of its own package from which a source imports, also inside functions."""
     dotted = [name.split(".") for name in imports(path)]
     return {parts[1] for parts in dotted if parts[0] == package and len(parts) > 2}
 
@@ -135,7 +133,7 @@ def test_the_check_shares_nothing_with_the_bake(path):
 
 @pytest.mark.parametrize("package", FLOORS)
 def test_there_are_no_circles(package):
-    """Of files: taking away again and again those that import no file that is left, none is left at last."""
+    """Removes files that import no remaining file, until none is left."""
     files = {path.relative_to(ROOT).with_suffix("").as_posix().replace("/", "."): path for path in sources(package)}
     files = {name.removesuffix(".__init__"): path for name, path in files.items()}
 
@@ -154,13 +152,13 @@ def test_no_file_is_longer_than_350_lines(path):
     assert len(path.read_text(encoding="utf-8").splitlines()) <= 350
 
 
-# What Blender calls, by place.
+# Functions that Blender calls by position.
 BLENDER_CALLS = {"draw_item"}
 
 
 @each("precompute", "addon")
 def test_no_function_takes_more_than_seven_arguments_nor_more_than_three_by_place(path):
-    """`self` and `cls` apart; of functions whose names are public, the places are counted."""
+    """`self` and `cls` do not count. The limit for arguments by place holds for public functions."""
     for node in ast.walk(tree_of(path)):
         if isinstance(node, ast.FunctionDef) and node.name not in BLENDER_CALLS:
             places = [a.arg for a in (*node.args.posonlyargs, *node.args.args) if a.arg not in ("self", "cls")]
@@ -175,7 +173,7 @@ def test_precompute_needs_only_what_is_bundled(path):
 
 @each("precompute", "addon")
 def test_imports_inside_the_extension_are_relative(path):
-    """Blender gives the extension a name of its own: bl_ext.REPOSITORY.natural_gratings."""
+    """Blender names the extension bl_ext.REPOSITORY.natural_gratings."""
     for node in ast.walk(tree_of(path)):
         names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
         if isinstance(node, ast.ImportFrom) and node.level == 0:
@@ -186,7 +184,7 @@ def test_imports_inside_the_extension_are_relative(path):
 
 @each("addon")
 def test_the_addon_transforms_nothing(path):
-    """The physics is precompute's: no Fourier transform beside it."""
+    """All physics is in precompute, so the add-on computes no Fourier transform."""
     assert not any(name == "numpy.fft" or name.startswith(("numpy.fft.", "scipy")) for name in imports(path))
     for node in ast.walk(tree_of(path)):
         assert not (isinstance(node, ast.Attribute) and node.attr in {"fft", "fft2", "rfft", "rfft2"})
@@ -206,6 +204,6 @@ def test_nothing_is_evaluated_pickled_or_threaded(path):
 
 
 def test_the_root_imports_the_addon_only_when_registered():
-    """A program that wants precompute alone, `python -m precompute`, must not meet bpy."""
+    """`python -m precompute` must not import bpy."""
     top_level = tree_of(ROOT / "__init__.py").body
     assert not any(isinstance(node, ast.Import | ast.ImportFrom) for node in top_level)

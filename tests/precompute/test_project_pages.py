@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The README's length and commands, the links of all pages, and the one version of the project."""
+"""Tests of the README's length and commands, the links of all pages, and the project's version."""
 
 import re
 import tomllib
@@ -10,7 +10,7 @@ import pytest
 from .test_layering import ROOT
 
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
-# A link to a page, with or without an anchor, or to an anchor of the same page; no link into the web.
+# A link to a page, with or without an anchor, or to an anchor of the same page, but not into the web.
 _LINK = re.compile(r"\]\((?!\w+:)([^)#\s]*)(?:#([^)\s]+))?\)")
 
 
@@ -21,7 +21,7 @@ def anchors(page: Path) -> set[str]:
 
 
 def broken(page: Path) -> list[str]:
-    """The links of a page that lead nowhere."""
+    """The broken links of a page."""
     found = []
     for name, anchor in _LINK.findall(page.read_text(encoding="utf-8")):
         target = page.parent / name if name else page
@@ -49,7 +49,7 @@ def test_the_readme_is_short_and_names_the_two_commands():
 
 
 def test_there_is_one_version():
-    """The manifest's. The newest release in the changelog and the citation repeat it, with one date."""
+    """The version is in the manifest. The changelog's newest release and the citation repeat it and share one date."""
     version = tomllib.loads((ROOT / "blender_manifest.toml").read_text())["version"]
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")

@@ -1,18 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What users read, read off the syntax trees: messages, tooltips and help cite nothing that the zip lacks."""
+"""Messages, tooltips and help texts must not cite pages that the zip lacks; checked in the syntax trees."""
 
 import ast
 import re
 
 from .test_layering import ROOT, sources, tree_of
 
-# The zip holds none of the repository's pages.
+# Pages of the repository, none of which the zip holds.
 _PAGE = re.compile(r"\bdocs/|\w\.md\b|\bREADME\b")
 
 
 def user_texts(tree, *, tooltips):
-    """The texts of a source but its docstrings, which readers of the repository read. With `tooltips` the docstrings of
-    classes count: Blender shows them."""
+    """A source's texts except docstrings; `tooltips` includes those of classes, which Blender shows."""
     holders = (ast.Module, ast.FunctionDef, ast.AsyncFunctionDef) + (() if tooltips else (ast.ClassDef,))
     docstrings = {id(node.body[0].value) for node in ast.walk(tree)
                   if isinstance(node, holders) and ast.get_docstring(node) is not None}  # fmt: skip

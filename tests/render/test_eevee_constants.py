@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from devtools import ROOT
-from precompute.lights.sources import Source
+from precompute.world_sources.sources import Source
 
 from .test_variation import answering
 from .world_scenes import add_ball, add_soft_boxes, assign, look_at_ball

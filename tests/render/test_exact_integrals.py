@@ -8,7 +8,7 @@ from laboratory.benchmarks import lights_scenes as scenes
 from laboratory.benchmarks import lights_truth
 from laboratory.benchmarks.hemisphere import Surface, directional_albedo, hemisphere
 from laboratory.benchmarks.lights_worlds import Worlds
-from precompute.lights.panorama import panorama_cells
+from precompute.world_sources.panorama import panorama_cells
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 
 from tests.addon.worlds.made import painted, world_with
-from tests.precompute.lights.worlds import direction, disc, picture, sky
+from tests.precompute.world_sources.worlds import direction, disc, picture, sky
 
 from .lamp_scenes import add_grating
 

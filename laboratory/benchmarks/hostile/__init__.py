@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hostile input: thousands of bad inputs, each of which must be taken or refused in one line.
+"""Hostile input: thousands of bad inputs, each of which must be accepted or refused with a one-line error.
 
     ./dev bench hostile [SUITE ...] [--count N] [--seed S] [--only NAME] [--json FILE|-]
 
-A suite is a module with `cases(count, seed, folder)`, which yields the cases of about `count` inputs a group, always
-the same ones for the same seed. runner.py runs each case in a child process of its own, under limits of time and
-memory, and judges it; the program ends with status 1 if any case failed. tests/precompute/hostile runs a few cases of
-every suite. The suite `blends` tells its lies in .blend files: blends.py says how.
-"""
+A suite is a module with `cases(count, seed, folder)`, which yields about `count` cases a group; the same seed gives the
+same cases. runner.py runs each case in its own child process with limits of time and memory, and judges it. The program
+exits with status 1 if any case failed. tests/precompute/hostile runs a few cases of every suite. The suite `blends`
+puts wrong values and edits into .blend files (blends.py)."""
 
 import tempfile
 from collections.abc import Callable, Iterable
@@ -19,7 +18,7 @@ from precompute.cli.parser import OneLineParser
 from ..report import add_json, say, write
 from . import arguments, blends, headers, meshes, readers, records, runner, verbs
 
-# The suites by their names. Each makes its cases from the count, the seed and a folder for the files of all cases.
+# The suites by name. Each function takes the count, the seed and a folder for the files of its cases.
 SUITES: dict[str, Callable[[int, int, Path], Iterable[runner.Case]]] = {
     "readers": readers.cases,
     "verbs": verbs.cases,
@@ -28,12 +27,11 @@ SUITES: dict[str, Callable[[int, int, Path], Iterable[runner.Case]]] = {
     "records": records.cases,
     "arguments": arguments.cases,
 }
-# The suite whose cases Blender runs.
 BLENDS = "blends"
 
 
 def main(argv: list[str]) -> int:
-    """Run suites; the exit status: 1 if any case failed."""
+    """Run suites; return the exit status, 1 if any case failed."""
     parser = OneLineParser(prog="hostile", description=__doc__.splitlines()[0])
     parser.add_argument("suites", nargs="*", metavar="SUITE", help=f"of {', '.join((*SUITES, BLENDS))}; default all")
     parser.add_argument(

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Command lines that nobody means, for every verb of `./dev grating`.
+"""Malformed command lines for every verb of `./dev grating`.
 
-In the groups of the verbs each line has a fault for certain, and taking it is a failure. In the group `paths` a line
-has paths that may be anything: it may be taken or refused.
-"""
+In each verb's group every line has at least one fault, so accepting it is a failure. Lines of the group `paths` hold
+odd paths and may be accepted or refused."""
 
 import argparse
 import os
@@ -18,14 +17,14 @@ from ...verbs import PACKAGES
 from .mutations import WORDS
 from .runner import Case, run_verb
 
-# What most options refuse.
+# Values that most options refuse.
 _WRONG = (
     *(word.decode() for word in WORDS if word not in (b"0", b"1e9", b"1000000000")),
     "--", "-", " ", "-1e-9", "1e400", "1e-320", "1_000", " 2", "2\n", "3\n4", "0x10", "2,5", "1e", ".", "１２", "٣",
     "²", "−2", "\udcff", "NaN", "Infinity", "True", "None", "[]", "{}", "9" * 100_000, "1e99999999999", "x" * 100_000,
     "$(id)", "`id`", "%s", "{0}", "\x1b[2J", "\u202e2", "2\0",
 )  # fmt: skip
-# The shortest line of each verb that works; FOLDER is where it may write.
+# The shortest valid line of each verb; FOLDER stands for the output folder.
 _LINES = {
     "info": ["sample:flat"],
     "bake": ["sample:flat", "-o", "FOLDER/out"],
@@ -41,7 +40,7 @@ _LINES = {
 
 
 def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
-    """`count` lines for each verb, and `count` with odd paths."""
+    """Yield `count` lines for each verb, and `count` lines with odd paths."""
     parsers = build_parser(tuple(_LINES), PACKAGES)._subparsers._group_actions[0].choices
     assert set(parsers) == set(_LINES)
     for verb, parser in parsers.items():
@@ -57,7 +56,7 @@ def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
 
 
 def _spoiled(draw: random.Random, verb: str, parser: argparse.ArgumentParser, folder: Path) -> tuple[str, list[str]]:
-    """A line with one to three faults, each of which is enough to refuse it, and what they are."""
+    """A description and a line with one to three faults, each of which must make the verb refuse it."""
     argv, told = [word.replace("FOLDER", str(folder)) for word in _LINES[verb]], []
     for _ in range(draw.choice((1, 1, 2, 3))):
         fault = _fault(draw, parser)
@@ -68,7 +67,7 @@ def _spoiled(draw: random.Random, verb: str, parser: argparse.ArgumentParser, fo
 
 
 def _fault(draw: random.Random, parser: argparse.ArgumentParser) -> list[str]:
-    """Words that no line of a verb can have."""
+    """Words that make any line of the verb invalid."""
     options = [action for action in parser._actions if action.option_strings and action.nargs != 0]
     action = draw.choice(options)
     name = draw.choice(action.option_strings)
@@ -81,7 +80,7 @@ def _fault(draw: random.Random, parser: argparse.ArgumentParser) -> list[str]:
 
 
 def _takes(action: argparse.Action, value: str) -> bool:
-    """Whether an option takes a value: 1e-308 is an angle, and any word the name of a file."""
+    """Whether an option accepts a value: some angles accept 1e-308, and a file option accepts any word."""
     if action.choices:
         return value in map(str, action.choices)
     try:
@@ -92,7 +91,7 @@ def _takes(action: argparse.Action, value: str) -> bool:
 
 
 def _places(folder: Path) -> list[str]:
-    """Paths that a file might have and none should."""
+    """Odd paths, inside the folder and elsewhere."""
     odd = folder / "odd"
     odd.mkdir()
     os.mkfifo(odd / "pipe")
@@ -128,7 +127,7 @@ def _places(folder: Path) -> list[str]:
 
 
 def _with_paths(draw: random.Random, places: list[str], folder: Path) -> list[str]:
-    """A line that is quick where it is taken, with odd paths in places where a path is read."""
+    """A line with odd paths, which is quick to run if it is accepted."""
     place = draw.choice(places)
     written = str(folder / "out" / "a.png")
     return draw.choice((

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that lie: each lie is told in a .blend, which is then used as an artist uses it.
+"""Damaged .blend files: each case puts a wrong value or an edit into a .blend, then uses the file as an artist would.
 
-Nothing may raise, and nothing may be printed as a traceback; a button may refuse in one line. The lies are told in
-Blenders beside this program, each for many, so that one that crashes costs the lie it was told."""
+No step may raise an exception or print a traceback; a button may refuse in one line. The cases run in child processes
+with Blender, many cases in each. If Blender crashes, only the case at hand is lost."""
 
 import contextlib
 import json
@@ -25,12 +25,12 @@ from .lying_scene import Skin
 from .runner import ACCEPTED, FAILED, REFUSED, Outcome
 
 LIES = lies.lies() | lies_edits.of_parts() | lies_edits.of_trees()
-# What a lie about a property is about.
+# The part of a lie's name that names its property.
 _SUBJECT = re.compile(r"ng_\w+|grating's \w+|a step")
-# What a fault that was caught or printed looks like.
+# Texts of a fault that was caught or printed.
 _FAULTS = ("Traceback", "report this line")
-# What is pressed, one after the other, each with what it is given. Of "needs" only the measuring is done, not the bake.
-# Fit World is not pressed: it starts a Blender of its own.
+# The buttons to press, in this order, with their options. "needs" measures the scene's needs but does not bake. Fit
+# World is left out because it starts its own Blender.
 _BUTTONS: dict[str, dict[str, object]] = {
     "needs": {},
     "assign": {},
@@ -45,24 +45,24 @@ _BUTTONS: dict[str, dict[str, object]] = {
     "add_diffraction": {},
     "remove_diffraction": {},
 }
-# Seconds without a word from Blender.
+# Seconds to wait for Blender, besides 5 seconds a case.
 _PATIENCE = 300
 
 
 def outcomes(only: str, folder: Path) -> list[Outcome]:
-    """Tell each lie whose name begins so; what became of it."""
+    """Run the cases whose names begin with `only`, and return their outcomes."""
     left, found = [name for name in LIES if name.startswith(only)], []
     while left:
         told = list(_told_by_blender(left, folder))
         found += told
         left = left[len(told) :]
-        if left and len(told) < len(left) + len(told):  # it ended before its time
+        if left and len(told) < len(left) + len(told):  # Blender crashed or was stopped
             found.append(Outcome(left.pop(0), "blends", FAILED, "Blender ended, or hung", 0.0, 0))
     return found
 
 
 def _told_by_blender(names: Sequence[str], folder: Path) -> Iterator[Outcome]:
-    """The outcomes of the first of the lies, as far as one Blender gets."""
+    """Yield the outcomes of the first cases, as far as one Blender process gets."""
     with tempfile.TemporaryDirectory(dir=folder) as own, (Path(own) / "printed").open("wb") as printed:
         command = [sys.executable, "-m", "laboratory.benchmarks.hostile.blends", own, json.dumps(list(names))]
         with contextlib.suppress(subprocess.TimeoutExpired):
@@ -73,7 +73,7 @@ def _told_by_blender(names: Sequence[str], folder: Path) -> Iterator[Outcome]:
 
 
 def main(argv: Sequence[str]) -> None:
-    """In a Blender of its own: tell the lies, and write a line for each."""
+    """Run cases in this Blender process and write the outcome of each as a line of JSON."""
     from precompute.bake.bake_folder import bake_to_folder
     from precompute.bake.request import BakeRequest
     from precompute.surface.readers.reader_registry import read_height_map
@@ -93,11 +93,11 @@ def main(argv: Sequence[str]) -> None:
         for name in names:
             written.write(json.dumps(asdict(outcome(addon, blend, name, render=True))) + "\n")
             written.flush()
-    os._exit(0)  # Blender 4.5 may wait for ever at its end
+    os._exit(0)  # Blender 4.5 may hang at exit
 
 
 def outcome(addon: SimpleNamespace, blend: Path, name: str, *, render: bool) -> Outcome:
-    """Tell a lie in a file and use the file."""
+    """Put one wrong value or edit into a file and use the file."""
     _forget_peak()
     before, start = _memory("VmRSS"), time.process_time()
     faults, refusals = told(addon, blend, [name], buttons=tuple(_BUTTONS), render=render)
@@ -107,8 +107,8 @@ def outcome(addon: SimpleNamespace, blend: Path, name: str, *, render: bool) -> 
 
 
 def rounds() -> list[list[str]]:
-    """The lies in as few files as can hold them: those about properties together, of each property one; the edits of
-    node groups each for two of the groups; all others alone."""
+    """The cases in as few files as possible. A file holds one case of each property; each edit of node groups runs on
+    two of the groups; every other case has its own file."""
     by_subject: dict[str, list[str]] = {}
     for name in lies.lies():
         by_subject.setdefault(_SUBJECT.match(name)[0], []).append(name)
@@ -121,8 +121,8 @@ def rounds() -> list[list[str]]:
 def told(
     addon: SimpleNamespace, blend: Path, names: Sequence[str], *, buttons: Sequence[str], render: bool
 ) -> tuple[list[str], list[str]]:
-    """Tell lies in a file and use the file: what raised or was printed as a traceback, each with the station; and the
-    lines by which buttons refused."""
+    """Put wrong values and edits into a file and use the file. Return what raised or printed a traceback, and the lines
+    by which buttons refused, each with its step."""
     import bpy
 
     skin = Skin(addon)
@@ -130,7 +130,7 @@ def told(
     bpy.ops.wm.open_mainfile(filepath=str(blend))
     if hasattr(addon, "guard"):
         addon.guard._printed.clear()
-    with _without_handlers(addon):  # which would mend it before it is saved
+    with _without_handlers(addon):  # handlers would repair the file before it is saved
         for name in names:
             LIES[name](skin)
         bpy.ops.wm.save_as_mainfile(filepath=str(lying), copy=True)
@@ -152,7 +152,7 @@ def told(
 
 
 def _stations(skin: Skin, lying: Path, *, buttons: Sequence[str], render: bool) -> dict[str, Callable[[], str | None]]:
-    """What an artist does with a file."""
+    """The steps of an artist's work with a file, by name."""
     import bpy
 
     handlers = skin.addon.handlers.HANDLERS
@@ -162,7 +162,7 @@ def _stations(skin: Skin, lying: Path, *, buttons: Sequence[str], render: bool) 
         "edit": lambda: _edit(skin),
         "frame": lambda: skin.scene.frame_set(3),
         "render": lambda: _operated(bpy.ops.render.render) if render else handlers["render_init"](skin.scene),
-        "undo": lambda: (handlers["undo_pre"](), handlers["undo_post"](), skin.addon.bakes.recall_bakes()),
+        "undo": lambda: (handlers["undo_pre"](), handlers["undo_post"](), skin.addon.remembered_bakes.recall_bakes()),
         "bake": lambda: _asked(skin),
     }
     for button in buttons:
@@ -173,13 +173,13 @@ def _stations(skin: Skin, lying: Path, *, buttons: Sequence[str], render: bool) 
 
 
 def _refusal(step: Callable[[], object]) -> str | None:
-    """Do something; the line by which it was refused. Raises whatever is no refusal in one line."""
+    """Do a step and return its one-line refusal, if any. Passes on exceptions."""
     from_addon = step()
     return from_addon if isinstance(from_addon, str) else None
 
 
 def _pressed(name: str) -> str | None:
-    """Press a button."""
+    """Press a button if it is enabled; return its one-line refusal, if any."""
     import bpy
 
     button = getattr(bpy.ops.grating, name)
@@ -187,7 +187,7 @@ def _pressed(name: str) -> str | None:
 
 
 def _operated(operator: Callable[..., object], **options: object) -> str | None:
-    """Run an operator; the one line by which it or Blender refuses. Raises whatever else it raises."""
+    """Run an operator; return the one-line error of a refusal. Passes on every other exception."""
     try:
         operator(**options)
     except RuntimeError as fault:
@@ -199,7 +199,7 @@ def _operated(operator: Callable[..., object], **options: object) -> str | None:
 
 
 def _edit(skin: Skin) -> None:
-    """Move a lamp, change another, hide one."""
+    """Turn all lamps, change their strengths and hide one."""
     import bpy
 
     for number, lamp in enumerate(each for each in skin.scene.objects if each.type == "LIGHT"):
@@ -210,7 +210,7 @@ def _edit(skin: Skin) -> None:
 
 
 def _draw(skin: Skin) -> None:
-    """Draw all panels, and a row of each list."""
+    """Draw all panels and menus, and up to three rows of the grating list with their steps."""
     import bpy
 
     scene = skin.scene
@@ -228,19 +228,19 @@ def _draw(skin: Skin) -> None:
 
 
 def _asked(skin: Skin) -> str | None:
-    """What the button Bake Grating asks of a bake."""
+    """Ask for a bake as the button Bake Grating does; return the error text, if any."""
     grating = skin.scene.natural_gratings.active()
     if grating is None:
         return None
     try:
-        skin.addon.bakes.asked(grating.bake_request())
+        skin.addon.remembered_bakes.asked(grating.bake_request())
     except skin.addon.child.GratingError as fault:
         return str(fault)
     return None
 
 
 def _needed(skin: Skin) -> str | None:
-    """What the button Bake for This Scene measures before it bakes."""
+    """Measure the needs as the button Bake for This Scene does; return the error text, if any."""
     grating = skin.scene.natural_gratings.active()
     if grating is None:
         return None
@@ -262,7 +262,7 @@ def _without_handlers(addon: SimpleNamespace) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _redirected(file) -> Iterator[None]:
-    """All that is written to the standard streams, by Python or by C, goes into a file."""
+    """Send the standard streams of Python and of C into a file."""
     kept = [os.dup(stream) for stream in (1, 2)]
     sys.stdout.flush()
     sys.stderr.flush()
@@ -279,7 +279,7 @@ def _redirected(file) -> Iterator[None]:
 
 
 def _last_line(text: str) -> str:
-    """The line of a printed fault that says what it was, and where."""
+    """The line of a printed fault that names the fault and its place."""
     lines = [line.strip() for line in text.strip().splitlines() if line.strip()]
     noted = [line for line in lines if "report this line" in line]
     places = [line.split("/")[-1] for line in lines if line.startswith("File ")]
@@ -291,7 +291,7 @@ def _forget_peak() -> None:
 
 
 def _memory(what: str) -> int:
-    """Bytes, of a line of /proc/self/status."""
+    """Bytes from a line of /proc/self/status."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return 1024 * next(int(line.split()[1]) for line in lines if line.startswith(what))
 

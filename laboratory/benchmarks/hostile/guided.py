@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A search for bad files that is guided by which lines of the readers they reach.
+"""Coverage-guided search for files that crash or stall the readers.
 
     python -m laboratory.benchmarks.hostile.guided [--count N] [--seed S] [--only .EXT] [--json FILE|-]
 
-For each format the search begins with whole files. It spoils one of those that it keeps; what reaches a step from one
-line of a reader to another that nothing reached before is kept too. A file that a reader neither takes nor refuses in
-one line, or that costs seconds, is a find: it is printed, and belongs into tests/precompute/surface/test_finds.py.
-"""
+The search for a format begins with valid files. Each round spoils one of the kept files. A spoiled file is kept too if
+it reaches a new step between two lines of a reader. A find is a file that a reader neither accepts nor refuses in one
+line, or that takes longer than a second. Finds are printed; add them to tests/precompute/surface/test_finds.py."""
 
 import random
 import sys
@@ -33,15 +32,14 @@ _FINDS_MAX = 10
 
 @dataclass
 class Search:
-    """What a search has come to: the files that it keeps, the steps between lines that they reached, and its finds,
-    each with what was wrong."""
+    """State of a search: kept files, reached steps (file, line, next line), and finds with their faults."""
 
     kept: list[bytes]
     reached: set[tuple[str, int, int]] = field(default_factory=set)
     finds: list[tuple[bytes, str]] = field(default_factory=list)
 
     def run(self, take: Callable[[bytes], object], rounds: int, draw: random.Random) -> None:
-        """Give `rounds` spoiled files to `take`, which raises GratingError where it refuses one."""
+        """Give `rounds` spoiled files to `take`, which raises GratingError if it refuses a file."""
         for data in self.kept:
             self._try(take, data)
         for _ in range(rounds):
@@ -50,7 +48,7 @@ class Search:
                 self.kept.append(data)
 
     def _try(self, take: Callable[[bytes], object], data: bytes) -> bool:
-        """Whether a file reached what none had reached."""
+        """Read one file and return whether it reached a new step."""
         steps: set[tuple[str, int, int]] = set()
         start = time.process_time()
         sys.settrace(_tracer(steps))
@@ -72,7 +70,7 @@ class Search:
 
 
 def _tracer(steps: set[tuple[str, int, int]]) -> Callable:
-    """A tracer of the readers' functions that notes each step from a line to the next."""
+    """Make a trace function that records each step between two lines of the readers."""
 
     def enter(frame: FrameType, event: str, _: object) -> Callable | None:
         name = frame.f_code.co_filename
@@ -103,7 +101,7 @@ def _taker(path: Path) -> Callable[[bytes], object]:
 
 
 def main(argv: list[str]) -> int:
-    """Search through all formats; the exit status: 1 if there is a find."""
+    """Search all formats; return the exit status, 1 if there is a find."""
     parser = OneLineParser(prog="guided", description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=count(1, 10**7), default=5000, metavar="N", help="files a format")
     parser.add_argument("--seed", type=count(0, 10**9), default=1, metavar="S", help="other seeds make other files")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whole HDF5 files of microscopes: a small writer of the format, and .nhf and .h5-jpk made with it."""
+"""Valid HDF5 files of microscopes (.nhf and .h5-jpk), made with a small HDF5 writer."""
 
 import struct
 import zlib
@@ -12,20 +12,20 @@ _NOWHERE = 2**64 - 1
 
 
 class Writer:
-    """An HDF5 file as the library makes it by default: superblock 0, object headers 1, symbol tables."""
+    """Writes HDF5 with the library's defaults: superblock 0, object headers 1, symbol tables."""
 
     def __init__(self) -> None:
         self._out = bytearray(96)
 
     def whole(self, root: int) -> bytes:
-        """The file whose root group is at an address."""
+        """Return the file, with its root group at address `root`."""
         head = b"\x89HDF\r\n\x1a\n" + bytes([0, 0, 0, 0, 0, 8, 8, 0]) + struct.pack("<2HI", 4, 16, 0)
         head += struct.pack("<4Q", 0, _NOWHERE, len(self._out), _NOWHERE) + struct.pack("<2Q2I16x", 0, root, 0, 0)
         self._out[:96] = head
         return bytes(self._out)
 
     def group(self, members: dict[str, int], attributes: dict[str, object]) -> int:
-        """The address of a group of at most eight members."""
+        """Add a group of at most eight members; return its address."""
         names, places = bytearray(8), {}
         for name in sorted(members):
             places[name] = len(names)
@@ -40,7 +40,7 @@ class Writer:
     def dataset(
         self, values: np.ndarray, attributes: dict[str, object], *, chunk: tuple[int, ...], packed: bool
     ) -> int:
-        """The address of a dataset in chunks, shuffled and deflated where it is packed."""
+        """Add a chunked dataset, shuffled and deflated if `packed`; return its address."""
         leaves = []
         for corner in np.ndindex(*(-(-side // step) for side, step in zip(values.shape, chunk, strict=True))):
             at = [index * step for index, step in zip(corner, chunk, strict=True)]
@@ -56,7 +56,7 @@ class Writer:
         end = struct.pack(f"<2I{values.ndim + 1}Q", 0, 0, *beyond, 0)
         tree = self._tree(1, leaves, end, 24 + 65 * key + 64 * 8)
         layout = struct.pack(f"<3BQ{len(chunk) + 1}I", 3, 2, len(chunk) + 1, tree, *chunk, values.dtype.itemsize)
-        # What is not stored is the lowest number.
+        # The fill value, which reads as missing, is the lowest integer.
         missing = struct.pack("<4BI", 2, 2, 2, 1, values.dtype.itemsize) + bytes(values.dtype.itemsize - 1) + b"\x80"
         messages = [(0x01, _space(values.shape)), (0x03, _number(values.dtype)), (0x05, missing), (0x08, layout)]
         if packed:
@@ -80,7 +80,7 @@ class Writer:
         return self._add(struct.pack("<BxH2I4x", 1, len(messages), 1, len(body)) + body)
 
     def _attribute(self, name: str, value: object) -> bytes:
-        """Bytes become a text of their length, a text one in the heap, anything else a number or numbers."""
+        """Encode an attribute: bytes as a fixed-length text, a str as a text in the heap, anything else as numbers."""
         shape: tuple[int, ...] = ()
         if isinstance(value, bytes):
             kind, data = struct.pack("<B3xI", 0x13, len(value)), value
@@ -128,9 +128,10 @@ def nhf(
     acquired: int | None = None,
     more: dict[str, object] | None = None,
 ) -> bytes:
-    """A Nanosurf file of the height in both directions, a voltage, and a wave for every point; NaN is missing.
+    """A Nanosurf file with the height forward and backward, a voltage, and a wave of 3 values a point; NaN marks
+    missing points.
 
-    `acquired` lines were scanned, by default all; channels have `more` attributes."""
+    `acquired` is the number of scanned lines, by default all. `more` adds attributes to the channels."""
     rows, cols = height.shape
     names = ("name", "name", "name", "base_calibration")
     if version == 2:
@@ -168,7 +169,8 @@ def nhf(
 
 
 def h5_jpk(height: np.ndarray, pixel_m: float, *, reflected: bool = False, frames: int = 2) -> bytes:
-    """A JPK file of frames of the height in both directions and an amplitude; a later frame holds half of the first."""
+    """A JPK file of frames, with the height forward and backward and an amplitude. The heights of frame n are those of
+    the first divided by n."""
     rows, cols = height.shape
     factor, offset = SPAN_M / 2**32, 100e-9
     grid: dict[str, object] = {"ilength": np.int32(cols), "jlength": np.int32(rows), "unit.unit": b"m"}
@@ -195,7 +197,7 @@ def h5_jpk(height: np.ndarray, pixel_m: float, *, reflected: bool = False, frame
 
 
 def nhf_continued_in_a_circle() -> bytes:
-    """A root whose header goes on in itself, full of empty messages."""
+    """A file whose root header continues in itself and is full of empty messages."""
     out = Writer()
     root = out.group({}, {"nsf_file_version_major": 1})
     whole = bytearray(out.whole(root))
@@ -206,7 +208,7 @@ def nhf_continued_in_a_circle() -> bytes:
 
 
 def nhf_of_zeros() -> bytes:
-    """6000 x 6000 heights of zero in 150 KB: 800 MiB to read."""
+    """6000 x 6000 heights of zero in 150 KB; reading them takes 800 MiB."""
     out, side = Writer(), 6000
     values = np.broadcast_to(np.zeros(1, "<i4"), (side * side,))
     facts = {"name": "Topography", "base_calibration_unit": "m"}

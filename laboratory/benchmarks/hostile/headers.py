@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bakes whose headers lie or whose bytes are spoiled, given to whatever reads them.
+"""Bakes with forged headers or damaged bytes, for everything that reads bakes.
 
-The lies are told in every field of the header of a real bake. The readers are `map`, `check`, the reading before a
-material is built, the sample set's, and the reading before an OSL reference is built.
-"""
+Forged values go into every field of a real bake's header. The readers are `map`, `check`, the checks before a material
+is built, the reader of sample sets, and the reader of the images from `dft`."""
 
 import json
 import random
@@ -26,7 +25,7 @@ from .runner import Case, read_written, run_verb
 
 _SIZES = ("--size-um", "2", "--height-nm", "60")
 _QUIET = ("--progress", "none")
-# JSON is written by hand, so that a value may be what json.dumps does not write.
+# JSON texts, because json.dumps cannot write some of these values.
 _VALUES = (
     "0", "-1", "1", "2", "3", "7", "8", "16", "0.5", "2.0", "-0.0", "true", "false", "null", '""', '"1"', '"D65"', "[]",
     "{}", "[1]", '{"a": 1}', "1e308", "1e-308", "-1e308", "1e400", "1e-400", "NaN", "Infinity", "-Infinity", "20000",
@@ -36,7 +35,7 @@ _VALUES = (
 
 
 def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
-    """`count` hostile files for each reader: two of three with a lie in the header, the third with spoiled bytes."""
+    """Yield `count` files for each reader: two thirds with forged headers, one third with damaged bytes."""
     scan, bake, lobes, images = _whole(folder)
     check = ("--pairs", "200", "--groups", "1", "--step-nm", "20", *_SIZES, *_QUIET)
     readers: dict[str, tuple[Path, Callable[[Path], object]]] = {
@@ -47,7 +46,7 @@ def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
         "images": (images, read_sound_layout),
     }
     for group, (whole, read) in readers.items():
-        read(whole)  # What it takes is loaded before the first fork, and what is whole is taken.
+        read(whole)  # Load the modules before the first fork; the valid file is accepted.
         data = whole.read_bytes()
         for number in range(count):
             draw = random.Random(f"{seed} {group} {number}")
@@ -57,7 +56,7 @@ def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
 
 
 def with_record(whole: Path, data: bytes, text: bytes) -> bytes:
-    """The bytes of a file with another header record; its blocks are where its table says."""
+    """Return the file with another header record and with its table of blocks adjusted to the new length."""
     picture = open_picture(whole)
     mark = HEADER_KEY.encode() + b"\0string\0"
     size_at = data.index(mark) + len(mark)
@@ -70,7 +69,7 @@ def with_record(whole: Path, data: bytes, text: bytes) -> bytes:
 
 
 def _whole(folder: Path) -> tuple[Path, Path, Path, Path]:
-    """A scan, its bake, the sample set beside the bake, and its images for the shaders."""
+    """Make a scan, its bake, the bake's sample set, and the scan's images from `dft`; return their paths."""
     scan = folder / "skin.png"
     x = np.arange(24) / 24
     grey = 127 + 90 * np.sin(6 * np.pi * x + np.sin(2 * np.pi * x[:, None]))
@@ -83,7 +82,7 @@ def _whole(folder: Path) -> tuple[Path, Path, Path, Path]:
 
 
 def _with_lie(draw: random.Random, whole: Path, data: bytes) -> tuple[str, bytes]:
-    """What was done to the header's record, and the file with it."""
+    """A description and the file with a forged header record."""
     record = json.loads(open_picture(whole).texts[HEADER_KEY])
     if draw.random() < 0.15:
         what, text = mutated(draw, json.dumps(record).encode())
@@ -93,7 +92,7 @@ def _with_lie(draw: random.Random, whole: Path, data: bytes) -> tuple[str, bytes
 
 
 def with_lies(draw: random.Random, truth: dict) -> tuple[str, bytes]:
-    """What was put in place of one to three values of a record, and the record's JSON with it."""
+    """Replace one to three values of a record; return a description and the JSON."""
     record, lies, told = json.loads(json.dumps(truth)), {}, []
     for path in draw.sample(list(_paths(record)), k=draw.choice((1, 1, 1, 2, 3))):
         marker = f"lie {len(lies)}"
@@ -107,7 +106,7 @@ def with_lies(draw: random.Random, truth: dict) -> tuple[str, bytes]:
 
 
 def _lie(draw: random.Random, truth: object) -> tuple[str, str]:
-    """JSON in place of a true value, and how it is told."""
+    """A JSON text that replaces a true value, and its description."""
     near = []
     if type(truth) in (int, float):
         near = [json.dumps(each) for each in (truth + 1, truth - 1, truth * 2, truth // 2, -truth, [truth], str(truth))]
@@ -116,7 +115,7 @@ def _lie(draw: random.Random, truth: object) -> tuple[str, str]:
 
 
 def _paths(value: object, path: tuple = ()) -> Iterator[tuple]:
-    """The paths of all values in a record, the record itself left out."""
+    """The paths of all values inside a record."""
     inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, each in inner:
         yield (*path, key)
@@ -125,7 +124,7 @@ def _paths(value: object, path: tuple = ()) -> Iterator[tuple]:
 
 def _at(record: object, path: tuple) -> object:
     for key in path:
-        if isinstance(record, str):  # a lie already
+        if isinstance(record, str):  # replaced by a marker
             return None
         record = record[key]
     return record
@@ -138,7 +137,7 @@ def _put(record: object, path: tuple, value: object) -> None:
 
 
 def _read_for_material(file: Path) -> None:
-    """What is done with a bake before a material's nodes are made, and where the nodes look."""
+    """Check a bake as the add-on does before it builds a material, and check that its tiles lie inside the picture."""
     layout, _ = read_sound_header(file)
     width, height = layout.width, layout.height
     assert layout.terms <= TERMS_MAX and width * height <= TEXELS_MAX, layout

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whole files of every instrument's format, each of the same heights, with the other channels that such files have.
+"""Valid files of every instrument's format, all with the same heights and with the extra channels that real files have.
 
-Each maker takes heights (rows, cols) in metres, row 0 the scan's top, within -400 nm to 400 nm, and the side of a
-pixel in metres. Channels on the way back hold the negatives, channels that are no heights hold the columns' numbers.
-"""
+Each function takes heights (rows, cols) in metres, row 0 at the scan's top, within -400 nm to 400 nm, and the pixel's
+side in metres. Backward channels hold the negated heights; channels that are not heights hold column numbers."""
 
 import io
 import struct
@@ -12,7 +11,7 @@ import zlib
 
 import numpy as np
 
-# Integers stand for fractions of this range.
+# The range of heights that the stored integers cover.
 SPAN_M = 800e-9
 
 
@@ -21,7 +20,7 @@ def _columns(height: np.ndarray) -> np.ndarray:
 
 
 def nanoscope(height: np.ndarray, pixel_m: float, *, stored: str = "<i2", declared: int = 2) -> bytes:
-    """A NanoScope file of a sensor's height, the height on the way back, and a phase."""
+    """A NanoScope file with the sensor's height forward and backward, and a phase."""
     rows, cols = height.shape
     bits = 8 * declared
     steps = np.round(height / SPAN_M * 2.0**bits)
@@ -44,7 +43,7 @@ def nanoscope(height: np.ndarray, pixel_m: float, *, stored: str = "<i2", declar
 
 
 def nanoscope_5(height: np.ndarray, pixel_m: float) -> bytes:
-    """The NanoScope file with the keys of version 5, and with its phase in a unit that nobody knows."""
+    """The NanoScope file with the keys of version 5, and its phase in an unknown unit."""
     whole = nanoscope(height, pixel_m)
     for key in (b"Start context", b"Scan Size", b"Line Direction"):
         whole = whole.replace(key, key.capitalize())
@@ -52,7 +51,7 @@ def nanoscope_5(height: np.ndarray, pixel_m: float) -> bytes:
 
 
 def ibw(height: np.ndarray, pixel_m: float, *, order: str = "<", labels: tuple[str, ...] | None = None) -> bytes:
-    """An Igor wave of Asylum Research of heights in both directions and a phase."""
+    """An Igor wave of Asylum Research with heights forward and backward, and a phase."""
     rows, cols = height.shape
     labels = ("HeightTrace", "HeightRetrace", "PhaseTrace") if labels is None else labels
     layers = (height, -height, _columns(height))
@@ -70,7 +69,7 @@ def ibw(height: np.ndarray, pixel_m: float, *, order: str = "<", labels: tuple[s
 
 
 def tiff(pages: list[dict[int, object]], order: str = ">", *, first: int = 8) -> bytes:
-    """A TIFF of pages of tags: whole numbers, lists of them, floats, texts, bytes. The first page begins at `first`."""
+    """A TIFF from pages of tags (integers, lists of integers, floats, texts, bytes); the first page is at `first`."""
     out = bytearray((b"MM\0*" if order == ">" else b"II*\0") + struct.pack(f"{order}I", first)).ljust(first, b"\0")
     for number, page in enumerate(pages):
         entries, beyond = b"", bytearray()
@@ -100,7 +99,7 @@ def _tiff_value(value: object, order: str) -> tuple[int, int, bytes]:
 
 
 def jpk(height: np.ndarray, pixel_m: float) -> bytes:
-    """A JPK image of the height in both directions and an amplitude, which is in metres too."""
+    """A JPK image with the height forward and backward, and an amplitude that is also in metres."""
     rows, cols = height.shape
     factor, offset = SPAN_M / 2**32, 100e-9
     first = {256: 1, 257: 1, 258: 8, 32768: "2.0", 32834: cols * pixel_m, 32835: rows * pixel_m, 32837: 0}
@@ -114,7 +113,7 @@ def jpk(height: np.ndarray, pixel_m: float) -> bytes:
         page |= {32897: "nominal", 32912: "raw", 32931: "NullScaling", 32960: "nominal", 32978: "m"}
         page |= {32979: "LinearScaling", 32980: factor, 32981: offset, 50000: steps}
         pages.append(page)
-    # The strips are the bytes of a last tag; where they lie is known once the file is made.
+    # The strips are the bytes of the last tag; their offset is known once the file is made.
     whole = tiff(pages)
     for page in pages[1:]:
         at = whole.index(page[50000], page[273][0])
@@ -157,7 +156,6 @@ def park(height: np.ndarray, pixel_m: float, *, version: int = 2, first: int = 8
 
 
 def wsxm(height: np.ndarray, pixel_m: float, *, kind: str = "short") -> bytes:
-    """A WSxM topography."""
     rows, cols = height.shape
     relief = float(np.ptp(height))
     values = np.round(height / relief * 60000) if kind == "short" else height * 1e9
@@ -174,7 +172,7 @@ def wsxm(height: np.ndarray, pixel_m: float, *, kind: str = "short") -> bytes:
 
 
 def agilent(height: np.ndarray, pixel_m: float) -> bytes:
-    """An Agilent image of both directions and a deflection."""
+    """An Agilent image with the height forward and backward, and a deflection."""
     rows, cols = height.shape
     lines = [("fileType", "Image"), ("xPixels", cols), ("yPixels", rows)]
     lines += [("xLength", repr(cols * pixel_m)), ("yLength", repr(rows * pixel_m))]
@@ -190,7 +188,7 @@ def agilent(height: np.ndarray, pixel_m: float) -> bytes:
 
 
 def gsf(height: np.ndarray, pixel_m: float) -> bytes:
-    """A Gwyddion Simple Field in nanometres over micrometres."""
+    """A Gwyddion Simple Field, heights in nanometres, sides in micrometres."""
     rows, cols = height.shape
     lines = ["Gwyddion Simple Field 1.0", f"XRes = {cols}", f"YRes = {rows}", f"XReal = {cols * pixel_m * 1e6!r}"]
     lines += [f"YReal = {rows * pixel_m * 1e6!r}", "XYUnits = um", "ZUnits = nm", "Title = Topography", ""]
@@ -199,7 +197,7 @@ def gsf(height: np.ndarray, pixel_m: float) -> bytes:
 
 
 def gwyddion_text(height: np.ndarray, pixel_m: float, *, german: bool = False) -> bytes:
-    """Gwyddion's export as text, the German one with decimal commas."""
+    """Gwyddion's text export; the German one has decimal commas."""
     rows, cols = height.shape
     names = ("Kanal", "Breite", "H\xf6he", "Werteinheiten") if german else ("Channel", "Width", "Height", "Value units")
     values = ("Topography", f"{cols * pixel_m * 1e6!r} \xb5m", f"{rows * pixel_m * 1e6!r} \xb5m", "m")
@@ -210,7 +208,7 @@ def gwyddion_text(height: np.ndarray, pixel_m: float, *, german: bool = False) -
 
 
 def digital_surf(height: np.ndarray, pixel_m: float, *, packed: bool = False, bits: int = 32) -> bytes:
-    """A Digital Surf studiable, its lengths in nanometres; NaN where nothing was measured."""
+    """A Digital Surf studiable, lengths in nanometres; NaN marks missing points."""
     rows, cols = height.shape
     step = np.float32(SPAN_M / 2 ** min(bits, 31) * 1e9)
     lowest, highest = -(2 ** (min(bits, 31) - 1)) + 10, 2 ** (min(bits, 31) - 1)
@@ -233,7 +231,7 @@ def digital_surf(height: np.ndarray, pixel_m: float, *, packed: bool = False, bi
 
 
 def sdf(height: np.ndarray, pixel_m: float, *, text: bool = False) -> bytes:
-    """Surface data of ISO 25178, in nanometres; missing points are BAD in text."""
+    """Surface data of ISO 25178 (SDF) in nanometres; missing points are BAD in the text form."""
     rows, cols = height.shape
     if text:
         lines = ["aISO-1.0", "ManufacID = test", f"NumPoints = {cols}", f"NumProfiles = {rows}"]
@@ -246,7 +244,7 @@ def sdf(height: np.ndarray, pixel_m: float, *, text: bool = False) -> bytes:
 
 
 def x3p(height: np.ndarray, pixel_m: float, *, packed: bool = True, folder: str = "", kind: str = "D") -> bytes:
-    """An X3P; `kind` "L" holds picometres and a field of valid points."""
+    """An X3P; `kind` "L" stores picometres and a mask of valid points."""
     rows, cols = height.shape
     extra, link, members = "", "", {}
     if kind == "L":
@@ -271,7 +269,7 @@ def x3p(height: np.ndarray, pixel_m: float, *, packed: bool = True, folder: str 
 
 
 def x3p_listed(height: np.ndarray, pixel_m: float) -> bytes:
-    """An X3P whose points stand in main.xml, which is in UTF-16; the archive has no other file."""
+    """An X3P whose points are listed in main.xml, which is in UTF-16; the archive holds no other file."""
     with zipfile.ZipFile(io.BytesIO(x3p(height, pixel_m))) as archive:
         xml = archive.read("main.xml").decode()
     points = "".join("<Datum/>" if z != z else f"<Datum>{z!r}</Datum>" for z in map(float, height.ravel()))
@@ -284,7 +282,7 @@ def x3p_listed(height: np.ndarray, pixel_m: float) -> bytes:
 
 
 def xyz(height: np.ndarray, pixel_m: float) -> bytes:
-    """The points of a grid in nanometres, x and y in micrometres; y points up."""
+    """Points of a grid, z in nanometres, x and y in micrometres; y points up."""
     rows, cols = height.shape
     step = pixel_m * 1e6
     points = [(x * step, (rows - 1 - y) * step, height[y, x] * 1e9) for x in range(cols) for y in range(rows)]
@@ -292,12 +290,12 @@ def xyz(height: np.ndarray, pixel_m: float) -> bytes:
 
 
 def matrix(height: np.ndarray, pixel_m: float) -> bytes:
-    """The heights in nanometres."""
+    """A text matrix of the heights in nanometres."""
     return "".join(" ".join(f"{value:.9f}" for value in row) + "\n" for row in height * 1e9).encode()
 
 
 def exr(height: np.ndarray, pixel_m: float) -> bytes:
-    """The heights in nanometres as floats of an OpenEXR picture that is not packed."""
+    """The heights in nanometres as floats of an uncompressed OpenEXR picture."""
     rows, cols = height.shape
     window = struct.pack("<4i", 0, 0, cols - 1, rows - 1)
     facts = (
@@ -320,7 +318,7 @@ def exr(height: np.ndarray, pixel_m: float) -> bytes:
 
 
 def npy(height: np.ndarray, pixel_m: float) -> bytes:
-    """The heights in nanometres."""
+    """The heights in nanometres as a NumPy file."""
     out = io.BytesIO()
     np.save(out, height * 1e9)
     return out.getvalue()

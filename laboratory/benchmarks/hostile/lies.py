@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lies about custom properties and gratings: wrong types, lengths and values, by hand or from another program."""
+"""Wrong custom properties and grating fields: wrong types, lengths and values, by hand or from other tools."""
 
 from collections.abc import Callable
 from functools import partial
@@ -7,7 +7,7 @@ from functools import partial
 from .lying_scene import Skin
 
 Lie = Callable[[Skin], None]
-# The properties, each with what holds it.
+# The custom properties, each with its owner.
 _HELD: dict[str, Callable[[Skin], object]] = {
     "ng_key_0_place": lambda it: it.scene,
     "ng_key_0_power": lambda it: it.scene,
@@ -53,7 +53,7 @@ _VALUES: dict[str, object] = {
     "records": [{"a": 1}, {"b": 2}],
     "infinite": _INFINITE,
 }
-# Values of single entries of records.
+# Wrong values for single entries of records.
 _ENTRIES = {
     ("ng_frame", "kind"): ("NONSENSE", 5, [1.0]),
     ("ng_frame", "axis"): ("Q", 5),
@@ -73,7 +73,7 @@ _ENTRIES = {
 _LONG = "x" * 100_000
 _JSON = ("{", "[]", "5", "null", '{"scans": 5}', '{"scans": [5]}', '{"scans": [{"source": 5}]}', '{"needs": []}',
          '{"needs": {"u": [2, 1]}}', '{"unknown": 1}', "[" * 5000, '{"matter": 1e999}', "nonsense\n\u202e")  # fmt: skip
-# Values of a grating's fields.
+# Wrong values for a grating's fields.
 _FIELDS: dict[str, tuple[object, ...]] = {
     "quality": ("purple", "\n", " \n\n", "good", "good\n" * 1000, "\u202enonsense"),
     "request": _JSON,
@@ -122,7 +122,7 @@ def _entry(name: str, entry: str, value: object, it: Skin) -> None:
 
 def _field(name: str, value: object, it: Skin) -> None:
     raw = it.first
-    if hasattr(raw, "bl_system_properties_get"):  # from Blender 5.0 on
+    if hasattr(raw, "bl_system_properties_get"):  # Blender 5.0 and later
         raw = raw.bl_system_properties_get(do_create=True)
     raw[name] = value
 
@@ -132,7 +132,7 @@ def _step(text: str, it: Skin) -> None:
 
 
 def _pointer(name: str, find: Callable[[Skin], object], it: Skin) -> None:
-    """A record's entry, or a property, that leads to another kind of data-block."""
+    """Point a record's entry, or a property, to another kind of data-block."""
     holder, _, entry = name.partition(".")
     owner = _HELD[holder](it)
     if entry:
@@ -142,12 +142,12 @@ def _pointer(name: str, find: Callable[[Skin], object], it: Skin) -> None:
 
 
 def lies() -> dict[str, Lie]:
-    """The lies by what they are."""
+    """The wrong values by name."""
     found: dict[str, Lie] = {}
     names, kinds = list(_HELD), list(_VALUES)
     for number, name in enumerate(names):
         found[f"{name} deleted"] = partial(_told, name, None)
-        for turn in (0, 4, 7):  # every kind meets every third property or so
+        for turn in (0, 4, 7):  # each type meets about every third property
             kind = kinds[(number + turn) % len(kinds)]
             found[f"{name} is {kind}"] = partial(_told, name, _VALUES[kind])
     for (name, entry), values in _ENTRIES.items():

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What edits leave of the extension's nodes, drivers, pictures, meshes and pointers: parts deleted, renamed, exchanged
-or of another kind."""
+"""Edits of the extension's nodes, drivers, pictures, meshes and pointers: deleted, renamed, swapped, retyped."""
 
 from collections.abc import Callable
 from functools import partial
@@ -55,7 +54,6 @@ def _drivers_of_nodes(it: Skin) -> None:
             curve.driver.variables.remove(curve.driver.variables[0])
 
 
-# The node trees that a skin has.
 _TREES: dict[str, Callable[[Skin], object]] = {
     "the Diffraction group": lambda it: it.group,
     "the second's group": lambda it: it.second.group,
@@ -140,7 +138,7 @@ def _no_properties(tree) -> None:
         del tree[name]
 
 
-# How many node groups there are to edit.
+# The number of node trees to edit.
 TREES = len(_TREES)
 _TREE_EDITS = {
     "has no nodes": _cleared,
@@ -166,7 +164,7 @@ def _of_tree(find, edit, it: Skin) -> None:
 
 
 def _inner(find: Callable[[Skin], object], it: Skin) -> None:
-    """The response's node shows another group."""
+    """Point the Response node to another group."""
     for node in it.group.nodes:
         if node.label == "Response":
             node.node_tree = find(it)
@@ -212,7 +210,7 @@ def _material_shows(find: Callable[[Skin], object], it: Skin) -> None:
 
 
 def _gone_library(what: str, it: Skin) -> None:
-    """A part is linked from a file that is gone."""
+    """Replace a part by a link to a file that no longer exists."""
     import os
 
     import bpy
@@ -278,7 +276,7 @@ def _set(path: str, value: object, it: Skin) -> None:
 
 
 def of_trees() -> dict[str, Lie]:
-    """Edits of the node groups, by what they are: each edit of each of the groups, one group after the other."""
+    """Edits of the node groups by name: the first edit of each group, then the second edit of each group, and so on."""
     return {
         f"{tree} {name}": partial(_of_tree, find, edit)
         for name, edit in _TREE_EDITS.items()
@@ -287,7 +285,7 @@ def of_trees() -> dict[str, Lie]:
 
 
 def of_parts() -> dict[str, Lie]:
-    """Edits of drivers, materials, gratings, pictures and meshes, by what they are."""
+    """Edits of drivers, materials, gratings, pictures and meshes, by name."""
     found: dict[str, Lie] = {
         "drivers have no variables": _no_variables,
         "drivers read nothing": partial(_targets, lambda it: None),

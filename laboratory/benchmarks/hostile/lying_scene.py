@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A .blend that holds one of everything that the extension stores, for lies to be told in it."""
+"""A .blend with one of everything that the extension stores, as a base for wrong values and edits."""
 
 import shutil
 from dataclasses import dataclass
@@ -8,8 +8,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from precompute.lights.sources import Source
 from precompute.table.sample_set import path_beside
+from precompute.world_sources.sources import Source
 
 _SUN = Source(np.array((0.0, 0.6, 0.8)), np.array((3.0, 2.0, 1.0)), 1e-4)
 _REGION = [-2.0, 2.0, -2.0, 2.0, 0.0, 2.0]
@@ -17,7 +17,7 @@ _REGION = [-2.0, 2.0, -2.0, 2.0, 0.0, 2.0]
 
 @dataclass(frozen=True)
 class Skin:
-    """The open file's parts, looked up anew at each use: a lie may have taken them away."""
+    """The open file's parts. They are looked up at each use, because an edit may have deleted them."""
 
     addon: SimpleNamespace
 
@@ -77,7 +77,7 @@ class Skin:
 
 
 def write_scan(path: Path) -> Path:
-    """A scan that bakes in a moment: 64 x 64 pixels of waves 8 pixels long. It is 4 um wide and 100 nm deep."""
+    """Write a scan that bakes in a moment: 64 x 64 pixels, 4 um wide, 100 nm deep, waves 8 pixels long."""
     from PIL import Image
 
     waves = 0.5 + 0.5 * np.sin(2 * np.pi * 8 * (np.arange(64) + 0.5) / 64)
@@ -86,14 +86,14 @@ def write_scan(path: Path) -> Path:
 
 
 def build(addon: SimpleNamespace, scan: Path, bake: Path) -> Path:
-    """Write the file, and two copies of the scan's bake, which has a sample set, beside the scan; its path."""
+    """Write the .blend beside the scan, with two copies of the scan's bake and sample set; return its path."""
     import bpy
 
     folder = scan.parent
     for name in ("waves", "second"):
         shutil.copy(bake, folder / f"{name}.exr")
         shutil.copy(path_beside(bake), path_beside(folder / f"{name}.exr"))
-    with (folder / "second.exr").open("ab") as file:  # another file, as another bake is
+    with (folder / "second.exr").open("ab") as file:  # make the second file's content differ, as a second bake's would
         file.write(b"\0")
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     skin = Skin(addon)
@@ -101,7 +101,7 @@ def build(addon: SimpleNamespace, scan: Path, bake: Path) -> Path:
     _fill(scene)
     for name in ("waves", "second"):
         made = scene.natural_gratings.items.add()
-        # Blender 4.5 compiles a script for shadows, which takes a second.
+        # Blender 4.5 takes a second to compile a script for shadows.
         made.name, made.bake_path, made.shadows = name, str(folder / f"{name}.exr"), False
         made.source, made.quality = str(scan), "good\ndust: good"
         made.size_um, made.height_nm = 4.0, 100.0
@@ -124,7 +124,7 @@ def build(addon: SimpleNamespace, scan: Path, bake: Path) -> Path:
 
 
 def _fill(scene) -> None:
-    """A plane with a material of its own, a sun, a spot that a view layer excludes, a camera and a sky."""
+    """Add a plane with its own material, a sun, a spot that one view layer excludes, a camera and a sky."""
     import bpy
 
     bpy.ops.mesh.primitive_plane_add()

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes for the verbs `unwrap` and `comb` that lie: in their numbers, in what their arrays declare, and in the zip
-archive around them; or whose bytes are spoiled."""
+"""Damaged meshes for the verbs `unwrap` and `comb`: wrong numbers, forged array headers or zip archives, bad bytes."""
 
 import io
 import random
@@ -23,18 +22,18 @@ _INTEGERS = (-1, 0, 1, 2**15, 2**31 - 1, -(2**31), 2**40, 2**63 - 1, -(2**63))
 _SIZES = (0, 1, 2, 3, 10**6, 2**31, 2**40, 10**10 - 1, 2**63)
 _KINDS = ("<f8", "<f4", "<f2", "<i8", "<u4", "|i1", "|b1", "<c16", "<U4", "|S4", "|O", "<M8[s]", "|V8", "<f16", ">f8")
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA)
-# Where an entry of a zip's directory has numbers, by their forms (PKWARE, "APPNOTE.TXT", section 4.3.12).
+# Offsets and formats of the numbers in a zip's directory entry (PKWARE, "APPNOTE.TXT", section 4.3.12).
 _FIELDS = ((8, "<H"), (10, "<H"), (20, "<I"), (24, "<I"), (28, "<H"), (30, "<H"), (42, "<I"))
 
 
 def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
-    """`count` meshes for each verb."""
+    """Yield `count` meshes for each verb."""
     mesh = torus(64)
     arrays = {name: getattr(mesh, name) for name in ("points", "point", "normals", "corners", "face")}
     triangles = {"points": mesh.points, "triangles": mesh.triangles, "polygons": mesh.face}
     combs = [{**arrays, **given(mesh), "guide": np.array(guide), "name": np.array("ring")} for guide in GUIDES]
     for verb, wholes in (("unwrap", [triangles]), ("comb", combs)):
-        for number, whole in enumerate(wholes):  # whatever is whole is taken, which loads modules before the first fork
+        for number, whole in enumerate(wholes):  # loads modules before the first fork
             read_written(folder / f"whole{number}.npz", _packed(whole), partial(_run, verb))
         for number in range(count):
             draw = random.Random(f"{seed} {verb} {number}")
@@ -44,7 +43,7 @@ def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
 
 
 def _spoiled(draw: random.Random, whole: dict[str, np.ndarray]) -> tuple[str, bytes]:
-    """What was done, and the file."""
+    """A description and a damaged file."""
     way = draw.choice(("bytes", "numbers", "numbers", "header", "archive"))
     if way == "bytes":
         return mutated(draw, _packed(whole))
@@ -54,7 +53,7 @@ def _spoiled(draw: random.Random, whole: dict[str, np.ndarray]) -> tuple[str, by
 
 
 def _with_numbers(draw: random.Random, whole: dict[str, np.ndarray]) -> tuple[str, bytes]:
-    """Some of an array's numbers are others, or all are, or rows are missing."""
+    """Replace some or all of an array's numbers, or drop rows."""
     name = draw.choice(sorted(set(whole) - {"guide", "name"}))
     array = np.array(whole[name])
     if draw.random() < 0.2:
@@ -68,7 +67,7 @@ def _with_numbers(draw: random.Random, whole: dict[str, np.ndarray]) -> tuple[st
 
 
 def _with_header(draw: random.Random, whole: dict[str, np.ndarray]) -> tuple[str, bytes]:
-    """An array declares another kind or shape than it has."""
+    """Declare another type or shape for an array than it has."""
     name = draw.choice(sorted(whole))
     shape = [draw.choice((*_SIZES, size)) for size in whole[name].shape]
     shape = draw.choice((shape, whole[name].shape, shape * draw.choice((2, 40)), []))
@@ -79,7 +78,7 @@ def _with_header(draw: random.Random, whole: dict[str, np.ndarray]) -> tuple[str
 
 
 def _with_archive(draw: random.Random, whole: dict[str, np.ndarray]) -> tuple[str, bytes]:
-    """The archive is packed by another method, and may lie in a number of its directory."""
+    """Compress the archive by another method, and perhaps forge a number in its directory."""
     method = draw.choice(_METHODS)
     data = bytearray(_packed(whole, method=method))
     if draw.random() < 0.3:
@@ -94,7 +93,7 @@ def _with_archive(draw: random.Random, whole: dict[str, np.ndarray]) -> tuple[st
 def _packed(
     arrays: dict[str, np.ndarray], *, method: int = zipfile.ZIP_STORED, headers: dict[str, str] | None = None
 ) -> bytes:
-    """An .npz of arrays; those that are named in `headers` declare that."""
+    """An .npz of arrays; `headers` replaces the headers of the arrays that it names."""
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", method) as archive:
         for name, array in arrays.items():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whole files of further microscopes, made as those of instruments.py are: the same heights in each."""
+"""Valid files of further microscopes, with the same heights and conventions as in instruments.py."""
 
 import struct
 
@@ -31,7 +31,7 @@ def ntmdt(height: np.ndarray, pixel_m: float, *, points: int = 0) -> bytes:
 
 
 def ntmdt_mda(height: np.ndarray, pixel_m: float, *, kind: str = "<f8") -> bytes:
-    """An NT-MDT file of MDA frames: a text, a current, the height back and forth, and a spectrum."""
+    """An NT-MDT file of MDA frames: a text, a current, the height backward and forward, and a spectrum."""
     step = 1e-9 if kind == "<f8" else SPAN_M / 2**16
     axes = [(pixel_m * 1e6, "um", side - 1, -8) for side in height.shape[::-1]]
     code = {"<f8": -13320, "<i2": -2}[kind]
@@ -43,7 +43,7 @@ def ntmdt_mda(height: np.ndarray, pixel_m: float, *, kind: str = "<f8") -> bytes
     ):
         scale = 1.0 if unit else step
         stored = np.round(values / scale) if kind == "<i2" else values / scale
-        # Heights without a unit are in the metres of their code.
+        # Heights have no unit here; their axis code gives metres.
         quantity = (scale, unit, 2**64 - 1, code)
         frames.append(_mda_frame(title, axes, [quantity], stored[::-1].astype(kind).tobytes(), np.dtype(kind).itemsize))
     frames.append(_mda_frame("Raman", axes[:1], [(1.0, "", 2**64 - 1, code)], bytes(80), 8))
@@ -55,19 +55,19 @@ def _columns(height: np.ndarray) -> np.ndarray:
 
 
 def ntmdt_file(frames: list[bytes]) -> bytes:
-    """A file of frames."""
+    """Join frames into a file."""
     body = b"".join(frames)
     return b"\x01\xb0\x93\xff" + struct.pack("<I4xH", len(body), len(frames) - 1).ljust(29, b"\0") + body
 
 
 def ntmdt_frame(kind: int, head: bytes, data: bytes) -> bytes:
-    """One frame: what describes it, and its data."""
+    """One frame from its header and its data."""
     size = 22 + len(head) + len(data)
     return struct.pack("<IH2B6HH", size, kind, 7, 3, 2026, 1, 2, 3, 4, 5, len(head)) + head + data
 
 
 def _mda_frame(title: str, axes: list, quantities: list, data: bytes, cell: int) -> bytes:
-    """A frame whose axes and quantities are (scale, unit, highest index, code of their numbers)."""
+    """A frame whose axes and quantities are (scale, unit, highest index, code of the number type)."""
     comment, view = "<FrameComment/>".encode("utf-16-le"), bytes(11)
     array = struct.pack("<IIQ3I", 0, 33, len(data) // cell, cell, len(axes), len(quantities)).ljust(41, b"\0")
     for scale, unit, highest, code in (*axes, *quantities):
@@ -81,7 +81,8 @@ def _mda_frame(title: str, axes: list, quantities: list, data: bytes, cell: int)
 
 
 def sxm(height: np.ndarray, pixel_m: float, *, upward: bool = True, version: int = 2) -> bytes:
-    """A Nanonis scan of the height and a current in both directions, and an amplitude in one; NaN is not scanned."""
+    """A Nanonis scan with the current and the height forward and backward, and an amplitude forward only; NaN marks
+    pixels that were not scanned."""
     rows, cols = height.shape
     pixels = f"{cols} {rows}" if version > 1 else f"{rows} {cols}"
     channels = (("Current", "A", "both"), ("Z", "m", "both"), ("Amplitude", "m", "forward"))
@@ -99,9 +100,9 @@ def sxm(height: np.ndarray, pixel_m: float, *, upward: bool = True, version: int
 def asd(
     height: np.ndarray, pixel_m: float, *, version: int = 1, frames: int = 2, range_code: int = 0x00040000
 ) -> bytes:
-    """A high-speed movie of the height and a phase; a later frame holds half of the first.
+    """A high-speed movie of the height and a phase; the heights of frame n are those of the first divided by n.
 
-    The converter goes from -5 V to 5 V, and has 15 bits."""
+    The converter has a range of -5 V to 5 V and 15 bits."""
     rows, cols = height.shape
     bits, extension, gain = 15, SPAN_M * 1e9 / 20, 2.0
     sides, name, comment = (round(cols * pixel_m * 1e9), round(rows * pixel_m * 1e9)), b"operator", b"comment"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ways to spoil the bytes of a file: each takes a random generator and the bytes, and returns other bytes."""
+"""Ways to damage a file's bytes: each function takes a random generator and bytes, and returns other bytes."""
 
 import io
 import lzma
@@ -14,7 +14,7 @@ from .scans import chunk
 
 Mutation = Callable[[random.Random, bytes], bytes]
 
-# What a reader may take for a number.
+# Texts that a reader may parse as numbers.
 WORDS = (b"0", b"-1", b"1e9", b"1000000000", b"nan", b"inf", b"-inf", b"1e308", b"1e-308", b"9" * 400, b"", b"x")
 _INTEGERS = (0, 1, 2, 255, 256, 65535, 10**9, 2**31 - 1, 2**31, 2**32 - 1)
 _FLOATS = (0.0, -1.0, 1e9, 1e308, 1e-308, 5e-324, float("nan"), float("inf"), -float("inf"))
@@ -22,12 +22,10 @@ _NUMBER = re.compile(rb"(?<![\w.])-?\d[\d.]*(?:e[-+]?\d+)?")
 
 
 def truncated(draw: random.Random, data: bytes) -> bytes:
-    """Without its end."""
     return data[: draw.randrange(len(data))]
 
 
 def flipped(draw: random.Random, data: bytes) -> bytes:
-    """With one to eight bits flipped."""
     spoiled = bytearray(data)
     for _ in range(draw.randint(1, 8)):
         spoiled[draw.randrange(len(spoiled))] ^= 1 << draw.randrange(8)
@@ -35,7 +33,7 @@ def flipped(draw: random.Random, data: bytes) -> bytes:
 
 
 def overwritten(draw: random.Random, data: bytes) -> bytes:
-    """With a run of bytes that are all 0, all 255 or random."""
+    """Overwrite a run of bytes with 0, 255 or random values."""
     start, stop = _span(draw, data)
     length = stop - start
     run = draw.choice((bytes(length), b"\xff" * length, draw.randbytes(length)))
@@ -43,37 +41,36 @@ def overwritten(draw: random.Random, data: bytes) -> bytes:
 
 
 def without_block(draw: random.Random, data: bytes) -> bytes:
-    """Without a block of its middle."""
     start, stop = _span(draw, data)
     return data[:start] + data[stop:]
 
 
 def with_block_twice(draw: random.Random, data: bytes) -> bytes:
-    """With a block of its middle twice."""
+    """Repeat a block of the middle."""
     start, stop = _span(draw, data)
     return data[:stop] + data[start:]
 
 
 def with_tail(draw: random.Random, data: bytes) -> bytes:
-    """With bytes after its end: zeros, random ones, or itself."""
+    """Append zeros, random bytes or the file itself."""
     length = draw.randint(1, 1 << 16)
     return data + draw.choice((bytes(length), draw.randbytes(length), data))
 
 
 def with_integer(draw: random.Random, data: bytes) -> bytes:
-    """With an integer of two or four bytes somewhere in its first or last kilobyte, where headers are."""
+    """Write a 2-byte or 4-byte integer into the first or last kilobyte, where headers are."""
     form = draw.choice(("<I", ">I", "<H", ">H"))
     value = draw.choice(_INTEGERS) % (1 << 8 * struct.calcsize(form))
     return _with(draw, data, struct.pack(form, value))
 
 
 def with_float(draw: random.Random, data: bytes) -> bytes:
-    """With a float of eight bytes somewhere in its first or last kilobyte."""
+    """Write an 8-byte float into the first or last kilobyte."""
     return _with(draw, data, struct.pack("<d", draw.choice(_FLOATS)))
 
 
 def with_number(draw: random.Random, data: bytes) -> bytes:
-    """With another number, or no number, in place of one that is written in digits; without such a number, flipped."""
+    """Replace a number that is written in digits by another word of WORDS; flip bits if the file has no such number."""
     found = list(_NUMBER.finditer(data[: 1 << 14]))
     if not found:
         return flipped(draw, data)
@@ -82,7 +79,7 @@ def with_number(draw: random.Random, data: bytes) -> bytes:
 
 
 def with_chunk(draw: random.Random, data: bytes) -> bytes:
-    """A PNG with one chunk spoiled and its checksum made anew, so that a decoder believes it; other files flipped."""
+    """Damage one chunk of a PNG and renew its checksum, so that a decoder accepts it; flip bits in other files."""
     if not data.startswith(b"\x89PNG"):
         return flipped(draw, data)
     places = [8]
@@ -96,7 +93,7 @@ def with_chunk(draw: random.Random, data: bytes) -> bytes:
 
 
 def with_member(draw: random.Random, data: bytes) -> bytes:
-    """A zip archive with one file spoiled and packed anew, so that a reader believes it; other files flipped."""
+    """Damage one file of a zip archive and pack it again, so that a reader accepts it; flip bits in other files."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             members = {name: archive.read(name) for name in archive.namelist()}
@@ -116,7 +113,7 @@ def with_member(draw: random.Random, data: bytes) -> bytes:
     way = draw.choice((truncated, flipped, overwritten, with_integer, with_number)) if members[name] else with_tail
     members[name] = way(draw, members[name])
     out = io.BytesIO()
-    # The last two are refused unread, so that most files are packed otherwise.
+    # The last two are refused unread, so they are chosen rarely.
     packings = (*3 * (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED), zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA)
     with zipfile.ZipFile(out, "w", draw.choice(packings)) as archive:
         for each, content in members.items():
@@ -131,7 +128,7 @@ ANY: tuple[Mutation, ...] = (
 
 
 def mutated(draw: random.Random, data: bytes, ways: tuple[Mutation, ...] = ANY) -> tuple[str, bytes]:
-    """Bytes spoiled in one to three ways, and the names of these ways."""
+    """Damage bytes in one to three ways; return the names of the ways and the bytes."""
     chosen = draw.choices(ways, k=draw.choice((1, 1, 1, 2, 3)))
     for way in chosen:
         data = way(draw, data) if data else b""
@@ -144,7 +141,7 @@ def _span(draw: random.Random, data: bytes) -> tuple[int, int]:
 
 
 def _with(draw: random.Random, data: bytes, value: bytes) -> bytes:
-    """The bytes with `value` over those at a place of the first or the last kilobyte."""
+    """Overwrite bytes with `value` in the first or the last kilobyte."""
     reach = max(1, min(1024, len(data) - len(value)))
     at = draw.randrange(reach)
     if draw.random() < 0.25:

@@ -14,11 +14,11 @@ from .runner import Case, run_verb
 
 
 def _instruments(*makers: Callable[..., bytes]) -> tuple[Callable[[], bytes], ...]:
-    """Makers of whole files of the scans' surface."""
+    """Bind makers of valid files to the heights of scans.py."""
     return tuple(partial(make, scans.HEIGHTS, scans.PIXEL_M) for make in makers)
 
 
-# Each format's file extension and the makers of its whole files. Those of a format share its count.
+# Each format's file extension and the makers of its valid files, which share the format's count.
 FORMATS: dict[str, tuple[Callable[[], bytes], ...]] = {
     ".nid": (scans.nid,),
     ".gwy": (scans.gwy,),
@@ -51,7 +51,7 @@ FORMATS: dict[str, tuple[Callable[[], bytes], ...]] = {
     ".exr": _instruments(instruments.exr),
     ".npy": _instruments(instruments.npy),
 }
-# Files made to cost more than they weigh, by the extension of their format.
+# Small files that are expensive to read, with the extension of their format.
 BOMBS: tuple[tuple[str, Callable[[], bytes]], ...] = (
     (".png", scans.png_bomb), (".png", scans.png_text_bomb), (".tif", scans.tiff_of_many_pages),
     (".tif", scans.tiff_of_shared_tags), (".bmp", scans.bmp_of_long_skips), (".gwy", scans.gwy_of_many_components),
@@ -62,16 +62,16 @@ BOMBS: tuple[tuple[str, Callable[[], bytes]], ...] = (
 )  # fmt: skip
 _TAIL_BYTES = 4 << 30
 _SIZES = ("--size-um", "1", "--height-nm", "200")
-# The formats that carry no size.
+# The formats that store no size.
 BARE = (".png", ".tif", ".bmp", ".xyz", ".asc", ".exr", ".npy")
 
 
 def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
-    """`count` mutations of the files of each format, then bombs, and what is no file."""
+    """Yield `count` mutations for each format, then bombs, then paths that are not regular files."""
     for extension, makers in FORMATS.items():
         whole = [make() for make in makers]
         for data in whole:
-            # What is taken here has loaded its modules before the first fork.
+            # Loads the reader's modules before the first fork.
             file = folder / f"whole{extension}"
             file.write_bytes(data)
             _take(file)
@@ -84,7 +84,7 @@ def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
         file = folder / f"{bomb.__name__}{extension}"
         yield _case(f"bomb: {bomb.__name__}", "bombs", file, partial(_write, file, bomb))
     for extension, makers in FORMATS.items():
-        # What is no file is told before a format is.
+        # `info` reports these before it looks at the format, so one format is enough.
         no_files = _NO_FILES if extension == ".nid" else {}
         for name, make in (no_files | _files(makers[0])).items():
             file = folder / f"{name}{extension}"
@@ -95,7 +95,7 @@ def _write(file: Path, make: Callable[[], bytes]) -> None:
     file.write_bytes(make())
 
 
-# What may stand where a file is named.
+# Things other than a file that a path may lead to.
 _NO_FILES: dict[str, Callable[[Path], object]] = {
     "fifo": os.mkfifo,
     "folder": Path.mkdir,
@@ -107,7 +107,7 @@ _NO_FILES: dict[str, Callable[[Path], object]] = {
 
 
 def _files(whole: Callable[[], bytes]) -> dict[str, Callable[[Path], object]]:
-    """A link to a whole file, and a file with a tail of zeros that takes no room."""
+    """A link to a valid file, and a valid file with a sparse tail of zeros."""
 
     def tailed(file: Path) -> None:
         _write(file, whole)
@@ -132,7 +132,7 @@ def _case(name: str, group: str, file: Path, make: Callable[[], object]) -> Case
 
 
 def _take(file: Path) -> None:
-    """Let `info` describe a file. Raises as run_verb does, and ValueError where its JSON is not JSON."""
+    """Describe a file by `info`. Raises as run_verb does, and ValueError if the printed JSON is invalid."""
     facts = file.with_name(file.name + ".json")
     options = _SIZES if file.suffix in BARE else ()
     try:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files of JSON for the verb `bake` that lie in a value or whose bytes are spoiled: needs files and requests.
+"""Forged or damaged JSON files for the verb `bake`: needs files and requests.
 
-A bake takes seconds. So the reading alone is run where a lie may still be a bake that can be made."""
+The files are only read, not baked: a forged value may still be a valid request, and a bake takes seconds."""
 
 import json
 import random
@@ -22,7 +22,7 @@ _SCAN = Scan("sample:blazed")
 
 
 def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
-    """`count` files of each kind."""
+    """Yield `count` files of each kind."""
     request = BakeRequest(delta_e=5.0, coherence_length_m=4e-6, scans=(_SCAN, _SCAN))
     kinds: dict[str, tuple[dict, Callable[[Path], object]]] = {
         "needs": ({**EVERYTHING.as_dict(), "measured": {"cameras": ["Camera"]}}, read_needs),

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs one hostile case in a child process under limits, and judges what it did.
+"""Runs one hostile case in a child process under limits, and judges the result.
 
-A child is forked for each case, so a case can neither hurt nor help the next. It needs fork, RLIMIT_AS and /proc, which
-Linux has. What the child allocates over the parent's own memory is limited. The processor's time and not the clock's is
-limited, so a busy machine fails no case. A case that waits for ever (on a fifo) is killed by the clock.
-"""
+A child is forked for each case, so cases cannot affect each other. This needs fork, RLIMIT_AS and /proc, which Linux
+has. The memory limit counts what the child allocates beyond its parent's memory. The time limit counts processor time,
+so that a busy machine fails no case. A case that waits for ever (on a fifo) is killed after a minute."""
 
 import contextlib
 import os
@@ -24,13 +23,13 @@ from precompute.cli import parser
 from ...verbs import PACKAGES
 
 ACCEPTED, REFUSED, FAILED = "accepted", "refused", "failed"
-# What a bad input may cost: processor seconds, and bytes over those of the parent.
+# Limits of one case: processor seconds, and bytes beyond the parent's.
 SECONDS_MAX, BYTES_MAX = 5, 1 << 30
-# A case that is not over after this time waits for something that never comes.
+# Seconds after which a case is stopped as hanging.
 _CLOCK_SECONDS = 60
-# A refusal is one line that a terminal shows whole.
+# A refusal must fit into this many characters.
 _LINE_MAX = 1000
-# The columns of /proc/self/statm.
+# Columns of /proc/self/statm.
 _ADDRESS_SPACE, _RESIDENT = 0, 1
 
 
@@ -40,10 +39,10 @@ class Case:
 
     name         "GROUP NUMBER: what was done to it"; the same for the same seed
     group        the row of the table that counts it: a reader's, a verb's
-    run          takes the input: returns where it is accepted, raises GratingError where it is refused. Whatever else
-                 it raises fails the case
-    names        what the line of a refusal must hold, such as the file's name; None for nothing
-    seconds_max  the processor seconds that it may cost; None for SECONDS_MAX
+    run          processes the input: returns if it is accepted, raises GratingError if it is refused; any other
+                 exception fails the case
+    names        a text that the refusal must contain, for example the file's name; None for no requirement
+    seconds_max  the limit of processor seconds; None for SECONDS_MAX
     """
 
     name: str
@@ -55,8 +54,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a case: its verdict, the line of the refusal or the fault, processor seconds, and the most bytes
-    that it held over those of the parent."""
+    """A case's result: verdict, line of the refusal or fault, processor seconds, peak bytes beyond the parent's."""
 
     name: str
     group: str
@@ -67,7 +65,7 @@ class Outcome:
 
 
 def read_written(file: Path, data: bytes, read: Callable[[Path], object]) -> None:
-    """Write a file, give it to `read`, and remove it, for a case's `run`."""
+    """Write a file, give it to `read`, and remove it; for a case's `run`."""
     file.write_bytes(data)
     try:
         read(file)
@@ -78,8 +76,8 @@ def read_written(file: Path, data: bytes, read: Callable[[Path], object]) -> Non
 def run_verb(argv: Sequence[object]) -> None:
     """Run a command line in this process, for a case's `run`.
 
-    Raises GratingError with the line that the verb printed where it refuses, and AssertionError where a refusal is not
-    one line "error: ..." on standard error with a status that is not 0, or where Python printed a warning."""
+    Raises GratingError with the printed line if the verb refuses. Raises AssertionError if a refusal is not one line
+    "error: ..." on standard error with status 1 or 2, or if Python printed a warning."""
     with tempfile.TemporaryFile("w+", encoding="utf-8") as out, tempfile.TemporaryFile("w+", encoding="utf-8") as err:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             try:
@@ -106,7 +104,7 @@ def run(case: Case) -> Outcome:
             _in_child(case, said.fileno())
         killed, usage, status = _wait(child)
         said.seek(0)
-        # A child that was killed wrote its first line only.
+        # A killed child has written only its first line.
         at_start, verdict, line = f"{said.read().decode('utf-8', 'replace')}\n\n".split("\n", 2)
     line = line.strip()
     seconds = usage.ru_utime + usage.ru_stime
@@ -124,8 +122,7 @@ def run(case: Case) -> Outcome:
 
 
 def table(outcomes: Sequence[Outcome]) -> str:
-    """A row for each group: how many were accepted, refused and failed, the slowest and the largest; then each failed
-    case with its fault."""
+    """A text table: for each group its counts, slowest case and largest case; then each failed case with its fault."""
     lines = [f"{'group':<14}{'cases':>6}{'accepted':>9}{'refused':>8}{'failed':>7}  slowest / most memory"]
     for group in dict.fromkeys(outcome.group for outcome in outcomes):
         own = [outcome for outcome in outcomes if outcome.group == group]
@@ -140,15 +137,15 @@ def table(outcomes: Sequence[Outcome]) -> str:
 
 
 def facts(outcomes: Iterable[Outcome]) -> list[dict[str, object]]:
-    """The outcomes for JSON."""
+    """The outcomes as records for JSON."""
     return [asdict(outcome) for outcome in outcomes]
 
 
 def _in_child(case: Case, said: int) -> None:
-    """Run the case and end this process. Writes three lines to the file descriptor `said`: the bytes that this process
-    holds at its start, the verdict, and the line of the refusal or the fault.
+    """Run the case and end this process. Writes three lines to the file descriptor `said`: the bytes in memory at the
+    start, the verdict, and the line of the refusal or the fault.
 
-    The standard streams go nowhere, at the level of the system: decoders written in C print there."""
+    Streams are redirected as file descriptors, because decoders written in C print there."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
         os.dup2(nowhere, stream)
@@ -162,7 +159,7 @@ def _in_child(case: Case, said: int) -> None:
         verdict, line = ACCEPTED, ""
     except GratingError as error:
         verdict, line = REFUSED, str(error)
-    except BaseException:  # Whatever it is, it is what this program looks for.
+    except BaseException:  # every exception is a fault to report
         verdict, line = FAILED, traceback.format_exc()
     with contextlib.suppress(Exception):
         sys.stdout.flush()
@@ -172,12 +169,12 @@ def _in_child(case: Case, said: int) -> None:
 
 
 def _limit(case: Case) -> int:
-    """Seconds that a case may cost the processor."""
+    """The case's limit of processor seconds."""
     return case.seconds_max or SECONDS_MAX
 
 
 def _wait(child: int) -> tuple[bool, resource.struct_rusage, int]:
-    """Wait for a child: whether the clock killed it, what it used, and its status."""
+    """Wait for a child; return whether it was killed on timeout, its resource usage, and its status."""
     watch = os.pidfd_open(child)
     ended, _, _ = select.select([watch], [], [], _CLOCK_SECONDS)
     os.close(watch)
@@ -188,7 +185,7 @@ def _wait(child: int) -> tuple[bool, resource.struct_rusage, int]:
 
 
 def _fault_of(line: str, names: str | None) -> str:
-    """What is wrong with the line of a refusal; "" for nothing."""
+    """What is wrong with a refusal's line; "" if nothing is."""
     if not line.isprintable():
         return "a line that does not print"
     if "; " not in line:
@@ -199,5 +196,5 @@ def _fault_of(line: str, names: str | None) -> str:
 
 
 def _own_bytes(column: int) -> int:
-    """Bytes that this process has now: of address space, or of memory."""
+    """Bytes of this process: address space or resident memory, by the column."""
     return int(Path("/proc/self/statm").read_text().split()[column]) * resource.getpagesize()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Small whole files of every format that is read: what the mutations begin with."""
+"""Small valid files of the formats that are mutated, and expensive files (bombs)."""
 
 import io
 import struct
@@ -9,16 +9,16 @@ import numpy as np
 from gwyfile.objects import GwyContainer, GwyDataField
 from PIL import Image
 
-# Heights from 0 to 1 of a tilted grating: no flip or turn of it looks the same.
+# Heights from 0 to 1 of a tilted grating, which looks different after any flip or turn.
 _ROWS, _COLS = 24, 40
 _TILTED = (np.arange(_ROWS)[:, None] * 0.07 + np.arange(_COLS) * 0.13) % 1
 PIXEL_M, _HEIGHT_M = 25e-9, 200e-9
-# The same in metres, about zero.
+# The same heights in metres, centred on zero.
 HEIGHTS = (_TILTED - 0.5) * _HEIGHT_M
 
 
 def nid() -> bytes:
-    """A Nanosurf file of two channels, forward and backward."""
+    """A Nanosurf file with one channel, forward and backward."""
     header = ["[DataSet]", "Version=2", "GroupCount=2", "Gr0-Count=1", "Gr1-Count=1"]
     header += ["Gr0-Ch0=DataSet-0", "Gr1-Ch0=DataSet-1"]
     for number, frame in enumerate(("forward", "backward")):
@@ -41,12 +41,10 @@ def gwy() -> bytes:
 
 
 def png() -> bytes:
-    """A grey picture of 8 bits."""
     return _saved(_grey(np.uint8), "PNG")
 
 
 def png_16() -> bytes:
-    """A grey picture of 16 bits."""
     return _saved(_grey(np.uint16), "PNG")
 
 
@@ -57,29 +55,28 @@ def png_alpha() -> bytes:
 
 
 def tiff() -> bytes:
-    """A grey picture of 16 bits that is not compressed."""
+    """An uncompressed grey picture, 16 bits."""
     return _saved(_grey(np.uint16), "TIFF")
 
 
 def tiff_lzw() -> bytes:
-    """A grey picture of 8 bits, compressed by libtiff."""
+    """A grey picture, 8 bits, compressed by libtiff."""
     return _saved(_grey(np.uint8), "TIFF", compression="tiff_lzw")
 
 
 def tiff_of_floats() -> bytes:
-    """A picture of floats, one of which is missing."""
+    """A picture of floats with one missing pixel."""
     values = _TILTED.astype(np.float32)
     values[2, 7] = np.nan
     return _saved(values, "TIFF")
 
 
 def bmp() -> bytes:
-    """A grey picture of 8 bits."""
     return _saved(_grey(np.uint8), "BMP")
 
 
 def png_bomb() -> bytes:
-    """A black picture of 9000 x 9000 pixels in 80 KB: 1.2 GiB to read."""
+    """A black picture of 9000 x 9000 pixels in 80 KB; reading it takes 1.2 GiB."""
     side = 9000
     packer = zlib.compressobj(9)
     rows = [packer.compress(bytes(side + 1)) for _ in range(side)]
@@ -89,7 +86,7 @@ def png_bomb() -> bytes:
 
 
 def png_text_bomb() -> bytes:
-    """The picture of 8 bits with a text of 200 MB in 200 KB."""
+    """The 8-bit picture with 200 MB of text packed into 200 KB."""
     text = chunk(b"zTXt", b"key\0\0" + zlib.compress(bytes(200 << 20), 9))
     whole = png()
     return whole[:33] + text + whole[33:]
@@ -104,13 +101,13 @@ def tiff_of_many_pages() -> bytes:
 
 
 def tiff_of_shared_tags() -> bytes:
-    """60,000 tags of a megabyte, all of them the same megabyte."""
+    """60,000 tags of a megabyte each, which all point to the same megabyte."""
     tags = b"".join(struct.pack("<HHII", 40_000 + tag % 20_000, 1, 1 << 20, 8) for tag in range(60_000))
     return b"II*\0" + struct.pack("<IH", 8, 60_000) + tags + bytes(4 + (1 << 20))
 
 
 def bmp_of_long_skips() -> bytes:
-    """A compressed picture one row high and 80 million pixels wide that is made of skipped rows."""
+    """A compressed picture, 80 million pixels wide and one row high, that consists of skip commands."""
     skips = b"\0\2\xff\xff" * 5000
     head = struct.pack("<IiiHHIIiiII", 40, 80_000_000, 1, 1, 8, 1, len(skips), 1, 1, 256, 0)
     palette = b"".join(bytes((grey, grey, grey, 0)) for grey in range(256))
@@ -125,7 +122,7 @@ def gwy_of_many_components() -> bytes:
 
 
 def chunk(kind: bytes, data: bytes) -> bytes:
-    """A chunk of a PNG, with the checksum that belongs to it."""
+    """A PNG chunk with its checksum."""
     return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
 

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Spoiled scans for each verb that works with a scan: `bake`, `dft`, `evaluate`, `map`, and `check`, which takes a scan
-after the bake.
+"""Damaged scans for `bake`, `dft`, `evaluate`, `map` and `check` (which takes a scan after the bake).
 
-`info` takes files of every format (readers.py). Here a few formats are enough: what counts is what a verb does with
-heights and sizes that a reader lets through. The options make an accepted case quick."""
+A few formats are enough here, since readers.py covers all formats: this suite tests what verbs do with heights and
+sizes that a reader accepts. The options keep accepted cases quick."""
 
 import json
 import random
@@ -19,7 +18,7 @@ from .mutations import mutated
 from .readers import BARE
 from .runner import Case, run_verb
 
-# 3.2 um of waves 0.8 um long and 120 nm high, none like another.
+# Waves 0.8 um long and 120 nm high over 3.2 um; every row has another phase.
 _SIDE, _PIXEL_M, _WAVE = 32, 100e-9, 8
 _X = np.arange(_SIDE)
 _HEIGHTS = 60e-9 * np.sin(2 * np.pi * _X / _WAVE + np.sin(2 * np.pi * _X[:, None] / _SIDE) / 4)
@@ -32,31 +31,31 @@ _MAKERS: dict[str, Callable[[np.ndarray, float], bytes]] = {
     ".sxm": microscopes.sxm,
     ".xyz": instruments.xyz,
 }
-# The numbers of .npy and .xyz are nanometres.
+# .npy and .xyz hold nanometres.
 _SIZES = ("--size-um", "3.2", "--height-nm", "1")
 _QUIET = ("--progress", "none")
 _BAKE = ("--delta-e", "20", "--no-cache", "--coherence-um", "1.5")
-# A place of (u, v) beside the zero order, and a part of w.
+# A region of (u, v) beside the zero order, and a range of w.
 _NEEDS = {"format": 1, "u": [0.2, 0.5], "v": [-0.1, 0.2], "w": [1.2, 1.6]}
-# A bake of the ensemble model takes seconds, so that only each of so many cases is one. With several threads NumPy
-# costs the processor a multiple of them.
+# A bake of the ensemble model takes seconds, so only every sixth case runs one. NumPy with several threads multiplies
+# the processor time.
 _SELDOM, _SECONDS_MAX = 6, 20
 
 
 def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
-    """`count` spoiled scans for each verb."""
+    """Yield `count` damaged scans for each verb."""
     wholes = [(extension, make(_HEIGHTS, _PIXEL_M)) for extension, make in _MAKERS.items()]
     needs, whole = folder / "needs.json", folder / "whole.gsf"
     needs.write_text(json.dumps(_NEEDS))
     whole.write_bytes(instruments.gsf(_HEIGHTS, _PIXEL_M))
     run_verb(["bake", whole, *_BAKE, "-o", folder / "whole", *_QUIET])
     for verb in ("bake", "dft", "evaluate", "map", "check"):
-        for number in (0, 1):  # whatever is whole is taken, which loads modules before the first fork
+        for number in (0, 1):  # loads modules before the first fork
             run_verb(_line(verb, whole, number, folder=folder))
             shutil.rmtree(folder / "out", ignore_errors=True)
         for number in range(count):
             draw = random.Random(f"{seed} {verb} {number}")
-            # `check` refuses every surface but the one that was baked, which is a .gsf.
+            # `check` refuses all surfaces except the baked one, which is a .gsf.
             extension, data = wholes[0 if verb == "check" else number % len(wholes)]
             what, spoiled = mutated(draw, data)
             file = folder / f"{verb}{number}{extension}"
@@ -66,7 +65,7 @@ def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
 
 
 def _line(verb: str, file: Path, number: int, *, folder: Path) -> list[object]:
-    """The command line that gives a scan to a verb. It writes into the folder `out`."""
+    """The command line that gives a scan to a verb and writes into the folder `out`."""
     out = folder / "out"
     options: dict[str, tuple[object, ...]] = {
         "bake": ("-o", out, *_BAKE, *_quick(number, folder)),
@@ -89,9 +88,7 @@ def _method(number: int) -> tuple[str, ...]:
 
 
 def _take(file: Path, data: bytes, line: list[object]) -> None:
-    """Write a scan and give it to a verb. A verb that refuses it must leave nothing.
-
-    Raises as run_verb does."""
+    """Write a scan and give it to a verb. Raises as run_verb does, and AssertionError if a refusal leaves files."""
     out = file.with_name("out")
     file.write_bytes(data)
     try:

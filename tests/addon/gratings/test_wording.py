@@ -78,7 +78,7 @@ def test_an_option_in_a_files_name_is_no_setting(addon):
 
 @pytest.mark.parametrize("kind", [str, lambda path: path])
 def test_a_file_in_the_cache_has_its_name_for_its_path(addon, kind):
-    inside = addon.grating.cache_folder() / "entries" / "0123" / "skin.exr"
+    inside = addon.cache_folder.cache_folder() / "entries" / "0123" / "skin.exr"
     assert addon.wording.in_words(error_of(addon, kind(inside), "broken", "bake it again")) == (
         "skin.exr in the cache: broken; bake it again"
     )

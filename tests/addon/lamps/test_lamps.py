@@ -26,7 +26,7 @@ def properties(scene) -> list[str]:
 
 def read(addon, scene, what, index=0) -> np.ndarray:
     bpy.context.view_layer.update()
-    return np.array(scene[addon.pack.property_name(index, what)])
+    return np.array(scene[addon.lamp_properties.property_name(index, what)])
 
 
 @pytest.fixture
@@ -269,7 +269,7 @@ def test_nodes_hold_what_the_scene_notes(addon, scene, material):
     scene.update_tag()
     assert held("ng_world_0_place") == pytest.approx([0, 0.6, 0.8, -1.5])
     bpy.data.objects["Sun"].rotation_euler = (math.pi / 2, 0, 0)
-    place = addon.pack.property_name(0, "place")
+    place = addon.lamp_properties.property_name(0, "place")
     assert held(place)[:3] == pytest.approx([0, -1, 0], abs=1e-6)
     assert held(place) == pytest.approx(list(scene[place]))
 

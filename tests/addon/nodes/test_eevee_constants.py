@@ -9,8 +9,8 @@ import pytest
 
 from precompute.bake.bake_folder import bake_to_folder
 from precompute.bake.request import BakeRequest
-from precompute.lights.sources import Source
 from precompute.surface.readers.reader_registry import read_height_map
+from precompute.world_sources.sources import Source
 from tests.addon.conftest import reports
 from tests.addon.layout import Layout, context_of
 

@@ -128,7 +128,7 @@ def test_the_reference_by_images_refuses_them(scene, tmp_path, fault):
 
 
 def test_a_damaged_bake_in_the_cache_is_named_without_its_path(addon, scene):
-    path = addon.grating.cache_folder() / "bakes" / "0123456789abcdef" / "cut.exr"
+    path = addon.cache_folder.cache_folder() / "bakes" / "0123456789abcdef" / "cut.exr"
     path.parent.mkdir(parents=True)
     path.write_bytes(b"cut")
     grating = scene.natural_gratings.items.add()

@@ -208,7 +208,7 @@ def test_enabling_loads_no_reader_and_no_optics():
 def test_the_cache_of_an_add_on_that_is_no_extension(addon, monkeypatch):
     monkeypatch.delenv("NATURAL_GRATINGS_CACHE")
     monkeypatch.setattr(addon.grating, "EXTENSION", "natural_gratings")
-    assert addon.grating.cache_folder() == Path.home() / ".cache" / "natural-gratings"
+    assert addon.cache_folder.cache_folder() == Path.home() / ".cache" / "natural-gratings"
 
 
 def test_the_material_needs_no_extension(scene, baked):
@@ -293,7 +293,7 @@ def test_a_bake_that_is_gone_is_told(scene, tmp_path):
 
 
 def test_a_bake_that_is_gone_from_the_cache_is_named_without_its_path(scene, addon):
-    grating = add_baked(scene, addon.grating.cache_folder() / "bakes" / "0123456789abcdef" / "gone.exr")
+    grating = add_baked(scene, addon.cache_folder.cache_folder() / "bakes" / "0123456789abcdef" / "gone.exr")
     with pytest.raises(RuntimeError, match="waves: its bake gone.exr is gone from the cache; press Bake Grating again"):
         bpy.ops.grating.assign()
     assert not bpy.data.materials and grating.material is None

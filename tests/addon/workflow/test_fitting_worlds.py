@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from precompute.lights.sources import Source
+from precompute.world_sources.sources import Source
 from tests.addon.worlds.made import world_with
 
 SUN = Source(np.array((0.0, 0.6, 0.8)), np.array((3.0, 2.0, 1.0)), 1e-4)

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from precompute.lights.panorama import panorama_cells
+from precompute.world_sources.panorama import panorama_cells
 from tests.addon.worlds.made import painted, world_with
-from tests.precompute.lights.worlds import COLS, ROWS, direction, disc, picture, sky
+from tests.precompute.world_sources.worlds import COLS, ROWS, direction, disc, picture, sky
 
 CELLS = panorama_cells(ROWS, COLS)
 NEAR, FAR = direction(50, 30), direction(35, 150)

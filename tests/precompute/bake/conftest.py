@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What several tests of the bake share: the bake of two crossed waves, and the helpers of the cache's tests.
-
-The bakes are made once in a session.
-"""
+"""Shared by tests of the bake: the bake of two crossed waves (once a session), helpers for the cache."""
 
 import json
 import os
@@ -22,14 +19,14 @@ from precompute.cli import parser
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 
-# A kernel with a standard deviation of 0.031. For a dE00 of 1 it gets about one texel.
+# Gives a kernel with a standard deviation of 0.031, which takes about one texel for a dE00 of 1.
 COHERENCE_M = 8e-6
 ROOT = Path(__file__).resolve().parents[3]
 OPTIONS = ("--size-um", "2", "--height-nm", "60", "--coherence-um", "2", "--delta-e", "5")
 # The files that a bake of skin.png writes.
 SKIN = ["skin.exr", "skin.lobes.exr"]
-# A program that calls `bake_once` with a bake that takes no time. At the point that its second argument names, one
-# function ends the process without any clean-up, as a kill does.
+# A program that calls `bake_once` with an instant bake. Its second argument names a point where one function ends the
+# process without clean-up, as a kill does.
 STOPPED = """
 import os, shutil, sys
 from pathlib import Path
@@ -58,9 +55,8 @@ cache.bake_once("k" * 64, Path(sys.argv[1]), make, believed=lambda facts: True)
 
 
 def waves(depth=150e-9):
-    """Two crossed waves of a surface that wraps: 5 um along T, and 2.5 um along B at half the amplitude.
-
-    All their orders lie within |u| = 1.6."""
+    """Two crossed waves of a surface that wraps: 5 um along T, and 2.5 um along B at half the amplitude. All their
+    orders lie within |u| = 1.6."""
     x, y = np.meshgrid(*[(np.arange(64) + 0.5) / 64] * 2)
     heights = depth / 2 * (np.sin(2 * np.pi * x) + 0.5 * np.sin(2 * np.pi * 2 * y + 1))
     return prepare(HeightMap(heights, (5e-6 / 64, 5e-6 / 64), "test", periodic=True))
@@ -68,7 +64,7 @@ def waves(depth=150e-9):
 
 @pytest.fixture(scope="session")
 def made():
-    """The bake of `waves`, and the (stage, fraction) pairs that it told of its progress."""
+    """The bake of `waves`, and the (stage, fraction) pairs that it reported."""
     told = []
     return bake(
         waves(),
@@ -79,7 +75,6 @@ def made():
 
 @pytest.fixture(scope="session")
 def baked(made):
-    """The bake of `waves`."""
     return made[0]
 
 
@@ -108,7 +103,7 @@ def run_bake(picture, capsys):
 
 
 class Child:
-    """A bake of the picture in a process of its own, with its output in files."""
+    """A bake of the picture in its own process, with its output in files."""
 
     def __init__(self, picture: Path, folder: Path, output: Path):
         self.out, self.err = (folder / f"{output.name}.{kind}" for kind in ("out", "err"))
@@ -118,7 +113,6 @@ class Child:
 
     @property
     def stages(self) -> list[str]:
-        """The stages that it has told of, in order."""
         lines = [line for line in self.err.read_text().splitlines() if line.endswith("}")]
         return list(dict.fromkeys(json.loads(line)["stage"] for line in lines))
 
@@ -135,7 +129,7 @@ class Child:
 
 
 def fake(content=b"table", calls=None):
-    """A bake that takes no time. It appends to `calls` the names that it found in its folder."""
+    """An instant bake. It appends to `calls` the names that it finds in its folder."""
 
     def make(folder):
         if calls is not None:
@@ -147,27 +141,25 @@ def fake(content=b"table", calls=None):
 
 
 def bake_once(key, output, make):
-    """cache.bake_once for such bakes."""
     return cache.bake_once(key, output, make, believed=lambda facts: facts["files"] == ["a.exr"])
 
 
 def never(*_, **__):
-    """A bake that must not be called."""
+    """A stand-in for a bake that must not run."""
     raise AssertionError("baked again")
 
 
 def key(number):
-    """A key of the cache."""
     return f"{number:064x}"
 
 
 def names(folder):
-    """The sorted names in a folder; none if there is no folder."""
+    """The sorted names in a folder; empty if there is no folder."""
     return sorted(path.name for path in folder.iterdir()) if folder.is_dir() else []
 
 
 def assert_nothing_is_left(cache_folder, output, entries=1):
-    """The output has whole files, the cache has whole entries, and there is nothing else."""
+    """Check that the output has whole files, and the cache whole entries and nothing else."""
     assert names(output) in (["a.exr"], SKIN)
     assert names(cache_folder / "partial") == []
     assert len(names(cache_folder / "entries")) == entries

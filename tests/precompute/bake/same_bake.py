@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether two files hold the bake of one request.
+"""Compares two files of the same bake.
 
-The order of the sums in a matrix product is free. So a half float may round the other way, which is 2^-10 of it, and
-the measured errors follow by a thousandth at most. All else is equal.
-"""
+The order of the sums in a matrix product may differ. A half float may then round the other way, by 2^-10 of itself, and
+the measured errors change by a thousandth at most. Everything else is equal."""
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ from precompute.table import atlas_file
 
 
 def assert_same_bake(found, expected):
-    """Check the terms, the measured errors and the rest of the records of two files of a bake."""
+    """Check that two files have the same terms, measured errors and other records."""
     (table, record), (expected_table, expected_record) = atlas_file.read(found), atlas_file.read(expected)
     largest = np.abs(expected_table.terms).max()
     np.testing.assert_allclose(table.terms, expected_table.terms, rtol=2**-10, atol=1e-6 * largest)
@@ -24,5 +23,5 @@ def assert_same_bake(found, expected):
 
 
 def errors_by_form(record):
-    """Take the errors out of a record."""
+    """Remove the errors from a record and return them by form."""
     return {"shown": record.pop("delta_e"), **record.pop("delta_e_by_form")}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The table of a bake against the reference: the sum over the bins of an exact transform."""
+"""A bake's table against the reference, which sums over the bins of an exact transform."""
 
 import numpy as np
 import pytest
@@ -19,11 +19,10 @@ from .conftest import COHERENCE_M, waves
 
 @pytest.mark.parametrize("w", [0.05, 0.6, 1.2, 1.9])
 def test_the_table_is_the_reference(baked, w):
-    """Off by at most 2 % of the peak.
-
-    At 1.1 texels to a standard deviation, a Gaussian read by B-splines is off by at most 1 % of its peak along each
-    axis (test_bspline.py); the waves' orders take more texels. The dropped terms and the bake's 81 wavelengths add half
-    a percent. There is room for it, because no order stands where both axes are at their worst."""
+    """The tolerance is 2 % of the peak. At 1.1 texels to a standard deviation, B-splines read a Gaussian with an error
+    of at most 1 % of its peak along each axis (test_bspline.py); the orders of the waves have more texels. The dropped
+    terms and the bake's 81 wavelengths add half a percent. There is room for this, because no order has the worst case
+    along both axes."""
     assert baked.sigma_b / baked.texel > 1.1
     u, v = np.random.default_rng(0).uniform(-0.6, 0.6, (2, 400))
     scattered, zero = reference_xyz(waves(), (u, v), w=w, sigma_b=baked.sigma_b, step_m=5e-9)
@@ -34,9 +33,8 @@ def test_the_table_is_the_reference(baked, w):
 
 @pytest.mark.parametrize("delta_e", [3.0, 1.0, 0.5])
 def test_the_table_looks_like_the_reference(delta_e):
-    """By the project's error metric, whose bound is the only input of the bake.
-
-    The reference's wavelengths are 5 nm apart, so that at |u| = 2 an order moves by half a standard deviation."""
+    """The project's error metric stays below its bound, the only input of the bake. The reference's wavelengths are
+    5 nm apart, so that at |u| = 2 an order moves by half a standard deviation."""
     table = bake(waves(), BakeRequest(delta_e=delta_e, coherence_length_m=COHERENCE_M))
     truth = truths.truths(waves(), table.sigma_b, 2, pairs_each=1000, step_m=5e-9)
     errors = measure(truth, table.candidate)
@@ -47,10 +45,9 @@ def test_the_table_looks_like_the_reference(delta_e):
 
 @pytest.mark.parametrize("w", [0.3, 1.0, 1.8])
 def test_the_table_holds_the_energy(baked, w):
-    """Scattered light, summed over the texels, and the zero order make white, since all orders lie inside the table.
-
-    Dropped terms take 0.1 % of the luminance, and the series 1e-4. Efficiencies vary slowly with wavelength, but 81
-    wavelengths weigh the observer's curve with an error of up to 0.2 %."""
+    """Scattered light, summed over the texels, and the zero order sum to white, since all orders lie inside the table.
+    Dropped terms cost 0.1 % of the luminance, and the series 1e-4. Efficiencies vary slowly with wavelength, but
+    summing the observer's curve at 81 wavelengths has an error of up to 0.2 %."""
     basis = chebyshev.polynomials(np.array(w - 1), len(baked.terms))
     table = np.tensordot(basis, baked.terms.astype(float), axes=1) * w**2
     scattered = table.sum(axis=(0, 1)) * baked.texel**2
@@ -59,7 +56,7 @@ def test_the_table_holds_the_energy(baked, w):
 
 
 def test_directions_are_where_they_belong():
-    """A sawtooth of facets sends its light to u = -slope w along T, and to v if it is turned to B."""
+    """Sawtooth facets send light to u = -slope w along T; turned towards B they send it to v."""
     ramp = 200e-9 * np.tile(np.arange(16) / 16, 4)
     for along_b in (False, True):
         heights = np.broadcast_to(ramp, (64, 64))
@@ -71,8 +68,8 @@ def test_directions_are_where_they_belong():
         luminance = np.tensordot(basis, table.terms[..., 1], axes=1)
         row, col = np.unravel_index(np.argmax(luminance), luminance.shape)
         v, u = table.axes[0][row], table.axes[1][col]
-        # The facet's slope asks for 1.8 * 200 / 1280 = 0.28, but a grating of 1.28 um has orders only: order -1 of
-        # green light is at 0.43. The kernel has a standard deviation of 0.12.
+        # The facet's slope alone would give 1.8 * 200 / 1280 = 0.28, but a grating of 1.28 um has discrete orders:
+        # order -1 of green light is at 0.43. The kernel has a standard deviation of 0.12.
         assert (v if along_b else u) == pytest.approx(-550e-9 / 1.28e-6, abs=0.05)
         assert (u if along_b else v) == pytest.approx(0, abs=table.texel)
 
@@ -96,12 +93,10 @@ def test_two_scans_are_their_mean():
 
 
 def test_a_deep_relief_keeps_its_colour_at_every_w():
-    """Off by at most 4 % of the peak near the zero order, at every w.
-
-    There, the scattered light of a deep relief falls by orders of magnitude from w = 0 to 2. Terms that were chosen by
-    an error relative to the mean over w were off by a third. The bake is asked for a dE00 of 1. The terms may take a
-    fifth of it, which is 0.5 % for 99 % of the light. For this region alone, five times that is allowed, and 1.5 % for
-    reading and rounding."""
+    """The error is at most 4 % of the peak near the zero order, at every w. Near the zero order the scattered light of
+    a deep relief falls by orders of magnitude from w = 0 to 2. Choosing terms by their error relative to the mean over
+    w gave errors of a third. The bake is asked for a dE00 of 1, of which the terms may use a fifth: 0.5 % for 99 % of
+    the light. In this region alone five times that is allowed, and 1.5 % for reading and rounding."""
     rng = np.random.default_rng(7)
     spectrum = np.fft.fft2(rng.standard_normal((96, 96)))
     q = np.fft.fftfreq(96)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The functions of w that a table learns from itself."""
+"""The functions of w that a table learns from its own tiles."""
 
 from dataclasses import replace
 
@@ -31,7 +31,7 @@ def baked(relief):
 
 def test_all_functions_are_the_polynomials_again(baked):
     functions, tiles = learnt_basis(baked)
-    # Both are products of matrices of a condition under 1e4, in double precision.
+    # Both matrices are products with a condition number under 1e4, in double precision.
     np.testing.assert_allclose(functions.T @ tiles, np.eye(len(functions)), atol=1e-10)
 
 
@@ -45,7 +45,6 @@ def test_the_greatest_value_of_a_function_is_one(baked):
 
 
 def test_a_table_of_one_shape_learns_this_shape(baked):
-    """Each place has the same dependence on w: one function holds the table."""
     shape = np.random.default_rng(0).standard_normal(len(baked.terms)).astype(np.float32)
     terms = shape[:, None, None, None] * np.abs(baked.terms[:1])
     table = replace(baked, terms=terms)
@@ -89,9 +88,9 @@ def test_the_file_holds_the_functions(relief):
 
 
 def test_no_w_loses_its_colours(relief):
-    """Errors of grazing light, in one of sixteen equal parts of the range of w, are no exception."""
+    """Grazing light, in one of sixteen equal parts of the range of w, keeps the error bound too."""
     chosen = plan(relief, REQUEST)
     differences = comparison(carry_out(chosen), "D65")
     made = make([relief], REQUEST)
-    # Half of the error asked for, and the file's rounding.
+    # Half of the asked error, and the file's rounding.
     assert made.layout.terms < made.layout.polynomials and differences(made.table).stam.p99 <= 0.6

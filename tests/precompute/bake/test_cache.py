@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The cache of bakes: a bake that is taken from it, damage, folders that cannot be used, and its size limit."""
+"""The cache of bakes: reuse, damaged entries, unusable folders, and the size limit."""
 
 import errno
 import json
@@ -18,9 +18,7 @@ from .conftest import SKIN, assert_nothing_is_left, bake_once, fake, key, names,
 
 
 def test_the_second_bake_of_a_surface_is_taken(run_bake, picture, tmp_path, cache_folder, monkeypatch):
-    """From the cache, whatever the folder of the scan.
-
-    Under another name the scan is baked again, since the header of the bake tells the name."""
+    """The scan's folder does not matter, but its name does, because the bake's header holds it."""
     facts, err = run_bake(tmp_path / "first")
     assert facts["cached"] is False and "wavelengths" in err
     moved = tmp_path / "moved" / picture.name
@@ -31,7 +29,7 @@ def test_the_second_bake_of_a_surface_is_taken(run_bake, picture, tmp_path, cach
     assert read_header(tmp_path / "renamed" / "scale.exr")[1]["source"] == "scale.png"
     monkeypatch.setattr(ensemble, "plan", never)
     again, err = run_bake(tmp_path / "second", file=moved)
-    # The scan is read, to know its heights; nothing else is done.
+    # The scan is only read, for its heights.
     assert [json.loads(line)["stage"] for line in err.splitlines()] == ["reading the scan"]
     assert again.pop("cached") is True
     assert again.pop("files") == [str(tmp_path / "second" / name) for name in SKIN]
@@ -76,7 +74,7 @@ def test_a_damaged_entry_is_made_anew(tmp_path, cache_folder, damage):
 
 
 def test_a_folder_that_cannot_be_costs_one_line(run_bake, tmp_path, monkeypatch):
-    """A file stands in the place of the cache's folder."""
+    """A file takes the place of the cache's folder."""
     taken = tmp_path / "taken"
     taken.write_text("mine")
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE", str(taken / "cache"))
@@ -122,7 +120,7 @@ def test_a_bake_that_fails_leaves_nothing(tmp_path, cache_folder):
 
 
 def test_the_longest_unused_goes_first(tmp_path, cache_folder, monkeypatch):
-    """There is room for three entries of 300,000 bytes. The first is used again before the fourth comes."""
+    """There is room for three entries of 300,000 bytes. The first is used again before the fourth is added."""
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE_MB", "0.95")
     for number in range(3):
         bake_once(key(number), tmp_path, fake(bytes(300_000)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Entries of the cache that a bake has not left there: none leads out of its folder, and each is made again."""
+"""Forged cache entries: they cannot lead out of their folder, and are baked again."""
 
 import errno
 import hashlib
@@ -17,7 +17,7 @@ from .conftest import SKIN, assert_nothing_is_left, bake_once, fake, key, names,
 
 
 def entry_of(cache_folder, record, files=(("a.exr", b"evil"),)):
-    """Make an entry of key 1 by hand. A record that is no text is written as JSON."""
+    """Make an entry of key 1 by hand. `record` is text, or data that is written as JSON."""
     entry = cache_folder / "entries" / key(1)
     (entry / "files").mkdir(parents=True)
     for name, content in files:
@@ -27,7 +27,7 @@ def entry_of(cache_folder, record, files=(("a.exr", b"evil"),)):
 
 
 def told(content):
-    """What a record says of a file."""
+    """A record's data about a file."""
     return {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
 
 
@@ -36,7 +36,7 @@ def told(content):
     "a\0.exr", "b.exr",
 ])  # fmt: skip
 def test_a_record_names_no_file_but_the_bake_s_own(tmp_path, cache_folder, name):
-    """The file is there, as the record says: only its name is wrong. The last one is a plain name, of another bake."""
+    """The file exists as recorded; only its name is wrong. The last name is plain, but of another bake."""
     name = name.format(outside=tmp_path / "outside")
     entry = entry_of(cache_folder, {"facts": {"seconds": 1.0}, "files": {name: told(b"evil")}})
     (tmp_path / "outside").mkdir()
@@ -69,7 +69,6 @@ def test_a_record_of_another_kind_is_damage(tmp_path, cache_folder, record):
 
 
 def test_facts_of_wrong_types_are_damage(run_bake, picture, tmp_path, cache_folder):
-    """All that is shown of what a bake tells of itself."""
     run_bake(tmp_path / "first")
     (record,) = cache_folder.glob("entries/*/record.json")
     whole = json.loads(record.read_text())
@@ -96,8 +95,7 @@ def test_facts_of_wrong_types_are_damage(run_bake, picture, tmp_path, cache_fold
 
 
 def test_links_in_the_cache_are_not_followed(tmp_path, cache_folder):
-    """Neither a link in the place of an entry's file, nor those in the places of the entry, of the entry in the making
-    and of the lock."""
+    """Links replace an entry's file and the entry in the making."""
     victim = tmp_path / "victim"
     (victim / "files").mkdir(parents=True)
     (victim / "files" / "a.exr").write_bytes(b"mine")
@@ -130,7 +128,7 @@ def test_a_fifo_in_an_entry_is_not_waited_for(tmp_path, cache_folder, where):
 
 
 def test_a_full_disk_is_no_damaged_entry(tmp_path, cache_folder, monkeypatch):
-    """The entry stays, nothing is baked again, and the line names the folder that is full, which is not the cache's."""
+    """The entry stays, nothing is baked again, and the error names the full output folder, not the cache."""
     bake_once(key(1), tmp_path / "first", fake())
 
     def full(source, target):
@@ -147,7 +145,6 @@ def test_a_full_disk_is_no_damaged_entry(tmp_path, cache_folder, monkeypatch):
 
 
 def test_a_folder_that_cannot_be_written_into_is_told_before_the_work(refused, picture, tmp_path, monkeypatch):
-    """And by its name."""
     (tmp_path / "taken").write_text("mine")
     monkeypatch.setattr(ensemble, "plan", never)
     monkeypatch.setattr("precompute.cli.parser.check_targets", lambda arguments: None)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The keys of the cache: what changes them, and what does not."""
+"""What changes the keys of the cache, and what does not."""
 
 import subprocess
 import sys
@@ -26,13 +26,12 @@ def height_map():
 
 
 def request(*argv):
-    """The request that a command line of the verb `bake` asks for."""
     arguments = build_parser().parse_args(["bake", "skin.png", "-o", "out", *argv])
     return request_of(arguments)
 
 
 def test_a_key_is_of_the_content_alone(height_map):
-    """Not of the folder, of the order of heights in memory, or of how the command line writes a number."""
+    """The key ignores the folder, the order of heights in memory, and how the command line writes a number."""
     found = cache.key_of([height_map], request())
     assert len(found) == 64
     assert cache.key_of([replace(height_map, source="other/place/skin.png")], request()) == found

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The cache under several processes: two at once, killed ones, and what those leave."""
+"""The cache under several processes: two at once, and killed ones with what they leave."""
 
 import subprocess
 import sys
@@ -32,7 +32,7 @@ def test_two_at_once_make_one_bake(picture, tmp_path, cache_folder):
 
 
 def test_two_at_once_into_one_folder(tmp_path, cache_folder):
-    """Many rounds of a bake that takes no time: the process that comes second finds the entry of the first."""
+    """Many rounds of an instant bake: the second process finds the first one's entry."""
     code = STOPPED.replace('"k" * 64', "str(n) * 64").replace("cache.bake_once", "for n in range(9): cache.bake_once")
     output = tmp_path / "out"
     command = [sys.executable, "-c", code, str(output), "nowhere"]
@@ -44,7 +44,6 @@ def test_two_at_once_into_one_folder(tmp_path, cache_folder):
 
 
 def test_a_killed_bake_does_not_stop_the_next(picture, run_bake, tmp_path, cache_folder):
-    """Nor does it stop a process that waits for it: the lock ends with the process."""
     output = tmp_path / "out"
     killed, heir = Child(picture, tmp_path, output), None
     try:
@@ -69,9 +68,7 @@ def test_a_killed_bake_does_not_stop_the_next(picture, run_bake, tmp_path, cache
 @pytest.mark.parametrize("point", ["copy", "rename", "delivery"])
 @pytest.mark.parametrize("same", [True, False], ids=["same", "other"])
 def test_what_a_killed_run_left_goes(tmp_path, cache_folder, point, same):
-    """A process is killed at the worst moments. The next one removes what it left, and is right itself.
-
-    The next one may bake the same surface or another."""
+    """After a kill at the worst moments the next bake, of the same or another surface, cleans up and succeeds."""
     output = tmp_path / "out"
     run = subprocess.run([sys.executable, "-c", STOPPED, str(output), point], cwd=ROOT, timeout=60)
     assert run.returncode == 9

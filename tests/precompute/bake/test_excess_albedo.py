@@ -52,7 +52,7 @@ def toward(theta_deg, azimuth_deg=0.0):
 
 @pytest.fixture(scope="module")
 def bakes():
-    """Bakes as their files hold them, and the exact surfaces, by name."""
+    """Bakes as read from their files, and the exact surfaces, by name."""
     found = {}
     for name, height_map in SURFACES.items():
         relief = prepare(height_map)
@@ -63,11 +63,10 @@ def bakes():
 
 @pytest.mark.parametrize("name", ["sinusoidal", "blazed"])
 def test_no_more_is_reflected_than_received(bakes, name):
-    """Stam's form reflects more than 10 times as much as it receives.
-
-    With the bound, no more of any of X, Y and Z is reflected than received, but for 1e-3 of the quadrature. At single
-    wavelengths the bound may be read too low by a dE00 of 0.5 (bake/ensemble.py), and by more at one direction in a
-    hundred: at one of these 24. The albedo is measured by a quadrature that shares nothing with that of the table."""
+    """Stam's form reflects more than 10 times the light that it receives. With the bound, none of X, Y and Z exceeds
+    the received light, apart from the quadrature's 1e-3. At single wavelengths the bound may be too low by a dE00 of
+    0.5 (bake/ensemble.py), and by more at one direction in a hundred: at one of these 24. This quadrature of the albedo
+    shares no code with the table's."""
     baked, surface = bakes[name]
     lambdas = np.linspace(390e-9, 770e-9, 8)
     weights = spectral_weights(lambdas, "E")
@@ -85,10 +84,8 @@ def test_no_more_is_reflected_than_received(bakes, name):
 
 
 def test_the_albedo_is_that_of_the_quadrature(bakes):
-    """A / cos(t) against the benchmark's quadrature, to 1 % of it.
-
-    Where an order stands across the horizon, two cosines stand for the part of the kernel above it. At the normal no
-    order does, and 1e-3 is kept."""
+    """A / cos(t) against the benchmark's quadrature, to 1 %. Where an order crosses the horizon, two cosines
+    approximate the part of its kernel above the horizon. At the normal no order crosses, and the tolerance is 1e-3."""
     _, surface = bakes["sinusoidal"]
     lambdas = np.array([420e-9, 610e-9])
     for theta, tolerance in ((0, 1e-3), (45, 1e-2), (75, 1e-2)):
@@ -99,9 +96,9 @@ def test_the_albedo_is_that_of_the_quadrature(bakes):
 
 
 def test_views_beyond_the_middle_of_a_kernel_count_where_they_are(bakes):
-    """Of a kernel across the horizon, the outer part has a greater radius than the middle. Once that part was taken to
-    be at the middle's, and the albedo of a blazed grating was 2 % off at a tenth of directions. One in a hundred
-    thousand points of the exact quadrature is at the horizon, so single directions are good to some percent."""
+    """If a kernel crosses the horizon, its outer part has a greater radius than its middle. Treating both alike made
+    the albedo of a blazed grating wrong by 2 % at a tenth of the directions. One in a hundred thousand points of the
+    exact quadrature is at the horizon, so single directions are exact only to some percent."""
     _, surface = bakes["blazed"]
     rng = np.random.default_rng(1)
     wi = np.array([toward(*way) for way in zip(rng.uniform(40, 85, 30), rng.uniform(0, 360, 30), strict=True)])
@@ -112,9 +109,8 @@ def test_views_beyond_the_middle_of_a_kernel_count_where_they_are(bakes):
 
 
 def test_a_mirror_has_albedo_one_and_no_excess(bakes):
-    """The albedo is 1 to 1e-6, as near to the horizon as the kernel's reach of five sigma_b allows.
-
-    The bound darkens the mirror nowhere."""
+    """The albedo is 1 to 1e-6, as near to the horizon as the kernel's reach of five sigma_b allows. The bound darkens
+    the mirror nowhere."""
     baked, surface = bakes["flat"]
     theta = np.degrees(np.arcsin(1 - 5.5 * surface.sigma_b))
     for angle in (0, 30, theta):
@@ -125,7 +121,6 @@ def test_a_mirror_has_albedo_one_and_no_excess(bakes):
 
 
 def test_a_table_that_interpolates_is_read_at_its_texels():
-    """Where a texel's direction is above the surface, a reading gives the value that the texel stands for."""
     values = np.random.default_rng(4).random((12, 12))
     directions = texel_directions(12)
     x, y = np.meshgrid(*[np.linspace(-11, 11, 12) / 9] * 2)
@@ -135,9 +130,8 @@ def test_a_table_that_interpolates_is_read_at_its_texels():
 
 
 def test_a_direction_is_read_at_its_place():
-    """A texel's direction is at the texel's own azimuth, and at the distance sqrt(1 - sqrt(cos)) from the middle.
-
-    The outermost texels are beyond the rim of the disc."""
+    """A texel's direction has the texel's azimuth, and the distance sqrt(1 - sqrt(cos)) from the middle. The outermost
+    texels lie beyond the rim of the disc."""
     directions, middle = texel_directions(8), 3.5
     row, column = np.mgrid[:8, :8] - middle
     radius = np.hypot(row, column) * bound_texel(8)
@@ -152,8 +146,8 @@ def test_a_direction_is_read_at_its_place():
 
 @pytest.mark.parametrize("signs", [*itertools.product((0.0, -0.0), repeat=2)])
 def test_the_normal_has_one_bound(bakes, signs):
-    """At the normal a direction has no azimuth: the signs of its zeros do not count, and a direction beside it is read
-    beside it. A cubic reading has a slope, which a step of 1e-9 cannot show in the ninth digit."""
+    """The normal has no azimuth, so the signs of zeros do not matter and directions beside it read nearly the same. A
+    cubic reading has a slope, which a step of 1e-9 cannot show in the ninth digit."""
     baked, _ = bakes["blazed"]
     table = baked.excess_albedo + np.random.default_rng(0).random(baked.excess_albedo.shape).astype(np.float32)
     held = check_table(table)
@@ -167,7 +161,7 @@ def test_the_normal_has_one_bound(bakes, signs):
 
 
 def test_check_reads_the_bound_that_the_materials_read(bakes):
-    """They share no line. Single precision in one of the two leaves 1e-6."""
+    """The two share no code. Single precision in one of them leaves 1e-6."""
     table = bakes["blazed"][0].excess_albedo
     rng = np.random.default_rng(8)
     directions = np.array(
@@ -177,14 +171,14 @@ def test_check_reads_the_bound_that_the_materials_read(bakes):
 
 
 def check_table(excess):
-    """The table of `check` with this excess albedo and nothing else."""
+    """A table of `check` with this excess albedo and nothing else."""
     nothing = np.zeros((2, 2))
     return table_file.Table(nothing, nothing, excess, (0, 0), 1.0, (0, 2), 0.01, "D65", np.ones((1, 1)), {})
 
 
 @pytest.mark.parametrize("azimuth", [0, 45, 100, 233])
 def test_the_bound_is_continuous_around_and_at_the_horizon(bakes, azimuth):
-    """There is no seam: a step of 1e-9 degrees changes no reading by more than rounding. The horizon's is finite."""
+    """A step of 1e-9 degrees changes a reading by rounding only, and the bound at the horizon is finite."""
     table = bakes["blazed"][0].excess_albedo
     for theta in (0, 40, 89):
         pair = albedo_bound(table, np.array([toward(theta, azimuth), toward(theta + 1e-9, azimuth + 1e-9)]))
@@ -194,10 +188,9 @@ def test_the_bound_is_continuous_around_and_at_the_horizon(bakes, azimuth):
 
 @pytest.mark.parametrize("name", ["sinusoidal", "blazed"])
 def test_the_table_holds_the_albedo(bakes, name):
-    """A bound that is read from the file is the bound of the directions themselves.
-
-    The table is made until 99 % of its probes read the bound to a dE00 of 0.5 (bake/ensemble.py). These are other
-    directions: of 100, at most 4 may be off by more, since 5 would be by a chance below 1 %."""
+    """A bound read from the file matches the bound computed at the directions themselves. The table is refined until
+    99 % of its probes read the bound to a dE00 of 0.5 (bake/ensemble.py). Of these 100 other directions at most 4 may
+    exceed that: 5 would happen by chance in less than 1 % of cases."""
     baked, surface = bakes[name]
     rng = np.random.default_rng(9)
     cosine, turn = np.sqrt(rng.random(100)), rng.uniform(0, 2 * np.pi, 100)
@@ -208,7 +201,6 @@ def test_the_table_holds_the_albedo(bakes, name):
 
 
 def test_a_surface_whose_orders_cross_the_horizon_has_more_texels(bakes, monkeypatch):
-    """What a coarse table reads too badly gets a finer one, and no other does."""
     assert len(bakes["flat"][0].excess_albedo) == BOUND_TEXELS[0]
     monkeypatch.setattr(excess_albedo, "BOUND_TEXELS", (8, 16, 24))
     series = bakes["blazed"][1].series
@@ -217,8 +209,8 @@ def test_a_surface_whose_orders_cross_the_horizon_has_more_texels(bakes, monkeyp
 
 
 def test_the_largest_albedo_is_found_between_the_wavelengths(bakes):
-    """A search around the best of a quarter of the wavelengths finds what a search of all finds, at nearly all
-    directions: a peak that is missed altogether is not much higher than the one that is found."""
+    """Searching around the best of a quarter of the wavelengths finds the result of searching all, at nearly all
+    directions: a missed peak is only a little higher than the found one."""
     series, sigma_b = bakes["blazed"][1].series, 0.0075
     rng = np.random.default_rng(3)
     wi = np.array([[toward(*way) for way in zip(rng.uniform(0, 90, 200), rng.uniform(0, 360, 200), strict=True)]])
@@ -231,7 +223,7 @@ def test_the_largest_albedo_is_found_between_the_wavelengths(bakes):
 
 
 def test_the_atlas_never_rounds_the_bound_down(bakes):
-    """A half float is at least the value, and at most two of its steps, 2^-11 each, above it."""
+    """A half float is at least the value, and at most two of its steps, up to 2^-10 each, above it."""
     rng = np.random.default_rng(5)
     values = rng.random((16, 17)).astype(np.float32)
     half = atlas.half_above(values).astype(np.float32)

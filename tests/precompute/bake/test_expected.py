@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a bake is expected to take is told first, and too much is refused."""
+"""A bake first reports its expected memory and time, and refuses too much."""
 
 import re
 
@@ -27,12 +27,11 @@ def scan_of(side=48, width_m=4e-6, height_m=200e-9):
 
 @pytest.fixture
 def little(monkeypatch):
-    """64 MiB are free."""
     monkeypatch.setattr(memory, "free_bytes", lambda: 64 * MIB)
 
 
 def test_a_relief_that_is_refined_beyond_memory_is_refused(little):
-    """A picture of 1332 x 1332 pixels that is said to be a millimetre wide: 8 x 8 pixels are made of each."""
+    """A picture of 1332 x 1332 pixels is declared a millimetre wide, so each pixel is refined to 8 x 8."""
     wide = HeightMap(np.broadcast_to(0.0, (1332, 1332)), (1e-3 / 1332,) * 2, "skin.png")
     with pytest.raises(GratingError, match=r"^skin.png: .*10656 x 10656 .* more than half of the 64 MiB .*; crop"):
         prepare(wide)
@@ -70,7 +69,7 @@ def test_long_work_is_told_in_minutes():
 
 
 def test_a_relief_too_deep_for_any_spectrum_is_refused_at_once():
-    """A picture of 48 x 48 pixels may be said to be a millimetre high: 17,000 transforms."""
+    """A picture of 48 x 48 pixels is declared a millimetre high, which takes 17,000 transforms."""
     deep = prepare(scan_of(height_m=1e-3))
     with pytest.raises(GratingError, match="a relief of 1.*e\\+03 um is too deep for its spectrum; "):
         plan([deep], BakeRequest())

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake's results, held against those that were recorded with the cache's version.
-
-Caches on other machines hold bakes under that version, so a change of results must raise it."""
+"""A bake's results against results recorded with the cache's version. Other machines cache bakes under this version, so
+changed results need a new version."""
 
 import json
 from pathlib import Path
@@ -18,14 +17,14 @@ from precompute.table.atlas import pack, unpack
 
 GOLDEN = Path(__file__).with_name("golden.json")
 SURFACES = {"blazed": lambda: blazed(periods=4, rows=96), "sinusoidal": lambda: sinusoidal(periods=3, rows=48)}
-# Spectra are made in single precision, whose last digit (6e-8) depends on the processor and on NumPy's version; sums of
-# some thousands of such numbers agree to 1e-5. Half floats round a term by 2^-11 = 5e-4 of itself at most, and where a
-# last digit turns one, the sums over a term's texels hardly move. So each sum may be off by this share of the largest.
+# Spectra have single precision, whose last digit (6e-8) depends on the processor and on NumPy's version; sums of some
+# thousands of them agree to 1e-5. Half floats round a term by at most 2^-11 = 5e-4 of itself. If a last digit changes
+# that rounding, the sums over a term's texels hardly change. So each sum may differ by this share of the largest.
 ROUNDING = 2e-5
 
 
 def figures(name: str) -> dict[str, list[float]]:
-    """Sums over what the file of a surface's bake holds."""
+    """Sums over the contents of the file of a surface's bake."""
     request = BakeRequest(delta_e=2.0, coherence_length_m=6e-6)
     table = unpack(*pack(bake(prepare(SURFACES[name]()), request)))
     return {

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every hard case is right against the reference, or refused with the reason (docs/hard_cases.md).
+"""Every hard case matches the reference or is refused with the reason (docs/hard_cases.md).
 
-`./dev bench hard_cases` has the surfaces, and what each is compared with. Two things differ here, because they have
-tests of their own and take most of the time: the bakes do not check themselves, and only one has an albedo bound.
-"""
+The surfaces and what each is compared with come from `./dev bench hard_cases`. To save time the bakes here skip their
+self-check, and only one has an albedo bound; other tests cover both."""
 
 from dataclasses import replace
 
@@ -34,28 +33,29 @@ REFUSED = {
     "coherence longer than the patch": "longer than the scan, 10.2 x 10.2 um, .* ask for at most 10.24 um",
     "coherence under a wavelength": "ask for at least 0.55 um",
 }
-# Cases whose figures have a test of their own.
+# Cases whose figures have their own test.
 FIGURES = ("theta of 89.9 degrees", "u = v = 0", "period under the shortest wavelength", "half-float underflow")
 
 
 def stored(relief, coherence_m, needs=EVERYTHING):
-    """The table of a relief, as its file would hold it."""
+    """A relief's table, as read from its file."""
     return atlas.unpack(*atlas.pack(bake(relief, BakeRequest(coherence_length_m=coherence_m, needs=needs))))
 
 
 @pytest.fixture
 def without_bound(monkeypatch):
-    """No table has an excess albedo, so that none is computed."""
+    """Skip computing the excess albedo."""
     monkeypatch.setattr(tiles, "excess_table", lambda *_, **__: NO_EXCESS)
 
 
 def assert_kept(found):
-    """What was asked for is kept: a dE00 of 1 for 99 % of the light, and 1 % of the luminance."""
+    """Check the asked accuracy: a dE00 of 1 for 99 % of the light, and 1 % of the luminance."""
     assert found.refusal == ""
     assert found.errors.pairs >= 40
     assert found.errors.p99 < 1
     assert found.errors.relative_dy < 0.01
-    # Half floats round white by 2^-12, and the series is off by twice 1e-4. Holes and steps change the surface itself.
+    # Half floats round white by 2^-12, and the series has an error of twice 1e-4. Holes and steps change the surface
+    # itself.
     assert found.errors.zero_order_dy < 3e-3
 
 
@@ -72,7 +72,7 @@ def test_what_cannot_be_is_refused_in_one_line(name):
 
 
 def test_at_grazing_the_light_is_right_and_no_more_than_was_received():
-    """The quadrature is good to about 1 % (laboratory/benchmarks/albedo.py)."""
+    """The quadrature is exact to about 1 % (laboratory/benchmarks/albedo.py)."""
     found = outcome(BY_NAME["theta of 89.9 degrees"], stored)
     assert_kept(found)
     assert found.figures["albedo of Stam's form"] > 2
@@ -80,16 +80,14 @@ def test_at_grazing_the_light_is_right_and_no_more_than_was_received():
 
 
 def test_in_the_middle_the_zero_order_is_bessels(without_bound):
-    """To the rounding of half floats, 2^-12 of 1, and twice the 1e-4 of the amplitude's series."""
+    """The tolerance is the rounding of half floats, 2^-12 of 1, and twice the 1e-4 of the amplitude's series."""
     found = outcome(BY_NAME["u = v = 0"], stored)
     assert_kept(found)
     assert found.figures["zero order against J0^2"] < 5e-4
 
 
 def test_a_deep_relief_is_kept_in_floats(without_bound):
-    """Half floats round a term by 2^-12 of itself.
-
-    The terms of a relief of 2 um are ten thousand times as large as their sum where it is darkest."""
+    """Half floats round terms by 2^-12. At its darkest a relief of 2 um has terms ten thousand times their sum."""
     relief = prepare(scan(skin(96, 96, 2e-6)))
     baked = bake(relief, BakeRequest(coherence_length_m=COHERENCE_M))
     assert baked.precision is np.float32
@@ -102,25 +100,21 @@ def test_a_deep_relief_is_kept_in_floats(without_bound):
 
 
 def test_a_shallow_relief_does_not_vanish_in_halves(without_bound):
-    """Scattered light goes as the square of the height, but for a share of (2 pi s h)^2 = 3e-6.
-
-    So a relief of a twentieth of a nanometre scatters a four-hundredth of the light of one nanometre. This holds in
-    half floats as well, which round both by 2^-11."""
+    """Scattered light grows with the square of the height, apart from (2 pi s h)^2 = 3e-6. A relief of 0.05 nm thus
+    scatters 1/400 of the light of one of 1 nm. Half floats keep this, since they round both by 2^-11."""
     case = BY_NAME["half-float underflow"]
     assert_kept(outcome(replace(case, figures=None), stored))
     shallow, deep = (stored(prepare(scan(skin(relief_m=h))), COHERENCE_M) for h in (0.05e-9, 1e-9))
     assert shallow.precision is np.float16
     u, v = np.random.default_rng(0).uniform(-0.4, 0.4, (2, 300))
     one, other = (each.scattered_over_w2(u, v, 1.2)[:, 1] for each in (shallow, deep))
-    # The series of one nanometre is right to 2e-4 of its light. The faintest place has 1 % of the light of the
-    # brightest.
+    # The series of one nanometre is exact to 2e-4 of its light. The faintest place has 1 % of the brightest's light.
     np.testing.assert_allclose(400 * one, other, rtol=5e-3, atol=1e-3 * other.max())
 
 
 def test_a_period_under_the_shortest_wavelength_is_dark_from_above(without_bound):
-    """sin(t) = 380 / 250 is no direction. For light at 80 degrees the order goes back at 0.54.
-
-    A kernel of 0.06 is eight standard deviations away from the next real place: exp(-32)."""
+    """sin(t) = 380 / 250 is no direction. For light at 80 degrees the order goes back at 0.54. The nearest real
+    direction is eight standard deviations of the kernel (0.06) away: exp(-32)."""
     found = outcome(BY_NAME["period under the shortest wavelength"], stored)
     assert_kept(found)
     assert found.figures["Y, light at 80 degrees"] > 0.01
@@ -128,19 +122,17 @@ def test_a_period_under_the_shortest_wavelength_is_dark_from_above(without_bound
 
 
 def test_steps_scatter_what_their_rounding_is():
-    """Rounding to steps of d has the standard deviation d / sqrt(12), if the surface crosses many steps.
-
-    Here it crosses 25, on 16384 pixels."""
+    """Rounding to steps of d has the standard deviation d / sqrt(12) if the surface crosses many steps. Here it crosses
+    25, on 16384 pixels."""
     step = 2e-6 / 255
     off = prepare(hard_cases.stepped(step)).height_m - prepare(scan(skin())).height_m
     assert off.std() == pytest.approx(step / 12**0.5, rel=0.05)
 
 
 def test_narrow_orders_leave_no_gaps_at_the_rim(without_bound):
-    """The wavelengths follow the kernel: their sum is flat to 1e-3 at |u| = 2.
-
-    The cubic reading adds less than 1 % of a sum of overlapping orders. With half as many wavelengths an order moves by
-    3.2 standard deviations, and the sum is flat to 2 exp(-2 pi^2 / 3.2^2) = 29 % only."""
+    """The wavelengths follow the kernel: their sum is flat to 1e-3 at |u| = 2. The cubic reading adds less than 1 % of
+    a sum of overlapping orders. With half as many wavelengths an order moves by 3.2 standard deviations, and the sum is
+    flat only to 2 exp(-2 pi^2 / 3.2^2) = 29 %."""
     case = BY_NAME["orders narrower than the wavelength step"]
     relief = prepare(case.surface())
     figures = hard_cases.fewer_wavelengths(relief, stored(relief, case.coherence_m))
@@ -170,7 +162,6 @@ def test_a_pixel_is_refused_on_the_command_line(tmp_path, capsys):
 
 
 def test_the_table_tells_of_errors_and_refusals(without_bound):
-    """The texts of the table on the page that the benchmark writes."""
     kept = outcome(Case("flat", "zeros", lambda: scan(np.zeros((32, 32)))), stored)
     assert kept.text == "dE00 0.00, dY 0.00%"
     assert outcome(BY_NAME["nothing but NaN"]).text.startswith("refused: the scan: every height is missing")

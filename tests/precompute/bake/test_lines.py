@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bakes under a laser's line."""
+"""Bakes for the single line of a laser."""
 
 import json
 from dataclasses import replace
@@ -31,8 +31,8 @@ def table(blazed):
 
 
 def test_each_order_is_one_spot_at_the_grating_equation(table):
-    """Of a blaze, by its closed form: order m at u = m lambda / d, with the efficiency sinc^2(m + w depth / lambda),
-    blurred by the kernel. The sample's edges are one pixel wide, which takes 1 % of the strong orders."""
+    """The orders of a blaze follow the closed form: order m at u = m lambda / d with the efficiency sinc^2(m + w
+    depth / lambda), blurred by the kernel. The sample's edges are one pixel wide, which costs the strong orders 1 %."""
     u = np.linspace(-0.7, -0.1, 601)
     for w in (1.2, 1.7, 2.0):
         m = np.arange(-8, 9)[:, None]
@@ -41,12 +41,11 @@ def test_each_order_is_one_spot_at_the_grating_equation(table):
         y = (efficiency * spots).sum(axis=0) / (2 * np.pi * table.sigma_b**2)
         read = table.scattered_over_w2(u, 0 * u, np.full(u.shape, w)) * w**2
         np.testing.assert_allclose(read[:, 1], y, atol=0.02 * y.max())
-        assert abs(u[read[:, 1].argmax()] + LINE_M / PERIOD_M) <= 1e-3  # the step
+        assert abs(u[read[:, 1].argmax()] + LINE_M / PERIOD_M) <= 1e-3  # the step of u
         np.testing.assert_allclose(read, read[:, 1:2] * mirror_xyz("532nm"), atol=1e-3 * y.max())
 
 
 def test_the_mirror_image_has_its_colour(table):
-    """At w = 0 all light is in the zero order."""
     np.testing.assert_allclose(table.zero_order_xyz(np.zeros(1))[0], mirror_xyz("532nm"), rtol=1e-3)
 
 
@@ -56,7 +55,7 @@ def test_one_wavelength_is_summed(blazed):
 
 
 def test_the_error_is_kept_and_checked(tmp_path, capsys):
-    """By the self-check, and from the file alone by sums that share no code with the bake."""
+    """By the self-check, and from the file by `check`, which shares no code with the bake."""
     bake_it = ["bake", "sample:blazed", "--coherence-um", "12", "--illuminant", "650nm", "-o", str(tmp_path)]
     assert parser.main([*bake_it, "--json", "-", "--progress", "none"]) == 0
     facts = json.loads(capsys.readouterr().out)

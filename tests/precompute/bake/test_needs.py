@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A scene's needs: their files, what they mean for the kernel, and what is refused."""
+"""Files of a scene's needs: reading, their effect on the kernel, and refusals."""
 
 import json
 import math
@@ -12,7 +12,7 @@ from precompute.cli import parser
 
 
 def written(tmp_path, record):
-    """The path of a needs file with a record, or with a text that is no JSON."""
+    """Write a needs file from a record, or from a text that is not JSON; return its path."""
     path = tmp_path / "needs.json"
     path.write_text(record if isinstance(record, str) else json.dumps(record))
     return path

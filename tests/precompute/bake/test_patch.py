@@ -41,10 +41,9 @@ LENGTH_M = RELIEF.size_m[1]
 
 @pytest.mark.parametrize(("w", "lam"), [(1.9, 400e-9), (1.2, 550e-9), (0.5, 700e-9)])
 def test_the_bins_add_up_to_the_reference(w, lam):
-    """Sums of Gaussians about the bins are |P|^2.
-
-    Of the peak, what folds back is 6e-5 of 2e-3 along each axis. The window is cut where it has fallen to 3e-4 of its
-    amplitude, and there the amplitude is under a tenth of the peak's. Measured was 2e-4."""
+    """Sums of Gaussians at the bins give |P|^2. Along each axis, 6e-5 of the peak's 2e-3 folds back. The window is cut
+    where it has fallen to 3e-4 of its amplitude, and there the amplitude is under a tenth of the peak's. Measured:
+    2e-4."""
     window = PatchWindow(RELIEF, LENGTH_M / 4)
     series = patch_series(window, 0.6)
     u, v = np.random.default_rng(0).uniform(-0.55, 0.55, (2, 200))
@@ -59,7 +58,7 @@ def test_the_table_keeps_the_asked_colours():
     made = make([RELIEF], BakeRequest(coherence_length_m=LENGTH_M, needs=NEEDS, model="patch"))
     assert made.errors.p99 <= 1
     assert made.sample_set is None
-    # And once more in an independent way: the method by its name, at directions drawn here.
+    # Again in an independent way: the method by its name, at directions drawn here.
     rng = np.random.default_rng(5)
     u, v = rng.uniform(-0.5, 0.5, (2, 40))
     reference = METHODS["reference-patch"](RELIEF, Settings(coherence_length_m=LENGTH_M))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a plan chooses: terms, texels, kernel and wavelengths."""
+"""A plan's choice of terms, texels, kernel and wavelengths."""
 
 import numpy as np
 import pytest
@@ -14,11 +14,11 @@ from precompute.bake.request import BakeRequest
 from precompute.bake.resolution import (
     DEFAULT_BYTES,
     RESOLUTION_MIN,
-    bake_wavelengths,
     blender_bytes,
     resolution_for,
     texel_size,
 )
+from precompute.bake.wavelengths import bake_wavelengths
 from precompute.base.failure import GratingError
 from precompute.optics import coherence
 from precompute.surface.height_map import HeightMap
@@ -30,7 +30,7 @@ few = settings(deadline=None, max_examples=25)
 
 
 def table_bytes(chosen):
-    """Bytes that the atlas of a plan's table takes in Blender."""
+    """Bytes of a plan's table as an atlas in Blender."""
     return blender_bytes(chosen.terms, tuple(len(axis) for axis in chosen.axes), chosen.sigma_b)
 
 
@@ -55,7 +55,7 @@ def test_a_tighter_budget_takes_more_terms_and_texels():
 @few
 @given(st.floats(0.003, 1), st.floats(0.9, 4))
 def test_the_coarsest_table_that_resolves_the_kernel(sigma_b, texels):
-    """The table has the texels asked for. Two texels fewer, since their number is even, would not do."""
+    """Two texels fewer (their number is even) would not resolve the kernel."""
     resolution = resolution_for(sigma_b, texels)
     assert resolution % 2 == 0
     assert sigma_b >= texels * texel_size(resolution) * (1 - 1e-9)
@@ -82,7 +82,7 @@ def test_a_kernel_chosen_by_itself_averages_thirty_areas():
 
 
 def test_scans_of_one_skin_average_more_areas():
-    """Three scans of one size average thirty areas of sqrt(3) times the length. But no length exceeds a scan's side."""
+    """Three scans of one size average thirty areas of sqrt(3) times the length. No length exceeds a scan's side."""
     scan = prepare(HeightMap(waves().height_m, (78e-9, 78e-9), "test"))
     assert kernel_for((scan,) * 3, BakeRequest()) == pytest.approx(
         kernel_for((scan,), BakeRequest()) / 3**0.5, rel=1e-12
@@ -91,15 +91,14 @@ def test_scans_of_one_skin_average_more_areas():
 
 
 def test_a_table_chosen_by_itself_keeps_to_its_memory(monkeypatch):
-    """An automatic kernel that needs more memory than there is gets wider until the table fits. An asked one is kept.
-
-    Six megabytes are given, of which the largest table of the albedo bound takes three. The levels may leave a part of
-    them unused, since their tiles are rounded up to a power of two."""
+    """An automatic kernel that needs more memory than there is gets wider until the table fits. An asked kernel is
+    kept. Of the six megabytes, the largest table of the albedo bound takes three. The levels may leave some memory
+    unused, since their tiles are rounded up to a power of two."""
     monkeypatch.setattr(ensemble, "DEFAULT_BYTES", 6 << 20)
     free = plan(waves(), BakeRequest(coherence_length_m=COHERENCE_M))
     assert free.sigma_b == pytest.approx(coherence.kernel_sigma(COHERENCE_M), rel=1e-12)
     assert table_bytes(free) > 6 << 20
-    # To average 30 areas of so large a scan, 20 x 20 periods cut to 400 rows, the kernel would be 0.005.
+    # To average 30 areas of a scan of 20 x 20 periods, cut to 400 rows, the kernel would be 0.005.
     wide = HeightMap(np.tile(waves().height_m, (20, 20))[:400], (78e-9, 78e-9), "test", periodic=True)
     chosen = plan(prepare(wide))
     assert 0.85 * (6 << 20) < table_bytes(chosen) <= 6 << 20
@@ -116,9 +115,8 @@ def test_a_wide_light_takes_fewer_texels():
 
 @pytest.mark.parametrize("sigma_b", [0.004, 0.0079, 0.03, 0.5])
 def test_wavelengths_leave_no_gaps(sigma_b):
-    """At |u| = 2 an order moves by at most 1.61 standard deviations from one wavelength to the next.
-
-    A sum of Gaussians at this spacing is flat to 1e-3."""
+    """At |u| = 2 an order moves by at most 1.61 standard deviations from one wavelength to the next. A sum of Gaussians
+    at this spacing is flat to 1e-3."""
     lambdas = bake_wavelengths(sigma_b)
     assert (lambdas[0], lambdas[-1]) == pytest.approx((380e-9, 780e-9), rel=1e-12)
     steps = np.diff(np.log(lambdas))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake's progress is that of the whole bake: it grows from 0 to 1 once, whatever its stages."""
+"""A bake's progress covers the whole bake: it grows from 0 to 1 once, over all stages."""
 
 import numpy as np
 import pytest
@@ -15,13 +15,13 @@ STAGES = ["transforms", "wavelengths", "albedo bound", "self-check"]
 
 
 def relief(depth_m: float):
-    """64 x 64 pixels of 60 nm with eight periods along the columns."""
+    """64 x 64 pixels of 60 nm with eight periods along the scan's x axis."""
     row = depth_m / 2 * np.sin(2 * np.pi * 8 * (np.arange(64) + 0.5) / 64)
     return prepare(HeightMap(np.tile(row, (64, 1)), (60e-9, 60e-9), source="waves", periodic=True))
 
 
 def told_by(reliefs, request):
-    """The stages in their order, each once, and all fractions."""
+    """The distinct reported stages in order, and all fractions."""
     told = []
     try:
         make(reliefs, request, progress=lambda *report: told.append(report))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a table is read: by cubic B-splines in (u, v), by Chebyshev polynomials in w, by a B-spline along Z(w)."""
+"""Reading a table: cubic B-splines in (u, v), Chebyshev polynomials in w, a B-spline along Z(w)."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ few = settings(deadline=None, max_examples=25)
 
 
 def linear_bake(terms=3, size=16):
-    """A table with B_k = (k + 1) (a + b u + c v), which a reading by B-splines gives back exactly."""
+    """A table with B_k = (k + 1) (a + b u + c v), which B-splines read exactly."""
     texel = texel_size(size)
     axis = (np.arange(size) + 0.5 - size / 2) * texel
     plane = 1 + 0.3 * axis[None, :, None] - 0.2 * axis[:, None, None] * np.array([1, 2, 3])
@@ -40,12 +40,12 @@ def test_reading_takes_a_w_and_a_variance_for_each_place(baked):
     each = [
         baked.scattered_over_w2(*(x[k : k + 1] for x in (u, v, w)), variance=variance[k : k + 1])[0] for k in range(30)
     ]
-    # The sums are in single precision, and in another order.
+    # Sums in single precision, in another order.
     np.testing.assert_allclose(read, each, rtol=0, atol=1e-6 * np.abs(baked.terms).max())
 
 
 def test_texels_are_read_at_their_middles(baked):
-    """At the middle of a texel, a B-spline reads two thirds of it and a sixth of each neighbour, along each axis."""
+    """At a texel's middle, a B-spline reads two thirds of it and a sixth of each neighbour, along each axis."""
     places = np.array([50, 70, 90])
     at = baked.axes[0][places]
     found = baked.scattered_over_w2(at, at[::-1], 1.0)
@@ -57,9 +57,7 @@ def test_texels_are_read_at_their_middles(baked):
 
 
 def test_the_zero_order_is_straight_where_its_samples_are():
-    """A reading before the first sample meets the first sample once more, as in a renderer.
-
-    At w = 0 this makes it too large by a sixth of a step."""
+    """As in a renderer the first sample is repeated, so at w = 0 a reading is too large by a sixth of a step."""
     w = np.array([0.5, 0.7, 1.0, 2.0])
     np.testing.assert_allclose(linear_bake().zero_order_xyz(w), (w / 2)[:, None] * [1, 2, 3], atol=1e-15)
     assert linear_bake().zero_order_xyz(0.0) == pytest.approx(np.array([1, 2, 3]) / 4 / 6)
@@ -67,10 +65,9 @@ def test_the_zero_order_is_straight_where_its_samples_are():
 
 
 def test_a_deep_curve_is_not_smoothed():
-    """A reading by B-splines with samples at steps h is off by Z'' h^2 / 6.
-
-    For a relief of 2 um, Z(w) = exp(-(2 pi 0.58 um w / 550 nm)^2), and this is 2.2e-4: half a step of a half float at
-    1. Before w = 0 a reading meets Z(0) once more, which halves the error there."""
+    """A reading by B-splines with samples at steps h has an error of Z'' h^2 / 6. For a relief of 2 um, Z(w) = exp(-(2
+    pi 0.58 um w / 550 nm)^2), and the error is 2.2e-4: half a step of a half float at 1. Before w = 0 a reading repeats
+    Z(0), which halves the error there."""
     w = np.linspace(0, 2, ZERO_ORDER_SAMPLES)
     rate = 2 * np.pi * 0.58 / 0.55
     table = Table(np.zeros((1, 9, 9, 3)), np.exp(-((rate * w[:, None]) ** 2)) * np.ones(3), 0.5, 1.0, "D65")

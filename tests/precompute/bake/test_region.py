@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A table of a part of (u, v, w), as a scene needs it."""
+"""Tables of a part of (u, v, w), as a scene needs."""
 
 import numpy as np
 
@@ -18,20 +18,18 @@ REGION = Needs(Region((-0.3, 1.1), (-0.2, 0.5)), w=(0.7, 1.8))
 
 
 def test_a_region_is_the_same_light_in_fewer_texels(baked):
-    """The table of a region against the whole table, where both hold light."""
     part = bake(waves(), BakeRequest(coherence_length_m=COHERENCE_M, needs=REGION))
     assert part.terms[..., 0].size < 0.3 * baked.terms[..., 0].size
     rng = np.random.default_rng(0)
     u, v, w = (rng.uniform(*side, 500) for side in (*REGION.region, REGION.w))
     whole = baked.scattered_over_w2(u, v, w)
-    # The reading of each is off by up to 2 % of its peak (test_bake_against_reference.py).
+    # Each reading has an error of up to 2 % of its peak (test_bake_against_reference.py).
     np.testing.assert_allclose(part.scattered_over_w2(u, v, w), whole, atol=0.04 * whole.max())
     for held, asked in zip(part.region, REGION.region, strict=True):
         assert asked[0] - part.texel < held[0] <= asked[0] + 1e-9 and asked[1] - 1e-9 <= held[1] < asked[1] + part.texel
 
 
 def test_outside_a_region_its_rim_is_read():
-    """A place outside the region reads as the nearest place of its rim."""
     part = bake(waves(), BakeRequest(coherence_length_m=COHERENCE_M, needs=REGION))
     u, v, w = np.array([-2.0, 2.0]), np.array([2.0, -2.0]), np.array([0.1, 2.0])
     u_range, v_range = part.region
@@ -45,7 +43,7 @@ def test_a_region_keeps_its_budget():
 
 
 def test_outside_a_region_a_surface_is_black():
-    """Beyond v, u and w; but the mirror image stands apart, and what is held is as it was."""
+    """Black beyond u, v and w; the mirror image and everything inside the region stay unchanged."""
     part = bake(waves(), BakeRequest(coherence_length_m=COHERENCE_M, needs=REGION))
     uv = np.array([(0.6, 0.6), (-0.5, 0.4), (0.3, 0.3), (0.0, 0.0), (0.6, 0.3)])
     wi = np.c_[uv, np.sqrt(1 - (uv**2).sum(axis=1))]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A request as JSON: it comes back, and what no bake can have is refused by its key."""
+"""Requests as JSON: a round trip, and refusals that name the key."""
 
 import pytest
 
@@ -17,7 +17,7 @@ def test_a_request_comes_back():
     for steps in ("none", "plane,poly:3,scars,rotate:-12.5"):
         asked = BakeRequest(levelling=parse_steps(steps))
         assert request_from(asked.as_dict(), "test") == asked
-    # The record of a bake from before there were other steps, and one without any.
+    # The record of a bake from before levelling had other steps, and a record without steps.
     assert request_from({"levelling": ["plane"]}, "test") == request_from({}, "test") == BakeRequest(levelling=DEFAULT)
     for delta_e in DELTA_E:
         for length_um in COHERENCE_UM:

@@ -13,9 +13,8 @@ from .conftest import waves
 
 @pytest.mark.parametrize("lam", [400e-9, 720e-9])
 def test_resampling_is_the_references_blur(lam):
-    """Products with matrices, cut at 5.5 standard deviations, against the sum at every place, cut at 7.
-
-    What lies between is exp(-5.5^2 / 2) = 2.7e-7 of a bin's own peak, for each of the few bins there."""
+    """Products with matrices, cut at 5.5 standard deviations, against the sum at every place, cut at 7. The part
+    between is exp(-5.5^2 / 2) = 2.7e-7 of a bin's own peak, for each of the few bins there."""
     relief, sigma = waves(), 0.06
     grid = reference_grid(relief, sigma)
     power, _ = scattered_spectrum(relief, 1.5 / lam, grid)
@@ -28,7 +27,6 @@ def test_resampling_is_the_references_blur(lam):
 
 
 def test_resampling_meets_no_bins():
-    """A window without any bin gives zeros, not an error."""
     relief = waves()
     grid = frequency_grid(relief, 1e6, 1e5)
     resample = Resampler(grid, np.linspace(1.8, 1.9, 5), np.linspace(1.8, 1.9, 4), 400e-9, 0.01)
@@ -37,7 +35,7 @@ def test_resampling_meets_no_bins():
 
 
 def test_no_resampled_impulse_is_subnormal():
-    """A product with subnormal numbers takes a hundred times as long on some processors. Eleven places lie within 5.5
+    """Products with subnormal numbers take a hundred times as long on some processors. Eleven places lie within 5.5
     standard deviations of a single bin: 0.055 on either side, 0.01 apart."""
     grid = FrequencyGrid(np.array([0.0]), np.linspace(-2, 2, 401) / 500e-9, (1, 401))
     axis = np.linspace(-2, 2, 400)

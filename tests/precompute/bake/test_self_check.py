@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake's own measure of its error: where it looks, and that it sees what is wrong."""
+"""A bake's self-check: where it looks, and whether it finds faults."""
 
 from dataclasses import replace
 
@@ -29,34 +29,31 @@ def skin():
 
 @pytest.fixture(scope="module")
 def made():
-    """Relief, plan and table."""
     relief = skin()
     chosen = plan(relief, BakeRequest(coherence_length_m=COHERENCE_M))
     return relief, chosen, carry_out(chosen)
 
 
 def errors_of(made, baked):
-    """The self-check's errors of a table of the same relief, in both forms."""
+    """The self-check's errors for a table of the same relief, in both forms."""
     relief, chosen, _ = made
     return self_check.judge((relief,), chosen, "D65", progress=lambda *_: None)(baked)
 
 
 @pytest.mark.parametrize("w_range", [(0.0, 2.0), (0.7, 1.3), (1.95, 2.0)])
 def test_every_part_of_the_range_of_w_is_looked_at(w_range):
-    """A deep relief is hardest where w is large.
-
-    A draw of three values that were all below 1.2 once passed a bake with a dE00 of 22 at w = 1.9."""
+    """A deep relief is hardest at large w. Three values below 1.2 passed a bake with a dE00 of 22 at w = 1.9."""
     for seed in range(20):
         w = self_check.w_within(w_range, 4, np.random.default_rng(seed))
         assert w_range[0] <= w.min() and w.max() <= w_range[1]
         assert (np.diff(w) >= 0).all()
         if w_range == (0.0, 2.0):
-            # Each cosine c has the density 2 c. The uppermost quarter of the sum of two begins at 1.57.
+            # Each cosine c has the density 2 c. The highest quarter of the sum of two cosines begins at 1.57.
             assert w[-1] > 1.55
 
 
 def test_it_agrees_with_the_reference(made):
-    """At other directions, with the same kernel. A 99th percentile of a thousand pairs is good to a third."""
+    """At other directions, with the same kernel. A 99th percentile of a thousand pairs is exact to a third."""
     relief, chosen, baked = made
     own = errors_of(made, baked).stam
     truth = truths(relief, chosen.sigma_b, 4, pairs_each=800, step_m=4e-9, seed=3)
@@ -67,7 +64,7 @@ def test_it_agrees_with_the_reference(made):
 
 
 def test_a_small_region_is_still_looked_at():
-    """The region has one percent of the directions, so that few pairs of a first draw fall in it."""
+    """The region has one percent of the directions, so few pairs of a first draw lie in it."""
     relief, needs = skin(), Needs(Region((0.5, 0.9), (-0.1, 0.1)), w=(1.0, 1.4))
     chosen = plan(relief, BakeRequest(coherence_length_m=COHERENCE_M, needs=needs))
     errors = self_check.judge((relief,), chosen, "D65", progress=lambda *_: None)(carry_out(chosen))
@@ -83,21 +80,19 @@ def test_black_bright_and_shifted_bakes_fail(made):
 
 
 def test_a_wrong_bound_is_an_error_of_the_conserving_form_alone(made):
-    """A bake without its bound shows Stam's form where the energy-conserving one was asked for."""
+    """A bake without its bound shows Stam's form instead of the energy-conserving one."""
     *_, baked = made
     right = errors_of(made, baked)
     wrong = errors_of(made, replace(baked, excess_albedo=0 * baked.excess_albedo))
-    # NumPy may add up in another order where an array lies elsewhere in memory: single precision rounds by 1e-7.
+    # NumPy may sum in another order if an array lies elsewhere in memory: single precision rounds by 1e-7.
     assert wrong.stam.as_dict() == pytest.approx(right.stam.as_dict(), rel=1e-5)
     assert right.conserving.p99 < 1 < wrong.conserving.p99
     assert wrong.conserving.relative_dy > 3 * right.conserving.relative_dy
 
 
 def test_the_bound_at_directions_is_that_of_each_alone(made):
-    """The directions are laid in rows so that neighbours are computed at once. None of them is mistaken for another.
-
-    The continuum is summed over the cells that any direction of a block reaches, which leaves out 1e-7 of the
-    brightest cell."""
+    """The directions are laid in rows, and neighbours are computed together. The continuum is summed over the cells
+    that any direction of a block reaches, which leaves out 1e-7 of the brightest cell."""
     _, chosen, _ = made
     rng = np.random.default_rng(0)
     cosine, turn = rng.uniform(0.05, 1, 30), rng.uniform(-np.pi, np.pi, 30)

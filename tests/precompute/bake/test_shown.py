@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The needs of what a scene shows: boxes of directions, their light, and the ranges that hold it."""
+"""The needs of a scene: boxes of directions, their light, and the ranges that hold it."""
 
 import math
 
@@ -58,8 +58,8 @@ def test_one_pair_needs_its_own_place_and_the_margin():
 
 
 def test_a_sphere_under_a_sun_needs_a_disc_of_twice_the_cosine_of_the_half_angle():
-    """wi + wr is one vector h of length 2 cos(a), where 2 a lies between them. Over a sphere it is seen in all frames
-    in which both are above the surface, down to where both graze: there it is tangential, and w is 0."""
+    """wi + wr is a vector h of length 2 cos(a), with 2 a the angle between them. Over a sphere h occurs in all tangent
+    frames that have both above the surface. At grazing h is tangential, and w is 0."""
     normals = np.random.default_rng(0).standard_normal((200_000, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     half = np.radians(25)
@@ -70,10 +70,10 @@ def test_a_sphere_under_a_sun_needs_a_disc_of_twice_the_cosine_of_the_half_angle
     shown = lit(frames @ np.array(wr), frames @ np.array(wi))
     needs = needs_of(shown)
     most = 2 * math.cos(half)
-    # Over 200,000 normals, the box that is to hold 99.9 % ends within 0.05 of the rim.
+    # Over 200,000 normals, the box for 99.9 % of the light ends within 0.05 of the rim.
     for low, high in needs.region:
         assert most - 0.05 < high <= most + MARGIN + DIGITS and -most - MARGIN - DIGITS <= low < -most + 0.05
-    # The largest of 200,000 is short of the largest of all by less than 1e-4.
+    # The largest of 200,000 is below the true maximum by less than 1e-4.
     assert needs.w[1] == pytest.approx(most + MARGIN, abs=1e-3) and 0 <= needs.w[0] < 0.05
     assert held_share(shown, needs) >= SHARE
 
@@ -92,11 +92,11 @@ def test_a_disc_widens_by_its_radius_and_is_the_smallest_lamp():
     shown = lit(at(0), at(0), variance=radius**2 / 4)
     np.testing.assert_allclose(shown.high[0] - shown.low[0], (2 * radius, 2 * radius, 0), rtol=1e-12)
     both = joined([shown, lit(at(0), at(0), variance=radius**2)])
-    assert needs_of(both).light_radius == pytest.approx(radius, rel=1e-3)  # of three digits
+    assert needs_of(both).light_radius == pytest.approx(radius, rel=1e-3)  # three digits
 
 
 def test_roughness_widens_as_the_material_s_blur():
-    """(w r^2)^2 / 2 is its variance (table/radiance.py)."""
+    """Roughness r has the variance (w r^2)^2 / 2 (table/radiance.py)."""
     shown = lit(at(0), at(0), skin=Skin(roughness=0.5))
     assert shown.high[0, 0] == pytest.approx(2 * 2 * 0.25 / math.sqrt(2))
 
@@ -121,12 +121,12 @@ def test_light_from_everywhere_needs_the_hemisphere_around_the_view():
 
 
 def test_the_least_change_across_a_pixel():
-    """The smaller side of a rectangle, whichever way it lies; 0 where one step changes nothing, or both the same."""
+    """The smaller side of a rectangle in any orientation; 0 if a step changes nothing or both are parallel."""
     uv, turn = np.zeros((4, 2)), np.radians(20)
     side, up = np.array((math.cos(turn), math.sin(turn))), np.array((-math.sin(turn), math.cos(turn)))
     beside = np.array([0.3 * side, 0.1 * up, 0 * side, 0.2 * side])
     above = np.array([0.1 * up, 0.3 * side, 0.2 * up, 0.1 * side])
-    # The root of the sum of squares rounds at 1e-16 relative, the root of nothing at 1e-8.
+    # The root of the sum of squares rounds at 1e-16 relative, the root of zero at 1e-8.
     np.testing.assert_allclose(least_change(uv, beside, above), [0.1, 0.1, 0, 0], atol=1e-8)
 
 
@@ -140,7 +140,6 @@ def test_the_footprint_is_exceeded_by_all_but_a_hundredth_of_the_light():
 
 
 def test_a_lamp_at_the_horizon():
-    """It needs ranges that a needs file can hold, and no more than there is."""
     for angle in (89.9, 89.999, 90 - 1e-9):
         needs = needs_of(lit(at(89.999), at(angle)))
         assert needs.region.u == pytest.approx((2 - MARGIN, 2), abs=2 * DIGITS)
@@ -171,7 +170,7 @@ finite = st.floats(-2, 2, allow_nan=False)
     st.floats(0.5, 1),
 )
 def test_the_ranges_hold_the_share_that_was_asked(boxes, share):
-    """Of any boxes and light; and what a needs file holds of them is what was found."""
+    """For any boxes and light; the needs file then holds the same ranges."""
     u, v, w, width, light = np.array(boxes).T
     middle, half = np.stack([u, v, w], axis=1), width[:, None]
     low, high = np.clip(middle - half, (-2, -2, 0), 2), np.clip(middle + half, (-2, -2, 0), 2)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The table of a bake: its size, its limits, its zero order, and the stages of making it."""
+"""A bake's table: its size, its limits, its zero order, and the stages of making it."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ from .conftest import COHERENCE_M
 
 
 def test_progress_runs_through_its_stages(made):
-    """Each stage is told once. The fractions of the plan rise to 1, and those of the table."""
+    """Each stage is reported once. The fractions rise to 1 for the plan, and again for the table."""
     _, (expects, *told) = made
     assert expects[0].startswith("expects ")
     stages = [stage for k, (stage, _) in enumerate(told) if k == 0 or told[k - 1][0] != stage]
@@ -31,7 +31,6 @@ def test_progress_runs_through_its_stages(made):
 
 
 def distance(table):
-    """|(u, v)| of every texel."""
     v, u = table.axes
     return np.hypot(v[:, None], u)
 
@@ -58,9 +57,8 @@ def test_nothing_is_stored_outside_the_disc(baked):
 
 
 def test_the_rim_of_the_disc_is_kept():
-    """A surface that is rough at the scale of a pixel scatters as far as |(u, v)| = 2, where w is near 0.
-
-    So the table is filled there, and one texel beyond."""
+    """A surface that is rough at the scale of a pixel scatters up to |(u, v)| = 2 where w is near 0. The table is
+    filled there, and one texel beyond."""
     rough = 60e-9 * np.random.default_rng(0).standard_normal((40, 40))
     table = bake(
         prepare(HeightMap(rough, (90e-9, 90e-9), "test", periodic=True)),
@@ -78,9 +76,8 @@ def test_at_the_horizon_all_is_zero_order(baked):
 
 
 def test_the_zero_order_of_waves_is_bessels(baked):
-    """Two crossed waves of amplitudes a and b have J_0(2 pi s a)^2 J_0(2 pi s b)^2 (docs/theory.md).
-
-    This is weighted by the observer at steps of 1 nm."""
+    """Two crossed waves of amplitudes a and b have J_0(2 pi s a)^2 J_0(2 pi s b)^2 (docs/theory.md), weighted by the
+    observer at steps of 1 nm."""
     lambdas = np.arange(380, 781) * 1e-9
     for w in (0.5, 1.3, 2.0):
         efficiency = [
@@ -88,7 +85,6 @@ def test_the_zero_order_of_waves_is_bessels(baked):
             for lam in lambdas
         ]
         expected = efficiency @ spectral_weights(lambdas)
-        # Twice the 1e-4 of the amplitude's series.
         np.testing.assert_allclose(baked.zero_order_xyz(w), expected, atol=2e-4)
 
 
@@ -102,7 +98,6 @@ def test_a_mirror_bakes_to_nothing_but_white():
 
 
 def test_the_coherence_kernel_has_unit_energy(baked):
-    """Its sum over (u, v) is 1."""
     axis = np.arange(-0.3, 0.3, 0.5 * baked.sigma_b)
     u, v = (c.ravel() for c in np.meshgrid(axis, axis))
     # The sum reaches 9 standard deviations on either side, in steps of half a one: it is flat to 2 exp(-8 pi^2).

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A process beside this one: it ends at its deadline, when it is cancelled, and with the program that started it, even
-if it hears no signal; nothing of it is left."""
+"""A child process: it ends at its deadline, when it is cancelled, and with the program that started it, even if it
+ignores signals. It leaves nothing behind."""
 
 import os
 import signal
@@ -15,7 +15,7 @@ import pytest
 from precompute.base.child_process import ChildProcess, lines_of
 
 ROOT = Path(__file__).resolve().parents[3]
-# Hangs where no signal that can be caught reaches it, and tells its own number.
+# Prints its process number, ignores the signals that can be caught, and hangs.
 DEAF = """
 import os, signal, time
 for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
@@ -36,7 +36,7 @@ time.sleep(60)
 
 @pytest.fixture
 def temporary(tmp_path, monkeypatch):
-    """The folder in which private folders are made."""
+    """The parent of private folders."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     return tmp_path
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""OpenEXR read from its bytes: what the library writes, and whatever else may stand in such a file."""
+"""The reader of OpenEXR files: what the library writes, and malformed files."""
 
 import struct
 import zlib
@@ -14,7 +14,7 @@ from precompute.base.failure import GratingError
 
 
 def written(path, image, **header):
-    """Write an image, row 0 at the top, as the library OpenEXR does."""
+    """Write an image, row 0 at the top, with the library OpenEXR."""
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, "told": "words", **header}
     with OpenEXR.File(header, {"RGBA"[: image.shape[2]]: np.ascontiguousarray(image)}) as file:
         file.write(str(path))
@@ -22,7 +22,7 @@ def written(path, image, **header):
 
 
 def noise(shape, kind=np.float16, seed=0):
-    """Numbers that ZIP makes fewer of."""
+    """Numbers that ZIP can compress."""
     return np.round(np.random.default_rng(seed).normal(0, 9, shape)).astype(kind)
 
 
@@ -33,7 +33,7 @@ def bytes_of_one(tmp_path):
 
 
 def told_of(path, data, read=lambda path: open_picture(path).pixels()):
-    """The line by which bytes are refused."""
+    """The error line with which bytes are refused."""
     path.write_bytes(data)
     with pytest.raises(GratingError) as caught:
         read(path)
@@ -77,7 +77,6 @@ def test_a_pixel_that_is_no_number_is_refused(tmp_path, value, kind):
 
 
 def with_window(data, *corners, which=b"dataWindow"):
-    """The bytes with another data window, or another display window."""
     at = data.index(which + b"\0box2i\0") + len(which) + 11
     return data[:at] + struct.pack("<4i", *corners) + data[at + 16 :]
 
@@ -88,7 +87,7 @@ def with_window(data, *corners, which=b"dataWindow"):
 ])  # fmt: skip
 @pytest.mark.parametrize("both", [True, False])
 def test_windows_that_lie_are_refused(tmp_path, bytes_of_one, corners, both, monkeypatch):
-    """Before anything of their size is made: a picture of 16384 x 16384 is that of no file of 5 kilobytes."""
+    """The refusal comes before memory is reserved: a file of 5 kilobytes cannot hold 16384 x 16384 pixels."""
     if max(corners) > 1000:
         monkeypatch.setattr(np, "empty", None)
     data = with_window(bytes_of_one, *corners)
@@ -142,7 +141,6 @@ def test_blocks_that_are_elsewhere_are_refused(tmp_path, bytes_of_one, place):
 
 @pytest.mark.parametrize("packed", [zlib.compress(bytes(1 << 20)), zlib.compress(b"short"), b"no zip at all", b""])
 def test_blocks_of_another_size_are_refused(tmp_path, bytes_of_one, packed):
-    """A block that unpacks to more than its rows is not unpacked further."""
     at = open_picture(tmp_path / "whole.exr").table_at
     block = struct.pack("<2i", 0, len(packed)) + packed
     table = struct.pack("<q", len(bytes_of_one))

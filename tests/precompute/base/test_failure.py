@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Text of others in a message: one line, and nothing that a terminal obeys."""
+"""Foreign text in a message: one line, without control characters for a terminal."""
 
 import pytest
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files written whole or not at all: links in their way, permissions, full disks, and what a job leaves."""
+"""Writing files whole or not at all: links, permissions, full disks, and leftovers of a job."""
 
 import errno
 import os
@@ -14,7 +14,7 @@ from precompute.base.job import JOB_VARIABLE
 
 
 def test_a_link_in_the_way_is_not_followed(tmp_path):
-    """Neither at the path itself nor at the names that were once given to files in the making."""
+    """Links at the path itself and at names that were once used for unfinished files."""
     victim, path = tmp_path / "victim", tmp_path / "map.png"
     victim.write_text("mine")
     for name in ("map.png", ".map.partial.png", f".map.{os.getpid()}.partial.exr", ".map.partial", ".grating.partial"):
@@ -25,7 +25,7 @@ def test_a_link_in_the_way_is_not_followed(tmp_path):
 
 
 def test_names_of_files_in_the_making_cannot_be_guessed(tmp_path):
-    """And nobody else may enter the folder that they are in."""
+    """Only the owner may enter the folder of unfinished files."""
     seen = []
     for _ in range(2):
         with partial_folder(tmp_path) as folder:
@@ -48,7 +48,7 @@ def test_a_file_has_the_permissions_of_any_new_file(tmp_path, umask):
 
 
 def test_a_writer_sees_the_file_s_own_name(tmp_path):
-    """By whose ending libraries choose the format."""
+    """Libraries choose the format by the name's extension."""
     write_whole(tmp_path / "map.png", lambda partial: partial.write_text(partial.name))
     assert (tmp_path / "map.png").read_text() == "map.png"
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A run that works for another program notices that the other one has ended; and locks, by which it does."""
+"""A run that works for another program notices the end of that program by a lock."""
 
 import subprocess
 import sys
@@ -11,7 +11,7 @@ from precompute.base.job import JOB_VARIABLE, LOCK, is_forsaken, job_name, remov
 from precompute.base.locks import try_lock
 
 ROOT = Path(__file__).resolve().parents[3]
-# Locks the file that it is given and waits to be killed.
+# Locks a given file and waits to be killed.
 HOLDER = """
 import sys, time
 from pathlib import Path

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The memory that is free, from the files of a made-up system."""
+"""Free memory, read from the files of a simulated system."""
 
 import resource
 import subprocess
@@ -17,7 +17,7 @@ GIB = 1 << 30
 
 @pytest.fixture
 def system(tmp_path, monkeypatch):
-    """A function that writes files of a system, and returns what is free there. No limit of this process's own."""
+    """A function that writes a system's files and returns its free memory. This process has no limit."""
     monkeypatch.setattr(resource, "getrlimit", lambda _: (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
 
     def free(files):
@@ -80,7 +80,7 @@ def test_nothing_is_refused_where_nothing_is_known(monkeypatch):
 
 
 def test_a_system_without_any_of_it(tmp_path, monkeypatch):
-    """As Windows: no /proc, no sysconf, no resource."""
+    """As on Windows: no /proc, no sysconf, no resource."""
     monkeypatch.setattr(memory, "resource", None)
     monkeypatch.setattr(memory.os, "sysconf_names", {})
     assert memory.free_bytes(tmp_path) is None

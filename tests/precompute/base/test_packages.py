@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Each package that the extension brings: missing, and there but broken. What does not need it works; what needs it
-says so in one line, before it has worked for long, and leaves nothing."""
+"""Bundled packages that are missing or broken: verbs that do not need the package work, the others report it in one
+line, early, and leave nothing."""
 
 import sys
 
@@ -13,7 +13,7 @@ from precompute.base.packages import bundled
 from precompute.cli.parser import main
 from precompute.mesh.unwrap import Mesh, write_mesh
 
-# What a package of another platform, or for a newer system, raises as it is imported.
+# Errors of packages for another platform or a newer system, raised on import.
 BROKEN = {
     "ImportError": "raise ImportError('libm.so.6: version `GLIBC_2.38` not found')",
     "OSError": "raise OSError('invalid ELF header')",
@@ -21,7 +21,7 @@ BROKEN = {
 }
 STATES = ("missing", *BROKEN)
 PACKAGES = {"OpenEXR": "OpenEXR", "Pillow": "PIL", "xatlas": "xatlas"}
-# A line of each verb that works with files of the test's folder, and the package that it needs.
+# A command line for each verb that works in the test's folder, and the package that it needs.
 LINES = {
     "info of a sample": ("info sample:flat", None),
     "info of a text": ("info heights.txt --size-um 4 --height-nm 100", None),
@@ -49,7 +49,7 @@ def folder(tmp_path, monkeypatch):
 
 @pytest.fixture
 def spoil(tmp_path_factory, monkeypatch):
-    """A function that takes a package away, or puts a broken one in its place."""
+    """A function that removes a package or replaces it by a broken one."""
 
     def spoil(package, state):
         for name in [name for name in sys.modules if name.partition(".")[0] == package]:
@@ -80,7 +80,7 @@ def test_what_needs_no_such_package_works_and_the_rest_says_so(folder, spoil, ca
     spoil(PACKAGES[package], state)
     for name, (line, needs) in LINES.items():
         if state == "missing" and needs != package:
-            continue  # as below, where it is broken
+            continue  # covered by the broken package
         status = run(line)
         told = [each for each in capsys.readouterr().err.splitlines() if "%" not in each]
         if needs != package:
@@ -95,5 +95,5 @@ def test_what_needs_no_such_package_works_and_the_rest_says_so(folder, spoil, ca
 def run(line):
     try:
         return main(line.split())
-    except SystemExit as end:  # of --help
+    except SystemExit as end:  # raised by --help
         return end.code

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""JSON that anyone may have written: what is read, and what is refused in one line."""
+"""Untrusted JSON: what is read, and what is refused in one line."""
 
 import json
 import os
@@ -14,7 +14,7 @@ REMEDY = "write one by the verb `needs` inside Blender"
 
 
 def refused(text):
-    """The one line by which a text is refused, which takes less than five seconds."""
+    """The one-line error for a text, which comes within five seconds."""
     started = time.monotonic()
     with pytest.raises(GratingError) as caught:
         parse_json(text, "needs.json", REMEDY)
@@ -71,7 +71,6 @@ def test_a_text_without_end_is_refused():
 
 
 def refused_file(path):
-    """The one line by which a file is refused."""
     with pytest.raises(GratingError) as caught:
         read_json(path, REMEDY)
     line = str(caught.value)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Zip archives that lie: each is a ValueError, and none costs more than it weighs."""
+"""Forged zip archives: each raises ValueError, and none is expensive to read."""
 
 import io
 import random
@@ -13,7 +13,7 @@ from laboratory.benchmarks.hostile.mutations import mutated
 from precompute.base.strict_zip import NAMES_MAX, Archive
 
 TEXT = b"one two three four " * 50
-# Where a file's entry in the directory has its flags, its method and its length.
+# Offsets of the flags, the method and the length in a file's directory entry.
 FLAGS, METHOD, LENGTH = 8, 10, 24
 
 
@@ -78,7 +78,7 @@ def test_too_many_files_are_refused_before_they_are_listed():
             packed.writestr(str(number), b"")
     with pytest.raises(ValueError, match="more than 10000 files"):
         Archive(io.BytesIO(out.getvalue()))
-    # The directory of 10,001 files repeated 50 times costs zipfile half a gigabyte.
+    # Repeating the directory of 10,001 files 50 times costs zipfile half a gigabyte.
     whole = out.getvalue()
     start, end = whole.index(b"PK\1\2"), whole.rindex(b"PK\5\6")
     directory = whole[start:end] * 50

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The albedo bound of `check` is that of the bake, which shares no code with it, and it tells how exact it is."""
+"""The albedo bound of `check` against the bake's, which shares no code with it."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,6 @@ SIGMA_B = 0.03
 
 
 def skin():
-    """A bumpy skin that does not wrap."""
     rng = np.random.default_rng(3)
     y, x = (np.arange(n) / n for n in (64, 80))
     phase = 0.8 * np.cos(2 * np.pi * (x + y[:, None])) + 0.5 * np.cos(2 * np.pi * (2 * x - y[:, None]) + 1)
@@ -27,7 +26,7 @@ def skin():
 
 
 def directions(count=40):
-    """Directions most of which are near the horizon, where there is an excess."""
+    """Directions that are mostly near the horizon, where there is an excess."""
     rng = np.random.default_rng(1)
     cosine, turn = rng.uniform(0.05, 0.7, count), rng.uniform(0, 2 * np.pi, count)
     return np.column_stack([*(np.sqrt(1 - cosine**2) * [np.cos(turn), np.sin(turn)]), cosine])
@@ -36,8 +35,8 @@ def directions(count=40):
 @pytest.mark.parametrize("sigma_b", [0.0075, SIGMA_B])
 @pytest.mark.parametrize("relief", [skin(), prepare(blazed(periods=4, rows=1))])
 def test_it_is_the_bound_that_the_bake_measures_itself_against(relief, sigma_b):
-    """The two quadratures share nothing. A dE00 of 1 is what is asked by default: they differ by less anywhere, and at
-    nine in ten of these directions by a quarter of it at most."""
+    """The two quadratures are independent. The default budget is a dE00 of 1: their difference is always below it, and
+    at most a quarter of it at nine in ten of these directions."""
     series = spectrum_series(relief, reference_grid(relief, sigma_b), 2 / WAVELENGTH_MIN_M, tolerance=1e-6)
     wi = directions()
     expected = 1 + np.maximum(excess_at([series], sigma_b, wi.reshape(5, 8, 3)).ravel() / wi[:, 2], 0)
@@ -48,7 +47,7 @@ def test_it_is_the_bound_that_the_bake_measures_itself_against(relief, sigma_b):
 
 
 def test_a_mirror_has_no_excess():
-    """It reflects all the light that its kernel keeps above the horizon. The sum over the kernel is good to 2e-4."""
+    """It reflects all light that its kernel keeps above the horizon. The kernel's sum is exact to 2e-4."""
     assert albedo_bound([spectrum_of(prepare(flat()), SIGMA_B)], directions(), sigma_b=SIGMA_B).max() < 1 + 2e-4
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sums of `check` are those of the reference, which shares no code with them."""
+"""The sums of `check` against the reference's, which shares no code with them."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ PIXEL, W, STEP_M = 70e-9, 1.6, 100e-9
 
 
 def skin(periodic, shape=(48, 60), seed=3):
-    """An irregular grating of 1.05 um along T; nothing about it is symmetric."""
+    """An irregular, asymmetric grating of 1.05 um along T."""
     rng = np.random.default_rng(seed)
     y, x = (np.arange(n) / n for n in shape)
     phase = 0.8 * np.cos(2 * np.pi * (x + y[:, None])) + 0.5 * np.cos(2 * np.pi * (2 * x - y[:, None]) + 1)
@@ -31,7 +31,7 @@ def places(count=60, seed=1):
 
 
 def test_where_it_wraps_it_is_the_reference():
-    """Both sum the orders of the surface. This one leaves out what lies past 6 sigma in u or in v, which is bounded by
+    """Both sum the orders of the surface. `check` leaves out what lies beyond 6 sigma in u or in v, which is at most
     all of the light at the kernel's height there."""
     relief, sigma_b = skin(periodic=True), 0.03
     u, v = places()
@@ -39,17 +39,15 @@ def test_where_it_wraps_it_is_the_reference():
     computed = scattered_xyz([relief], (u, v), w=W, sigma_b=sigma_b, step_m=STEP_M)
     np.testing.assert_allclose(computed, expected, rtol=0, atol=2 * np.exp(-18) / (2 * np.pi * sigma_b**2))
     assert expected.max() > 1e5 * 2 * np.exp(-18) / (2 * np.pi * sigma_b**2)
-    # The zero order's own wavelengths are 1 nm apart: at 1 nm the reference has the same.
+    # The zero order is summed in steps of 1 nm, so the reference is too.
     _, zero_order = reference_xyz(relief, (u[:1], v[:1]), w=W, sigma_b=sigma_b, step_m=1e-9)
     np.testing.assert_allclose(zero_order_xyz([relief], np.array([W]))[0], zero_order, rtol=1e-6)
 
 
 def folded(relief, lam, sigma_b, lengths):
-    """Bound of the difference between a sum over frequencies 1 / length apart and its integral, as a density over (u,
-    v).
-
-    In the sum, lags that differ by a length cannot be told apart, so that each lag of the autocorrelation also has the
-    kernel's weight at its images."""
+    """Bound for the difference between a sum over frequencies 1 / length apart and its integral, as a density over (u,
+    v). The sum cannot tell lags apart that differ by a length. Each lag of the autocorrelation therefore gets the
+    kernel's weight at its images too."""
     rows, cols = relief.height_m.shape
     p = np.exp(-2j * np.pi * (W / lam) * relief.height_m)
     p = relief.apodisation * (p - (relief.apodisation**2 * p).sum() / (relief.apodisation**2).sum())
@@ -65,7 +63,7 @@ def folded(relief, lam, sigma_b, lengths):
 
 
 def test_where_it_does_not_wrap_it_is_the_reference():
-    """They agree to the sum of the two bounds; the reference, which pads less, has the larger one."""
+    """The difference is at most the sum of both bounds; the reference, which pads less, has the larger one."""
     relief = skin(periodic=False)
     sigma_b = narrowest_averaging_kernel(relief.size_m)
     u, v = places()
@@ -85,7 +83,7 @@ def test_where_it_does_not_wrap_it_is_the_reference():
 @pytest.mark.parametrize("periodic", [True, False])
 @pytest.mark.parametrize("shape", [(1, 40), (40, 1), (33, 48)])
 def test_the_cells_hold_all_the_light(periodic, shape):
-    """By Parseval. The Nyquist frequency of an even count is left out, where this relief has next to no power."""
+    """By Parseval's theorem. The omitted Nyquist frequency of an even count has almost no power here."""
     y, x = (np.arange(n) / n for n in shape)
     heights = 60e-9 * (np.cos(2 * np.pi * 2 * x) + np.sin(2 * np.pi * y[:, None]) * (shape[0] > 1))
     relief = prepare(HeightMap(heights, (PIXEL, PIXEL), "test", periodic=periodic))
@@ -97,7 +95,7 @@ def test_the_cells_hold_all_the_light(periodic, shape):
 
 
 def test_a_facet_sends_the_light_down_its_slope():
-    """u = -slope w: a sampled ramp one wavelength high has the order m = -1 and nothing else."""
+    """u = -slope w: a sampled ramp one wavelength high has only the order m = -1."""
     period, lam = 3e-6, 550e-9
     relief = prepare(blazed(period, lam / W, periods=4, rows=1))
     cells = scattered_cells(relief, W / lam, (1e7, 1e7), sigma_q=1e4)
@@ -127,12 +125,12 @@ def test_pairs_lie_within_the_region():
 
 
 def test_drawn_pairs_are_where_the_light_is():
-    """A grating of 560 nm: its first orders, and no others, are within the horizon at u = lam / period."""
+    """At a grating of 560 nm only the first orders are above the horizon, at u = lam / period."""
     x = np.arange(64) / 64
     relief = prepare(HeightMap(60e-9 * np.sin(2 * np.pi * 8 * x)[None], (PIXEL, PIXEL), "test", periodic=True))
     pairs = draw_pairs([relief], 0.01, 1.2, count=400, region=Region((-2, 2), (-2, 2)), rng=np.random.default_rng(0))
     u, v = np.abs(pairs.u[pairs.drawn]), pairs.v[pairs.drawn]
     assert len(u) > 150
     assert (np.abs(v) < 0.05).all() and ((u > 0.63) & (u < 1.45)).all()
-    # The pairs are spread over the wavelengths, not drawn at a dozen of them.
+    # The pairs are spread over the wavelengths instead of a dozen of them.
     assert np.diff(np.sort(u)).max() < 0.12

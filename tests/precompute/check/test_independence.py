@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`check` shares no code with the bake, read off the syntax trees: nothing is imported or run."""
+"""`check` shares no code with the bake; tested in the syntax trees without importing anything."""
 
 import ast
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[3] / "precompute"
-# Rooms that check may import, and the rooms of the bake.
+# Rooms that `check` may import, and the bake's rooms.
 ROOMS = {"base", "optics", "colour", "surface", "measure", "check"}
 OF_THE_BAKE = {"maths", "spectra", "table", "reference", "bake"}
-# All that it shares with the bake: failures, memory and progress, the surface, directions, the observer, the error
-# metrics.
+# Everything that `check` shares with the bake: failures, memory and progress, the surface, directions, the observer,
+# the error metrics.
 SHARED = {
     "base/exr.py", "base/failure.py", "base/memory.py", "base/progress.py", "base/strict_json.py",
     "colour/difference.py", "colour/observer.py", "measure/errors.py", "measure/forms.py", "measure/pairs.py",
@@ -24,12 +24,12 @@ SHARED = {
 
 
 def source(target):
-    """Where a module of precompute stands, or None if it is none: `target` a path without an ending."""
+    """The file of a module of precompute, or None; `target` is its path without extension."""
     return next((path for path in (target.with_suffix(".py"), target / "__init__.py") if path.is_file()), None)
 
 
 def reached(path, found=()):
-    """Sources inside precompute that one imports, through whatever it imports, as paths from precompute."""
+    """Sources inside precompute that a file imports, directly or not, as paths from precompute."""
     found = set(found)
     for node in ast.walk(ast.parse(path.read_text())):
         if not isinstance(node, ast.ImportFrom) or not node.level:
@@ -53,7 +53,7 @@ def test_it_imports_no_room_of_the_bake():
 def test_it_shares_nothing_with_the_bake():
     shared = reached(ROOT / "check" / "verdict.py")
     assert {path for path in shared if not path.startswith("check/") and not path.endswith("__init__.py")} == SHARED
-    # Nor what reads the height maps; and the walk does see what there is to see.
+    # The readers of height maps do not import the bake either; the last lines check that imports are found at all.
     assert not rooms(reached(ROOT / "surface" / "readers" / "reader_registry.py")) & OF_THE_BAKE
     assert OF_THE_BAKE - {"bake"} <= rooms(reached(ROOT / "bake" / "make.py"))
     assert "bake" in rooms(reached(ROOT / "cli" / "bake_verb.py"))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The table that `check` reads from a bake's file is the one that was written."""
+"""The table that `check` reads from a bake's file equals the written one."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,6 @@ from precompute.table.table import Table
 
 @pytest.mark.parametrize("precision", [np.float16, np.float32])
 def test_a_table_is_read_as_a_renderer_reads_it(tmp_path, precision):
-    """As precompute/table reads it, which shares no line with it."""
     rng = np.random.default_rng(0)
     tiles = rng.standard_normal((5, 40, 300, 3)).astype(np.float32)
     table = Table(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What `check` says of bakes that are right, wrong, or no bakes at all."""
+"""The verdict of `check` on correct bakes, wrong bakes, and files that are not bakes."""
 
 import json
 from dataclasses import replace
@@ -14,7 +14,7 @@ from precompute.table import atlas, atlas_file
 from precompute.table.atlas_file import read_header
 
 PICTURE = ("--size-um", "4", "--height-nm", "250")
-# A kernel of 0.06 in (u, v): as far as a turn by 5 degrees moves the first order.
+# A kernel of 0.06 in (u, v), by which a turn of 5 degrees moves the first order.
 SHORT = ("--coherence-um", "4")
 QUICK = ("--pairs", "1000", "--step-nm", "10", "--progress", "none")
 
@@ -35,14 +35,14 @@ def scan(folder):
 
 @pytest.fixture(scope="module")
 def baked(folder, scan):
-    """The file of a real bake of it."""
+    """The file of a bake of the picture."""
     line = ["bake", scan, *PICTURE, *SHORT, "-o", folder / "bakes", "--no-cache", "--progress", "none"]
     assert parser.main([str(each) for each in line]) == 0
     return folder / "bakes" / "skin.exr"
 
 
 def spoilt(baked, path, fault, **header):
-    """The bake's file again, with its table changed and its header kept, but for what is given."""
+    """Write the bake's file with a changed table and header entries; return its path."""
     table, record = atlas_file.read(baked)
     for key in ("format", "layout"):
         del record[key]
@@ -51,7 +51,7 @@ def spoilt(baked, path, fault, **header):
 
 
 def turned(table, degrees):
-    """Each tile turned about (0, 0), read between its texels."""
+    """Each tile turned about (0, 0), interpolated between its texels."""
     v, u = np.meshgrid(*table.axes, indexing="ij")
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     x = (c * u + s * v - table.first[1]) / table.texel
@@ -93,8 +93,8 @@ def test_its_errors_are_those_of_the_bake(run, baked, scan):
 
 
 def test_the_same_files_give_the_same_errors(run, baked, scan):
-    """To rounding: NumPy adds up in an order that depends on where arrays lie in memory. A sum of a million terms is
-    off by at most 1e6 * 2^-53 = 1e-10 of itself."""
+    """Equal to rounding: NumPy's order of sums depends on where arrays lie in memory. A sum of a million terms has an
+    error of at most 1e6 * 2^-53 = 1e-10 of itself."""
 
     def numbers(fact):
         if isinstance(fact, dict):
@@ -122,7 +122,7 @@ def test_a_wrong_bake_fails(refused, baked, scan, tmp_path, name, fault):
 
 
 def test_a_turn_by_nothing_passes(run, baked, scan, tmp_path):
-    """Turning by an angle fails a bake; reading it between its texels, as turning does, does not."""
+    """The interpolation of a turn alone does not fail a bake."""
     path = spoilt(baked, tmp_path / "turned.exr", lambda table: turned(table, 0))
     assert run("check", path, scan, *PICTURE, *QUICK)[0] == 0
 
@@ -138,7 +138,7 @@ def test_a_failure_gives_its_errors_all_the_same(run, baked, scan, tmp_path):
     status, out, err = run("check", path, scan, *PICTURE, *QUICK, "--json", "-")
     facts = json.loads(out)
     assert status == 1 and len(err.splitlines()) == 1
-    # In both forms: the colour and the light.
+    # Both forms fail in colour and in light.
     assert not facts["passed"] and len(facts["faults"]) == 4
     assert facts["delta_e"]["relative_dy"] == pytest.approx(0.3, abs=0.01)
 
@@ -151,14 +151,14 @@ def test_what_was_asked_may_be_told(run, refused, baked, scan, tmp_path):
 
 
 def test_a_wrong_bound_is_a_fault_of_the_conserving_form(refused, baked, scan, tmp_path):
-    """A table that is right in Stam's form, but whose bound is another surface's, or none."""
+    """The table is right in Stam's form, but has no bound."""
     path = spoilt(baked, tmp_path / "bare.exr", lambda table: replace(table, excess_albedo=0 * table.excess_albedo))
     told = refused("check", path, scan, *PICTURE, *QUICK)
     assert "energy-conserving" in told and "Stam" not in told
 
 
 def test_a_mirror_passes(run, refused, tmp_path):
-    """Its scattered light is nothing but rounding, of which no share is asked."""
+    """Its scattered light is only rounding, so no share of it is asked."""
     black = tmp_path / "mirror.png"
     Image.fromarray(np.zeros((16, 16), np.uint8)).save(black)
     size = ("--size-um", "2", "--height-nm", "100", "--progress", "none")
@@ -180,7 +180,6 @@ def test_several_scans(run, refused, scan, tmp_path):
 
 
 def test_a_bake_of_a_part(run, scan, tmp_path):
-    """It is judged within the part that it covers."""
     needs = tmp_path / "needs.json"
     needs.write_text(json.dumps({"format": 1, "u": [0.1, 1.3], "v": [-0.2, 0.4], "w": [0.9, 1.8]}))
     quick = (*PICTURE, *SHORT, "--needs", needs, "--no-cache", "--progress", "none")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the tests of the command line share: a picture and a bake."""
+"""Shared by tests of the command line: a picture and a bake."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ SHORT = ("--coherence-um", "4")
 
 @pytest.fixture
 def scan(tmp_path):
-    """A grey picture of an irregular grating, 48 x 48 pixels, in a folder of its own."""
+    """A grey picture of an irregular grating, 48 x 48 pixels, in its own folder."""
     folder = tmp_path / "scans"
     folder.mkdir()
     x, y = np.meshgrid(*[np.arange(48) / 48] * 2)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The verb `bake`: its facts, its files, its options and its progress."""
+"""The verb `bake`: its facts, files, options and progress."""
 
 import hashlib
 import json
@@ -25,7 +25,7 @@ from .conftest import PICTURE, SHORT
 
 @pytest.fixture
 def baked(run, scan, tmp_path):
-    """The facts of a bake of the picture, and the folder that its files went to."""
+    """The facts of a bake of the picture, and the folder of its files."""
     folder = tmp_path / "new" / "bakes"
     status, out, err = run("bake", scan, *PICTURE, "-o", folder, "--delta-e", "3", "--json", "-", "--progress", "none")
     assert (status, err) == (0, "")
@@ -50,7 +50,7 @@ def test_bake_tells_its_facts_and_writes_its_files(baked, scan):
     assert record["source"] == "skin.png"
     assert record["model"] == "ensemble"
     assert record["coherence_um"] == pytest.approx(facts["coherence_um"])
-    # The picture is 4 um wide, and holds 30 areas of 2 (l / 4)^2 at the coherence length l.
+    # The picture is 4 um wide and holds 30 areas of 2 (l / 4)^2 at the coherence length l.
     assert facts["coherence_um"] == pytest.approx(4 * 4 / 60**0.5, rel=1e-6)
     heights = read_height_map(str(scan), 4, 250).height_m
     assert record["heights_sha256"] == [hashlib.sha256(heights.tobytes()).hexdigest()]
@@ -58,7 +58,6 @@ def test_bake_tells_its_facts_and_writes_its_files(baked, scan):
 
 
 def test_the_error_in_the_header_is_that_of_the_file(baked, scan):
-    """Measured once more from the file, on other direction pairs than the bake's own, it is within the budget."""
     _, folder = baked
     table, record = atlas_file.read(folder / "skin.exr")
     relief = prepare(read_height_map(str(scan), 4, 250))
@@ -103,7 +102,7 @@ def test_progress_as_json_lines(run, scan, tmp_path):
     json.loads(out)
     steps = [json.loads(line) for line in err.splitlines()]
     stages = list(dict.fromkeys(step["stage"] for step in steps))
-    # What comes before the transforms may take seconds with a large scan: the bar says so from the start.
+    # The steps before the transforms may take seconds for a large scan, so they are reported too.
     assert stages[:2] == ["reading the scan", "levelling"]
     assert stages[2].startswith("expects ") and stages[3:] == [
         "transforms",
@@ -111,13 +110,12 @@ def test_progress_as_json_lines(run, scan, tmp_path):
         "albedo bound",
         "self-check",
     ]
-    fractions = [step["fraction"] for step in steps]  # of the whole bake, which ends a tenth early without a second try
+    fractions = [step["fraction"] for step in steps]  # without a second attempt the bar ends at 0.9
     assert fractions[0] == 0 and fractions == sorted(fractions) and 0.88 < fractions[-1] <= 1
 
 
 @pytest.mark.parametrize("name", ["Stam's", "energy-conserving"])
 def test_a_bake_that_misses_its_budget_is_not_written(refused, scan, tmp_path, monkeypatch, name):
-    """In whichever form it misses it."""
     good, poor = Errors(1, 2, 3, 4, 0, 0, 0, 10_000), Errors(1, 7.31, 7.31, 9, 0, 0, 0, 10)
     forms = (poor, good) if name == "Stam's" else (good, poor)
     monkeypatch.setattr(ensemble, "judge", lambda *_, **__: lambda _: FormErrors(*forms))
@@ -126,8 +124,8 @@ def test_a_bake_that_misses_its_budget_is_not_written(refused, scan, tmp_path, m
 
 
 def test_a_bake_that_misses_its_budget_on_other_directions_is_not_written(refused, run, scan, tmp_path, monkeypatch):
-    """The allowance of a thousand pairs is 2 * (4.9 - 4) / ln 5 * sqrt(0.99 * 0.01 / 1000) / 0.01 = 0.35, of a hundred
-    times as many a tenth of it."""
+    """The allowance of a thousand pairs is 2 * (4.9 - 4) / ln 5 * sqrt(0.99 * 0.01 / 1000) / 0.01 = 0.35; for a hundred
+    times as many it is a tenth of this."""
     asked = ("bake", scan, *PICTURE, "-o", tmp_path / "bakes", "--delta-e", "5", *SHORT, "--progress", "none")
     few, many = (Errors(1, 4.0, 4.9, 9, 0, 0, 0, pairs) for pairs in (1000, 100_000))
     monkeypatch.setattr(ensemble, "judge", lambda *_, **__: lambda _: FormErrors(many, few))
@@ -138,7 +136,7 @@ def test_a_bake_that_misses_its_budget_on_other_directions_is_not_written(refuse
 
 
 def test_several_scans_and_a_region(run, scan, tmp_path):
-    """One table of two scans. Its header names both scans, the region, and the hash of each scan."""
+    """The two scans share one table. Its header names both scans, the region, and the hash of each scan."""
     other = tmp_path / "other.png"
     other.write_bytes(scan.read_bytes())
     needs = tmp_path / "needs.json"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""--level: levelled and repaired as asked, recorded, repeated, checked."""
+"""The option --level: the steps are applied, recorded, repeated and checked."""
 
 import json
 
@@ -40,12 +40,11 @@ def test_the_steps_are_in_the_header_and_what_they_told_is_in_the_facts(baked):
     turned, dust = facts["levelling"]
     assert turned == "rotate:30: 35 x 35 of 48 x 48 pixels are kept"
     assert dust.startswith("dust:6: ")
-    # What it was made from, before the steps.
+    # The record describes the scan before the steps.
     assert record["shape"] == [48, 48]
 
 
 def test_the_bake_is_of_the_levelled_heights(baked, run, dusty, tmp_path):
-    """Its relief is not that of the same file without the steps."""
     assert run("bake", dusty, *PICTURE, "-o", tmp_path / "plain", *QUIET)[0] == 0
     levelled, plain = (read_header(folder / "skin.exr")[1] for folder in (baked[0], tmp_path / "plain"))
     assert plain["request"]["levelling"] == ["plane"]
@@ -65,7 +64,6 @@ def test_it_is_repeated_from_its_header_and_taken_from_the_cache(baked, run, dus
 
 
 def test_it_is_checked_against_the_levelled_heights(baked, run, dusty):
-    """By the steps in its own header."""
     folder, _ = baked
     status, out, err = run("check", folder, dusty, *PICTURE, "--pairs", "300", "--progress", "none")
     assert (status, err) == (0, ""), out

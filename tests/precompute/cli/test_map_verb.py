@@ -20,10 +20,8 @@ def test_progress_as_text(run, scan, tmp_path):
 
 
 def test_map_of_a_mirror_is_colourless(run, tmp_path):
-    """To one code value of rounding, by the bake and by the exact spectrum alike.
-
-    Half floats of XYZ are right to 2^-12, and RGB to 3.2 times that. The slope of sRGB, 1 / 2.4, makes a third of a
-    255th of it."""
+    """Grey to one code value of rounding, by the bake and by the exact spectrum. Half floats of XYZ are exact to 2^-12,
+    and RGB to 3.2 times that. With the slope of sRGB, 1 / 2.4, this is a third of a code value."""
     for method in ("bake", "reference"):
         path = tmp_path / f"{method}.png"
         options = ("--size", "64", "--method", method, "--step-nm", "50", "--progress", "none")
@@ -49,9 +47,8 @@ def test_map_of_a_grating_is_coloured_on_both_sides(run, scan, tmp_path):
 
 
 def test_maps_by_either_method_agree(run, scan, tmp_path):
-    """In code values of the pictures, each of which has an exposure by a percentile of its own.
-
-    The mean difference is below 2. The colour error of 1 that a bake may have is about 2.5 code values."""
+    """Compared in code values of pictures that are each exposed by their own percentile. The mean difference is below
+    2. The colour error of 1 that a bake may have is about 2.5 code values."""
     shown = []
     for method in ("bake", "reference"):
         path = tmp_path / f"{method}.png"
@@ -75,7 +72,6 @@ def test_map_of_a_bake(run, small_bake, tmp_path, which):
 
 
 def test_row_zero_of_an_exr_map_is_plus_y(run, tmp_path):
-    """A table that is bright for v > 0 only lights the upper rows."""
     tiles = np.zeros((1, 256, 256, 3), np.float32)
     tiles[:, 140:] = 1
     table = Table(tiles, np.zeros((256, 3)), 0.05, 4 / 252, "D65")

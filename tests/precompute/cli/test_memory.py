@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every verb that transforms a picture refuses what the memory does not hold, in one line."""
+"""Every verb that transforms a picture refuses work beyond the free memory, in one line."""
 
 import pytest
 
@@ -30,7 +30,7 @@ def line_of(refused, scan, tmp_path):
 
 @pytest.mark.parametrize("verb", OUTPUTS)
 def test_a_picture_said_to_be_a_millimetre_wide(line_of, scan, monkeypatch, verb):
-    """48 pixels become 10,560: 2.9 GiB, more than half of 4."""
+    """48 pixels become 10,560: 2.9 GiB, more than half of 4 GiB."""
     monkeypatch.setattr(memory, "free_bytes", lambda: 4 << 30)
     told = line_of(verb, *WIDE)
     assert f"{scan}: " in told and "10560 x 10560" in told and "crop the scan" in told

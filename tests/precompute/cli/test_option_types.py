@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What options take for a number, a count, a name or a path, and how they refuse everything else."""
+"""Options for numbers, counts, names and paths: accepted values and refusals."""
 
 import argparse
 import ast
@@ -51,7 +51,7 @@ def test_names_are_not_empty():
 
 
 def options():
-    """Every option of every verb that takes a value: the verb, the option, and its action."""
+    """Every option with a value: the verb, the option, and its action."""
     verbs = build_parser(VERBS, PACKAGES)._subparsers._group_actions[0].choices
     assert set(verbs) == set(VERBS)
     for verb, parser in verbs.items():
@@ -62,7 +62,7 @@ def options():
 
 @pytest.mark.parametrize(("verb", "action"), list(options()))
 def test_every_option_has_a_type(verb, action):
-    """Python's own int and float take too much, and Path takes what is empty."""
+    """Python's int and float accept too much, and Path accepts an empty text."""
     assert action.choices or action.type not in (int, float, Path, None)
 
 
@@ -72,7 +72,7 @@ SOURCES = {path.relative_to(ROOT).as_posix(): path for folder in FOLDERS for pat
 
 @pytest.mark.parametrize("name", SOURCES)
 def test_no_command_line_takes_numbers_in_another_way(name):
-    """Every option of every program, by the sources: no int or float, and no parser whose errors are several lines."""
+    """No program's source uses int or float as an option's type, or a parser whose errors have several lines."""
     for node in ast.walk(ast.parse(SOURCES[name].read_text(encoding="utf-8"))):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
             assert node.func.attr != "ArgumentParser"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line as a program: its help, its exit status, and what stops a run."""
+"""The command line as a program: its help, its exit status, and signals that stop it."""
 
 import json
 import subprocess

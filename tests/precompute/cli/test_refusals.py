@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the command line refuses: with one line of error and a status, and with nothing written."""
+"""Refusals of the command line: one line of error, a status, and no written file."""
 
 import shutil
 
@@ -14,7 +14,7 @@ VERBS = ("info", "bake", "map")
 
 
 def faulty(tmp_path, kind):
-    """The path of a faulty file; `kind` is its content and its extension, such as "empty.nid"."""
+    """Write a faulty file and return its path; `kind` is its content and extension, for example "empty.nid"."""
     path = tmp_path / {"empty": "empty", "short": "short", "text": "text"}.get(kind.split(".")[0], kind)
     path = path.with_suffix("." + kind.split(".")[-1])
     begins = {"nid": b"[DataSet]\r\nVersion=2\r\nGroupCount=2\r\n", "gwy": b"GWYPGwyContainer\0\xff\xff\0\0"}
@@ -112,7 +112,6 @@ def test_a_coherence_that_no_table_holds(refused, scan, tmp_path):
 
 
 def test_an_output_folder_that_is_a_file(refused, scan, tmp_path):
-    """It is refused in one line, before the work is done."""
     (tmp_path / "taken").write_text("mine")
     assert "taken" in refused("bake", scan, *PICTURE, *SHORT, "--delta-e", "5", "-o", tmp_path / "taken")
     assert "taken" in refused("bake", scan, *PICTURE, *SHORT, "--delta-e", "5", "-o", tmp_path / "taken" / "deeper")
@@ -127,14 +126,13 @@ def test_an_output_picture_that_is_a_folder_or_in_a_file(refused, scan, tmp_path
 
 @pytest.mark.parametrize("verb", VERBS)
 def test_a_json_file_that_cannot_be(refused, scan, tmp_path, verb):
-    """An error means that nothing was written, not even the bake."""
     for target in (tmp_path, tmp_path / "no" / "such" / "facts.json"):
         quick = {"info": (), "bake": (*SHORT, "--delta-e", "5"), "map": (*SHORT, "--size", "16")}[verb]
         refused(*lines_of(verb, scan, tmp_path, *PICTURE, *quick, "--progress", "none", "--json", target))
 
 
 def test_a_name_that_is_too_long_for_a_bake(refused, scan, tmp_path):
-    """File systems take names of 255 bytes, and that of the sample set has 10 more than the scan's stem."""
+    """File systems limit names to 255 bytes. The sample set's name is 10 bytes longer than the scan's stem."""
     long = scan.with_name("s" * 247 + ".png")
     scan.rename(long)
     refused("bake", long, *PICTURE, *SHORT, "--delta-e", "5", "-o", tmp_path / "out", "--progress", "none")
@@ -154,7 +152,7 @@ def test_bakes_that_are_none(refused, small_bake, tmp_path):
 
 @pytest.mark.parametrize("share", [0.02, 0.5, 0.95])
 def test_a_truncated_bake(run, small_bake, tmp_path, share):
-    """Without the fixture `refused`, because OpenEXR itself prints a warning on standard output."""
+    """The fixture `refused` does not fit, because OpenEXR prints a warning on standard output."""
     whole = small_bake.read_bytes()
     small_bake.write_bytes(whole[: int(share * len(whole))])
     status, _, err = run("map", small_bake, "-o", tmp_path / "map.png")

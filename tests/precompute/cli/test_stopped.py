@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A run that is stopped by a signal, at the terminal or by the program that started it: one line, and nothing left."""
+"""Runs stopped by a signal, from the terminal or from the starting program: one line, and no leftovers."""
 
 import signal
 import subprocess
@@ -17,13 +17,13 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a 
 
 STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP) if sys.platform != "win32" else ()
 PROGRAM = (sys.executable, "-m", "precompute")
-# ./dev becomes the program, so that a signal reaches it.
+# ./dev replaces itself by the program, so that signals reach it.
 DEV = (sys.executable, str(ROOT / "dev"), "grating")
 
 
 @pytest.fixture(autouse=True)
 def signals_of_a_terminal():
-    """A process inherits what its parent ignores. A test run in the background, or under nohup, ignores signals."""
+    """Restore the default signals: a test run in the background or under nohup inherits ignored signals."""
     ignored = [number for number in STOPPING if signal.getsignal(number) == signal.SIG_IGN]
     for number in ignored:
         signal.signal(number, signal.default_int_handler)
@@ -34,7 +34,7 @@ def signals_of_a_terminal():
 
 @pytest.fixture
 def start(tmp_path, cache_folder):
-    """A function that starts a bake which takes a while, and returns once it is at work."""
+    """A function that starts a long bake and returns once it is at work."""
     started = []
 
     def bake(command=PROGRAM, *options, **variables):
@@ -58,7 +58,7 @@ def start(tmp_path, cache_folder):
 
 
 def left_in(folder):
-    """All files and folders but those that the test and the cache's locks need."""
+    """All files and folders except the log `told`."""
     return [path for path in folder.rglob("*") if path.name != "told"]
 
 
@@ -92,7 +92,6 @@ def test_a_run_under_nohup_goes_on(start):
 
 
 def test_a_run_ends_with_the_program_that_it_works_for(start, tmp_path):
-    """However that one ended: the lock that it held is free."""
     folder = tmp_path / "natural-gratings-1"
     folder.mkdir()
     lock = try_lock(folder / LOCK)
@@ -104,7 +103,7 @@ def test_a_run_ends_with_the_program_that_it_works_for(start, tmp_path):
 
 
 def test_a_run_that_waits_for_another_ends_too(start, tmp_path, cache_folder):
-    """It has no work of its own whose progress it could tell."""
+    """The waiting run has no progress to report."""
     start()
     folder = tmp_path / "natural-gratings-1"
     folder.mkdir()
@@ -120,7 +119,6 @@ def test_a_run_that_waits_for_another_ends_too(start, tmp_path, cache_folder):
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_a_signal_to_the_demo_ends_its_step(tmp_path, name):
-    """While the bake runs, its partial folder is there."""
     line = [sys.executable, str(ROOT / "dev"), "demo", "--output", str(tmp_path / "demo")]
     with subprocess.Popen(line, env=project_environment(), stdout=subprocess.PIPE, text=True) as demo:
         while ": bake ..." not in demo.stdout.readline():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a run shows: its own lines and no library's, on every terminal, whatever files are called; and full disks."""
+"""A run prints only its own lines, on every terminal and for every file name; and full disks."""
 
 import json
 import os
@@ -17,12 +17,12 @@ from .conftest import PICTURE, SHORT
 
 PROGRAM = (sys.executable, "-m", "precompute")
 ASCII = {"LC_ALL": "C", "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
-# A name in letters, one that a terminal would obey, and one that is no text.
+# A name in letters, a name with commands for a terminal, and a name that is not text.
 NAMES = ("Größe µ 格.png".encode(), b"a\nerror: b\x1b[2J\x1b]0;c\x07\xe2\x80\xae.png", b"\xff\xfe.png")
-# Each name on a terminal of ASCII, and the second one on a terminal of UTF-8.
+# Each name on an ASCII terminal, and the second one on a UTF-8 terminal.
 TERMINALS = [*((name, ASCII) for name in NAMES), (NAMES[1], {"LC_ALL": "C.UTF-8"})]
 QUICK = (*PICTURE, *SHORT, "--progress", "none")
-# Prints past Python, by Python's warnings, and by itself.
+# Prints from C, by Python's warnings, and by itself.
 CHATTER = """
 import os, sys, warnings
 from precompute.cli import program
@@ -50,7 +50,6 @@ def test_what_libraries_print_is_not_shown():
 
 
 def test_a_damaged_tiff_is_told_in_one_line(tmp_path):
-    """libtiff has its own lines about it."""
     path = tmp_path / "cut.tif"
     Image.fromarray(np.random.default_rng(0).integers(0, 255, (64, 64), np.uint8)).save(path, compression="tiff_lzw")
     whole = bytearray(path.read_bytes())
@@ -121,7 +120,7 @@ class TestOnLinux:
 
     @pytest.mark.parametrize("cache", ["--no-cache", "--model=ensemble"])
     def test_a_bake_that_the_disk_cannot_hold(self, scan, tmp_path, cache_folder, cache):
-        """The system refuses files of more than 30 KB, which is less than any bake. Nothing is left but the scan."""
+        """The system refuses files of more than 30 KB, which is less than any bake. Only the scan is left."""
         limited = "import resource, runpy; resource.setrlimit(resource.RLIMIT_FSIZE, (30000, 30000)); "
         limited += "runpy.run_module('precompute', run_name='__main__', alter_sys=True)"
         out = tmp_path / "out"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The folder in which `./dev` is called belongs to anyone: nothing that lies there is imported."""
+"""`./dev` imports nothing from the folder in which it is called."""
 
 import os
 import subprocess
@@ -19,9 +19,8 @@ from tests.hostile_folder import set_traps
 ])  # fmt: skip
 @pytest.mark.parametrize("python_path", [None, "", os.pathsep])
 def test_nothing_of_the_working_folder_is_run(tmp_path, monkeypatch, line, python_path):
-    """Nor by way of a PYTHONPATH with an empty element, which means the working folder too.
-
-    With such a PYTHONPATH the user's own Python, which runs ./dev, does import from there: it is given -I."""
+    """This holds too if PYTHONPATH has an empty element, which means the working folder. The user's own Python, which
+    runs ./dev, would import from there, so it is started with -I."""
     mark = set_traps(tmp_path)
     monkeypatch.delenv("PYTHONPATH", raising=False)
     if python_path is not None:
@@ -41,7 +40,6 @@ def test_other_pythons_are_asked_apart_from_the_working_folder(tmp_path, monkeyp
 
 
 def test_the_tools_of_the_set_up_run_apart_from_the_working_folder(tmp_path):
-    """pip and venv are started in this environment, in whatever folder ./dev is called."""
     mark = set_traps(tmp_path)
     command = [sys.executable, "-m", "pip", "--version"]
     done = subprocess.run(command, cwd=tmp_path, env=clean_environment(), capture_output=True, text=True)

@@ -10,7 +10,7 @@ from precompute.colour.difference import delta_e_2000, lab
 from precompute.colour.observer import ILLUMINANTS, _cie_table, observer, spectral_weights, white_xyz
 from precompute.colour.working_space import RGB_SPACES, rgb_from_xyz, srgb_encode
 
-# Sharma, Wu and Dalal 2005, table 1: L1 a1 b1, L2 a2 b2, the difference; made to catch every branch of the formula.
+# Sharma, Wu and Dalal 2005, table 1: L1 a1 b1, L2 a2 b2, the difference; made to cover every branch of the formula.
 SHARMA = np.array([
     (50, 2.6772, -79.7751, 50, 0, -82.7485, 2.0425),
     (50, 3.1571, -77.2803, 50, 0, -82.7485, 2.8615),
@@ -58,24 +58,22 @@ rounded = settings(deadline=None, max_examples=50)
 
 @pytest.fixture(scope="module")
 def science():
-    """colour-science, the outside judge."""
+    """colour-science, an independent implementation."""
     with warnings.catch_warnings():
-        # It misses packages that only its plots need.
+        # It warns of missing packages that only its plots need.
         warnings.simplefilter("ignore")
         return pytest.importorskip("colour", reason="colour-science is the judge here", exc_type=ImportError)
 
 
 def random_lab(rng, count):
-    """L* of 0 to 100, a* and b* of -100 to 100."""
+    """Random colours: L* from 0 to 100, a* and b* from -100 to 100."""
     return rng.uniform([0, -100, -100], [100, 100, 100], (count, 3))
 
 
 def test_delta_e_gives_the_published_figures():
-    """To the four decimals that are printed.
-
-    Where two hues are exactly opposite, as in the 10th and the 14th pair, their mean has two possible values, and
-    rounding decides which. The result is then the figure of one of the neighbours in the table. colour-science's own
-    result for the 14th pair is the other value."""
+    """To the four printed decimals. If two hues are exactly opposite, as in the 10th and the 14th pair, their mean has
+    two possible values, and rounding selects one. The result is then the figure of a neighbour in the table.
+    colour-science itself gives the other value for the 14th pair."""
     given_order, turned = (delta_e_2000(SHARMA[:, a], SHARMA[:, b]) for a, b in (ORDER, ORDER[::-1]))
     for computed in (given_order, turned):
         wrong = np.abs(computed - SHARMA[:, 6]) > 0.5001e-4
@@ -85,7 +83,7 @@ def test_delta_e_gives_the_published_figures():
 
 
 def test_delta_e_is_that_of_colour_science(science):
-    """Both do the same few dozen operations, in another order, on numbers up to 1e14 (c^7 under a root). That is 1e-12
+    """Both do the same few dozen operations in another order, on numbers up to 1e14 (c^7 under a root). That is 1e-12
     relative, and cancellation in the rotation term costs a factor of 100. Random hues are never opposite to 1e-9."""
     rng = np.random.default_rng(0)
     one, near = random_lab(rng, 2000), rng.normal(0, 1, (2000, 3))
@@ -97,7 +95,6 @@ def test_delta_e_is_that_of_colour_science(science):
 @rounded
 @given(st.integers(0, 2**32))
 def test_delta_e_is_a_difference(seed):
-    """Zero between a colour and itself, positive otherwise, and the same both ways (rounding as above)."""
     one, other = random_lab(np.random.default_rng(seed), 200).reshape(2, 100, 3)
     assert (delta_e_2000(one, one) == 0).all()
     forth, back = delta_e_2000(one, other), delta_e_2000(other, one)
@@ -106,7 +103,7 @@ def test_delta_e_is_a_difference(seed):
 
 
 def test_delta_e_of_greys_is_that_of_their_lightness():
-    """At a mean L* of 50, S_L is 1; without chroma no other term counts."""
+    """At a mean L* of 50, S_L is 1; without chroma the other terms vanish."""
     computed = delta_e_2000(np.array([49.0, 0, 0]), np.array([51.0, 0, 0]))
     assert computed == pytest.approx(2, rel=1e-15)
 
@@ -117,10 +114,10 @@ def test_white_is_white_and_black_is_black():
 
 
 def test_lab_is_that_of_colour_science(science):
-    """Far below and far above the point Y = 0.0089 at which its two branches meet; rounding is 1e-13 of 100."""
+    """Far below and far above Y = 0.0089, where the two branches meet; rounding is 1e-13 of 100."""
     white = white_xyz()
     xyz = np.geomspace(1e-6, 20, 300).reshape(100, 3) * np.random.default_rng(0).uniform(0.1, 1, (100, 3))
-    # colour-science names a white by xy, of Y = 1.
+    # colour-science takes the white's xy, with Y = 1.
     truth = science.XYZ_to_Lab(xyz, science.XYZ_to_xy(white))
     np.testing.assert_allclose(lab(xyz, white), truth, rtol=1e-11, atol=1e-11)
 
@@ -202,7 +199,7 @@ def test_primaries_are_the_standards_own(science, space):
 @pytest.mark.parametrize("space", RGB_SPACES)
 @pytest.mark.parametrize("illuminant", ILLUMINANTS)
 def test_matrices_are_those_of_colour_science(science, space, illuminant):
-    """Three 3 x 3 systems of a condition below 10 round by 1e-14; the test allows 100 times that."""
+    """Three 3 x 3 systems with condition numbers below 10 round by 1e-14; the test allows 100 times that."""
     primaries, white = RGB_SPACES[space]
     to_xyz = science.normalised_primary_matrix(np.array(primaries), np.array(white))
     adapt = science.adaptation.matrix_chromatic_adaptation_VonKries(
@@ -219,16 +216,13 @@ def test_a_mirror_is_one_one_one(space, illuminant):
 
 
 def test_rec_709_is_the_matrix_that_everyone_knows():
-    """IEC 61966-2-1 gives four decimals, for a D65 that differs from this one by 1e-4 in xy."""
+    """IEC 61966-2-1 prints four decimals, for a D65 that differs from this one by 1e-4 in xy."""
     iec = [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]]
     np.testing.assert_allclose(rgb_from_xyz("Rec.709"), iec, atol=2e-3)
 
 
-# sRGB
-
-
 def test_srgb_is_that_of_colour_science(science):
-    """To a few roundings: there is one power to compute."""
+    """Only one power is computed, so the tolerance is a few roundings."""
     linear = np.linspace(0, 1, 1001)
     np.testing.assert_allclose(srgb_encode(linear), science.models.eotf_inverse_sRGB(linear), rtol=1e-14)
 
@@ -240,6 +234,6 @@ def test_srgb_keeps_its_ends_and_clips_the_rest():
 @rounded
 @given(st.floats(0, 1), st.floats(0, 1))
 def test_srgb_rises(one, other):
-    """Where its two branches meet they differ by 3e-8."""
+    """The two branches differ by 3e-8 where they meet."""
     low, high = sorted([one, other])
     assert srgb_encode(low) <= srgb_encode(high) + 3e-8

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wavelengths drawn in proportion to what the observer sees of them."""
+"""Wavelengths drawn in proportion to the observer's sensitivity."""
 
 from functools import partial
 
@@ -11,10 +11,10 @@ from precompute.colour.observer import ILLUMINANTS, observer, white_xyz
 from tests.precompute.chi_square import LIMIT, unlikeliness
 
 EACH = pytest.mark.parametrize("illuminant", ILLUMINANTS)
-# The observer's table is linear between its rows, every nanometre.
+# The observer's table is linear between its rows, which are 1 nm apart.
 ROWS = np.arange(380, 781) * 1e-9
 STEP = 1e-9
-# Between the steps of its own sum, a tenth of these, the module takes the density for constant.
+# The module takes the density as constant within its own steps, a tenth of these.
 OWN_STEP = 0.1e-9
 
 
@@ -24,7 +24,7 @@ def density(wavelengths, illuminant):
 
 
 def share_below(wavelengths, illuminant):
-    """The share of the density's integral below wavelengths (n,), exactly."""
+    """The exact share of the density's integral below wavelengths (n,)."""
     rows = density(ROWS, illuminant)
     before = np.concatenate([[0], np.cumsum((rows[1:] + rows[:-1]) / 2 * STEP)])
     row = np.minimum(((wavelengths - ROWS[0]) / STEP).astype(int), len(ROWS) - 2)
@@ -35,8 +35,8 @@ def share_below(wavelengths, illuminant):
 @EACH
 @pytest.mark.parametrize("count", [1, 16, 512])
 def test_each_stands_for_an_equal_share(count, illuminant):
-    """The middle of the i-th of n shares. A share that is linear between the module's own steps is off by the density's
-    slope times the step squared, over 8."""
+    """Each draw is the middle of one of n equal shares. A share that is linear between the module's steps has an error
+    of the density's slope times the step squared, over 8."""
     found = wavelength_quantiles(count, illuminant)
     assert (np.diff(found) > 0).all()
     slope = np.abs(np.diff(density(ROWS, illuminant))).max() / STEP / drawn_weight(illuminant)
@@ -51,15 +51,15 @@ def test_the_weight_is_the_integral(illuminant):
 
 
 def test_equal_energy_weighs_three():
-    """Of equal energy X, Y and Z are 1 each, which is how the observer was made; its table keeps that to 4e-4."""
+    """For equal energy X, Y and Z are 1 each by the observer's definition; its table keeps that to 4e-4."""
     assert drawn_weight("E") == pytest.approx(3, rel=4e-4)
 
 
 @EACH
 @pytest.mark.parametrize("count", [64, 512])
 def test_a_mean_over_draws_is_an_integral(count, illuminant):
-    """A mean over n middles is off by the function's total variation over 2 n at most (Koksma): for waves in the
-    wavelength, and for the colours of single wavelengths, which add up to white."""
+    """A mean over n middles has an error of at most the function's total variation over 2 n (Koksma). Tested for waves
+    in the wavelength, and for the colours of single wavelengths, which add up to white."""
     fine = np.linspace(ROWS[0], ROWS[-1], 4001)
     weights = density(fine, illuminant) * np.gradient(fine)
     weights[[0, -1]] /= 2
@@ -77,13 +77,13 @@ def test_a_mean_over_draws_is_an_integral(count, illuminant):
 
 
 def cosine(waves, wavelengths):
-    """Of so many waves over the spectrum."""
+    """A cosine with `waves` periods over the spectrum."""
     return np.cos(2 * np.pi * waves * (wavelengths - ROWS[0]) / (ROWS[-1] - ROWS[0]))
 
 
 @EACH
 def test_draws_pass_a_chi_square_test(illuminant):
-    """At one in a thousand, in 32 bins of equal probability. 512 values are few: each bin has its 16."""
+    """At one in a thousand, in 32 bins of equal probability, each of which holds 16 of the 512 values."""
     rng = np.random.default_rng(0)
 
     def score(drawn):

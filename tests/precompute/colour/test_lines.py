@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Illuminants of one line: lasers."""
+"""Illuminants with a single line: lasers."""
 
 import numpy as np
 import pytest
@@ -28,13 +28,13 @@ def test_a_line_is_named_by_its_wavelength():
 def test_a_mirror_has_the_lines_own_colour():
     """CIE 1931, 2 degrees, at 530 nm: x 0.1655, y 0.862, z 0.04216."""
     np.testing.assert_allclose(mirror_xyz("530nm"), np.array([0.1655, 0.862, 0.04216]) / 0.862, rtol=1e-6)
-    assert mirror_xyz("700nm")[2] == 0  # the observer's blue ends before
+    assert mirror_xyz("700nm")[2] == 0  # the observer's blue ends before 700 nm
     for illuminant in ILLUMINANTS:
         np.testing.assert_array_equal(mirror_xyz(illuminant), white_xyz(illuminant))
 
 
 def test_a_mirror_is_green_under_a_green_laser():
-    """White stays D65's, so the colour is not adapted away."""
+    """White stays D65, so the colour is not adapted away."""
     np.testing.assert_array_equal(white_xyz("532nm"), white_xyz("D65"))
     for space in RGB_SPACES:
         matrix = rgb_from_xyz(space, "532nm")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The search that is guided by lines: it keeps what goes further, and finds what is neither taken nor refused."""
+"""The coverage-guided search keeps files that reach new lines and finds files that break a reader."""
 
 import random
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every suite of hostile input in small: `./dev bench hostile` runs them in full."""
+"""A few cases of every suite of hostile input; `./dev bench hostile` runs them in full."""
 
 import pytest
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The runner of hostile cases: each way to fail is seen as what it is."""
+"""The runner of hostile cases reports each way to fail."""
 
 import json
 import os
@@ -16,7 +16,7 @@ from precompute.base.failure import GratingError
 
 
 def refuse(line):
-    """Refuse with a line as it is, although GratingError itself would make it print."""
+    """Refuse with an unchanged line; GratingError itself would make it printable."""
 
     class Bare(GratingError):
         def __str__(self):

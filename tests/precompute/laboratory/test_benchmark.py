@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The benchmark: its references, its front, its page, and the verb on pieces so small that it takes seconds."""
+"""The speed benchmark: its references, its Pareto front, its page, and the verb on tiny pieces that take seconds."""
 
 import json
 import math
@@ -42,7 +42,7 @@ TINY = replace(
 
 @pytest.fixture(scope="module")
 def facts(tmp_path_factory, matplotlib):
-    """Those of the verb as JSON, with the result that they were made from."""
+    """The verb's JSON, with its folder and the result behind it."""
     folder, every, measured, results = tmp_path_factory.mktemp("benchmark"), surfaces, run.run, []
 
     def kept(*arguments):
@@ -90,7 +90,7 @@ def test_the_verb_writes_its_page(facts):
 
 
 def test_a_refused_method_is_named(facts):
-    """819 nm of relief are too deep for Taylor in single precision."""
+    """A relief of 819 nm is too deep for Taylor in single precision."""
     refused = {(one["surface"], one["method"]) for one in facts["refused"]}
     assert ("xenopeltis", "flss") in refused
     assert "Refused:" in page.text(facts["result"])
@@ -178,7 +178,6 @@ def test_a_child_that_fails_says_why():
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="asks Linux for the process")
 def test_a_child_ends_with_the_program_that_started_it(tmp_path):
-    """A killed benchmark leaves no bake behind."""
     (tmp_path / "sleeper.py").write_text(
         "import os, sys, time\n"
         "with open(sys.argv[1] + '.part', 'w') as file:\n    file.write(str(os.getpid()))\n"

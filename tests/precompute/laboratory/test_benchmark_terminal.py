@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A benchmark's table is not buried under what Blender prints past Python."""
+"""A benchmark's table is not buried under what Blender prints from C."""
 
 import subprocess
 import sys

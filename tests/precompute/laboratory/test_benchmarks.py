@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The benchmarks' runner, and the pieces of the evaluation's page that can be checked without its minutes."""
+"""The benchmarks' runner, and the quick parts of the evaluation's page."""
 
 import argparse
 import json
@@ -15,16 +15,12 @@ import pytest
 
 from laboratory.benchmarks import __main__ as runner
 from laboratory.benchmarks import (
-    bake,
     evaluation,
     evaluation_maps,
-    evaluation_page,
     evaluation_rows,
     evaluation_sheets,
     evaluation_surfaces,
-    hard_cases,
     report,
-    terms,
 )
 from laboratory.speed.surfaces import SKINS
 from laboratory.study.evaluation import evaluate_method, thesis_settings, turned
@@ -39,7 +35,7 @@ DOCS = Path(__file__).resolve().parents[3] / "docs"
 
 
 def test_no_benchmark_starts_blender_before_its_user_folder_is_chosen():
-    """All of them are imported, whichever is run, and Blender reads BLENDER_USER_RESOURCES when bpy is imported."""
+    """Every run imports all benchmarks, and Blender reads BLENDER_USER_RESOURCES when bpy is imported."""
     asked = "import sys; from laboratory.benchmarks.__main__ import found; found(); sys.exit('bpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", asked], cwd=DOCS.parent).returncode == 0
 
@@ -69,7 +65,7 @@ def test_the_thesis_s_cut_is_raw():
     relief = evaluation_surfaces.as_the_thesis_cuts(HeightMap(height, (50e-9, 50e-9), "test"))
     assert not relief.periodic
     assert (relief.apodisation == 1).all()
-    # Row 0 of the relief is the bottom of the scan; the corner comes to the middle, and the mean is zero.
+    # Row 0 of the relief is the bottom of the scan; the corner moves to the middle, and the mean is zero.
     assert relief.height_m[3, 4] == pytest.approx(height[-1, 0] - height.mean(), abs=1e-20)
     assert relief.height_m.mean() == pytest.approx(0, abs=1e-20)
 
@@ -82,7 +78,7 @@ def test_taylor_about_the_mean_converges_to_the_phasor():
     taylor = evaluation_surfaces.flss_about_mean(relief, settings)
     chebyshev = METHODS["chebyshev"](relief, replace(settings, terms=None, tolerance=1e-9))
     found, expected = (method.density(u, v, w, wavelength_m=500e-9) for method in (taylor, chebyshev))
-    # z = 2 pi 1.9 / 500 nm * 150 nm = 3.6, and 3.6^30 / 30! = 2e-16: what is left is Chebyshev's tolerance.
+    # z = 2 pi 1.9 / 500 nm * 150 nm = 3.6, and 3.6^30 / 30! = 2e-16: only Chebyshev's tolerance is left.
     assert found == pytest.approx(expected, rel=1e-6)
 
 
@@ -91,7 +87,7 @@ def test_agreement_is_that_of_ranks():
     darker = (ours.astype(float) ** 2 / 600).astype(float)
     assert evaluation_sheets.agreement(ours, darker) == pytest.approx([1, 1, 1])
     assert evaluation_sheets.agreement(ours, 255.0 - ours) == pytest.approx([-1, -1, -1])
-    # Of some 1450 independent pixels the correlation is 0 +- 0.026; five times that.
+    # For some 1450 independent pixels the correlation is 0 +- 0.026; the test allows five times that.
     assert np.abs(evaluation_sheets.agreement(ours, ours[::-1, ::-1])).max() < 0.13
     right = ours.copy()
     right[:, 32:] = 0
@@ -100,8 +96,8 @@ def test_agreement_is_that_of_ranks():
 
 
 def test_the_thesis_s_cut_gives_its_period_of_elaphe(shared_data):
-    """Nine wavelengths of the thesis's 81. It gives 1144.262 nm with a variance of 0.401: half a nanometre is less
-    than its standard deviation, and the next stripe is 30 nm away."""
+    """The thesis has 1144.262 nm with a variance of 0.401 from 81 wavelengths; here there are nine. Half a nanometre is
+    less than the standard deviation, and the next stripe is 30 nm away."""
     surface = evaluation_surfaces.height_maps(shared_data)["elaphe"]
     relief = evaluation_surfaces.as_the_thesis_cuts(turned(surface, 0))
     period_m = evaluation_rows.THESIS_PERIODS_M["elaphe"]
@@ -111,8 +107,8 @@ def test_the_thesis_s_cut_gives_its_period_of_elaphe(shared_data):
 
 
 def test_the_map_of_xenopeltis_is_the_thesis_s(shared_data):
-    """At 64 pixels and ten wavelengths. Turned by half a turn, the map keeps its orders and loses its speckle and the
-    difference of its two fans: were the two not those of the thesis, both agreements would be alike."""
+    """At 64 pixels and ten wavelengths. A half turn of the map keeps its orders but moves its speckle and swaps its two
+    unlike fans. If the map did not match the thesis's, both agreements would be equal."""
     surface = evaluation_surfaces.height_maps(shared_data)["xenopeltis"]
     relief = evaluation_surfaces.as_the_thesis_cuts(surface)
     method = METHODS["chebyshev"](relief, Settings(step_m=40e-9))
@@ -130,39 +126,13 @@ def test_a_picture_s_steps_are_small():
     assert evaluation.coarser(np.full((1, 1), 255, np.uint8))[0, 0] == 255
 
 
-def test_a_table_is_markdown():
-    assert evaluation_page.table([["a", "b"], ["1", "2"]]) == "| a | b |\n| --- | --- |\n| 1 | 2 |"
-
-
-def test_a_page_is_filled_with_figures(monkeypatch, tmp_path):
-    (tmp_path / "docs").mkdir()
-    page = "Of <!-- n -->1<!-- /n -->:\n\n<!-- a table -->\n| a |\n<!-- /a table -->\n\nEnd.\n"
-    (tmp_path / "docs" / "page.md").write_text(page)
-    monkeypatch.setattr(report, "ROOT", tmp_path)
-    found = report.filled("page.md", {"n": "2", "a table": "| b |\n| c |\n"})
-    assert found == "Of <!-- n -->2<!-- /n -->:\n\n<!-- a table -->\n| b |\n| c |\n<!-- /a table -->\n\nEnd.\n"
-    for figures in ({}, {"n": "2"}, {"n": "2", "a table": "", "more": ""}):
-        with pytest.raises(ValueError, match="page.md: its places are"):
-            report.filled("page.md", figures)
-
-
-def test_the_pages_have_a_place_for_every_figure():
-    tables = {"blaze": [], "elaphe": [], "xenopeltis": []}
-    facts = evaluation_page.Facts(True, tables, {}, 0.4, {"elaphe": [1.0], "xenopeltis": [1.0]}, terms.table()[:1], [])
-    page = evaluation_page.text(facts, evaluation_maps.groups())
-    assert "has a variance of\n<!-- grid -->0.400<!-- /grid --> square" in page
-    none = hard_cases.Outcome(refusal="no")
-    page = hard_cases.page([none] * len(hard_cases.CASES), [(hard_cases.CASES[0], "finite")])
-    assert "\n| flat | zeros | refused: no |\n" in page and "| finite |\n<!-- /scenes -->\n" in page
-
-
 @pytest.mark.parametrize("page", sorted(path.name for path in DOCS.glob("*.md")))
 def test_what_the_pages_name_is_there(page):
     text = (DOCS / page).read_text()
     for picture in re.findall(r"\]\((images/[^)]+)\)", text):
         assert (DOCS / picture).is_file(), picture
     for module in re.findall(r"(?:precompute|laboratory|tests)/[\w/]+\.py", text):
-        # developing.md spells a file that its reader will write NAME.py.
+        # developing.md writes NAME.py for a file that its reader creates.
         assert "NAME" in module or (DOCS.parent / module).is_file(), module
 
 
@@ -188,24 +158,6 @@ def test_figures_go_to_programs_and_people(tmp_path, capsys):
             assert captured.out.startswith("for people\n")
 
 
-def test_a_bake_is_held_against_its_transforms(monkeypatch, capsys):
-    seconds = iter([2.0, 4.0, 6.0])
-    named = []
-
-    def bake_in_child(scan, folder):
-        named.append(scan)
-        return {"seconds": next(seconds), "check_seconds": 1.0}
-
-    monkeypatch.setattr(bake, "bake_in_child", bake_in_child)
-    monkeypatch.setattr(bake, "transform_seconds", lambda shape: 0.25)
-    runner.main(["bake", "sample:flat", "--runs", "1", "--json", "-"])
-    facts = json.loads(capsys.readouterr().out)
-    assert named == 3 * [["sample:flat"]]
-    assert facts["surface"] == "sample:flat"
-    assert (facts["alone"]["median_to_transforms"], facts["beside"]["best_to_transforms"]) == (2 / 6, 4 / 6)
-    assert facts["beside_to_alone"] == 2.5
-
-
 def test_a_bake_has_one_thread_whatever_is_asked():
     look = "import os, runpy; runpy.run_module('precompute'); print(os.environ['OPENBLAS_NUM_THREADS'])"
     for asked in ({}, {"OPENBLAS_NUM_THREADS": "3"}):
@@ -217,7 +169,7 @@ def test_a_bake_has_one_thread_whatever_is_asked():
 
 
 def test_a_bake_of_two_threads_has_the_bytes_of_one(tmp_path):
-    """The scan is one whose self-check tells threads apart: its sums are long."""
+    """The scan's self-check has long sums, which depend on the number of threads."""
     for threads in ("1", "2"):
         line = ["bake", "sample:elaphe", "--delta-e", "6", "--no-cache", "--progress", "none"]
         command = [sys.executable, "-m", "precompute", *line, "-o", str(tmp_path / threads)]

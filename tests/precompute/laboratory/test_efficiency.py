@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Order efficiencies against the closed forms and against rigorous coupled waves."""
+"""Order efficiencies against the closed forms and against rigorous coupled waves (RCWA)."""
 
 import json
 from itertools import product
@@ -32,14 +32,14 @@ def worst(kind, theta_i, samples, depths=DEPTHS):
 @pytest.mark.parametrize("theta_i", [0, 40, -75])
 @pytest.mark.parametrize("kind", PROFILES)
 def test_orders_are_those_of_the_closed_forms(kind, theta_i):
-    """Binary: (pi m / N)^2 / 3 of an efficiency of at most (2 / (pi m))^2 is 3.2e-7 at N = 2048, whatever m."""
+    """Binary: (pi m / N)^2 / 3 of an efficiency of at most (2 / (pi m))^2 is 3.2e-7 at N = 2048, for every m."""
     assert worst(kind, theta_i, 2048) <= (1e-13 if kind == "sinusoidal" else 3.3e-7)
 
 
 @pytest.mark.parametrize("theta_i", [0, 40])
 @pytest.mark.parametrize("kind", ["binary", "blazed"])
 def test_errors_fall_as_the_square_of_the_samples(kind, theta_i):
-    """The slope of log error over log N, 128 to 8192; the next term of the series is N^-4, 1e-3 of it at 128."""
+    """The slope of log error over log N, 128 to 8192; the next term of the series is N^-4, 1e-3 of the error at 128."""
     samples = 2 ** np.arange(7, 14)
     errors = [worst(kind, theta_i, int(n), depths=(120e-9,)) for n in samples]
     assert np.polyfit(np.log(samples), np.log(errors), 1)[0] == pytest.approx(-2, abs=0.01)
@@ -60,14 +60,14 @@ def test_only_real_orders_are_given():
 
 
 def test_a_blaze_sends_light_down_its_slope():
-    """A facet half a wavelength high, light at the normal: the path is one wavelength and m = -1 has nearly all."""
+    """A facet half a wavelength high at normal incidence has nearly all light in m = -1."""
     orders = efficiencies("blazed", period_m=50e-6, depth_m=275e-9, wavelength_m=550e-9)
     assert max(orders, key=lambda o: o.computed).order == -1
     assert {o.order: o for o in orders}[-1].computed > 0.999
 
 
 def test_the_verb(capsys):
-    """One of binary's grooves: cos^2, (2 / pi)^2 sin^2 at w = 2 for m = 0."""
+    """For binary grooves, m = 0 has cos(phi / 2)^2 at w = 2."""
     arguments = ["efficiency", "binary", "--period-um", "2.5", "--depth-nm", "100", "--wavelength-nm", "550"]
     assert main([*arguments, "--json", "-"], PACKAGES) == 0
     orders = json.loads(capsys.readouterr().out)["orders"]
@@ -103,7 +103,7 @@ RCWA_ABSENT = "the rigorous solver (inkstone) is in the environment py311-bpy45 
 
 @pytest.mark.parametrize("theta_deg", [0.0, 60.0])
 def test_the_rigorous_solver_knows_a_flat_surface(theta_deg):
-    """Fresnel's equations, TE and TM; and nothing is lost."""
+    """Fresnel's equations, TE and TM, without loss."""
     pytest.importorskip("inkstone", reason=RCWA_ABSENT)
     powers = rcwa.reflected(rcwa.Grating("binary", 3.5, 1e-9, theta_deg))
     assert powers[:, :-1].sum(axis=1) == pytest.approx(rcwa.fresnel(theta_deg), abs=1e-9)
@@ -112,9 +112,8 @@ def test_the_rigorous_solver_knows_a_flat_surface(theta_deg):
 
 @pytest.mark.parametrize("kind", PROFILES)
 def test_scalar_theory_holds_where_the_relief_is_shallow_and_long(kind):
-    """At a wall a strip as wide as the relief is deep is not what scalar theory takes it for: two strips in a period.
-
-    Finer RCWA changes an order by 5e-4 at most; energy is kept to rounding."""
+    """At a wall scalar theory is wrong over a strip as wide as the relief is deep, and a period has two walls. A finer
+    RCWA changes an order by at most 5e-4; energy is conserved to rounding."""
     pytest.importorskip("inkstone", reason=RCWA_ABSENT)
     for depth in (0.02, 0.1):
         grating = rcwa.Grating(kind, 10.5, depth)
@@ -123,7 +122,8 @@ def test_scalar_theory_holds_where_the_relief_is_shallow_and_long(kind):
 
 
 def test_what_walls_add_falls_as_the_period_grows():
-    """As their share of a period does, but for terms in higher powers of it: a slope of -0.91 is found for -1."""
+    """The error falls with the share of the walls in a period, apart from higher powers of that share: the slope is
+    -0.91 instead of -1."""
     pytest.importorskip("inkstone", reason=RCWA_ABSENT)
     periods = (3.5, 5.5, 10.5, 20.5)
     found = [rcwa.compare(rcwa.Grating("binary", period, 0.05)).difference for period in periods]
@@ -133,13 +133,12 @@ def test_what_walls_add_falls_as_the_period_grows():
 @pytest.mark.parametrize("theta_deg", [0.0, 40.0])
 @pytest.mark.parametrize("kind", PROFILES)
 def test_scalar_theory_fails_where_the_relief_is_deep_and_short(kind, theta_deg):
-    """More than 5 % of the reflected light is in another order; RCWA itself is known to 0.2 %."""
+    """More than 5 % of the reflected light is in another order; RCWA itself is exact to 0.2 %."""
     pytest.importorskip("inkstone", reason=RCWA_ABSENT)
     assert rcwa.compare(rcwa.Grating(kind, 1.5, 0.25, theta_deg)).difference > 0.05
 
 
 def test_the_boundary_is_the_last_period_within():
-    """One that holds below a longer one that does not is no boundary."""
     rows = [rcwa.Row(rcwa.Grating("binary", p, 0.1), d, 1.0) for p, d in ((1, 0.01), (2, 0.06), (5, 0.02), (9, 0.01))]
     assert [rcwa.smallest_period(rows, one) for one in (0.001, 0.01, 0.02, 0.05, 0.1)] == [None, 9, 5, 5, 1]
     assert "5% from period 5" in rcwa.boundary(rows)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The evaluation: peaks by closed form, the period of a blaze, the colours of a bake, the command."""
+"""The evaluation: peaks in closed form, the period of a blaze, the colours of a bake, the command."""
 
 import json
 import sys
@@ -40,7 +40,7 @@ THETA_I = np.radians(75)
 
 @pytest.fixture(scope="module")
 def blaze():
-    """The sample, with fewer rows: all are alike."""
+    """The blazed sample with fewer rows; all rows are equal."""
     return prepare(blazed(rows=26))
 
 
@@ -91,12 +91,12 @@ def test_the_quick_way_to_a_reference_is_the_reference(name, periodic):
     plane = Plane(THETA_I, np.radians(np.linspace(-80, 60, 9)))
     lambdas = np.array([390e-9, 610e-9])
     direct = np.stack([method.density(plane.u, np.zeros(9), plane.w, wavelength_m=lam) for lam in lambdas])
-    # The bins' kernel ends at 5.5 sigma here, at 7 there: 3e-7.
+    # The bins' kernel ends at 5.5 sigma in `response`, at 7 in `density`: 3e-7.
     assert np.abs(response(method, plane, lambdas) - direct).max() <= 1e-6 * direct.max()
 
 
 def test_the_period_of_a_blaze(blaze):
-    """The bounds of the task, with 21 wavelengths and half as many views."""
+    """With 21 wavelengths and half as many views."""
     lambdas = wavelengths(20e-9)
     settings = evaluation.thesis_settings()
     first_order = FirstOrder(THETA_I, 2.5e-6, lambdas, np.radians(0.04))
@@ -113,13 +113,11 @@ def test_the_period_of_a_blaze(blaze):
         assert told[name]["period_variance_nm"] <= 0.377
         assert told[name]["peak_angle_rms_deg"] <= 0.02
     assert told["pq"]["period_mean_nm"] == pytest.approx(2500, abs=3)
-    # Against the true period, too.
     off = found["flss"].peak_angles - first_order_angle(THETA_I, lambdas, 2.5e-6)
     assert np.degrees(np.sqrt(np.mean(off**2))) <= 0.02
 
 
 def test_a_wrong_surface_is_seen(blaze):
-    """A method that reads every frequency 0.1 % off gives a period as much off."""
     flss = METHODS["flss"](blaze, evaluation.thesis_settings())
 
     class Off(Method):
@@ -167,7 +165,7 @@ def test_dominant_wavelength_is_colour_science_s():
 
 
 def test_a_bake_s_colours_are_compared(blaze, monkeypatch):
-    """A stand-in table that holds nothing but darkness is as wrong as can be."""
+    """A black stand-in table has the greatest possible error."""
     settings = Settings(coherence_length_m=10e-6)
     sigma = METHODS["reference"](blaze, settings).sigma_b
     dark = Table(np.zeros((2, 256, 256, 3), np.float32), np.zeros((4, 3)), sigma, 4 / 252, "D65")
@@ -219,7 +217,7 @@ def test_light_below_the_surface_is_refused(capsys):
 
 
 def test_without_matplotlib_the_remedy_is_named(monkeypatch, capsys, tmp_path):
-    """Also where colour-science, which loads without matplotlib, has put a stand-in in its place."""
+    """Also if colour-science has put a stand-in in the place of matplotlib."""
     monkeypatch.setattr(PathFinder, "find_spec", lambda name: None)
     monkeypatch.setitem(sys.modules, "matplotlib", MagicMock())
     assert main(["evaluate", "sample:blazed", "--methods", "stam", "-o", str(tmp_path / "x.png")], PACKAGES) == 1
@@ -231,7 +229,7 @@ def test_without_matplotlib_the_remedy_is_named(monkeypatch, capsys, tmp_path):
     (("--coherence-um", "auto"), None, None),
 ])  # fmt: skip
 def test_a_length_that_is_given_is_not_the_default(given, of_bake, of_others):
-    """Unless a length is given a bake chooses its own. A length of 65 um that is given is no other than 64 or 66."""
+    """Without --coherence-um a bake chooses its own length. A given 65 um is used like any other length."""
     arguments = build_parser(["evaluate"], PACKAGES).parse_args(["evaluate", "sample:blazed", *given])
     for name, length_m in (("bake", of_bake), ("flss", of_others), ("stam", of_others)):
         found = evaluation_settings(arguments, name, 2.5e-6).coherence_length_m

@@ -16,8 +16,8 @@ RATIO = st.sampled_from([1.5, 2.0, 4.0])
 
 @given(st.floats(1e-3, 1e3), st.floats(0, 4), RATIO, st.floats(0, 1))
 def test_the_mixes_of_a_lone_order(variance, away, ratio, at):
-    """One is the order itself under the kernel between, the other the mixture that has its variance. The logarithms of
-    values down to e^-8 are right to 1e-15 of 8."""
+    """One mix is the order under the kernel between, the other the mixture with its variance. The logarithms of values
+    down to e^-8 are exact to 1e-15 of 8."""
     squared, grown = away**2 * variance, ratio**at
 
     def order(s):
@@ -31,7 +31,7 @@ def test_the_mixes_of_a_lone_order(variance, away, ratio, at):
 
 @given(RATIO, st.lists(st.floats(-1, 1), min_size=2, max_size=2), st.floats(0, 1))
 def test_no_mix_makes_a_number_of_nothing(ratio, ends, at):
-    """Where a level is black or negative, the closed form of a lone order has no answer but black."""
+    """If a level is black or negative, the closed form of a lone order gives black."""
     finer, coarser = (np.array([[each, 0.0]]) for each in ends)
     for mix in levels.MIXES.values():
         assert np.isfinite(mix(finer, coarser, ratio**at, ratio)).all()
@@ -40,7 +40,7 @@ def test_no_mix_makes_a_number_of_nothing(ratio, ends, at):
 
 
 def test_a_uniform_table_has_its_light_under_every_kernel():
-    """`light` of levels that are alike is 1 for the product's mix; a formula for lone orders finds one that is not."""
+    """`light` of equal levels is 1 for the product's mix, but not for a formula for lone orders."""
     tile = np.ones((1, 60, 60, 3), np.float32)
     table = Table(
         tile, np.zeros((2, 3)), 0.08, 4 / 55, "D65", wider=(tile[:, :50, :50], tile[:, :41, :41]), level_ratio=1.5
@@ -59,5 +59,5 @@ def test_nearer_levels_are_truer(tmp_path, capsys):
     nearest, farthest = rows[1.5, "linear"], rows[4.0, "linear"]
     assert nearest["p99"] < 3 < farthest["p99"]
     assert nearest["mebibytes"] > farthest["mebibytes"]
-    # A table of orders within the rim keeps its light, to what single precision leaves of a sum.
+    # A table of orders within the rim keeps its light, to single precision.
     assert farthest["light"] == pytest.approx(1, abs=1e-3)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""N slits against what is known of them."""
+"""N slits against known results."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def test_two_slits_are_a_cosine_squared():
 
 @pytest.mark.parametrize("count", [1, 3, 10])
 def test_the_sum_over_the_slits(count):
-    """Every slit's field added up, each as a sum over points of its width."""
+    """The sum of every slit's field, each as a sum over points of its width."""
     sine = np.linspace(-0.011, 0.013, 97)
     points = (np.arange(400) + 0.5) / 400 * slits.WIDTH_M
     places = (np.arange(count)[:, None] * slits.PITCH_M + points).ravel()
@@ -31,7 +31,6 @@ def test_orders_stand_where_the_grating_equation_puts_them():
     assert slits.intensity(orders, 7, LAM) == pytest.approx(slits.envelope(orders, LAM), abs=1e-12)
     # The pitch is five widths: the fifth order falls on the envelope's first zero.
     assert slits.intensity(np.array([5 * LAM / slits.PITCH_M]), 7, LAM)[0] < 1e-25
-    # N - 1 zeros between two orders.
     zeros = np.arange(1, 7) * LAM / (7 * slits.PITCH_M)
     assert np.all(slits.intensity(zeros, 7, LAM) < 1e-25)
 

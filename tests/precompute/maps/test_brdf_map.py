@@ -21,7 +21,7 @@ THETA = np.radians(35)
 
 
 def skin(size=48, pixel=85e-9):
-    """A grating of 1.02 um along T with asymmetric facets, a little irregular along B too."""
+    """A grating of 1.02 um along T with asymmetric facets, slightly irregular along B too."""
     x, y = np.meshgrid(*[np.arange(size) / size] * 2)
     phase = 2 * np.pi * 4 * x + 0.5 * np.cos(2 * np.pi * (x + 2 * y))
     heights = 70e-9 * np.sin(phase) + 25e-9 * np.sin(2 * phase) + 20e-9 * np.sin(2 * np.pi * 3 * y + 1)
@@ -44,14 +44,14 @@ def luminance(xyz):
 
 
 def place(image, size):
-    """(x, y) of the brightest pixel."""
+    """Coordinates (x, y) of the brightest pixel."""
     row, col = np.unravel_index(np.argmax(image), image.shape)
     return ((col, row) + np.array(0.5)) * 2 / size - 1
 
 
 @pytest.mark.parametrize("size", [9, 64])
 def test_a_pixel_is_a_direction(size):
-    """(x, y) = (sin t cos p, sin t sin p), row along +y; outside the unit disc there is none."""
+    """(x, y) = (sin t cos p, sin t sin p), rows along +y; pixels outside the unit disc have no direction."""
     wi, wr, inside = view_hemisphere(size, THETA)
     np.testing.assert_allclose(np.linalg.norm(wr[inside], axis=-1), 1, atol=1e-12)
     axis = (2 * np.arange(size) + 1) / size - 1
@@ -64,15 +64,15 @@ def test_a_pixel_is_a_direction(size):
 def test_the_mirror_image_of_the_light_lies_towards_x():
     size = 60
     xyz = from_reference(mirror(), SIGMA_B, size, theta_i=THETA, step_m=100e-9)
-    # To half a pixel; the kernel's peak is symmetric but for Fresnel, which moves it by sigma^2 R'/R, here 0.003.
+    # To half a pixel; the kernel's peak is symmetric except for Fresnel, which moves it by sigma^2 R'/R, here 0.003.
     assert place(luminance(xyz), size) == pytest.approx((np.sin(THETA), 0), abs=1.5 / size)
 
 
 @pytest.mark.parametrize("theta_i", [0.0, THETA])
 def test_the_exact_map_is_the_reference(theta_i):
-    """At 20 pixels, each with its own w. The series leaves 1e-9 of its largest value, the kernel cut at 5.5 sigma
-    instead of 7 at most exp(-5.5^2 / 2) = 2.7e-7 of an order's peak for each of the few that stand there: 1e-6 of the
-    peak. In Stam's form: of the other, test_excess_albedo.py tells."""
+    """At 20 pixels, each with its own w, in Stam's form (test_excess_albedo.py covers the other). The series leaves
+    1e-9 of its largest value. Cutting the kernel at 5.5 sigma instead of 7 leaves at most exp(-5.5^2 / 2) = 2.7e-7 of
+    an order's peak for each of the few orders there: 1e-6 of the peak."""
     size = 40
     relief = skin()
     xyz = from_reference(relief, SIGMA_B, size, theta_i=theta_i, step_m=STEP_M, conserving=False)
@@ -90,15 +90,15 @@ def test_the_exact_map_is_the_reference(theta_i):
 
 
 def test_a_mirror_is_white_everywhere():
-    """R times the kernel, of one colour: a rounding."""
+    """Every pixel is R times the kernel, in one colour, to a rounding."""
     xyz = from_reference(mirror(), 0.3, 24, theta_i=THETA, step_m=50e-9)
     seen = xyz[np.isfinite(xyz[..., 1])]
     np.testing.assert_allclose(seen / seen[:, 1:2], np.tile(white_xyz(), (len(seen), 1)), rtol=1e-11)
 
 
 def test_the_map_of_a_bake_has_the_colours_of_the_reference():
-    """Exposed to the orders, as a picture is. The bake's budget is a 99th percentile of 1 over the metric's pairs;
-    these are others, so twice that, and half of it on the mean."""
+    """Exposed to the orders, as a picture is. The bake's budget is a 99th percentile of 1 over the metric's pairs; for
+    these other pairs the test allows twice that, and half of the budget on the mean."""
     relief, size = skin(), 48
     table = bake(relief, BakeRequest(coherence_length_m=COHERENCE_M))
     assert table.sigma_b == pytest.approx(SIGMA_B, rel=1e-4)
@@ -133,8 +133,8 @@ def test_the_map_of_a_table_known_in_closed_form():
 @pytest.mark.parametrize("method", ["bake", "reference"])
 @pytest.mark.parametrize("along_b", [False, True])
 def test_facets_send_light_down_their_slope(method, along_b):
-    """A surface that rises along T sends its order to -x of the mirror image, one that rises along B to -y: -lam /
-    period from there, green at -0.37. Orders beside it share the colours, so to 0.06."""
+    """A surface that rises along T sends its order to -x of the mirror image, one that rises along B to -y: by
+    lam / period, which is 0.37 for green. Neighbouring orders share the colours, so the tolerance is 0.06."""
     relief, size = facets(along_b), 64
     table = bake(relief, BakeRequest(delta_e=5, coherence_length_m=COHERENCE_M))
     for theta_i in (0.0, np.radians(20)):
@@ -148,7 +148,6 @@ def test_facets_send_light_down_their_slope(method, along_b):
 
 
 def test_row_zero_of_the_picture_is_plus_y():
-    """Facets that rise along B shine at -y: in the lower half of the picture."""
     size = 48
     shown = picture(
         from_bake(bake(facets(along_b=True), BakeRequest(delta_e=5, coherence_length_m=COHERENCE_M)), size, 0.0)
@@ -170,7 +169,6 @@ def test_a_picture_is_exposed_encoded_and_white_around():
     assert (shown[~inside[::-1]] == 255).all()
     assert (shown[size // 2, 2] == round(255 * float(srgb_encode(0.5)))).all()
     assert (shown[size // 2, size // 2] == 255).all()
-    # The same at any brightness.
     np.testing.assert_array_equal(picture(grey * 1e-7), shown)
 
 
@@ -186,7 +184,6 @@ def test_a_picture_of_nothing_is_black():
 
 
 def test_a_picture_of_one_bright_pixel_shows_it():
-    """The percentile is 0 there."""
     xyz = np.zeros((32, 32, 3))
     xyz[4, 5] = 1e-9 * white_xyz()
     assert (picture(xyz)[32 - 1 - 4, 5] == 255).all()

@@ -37,7 +37,7 @@ def test_a_grid_is_read_as_the_sum_over_all_its_samples(seed, precision):
     rng = np.random.default_rng(seed)
     samples = rng.standard_normal((7, 9)).astype(precision)
     y, x = rng.uniform(1, 5, (3, 20)), rng.uniform(1, 7, (3, 20))
-    # The last position that can be read: the weight of the sample beyond it is zero.
+    # The last readable position: the weight of the sample beyond it is zero.
     y[0, 0], x[0, 0] = 5, 7
     across = cubic(y[..., None] - np.arange(7)), cubic(x[..., None] - np.arange(9))
     expected = np.einsum("abi,ij,abj->ab", across[0], samples, across[1])
@@ -45,10 +45,8 @@ def test_a_grid_is_read_as_the_sum_over_all_its_samples(seed, precision):
 
 
 def test_a_gaussian_is_read_to_the_fourth_order():
-    """A Gaussian sampled narrower by VARIANCE is read as the original, with an error of the order h^4, h = sigma /
-    texels.
-
-    Two parts of the error are equal at worst. The B-spline's fourth cumulant, -h^4 / 30, adds 3 h^4 / 720 of the peak;
+    """A Gaussian sampled narrower by VARIANCE is read as the original, with an error of order h^4, h = sigma / texels.
+    At worst two parts of the error are equal. The B-spline's fourth cumulant, -h^4 / 30, adds 3 h^4 / 720 of the peak;
     the images of the samples' spectrum, 2 zeta(4) / (2 pi)^4 = 1 / 720, add as much."""
     worst = []
     for texels in (1, 1.5, 2, 3, 4):

@@ -20,10 +20,9 @@ T = np.linspace(-1, 1, 2001)
 
 
 def bessel_integral(z, count):
-    """J_n(z) = (1 / pi) integral over [0, pi] of cos(n t - z sin t), by a sum over equal steps.
-
-    The integrand is periodic and entire, so the sum is exact to rounding once there are somewhat more than n + z steps
-    (Trefethen and Weideman 2014)."""
+    """J_n(z) = (1 / pi) integral over [0, pi] of cos(n t - z sin t), by a sum over equal steps. The integrand is
+    periodic and entire, so the sum is exact to rounding with somewhat more than n + z steps (Trefethen and Weideman
+    2014)."""
     steps = int(z + count + 80)
     t = 2 * np.pi * np.arange(steps) / steps
     return np.mean(np.cos(np.arange(count)[:, None] * t - z * np.sin(t)), axis=1)
@@ -44,8 +43,8 @@ def test_bessel_is_its_integral(z, count):
 
 @pytest.mark.parametrize("z", [1e-24, 1e-12, 1e-6, 1e-3, 0.1])
 def test_bessel_of_small_arguments(z):
-    """The power series (z / 2)^n / n! (1 - (z / 2)^2 / (n + 1) + (z / 2)^4 / (2 (n + 1) (n + 2))); the next term is
-    below (0.05)^6 / 6 = 3e-9 of the first."""
+    """Against the power series (z / 2)^n / n! (1 - (z / 2)^2 / (n + 1) + (z / 2)^4 / (2 (n + 1) (n + 2))); the next
+    term is below (0.05)^6 / 6 = 3e-9 of the first."""
     x = z / 2
     expected = [x**n / math.factorial(n) * (1 - x**2 / (n + 1) + x**4 / (2 * (n + 1) * (n + 2))) for n in range(6)]
     np.testing.assert_allclose(bessel_j(z, 6), expected, rtol=4e-9)
@@ -83,7 +82,7 @@ def test_polynomials_follow_the_recurrence():
 @few
 @given(st.integers(1, 40), st.integers(0, 2**32))
 def test_coefficients_come_back(count, seed):
-    """Rounding of a cosine transform of up to 40 numbers of size 1: about 40 * 40 * 1e-16."""
+    """The rounding of a cosine transform of up to 40 numbers of size 1 is about 40 * 40 * 1e-16."""
     coefficients = np.random.default_rng(seed).standard_normal(count)
     values = polynomials(nodes(count, -1, 1), count) @ coefficients
     np.testing.assert_allclose(coefficients_from_nodes(count) @ values, coefficients, atol=1e-12)
@@ -109,7 +108,7 @@ def test_interpolation_is_exact_for_polynomials(count, seed, lower, width):
 @few
 @given(st.floats(0.1, 60), st.floats(2, 11))
 def test_a_phase_is_met_within_its_tolerance(z, digits):
-    """The bound is rigorous. In addition the matrix rounds phases of up to count * pi = 300 by 1e-13."""
+    """The bound is rigorous. The matrix also rounds phases of up to count * pi = 300 by 1e-13."""
     tolerance = 10.0**-digits
     assert phase_error(z, jacobi_anger_terms(z, tolerance)) <= tolerance + 1e-12
 
@@ -117,10 +116,9 @@ def test_a_phase_is_met_within_its_tolerance(z, digits):
 @pytest.mark.parametrize("z", [0.1, 0.5, 1, 2, 5, 10, 20, 35, 60])
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6, 1e-9])
 def test_a_phase_takes_hardly_more_terms_than_the_least(z, tolerance):
-    """The bound exceeds the true error by a factor of 4 to 8, which costs three or four terms.
-
-    It adds moduli where the true tail cancels in part, and counts every term twice. From n = z on, each J_n is smaller
-    than the one before by a factor of 2 or more (1.5 just past z = 60)."""
+    """The bound exceeds the true error by a factor of 4 to 8, which costs three or four terms. It adds moduli where the
+    true tail partly cancels, and counts every term twice. From n = z on, each J_n is smaller than the one before by a
+    factor of at least 2 (1.5 just past z = 60)."""
     enough = jacobi_anger_terms(z, tolerance)
     least = next(count for count in range(1, enough + 1) if phase_error(z, count) <= tolerance)
     assert enough - least <= 4

@@ -18,13 +18,12 @@ from precompute.surface.samples.discs import cd
 
 few = settings(deadline=None, max_examples=15)
 SIGMA_B, STEP_M = 0.03, 20e-9
-# The project's own limits for a bake are 3 and 1; a bake of these faults is far from them.
+# The project's limits for a bake are 3 and 1; bakes with these faults exceed them by far.
 FAILS = 3.0
 
 
 def skin():
-    """A grating of 1.28 um along T, a little irregular, on 64 x 64 pixels of 80 nm; no flip or turn of it is its
-    like."""
+    """A slightly irregular grating of 1.28 um along T without symmetry, 64 x 64 pixels of 80 nm."""
     x, y = np.meshgrid(*[np.arange(64) / 64] * 2)
     phase = 0.7 * np.cos(2 * np.pi * (x + y)) + 0.4 * np.sin(2 * np.pi * (2 * y - x))
     heights = 110e-9 * np.sin(2 * np.pi * 4 * x + phase) + 40e-9 * np.sin(2 * (2 * np.pi * 4 * x + phase))
@@ -42,7 +41,7 @@ def exact(u, v, w):
 
 
 def spoilt(fault):
-    """A candidate whose answer is `fault(u, v, w, XYZ over w^2)`."""
+    """A candidate that returns `fault(u, v, w, XYZ over w^2)`."""
 
     def candidate(u, v, w):
         scattered, zero_order = exact(u, v, w)
@@ -61,7 +60,7 @@ def rotated(degrees):
 
 
 def test_the_reference_itself_has_no_error(truth):
-    """But for dividing by w^2 and multiplying again: 1e-15 of XYZ, 1e-13 of L*."""
+    """Only dividing and multiplying by w^2 rounds: 1e-15 of XYZ, 1e-13 of L*."""
     errors = measure(truth, exact)
     assert errors.max < 1e-10
     assert errors.relative_dy < 1e-14
@@ -75,7 +74,7 @@ def test_a_black_and_a_too_bright_bake_fail(truth, factor):
     errors = measure(truth, spoilt(lambda u, v, w, xyz: factor * xyz))
     assert errors.p99 > FAILS
     assert errors.mean > FAILS
-    # By definition, and the rounding of 3000 terms.
+    # By definition, to the rounding of 3000 terms.
     assert errors.relative_dy == pytest.approx(abs(factor - 1), rel=1e-10)
     assert errors.relative_rms == pytest.approx(abs(factor - 1), rel=1e-10)
 
@@ -98,14 +97,12 @@ def test_a_bake_that_forgot_w_fails(truth):
 
 
 def test_a_bake_that_is_no_number_fails(truth):
-    """The gate asks whether p99 is above the budget; what cannot be compared must not pass it."""
+    """The gate compares p99 with the budget; NaN must not pass it."""
     nan = measure(truth, spoilt(lambda u, v, w, xyz: xyz * np.nan))
     assert not nan.p99 <= FAILS
 
 
 def test_a_bake_that_is_no_number_in_places_fails(truth):
-    """Two in a hundred of the pairs."""
-
     def holed(u, v, w, xyz):
         return np.where((np.arange(len(u)) % 50 == 0)[:, None], np.nan, xyz)
 
@@ -113,7 +110,7 @@ def test_a_bake_that_is_no_number_in_places_fails(truth):
 
 
 def test_only_the_dim_half_wrong_fails(truth):
-    """Some exposure shows every pair that can be seen at all."""
+    """Some exposure shows every visible pair."""
     level = np.median(np.concatenate([t.scattered_xyz[t.pairs.drawn, 1] / t.w**2 for t in truth]))
     errors = measure(truth, spoilt(lambda u, v, w, xyz: np.where(xyz[:, 1:2] < level, 1.3 * xyz, xyz)))
     assert errors.p99 > FAILS
@@ -121,14 +118,14 @@ def test_only_the_dim_half_wrong_fails(truth):
 
 
 def test_light_where_there_should_be_none_fails(truth):
-    """A glow of a thousandth of the peak; dark pairs count because the candidate shows there."""
+    """A glow of a thousandth of the peak; dark pairs count because the candidate is bright there."""
     peak = max((t.scattered_xyz[:, 1] / t.w**2).max() for t in truth)
     errors = measure(truth, spoilt(lambda u, v, w, xyz: xyz + 1e-3 * peak * white_xyz()))
     assert errors.p99 > FAILS
 
 
 def test_light_scattered_off_a_mirror_fails():
-    """Nothing is drawn from a spectrum that is nothing; the other half of the pairs sees the glow as well."""
+    """No pairs are drawn from an empty spectrum, but the other half of the pairs sees the glow as well."""
     mirror = prepare(HeightMap(np.zeros((16, 16)), (80e-9, 80e-9), "test", periodic=True))
     truth = truths(mirror, SIGMA_B, 2, pairs_each=200, step_m=100e-9)
     assert measure(truth, lambda u, v, w: (np.zeros((len(u), 3)), white_xyz())).p99 == 0
@@ -136,7 +133,7 @@ def test_light_scattered_off_a_mirror_fails():
 
 
 def test_on_a_disc_a_black_bake_fails():
-    """1.6 % of all directions are lit by a CD: half of the pairs are drawn where its orders are."""
+    """A CD lights 1.6 % of all directions, so half of the pairs are drawn where its orders are."""
     surface = cd()
     relief = prepare(HeightMap(surface.height_m[:80, :80], surface.pixel_size_m, "test", periodic=True))
     truth = truths(relief, 0.02, 2, pairs_each=600, step_m=40e-9)
@@ -156,7 +153,7 @@ def test_the_zero_order_is_measured_apart(truth):
 
 
 def test_the_figure_is_that_of_the_worst_exposure(truth):
-    """The whole metric once more, plainly; the fault depends on brightness, so that exposures differ."""
+    """A second, plain implementation of the whole metric; the fault depends on brightness, so exposures differ."""
 
     def fault(u, v, w, xyz):
         return xyz * (1 + 0.05 * np.sin(9 * u)[:, None]) + [0, 2e-3, 1e-3]
@@ -192,7 +189,7 @@ def test_the_figure_is_that_of_the_worst_exposure(truth):
 
 @pytest.mark.parametrize("factor", [1e-6, 1e5])
 def test_the_exposure_follows_the_brightness(truth, factor):
-    """Both a million times dimmer: the same picture."""
+    """If reference and candidate are both scaled, the picture is the same."""
     scaled = [Truth(t.w, t.pairs, factor * t.scattered_xyz, t.zero_order_xyz) for t in truth]
 
     def fault(u, v, w, xyz):
@@ -205,8 +202,8 @@ def test_the_exposure_follows_the_brightness(truth, factor):
 
 
 def test_the_allowance_is_two_standard_deviations():
-    """Errors with an exponential tail, for which the density at the percentile is exact. The standard deviation of 4000
-    samples is good to 1 / sqrt(8000) = 1.1 %, and a percentile of 1500 values has a bias of the order of 1 / 15."""
+    """For an exponential tail the density at the percentile is exact. The standard deviation of 4000 samples is exact
+    to 1 / sqrt(8000) = 1.1 %, and a percentile of 1500 values has a bias of the order of 1 / 15."""
     drawn = np.random.default_rng(5).exponential(0.2, (4000, 1500))
     p95, p99 = np.percentile(drawn, [95, 99], axis=1)
     allowances = [
@@ -232,8 +229,7 @@ def spectrum_of(relief, sigma_b):
 @few
 @given(st.floats(0.02, 1.98), st.integers(0, 2**32), st.integers(2, 60))
 def test_pairs_are_directions_that_can_be(w, seed, count):
-    """Of unit length, above the surface, of the group's w. Rounding; a square root of 1 - c^2 adds nothing to the
-    norm."""
+    """Of unit length, above the surface and with the group's w, to rounding."""
     pairs = draw_pairs(spectrum_of(skin(), SIGMA_B), SIGMA_B, w, count=count, rng=np.random.default_rng(seed))
     assert len(pairs.wi) == len(pairs.wr) == len(pairs.drawn)
     assert (~pairs.drawn).sum() == count // 2
@@ -246,7 +242,7 @@ def test_pairs_are_directions_that_can_be(w, seed, count):
 
 
 def test_the_other_half_is_drawn_where_the_light_is():
-    """A grating of one row: u = m lam / period of some wavelength, v = 0, jittered by the kernel; within 5 sigma."""
+    """For one row, u = m lam / period of some wavelength and v = 0, jittered by the kernel, within 5 sigma."""
     x = np.arange(64) / 64
     heights = 60e-9 * np.sin(2 * np.pi * 8 * x)[None, :]
     relief = prepare(HeightMap(heights, (80e-9, 80e-9), "test", periodic=True))
@@ -255,32 +251,33 @@ def test_the_other_half_is_drawn_where_the_light_is():
     u, v = np.abs(pairs.u[pairs.drawn]), pairs.v[pairs.drawn]
     assert len(u) == 200
     assert (np.abs(v) < 5 * sigma_b).all()
-    # The first order of 380 to 780 nm; the second begins at 1.19, past the first's end at 1.22.
+    # The first order of 380 to 780 nm; the second begins at 1.19, before the first's end at 1.22.
     assert ((u > 380e-9 / period - 5 * sigma_b) & (u < 2 * 780e-9 / period)).all()
     assert np.median(u) == pytest.approx(560e-9 / period, rel=0.05)
-    # Pairs that are not drawn fill the disc instead.
+    # Pairs that are not drawn from the spectrum fill the disc.
     assert np.abs(pairs.v[~pairs.drawn]).max() > 0.5
 
 
 def test_cosine_weighted_pairs_share_w_evenly():
-    """The density of ci, given w, is ci (w - ci): at w = 0.8 a parabola over [0, 0.8], of mean 0.4 and standard
-    deviation 0.8 / sqrt(20); 4000 of them know their mean to 0.8 / sqrt(80000) = 0.0028, four times that."""
+    """The density of ci for a given w is ci (w - ci): at w = 0.8 a parabola over [0, 0.8], with mean 0.4 and standard
+    deviation 0.8 / sqrt(20). The mean of 4000 values deviates by 0.8 / sqrt(80000) = 0.0028; the test allows four times
+    that."""
     pairs = draw_pairs(spectrum_of(skin(), SIGMA_B), SIGMA_B, 0.8, count=8000, rng=np.random.default_rng(0))
     ci = pairs.wi[~pairs.drawn, 2]
     assert ci.mean() == pytest.approx(0.4, abs=0.0113)
     assert ci.std() == pytest.approx(0.8 / np.sqrt(20), rel=0.05)
-    # Azimuths know nothing of each other: their mean cosine is 0 +- 1 / sqrt(8000).
+    # Azimuths are independent: their mean cosine is 0 +- 1 / sqrt(8000).
     wi, wr = (d[~pairs.drawn, :2] / np.linalg.norm(d[~pairs.drawn, :2], axis=1)[:, None] for d in (pairs.wi, pairs.wr))
     assert abs(np.sum(wi * wr, axis=1).mean()) < 4 / np.sqrt(8000)
 
 
 def test_w_is_as_two_cosine_weighted_directions_have_it():
-    """Mean 4/3, standard deviation sqrt(2) sqrt(1/18) = 1/3; stratified, so 400 of them know both well."""
+    """Mean 4/3, standard deviation sqrt(2) sqrt(1/18) = 1/3; 400 stratified draws measure both well."""
     w = draw_w(400, np.random.default_rng(0))
     assert ((w > 0) & (w < 2)).all()
     assert w.mean() == pytest.approx(4 / 3, abs=0.02)
     assert w.std() == pytest.approx(1 / 3, abs=0.02)
-    # One of each quarter, whose limits 400 draws know to a few hundredths.
+    # One draw from each quarter; 400 draws give the quarters' limits to a few hundredths.
     for few_w in (draw_w(4, np.random.default_rng(seed)) for seed in range(5)):
         ranks = np.searchsorted(np.sort(w), few_w) / 400
         assert (np.abs(ranks - (np.arange(4) + 0.5) / 4) < 1 / 8 + 0.06).all()
@@ -301,8 +298,8 @@ def test_progress_runs_to_its_end():
 
 
 def test_the_radiance_factor_is_that_of_the_brdf():
-    """f cos(ti) of a density of 1: R O cos(ti) w^2, by hand for light at 60 degrees and view along the normal:
-    half angle 30, wi.wr = 1/2: (3/2)^2 / 1."""
+    """f cos(ti) for a density of 1 is R O cos(ti) w^2. By hand for light at 60 degrees and view along the normal: half
+    angle 30, wi.wr = 1/2, (3/2)^2 / 1."""
     wi, wr = np.array([[np.sqrt(0.75), 0, 0.5]]), np.array([[0, 0, 1.0]])
     expected = fresnel_reflectance(np.cos(np.radians(30))) * 2.25
     assert Pairs(wi, wr, np.array([False])).radiance_factor()[0] == pytest.approx(expected, rel=1e-12)

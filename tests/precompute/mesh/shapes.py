@@ -15,7 +15,7 @@ def grid(rows, columns, *, closed_rows=False, closed_columns=False):
 
 
 def torus(around=64, across=32, *, radius=1.0, tube=0.4, jitter=0.0):
-    """A torus around Z. The jitter, in steps of the grid, moves each point at random along the surface."""
+    """A torus around Z. `jitter`, in steps of the grid, moves each point at random along the surface."""
     random = np.random.default_rng(1).uniform(-0.5, 0.5, (2, around, across)) * jitter
     u, v = np.meshgrid(np.arange(around), np.arange(across), indexing="ij")
     u, v = (u + random[0]) * 2 * np.pi / around, (v + random[1]) * 2 * np.pi / across
@@ -25,7 +25,7 @@ def torus(around=64, across=32, *, radius=1.0, tube=0.4, jitter=0.0):
 
 
 def sphere(times=4):
-    """An octahedron whose triangles are cut in four so often, on the unit sphere."""
+    """An octahedron on the unit sphere, whose triangles are cut in four `times` times."""
     points = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
     triangles = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])
     for _ in range(times):
@@ -38,7 +38,7 @@ def sphere(times=4):
 
 
 def sheet(rows=20, columns=30):
-    """A wavy sheet of 1 by 2, open."""
+    """An open wavy sheet of 1 by 2."""
     y, x = np.meshgrid(np.linspace(0, 1, rows), np.linspace(0, 2, columns), indexing="ij")
     points = np.stack([x, y, 0.1 * np.sin(4 * x)], axis=-1).reshape(-1, 3)
     return points, grid(rows, columns)[:, ::-1]
@@ -61,14 +61,13 @@ def branching():
 
 
 def joined(*meshes):
-    """Several meshes as one."""
     first = np.cumsum([0, *(len(points) for points, _ in meshes)])
     points = np.concatenate([points for points, _ in meshes])
     return points, np.concatenate([t + at for (_, t), at in zip(meshes, first[:-1], strict=True)])
 
 
 def book():
-    """Three sheets that share an edge, where the middle row of one is the rim of another."""
+    """Three sheets that share an edge: the middle row of one is the rim of another."""
     points, triangles = sheet()
     page = points[:, [0, 2, 1]] + [0, points[0, 1] + 0.5, 0]
     spine = np.flatnonzero(np.abs(points[:, 1] - points[10 * 30, 1]) < 1e-9)
@@ -79,7 +78,7 @@ def book():
 
 
 def polygons_of(points, triangles):
-    """The mesh with smooth shading, each triangle a face."""
+    """The mesh with smooth shading and each triangle as a face."""
     normals = np.zeros_like(points)
     for k in range(3):
         a, b, c = points[triangles].transpose(1, 0, 2)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fields on closed, open, branching and broken meshes: unit, tangent, and without a flip but at singular points."""
+"""Fields on closed, open, branching and broken meshes: unit, tangent, and without flips except at singular points."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ MESHES = {name: mesh for name, (mesh, _) in CLOSED.items()} | BROKEN
 
 
 def fields(surface):
-    """A field along X and the smoothest field."""
+    """The field along X and the smoothest field."""
     along_x = guided_field(surface, where_bare(surface, along_axis(surface, np.array([1.0, 0, 0]))))
     return {"x": along_x, "smoothest": smoothest_field(surface)}
 
@@ -40,7 +40,6 @@ def test_fields_are_unit_tangent_and_smooth_but_at_singular_points(name):
         flips = np.abs(edge_turns(surface, field.direction)) > np.pi / 2
         here, there = surface.node, surface.node[following(np.arange(len(surface.node)))]
         assert (near[here] | near[there])[flips].all()
-        # A handful of points, not a rash of them.
         assert (singular.index != 0).sum() <= 12
 
 
@@ -59,18 +58,18 @@ def test_the_smoothest_field_has_no_singular_point_that_it_need_not_have():
 
 
 def test_a_field_follows_its_guide():
-    """On the sphere along Z, away from the poles, it is Z's part along the surface."""
+    """On the sphere along Z, away from the poles, the field is Z projected onto the surface."""
     surface = surface_of(*sphere(5))
     field = guided_field(surface, along_axis(surface, np.array([0.0, 0, 2.0])))
     z = surface.to_plane(np.array([0.0, 0, 1]))
     away = np.abs(surface.points[surface.point_of_node, 2]) < 0.9
     off = np.degrees(np.abs(np.angle(field.direction / unit_complex(z))))[away]
-    # Smoothed over two edges of 3.5 degrees, and symmetrically: a small part of an edge's turn.
+    # Smoothing reaches over two edges of 3.5 degrees and is symmetric, so the error is a small part of an edge's turn.
     assert off.max() < 0.5 and field.residual <= 1e-6
 
 
 def test_where_the_guide_turns_right_round_the_field_turns_on_a_band():
-    """U runs opposite ways on the two halves of a sheet: a seam between two islands."""
+    """U runs in opposite directions on the two halves of a sheet, as at a seam between two islands."""
     points, triangles = sheet(41, 81)
     surface = surface_of(points, triangles)
     u = np.abs(points[:, 1] - 0.5)
@@ -81,14 +80,14 @@ def test_where_the_guide_turns_right_round_the_field_turns_on_a_band():
     assert not singular_triangles(surface, field.direction).torn.any()
     vectors = surface.to_space(field.direction)
     y = points[surface.point_of_node, 1]
-    # Bands of four edges of 0.025 on each side of the seam, let go once more where need be.
+    # Bands of four edges of 0.025 on each side of the seam, relaxed once more where needed.
     assert (vectors[y < 0.2, 0] > 0.9).all() and (vectors[y > 0.8, 0] < -0.9).all()
 
 
 def test_a_field_that_flips_is_reported():
     surface = surface_of(*sheet(41, 81))
     x = surface.to_plane(np.array([1.0, 0, 0]))
-    # By 172 degrees: of half a turn, rounding would decide to which side it goes.
+    # Turned by 172 degrees; at 180 degrees rounding would decide the side.
     flipped = unit_complex(np.where(surface.points[surface.point_of_node, 1] < 0.51, x, x * np.exp(3j)))
     singular = singular_triangles(surface, flipped)
     # All triangles between the two rows of points.
@@ -103,7 +102,7 @@ def test_the_laplacian_of_numbers_knows_constants_and_lines():
     at = surface.points[surface.point_of_node]
     assert np.abs(matrix @ np.ones(surface.node_count)).max() < 1e-12
     inside = ~surface.is_open
-    # Right angles have the cotangent 0, for which the least weight of 0.01 stands; lines stay harmonic by symmetry.
+    # Right angles have the cotangent 0, which is replaced by the least weight, 0.01; lines stay harmonic by symmetry.
     assert np.abs(matrix @ at[:, 0])[inside].max() < 1e-12
 
 

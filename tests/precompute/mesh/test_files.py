@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes as files, and the verb that combs them."""
+"""Mesh files, and the verb `comb`."""
 
 import io
 import json
@@ -93,7 +93,7 @@ def test_what_an_array_declares_is_not_believed(tmp_path, old, new, told):
             member = io.BytesIO()
             np.save(member, array)
             data = member.getvalue()
-            if name == "points":  # the header's padding makes up for what is longer
+            if name == "points":  # the header's padding makes up for a longer text
                 longer = len(new) - len(old)
                 data = data.replace(old, new, 1).replace(b" " * longer + b"\n", b"\n", 1)
             archive.writestr(f"{name}.npy", data)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a comb follows: axes, UV, bones, strokes, and the way from head to tail."""
+"""Guides of a comb: axes, UV, bones, strokes, and from head to tail."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from .shapes import branching, joined, sheet, sphere, tube
 
 
 def directions(surface, pull):
-    """The vectors (nodes, 3) of a pull at length 1, where there is one, and its points."""
+    """The unit vectors (nodes, 3) of a pull, where it is not zero, and the nodes' points."""
     vectors = surface.to_space(pull)
     size = np.linalg.norm(vectors, axis=1, keepdims=True)
     return vectors / np.maximum(size, 1e-300), surface.points[surface.point_of_node]
@@ -83,7 +83,7 @@ def test_head_to_tail_runs_from_the_thick_end(turned):
     surface = surface_of(points, triangles)
     vectors, at = directions(surface, guided_field(surface, head_to_tail(surface)).direction)
     middle = np.abs(np.abs(at[:, 0]) - 5) < 2
-    # The field may swirl around the head itself; a girth on, 3, it runs along the body.
+    # The field may swirl around the head itself; from one girth (3) on it runs along the body.
     assert np.degrees(np.arccos(vectors[middle, 0] * (-1 if turned else 1))).max() < 3
 
 
@@ -94,7 +94,7 @@ def test_head_to_tail_runs_out_along_branches():
     outwards = (vectors * at)[:, :2].sum(axis=1) / np.maximum(out, 1e-9)
     arms = [(np.abs(angle - arm) < 0.2) & (1.2 < out) & (out < 2.2) for arm in np.radians([0, 120, -120])]
     one, *others = sorted((outwards[arm] for arm in arms), key=np.median)
-    # In at one arm, and out at the two others. The arms' flanks slope, so T is not all along them.
+    # Into one arm and out of the two others. The arms' flanks slope, so T is not exactly along them.
     assert one.max() < -0.3 and all(other.min() > 0.3 for other in others)
 
 
@@ -113,5 +113,5 @@ def test_only_bare_parts_take_the_pull_of_a_part():
     np.testing.assert_array_equal(guide.like_part(surface, pull, 0), pull)
     first = np.where(surface.parts == 0, pull, 0)
     vectors, _ = directions(surface, guide.like_part(surface, first, 0))
-    # At two points of the sphere, and their neighbours, the body's direction stands on the surface.
+    # At two points of the sphere, and their neighbours, the body's direction is normal to the surface.
     assert (np.linalg.norm(vectors, axis=1) > 0.99).mean() > 0.9

@@ -13,7 +13,7 @@ from .shapes import joined, polygons_of, sheet, sphere, torus
 
 
 def carried(polygons, uv, turn):
-    """The directions (corners, 3) that a renderer finds: each triangle's own U across the normal, and the turn."""
+    """A renderer's directions (corners, 3): each triangle's U in the corner's tangent plane, turned."""
     corners = polygons.corners
     at, on = polygons.points[polygons.point[corners]], uv[corners].astype(float)
     by_uv = on[:, 1:] - on[:, :1]
@@ -33,14 +33,14 @@ def test_the_map_and_the_turn_give_the_field_back(mesh):
     directions = corner_directions(polygons, surface, np.exp(1j * random))
     np.testing.assert_allclose((directions * polygons.normals).sum(axis=1), 0, atol=1e-9)
     uv, turn = lay(polygons, directions)
-    # The turn was found from the map as it was rounded; what is left is its own single precision.
+    # The turn was computed from the rounded map, so only its own single precision is left.
     np.testing.assert_allclose(carried(polygons, uv, turn), directions[polygons.corners], atol=1e-6)
     np.testing.assert_allclose(np.linalg.norm(turn, axis=1), 1, atol=1e-6)
 
 
 def test_the_u_of_a_map_is_the_mean_over_what_is_sewn():
-    """Around a torus U runs along circles; a triangle's own U leaves the circle by half an edge, 2 pi / 128, the mean
-    at a point by the difference of two neighbours alone. At a seam each side has its own."""
+    """Around a torus U runs along circles. A triangle's U leaves the circle by half an edge, 2 pi / 128, the mean at a
+    point only by the difference of two neighbours. At a seam each side has its own mean."""
     polygons = polygons_of(*torus())
     along = np.cross([0.0, 0.0, 1.0], polygons.points[polygons.point])
     along /= np.linalg.norm(along, axis=1, keepdims=True)
@@ -122,8 +122,8 @@ def test_every_guide_combs_a_mesh_of_parts(guide):
     request = {"guide": np.array(guide), **given}
     combed = comb("parts", polygons_of(*mesh), request, progress=lambda *now: told.append(now[1]))
     np.testing.assert_allclose(np.linalg.norm(combed.directions, axis=1), 1, atol=1e-6)
-    # Random UV contradicts itself at every edge, and what flips is told.
-    if guide != "copy":  # whose seams are its own
+    # Random UV contradicts itself at every edge, and flips are reported.
+    if guide != "copy":  # its seams are the torus's own
         assert combed.index.sum() == 2
     assert told[-1] == 1.0 and min(told) >= 0
 

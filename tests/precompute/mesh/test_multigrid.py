@@ -13,7 +13,7 @@ from .shapes import torus
 
 @pytest.fixture(scope="module")
 def system():
-    """A connection Laplacian of 2048 nodes, slightly shifted, and a right side."""
+    """A connection Laplacian of 2048 nodes, slightly shifted, and a right-hand side."""
     surface = surface_of(*torus(jitter=0.4))
     bare = laplacian(surface)
     random = np.random.default_rng(2)
@@ -36,12 +36,12 @@ def test_the_solution_is_that_of_the_dense_system(system):
     x, residual = solve(matrix, b, hierarchy_of(matrix), tolerance=1e-10)
     assert residual <= 1e-10
     exact = np.linalg.solve(matrix.dense(), b)
-    # The matrix's condition is 6 / 1e-3 at most.
+    # The matrix's condition number is at most 6 / 1e-3.
     assert np.linalg.norm(x - exact) < 1e-10 * 6e3 * np.linalg.norm(exact)
 
 
 def test_it_takes_few_steps_whatever_the_size():
-    """Without the hierarchy, the steps would double with the mesh's width: hundreds."""
+    """Without the hierarchy the number of steps would double with the mesh's width, to hundreds."""
     steps = []
     for around in (40, 160):
         surface = surface_of(*torus(2 * around, around, jitter=0.3))
@@ -53,7 +53,6 @@ def test_it_takes_few_steps_whatever_the_size():
 
 
 def test_a_cycle_is_hermitian_and_positive(system):
-    """As conjugate gradients need of a preconditioner."""
     matrix, b = system
     hierarchy = hierarchy_of(matrix)
     other = np.roll(b, 7)
@@ -61,7 +60,7 @@ def test_a_cycle_is_hermitian_and_positive(system):
         np.vdot(other, hierarchy.apply(b.astype(np.complex64))),
         np.vdot(hierarchy.apply(other.astype(np.complex64)), b),
     )
-    # Of two single precision sums of 2048 terms.
+    # Two sums of 2048 terms in single precision.
     assert abs(here - there) < 1e-4 * abs(np.linalg.norm(b) ** 2)
     assert np.vdot(b, hierarchy.apply(b.astype(np.complex64))).real > 0
 

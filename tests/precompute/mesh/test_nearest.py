@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The grid against all distances."""
+"""The grid search against all distances."""
 
 import numpy as np
 

@@ -10,7 +10,7 @@ from .shapes import book, branching, joined, sheet, sphere, torus
 
 
 def spread(surface):
-    """How many nodes each point has."""
+    """The number of nodes of each point."""
     return np.bincount(surface.point_of_node, minlength=len(surface.points))
 
 
@@ -32,11 +32,11 @@ def test_frames_are_orthonormal_and_polar_angles_lie_along_the_edges():
     x, y, n = surface.frames
     for a, b in ((x, y), (x, n), (y, n)):
         np.testing.assert_allclose((a * b).sum(axis=1), 0, atol=1e-12)
-    # The outward normal of the unit sphere is the point itself; triangles of 6 degrees turn theirs by less.
+    # The outward normal of the unit sphere is the point itself; triangles of 6 degrees turn their normals by less.
     assert (n * surface.points[surface.point_of_node]).sum(axis=1).min() > np.cos(np.radians(6))
     along = surface.to_complex(surface.sides)
     off = np.angle(along * np.exp(-1j * surface.polar))
-    # The angles around a node are stretched to a full turn; on this sphere that moves none by more than 5 degrees.
+    # The angles around a node are stretched to a full turn, which moves none by more than 5 degrees on this sphere.
     assert np.degrees(np.abs(off)).max() < 5
 
 

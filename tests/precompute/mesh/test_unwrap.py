@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Unwrapping: islands that do not overlap, faces in one piece, and every fault in one line."""
+"""Unwrapping: islands do not overlap, faces stay whole, and every fault is one line."""
 
 import json
 import os
@@ -23,8 +23,7 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 def ball(columns=24, rows=12, dents=0.0) -> Mesh:
-    """A sphere of quads without its poles, each of two triangles; with dents it is rough, so that it has many
-    islands."""
+    """A sphere of quads (two triangles each) without its poles. Dents make it rough, so that it has many islands."""
     u, v = np.meshgrid(np.arange(columns), np.arange(1, rows), indexing="ij")
     longitude, latitude = 2 * np.pi * u / columns, np.pi * v / rows
     radius = 1 + dents * np.random.default_rng(0).standard_normal(u.shape)
@@ -38,14 +37,14 @@ def ball(columns=24, rows=12, dents=0.0) -> Mesh:
 
 
 def coverage(uv: np.ndarray, pixels: int) -> np.ndarray:
-    """How many triangles (m, 3, 2) cover the middle of each pixel of a square map, their rims left out."""
+    """The number of triangles (m, 3, 2) that cover the middle of each pixel of a square map, without their rims."""
     counts = np.zeros((pixels, pixels), int)
     for triangle in uv * pixels:
         low, high = np.floor(triangle.min(axis=0)).astype(int), np.ceil(triangle.max(axis=0)).astype(int)
         x, y = np.meshgrid(np.arange(low[0], high[0]) + 0.5, np.arange(low[1], high[1]) + 0.5)
         sides = np.roll(triangle, -1, axis=0) - triangle
         inside = [s[0] * (y - p[1]) - s[1] * (x - p[0]) for s, p in zip(sides, triangle, strict=True)]
-        # A rim has no width; a place is on it up to the single precision of a map.
+        # A rim has no width; a place is on it within the single precision of a map.
         covered = (np.array(inside) > 1e-3).all(axis=0) | (np.array(inside) < -1e-3).all(axis=0)
         counts[low[1] : high[1], low[0] : high[0]] += covered
     return counts
@@ -67,7 +66,7 @@ def test_nothing_overlaps_and_no_face_is_torn(dents):
 
 
 def test_a_rough_ball_has_faces_that_xatlas_would_tear():
-    """Else the test above would show nothing."""
+    """Ensures that the test above covers torn faces."""
     import xatlas
 
     mesh = ball(dents=0.2)
@@ -79,7 +78,6 @@ def test_a_rough_ball_has_faces_that_xatlas_would_tear():
 
 
 def test_torn_faces_are_laid_out_in_their_own_size():
-    """Flat ones: every edge keeps its length, and no two faces meet."""
     square = np.array([(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)], float)
     turn = np.linalg.qr(np.random.default_rng(1).standard_normal((3, 3)))[0]
     points = np.concatenate([square @ turn, square + (0, 0, 5)])
@@ -94,11 +92,10 @@ def test_torn_faces_are_laid_out_in_their_own_size():
 
 
 def test_padding_keeps_islands_apart():
-    """The pixels around an island, as many as its padding, are no other's: grown by a pixel less, none meet."""
     found = unwrap(ball(dents=0.2), Packing(size=256, padding=6))
     assert found.islands > 1
     distance = np.full(len(found.uv), np.inf)
-    # Triangles of one island share places; of two islands' triangles the corners are further apart than the padding.
+    # Triangles of one island share corners; corners of two islands are further apart than the padding.
     corners = np.round(found.uv.reshape(-1, 2) * 1e6).astype(int)
     _, place = np.unique(corners, axis=0, return_inverse=True)
     place = place.reshape(-1, 3)
@@ -114,7 +111,7 @@ def test_padding_keeps_islands_apart():
     for one in np.unique(island):
         mine, others = found.uv[island == one].reshape(-1, 2), found.uv[island != one].reshape(-1, 2)
         distance[one] = np.linalg.norm(mine[:, None] - others[None], axis=-1).min() * 256
-    # xatlas rounds islands to whole pixels on both sides, and makes the map a little larger than asked: to 1.25.
+    # xatlas rounds islands to whole pixels on both sides, and makes the map up to 1.25 times as large as asked.
     assert distance.min() > (6 - 2) / 1.25
 
 
@@ -192,13 +189,13 @@ def test_without_xatlas_the_remedy_is_told(monkeypatch):
 
 @pytest.fixture
 def temporary(tmp_path, monkeypatch):
-    """The folder in which private folders are made."""
+    """The parent of private folders."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     return tmp_path
 
 
 def with_worker(monkeypatch, code):
-    """Run some code in place of xatlas."""
+    """Run other code in place of xatlas."""
     start = module.ChildProcess
     monkeypatch.setattr(
         module, "ChildProcess",
@@ -227,7 +224,7 @@ def test_an_unwrap_that_never_ends_is_ended(monkeypatch, temporary):
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="asks Linux for the processes")
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
 def test_xatlas_ends_with_the_verb(tmp_path, number):
-    """A mesh that takes long; the verb is asked to end, as a cancelled job is, or is killed."""
+    """A slow mesh; the verb is asked to end, as a cancelled job is, or is killed."""
     write_mesh(tmp_path / "mesh.npz", ball(400, 200, dents=0.05))
     (tmp_path / "temporary").mkdir()
     command = [sys.executable, "-m", "precompute", "unwrap", str(tmp_path / "mesh.npz"), "-o", str(tmp_path / "out")]

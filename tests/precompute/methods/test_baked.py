@@ -7,6 +7,6 @@ from precompute.maths import bspline
 
 
 def test_every_trial_leaves_a_kernel_to_bake():
-    """What is sampled at the texels is narrower than the kernel by what a reading blurs: nothing, if texels are too
-    large. The benchmark once ended so, after ten minutes."""
+    """The kernel sampled at the texels is narrower by the blur of a reading, and vanishes if texels are too large. That
+    once ended the benchmark after ten minutes."""
     assert min(FINER) * TEXELS_MIN > bspline.VARIANCE**0.5

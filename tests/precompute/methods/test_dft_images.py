@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The images that the shaders read: what the file holds is what the methods sum, and the verb that writes it."""
+"""The shaders' images: their file holds what the methods sum; and the verb `dft`."""
 
 import json
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The ensemble's reference, Stam's form, the rainbow, the bake as a method; the maps."""
+"""The ensemble reference, Stam's form, the rainbow (GEM), the bake as a method, and maps."""
 
 import numpy as np
 import pytest
@@ -55,8 +55,8 @@ def test_the_ensemble_is_the_core_reference():
 
 
 def test_stam_knows_a_true_grating_exactly(grating):
-    """A line grating is what his form is made for: the reference's density, order by order, up to its kernel's reach of
-    7 sigma (2e-11) and ours of 8."""
+    """Stam's form is exact for a line grating: the reference's density, order by order, up to its kernel's reach of 7
+    sigma (2e-11) and this one's of 8."""
     settings = Settings(coherence_length_m=LENGTH)
     u, v, w = places()
     for lam in (420e-9, 650e-9):
@@ -77,8 +77,8 @@ def test_stam_orders_of_a_sine_are_bessel_functions():
 
 
 def test_stam_colours_are_the_integral_of_his_density(grating):
-    """His sum takes the orders as lines in u, so that it equals the integral where a kernel changes no colour:
-    here its width is 1 to 2 nm of wavelength."""
+    """Stam's sum takes the orders as lines in u. It equals the integral if the kernel changes no colour: here it is 1
+    to 2 nm wide in wavelength."""
     settings = Settings(coherence_length_m=600e-6, step_m=0.25e-9)
     stam = METHODS["stam"](grating, settings)
     u, w = np.array([-0.9, -0.5, -0.21, 0.22, 0.44]), np.linspace(1.2, 1.9, 5)
@@ -89,7 +89,7 @@ def test_stam_colours_are_the_integral_of_his_density(grating):
 def test_the_rainbow():
     assert gem.bump(np.array([-2, -1, 0, 0.5, 1])) == pytest.approx([0, 0, 1, 0.75, 0])
     rainbow = gem.Gem(1e-6, Settings())
-    # u d = 0.75 um is y = 0.5, the middle of green, in the first order; the others are under 0.5 um.
+    # u d = 0.75 um is y = 0.5, the middle of green, in the first order; the other orders are under 0.5 um.
     rgb = rainbow.xyz(np.array([0.75, -0.75]), np.zeros(2), np.ones(2)) @ rgb_from_xyz().T
     assert rgb[0] == pytest.approx([0, 1, 0], abs=1e-9)
     assert rgb[1] == pytest.approx(rgb[0])
@@ -117,7 +117,7 @@ def test_a_map_by_a_method_is_the_map_by_the_reference():
     got = brdf_map.from_method(METHODS["reference"](relief, settings), 16, 0.3)
     truth = brdf_map.from_reference(relief, kernel_sigma(LENGTH), 16, theta_i=0.3, step_m=40e-9, conserving=False)
     assert np.array_equal(np.isnan(got), np.isnan(truth))
-    # Near the zero order the one multiplies its kernel by O = 1, the other by Stam's O at the pixel.
+    # Near the zero order one form multiplies its kernel by O = 1, the other by Stam's O at the pixel.
     far = np.abs(brdf_map.view_hemisphere(16, 0.3)[1][..., 0] - np.sin(0.3)) > 8 * kernel_sigma(LENGTH)
     near = np.nanmax(truth)
     assert np.nanmax(np.abs(got - truth)[far]) <= 1e-6 * near

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The patch model: its reference, FLSS over Taylor and over Chebyshev images, PQ, NMM."""
+"""The patch model: its reference, FLSS over Taylor and Chebyshev images, PQ, NMM."""
 
 import numpy as np
 import pytest
@@ -29,14 +29,13 @@ def skin(periodic=True, shape=(60, 72), seed=3, depth=300e-9):
 
 
 def places(count=60, seed=1):
-    """u, v, w, wavelengths."""
     rng = np.random.default_rng(seed)
     u, v = rng.uniform(-1.5, 1.5, (2, count))
     return u, v, rng.uniform(0.2, 2, count), rng.uniform(380e-9, 780e-9, count)
 
 
 def length_of(relief):
-    """A coherence of one patch, as the thesis has it."""
+    """The coherence length that equals one patch, as in the thesis."""
     return relief.size_m[1]
 
 
@@ -88,7 +87,7 @@ def test_a_line_grating_takes_the_short_way_to_the_same_end():
 @pytest.mark.parametrize("periodic", [True, False])
 @pytest.mark.parametrize("name", ["flss", "chebyshev"])
 def test_all_texels_and_terms_give_the_reference(name, periodic):
-    """15 texels of 2 / pi bins leave out exp(-7.5^2 / 2 / 0.64^2) = 1e-30; the phasor is right to 1e-12, its rounding
+    """15 texels of 2 / pi bins leave out exp(-7.5^2 / 2 / 0.64^2) = 1e-30; the phasor is exact to 1e-12, its rounding
     to 1e-16 * e^z = 2e-12 (z = 10 here); the reference's window ends at 6e-13 of its peak."""
     relief = skin(periodic)
     settings = Settings(coherence_length_m=length_of(relief), texels=15, **EXACT)
@@ -100,7 +99,7 @@ def test_all_texels_and_terms_give_the_reference(name, periodic):
 
 
 def test_three_texels_stay_within_their_bound():
-    """|F_n sum| loses at most max |F| times the weights left out: (S + L)^2 - S^2 over both axes, with S the most that
+    """|F_n sum| loses at most max |F| times the omitted weights: (S + L)^2 - S^2 over both axes, with S the most that
     three texels weigh and L the bound of the rest. Rows and columns have their own number of bins."""
     relief = skin()
     settings = Settings(coherence_length_m=length_of(relief), **EXACT)
@@ -116,7 +115,7 @@ def test_three_texels_stay_within_their_bound():
     bound = np.prod(np.add(kept, rest)) - np.prod(kept)
     largest = max(np.abs(np.fft.fft2(np.exp(2j * np.pi * s * relief.height_m))).max() for s in w / lam)
     assert difference.max() <= bound * largest / relief.height_m.size
-    # And the bound means something: what three texels lose shows.
+    # The bound is not idle: three texels lose a visible amount.
     assert difference.max() > 1e-3 * largest / relief.height_m.size
     assert left_out(3, 2 / np.pi) == pytest.approx(0.070, abs=5e-4)
 
@@ -212,7 +211,7 @@ def test_copies_add_up(copies):
 
 
 def test_one_copy_is_the_single_patch():
-    """At the bins of the patch, where the sinc interpolation has nothing to do."""
+    """At the bins of the patch, where the sinc interpolation changes nothing."""
     relief = skin()
     settings = Settings(coherence_length_m=PIXEL, **EXACT)
     method = METHODS["pq"](relief, settings)
@@ -226,7 +225,7 @@ def test_one_copy_is_the_single_patch():
 
 
 def test_copies_of_a_cell_are_the_grating():
-    """26 copies of one period, against the sum over all pixels of all copies: along u, where orders are; at v = 0."""
+    """26 copies of one period against the sum over all pixels of all copies, along u (where orders are) at v = 0."""
     relief = prepare(blazed(periods=4, rows=32))
     settings = Settings(coherence_length_m=10e-6, texels=31, **EXACT)
     method = METHODS["pq"](relief, settings)
@@ -237,9 +236,9 @@ def test_copies_of_a_cell_are_the_grating():
     x = np.arange(128) * relief.pixel_size_m[1]
     p = np.exp(-2j * np.pi * w / lam * relief.height_m[0])
     amplitude = np.exp(-2j * np.pi * u[:, None] / lam * x) @ p
-    # PSD of 128 x 128 pixels: dA |sum|^2 / count, the sum over rows being 128 at v = 0.
+    # PSD of 128 x 128 pixels: dA |sum|^2 / count, with a sum over rows of 128 at v = 0.
     expected = relief.pixel_size_m[1] ** 2 * np.abs(amplitude) ** 2 / lam**2
-    # A truncated sinc is off by some 1 / (pi texels) between the bins.
+    # Between the bins a truncated sinc has an error of some 1 / (pi texels).
     assert np.abs(method.density(u, 0 * u, w, wavelength_m=lam) - expected).max() <= 0.05 * expected.max()
     orders = np.arange(-2, 3) * lam / 2.5e-6
     at_orders = np.abs(np.exp(-2j * np.pi * orders[:, None] / lam * x) @ p) ** 2 * relief.pixel_size_m[1] ** 2 / lam**2
@@ -270,8 +269,8 @@ def test_nmm_picks_the_wavelengths_of_the_grating_equation():
 
 
 def test_the_jacobian_makes_nmm_agree_with_flss():
-    """On a true grating whose orders are narrow against the observer's curves: 400 um of coherence make them 0.3 to 3
-    nm wide, which FLSS resolves with steps of a quarter; within 0.5 % of all light."""
+    """For a true grating whose orders are narrow against the observer's curves: 400 um of coherence make them 0.3 to
+    3 nm wide, which FLSS resolves with steps of a quarter; within 0.5 % of all light."""
     relief = prepare(blazed(periods=4, rows=32))
     rng = np.random.default_rng(5)
     u = np.concatenate([rng.uniform(-0.8, -0.2, 40), rng.uniform(0.2, 0.8, 40)])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The entries of the registry tell the truth about the methods that they build, and load only when they are wanted."""
+"""The registry's entries describe the methods that they build, and load them only when they are used."""
 
 import subprocess
 import sys
@@ -39,7 +39,7 @@ def test_an_entry_tells_what_its_method_is(built, name):
 
 @pytest.mark.parametrize("name", ENTRIES)
 def test_an_entry_tells_whether_a_shader_can_evaluate_it(built, name):
-    """PQ as printed has the images of PQ, and no shader."""
+    """PQ as printed has the images of PQ, but no shader."""
     if ENTRIES[name].has_shader:
         assert built[name].shader_images().images.terms.nbytes == built[name].table_bytes
     elif name != "pq-printed":

@@ -76,7 +76,7 @@ def test_half_angle_of_roundings_stays_real():
 
 
 def stam(wi, wr):
-    """The obliquity O of docs/theory.md, as written there."""
+    """The obliquity O as written in docs/theory.md."""
     ci, cr = wi[2], wr[2]
     return (1 + wi @ wr) ** 2 / (ci * cr * (ci + cr) ** 2)
 
@@ -93,8 +93,8 @@ def test_obliquity_is_stams(theta_i, phi_i, theta_r, phi_r):
 @pairs
 @given(polar, azimuth, polar, azimuth, indices)
 def test_reciprocity_of_fresnel_times_obliquity(theta_i, phi_i, theta_r, phi_r, n):
-    """R * O stays the same when light and view are exchanged. The function also has the factor cos(ti), which changes
-    and is divided out. Rounding as above."""
+    """R O stays the same when light and view are exchanged. The function's factor cos(ti) changes, so it is divided
+    out. Rounding as above."""
     wi, wr = direction(theta_i, phi_i), direction(theta_r, phi_r)
     forth, back = (
         fresnel_reflectance(half_angle_cosine(a, b), n) * obliquity_times_cosine_and_w2(a, b) / a[2]
@@ -106,8 +106,7 @@ def test_reciprocity_of_fresnel_times_obliquity(theta_i, phi_i, theta_r, phi_r, 
 @pairs
 @given(polar, azimuth)
 def test_obliquity_of_a_mirror_is_one(theta, phi):
-    """For a mirror O = 1, so O cos(ti) w^2 = 4 cos^3. At 89.5 degrees 1 + wi.wr = 2 cos^2 is 1e-4 and keeps 12
-    digits."""
+    """Thus O cos(ti) w^2 = 4 cos^3. At 89.5 degrees 1 + wi.wr = 2 cos^2 is 1e-4 and keeps 12 digits."""
     wi, wr = direction(theta, phi), direction(theta, phi + np.pi)
     assert obliquity_times_cosine_and_w2(wi, wr) == pytest.approx(4 * np.cos(theta) ** 3, rel=1e-10)
 
@@ -119,7 +118,6 @@ def test_the_limit_of_the_horizon_is_finite():
 
 
 def test_arrays_broadcast():
-    """One light direction and an array of view directions."""
     wi = direction(0.4, 0.1)
     wr = np.stack([[direction(0.1 * i, 0.2 * j) for i in range(4)] for j in range(3)])
     picture = obliquity_times_cosine_and_w2(wi, wr)

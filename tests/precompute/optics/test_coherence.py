@@ -31,8 +31,8 @@ def test_the_kernel_of_the_thesis():
 @few
 @given(lengths, lengths, st.floats(1e-6, 1e-3))
 def test_areas_are_the_scans_area_over_one_windows(height_m, width_m, length_m):
-    """Two windows exp(-x^2 / 2 sigma_s^2) at a distance d overlap by exp(-d^2 / 4 sigma_s^2). The test finds the
-    distance at which the square of that is 1 / e by a search, not by the formula d = sqrt(2) sigma_s."""
+    """Two windows exp(-x^2 / 2 sigma_s^2) at a distance d overlap by exp(-d^2 / 4 sigma_s^2). The test searches the
+    distance at which the square of that is 1 / e, instead of using d = sqrt(2) sigma_s."""
     sigma_s = length_m / 4
     shifts = np.linspace(0, 3, 30001)
     apart = shifts[np.argmax(np.exp(-(shifts**2) / 4) ** 2 <= np.exp(-1))] * sigma_s
@@ -57,13 +57,10 @@ def test_a_65_um_scan_takes_some_32_um():
 @pytest.mark.parametrize(("count", "sigma_pixels"), [(96, 4.0), (97, 6.5), (160, 3.0)])
 @pytest.mark.parametrize("seed", [0, 1])
 def test_the_kernel_is_the_mean_over_window_positions(count, sigma_pixels, seed):
-    """On a periodic profile, two results are equal to rounding.
-
-    One is the mean of |P|^2 over every circular position of a Gaussian amplitude window. The other is the profile's
-    periodogram, blurred by a Gaussian of sigma_q = 1 / (2 pi sqrt(2) sigma_s) that wraps. The window's transform is a
-    Gaussian; its copies, one Nyquist period apart, meet where it has fallen to exp(-2 (pi sigma_pixels / 2)^2), which
-    is 4e-20 for sigma_pixels = 3.
-    """
+    """On a periodic profile, two results are equal to rounding. One is the mean of |P|^2 over every circular position
+    of a Gaussian amplitude window. The other is the profile's periodogram, blurred by a Gaussian of sigma_q = 1 / (2 pi
+    sqrt(2) sigma_s) that wraps. The window's transform is a Gaussian; its copies, one Nyquist period apart, meet where
+    it has fallen to exp(-2 (pi sigma_pixels / 2)^2), which is 4e-20 for sigma_pixels = 3."""
     rng = np.random.default_rng(seed)
     pixel_m = 40e-9
     surface = np.exp(1j * rng.uniform(0, 2 * np.pi, count))

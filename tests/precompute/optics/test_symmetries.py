@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What turning, shifting and scaling a height map do to its spectrum."""
+"""How turning, shifting and scaling a height map change its spectrum."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ def changed(original, heights, pixel_m=None):
 
 
 def scattered(surface, u, v, w=1.3):
-    """XYZ (n, 3) of the reference with a step of 40 nm: both sides of an equality are the same coarse sum."""
+    """XYZ (n, 3) of the reference in steps of 40 nm; both sides of an equality are the same coarse sum."""
     return reference_xyz(prepare(surface), (np.asarray(u), np.asarray(v)), w=w, sigma_b=SIGMA_B, step_m=40e-9)[0]
 
 
@@ -49,7 +49,7 @@ def test_a_circular_shift_leaves_the_spectrum_alone(seed, down, right):
 
 @pytest.mark.parametrize("periodic", [True, False])
 def test_a_quarter_turn_turns_the_spectrum(periodic):
-    """A turn anticlockwise as the scan is seen, from T to B, moves the light at (u, v) to (-v, u)."""
+    """An anticlockwise turn of the scan as seen, from T to B, moves the light at (u, v) to (-v, u)."""
     surface = height_map(1, periodic=periodic)
     turned = changed(surface, np.rot90(surface.height_m))
     u, v = places()
@@ -66,8 +66,7 @@ def test_transposing_mirrors_the_spectrum(periodic):
 
 @pytest.mark.parametrize("factor", [0.5, 1.3])
 def test_scaling_the_pixel_scales_the_frequencies(factor):
-    """Each bin has the same power, and its frequency is divided by the factor. All pixels are too small to be
-    refined."""
+    """Each bin keeps its power, and its frequency is divided by the factor. All pixels are too small to be refined."""
     small = prepare(height_map(3))
     large = prepare(height_map(3, pixel_m=(factor * PIXEL_M, factor * PIXEL_M)))
 

@@ -15,7 +15,7 @@ W = 1.6
 
 
 def skin(periodic, shape=(48, 60), seed=3):
-    """An irregular grating of 1.05 um along T, with slow waves: nothing about it is symmetric."""
+    """An irregular, asymmetric grating of 1.05 um along T, with slow waves."""
     rng = np.random.default_rng(seed)
     y, x = (np.arange(n) / n for n in shape)
     phase = sum(
@@ -45,10 +45,9 @@ def phasors(relief, s):
 @pytest.mark.parametrize("sigma_b", [0.03, 0.2])
 @pytest.mark.parametrize("periodic", [True, False])
 def test_it_is_the_direct_sum(periodic, sigma_b):
-    """No FFT, no truncated kernel, no kept bins: sums of exp(-2 pi i q x) over every pixel, at every bin of the Nyquist
-    cell, each a Gaussian over all of (u, v); within 1e-9 of the peak.
-
-    The reference leaves out what lies past 7 sigma: 2e-11 of a bin's own peak."""
+    """Without FFT, truncated kernel or selection of bins: sums of exp(-2 pi i q x) over every pixel, at every bin of
+    the Nyquist cell, each a Gaussian over all of (u, v); within 1e-9 of the peak. The reference leaves out what lies
+    beyond 7 sigma: 2e-11 of a bin's own peak."""
     relief = skin(periodic)
     u, v = places()
     grid = reference_grid(relief, sigma_b)
@@ -74,12 +73,10 @@ def test_it_is_the_direct_sum(periodic, sigma_b):
 
 
 def test_bins_stand_for_the_integral():
-    """What the bins of a scan that does not wrap stand for: the integral over all q of the kernel and the power of
-    the apodised scan alone in the plane, which is a sum over the lags of its autocorrelation, times the Gaussian's
-    transform.
-
-    frequency_grid promises 1.5 % at its coarsest. Sigma_b is that of a bake that chooses its kernel itself: 30
-    coherence areas of the scan, so that no finer bins are asked for."""
+    """For a scan that does not wrap, the bins stand for the integral over all q of the kernel times the power of the
+    apodised scan alone in the plane. That is a sum over the lags of its autocorrelation, times the Gaussian's
+    transform. frequency_grid promises 1.5 % at its coarsest. Sigma_b is that of a bake that chooses its own kernel: 30
+    coherence areas of the scan, which needs no finer bins."""
     relief = skin(periodic=False)
     sigma_b = narrowest_averaging_kernel(relief.size_m)
     u, v = places(300)
@@ -95,7 +92,7 @@ def test_bins_stand_for_the_integral():
             lag = (np.arange(2 * count) - count) * PIXEL
             q, sigma_q = position[:, None] / lam, sigma_b / lam
             waves.append(np.exp(-2j * np.pi * q * lag - 2 * (np.pi * sigma_q * lag) ** 2) * PIXEL)
-        # Per (u, v), a density over q being lam^2 of it.
+        # The density per (u, v) is lam^2 times the density over q.
         exact = np.einsum("ny,yx,nx->n", waves[0], correlation, waves[1]).real / lam**2
         grid = reference_grid(relief, sigma_b)
         power, _ = scattered_spectrum(relief, s, grid)
@@ -107,7 +104,7 @@ def test_bins_stand_for_the_integral():
 @pytest.mark.parametrize("lam", [390e-9, 700e-9])
 def test_the_density_holds_the_scattered_energy(periodic, lam):
     """Summed over (u, v) at steps of 0.8 sigma, where a sum over a Gaussian is flat to 2 exp(-2 pi^2 / 0.64) = 8e-14.
-    Of a relief so smooth that nothing reaches |u| = 2: what the grid does not keep is less than 1e-9."""
+    The relief is so smooth that nothing reaches |u| = 2: the grid loses less than 1e-9."""
     y, x = (np.arange(32) / 32 for _ in "yx")
     heights = 40e-9 * np.cos(2 * np.pi * (x + y[:, None])) + 50e-9 * np.sin(2 * np.pi * (x - 2 * y[:, None]))
     if not periodic:
@@ -120,15 +117,15 @@ def test_the_density_holds_the_scattered_energy(periodic, lam):
     axis = np.arange(-6, 6, step)
     u, v = (c.ravel() for c in np.meshgrid(axis, axis))
     total = blurred(power, grid, (u, v), lam=lam, sigma_b=sigma_b).sum() * step**2
-    # An edge that does not wrap scatters a little further than the grid keeps.
+    # An edge that does not wrap scatters slightly further than the grid keeps.
     assert power.sum() == pytest.approx(1 - zero, rel=1e-9 if periodic else 2e-3)
-    # What lies past |u| = 6 is not summed: nothing, since the bins end at (2 + 0.7) / 380 nm * 700 nm = 5.
+    # Nothing lies beyond |u| = 6, since the bins end at (2 + 0.7) / 380 nm * 700 nm = 5.
     assert total == pytest.approx(power.sum(), rel=1e-9)
 
 
 def test_a_spectrum_and_its_zero_order_make_white():
-    """XYZ over all of (u, v) and the zero order: every wavelength's energy is 1. One row, so that u alone is summed;
-    the grating's orders up to the 10th are all within |u| = 2.5."""
+    """XYZ over all of (u, v) and the zero order sum to white: every wavelength's energy is 1. The relief has one row,
+    so only u is summed; the grating's orders up to the 10th are all within |u| = 2.5."""
     relief, sigma_b, step = wave(), 0.05, 0.04
     u = np.arange(-3, 3, step)
     scattered, zero = reference_xyz(relief, (u, 0 * u), w=W, sigma_b=sigma_b, step_m=20e-9)
@@ -139,7 +136,7 @@ def test_a_spectrum_and_its_zero_order_make_white():
 
 @pytest.mark.parametrize("lam", [400e-9, 550e-9, 700e-9])
 def test_the_grating_equation(lam):
-    """u = m lam / period: each order is the kernel itself, the others being 9 sigma away. The search goes by 1e-4."""
+    """u = m lam / period: each order is the kernel itself, as the others are 9 sigma away. Steps of 1e-4."""
     period, sigma_b = 2e-6, 0.02
     relief = wave(period)
     grid = reference_grid(relief, sigma_b)
@@ -154,8 +151,8 @@ def test_the_grating_equation(lam):
 
 
 def test_a_facet_sends_the_light_down_its_slope():
-    """u = -slope * w. Where the facet is one wavelength high, at 550 nm, the order m = -1 stands just there; other
-    wavelengths' orders do not, but share the eye's weight (+- 50 nm) with it: u to 0.02."""
+    """u = -slope * w. The facet is one wavelength high at 550 nm, so the order m = -1 is exactly there. Other
+    wavelengths' orders are beside it but share the eye's weight (+- 50 nm): u to 0.02."""
     depth, period = 550e-9 / W, 3e-6
     relief = prepare(blazed(period, depth, periods=4, rows=1))
     u = np.arange(-1.5, 1.5, 0.01)
@@ -194,7 +191,6 @@ def test_progress_is_told():
 
 
 def test_many_places_are_taken_in_parts():
-    """Whatever the number of places at once, each has its own answer."""
     relief = skin(periodic=True)
     sigma_b, lam = 0.35, 500e-9
     grid = reference_grid(relief, sigma_b)

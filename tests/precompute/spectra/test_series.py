@@ -28,8 +28,7 @@ def skin(count=400, pixel=60e-9, scale=30e-9, seed=0, periodic=False):
 @pytest.mark.parametrize("scale", [1e-9, 30e-9, 150e-9])
 def test_the_fast_series_is_the_exact_spectrum(scale):
     """The tolerance is 2e-4 of the sum of the coefficients, and its estimate may be wrong by a factor of two. Single
-    precision adds 1e-6. The power over s^2 of a deep relief is small at large s, where the same error is a larger share
-    of it."""
+    precision adds 1e-6. A deep relief's power over s^2 is small at large s, so its share of error is larger."""
     relief = skin(scale=scale)
     series = fast_series(relief, Q_MAX, S_MAX, finest_kernel=4e4, tolerance=2e-4)
     light = _coefficient_sizes(series.scattered_over_s2).sum()
@@ -40,7 +39,7 @@ def test_the_fast_series_is_the_exact_spectrum(scale):
 
 
 def test_a_shallow_relief_is_not_lost_in_single_precision():
-    """A tenth of a nanometre scatters 1e-5 of the light: rounding, 1e-12, is nothing to it."""
+    """A relief of a tenth of a nanometre scatters 1e-5 of the light; rounding, 1e-12, is negligible."""
     relief = skin(scale=1e-10)
     series = fast_series(relief, Q_MAX, S_MAX, finest_kernel=4e4, tolerance=1e-5)
     assert exact_error(relief, series, np.array([0.3, 0.9]) * S_MAX) <= 1e-4
@@ -52,7 +51,7 @@ def test_a_real_relief_takes_fewer_nodes_than_the_bound():
 
 
 def test_nodes_that_do_not_suffice_are_noticed(monkeypatch):
-    """The measurement says four nodes; the coefficients of the whole relief show that these are too few."""
+    """The measurement asks for four nodes; the coefficients of the whole relief show that these are too few."""
     relief = skin(scale=80e-9)
     monkeypatch.setattr(fast, "measured_count", lambda *_, **__: 4)
     series = fast_series(relief, Q_MAX, S_MAX, finest_kernel=4e4, tolerance=2e-4)

@@ -37,14 +37,14 @@ def grating(make, depth=DEPTH, along_b=False, **options):
 
 
 def orders(relief, s, along_b=False):
-    """The efficiencies {m: efficiency} of a grating's orders; fails where light lies beside the orders."""
+    """The efficiencies {m: efficiency} of a grating's orders; fails if light lies beside the orders."""
     grid = every_bin(relief)
     power, zero = scattered_spectrum(relief, s, grid)
     q = grid.q_y if along_b else grid.q_x
     line = power.sum(axis=1 if along_b else 0)
     m = np.rint(q * PERIOD).astype(int)
     on_order = np.abs(q * PERIOD - m) < 1e-9
-    # What lies elsewhere is the square of a rounding.
+    # Elsewhere there is only the square of a rounding.
     across = power[:, grid.q_x != 0] if along_b else power[grid.q_y != 0]
     assert line[~on_order].sum() + across.sum() < 1e-25
     found = dict(zip(m[on_order].tolist(), line[on_order].tolist(), strict=True))
@@ -57,7 +57,6 @@ def orders(relief, s, along_b=False):
     st.integers(0, 2**32), st.integers(1, 17), st.integers(1, 17), st.booleans(), st.floats(0, 6e6), st.integers(1, 3)
 )
 def test_parseval(seed, rows, cols, periodic, s, refine):
-    """The scattered power and the zero order sum to 1 for every shape, apodisation and padding."""
     relief = rough(seed, (rows, cols), periodic=periodic)
     power, zero = scattered_spectrum(relief, s, every_bin(relief, refine))
     assert (power >= 0).all()
@@ -65,7 +64,7 @@ def test_parseval(seed, rows, cols, periodic, s, refine):
 
 
 def test_padding_refines_the_bins_and_not_the_energy():
-    """The finer bins include every bin of the unpadded transform; their power is less, as there are more of them."""
+    """The finer bins include every bin of the unpadded transform. Their power is less, as there are more of them."""
     relief = rough(0, (18, 24))
     plain, fine = every_bin(relief), every_bin(relief, 3)
     coarse_power, _ = scattered_spectrum(relief, S, plain)
@@ -76,7 +75,6 @@ def test_padding_refines_the_bins_and_not_the_energy():
 
 
 def test_a_mirror_scatters_nothing():
-    """Exactly nothing, since the mean of ones is one."""
     relief = prepare(flat())
     for s in (0.0, 1e5, S, 5.2e6):
         power, zero = scattered_spectrum(relief, s, frequency_grid(relief, 5e6, 1e6))
@@ -85,8 +83,7 @@ def test_a_mirror_scatters_nothing():
 
 
 def test_nothing_is_scattered_at_the_horizon():
-    """At s = 0 there is no path difference. The scattered part grows as s^2; the next term is (2 pi s h)^2 times
-    smaller."""
+    """The scattered part grows as s^2; the next term is (2 pi s h)^2 times smaller."""
     relief = rough(0)
     grid = every_bin(relief)
     assert scattered_spectrum(relief, 0.0, grid)[0].max() == 0
@@ -113,16 +110,14 @@ def test_a_facet_sends_light_down_its_slope(along_b):
 
 @pytest.mark.parametrize("turn", [20.0, 110.0, -75.0])
 def test_a_turned_blaze_sends_light_where_its_facets_look(turn):
-    """On a scan that does not wrap, the order lies at q = -(cos, sin) of the turn over the period, to the nearest
-    bin."""
+    """On a scan that does not wrap, the order is in the bin nearest to q = -(cos, sin) of the turn over the period."""
     angle = np.radians(turn)
     count, pixel, period = 96, 50e-9, 1.0e-6
     x = np.arange(count) * pixel
     along = x[None, :] * np.cos(angle) + x[:, None] * np.sin(angle)
     heights = DEPTH * ((along / period) % 1)
-    # Row 0 at the top.
     relief = prepare(HeightMap(heights[::-1], (pixel, pixel), "test"))
-    # Levelling takes a part of the slope, since there are few facets; nine tenths of the light are still in the order.
+    # Levelling removes a part of the slope, since there are few facets; nine tenths of the light stay in the order.
     grid = every_bin(relief)
     power, _ = scattered_spectrum(relief, 1 / DEPTH, grid)
     row, col = np.unravel_index(np.argmax(power), power.shape)
@@ -179,8 +174,8 @@ def test_blazed_orders(depth):
 
 
 def test_white_noise_heights_spread_evenly():
-    """With independent heights each of 4096 bins has (1 - zero) / 4096 on average. The power of a bin is distributed as
-    speckle, exponentially, so the mean of n bins has a relative deviation of 1 / sqrt(n); the test allows four."""
+    """With independent heights each of 4096 bins has (1 - zero) / 4096 on average. The power of a bin is exponentially
+    distributed, so the mean of n bins has a relative deviation of 1 / sqrt(n); the test allows four."""
     relief = rough(5, (64, 64), periodic=True)
     power, zero = scattered_spectrum(relief, S, every_bin(relief))
     for band in (power[:32], power[32:], power[:, :32], power[:, 32:]):
@@ -209,7 +204,6 @@ def test_a_surface_twice_as_wide_scatters_to_half_the_frequencies():
 
 
 def test_height_offset_and_sign():
-    """An offset is a mere phase; reversing the sign of the heights reverses the frequencies."""
     heights = 80e-9 * np.random.default_rng(0).standard_normal((13, 17))
     up, moved, down = (
         prepare(HeightMap(h, (30e-9, 30e-9), "test", periodic=True)) for h in (heights, heights + 1e-6, -heights)
@@ -244,7 +238,7 @@ def test_orders_of_a_surface_that_wraps_are_not_refined():
 
 def test_a_single_row_is_a_profile():
     """A scan of one row counts as constant along B. Its light stays in the plane v = 0, as that of the same profile
-    repeated over many rows does, also where the bins along T need refining."""
+    repeated over many rows does, even if the bins along T need refining."""
     heights = 80e-9 * np.random.default_rng(2).standard_normal((1, 64))
     profile = prepare(HeightMap(heights, (40e-9, 40e-9), "test"))
     grid = frequency_grid(profile, np.inf, 2e4)
@@ -255,8 +249,8 @@ def test_a_single_row_is_a_profile():
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9])
 @pytest.mark.parametrize("scale", [20e-9, 150e-9, 400e-9])
 def test_the_series_is_the_spectrum(scale, tolerance):
-    """At random s, with an error relative to the largest value. The power is right to 1e-16, and the first node divides
-    it by an s^2 that is up to 1e6 times smaller than the last node's."""
+    """At random s, with an error relative to the largest value. The power is exact to 1e-16, and the first node divides
+    it by an s^2 up to 1e6 times smaller than the last node's."""
     relief = rough(7, scale=scale)
     grid = every_bin(relief)
     s_max = 2 / 380e-9
@@ -269,7 +263,8 @@ def test_the_series_is_the_spectrum(scale, tolerance):
         worst = max(worst, np.abs(answer - power / s**2).max())
         worst_zero = max(worst_zero, abs(series.zero_order(s) - zero))
     assert worst <= tolerance * largest
-    # The amplitude is as accurate, and its modulus is at most 1, so its square errs by at most twice the tolerance.
+    # The amplitude is as accurate, and its modulus is at most 1, so its square has at most twice the tolerance as
+    # error.
     assert worst_zero <= 2 * tolerance
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reading files that must be refused."""
+"""Reads files that must be refused."""
 
 import pytest
 
@@ -9,7 +9,7 @@ from precompute.surface.readers.reader_registry import read_height_map
 
 @pytest.fixture
 def fails(tmp_path):
-    """A function that reads a file of the given bytes, which must fail, and returns the error's one line."""
+    """A function that reads a file of the given bytes, which must fail, and returns the one-line error."""
 
     def line_of(name, data, **options):
         path = tmp_path / name

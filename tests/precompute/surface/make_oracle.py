@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes oracle.json: what the package SurfaceTopography finds in the real files.
+"""Writes oracle.json: what the package SurfaceTopography reads from the real files.
 
     python -m venv FOLDER && FOLDER/bin/pip install SurfaceTopography==1.27.1
     FOLDER/bin/python tests/precompute/surface/make_oracle.py ../shared/data
 
-It needs 40 packages and half a gigabyte, so that its numbers are kept and not the package. Its arrays are (x, y) from
-the top left; lengths become metres here.
-"""
+The package needs 40 others and half a gigabyte, so only its numbers are kept. Its arrays are (x, y) from the top left;
+lengths are converted to metres."""
 
 import json
 import sys
@@ -15,9 +14,10 @@ from pathlib import Path
 import numpy as np
 from SurfaceTopography.IO import open_topography
 
-# What it cannot read is left out: gwyfile_test.gwy has no height, x3ptools_pyramid.x3p has a longer dash in its
-# "ISO5436 - 2000" than the package asks for; pictures, arrays, st_xyz-1.txt and the wave without units carry no unit.
-# The package lets the y of points grow downwards, while in a right-handed (x, y, z) with z outward it grows upwards.
+# Files that the package cannot read are left out: gwyfile_test.gwy has no height; x3ptools_pyramid.x3p has a longer
+# dash in its "ISO5436 - 2000" than the package expects; pictures, arrays, st_xyz-1.txt and the wave without units have
+# no unit. In the package the y of points grows downwards, but in a right-handed (x, y, z) with z outward it grows
+# upwards.
 FILES = (
     "afmreader_sample_0.jpk", "afmreader_sample_0.jpk-qi-image", "afmreader_sample_0.top", "st_di-1.di", "st_di-3.di",
     "st_example_ps.tiff", "st_gwyddion-export-english.txt", "st_gwyddion-export-german.txt", "st_matrix-3.txt",
@@ -28,7 +28,7 @@ METRES = {"m": 1.0, "mm": 1e-3, "\u00b5m": 1e-6, "nm": 1e-9}
 
 
 def facts(path: Path) -> dict[str, object]:
-    """Shape, sides, missing points, range, rms and corners of the channel that the package takes by default."""
+    """Shape, sides, missing points, range, rms and corners of the package's default channel."""
     topography = open_topography(str(path)).topography()
     unit = METRES[topography.unit]
     height = np.ma.filled(topography.heights().astype(float), np.nan).T * unit

@@ -7,8 +7,8 @@ from PIL import Image
 
 from precompute.surface.readers.reader_registry import read_height_map
 
-# One asymmetric surface for all formats: a blazed grating whose grating vector is turned by 20 degrees from T
-# towards B. No flip, turn or transpose of it looks the same. Rows run along -B.
+# The surface of all formats: a blazed grating whose grating vector is turned by 20 degrees from T towards B, which
+# looks different after any flip, turn or transpose. Rows run along -B.
 ROWS, COLS = 24, 40
 PIXEL_M = 25e-9
 SIZE_UM = COLS * PIXEL_M * 1e6
@@ -27,8 +27,8 @@ NID_CHANNELS = (
 
 
 def nid_bytes(height_m, bits=32, signed=True, points=None, lines=None, channels=NID_CHANNELS, backward=None):
-    """A .nid file: the heights in the forward Z-Axis, `backward` or their negatives in the backward one, zeros in other
-    channels."""
+    """A .nid file with the heights in the forward Z-Axis, `backward` or the negated heights in the backward one, and
+    zeros in other channels."""
     backward = -height_m if backward is None else backward
     rows, cols = height_m.shape
     header = ["[DataSet]", "Version=2", "GroupCount=2", "Gr0-Count=8", "Gr1-Count=8"]
@@ -73,11 +73,11 @@ def gwy_bytes(fields):
 
 
 def picture(path, array, **options):
-    """Save an array as a picture; the path as a string."""
+    """Save an array as a picture; return the path as a string."""
     Image.fromarray(array).save(path, **options)
     return str(path)
 
 
 def read_picture(path, **options):
-    """Read a picture with the size and height of TILTED, unless the options say otherwise."""
+    """Read a picture with the size and height of TILTED, unless `options` replace them."""
     return read_height_map(str(path), **{"size_um": SIZE_UM, "height_nm": HEIGHT_NM} | options)

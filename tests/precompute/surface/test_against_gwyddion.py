@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Headers and missing points that no real file at hand has, put into real files; held against Gwyddion's values.
+"""Rare headers and missing points, put into real files and compared with Gwyddion's values.
 
-The figures below are Gwyddion 2.62's: of the fields and masks that `gwyddion --convert-to-gwy=OUT.gwy IN` made of the
-files that these tests make. docs/formats.md has the table.
-"""
+The figures below come from Gwyddion 2.62: from the fields and masks that `gwyddion --convert-to-gwy=OUT.gwy IN` made of
+the files that these tests make. docs/formats.md has the table."""
 
 import hashlib
 import struct
@@ -14,7 +13,7 @@ import pytest
 
 from precompute.surface.readers.reader_registry import read_height_map
 
-# The lowest height, the highest and the rms of the points that Gwyddion holds for measured.
+# Lowest height, highest height and rms of the points that Gwyddion takes as measured.
 X3P_DOUBLES = (-3.144206865877671e-07, 2.3991551341223285e-07, 7.728448176322416e-08)
 X3P_FLOATS = (-3.1442067438547383e-07, 2.3991552211555245e-07, 7.728448176395781e-08)
 IBW = (-7.046238579277997e-07, -3.3123345133390103e-07, 8.945481491256413e-08)
@@ -29,7 +28,7 @@ def read(folder, name, data):
 
 
 def holds(height, missing, figures):
-    """Whether a map has so many missing points, and these figures: to the last digits of the rms, a sum."""
+    """Check a map's number of missing points and its figures, to the last digits of the rms, a sum."""
     assert np.isnan(height).sum() == missing
     found = np.nanmin(height), np.nanmax(height), np.nanstd(height)
     assert found[:2] == figures[:2]
@@ -58,8 +57,7 @@ def test_infinite_points_of_a_real_x3p(shared_data, tmp_path, kind, letter, figu
 
 @pytest.mark.parametrize("units", [(148,), (148, 152, 156)], ids=["values", "values and sides"])
 def test_a_real_wave_without_units(shared_data, tmp_path, units):
-    """Units taken out of st_spot_1-1000nm.ibw. Gwyddion reads the heights in metres, and the sides, 20.08 um, without a
-    unit."""
+    """st_spot_1-1000nm.ibw without its units. Gwyddion reads heights in metres, and sides of 20.08 um."""
     data = bytearray((shared_data / "formats" / "st_spot_1-1000nm.ibw").read_bytes())
     for at in units:
         data[64 + at : 68 + at] = bytes(4)
@@ -72,8 +70,7 @@ def test_a_real_wave_without_units(shared_data, tmp_path, units):
 
 @pytest.mark.parametrize("sign", ["\xb5m".encode("latin-1"), "\xb5m".encode(), "\u03bcm".encode()])
 def test_micrometres_of_a_real_sur(shared_data, tmp_path, sign):
-    """The millimetres of st_sur-2.sur as micrometres. Gwyddion holds its 117 missing points for heights, of two steps
-    below the lowest."""
+    """st_sur-2.sur in micrometres. Gwyddion takes its 117 missing points as heights two steps below the lowest."""
     data = bytearray((shared_data / "formats" / "st_sur-2.sur").read_bytes())
     for unit, step, axis in ((180, 120, 228), (196, 124, 244), (212, 128, 260)):
         assert data[unit : unit + 16].strip() == b"mm"
@@ -87,7 +84,7 @@ def test_micrometres_of_a_real_sur(shared_data, tmp_path, sign):
 
 
 def sdf(shared_data, largest, *, binary):
-    """st_sdf-1.sdf twice side by side and one over the other, no two heights alike, with four holes."""
+    """st_sdf-1.sdf repeated 2 x 2, with all heights different and four holes."""
     head, body, trailer = (shared_data / "formats" / "st_sdf-1.sdf").read_text().split("*\n", 2)
     values = np.tile([[float(each) for each in line.split()] for line in body.splitlines()], (2, 2))
     values += np.arange(values.size).reshape(values.shape) * 1e-3
@@ -104,7 +101,7 @@ def sdf(shared_data, largest, *, binary):
 @pytest.mark.parametrize("binary", [False, True])
 @pytest.mark.parametrize("largest", [np.nan, np.finfo("f8").max])
 def test_holes_of_a_real_sdf(shared_data, tmp_path, binary, largest):
-    """Gwyddion holds NaN for missing, in binary files, and DBL_MAX for a height of 1.8e302 m; all others agree."""
+    """Gwyddion takes NaN as missing only in binary files, and DBL_MAX as a height; all other values agree."""
     height = read(tmp_path, "holes.sdf", sdf(shared_data, largest, binary=binary)).height_m
     assert sorted(map(tuple, np.argwhere(np.isnan(height)).tolist())) == sorted(HOLES)
     holds(height, 4, SDF)

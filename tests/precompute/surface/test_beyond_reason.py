@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that no instrument writes: sizes beyond reason, what is no file, tails, bombs. Each is refused in one line, and
-soon."""
+"""Files that no instrument writes: unreasonable sizes, no files, tails, bombs. All are refused quickly."""
 
 import os
 import struct
@@ -33,7 +32,7 @@ GIB = 1 << 30
 
 
 def nid_with(**entries):
-    """A .nid file with other entries in the sections of its channels: Dim0Range="1e3"."""
+    """A .nid file with replaced entries in its channels' sections, for example Dim0Range="1e3"."""
     data = nid_bytes(TILTED)
     for key, value in entries.items():
         data = data.replace(f"\n{key}=".encode(), f"\n{key}={value}\r\nX=".encode())
@@ -45,7 +44,7 @@ def gwy_with(heights=TILTED, width_m=COLS * PIXEL_M, height_m=ROWS * PIXEL_M):
 
 
 def peak_of(read):
-    """What `read` returns or its GratingError, and the most bytes that Python and NumPy held meanwhile."""
+    """What `read` returns or its GratingError, and the peak bytes of Python and NumPy."""
     tracemalloc.start()
     try:
         found = read()
@@ -59,7 +58,7 @@ def peak_of(read):
 
 @pytest.mark.parametrize("side", ["1", "1e-16", "1e308", "inf", "9" * 400])
 def test_pixels_beyond_reason(fails, side):
-    """A picometre is a hundredth of an atom; waves do not see pixels of a millimetre as one surface."""
+    """A picometre is a hundredth of an atom; light does not see pixels of a millimetre as one surface."""
     assert "pixel" in fails("wide.nid", nid_with(Dim0Range=side))
     assert "pixel" in fails("high.nid", nid_with(Dim1Range=side))
     assert "pixel" in fails("wide.gwy", gwy_with(width_m=float(side)))
@@ -86,7 +85,7 @@ def test_reliefs_over_a_millimetre(fails, factor, recwarn):
 
 
 def test_a_relief_that_lies_astronomically_high(fails):
-    """Its heights would have no digits left for the relief."""
+    """Heights that far up have no digits left for the relief."""
     assert "above" in fails("far.gwy", gwy_with(np.where(TILTED > 1e-7, 3e6 + 1e-9, 3e6)))
 
 
@@ -138,7 +137,7 @@ def test_a_name_that_no_file_can_have():
 
 @pytest.mark.parametrize("name", ["scan.nid", "scan.gwy", "scan.png", "scan.tif", "scan.bmp"])
 def test_a_tail_of_4_gib_is_not_read(tmp_path, name):
-    """The file is sparse: it takes no room. Whether it is read without its tail or refused, its zeros are not held."""
+    """The sparse file takes no room. Refused or read without its tail, its zeros are not held in memory."""
     path = tmp_path / name
     if name.endswith("nid"):
         path.write_bytes(nid_bytes(TILTED))
@@ -194,7 +193,7 @@ def test_a_channel_s_name_prints(tmp_path):
 
 
 def curve_channels(unit_x, unit_y):
-    """A force curve file: every channel is over one axis."""
+    """A force curve file: every channel has one axis."""
     data = nid_bytes(TILTED, channels=(("Deflection", "N", "Scan forward"), ("Z-Axis", "m", "Scan forward")))
     data = data.replace(b"Dim0Unit=m", f"Dim0Unit={unit_x}".encode())
     return data.replace(b"Dim1Unit=m", f"Dim1Unit={unit_y}".encode()).replace(b"Scan", b"Spec")
@@ -215,7 +214,6 @@ def container(*components):
 
 @pytest.mark.parametrize("depth", [200, 100_000])
 def test_containers_that_nest_deep(tmp_path, depth):
-    """What is nested and not asked for is not opened."""
     nested = b""
     for _ in range(min(depth, 5000)):
         nested = b"x\0oGwyContainer\0" + struct.pack("<I", len(nested)) + nested
@@ -242,7 +240,7 @@ def png_chunk(kind, data):
 
 
 def png_of(rows, cols, *chunks, depth=8, colour=0, channels=1):
-    """A black PNG; `chunks` stand before its picture."""
+    """A black PNG with `chunks` before its picture."""
     line = zlib.compressobj(9)
     row = bytes(1 + cols * channels * depth // 8)
     data = b"".join([*(line.compress(row) for _ in range(rows)), line.flush()])
@@ -265,7 +263,7 @@ def test_a_picture_is_read_with_8_bytes_a_pixel_over_its_heights(tmp_path, kind)
 
 
 def test_chunks_beside_the_picture_are_not_held(tmp_path, fails):
-    """Text that unpacks to much, a profile that does, and a chunk that is huge itself."""
+    """Text and a profile that unpack to 200 MB, and a chunk that is itself huge."""
     bomb = zlib.compress(bytes(200 << 20), 9)
     for kind, head in ((b"zTXt", b"key\0\0"), (b"iCCP", b"name\0\0"), (b"iTXt", b"key\0\1\0\0\0")):
         path = tmp_path / "bomb.png"
@@ -308,7 +306,7 @@ def test_a_tiff_of_100_000_pages_is_refused_at_the_second(tmp_path):
 
 
 def test_a_tiff_whose_tags_share_one_region(tmp_path):
-    """60,000 tags of a megabyte each, all of them the same megabyte: 60 GB if each is held."""
+    """60,000 tags of a megabyte each point to the same megabyte: 60 GB if each is held."""
     entries = SMALL + [(40_000 + k % 20_000, 1, 1 << 20, 8) for k in range(60_000)]
     path = tmp_path / "tags.tif"
     path.write_bytes(tiff_of(entries, bytes(1 << 20)))

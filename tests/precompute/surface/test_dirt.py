@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Dust, scars and spikes: height counts beside area, and no step is advised that takes the grating out."""
+"""Dust, scars and spikes are judged by height as well as area, and no advised step removes the grating."""
 
 import re
 
@@ -40,13 +40,13 @@ def finding(height_map):
 
 
 def advised(sentence):
-    """The steps of an advice, "" for none."""
+    """The steps of an advice; "" if it has none."""
     found = re.search(r"bake it with --level ([\w,:]+)", sentence)
     return found[1] if found else ""
 
 
 def test_broken_ridges_along_the_rows_are_no_dirt():
-    """They are like scars, and all that there is of the grating."""
+    """They look like scars, but are the whole grating."""
     ridges = scan(broken_ridges())
     assert describe(ridges).periods_m[0] == pytest.approx(1e-6, rel=0.01)
     found = finding(ridges)
@@ -57,7 +57,7 @@ def test_broken_ridges_along_the_rows_are_no_dirt():
 
 
 def test_small_pits_are_no_dirt():
-    """Pits on 3.5 % of the scan are its grating."""
+    """The pits cover 3.5 % of the scan and are its grating."""
     y, x = np.indices((256, 256))
     found = finding(scan(-100e-9 * ((x % 16 < 3) & (y % 16 < 3))))
     assert found.light == "good" and advised(found.sentence) == ""
@@ -65,7 +65,7 @@ def test_small_pits_are_no_dirt():
 
 
 def test_the_advice_against_dust_keeps_all_waves():
-    """Under the dust only one of two waves stands out."""
+    """Under the dust only one of the two waves is detected."""
     crossed = lines() + 0.6 * lines().T
     clean = describe(scan(crossed)).waves.gratings
     y, x = np.indices(crossed.shape)
@@ -77,7 +77,7 @@ def test_the_advice_against_dust_keeps_all_waves():
     assert steps == "plane,dust"
     cleaned = level(dusty, parse_steps(steps))
     assert not any(line.startswith("warning") for line in cleaned.told)
-    # Holes on 2 % of the scan take as much of the amplitude.
+    # Holes on 2 % of the scan cost 2 % of the amplitude.
     found = describe(cleaned.height_map).waves.gratings
     assert [wave.amplitude_m for wave in found] == pytest.approx([wave.amplitude_m for wave in clean], rel=0.02)
     assert len(found) == 2
@@ -85,7 +85,7 @@ def test_the_advice_against_dust_keeps_all_waves():
 
 @pytest.mark.parametrize(("height_nm", "light"), [(60, "good"), (200, "usable"), (1000, "poor")])
 def test_four_high_pixels_are_told(height_nm, light):
-    """The relief is 81 nm high: 1 um over it is more than ten times that, 200 nm more than once, 60 nm less."""
+    """The relief is 81 nm high: 1 um is more than ten times that, 200 nm more than once, 60 nm less."""
     height = lines()
     height[100:102, 200:202] += 40e-9 + height_nm * 1e-9
     found = finding(scan(height))
@@ -99,7 +99,7 @@ def test_four_high_pixels_are_told(height_nm, light):
 
 
 def test_two_pixels_between_those_that_are_looked_at_are_told():
-    """Of 600 pixels a side every other is looked at."""
+    """At 600 pixels a side only every second pixel is sampled."""
     height = lines(600)
     height[301, 401:404:2] -= 500e-9
     found = finding(scan(height))

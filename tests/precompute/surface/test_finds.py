@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that the search of laboratory/benchmarks/hostile/guided.py found, and what they came down to."""
+"""Files found by laboratory/benchmarks/hostile/guided.py, reduced to their cause."""
 
 import struct
 
@@ -9,20 +9,20 @@ import pytest
 from laboratory.benchmarks.hostile import instruments
 from tests.precompute.surface.scan_files import PIXEL_M, TILTED, picture, read_picture
 
-# A NaN that signals: NumPy warns where it is made a double.
+# A signalling NaN, for which NumPy warns when it converts to double.
 SIGNAL = np.array([0x7F800001], np.uint32).view(np.float32)
 
 
 @pytest.mark.parametrize("first", [2**63, 2**64 - 1])
 def test_a_tiff_whose_directory_is_beyond_any_file(fails, first):
-    """No file has such a place, and Python refuses to go there with an error of its own."""
+    """Python raises its own error for a position beyond any file."""
     told = fails("far.tif", b"II+\0\x08\0\0\0" + struct.pack("<Q", first), size_um=1, height_nm=1)
     assert "truncated or damaged" in told
 
 
 @pytest.mark.parametrize("header", [b"{'descr': '<f8', 'shape': (24, 40", b"{'descr': '<f8'", b"(" * 64, b"\0" * 64])
 def test_an_array_whose_header_is_cut(fails, header):
-    """NumPy's own parser lets an error of Python's tokenizer out."""
+    """NumPy's parser passes on an error of Python's tokenizer."""
     whole = b"\x93NUMPY\1\0" + struct.pack("<H", len(header)) + header + bytes(960 * 8)
     assert "no matrix of numbers" in fails("cut.npy", whole, size_um=1, height_nm=1)
 

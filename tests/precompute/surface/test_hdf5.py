@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""HDF5 of microscopes: frames, directions and calibrations, and files whose structures are not what they should be."""
+"""HDF5 files of microscopes: frames, directions, calibrations, and malformed structures."""
 
 import io
 import re
@@ -77,7 +77,7 @@ def test_other_hdf5_is_told(fails):
 
 
 def spoiled(mark, form, *values, after=0, last=False):
-    """A .nhf with numbers written `after` bytes behind the first or last place of a mark."""
+    """A .nhf with numbers written `after` bytes behind the first or last occurrence of a mark."""
     whole = bytearray(hdf5.nhf(HEIGHTS, PIXEL_M, packed=True))
     at = whole.rindex(mark) if last else whole.index(mark)
     struct.pack_into(form, whole, at + after, *values)
@@ -88,7 +88,7 @@ def spoiled(mark, form, *values, after=0, last=False):
     "whole, told",
     [
         (hdf5.nhf_continued_in_a_circle, "in a circle"),
-        # The first child of the last tree, which is the root's, is the tree itself; and the tree has levels.
+        # The root's tree, which is the last one, gets levels and itself as its first child.
         (lambda: in_itself(), "in a circle"),
         (lambda: spoiled(b"\x89HDF", "<B", 7, after=8), "superblock of version 7"),
         (lambda: spoiled(b"\x89HDF", "<B", 4, after=13), "other sizes of addresses"),
@@ -111,10 +111,10 @@ def in_itself():
 
 
 def test_a_chunk_that_unpacks_to_more_than_it_says(fails):
-    """10 MB of zeros where a chunk has 40 integers of 4 bytes."""
+    """10 MB of zeros in a chunk of 40 integers of 4 bytes."""
     whole = bytearray(hdf5.nhf(HEIGHTS, PIXEL_M, packed=True))
     bomb = zlib.compress(bytes(10_000_000))
-    # The keys of the second tree, of the topography: bytes of the chunk, filters left out, place; then its address.
+    # The keys of the second tree (the topography): bytes of the chunk, omitted filters, place; then its address.
     at = [found.start() for found in re.finditer(rb"TREE\x01", whole)][1]
     struct.pack_into("<I", whole, at + 24, len(bomb))
     struct.pack_into("<Q", whole, at + 24 + 24, len(whole))

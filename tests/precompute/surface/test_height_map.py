@@ -18,7 +18,7 @@ def height_map(height, **options):
 
 @st.composite
 def holed(draw):
-    """Heights of up to 12 x 12 pixels and a mask of holes: at most half of the pixels, and none of the corners."""
+    """Heights of up to 12 x 12 pixels, and a mask of holes: at most half of the pixels, and no corner."""
     shape = draw(st.integers(1, 12)), draw(st.integers(1, 12))
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     holes = np.zeros(shape, bool)
@@ -61,11 +61,9 @@ def test_refuses_pixel_sizes_that_are_no_lengths(pixel):
 
 @given(holed(), st.floats(-5, 5), st.floats(-5, 5), st.floats(-1e3, 1e3))
 def test_levelling_takes_any_plane_out(surface, slope_y, slope_x, offset):
-    """Levelling h + plane gives the same as levelling h, and the result is orthogonal to every plane.
-
-    Rounding: sums have 144 terms, and with half of the pixels the condition number is below 100. That is
-    144 x 100 x 2.2e-16 = 3e-12 of the largest height, times 3 for the few sums.
-    """
+    """Levelling h + plane gives the same as levelling h, and the result is orthogonal to every plane. Rounding: sums
+    have 144 terms, and with half of the pixels the condition number is below 100. That is 144 x 100 x 2.2e-16 = 3e-12
+    of the largest height, times 3 for the few sums."""
     height, holes = surface
     y, x = np.indices(height.shape)
     tilted = height + slope_y * y + slope_x * x + offset
@@ -79,7 +77,6 @@ def test_levelling_takes_any_plane_out(surface, slope_y, slope_x, offset):
 
 
 def test_levelling_leaves_a_periodic_surface_its_slopes():
-    """A ramp that wraps is a facet, not a tilt of the scan."""
     ramp = np.tile(np.arange(8.0), (3, 2))
     level = level_plane(height_map(ramp, periodic=True)).height_m
     np.testing.assert_array_equal(level, ramp - 3.5)
@@ -111,7 +108,6 @@ def _continued(plane):
 
 @given(holed(), st.floats(-5, 5), st.floats(-5, 5))
 def test_filling_continues_a_plane(surface, slope_y, slope_x):
-    """With the tolerance of levelling."""
     height, holes = surface
     y, x = np.indices(height.shape)
     plane = slope_y * y + slope_x * x
@@ -120,10 +116,8 @@ def test_filling_continues_a_plane(surface, slope_y, slope_x):
 
 
 def test_filling_bridges_a_hole_without_a_step():
-    """The surface x y is harmonic, so the ideal fill of a hole is x y itself, whose steps at this rim are 8.
-
-    The relaxation ends after a few sweeps, so the test allows an error of half a step.
-    """
+    """The surface x y is harmonic, so the ideal fill of a hole is x y itself, whose steps at this rim are 8. The
+    relaxation ends after a few sweeps, so the test allows an error of half a step."""
     y, x = np.indices((32, 32)) - 15.5
     holes = np.zeros((32, 32), bool)
     holes[18:24, 18:24] = True

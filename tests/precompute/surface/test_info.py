@@ -26,8 +26,8 @@ KEYS = [
     "quality",
     "channels",
 ]
-# One wave is found exactly. The lobe of its negative frequency, 12 bins away and below 1 / 12^3 of its own, moves what
-# is found by 0.001 bins, and so does the plane that is taken out of the wave.
+# A single wave is found exactly. The lobe of its negative frequency, 12 bins away and below 1 / 12^3 of its own, shifts
+# the result by 0.001 bins, as does the plane that is removed from the wave.
 MISSED_BINS = 0.002
 
 
@@ -45,13 +45,13 @@ def described(height, pixel):
 @settings(max_examples=40, deadline=None)
 @given(angle=st.floats(-89, 90), repeats=st.floats(8, 30), stretch=st.floats(0.8, 1.25))
 def test_a_wave_is_found_where_it_is(angle, repeats, stretch):
-    """On pixels that need not be square, with a tilt and an offset added."""
     shape, pixel = (128, 128), (100e-9, 100e-9 * stretch)
     side = min(shape[0] * pixel[0], shape[1] * pixel[1])
     period = side / repeats
     y, x = np.indices(shape)
     figures = described(wave(shape, pixel, period, angle) + 1e-9 * x - 2e-9 * y + 1e-6, pixel)
-    # Both axes err by MISSED_BINS. A bin is widest along the shorter side, 1 / repeats of the wave's frequency.
+    # Both axes have an error of MISSED_BINS. A bin is widest along the shorter side, 1 / repeats of the wave's
+    # frequency.
     miss = MISSED_BINS * np.sqrt(2) / repeats
     assert figures.periods_m[0] == pytest.approx(period, rel=miss)
     turned = (figures.period_angles_deg[0] - angle + 90) % 180 - 90
@@ -68,7 +68,7 @@ def test_two_waves_come_strongest_first_with_their_own_angles():
 
 
 def test_a_stronger_wave_comes_first_though_a_slower_one_is_higher():
-    """Waviness like that of a real skin, 400 nm high, repeats only twice in the scan."""
+    """Waviness 400 nm high, like a real skin's, repeats only twice in the scan."""
     pixel = (50e-9, 50e-9)
     height = wave((256, 256), pixel, 1000e-9, 0, 40e-9) + wave((256, 256), pixel, 6400e-9, 70, 200e-9)
     assert described(height, pixel).periods_m == pytest.approx((1000e-9,), rel=0.005)
@@ -119,16 +119,13 @@ def test_holes_change_no_figure_by_more_than_their_share():
     whole = described(height, pixel)
     height[40:44, 50:54] = np.nan
     holed = described(height, pixel)
-    # 16 of 16384 pixels are missing.
     assert holed.height_rms_m == pytest.approx(whole.height_rms_m, rel=1e-3)
     assert holed.periods_m[0] == pytest.approx(whole.periods_m[0], rel=1e-3)
 
 
 def test_relief_is_that_of_the_levelled_heights():
-    """A wave of 16 whole periods and a plane: the range is twice the amplitude, the rms is amplitude / sqrt(2).
-
-    A plane that is fitted to 16 whole periods of a sine rises over the scan by at most 6 / (pi 16) amplitudes.
-    """
+    """A wave of 16 whole periods and a plane: the range is twice the amplitude, the rms is amplitude / sqrt(2). A plane
+    fitted to 16 whole periods of a sine rises over the scan by at most 6 / (pi 16) amplitudes."""
     pixel = (20e-9, 20e-9)
     y, x = np.indices((128, 128))
     height = wave((128, 128), pixel, 160e-9, 0, 10e-9) + 5e-9 * x + 7e-9 * y
@@ -147,7 +144,6 @@ def test_figures_are_plain_json_in_their_order():
 
 
 def test_both_files_of_the_real_grid_agree(shared_data):
-    """The same heights in two file formats differ by rounding only."""
     paths = (str(shared_data / "nanosurf" / name) for name in ("grid.nid", "grid.gwy"))
     nid, gwy = (describe(read_height_map(path)) for path in paths)
     for key in KEYS[:8]:
@@ -165,10 +161,10 @@ def test_real_skin_shows_the_period_of_the_thesis(shared_data):
 
 
 def test_the_real_skin_of_xenopeltis_shows_the_period_of_its_rows(shared_data):
-    """Its waviness of 18 um is higher, its fingers 0.53 and 0.58 um apart have more power times frequency."""
+    """Its waviness of 18 um is higher, and its fingers 0.53 and 0.58 um apart have more power times frequency."""
     scan = read_height_map(str(shared_data / "snake" / "xenopeltis_65um.png"), size_um=65, height_nm=818.69)
     figures = describe(scan)
-    # The rows are 43 to the scan and not straight: half a bin of the spectrum is 1.2 %.
+    # The scan has 43 rows, which are not straight: half a bin of the spectrum is 1.2 %.
     assert figures.periods_m[0] == pytest.approx(1.5e-6, rel=0.012)
     assert figures.period_angles_deg[0] == pytest.approx(87.5, abs=1)
     assert figures.waves.waviness.period_m == pytest.approx(18e-6, rel=0.1)
@@ -178,7 +174,7 @@ def test_the_real_skin_of_xenopeltis_shows_the_period_of_its_rows(shared_data):
 
 
 def test_waviness_is_told_and_is_no_grating():
-    """A wave of 9 um sends red and green out 6.9 mrad apart, and the sun is 9.3 mrad wide."""
+    """A wave of 9 um sends out red and green 6.9 mrad apart, and the sun is 9.3 mrad wide."""
     pixel = (250e-9, 250e-9)
     height = wave((256, 256), pixel, 1500e-9, 90, 20e-9) + wave((256, 256), pixel, 9e-6, 0, 60e-9)
     figures = described(height, pixel)
@@ -190,7 +186,7 @@ def test_waviness_is_told_and_is_no_grating():
 
 
 def test_what_is_finer_than_light_is_no_grating():
-    """150 nm: even from one horizon to the other the path differs by less than the shortest wavelength, 380 nm."""
+    """At 150 nm the path difference is below the shortest wavelength, 380 nm, even from one horizon to the other."""
     pixel = (20e-9, 20e-9)
     figures = described(wave((256, 256), pixel, 150e-9, 30), pixel)
     assert figures.periods_m == ()
@@ -200,14 +196,14 @@ def test_what_is_finer_than_light_is_no_grating():
 
 
 def test_a_wave_too_faint_to_see_is_no_grating():
-    """20 pm high: 200 of its orders together would be as bright as a hundredth of white paper."""
+    """At 20 pm, 200 such orders together are as bright as a hundredth of white paper."""
     pixel = (50e-9, 50e-9)
     assert described(wave((256, 256), pixel, 1000e-9, 0, 20e-12), pixel).periods_m == ()
     assert described(wave((256, 256), pixel, 1000e-9, 0, 1e-9), pixel).periods_m == pytest.approx((1000e-9,), rel=0.005)
 
 
 def test_a_rough_ground_has_no_grating_of_its_own():
-    """Random ground whose power falls with the third power of the frequency, as that of many natural surfaces does."""
+    """The power of random ground falls with the third power of the frequency, as for many natural surfaces."""
     for seed in range(10):
         rng = np.random.default_rng(seed)
         q = np.hypot(np.fft.fftfreq(256)[:, None], np.fft.rfftfreq(256))
@@ -218,7 +214,7 @@ def test_a_rough_ground_has_no_grating_of_its_own():
 
 
 def test_the_relief_is_told_before_and_after_levelling():
-    """A picture said to be 375 nm high may be higher once its tilt is taken out."""
+    """A picture declared 375 nm high may be higher once its tilt is removed."""
     pixel = (50e-9, 50e-9)
     flat = described(np.array([[0, 1e-9], [1e-9, 0]]), pixel)
     assert flat.relief_in_words() == "1 nm"
@@ -228,7 +224,7 @@ def test_the_relief_is_told_before_and_after_levelling():
 
 
 def test_of_a_large_scan_the_middle_tells_the_periods():
-    """The middle has its own mean and plane; it is not the periods' business."""
+    """The middle has its own mean and plane, which do not affect the periods."""
     pixel = (100e-9, 100e-9)
     figures = described(wave((300, 3000), pixel, 1500e-9, 20) + 1e-9 * np.arange(3000), pixel)
     grating = figures.waves.gratings[0]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files of instruments: one surface through every format, its channels, and files that are not whole."""
+"""Files of instruments: one surface in every format, its channels, and damaged files."""
 
 import io
 import struct
@@ -15,9 +15,9 @@ from precompute.base.failure import GratingError
 from precompute.surface.readers.reader_registry import read_height_map, reader_of
 from tests.precompute.surface.scan_files import COLS, PIXEL_M, ROWS, SIZE_UM, TILTED
 
-# Not square, and about zero, so that a swapped axis or a lost sign is seen.
+# Not square and centred on zero, so that a swapped axis or a lost sign shows.
 HEIGHTS = TILTED - 100e-9
-# Each format: the maker of a file, its extension, the label of the topography, and the half of a step of its numbers.
+# For each format: the maker of a file, its extension, the label of the topography, and half a step of its numbers.
 FORMATS = {
     "nanoscope": (instruments.nanoscope, ".spm", "ZSensor trace", SPAN_M / 2**17),
     "nanoscope of 32 bits": (
@@ -64,7 +64,7 @@ FORMATS = {
     "x3p of points in its XML": (instruments.x3p_listed, ".x3p", "height", 0),
     "x3p of integers": (partial(instruments.x3p, kind="L"), ".x3p", "height", 0.5e-12),
 }  # fmt: skip
-# Bare numbers: nanometres, with nine digits behind the point in text.
+# Bare numbers: nanometres, in text with nine digits after the point.
 BARE = {
     "xyz": (instruments.xyz, ".xyz", 0.5e-18),
     "matrix": (instruments.matrix, ".asc", 0.5e-18),
@@ -86,7 +86,7 @@ def test_one_surface_through_every_instrument(tmp_path, name):
     make, extension, label, half_step = FORMATS[name]
     path = write(tmp_path, f"tilted{extension}", make(HEIGHTS, PIXEL_M))
     height_map = read_height_map(path)
-    # Beside the half step there is the rounding of the scale, in single precision in Digital Surf's headers.
+    # Besides half a step, the scale is rounded, in Digital Surf's headers to single precision.
     np.testing.assert_allclose(height_map.height_m, HEIGHTS, rtol=1e-7, atol=half_step * 1.001 + 1e-21)
     assert height_map.pixel_size_m == pytest.approx((PIXEL_M, PIXEL_M), rel=1e-7)
     assert height_map.channel == label
@@ -170,7 +170,7 @@ def test_a_jpk_channel_without_its_scaling_is_left_out_alone(tmp_path):
 
 
 def test_what_is_no_topography_is_never_taken_for_it(fails, tmp_path):
-    """An amplitude in metres, alone in its file."""
+    """The file holds only an amplitude, in metres."""
     whole = instruments.ibw(HEIGHTS, PIXEL_M, labels=("AmplitudeTrace", "DeflectionTrace", "PhaseTrace"))
     assert "no channel is plainly the topography" in fails("amplitude.ibw", whole)
     chosen = read_height_map(write(tmp_path, "named.ibw", whole), channel="Amplitude")
@@ -184,7 +184,7 @@ def test_channels_of_one_name_are_told_apart_by_their_numbers(tmp_path):
 
 
 def without_units(whole, *, order="<"):
-    """An Igor wave whose values and sides carry no unit."""
+    """An Igor wave whose values and sides have no unit."""
     spoiled = bytearray(whole)
     for at in (64 + 148, 64 + 152, 64 + 156):
         spoiled[at] = 0
@@ -199,7 +199,7 @@ def test_a_wave_without_labels_or_units(fails):
 
 
 def test_an_asylum_wave_without_units_is_in_metres(tmp_path, fails):
-    """Its note tells that it is Asylum's: without it, numbers are no lengths."""
+    """Its note identifies it as Asylum's; without the note its numbers are not lengths."""
     whole = without_units(instruments.ibw(HEIGHTS, PIXEL_M))
     height_map = read_height_map(write(tmp_path, "units.ibw", whole))
     np.testing.assert_allclose(height_map.height_m, HEIGHTS, rtol=1e-6, atol=1e-14)
@@ -232,7 +232,7 @@ def test_nanoscope_lengths_need_no_sensitivity(tmp_path):
     [("\\Scan Size: 2 1 ~m", (1.0, 2.0)), ("\\Scan Size: 500 nm", (0.3, 0.5)), ("\\Scan Size: 5000 \xc5", (0.3, 0.5))],
 )
 def test_nanoscope_scan_sizes(tmp_path, scan_size, sides_um):
-    """Width before height; one number stands for square pixels: 24 rows of 40 columns."""
+    """Width before height; one number means square pixels: 24 rows of 40 columns."""
     whole = instruments.nanoscope(HEIGHTS, PIXEL_M)
     start = whole.index(b"\\Scan Size")
     length = whole.index(b"\r", start) - start
@@ -250,7 +250,7 @@ def test_what_digital_surf_inverted_is_turned_back(tmp_path, inversion, turned):
 
 
 def test_a_sign_of_micrometres_in_utf8(tmp_path):
-    """Latin-1 and UTF-8 spell it with one and with two bytes."""
+    """Latin-1 and UTF-8 encode it in one and two bytes."""
     for sign in (b"\xb5m", b"\xc2\xb5m"):
         whole = bytearray(instruments.digital_surf(HEIGHTS, PIXEL_M))
         for at, step_at in ((180, 120), (196, 124), (212, 128)):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is particular to the formats of single microscopes: their frames, directions and units."""
+"""Details of single microscopes' formats: frames, directions and units."""
 
 import struct
 
@@ -68,7 +68,7 @@ def test_nt_mdt_frames_that_are_beyond_the_file_or_themselves(fails):
 
 
 def test_nanonis_directions_are_told_apart(tmp_path):
-    """Lines of the way back begin at their right end; the amplitude is in metres and is not taken unasked."""
+    """Backward lines begin at their right end; the amplitude is in metres but is read only on request."""
     path = write(tmp_path, "scan.sxm", microscopes.sxm(HEIGHTS, PIXEL_M))
     listed = ("Current forward", "Current backward", "Z forward", "Z backward", "Amplitude forward")
     assert read_height_map(path).channels == listed
@@ -85,7 +85,7 @@ def test_nanonis_of_version_1_tells_rows_before_columns(tmp_path, upward):
 
 
 def test_a_nanonis_scan_that_was_broken_off(tmp_path, fails):
-    """Upward, so that the top lines are missing; a scan without any line is refused."""
+    """The scan runs upward, so the top lines are missing; a scan without any line is refused."""
     begun = HEIGHTS.copy()
     begun[:10] = np.nan
     height_map = read_height_map(write(tmp_path, "begun.sxm", microscopes.sxm(begun, PIXEL_M)))
@@ -95,7 +95,7 @@ def test_a_nanonis_scan_that_was_broken_off(tmp_path, fails):
 
 
 def test_a_nanonis_map_out_of_a_grid_holds_one_direction(tmp_path):
-    """Such a file tells "both" nevertheless, and no time."""
+    """Such a file still declares "both", and has no time."""
     whole = microscopes.sxm(HEIGHTS, PIXEL_M)
     start, size = whole.index(b"\x1a\x04") + 2, 4 * HEIGHTS.size
     header = whole[:start].replace(b"       470.3", b"N/A")

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""NanoScope headers of other versions, made from real files: their heights stay those of the real files.
-
-Gwyddion 2.62 (`gwyddion --convert-to-gwy`) reads the same heights in each file that is made here, to 5e-16 of them.
-"""
+"""NanoScope headers of other versions, made from real files without changing their heights. Gwyddion 2.62 (`gwyddion
+--convert-to-gwy`) reads the same heights in each file made here, to 5e-16 of them."""
 
 import json
 from pathlib import Path
@@ -16,14 +14,14 @@ from precompute.surface.readers.reader_registry import read_height_map
 from tests.precompute.surface.scan_files import PIXEL_M, TILTED
 
 TABLE = json.loads((Path(__file__).parent / "oracle.json").read_text())
-# The keys that version 5 spells in another case than version 7 to 9.
+# Keys that version 5 spells in another case than versions 7 to 9.
 KEYS = (b"Scan Size", b"Line Direction", b"Aspect Ratio", b"Start context")
 PHASE = b"V [Sens. Phase] (0.005493164 \xba/LSB) 359.9945 \xba"
 LOGARITHM = b"V [Sens. FVLogModulusSens] (0.0004 log(Arb)/LSB) 32.00000 log(Arb)"
 
 
 def with_header(data, change):
-    """The file with another header, its channels where they were."""
+    """The file with another header and its channels at the same place."""
     start = 40960
     header = change(data[:start].rstrip(b"\0"))
     return header.ljust(start, b"\0") + data[start:]
@@ -50,7 +48,7 @@ def test_headers_of_version_5_change_no_height(shared_data, tmp_path, name, chan
     height = found.height_m
     assert list(height.shape) == expected["shape"]
     assert found.size_m == pytest.approx(expected["size_m"], rel=1e-7)
-    # Both compute in double precision, in another order of factors.
+    # Both compute in double precision, with factors in another order.
     tolerance = 1e-13 * np.abs(height).max()
     figures = (height.min(), height.max(), height.std(), *(height[row, col] for row in (0, -1) for col in (0, -1)))
     wanted = [expected[key] for key in ("lowest", "highest", "rms")] + expected["corners"]

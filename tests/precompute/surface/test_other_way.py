@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A grating must be in the scans of both ways over the lines, where a file holds both."""
+"""If a file holds both scan directions, a grating must be in both."""
 
 import json
 from functools import partial
@@ -63,13 +63,12 @@ def test_only_such_lines_are_no_grating_at_all(tmp_path):
 
 
 def test_the_way_back_is_judged_by_the_way_forth(tmp_path):
-    """As chosen by --channel."""
     figures = described(write(tmp_path, GRATING, GRATING + HUM), channel="Z-Axis backward")
     assert figures.periods_m == (pytest.approx(800e-9, rel=0.002),) and figures.waves.one_way
 
 
 def test_a_hum_is_mirrored_on_the_way_back(tmp_path):
-    """Time runs from left to right on the way forth, and from right to left on the way back."""
+    """Time runs from left to right in the forward scan, and from right to left in the backward scan."""
     hums = [10e-9 * np.sin(2 * np.pi * (17 * Y + sign * 6 * X) / COUNT) for sign in (1, -1)]
     waves = described(write(tmp_path, GRATING + hums[0], GRATING + hums[1])).waves
     assert [wave.period_m for wave in waves.gratings] == [pytest.approx(800e-9, rel=0.002)]
@@ -80,7 +79,7 @@ def test_a_hum_is_mirrored_on_the_way_back(tmp_path):
 @pytest.mark.parametrize("repeats", [5.3, 19.6])
 @pytest.mark.parametrize("shift", [(0, 0), (3, -5)])
 def test_a_grating_of_both_ways_stays(tmp_path, angle, repeats, shift):
-    """Also where the way back is shifted: by three rows, as on the real grid."""
+    """The backward scan may be shifted, by three rows as on the real grid."""
     turned = X * np.cos(np.radians(angle)) + Y * np.sin(np.radians(angle))
     grating = 10e-9 * np.sin(2 * np.pi * repeats * turned / COUNT)
     path = write(tmp_path, grating, 0.8 * np.roll(grating, shift, (0, 1)))
@@ -90,13 +89,12 @@ def test_a_grating_of_both_ways_stays(tmp_path, angle, repeats, shift):
 
 @pytest.mark.parametrize("beside", [0.5, 2.0])
 def test_one_bin_is_the_resolution(tmp_path, beside):
-    """The way back may have the wave half a bin beside, and not two bins."""
     forth, back = (5e-9 * np.sin(2 * np.pi * repeats * Y / COUNT) for repeats in (20, 20 + beside))
     assert bool(described(write(tmp_path, forth, back)).waves.gratings) == (beside < 1)
 
 
 def test_slow_drift_is_seldom_in_both_ways():
-    """Of the seeds 0 to 99 one way alone shows a grating in 18, and both in 3; here the second half."""
+    """Of the seeds 0 to 99 a single direction shows a grating in 18, and both in 3; the test takes the second half."""
     found = []
     for seed in range(50, 100):
         rng = np.random.default_rng(seed)
@@ -130,7 +128,7 @@ def test_the_real_grid_keeps_its_period(shared_data):
     ],
 )
 def test_no_real_file_stores_the_way_back_mirrored(shared_data, name, channels):
-    """Where the two ways are most alike they are shifted by three pixels at most, and mirrored they are less alike."""
+    """The best match of the two directions is a shift of three pixels at most, and mirroring makes them less alike."""
     forth = read_height_map(str(shared_data / name), channel=channels[0])
     back = read_other_way(forth)
     assert back.channel == channels[1]
@@ -190,7 +188,7 @@ def test_info_levels_both_ways_alike(tmp_path, capsys):
     ],
 )
 def test_both_ways_of_each_format(tmp_path, make, extension):
-    """The makers store the negatives on the way back; single precision has 24 bits."""
+    """The makers store negated heights in the backward scan; single precision has 24 bits."""
     path = tmp_path / f"both.{extension}"
     path.write_bytes(make(TILTED) if make is nid_bytes else make(TILTED, PIXEL_M))
     forth = read_height_map(str(path))
@@ -200,7 +198,7 @@ def test_both_ways_of_each_format(tmp_path, make, extension):
 
 @pytest.mark.parametrize("words", [("HeightTrace", "HeightRetrace"), ("Z-Axis forward", "Z-Axis backward")])
 def test_both_ways_of_gwyddions_files(tmp_path, words):
-    """They name the ways in their titles, as those that Gwyddion 2.62 makes of a .ibw and of a .nid."""
+    """These files name the directions in their titles, as files that Gwyddion 2.62 makes from a .ibw and a .nid do."""
     fields = {f"/{number}/data": sign * TILTED for number, sign in enumerate((1, -1))}
     titles = {f"/{number}/data/title": word for number, word in enumerate(words)}
     (tmp_path / "both.gwy").write_bytes(gwy_bytes(fields | titles))

@@ -108,7 +108,7 @@ def test_floats_of_a_tiff_are_parts_of_white_and_nan_is_missing(tmp_path):
 
 
 def exr(path, channels, compression=OpenEXR.ZIP_COMPRESSION):
-    """Write channels {name: array} as an OpenEXR file; the path as a string."""
+    """Write channels {name: array} as an OpenEXR file; return the path as a string."""
     OpenEXR.File({"compression": compression, "type": OpenEXR.scanlineimage}, channels).write(str(path))
     return str(path)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What levelling makes of a scan, as the panel shows it."""
+"""The effect of levelling on a scan, as the panel shows it."""
 
 import numpy as np
 import pytest
@@ -13,8 +13,8 @@ PIXEL = 50e-9
 
 
 def scan(rows=256, cols=256, *, tilt_m=0.0, dust=False):
-    """A wave of 800 nm along the columns, 20 nm in amplitude and the same to both sides of the middle, which leaves no
-    tilt; on a tilt along the rows; with a fleck of dust."""
+    """A wave of 800 nm along the scan's x axis, 20 nm in amplitude, symmetric about the middle so that it has no tilt;
+    with a tilt along the y axis and a fleck of dust."""
     y, x = np.mgrid[:rows, :cols]
     height = 20e-9 * np.cos(2 * np.pi * (x - (cols - 1) / 2) * PIXEL / 800e-9) + tilt_m * y / (rows - 1)
     if dust:
@@ -23,9 +23,8 @@ def scan(rows=256, cols=256, *, tilt_m=0.0, dust=False):
 
 
 def test_the_figures_are_those_before_and_after():
-    """Of 16 pixels a period those beside a top are half a pixel off it. Over whole periods the rms is 20 nm / sqrt 2.
-    The tilt adds 500 nm to the range; to the variance it adds that of n even steps, (500 nm)^2 / 12 (n + 1) / (n - 1).
-    """
+    """At 16 pixels a period the pixels beside a top are half a pixel off it. Over whole periods the rms is 20 nm / sqrt
+    2. The tilt adds 500 nm to the range, and the variance of n even steps, (500 nm)^2 / 12 (n + 1) / (n - 1)."""
     found = preview(scan(tilt_m=500e-9), parse_steps("plane"))
     height = 40e-9 * np.cos(np.pi / 16)
     assert found.after.range_m == pytest.approx(height, rel=1e-9)
@@ -33,7 +32,7 @@ def test_the_figures_are_those_before_and_after():
     assert found.before.range_m == pytest.approx(500e-9 + height, rel=1e-9)
     variance = (20e-9) ** 2 / 2 + (500e-9) ** 2 / 12 * 257 / 255
     assert found.before.rms_m == pytest.approx(np.sqrt(variance), rel=1e-9)
-    # A wave that does not fit the window is told to a thousandth.
+    # A wave that does not fit the window is measured to a thousandth.
     assert found.before.wave.period_m == pytest.approx(800e-9, rel=1e-3)
     assert found.after.in_words() == ("range 39.23 nm", "rms 14.14 nm", "800 nm at 0 deg")
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The traffic lights of a scan: each fault turns its own light, and no other one by chance."""
+"""The traffic lights of a scan: each fault changes only its own light."""
 
 import json
 
@@ -16,7 +16,7 @@ TOPICS = ["pixel", "slopes", "period", "tilt", "dirt", "steps", "tip"]
 
 
 def grating(count=256, pixel=PIXEL, *, period=1000e-9, amplitude=40e-9):
-    """Lines across T on a ground of 1 nm of noise."""
+    """Lines across T with 0.3 nm of noise."""
     x = np.arange(count) * pixel
     noise = 0.3e-9 * np.random.default_rng(0).standard_normal((count, count))
     return amplitude * np.sin(2 * np.pi * x / period) + noise
@@ -51,7 +51,7 @@ def test_the_whole_is_as_its_worst():
 
 
 def worse(height, topic, light, *, pixel=PIXEL):
-    """The finding of a topic, which must have this light, and be the only one that is not good."""
+    """The finding of a topic, which must have this light; all other lights must be good."""
     quality, found = findings(height, pixel)
     lights = {name: finding.light for name, finding in found.items()}
     assert lights == {**dict.fromkeys(TOPICS, "good"), topic: light}, quality.in_words()
@@ -63,7 +63,7 @@ def worse(height, topic, light, *, pixel=PIXEL):
     ("pixel", "light"), [(90e-9, "good"), (100e-9, "usable"), (189e-9, "usable"), (191e-9, "poor")]
 )
 def test_pixels_against_light(pixel, light):
-    """Two pixels resolve 190 nm, the finest period that diffracts, at 95 nm."""
+    """Two pixels of 95 nm resolve 190 nm, the finest period that diffracts."""
     assert findings(grating(pixel=pixel, period=4e-6), pixel)[1]["pixel"].light == light
 
 
@@ -75,7 +75,7 @@ def test_pixels_against_the_period():
 
 
 def test_steep_flanks():
-    """A triangle wave of which one flank in eight is steeper than 45 degrees, and a hole in it."""
+    """A triangle wave with one flank in eight steeper than 45 degrees."""
     x = np.arange(256) % 32
     saw = np.where(x < 28, x / 28, (32 - x) / 4) * 300e-9 + 0.3e-9 * np.random.default_rng(0).standard_normal(
         (256, 256)
@@ -106,7 +106,7 @@ def test_the_periods_confidence_is_the_gratings_and_not_the_wavinesss():
 
 @pytest.mark.parametrize(("degrees", "light"), [(1.9, "good"), (2.1, "usable"), (9.9, "usable"), (10.1, "poor")])
 def test_tilt_is_told_in_degrees(degrees, light):
-    """Along the diagonal. A grating of whole periods has hardly a slope of its own."""
+    """The tilt is along the diagonal. A grating of whole periods adds almost no slope."""
     y, x = np.indices((256, 256)) * PIXEL / np.sqrt(2)
     found = findings(grating(period=16 * PIXEL) + np.tan(np.radians(degrees)) * (x - y))[1]["tilt"]
     assert found.light == light and found.figure == pytest.approx(degrees, abs=0.05)
@@ -135,7 +135,7 @@ def test_holes_are_told():
 
 @pytest.mark.parametrize(("step_nm", "light"), [(1, "good"), (5, "usable"), (20, "poor")])
 def test_coarse_steps_of_the_heights(step_nm, light):
-    """At 380 nm a step of 3 nm turns the phase by 4 pi 3 / 380 = 0.1 rad, of 15 nm by 0.5 rad."""
+    """At 380 nm a step of 3 nm turns the phase by 4 pi 3 / 380 = 0.1 rad, a step of 15 nm by 0.5 rad."""
     height = np.round(grating() / (step_nm * 1e-9)) * step_nm * 1e-9
     found = findings(height)[1]["steps"]
     assert found.light == light and found.figure == pytest.approx(step_nm * 1e-9)
@@ -147,7 +147,7 @@ def test_heights_of_floating_point_have_no_steps():
 
 
 def test_tops_that_a_tip_has_rounded():
-    """Circles side by side, as a round tip draws a fine edge again and again: valleys are cusps."""
+    """Circles side by side, as a round tip draws repeated fine edges: valleys are cusps."""
     x = (np.arange(256) * 10e-9 + 1e-9) % 400e-9 - 200e-9
     tops = np.sqrt((250e-9) ** 2 - x**2) + np.zeros((256, 1))
     found = findings(tops, 10e-9)[1]["tip"]
@@ -157,7 +157,7 @@ def test_tops_that_a_tip_has_rounded():
 
 
 def test_a_synthetic_surface_has_no_faults_of_a_microscope():
-    """Its few heights are no coarse steps, and its facets no tilt."""
+    """Its few heights are not coarse steps, and its facets are not tilt."""
     _, found = findings(np.round(grating(period=16 * PIXEL), 8), periodic=True)
     assert list(found) == ["pixel", "slopes", "period"]
 
@@ -170,7 +170,7 @@ def test_the_smallest_scans_are_judged(shape):
 
 
 def test_the_real_skins(shared_data):
-    """What is known of them: clean rows at 87.5 degrees with fingers 531 and 584 nm apart beside, 3.2 nm a step."""
+    """Known facts: clean rows at 87.5 degrees with fingers 531 and 584 nm apart, and height steps of 3.2 nm."""
     elaphe, xenopeltis = (
         describe(read_height_map(str(shared_data / "snake" / f"{name}_65um.png"), size_um=65, height_nm=height)).quality
         for name, height in (("elaphe", 375), ("xenopeltis", 818.69))
@@ -201,7 +201,6 @@ def test_a_relief_that_no_scan_has_asks_for_its_size(scale, side, told):
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 100.0])
 def test_a_relief_that_a_scan_may_have_is_not_questioned(scale):
-    """80 pm to 8 um over 12.8 um."""
     assert "size" not in findings(grating() * scale)[1]
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What all readers share: orientation and units, detection, refusals, damaged files."""
+"""Common to all readers: orientation and units, detection, refusals, damaged files."""
 
 import inspect
 import subprocess

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that real instruments and programs wrote, against what another program read in them.
-
-The table was made by tests/precompute/surface/make_oracle.py from the package SurfaceTopography.
-"""
+"""Real files of instruments and programs, compared with what another program read from them. The table was made by
+tests/precompute/surface/make_oracle.py from the package SurfaceTopography."""
 
 import json
 from pathlib import Path
@@ -15,7 +13,7 @@ from precompute.surface.least_squares_plane import level_plane
 from precompute.surface.readers.reader_registry import read_height_map, reader_of
 
 TABLE = json.loads((Path(__file__).parent / "oracle.json").read_text())
-# What the other program takes by default is another channel.
+# The other program's default is another channel.
 CHANNELS = {
     "afmreader_sample_0.jpk": "Height retrace",
     "afmreader_sample_0.jpk-qi-image": "Height (measured) trace (1)",
@@ -28,12 +26,12 @@ SINGLE = {"st_example_ps.tiff": 2.0**-23}
 def test_real_files_are_read_as_another_program_reads_them(shared_data, name):
     expected = TABLE[name]
     path = str(next(shared_data.rglob(name)))
-    height_map = reader_of(path).read(path, channel=CHANNELS.get(name))  # without the limits of reason
+    height_map = reader_of(path).read(path, channel=CHANNELS.get(name))  # skips the limits on sizes
     height = height_map.height_m
     assert list(height.shape) == expected["shape"]
     assert height_map.size_m == pytest.approx(expected["size_m"], rel=1e-7)
     assert int(np.isnan(height).sum()) == expected["missing"]
-    # Both compute in double precision, in another order of factors.
+    # Both compute in double precision, with factors in another order.
     tolerance = SINGLE.get(name, 1e-13) * np.nanmax(np.abs(height))
     found = (np.nanmin(height), np.nanmax(height), np.nanstd(height))
     np.testing.assert_allclose(found, [expected[key] for key in ("lowest", "highest", "rms")], rtol=0, atol=tolerance)
@@ -43,7 +41,7 @@ def test_real_files_are_read_as_another_program_reads_them(shared_data, name):
 
 
 def test_the_nanoscope_file_levelled_is_gwyddions_export_of_it(shared_data):
-    """Unflipped and in metres; the export has five digits of heights up to 0.24 um, thus 5e-12 m at most."""
+    """Not flipped and in metres; the export has five digits of heights up to 0.24 um, so 5e-12 m at most."""
     levelled = level_plane(read_height_map(str(shared_data / "formats" / "st_di-3.di")))
     exported = read_height_map(str(shared_data / "formats" / "st_matrix-3.txt"))
     assert (levelled.channel, exported.channel) == ("ZSensor trace", "ZSensor")
@@ -88,6 +86,6 @@ def test_what_is_no_scan_of_a_grating_is_refused_by_its_sizes(shared_data, name,
 def test_the_points_of_a_real_grid_stand_upright(shared_data):
     """Of (x, y, z) the highest are (1, 1) and (1, 2) of 4 x 4; the file's y points up."""
     path = str(shared_data / "formats" / "st_xyz-1.txt")
-    height_map = reader_of(path).read(path, size_um=4.0, height_nm=1.0)  # without the limits of reason
+    height_map = reader_of(path).read(path, size_um=4.0, height_nm=1.0)  # skips the limits on sizes
     assert height_map.size_m == pytest.approx((4e-6, 4e-6))
     assert np.argwhere(height_map.height_m > 1.5e-9).tolist() == [[1, 1], [2, 1]]

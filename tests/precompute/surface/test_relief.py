@@ -14,7 +14,7 @@ COARSE = (250e-9, 200e-9)
 
 
 def height_map(along_b, pixel=FINE, periodic=False):
-    """A height map from heights whose row index runs along +B, as a Relief's does."""
+    """A height map from heights whose row index runs along +B, as in a Relief."""
     return HeightMap(np.asarray(along_b, float)[::-1], pixel, "test", periodic=periodic)
 
 
@@ -32,7 +32,7 @@ def middles(count, pixel):
 
 
 def test_rows_run_along_b():
-    """Row 0 of a scan is its top, row 0 of a relief its bottom; columns stay."""
+    """Row 0 of a scan is its top, row 0 of a relief its bottom; columns keep their order."""
     scan = rough(0)
     relief = prepare(HeightMap(scan, FINE, "test", periodic=True))
     np.testing.assert_allclose(relief.height_m, scan[::-1] - scan.mean(), rtol=0, atol=1e-21)
@@ -42,7 +42,7 @@ def test_rows_run_along_b():
 
 def test_a_facet_that_rises_along_b_rises_with_the_rows():
     facets = blazed(periods=2).height_m[:64, :64]
-    # The scan of a surface that rises along +B has its highest row at the top of each facet.
+    # A scan of a surface that rises along +B has its highest row at the top of each facet.
     relief = prepare(HeightMap(facets.T[::-1], FINE, "test", periodic=True))
     assert (np.diff(relief.height_m, axis=0)[:31] > 0).all()
 
@@ -50,7 +50,7 @@ def test_a_facet_that_rises_along_b_rises_with_the_rows():
 @few
 @given(st.integers(0, 2**32), st.floats(-1e-7, 1e-7), st.floats(-1e-7, 1e-7), st.floats(-1e-3, 1e-3))
 def test_tilt_and_offset_of_a_scan_do_not_count(seed, slope_y, slope_x, offset):
-    """Rounding: an offset of 1 mm is kept to 2e-19 m; a sum has 900 pixels, and the condition is below 100."""
+    """Rounding: an offset of 1 mm is kept to 2e-19 m; a sum has 900 pixels, and the condition number is below 100."""
     heights = rough(seed)
     tilted = heights + plane(heights.shape, slope_y, slope_x) + offset
     one, other = (prepare(height_map(h)).height_m for h in (heights, tilted))
@@ -58,7 +58,7 @@ def test_tilt_and_offset_of_a_scan_do_not_count(seed, slope_y, slope_x, offset):
 
 
 def test_a_surface_that_wraps_keeps_its_facets():
-    """A plane fitted to facets would take away a part of their slope."""
+    """A plane fitted to facets would remove a part of their slope."""
     facets = blazed(rows=4, periods=3)
     relief = prepare(facets)
     np.testing.assert_allclose(np.diff(relief.height_m[:, :32]), 246.23e-9 / 32, rtol=1e-9)
@@ -81,7 +81,6 @@ def test_the_apodisation_rises_over_an_eighth_at_each_end(shape):
     """It is separable and symmetric, 1 over the middle three quarters, and 0.5 at a sixteenth from each end."""
     apodisation = prepare(height_map(rough(0, shape))).apodisation
     rows, cols = shape
-    # Both profiles are 1 in the middle.
     down, across = apodisation[:, cols // 2], apodisation[rows // 2]
     np.testing.assert_allclose(apodisation, np.outer(down, across), atol=1e-15)
     for profile in (down, across):
@@ -93,12 +92,11 @@ def test_the_apodisation_rises_over_an_eighth_at_each_end(shape):
         x = (np.arange(count) + 0.5) / count
         np.testing.assert_array_equal(profile[(x >= 1 / 8) & (x <= 7 / 8)], 1)
         assert (np.diff(profile[x < 1 / 8]) > 0).all()
-        # Linear interpolation between samples at a distance h errs by h^2 / 8 of the curvature, which is (8 pi)^2 / 2
-        # at
-        # most and 0 at the half way point: half of that.
+        # Linear interpolation between samples at a distance h has an error of h^2 / 8 of the curvature. The curvature
+        # is at most (8 pi)^2 / 2, and 0 at the half way point, which halves the error.
         assert np.interp(1 / 16, x, profile) == pytest.approx(0.5, abs=(8 * np.pi / count) ** 2 / 32)
-        # The integral of the square is 3/4 for the flat part and 3/8 of an eighth for each end; sums err by 1 /
-        # count^2.
+        # The integral of the square is 3/4 for the flat part and 3/8 of an eighth for each end; sums have an error of
+        # 1 / count^2.
         assert np.mean(profile**2) == pytest.approx(27 / 32, abs=1 / count**2)
 
 
@@ -112,7 +110,7 @@ def band_limited(y, x, size):
 @pytest.mark.parametrize("shape", [(16, 20), (15, 21), (9, 7)])
 def test_refining_a_surface_that_wraps_is_exact(shape):
     """Fourier interpolation of a band-limited surface is exact, to a hundred roundings of 1.5e-7 m. Pixels are cells:
-    fine ones divide the coarse ones, and their centres are other points than the coarse centres."""
+    fine cells divide the coarse ones, and have other centres."""
     size = tuple(n * d for n, d in zip(shape, COARSE, strict=True))
     coarse = band_limited(*(middles(n, d) for n, d in zip(shape, COARSE, strict=True)), size)
     relief = prepare(height_map(coarse, COARSE, periodic=True))
@@ -153,11 +151,9 @@ def test_no_pixel_aliases_and_the_size_stays(dy, dx, periodic):
 
 
 def test_refining_a_scan_that_does_not_wrap():
-    """A bump of 2 um half-width, cut by the edges, on pixels of 250 nm and 200 nm.
-
-    At an edge the bump meets its mirror image in a corner, as its slope of at most 150 nm / 2 um changes sign there.
-    Pixels of 250 nm round off the corner by at most slope * pixel / 4 = 5 nm. Three pixels further in, the ripple has
-    fallen to a tenth of that."""
+    """A bump of 2 um half-width, cut by the edges, on pixels of 250 nm and 200 nm. At an edge the bump meets its mirror
+    image in a corner, as its slope of at most 150 nm / 2 um changes sign there. Pixels of 250 nm round off the corner
+    by at most slope * pixel / 4 = 5 nm. Three pixels further in, the ripple has fallen to a tenth of that."""
     shape = (40, 50)
     size = 10e-6
 
@@ -190,7 +186,6 @@ def test_holes_are_filled_within_the_measured_heights(seed):
 
 
 def test_holes_of_a_plane_leave_a_mirror():
-    """A plane with a hole becomes flat to 1e-20 m."""
     flat = plane((20, 20), 3e-9, -5e-9)
     flat[4:9, 6:12] = np.nan
     np.testing.assert_allclose(prepare(height_map(flat)).height_m, 0, atol=1e-20)

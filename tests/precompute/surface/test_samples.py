@@ -43,7 +43,6 @@ def test_a_sample_is_the_same_every_time(sample):
 
 
 def test_a_sample_wraps(sample):
-    """No step across an edge is higher than the highest step inside."""
     for axis in (0, 1):
         inside = np.abs(np.diff(sample.height_m, axis=axis)).max()
         over_the_edge = np.abs(np.take(sample.height_m, 0, axis) - np.take(sample.height_m, -1, axis)).max()
@@ -67,7 +66,6 @@ def test_a_grating_takes_its_sizes(make):
 
 
 def test_sinusoidal_runs_from_trough_to_crest():
-    # Of 32 samples one is the crest and one the trough.
     assert np.ptp(sinusoidal().height_m) == pytest.approx(200e-9, rel=1e-15)
 
 
@@ -88,16 +86,14 @@ def test_blazed_rises_along_the_columns_and_drops_between_two():
 def test_a_skin_has_its_relief(name, relief):
     hm = make_sample(name)
     assert np.ptp(hm.height_m) == pytest.approx(relief, rel=1e-12)
-    # A whole number of periods makes the side about, not exactly, the thesis's 65 um.
+    # With a whole number of periods the side is close to the thesis's 65 um, but not equal.
     assert hm.size_m == pytest.approx((65e-6, 65e-6), rel=0.005)
 
 
 def test_elaphe_is_as_rough_as_the_real_skin(shared_data):
-    """The first order along T (45 to 70 periods in 65 um), which makes the colour, has the rms of a real scan's.
-
-    From one scan to the next the lobe's some 40 independent bins of speckle make its power vary by 1 / sqrt(40) = 16 %
-    and its rms by 8 %. The test allows three times that.
-    """
+    """The first order along T (45 to 70 periods in 65 um), which makes the colour, has the rms of a real scan's. The
+    lobe has some 40 independent bins of speckle, so between scans its power varies by 1 / sqrt(40) = 16 % and its rms
+    by 8 %. The test allows three times that."""
     scan = read_height_map(str(shared_data / "snake" / "elaphe_65um.png"), size_um=65, height_nm=375)
     assert _first_order_rms(make_sample("elaphe")) == pytest.approx(_first_order_rms(scan), rel=0.24)
 
@@ -126,9 +122,8 @@ def test_a_disc_has_the_pits_of_its_standard(name):
     middle = spacing * round(col / spacing)
     section = np.roll(hm.height_m[row], spacing // 2 - middle)[:spacing]
     assert -section.sum() * pixel / depth == pytest.approx(width, abs=pixel / 2)
-    # Along the track, the length of a pit is that of the pixels below half the depth, to one pixel. Runs are stretched
-    # to
-    # close the track by less than half a channel bit in hundreds, 0.3 %.
+    # Along the track, the length of a pit is that of the pixels below half the depth, to one pixel. To close the track,
+    # runs are stretched by less than half a channel bit in hundreds, 0.3 %.
     pits = -hm.height_m[:, ::spacing].T > depth / 2
     for inside in (pits, ~pits):
         runs = np.concatenate([_runs(track) for track in inside]) * pixel
@@ -157,11 +152,8 @@ def _runs(inside):
     ],
 )
 def test_the_strongest_period_is_the_one_told(name, period, angle):
-    """To half a bin of the spectrum, which is 1 / 65 um wide (1 / 32 um for Blu-ray): the lobes of skins are that
-    uncertain.
-
-    An error of half a bin sideways turns the direction by half divided by the number of periods in the scan.
-    """
+    """To half a bin of the spectrum, which is 1 / 65 um wide (1 / 32 um for Blu-ray), the uncertainty of the skins'
+    lobes. An error of half a bin sideways turns the direction by half divided by the number of periods in the scan."""
     hm = make_sample(name)
     figures = describe(hm)
     repeats = hm.size_m[1] / period

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whole files that are no map, or of formats that are not read: the line says what they are and what to do."""
+"""Valid files that hold no map, or whose format is not read: the error says what they are and what to do."""
 
 import io
 import struct
@@ -24,7 +24,6 @@ def zipped(*names):
 
 
 def igor_wave(version, order):
-    """The headers of a wave of one dimension, and its values."""
     head = bytearray({1: 118, 2: 126, 3: 130}[version])
     struct.pack_into(f"{order}h", head, 0, version)
     struct.pack_into(f"{order}i", head, 2, 1234)
@@ -62,7 +61,7 @@ def test_what_a_file_is_and_how_to_convert_it(fails, name, data, told):
 
 @pytest.mark.parametrize("name", ["nanoscope", "jpk", "agilent", "sdf"])
 def test_a_damaged_file_may_be_converted_too(fails, name):
-    """The reader cannot tell damage from a version that it does not know; Gwyddion may."""
+    """The reader cannot tell damage from an unknown version, which Gwyddion may read."""
     extension = {"nanoscope": ".spm", "agilent": ".mi"}.get(name, f".{name}")
     whole = getattr(instruments, name)(TILTED, PIXEL_M)
     assert fails(f"half{extension}", whole[: len(whole) // 2]).endswith(f"; copy it again, or {CONVERT}")
@@ -76,7 +75,6 @@ def test_a_table_with_its_heading_marked_is_read(tmp_path):
 
 @pytest.mark.parametrize("shape", [(1, 512), (512, 1), (2, 512), (512, 2), (7, 512), (512, 7), (7, 7), (1, 1)])
 def test_profiles_are_no_maps(tmp_path, shape):
-    """In a picture, bare numbers and an instrument's file alike."""
     height = np.random.default_rng(1).random(shape) * 1e-7
     np.save(tmp_path / "few.npy", height)
     (tmp_path / "few.gsf").write_bytes(instruments.gsf(height, PIXEL_M))

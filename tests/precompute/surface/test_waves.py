@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which wave is the grating: a track and not its harmonic, and no noise of the microscope's lines."""
+"""Which wave is the grating: the track instead of its harmonic, and never the microscope's line noise."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def described(height, pixel=PIXEL):
 
 
 def pits(seed):
-    """A pressed disc: pits of random lengths in tracks, 120 nm deep, and 1 nm of noise; 6.6 tracks are in the scan."""
+    """A pressed disc: pits of random lengths in tracks, 120 nm deep, with 1 nm of noise; the scan holds 6.6 tracks."""
     rng = np.random.default_rng(seed)
     track, place = np.divmod(X[0] * PIXEL, TRACKS)
     in_pit = np.zeros((COUNT, COUNT))
@@ -33,16 +33,15 @@ def pits(seed):
 
 
 def shifted_rows(seed, count=COUNT):
-    """Rows that are shifted at random by 1 nm, and 0.3 nm of noise."""
+    """Rows shifted at random by 1 nm, with 0.3 nm of noise."""
     rng = np.random.default_rng(seed)
     return 1e-9 * rng.standard_normal((count, 1)) + 0.3e-9 * rng.standard_normal((count, count))
 
 
 @pytest.mark.parametrize("seed", [0, 4])
 def test_pits_in_tracks_have_the_period_of_the_tracks(seed):
-    """At the tracks' length the pits scatter so much that the half of it stands out more; it sends out less light.
-
-    The pits' random lengths move the tracks' peak by less than a tenth of a bin, which is 1 / 6.6 of the period."""
+    """Around the tracks' frequency the pits scatter so much that half the period stands out more, but it sends out less
+    light. They move the tracks' peak by less than a tenth of a bin (1 / 6.6 of the period)."""
     tracks, half, *_ = described(pits(seed)).waves.gratings
     assert tracks.period_m == pytest.approx(TRACKS, rel=0.1 / 6.6)
     assert half.period_m == pytest.approx(TRACKS / 2, rel=0.1 / 6.6)
@@ -58,8 +57,7 @@ def test_tracks_are_calibrated_by_the_tracks():
 
 
 def test_rough_ground_makes_no_longer_period_of_a_grating():
-    """Ground whose power falls with the third power of the frequency is strongest at twice the length, and more so at
-    three times."""
+    """Ground whose power falls as q^-3 is strongest at twice the length, and more so at three times."""
     q = np.hypot(np.fft.fftfreq(COUNT)[:, None], np.fft.rfftfreq(COUNT))
     for seed in range(10):
         rough = np.fft.rfft2(np.random.default_rng(seed).standard_normal((COUNT, COUNT)))
@@ -70,7 +68,7 @@ def test_rough_ground_makes_no_longer_period_of_a_grating():
 
 @pytest.mark.parametrize("kind", ["jumps", "drift", "slopes"])
 def test_line_noise_is_no_grating(kind):
-    """One of its chance peaks always stands hundreds of times over the waves of its length."""
+    """Some chance peak is always hundreds of times stronger than the waves of similar length."""
     for seed in range(6):
         rng = np.random.default_rng(seed)
         height = shifted_rows(seed)
@@ -98,7 +96,7 @@ def test_line_noise_is_told_with_its_remedy():
 
 @pytest.mark.parametrize("repeats", [5.3, 12.4, 30])
 def test_a_grating_along_the_rows_is_no_line_noise(repeats):
-    """Of five times the shifts' deviation; three tenths of a row in 256 are nothing to it."""
+    """The grating has five times the shifts' deviation; three tenths of a row in 256 are negligible."""
     for seed in range(3):
         height = 5e-9 * np.sin(2 * np.pi * Y * repeats / COUNT) + shifted_rows(seed)
         waves = described(height).waves
@@ -113,7 +111,7 @@ def test_a_blaze_along_the_rows_is_no_line_noise(count):
         height = 100e-9 * (phase % 1) + 1e-9 * np.random.default_rng(1).standard_normal((count, count))
         waves = described(height, 60e-9).waves
         assert waves.noise is None
-        if (period := count * 60e-9 / repeats) < 3.3e-6:  # else light is coarser than the first or the second harmonic
+        if (period := count * 60e-9 / repeats) < 3.3e-6:  # for longer periods a harmonic may come first
             assert waves.gratings[0].period_m == pytest.approx(period, rel=0.02)
 
 

@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""X3P files as other programs write them, and as nobody should.
-
-Gwyddion 2.62 reads the same heights from main.xml's own points, to the last digit, as the files of
-`test_points_in_the_xml` are read here.
-"""
+"""X3P files as other programs write them, and malformed ones. Gwyddion 2.62 reads the same heights, to the last digit,
+from points in main.xml as `test_points_in_the_xml`."""
 
 import io
 import os
@@ -43,15 +40,13 @@ def read(folder, data):
 
 
 def with_xml(change, height=TILTED):
-    """The file with another main.xml."""
     members = members_of(instruments.x3p(height, PIXEL_M))
     return zipped(members | {"main.xml": change(members["main.xml"].decode())})
 
 
 @pytest.mark.parametrize("prefix", ["", "{x:.9g};{y:.9g};", ";;"])
 def test_points_in_the_xml(tmp_path, prefix):
-    """As z alone, as x, y and z, and with empty x and y; an empty point was not measured. Increment and offset of z
-    apply to them."""
+    """Points as z, as x, y and z, or with empty x and y; an empty point is missing. z is scaled and offset."""
     points = [
         prefix.format(x=col * PIXEL_M, y=row * PIXEL_M) + repr(float(z) * 1e9)
         for row, line in enumerate(TILTED)
@@ -91,7 +86,7 @@ def test_infinity_is_a_missing_point(tmp_path, kind, value):
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "latin-1"])
 def test_entities_are_refused_in_every_encoding(fails, encoding):
-    """Nine texts of ten of each other: 3 GB."""
+    """Nine nested texts, each ten times the one before: 3 GB."""
     declared = '<!ENTITY a "lol">' + "".join(
         f'<!ENTITY {name} "{10 * f"&{before};"}">' for before, name in zip("abcdefgh", "bcdefghi", strict=True)
     )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the tests of tables and sample sets share: small random tables, a scan, and the sample set of its spectrum."""
+"""Shared by tests of tables and sample sets: small random tables, a scan, and the sample set of its spectrum."""
 
 import math
 
@@ -15,7 +15,7 @@ from precompute.surface.relief import prepare
 from precompute.table.table import Table
 
 S_MAX, GRID_MAX = 2 / 380e-9, 5.6e6
-# Values of s at which light is looked at: from w = 0.4 at 700 nm to w = 2 at 400 nm.
+# Values of s to test: from w = 0.4 at 700 nm to w = 2 at 400 nm.
 S_SEEN = np.linspace(0.4 / 700e-9, 2 / 400e-9, 9)
 SIGMA_B = 0.02
 PROVENANCE = {"source": "sample:test", "coherence_um": 12.5, "delta_e": {"p99": 0.7}, "shape": [3, 4]}
@@ -31,14 +31,11 @@ def skin(count=200, scale=40e-9, seed=0):
 
 
 def series_of(relief, finest_kernel=SIGMA_B / 780e-9, tolerance=2e-4):
-    """The series of a relief's spectrum."""
     return fast_series(relief, GRID_MAX, S_MAX, finest_kernel=finest_kernel, tolerance=tolerance)
 
 
 def bins_of(found, series):
-    """Indices (row, column), each (N, N), of the bins on which the texels of a sample set lie.
-
-    Every texel must lie exactly on one."""
+    """Indices (row, column), each (N, N), of the bins on which a sample set's texels must lie exactly."""
     sides = ((series.grid.q_y, found.q[..., 1]), (series.grid.q_x, found.q[..., 0]))
     index = tuple(np.minimum(np.searchsorted(axis, q), len(axis) - 1) for axis, q in sides)
     for (axis, q), at in zip(sides, index, strict=True):
@@ -48,16 +45,14 @@ def bins_of(found, series):
 
 @pytest.fixture(scope="session")
 def scan():
-    """The series of a scan, a sample set of it whose pieces are sharp, and the indices (N, N) of its texels' bins."""
+    """The series of a scan, its sample set with pieces exact to 1e-5, and the indices (N, N) of its texels' bins."""
     series = series_of(skin())
     found = make_sample_set([series], SIGMA_B, tolerance=1e-5)
     return series, found, bins_of(found, series)
 
 
 def random_bake(terms=5, resolution=12, samples=20, peak=1.0, *, seed=0, levels=1, ratio=1.5):
-    """A table whose tiles hold random numbers.
-
-    `resolution` is the texels of a tile on the first level: one number for a square, or (rows, columns)."""
+    """A table with random tiles of `resolution` texels on the first level: one number, or (rows, columns)."""
     rng = np.random.default_rng(seed)
     tile = np.broadcast_to(resolution, 2)
     sizes = [[math.ceil((n - 5) * ratio ** (-level / 2) - 1e-9) + 5 for n in tile] for level in range(levels)]
@@ -67,7 +62,7 @@ def random_bake(terms=5, resolution=12, samples=20, peak=1.0, *, seed=0, levels=
 
 
 def refusal(path, *readers):
-    """The one line of error of each reader. It names the file, the fault and the remedy."""
+    """The one-line error of each reader, which names the file, the fault and the remedy."""
     lines = set()
     for read in readers:
         with pytest.raises(GratingError) as caught:
@@ -79,7 +74,7 @@ def refusal(path, *readers):
 
 
 def plain_exr(path, image, header=None):
-    """Write a picture of channels R, G, B, and A where it has a fourth, as any program might."""
+    """Write a picture of channels R, G, B, and A for four channels, as any program might."""
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **(header or {})}
     with OpenEXR.File(header, {"RGBA"[: image.shape[-1]]: np.ascontiguousarray(image)}) as file:
         file.write(str(path))

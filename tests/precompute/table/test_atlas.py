@@ -30,9 +30,8 @@ few = settings(deadline=None, max_examples=40)
 @few
 @given(st.integers(2, 30), st.floats(-12, 12), st.integers(0, 2**32), st.integers(1, 4), st.sampled_from(RATIOS))
 def test_what_is_packed_comes_back(terms, decades, seed, levels, ratio):
-    """To the rounding of half floats: 2^-11 of a value, and steps of 2^-24 below 2^-14.
-
-    The scale puts the largest value between 4096 and 8192."""
+    """To the rounding of half floats: 2^-11 of a value, and steps of 2^-24 below 2^-14. The scale puts the largest
+    value between 4096 and 8192."""
     table = random_bake(terms, 12, 20, 10.0**decades, seed=seed, levels=levels, ratio=ratio)
     image, layout = atlas.pack(table)
     assert image.dtype == np.float16
@@ -69,9 +68,8 @@ def test_a_mirror_packs():
 @pytest.mark.parametrize("terms", [2, 7, 12, 23])
 @pytest.mark.parametrize("resolution", [6, 15, (41, 70), (300, 33)])
 def test_tiles_do_not_overlap(terms, resolution, levels, ratio):
-    """Every tile of every level lies inside the picture and above the strip, on texels of its own.
-
-    Few places are left empty, since every one takes memory. The picture is not much longer than wide."""
+    """Every tile of every level lies inside the picture and above the strip, on its own texels. Few texels are left
+    empty, since all take memory. The picture is only a little longer than wide."""
     table = random_bake(terms, resolution, 6, levels=levels, ratio=ratio)
     layout = atlas.layout_of(table)
     taken = np.zeros((layout.height, layout.width), int)
@@ -94,7 +92,7 @@ def test_tiles_do_not_overlap(terms, resolution, levels, ratio):
 @pytest.mark.parametrize("ratio", RATIOS)
 @pytest.mark.parametrize("side", [8, 60, 231, 2043])
 def test_a_cell_is_little_more_than_its_tiles(side, ratio):
-    """Shelves and rounding leave a third of a cell empty at most."""
+    """At most a third of a cell is lost to shelves and rounding."""
     cell = Cell((side, side), 14, ratio)
     tiles = sum(math.prod(n + 2 * TILE_PADDING for n in cell.inner_of(level)) for level in range(14))
     assert math.prod(cell.size) < 1.5 * tiles
@@ -103,8 +101,8 @@ def test_a_cell_is_little_more_than_its_tiles(side, ratio):
 @few
 @given(st.tuples(*[st.integers(8, 2043)] * 2), st.integers(1, 22), st.sampled_from(RATIOS), st.integers(0, 2**32))
 def test_where_a_level_is_read_is_of_closed_form(inner, levels, ratio, seed):
-    """The formula by which a material finds a level that only the shading knows, in floats of 24 bits, its power off
-    by up to 4 last digits."""
+    """The formula by which a material finds a level known only during shading, in floats of 24 bits and with a power
+    off by up to 4 last digits."""
     cell = Cell(inner, levels, ratio)
     off = np.random.default_rng(seed).uniform(-4, 4, levels) * 2.0**-24
     shrink = (cell.shrink ** np.arange(levels) * (1 + off)).astype(np.float32)
@@ -116,8 +114,8 @@ def test_where_a_level_is_read_is_of_closed_form(inner, levels, ratio, seed):
 
 
 def test_levels_stand_nearer_where_memory_allows():
-    """The smallest ratio whose picture takes at most FINE_BYTES. The last level reaches a kernel of 0.25, or is the
-    last one with eight inner texels."""
+    """The ratio is the smallest whose picture takes at most FINE_BYTES. The last level reaches a kernel of 0.25, or is
+    the last one with eight inner texels."""
     for side, ratio in ((200, 1.5), (800, 2.0), (1500, 4.0)):
         cell = cell_for(4, (side, side), 4 / side)
         assert cell.ratio == ratio
@@ -126,7 +124,7 @@ def test_levels_stand_nearer_where_memory_allows():
         assert 4 * math.prod(cell.size) * BYTES_PER_TEXEL <= FINE_BYTES or ratio == RATIOS[-1]
         for other in nearer:
             assert 4 * math.prod(Cell((side, side), 14, other).size) * BYTES_PER_TEXEL > FINE_BYTES
-    # A part of a table has the whole table's ratio, though a smaller one would be small enough.
+    # A part of a table has the whole table's ratio, even if a smaller one would fit.
     part = cell_for(4, (200, 300), 4 / 800, whole=(800, 800))
     assert part.ratio == 2 and part.inner == (200, 300) and cell_for(4, (200, 300), 4 / 800).ratio == 1.5
     small = cell_for(4, (20, 90), 1e-3)
@@ -159,20 +157,17 @@ def test_row_zero_of_the_image_is_its_bottom():
 
 
 def test_the_strip_goes_on_past_its_end():
-    """A reading at w = 2 uses one more sample, which continues the line through the last two.
-
-    The file holds the same sample."""
+    """A reading at w = 2, also from the file, uses one more sample on the line through the last two."""
     table = random_bake(terms=4, resolution=12, samples=20)
     image, layout = atlas.pack(table)
     expected = 2 * image[0, 19].astype(float) - image[0, 18]
     np.testing.assert_allclose(image[: atlas.STRIP_ROWS, 20], np.tile(expected, (4, 1)), rtol=2.0**-11)
     samples = image[0, 18:21].astype(float)
-    # Three half floats near 1 are off by 2^-11 each, and their weights sum to 1.
+    # Three half floats near 1 have an error of 2^-11 each, and their weights sum to 1.
     np.testing.assert_allclose(table.zero_order_xyz(2.0), [1 / 6, 4 / 6, 1 / 6] @ samples, atol=2.0**-10)
 
 
 def test_the_bound_stands_above_the_curve():
-    """Its lower left texel stands at the left of the first row above the strip's curve. It may be negative."""
     excess = np.random.default_rng(0).normal(size=(9, 9)).astype(np.float16).astype(np.float32)
     image, layout = atlas.pack(replace(random_bake(), excess_albedo=excess))
     assert layout.strip_rows == atlas.STRIP_ROWS + 9

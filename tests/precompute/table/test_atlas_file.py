@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The files of tables: what is written comes back, and what is no table is refused."""
+"""Table files: a round trip, and refusals of other files."""
 
 import json
 import os
@@ -20,7 +20,6 @@ from .conftest import PROVENANCE, plain_exr, random_bake, refusal
 
 @pytest.fixture
 def written(tmp_path):
-    """A small table and its file."""
     table = random_bake()
     path = tmp_path / "table.exr"
     atlas_file.write_together({path: atlas.pack(table)}, PROVENANCE)
@@ -46,7 +45,7 @@ def test_the_header_tells_the_layout_without_the_pixels(written):
 
 
 def test_the_file_is_a_plain_half_float_picture(written):
-    """What any reader of OpenEXR sees: R, G, B in half floats, row 0 at the top, and our attribute in JSON."""
+    """Other readers of OpenEXR see R, G, B in half floats, row 0 at the top, and our attribute in JSON."""
     table, path = written
     image, _ = atlas.pack(table)
     file = OpenEXR.File(str(path))
@@ -98,7 +97,7 @@ def test_a_header_that_would_not_be_read_is_not_written(tmp_path):
 
 
 def test_a_place_that_cannot_be_written_is_told(tmp_path):
-    """As for a read-only folder or a full disc: OpenEXR raises a RuntimeError, which no caller expects."""
+    """For a read-only folder or a full disc OpenEXR raises a RuntimeError, which no caller expects."""
     with pytest.raises(GratingError, match=r"table\.exr: cannot be written \(No such file or directory\); "):
         atlas_file.write_together({tmp_path / "not there" / "table.exr": atlas.pack(random_bake())}, PROVENANCE)
 
@@ -165,9 +164,8 @@ def test_another_version_is_refused(tmp_path):
     {"inner_rows": 2**53 - 1}, {"surplus": 1},
 ])  # fmt: skip
 def test_a_header_that_lies_about_its_picture_is_refused(tmp_path, lie):
-    """Everything is compared with the picture before it is used, also by who reads the header alone.
-
-    A block of 3 x 2 tiles with 5 of them taken has no seventh."""
+    """Everything is compared with the picture before use, also by the reader of the header. A block of 3 x 2 tiles with
+    5 used has no seventh."""
     image, layout = atlas.pack(random_bake())
     path = tmp_path / "table.exr"
     lying = {"format": atlas_file.FORMAT, "layout": {**vars(layout), **lie}}
@@ -176,7 +174,7 @@ def test_a_header_that_lies_about_its_picture_is_refused(tmp_path, lie):
 
 
 def test_a_layout_of_another_picture_is_refused(written, tmp_path):
-    """Also a layout that some bake has: three terms that a block of six tiles could hold as well."""
+    """This includes layouts that fit another bake: three terms in a block of six tiles."""
     image, layout = atlas.pack(written[0])
     path = tmp_path / "other.exr"
     for other in (atlas.layout_of(random_bake(terms=7)), atlas.layout_of(random_bake(levels=2))):
@@ -205,7 +203,7 @@ def test_provenance_of_other_kinds_is_refused(tmp_path, provenance):
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 def test_a_picture_that_is_no_number_is_refused(written, value):
-    """By whoever uses its pixels; the header alone is sound."""
+    """Only readers that check the pixels refuse it; the header is valid."""
     table, path = written
     image, layout = atlas.pack(table)
     image[-1, -1, 2] = value

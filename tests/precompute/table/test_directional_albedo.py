@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a surface sends in a white world, where that is known."""
+"""A surface's albedo in a white world, in cases with a known result."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ SIGMA_B = 0.02
 
 
 def white_table(scattered, mirrored):
-    """A table of white light: as much over w^2 in every (u, v), and as much in the zero order."""
+    """A table of white light: `scattered` over w^2 in every (u, v), and `mirrored` in the zero order."""
     terms = np.zeros((2, 29, 29, 3), np.float32)
     terms[0] = scattered * white_xyz()
     return Table(terms, np.tile(mirrored * white_xyz(), (20, 1)), SIGMA_B, 4 / 24, "D65")
@@ -31,10 +31,10 @@ def test_a_mirror_reflects_what_its_surface_does(degrees):
 
 
 def test_even_scatter_is_an_integral_of_one_angle():
-    """Seen along the normal: R (1 + cos)^2 over the hemisphere, whose half angle is half the light's."""
+    """Seen along the normal: R (1 + cos)^2 over the hemisphere, with the half angle half of the light's angle."""
     step = np.pi / 2 / 1000
     theta = (np.arange(1000) + 0.5) * step
     ring = fresnel_reflectance(np.cos(theta / 2)) * (1 + np.cos(theta)) ** 2 * np.sin(theta)
-    # The midpoint rule here is off by step^2 / 24 = 1e-7, times numbers of order one.
+    # The midpoint rule has an error of step^2 / 24 = 1e-7 here, times numbers of order one.
     wanted = 2 * np.pi * 0.3 * ring.sum() * step
     np.testing.assert_allclose(directional_albedo(white_table(0.3, 0), 0.0), wanted, rtol=1e-6)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sample set: which frequencies are drawn, and what they weigh."""
+"""Sample sets: which frequencies are drawn, and their weights."""
 
 from dataclasses import replace
 
@@ -34,9 +34,8 @@ def power_over_s2(series, s):
 
 
 def within_three_errors(values, exact):
-    """Whether a mean over texels is the integral, to three standard errors of as many independent draws.
-
-    Stratified draws keep this with room to spare."""
+    """Whether the mean over texels is the integral, to three standard errors of as many independent draws. Stratified
+    draws stay well below that."""
     return abs(values.mean() - exact) <= 3 * values.std() / np.sqrt(values.size)
 
 
@@ -54,7 +53,7 @@ def test_the_set_integrates_the_spectrum(scan, s):
 
 @pytest.mark.parametrize("name", ["blazed", "elaphe", "cd"])
 def test_samples_keep_their_light(samples, name):
-    """To three standard errors, and what the pieces may misplace."""
+    """To three standard errors, plus what the pieces may misplace."""
     _, series, found = samples[name]
     for s in S_SEEN:
         weights, exact = found.weights(s), power_over_s2(series, s).sum()
@@ -63,7 +62,7 @@ def test_samples_keep_their_light(samples, name):
 
 
 def test_texels_follow_the_pdf(scan):
-    """Counts in 24 x 24 blocks of bins are off by at most three standard errors of independent draws, and one texel."""
+    """Counts in 24 x 24 blocks of bins differ by at most three standard errors of independent draws, plus one texel."""
     series, found, (row, column) = scan
     (pdf,) = densities([series])
     assert pdf.sum(dtype=float) == pytest.approx(1)
@@ -76,7 +75,6 @@ def test_texels_follow_the_pdf(scan):
 
 @pytest.mark.parametrize("side", [16, 64])
 def test_every_block_is_a_set_of_its_own(scan, side):
-    """Each aligned block holds the light to three standard errors of its own number of texels."""
     series, found, _ = scan
     weights, exact = found.weights(S_SEEN[4]), power_over_s2(series, S_SEEN[4]).sum()
     blocks = weights.reshape(256 // side, side, -1, side).swapaxes(1, 2).reshape(-1, side * side)
@@ -106,10 +104,9 @@ def test_the_z_curve_fills_aligned_blocks_in_turn():
 
 @pytest.mark.parametrize("name", ["blazed", "elaphe", "cd"])
 def test_weights_are_spread_little(samples, name):
-    """At s between the nodes, the heaviest texel weighs at most 4.5 times the mean; 4 was measured.
-
-    At a node, no texel may weigh more than the mean times the number of nodes, and what the pieces misplace: the
-    density is the mean over the nodes (table/sample_set.py)."""
+    """At s between the nodes, the heaviest texel weighs at most 4.5 times the mean; the measured factor is 4. At a
+    node, a texel weighs at most the mean times the number of nodes, plus what the pieces misplace: the density is the
+    mean over the nodes (table/sample_set.py)."""
     _, series, found = samples[name]
     for s in S_SEEN:
         weights = found.weights(s)
@@ -122,7 +119,7 @@ def test_weights_are_spread_little(samples, name):
 
 
 def test_a_pdf_of_one_s_would_spread_them(scan):
-    """The reason for a density that is a mean over s."""
+    """This is why the density is a mean over s."""
     series, found, at = scan
     power = np.maximum(power_over_s2(series, S_SEEN[4]), 0)
     ratio = power_over_s2(series, S_SEEN[0])[at] / np.maximum(power[at], 1e-9 * power.max())
@@ -133,10 +130,8 @@ def test_a_pdf_of_one_s_would_spread_them(scan):
 
 @pytest.mark.parametrize("scale", [1e-9, 40e-9, 400e-9])
 def test_pieces_misplace_one_percent(scale):
-    """Of the light at any s, against the series itself.
-
-    The number of pieces is chosen on a block of the texels, so that all texels together may miss by a little more. The
-    last relief is over 2 um deep."""
+    """Of the light at any s, against the series itself. The number of pieces is chosen on a block of the texels, so all
+    texels together may have a slightly larger error. The last relief is over 2 um deep."""
     series = series_of(skin(scale=scale))
     found = make_sample_set([series], SIGMA_B, size=64)
     (pdf,) = densities([series])
@@ -151,7 +146,7 @@ def test_pieces_misplace_one_percent(scale):
 
 
 def test_orders_stay_where_they_are(samples):
-    """At m / period, to a millionth of u at 550 nm, in the file as well. Each has as many texels as the pdf says."""
+    """At m / period, to a millionth of u at 550 nm, also in the file. The pdf gives each order's number of texels."""
     _, series, found = samples["blazed"]
     order = found.q[..., 0] * blazed.__defaults__[0]
     assert np.abs(order - np.rint(order)).max() < 1e-9
@@ -165,7 +160,6 @@ def test_orders_stay_where_they_are(samples):
 
 
 def test_several_scans_are_averaged():
-    """Scans of different sizes, depths and numbers of nodes."""
     ensemble = [series_of(skin(200, 20e-9, 1)), series_of(skin(160, 90e-9, 2))]
     assert len(ensemble[0].amplitude) != len(ensemble[1].amplitude)
     found = make_sample_set(ensemble, SIGMA_B, tolerance=1e-5)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The files of sample sets: what is written comes back, what is no sample set is refused, and what a bake writes."""
+"""Files of sample sets: a round trip, refusals of other files, and the files of a bake."""
 
 import json
 import os
@@ -24,7 +24,6 @@ from .conftest import PROVENANCE, S_MAX, S_SEEN, SIGMA_B, plain_exr, refusal
 
 @pytest.fixture
 def written(scan, tmp_path):
-    """A small sample set and its file."""
     found = make_sample_set([scan[0]], SIGMA_B, size=16)
     path = tmp_path / "table.lobes.exr"
     atlas_file.write_together({path: sample_set.pack(found)}, PROVENANCE)
@@ -66,7 +65,7 @@ def test_the_picture_is_what_the_docstring_says(written):
 
 
 def test_it_may_lie_beside_an_atlas_of_single_floats(scan, tmp_path):
-    """Both files hold one record, which tells the atlas's precision. A sample set is always of half floats."""
+    """Both files hold the same record, which has the atlas's precision. A sample set always has half floats."""
     path = tmp_path / "table.lobes.exr"
     found = make_sample_set([scan[0]], SIGMA_B, size=16)
     atlas_file.write_together({path: sample_set.pack(found)}, PROVENANCE | {"precision": "float32"})
@@ -98,7 +97,6 @@ def test_no_depth_leaves_the_half_floats(written, decades):
 
 
 def test_neither_file_is_written_without_the_other(written):
-    """Of a table and its sample set, one can be written and the other cannot."""
     found, path = written
     before = path.read_bytes()
     pictures = {path: sample_set.pack(found), path.parent / "not there" / "table.exr": sample_set.pack(found)}
@@ -161,7 +159,6 @@ def test_a_truncated_file_is_refused(written, share):
 
 @pytest.fixture
 def picture(tmp_path):
-    """A grey picture in a folder of its own."""
     x = np.arange(24) / 24
     grey = 127 + 90 * np.sin(6 * np.pi * x + np.sin(2 * np.pi * x[:, None]))
     (tmp_path / "scans").mkdir()
@@ -170,7 +167,7 @@ def picture(tmp_path):
 
 
 def test_a_bake_writes_both(picture, tmp_path, capsys):
-    """When it is baked, when it is taken from the cache, and when it is baked over what is there."""
+    """In a new bake, in one from the cache, and in one that replaces files."""
     folder = tmp_path / "bakes"
     options = ("--size-um", "2", "--height-nm", "60", "--coherence-um", "2", "--delta-e", "5")
     for more in ((), (), ("--no-cache",)):

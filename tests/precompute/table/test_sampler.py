@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Frequencies drawn as a material draws them, a texel at random, against the density that they are weighed by."""
+"""Drawing frequencies as a material does, one random texel each, against the density that weights them."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ DRAWS = 20_000
 
 @pytest.mark.parametrize(("freedom", "critical"), [(10, 29.588), (63, 103.442), (500, 603.446)])
 def test_the_measure_knows_the_tables_of_chi_square(freedom, critical):
-    """Of one in a thousand. All of the excess is in one bin of a great number, and taken from the others."""
+    """At a chance of one in a thousand. All of the excess is in one of many bins, and taken from the others."""
     expected = np.full(freedom + 1, 1e9)
     excess = np.sqrt(critical * 1e9 * freedom / (freedom + 1))
     counts = expected - excess / freedom
@@ -21,7 +21,7 @@ def test_the_measure_knows_the_tables_of_chi_square(freedom, critical):
 
 
 def test_random_texels_pass_a_chi_square_test(scan):
-    """In 20 x 20 cells of rows and columns of bins; those that hold little are taken together."""
+    """In 20 x 20 cells of rows and columns of bins; nearly empty cells are joined."""
     series, found, (row, column) = scan
     (pdf,) = densities([series])
     rows, columns = (equal_cells(pdf.sum(axis=axis, dtype=float), 20) for axis in (1, 0))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Made-up scans, and steps by their text."""
+"""Made-up scans, and steps given as text."""
 
 import numpy as np
 import pytest
@@ -17,8 +17,7 @@ def wave(shape=(128, 128), pixel=(50e-9, 50e-9), *, period=800e-9, angle_deg=0.0
 
 @pytest.fixture
 def levelled():
-    """A function that carries out steps on heights (rows, cols), and returns the heights after them, the new height map
-    and what was told."""
+    """A function that applies steps to heights (rows, cols) and returns new heights, height map and messages."""
 
     def carry_out(height, steps, *, pixel=(50e-9, 50e-9), periodic=False):
         done = level(HeightMap(height, pixel, "scan", periodic=periodic), parse_steps(steps))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Turning, cropping and masking."""
+"""The steps that turn, crop and mask."""
 
 import numpy as np
 import pytest
@@ -14,8 +14,8 @@ PIXEL = (50e-9, 50e-9)
 
 @pytest.mark.parametrize("degrees", [-100, -45, -10, 7.5, 30, 60, 200])
 def test_a_turned_grating_turns_counterclockwise(levelled, degrees):
-    """On pixels that are not square. At 16 pixels a period, cubic convolution errs by (2 pi / 16)^3 / 6 = 1 % of the
-    amplitude at most."""
+    """On pixels that are not square. At 16 pixels a period, cubic convolution has an error of at most (2
+    pi / 16)^3 / 6 = 1 % of the amplitude."""
     pixel = (40e-9, 50e-9)
     turned, height_map, _ = levelled(wave((160, 128), pixel), f"rotate:{degrees}", pixel=pixel)
     grating = describe(height_map).waves.gratings[0]
@@ -35,9 +35,9 @@ def test_a_turned_surface_is_the_surface_between_its_pixels(levelled):
     cos, sin = np.cos(np.radians(25)), np.sin(np.radians(25))
     y, x = (-(np.arange(turned.shape[0])[:, None] - (turned.shape[0] - 1) / 2) * 50e-9,
             (np.arange(turned.shape[1]) - (turned.shape[1] - 1) / 2) * 50e-9)  # fmt: skip
-    # The point that lies at (x, y) now was at the place turned back.
+    # Turning (x, y) back gives the original place.
     exact = shape(x * cos + y * sin, y * cos - x * sin)
-    inner = slice(1, -1)  # the corners touch the rim of the scan, where a pixel is repeated
+    inner = slice(1, -1)  # the corners touch the scan's rim, where a pixel is repeated
     np.testing.assert_allclose(turned[inner, inner], exact[inner, inner], atol=1e-6 * np.ptp(exact))
 
 
@@ -86,7 +86,8 @@ def test_parts_that_are_none_are_refused(levelled, text, fault):
 
 
 def test_whole_periods_are_kept_from_the_middle(levelled):
-    """16 pixels a period along T: of 128 + 9 pixels 128; along B at 45 degrees 22.6 pixels a period, of 128 five."""
+    """Along T, 16 pixels a period: 128 of 128 + 9 pixels are kept. Along B at 45 degrees, 22.6 pixels a period: five
+    of the 5.7 periods in 128 pixels."""
     cut, _, told = levelled(wave((64, 137)), "periods")
     assert cut.shape == (64, 128) and told == ("periods: 128 x 64 of 137 x 64 pixels are kept",)
     np.testing.assert_array_equal(cut, wave((64, 137))[:, 4:132])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scars, outliers and dust: what was put in is found, and nothing else."""
+"""The steps against scars, outliers and dust find what was added, and nothing else."""
 
 import numpy as np
 import pytest
@@ -27,10 +27,10 @@ def test_nothing_is_found_on_clean_gratings(levelled, height, text):
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("wide", [1, 2, 4])
 def test_scars_are_found_to_the_pixel(levelled, wide, sign):
-    """A step of 150 nm, several times the greatest difference of rows of the grating, 50 nm * 2 pi / 16 = 20 nm."""
+    """A step of 150 nm is several times the grating's greatest row difference, 50 nm * 2 pi / 16 = 20 nm."""
     height = rough(wave(angle_deg=60))
     height[100 : 100 + wide, 90:115] += sign * 150e-9
-    height[90, 5:20] += sign * 150e-9  # a run of 15 pixels is none
+    height[90, 5:20] += sign * 150e-9  # a run of 15 pixels is too short for a scar
     found, _, (told,) = levelled(height, "scars")
     expected = np.zeros((128, 128), bool)
     expected[100 : 100 + wide, 90:115] = True
@@ -44,7 +44,7 @@ def test_scans_too_low_for_scars(levelled, rows):
 
 
 def test_outliers_are_single_pixels(levelled):
-    """Spikes up and down, at the rim and beside a hole; two pixels side by side are no outlier but dust."""
+    """Spikes up and down, at the rim and beside a hole; two pixels side by side count as dust."""
     height = rough(wave(angle_deg=20))
     height[60, 60] = np.nan
     places = [(0, 0), (20, 30), (61, 61), (127, 64)]
@@ -56,8 +56,8 @@ def test_outliers_are_single_pixels(levelled):
 
 
 def test_dust_and_a_scratch_are_found_over_waviness(levelled):
-    """The relief's robust deviation is 1.48 * 35 nm = 52 nm: dust of 400 nm stands 7 times as high, wherever it lies on
-    a wave of 300 nm that the background follows. A scratch as deep is found too."""
+    """The relief's robust deviation is 1.48 * 35 nm = 52 nm: dust of 400 nm is 7 times as high, anywhere on a wave of
+    300 nm that the background follows. A scratch of that depth is found too."""
     y, x = np.indices((256, 256))
     shape = wave((256, 256)) + 150e-9 * np.sin(2 * np.pi * (x + y) / 256)
     dirt = (np.hypot(y - 100, x - 60) < 6) | (np.hypot(y - 30, x - 200) < 4)
@@ -65,7 +65,7 @@ def test_dust_and_a_scratch_are_found_over_waviness(levelled):
     found, _, _ = levelled(rough(shape + 450e-9 * dirt - 450e-9 * scratch), "dust")
     holes = np.isnan(found)
     assert holes[dirt | scratch].all()
-    # One pixel is taken around each: a ring about the circles and the strip.
+    # One pixel is removed around each: a ring about the circles and the strip.
     assert holes.sum() < 1.8 * (dirt | scratch).sum()
 
 
@@ -87,7 +87,7 @@ def test_a_block_without_heights_takes_its_ground_from_others(levelled):
 
 
 def test_the_relief_itself_is_no_dust(levelled):
-    """Bumps on a sixth of a plane: a median plane is no relief, and all that is on it would go."""
+    """Bumps on a sixth of a plane: the median plane has no relief, so all bumps would be removed."""
     y, x = np.indices((128, 128))
     bumps = 100e-9 * ((x % 16 < 6) & (y % 16 < 7))
     with pytest.raises(GratingError, match=r"scan: dust:5 would remove \d\d% of the scan.*; give dust a larger number"):
@@ -95,7 +95,7 @@ def test_the_relief_itself_is_no_dust(levelled):
 
 
 def test_pits_that_are_taken_for_dust_are_warned_of(levelled):
-    """Pits of a disc, on 4 % of it, are its grating."""
+    """The pits cover 4 % of the scan and are its grating."""
     y, x = np.indices((128, 128))
     pits = -100e-9 * ((x % 16 < 3) & (y % 16 < 3))
     _, _, (told,) = levelled(rough(pits, 0.5), "dust:50")
@@ -103,7 +103,7 @@ def test_pits_that_are_taken_for_dust_are_warned_of(levelled):
 
 
 def test_the_real_skins_lose_their_dust(shared_data):
-    """The highest fleck of Xenopeltis stands 530 nm over the mean; its fingers reach 219 nm."""
+    """The highest fleck of Xenopeltis is 530 nm above the mean; its fingers reach 219 nm."""
     scan = read_height_map(str(shared_data / "snake" / "xenopeltis_65um.png"), size_um=65, height_nm=818.69)
     clean = level(scan, parse_steps("plane,scars,dust"))
     height = clean.height_map.height_m

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What steps begin with in the panel."""
+"""The arguments with which the panel adds a step."""
 
 import numpy as np
 import pytest
@@ -33,7 +33,6 @@ def test_what_must_be_given_changes_nothing_as_yet(name):
 
 
 def test_calibration_begins_with_the_period_that_the_scan_has():
-    """Measured to a thousandth."""
     assert first_step("calibrate", WAVES).values[0] == pytest.approx(800, rel=1e-3)
     with pytest.raises(GratingError, match="flat: calibrate: no grating stands out"):
         first_step("calibrate", HeightMap(np.zeros((64, 64)), (PIXEL, PIXEL), "flat"))

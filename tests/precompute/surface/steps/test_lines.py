@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Line alignment, and what it does to a grating whose lines run along the rows."""
+"""Line alignment, and its effect on a grating with lines along the scan's x axis."""
 
 import re
 
@@ -16,13 +16,12 @@ BY = pytest.mark.parametrize("text", ["lines", "lines:difference"])
 
 @BY
 def test_rows_that_were_shifted_are_put_back(levelled, text):
-    """Shifts of the microscope between lines, on a grating across them, which stays.
-
-    Of 256 pixels and 16 whole periods each row has the same median and the same mean of differences, 0."""
+    """The microscope's shifts between lines, on a grating across the lines, which stays. With 256 pixels and 16 whole
+    periods each row has the same median and the same mean of differences, 0."""
     clean = wave((64, 256))
     shifted = clean + np.random.default_rng(0).normal(0, 100e-9, 64)[:, None]
     aligned, _, told = levelled(shifted, text)
-    # The shifts are found to rounding; from their differences they are known but for one tilt, of the shifts' own mean.
+    # The shifts are found to rounding. From differences they are found up to one tilt, the mean of the differences.
     left = aligned - clean
     rows = np.arange(64)
     trend = np.polyval(np.polyfit(rows, left.mean(axis=1), 1), rows) if "diff" in text else left.mean()
@@ -40,11 +39,11 @@ def test_a_row_without_heights_stays_one(levelled):
 
 
 def test_medians_of_coarse_heights_do_not_add_up(levelled):
-    """Gentle rises and steep falls along B, in steps of 3 nm: the median of the differences is of the rises alone."""
+    """Gentle rises and steep falls along B, in steps of 3 nm: the median of the differences sees only the rises."""
     rows = np.arange(300)
     saw = 100e-9 * (rows % 20 / 20)[:, None] + 30e-9 * np.sin(np.arange(256) / 7)
     aligned, _, _ = levelled(np.round(saw / 3e-9) * 3e-9, "lines:difference")
-    assert np.ptp(aligned) < 300e-9  # and 300 rows of 5 nm would be 1500
+    assert np.ptp(aligned) < 300e-9  # and 300 rows of 5 nm would be 1500 nm
 
 
 @BY
@@ -60,7 +59,7 @@ def test_a_grating_along_the_rows_is_warned_of(levelled, text):
 @BY
 @pytest.mark.parametrize("amplitude", [45e-9, 15e-9])
 def test_the_weaker_wave_of_a_crossed_grating_is_warned_of(levelled, text, amplitude):
-    """It sends out 81 %, or 9 %, of the light of the other, which stays as it is."""
+    """It sends out 81 % or 9 % of the other wave's light; the other wave stays unchanged."""
     height = wave() + wave(angle_deg=90, amplitude=amplitude)
     (told,) = levelled(height, f"plane,{text}")[2]
     assert told.startswith(f"warning: {text}: weakens fainter waves of the grating (800 nm at 90 deg by 100%); leave")
@@ -68,13 +67,12 @@ def test_the_weaker_wave_of_a_crossed_grating_is_warned_of(levelled, text, ampli
 
 @BY
 def test_a_wave_of_a_hundredth_of_the_light_is_not_warned_of(levelled, text):
-    """`info` does not list it either."""
     height = wave(amplitude=50e-9) + wave(angle_deg=90, amplitude=5e-9)
     assert levelled(height, text)[2] == ()
 
 
 def test_the_real_grid_along_the_rows(shared_data):
-    """Its lines run at 45 degrees. Turned along the rows, a plane keeps its rms; alignment erases it and says so."""
+    """The grid's lines run at 45 degrees. Turned along the rows, they are erased by alignment, which warns."""
     grid = read_height_map(str(shared_data / "nanosurf" / "grid.nid"))
     turned = level(grid, parse_steps("plane,rotate:45")).height_map
     plane = level(turned, parse_steps("plane")).height_map

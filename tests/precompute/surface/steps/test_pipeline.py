@@ -57,7 +57,7 @@ def test_the_help_names_every_step_and_its_form():
 
 
 def test_the_order_counts(levelled):
-    """A plane is none any more once its heights are cut off at one side and not at the other."""
+    """A levelled plane is tilted again if heights on one side are removed."""
     height = wave() + 2e-9 * np.arange(128)
     first, _, _ = levelled(height, "plane,mask:0:0:3:3")
     last, _, _ = levelled(height, "mask:0:0:3:3,plane")
@@ -71,7 +71,6 @@ def test_a_step_tells_by_its_text(levelled):
 
 
 def test_without_steps_a_relief_is_what_it_was_before_there_were_any(levelled):
-    """To the bit: a plane is subtracted, and holes are filled."""
     height = wave(angle_deg=20) + 3e-9 * np.arange(128)
     height[3:9, 7:30] = np.nan
     _, given, _ = levelled(height, "none")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Signs, scales, and the tip."""
+"""The steps for sign, scale and the tip."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,6 @@ def test_invert_and_zscale(levelled):
 
 
 def test_calibration_gives_the_grating_its_known_period(levelled):
-    """Pixels of any proportions keep them."""
     pixel = (40e-9, 50e-9)
     height = wave((160, 128), pixel, angle_deg=30)
     _, height_map, told = levelled(height, "calibrate:840", pixel=pixel)
@@ -29,7 +28,7 @@ def test_calibration_gives_the_grating_its_known_period(levelled):
 
 @pytest.mark.parametrize("period", [300, 420, 1590, 2000])
 def test_another_grating_is_refused(levelled, period):
-    """A harmonic too, at a factor of nearly two."""
+    """This includes harmonics, at a factor of nearly two."""
     with pytest.raises(GratingError, match=f"scan: calibrate: its grating measures .* nm, far from {period} nm; give"):
         levelled(wave(), f"calibrate:{period}")
 
@@ -43,7 +42,7 @@ def test_a_calibration_by_more_than_a_tenth_is_warned_of(levelled, period, warne
 
 @pytest.mark.parametrize("period", [1200, 7200])
 def test_a_grating_is_calibrated_by_its_own_wave_and_not_by_a_stronger_harmonic(levelled, period):
-    """The harmonic sends out more light. A wave of more than 6.7 um shows no colours, and its half does."""
+    """The harmonic sends out more light. A wave of more than 6.7 um shows no colours, but its half does."""
     pixel = (period * 1e-9 / 32,) * 2
     height = wave(period=period * 1e-9, amplitude=20e-9, pixel=pixel) + wave(
         period=period * 0.5e-9, amplitude=15e-9 if period > 6700 else 40e-9, pixel=pixel
@@ -53,7 +52,7 @@ def test_a_grating_is_calibrated_by_its_own_wave_and_not_by_a_stronger_harmonic(
 
 
 def dilated(height, radius, pixel):
-    """What a paraboloid tip scans: the highest place of its apex over every surface point that it may touch."""
+    """The scan of a paraboloid tip: its highest apex over all surface points that it may touch."""
     reach = 24
     padded = np.pad(height, reach, mode="edge")
     rows, cols = height.shape
@@ -65,15 +64,15 @@ def dilated(height, radius, pixel):
 
 
 def test_the_tip_is_taken_out_where_it_touched(levelled):
-    """Round bumps on pixels that are not square are widened by the tip; erosion gives the bumps back where the tip
-    reached the ground between them, and never goes below the surface."""
+    """The tip widens round bumps on pixels that are not square. Erosion restores the bumps where the tip reached the
+    ground between them, and never goes below the surface."""
     pixel, radius = (5e-9, 4e-9), 30e-9
     y, x = np.indices((60, 80))
     surface = 20e-9 * np.exp(-(((y % 30 - 15) * 5e-9) ** 2 + ((x % 40 - 20) * 4e-9) ** 2) / (2 * (25e-9) ** 2))
     scanned = dilated(surface, radius, pixel)
     assert np.abs(scanned - surface).max() > 0.5e-9
     eroded, _, (told,) = levelled(scanned, "tip:30", pixel=pixel)
-    # The rim, where the tip also touched what lies beyond it, apart.
+    # Without the rim, where the tip also touched what lies beyond it.
     inner = (slice(12, -12), slice(12, -12))
     assert (eroded >= surface - 1e-18)[inner].all()
     assert np.abs(eroded - surface)[inner].max() < 0.1 * np.abs(scanned - surface).max()
@@ -81,9 +80,8 @@ def test_the_tip_is_taken_out_where_it_touched(levelled):
 
 
 def test_a_rounded_top_is_sharper_by_the_radius_of_the_tip(levelled):
-    """A tip of 30 nm scans a ridge of radius 470 nm as one of 500 nm.
-
-    The tip touches between pixels, at most 2.5 nm from one: (2.5 nm)^2 / 2 * (1 / 30 - 1 / 500) / nm = 0.1 nm."""
+    """A tip of 30 nm scans a ridge of radius 470 nm as one of 500 nm. The tip touches between pixels, at most 2.5 nm
+    from one: (2.5 nm)^2 / 2 * (1 / 30 - 1 / 500) / nm = 0.1 nm."""
     x = (np.arange(100) - 50) * 5e-9
     eroded, _, _ = levelled(-(x**2) / (2 * 500e-9) + np.zeros((20, 1)), "tip:30", pixel=(5e-9, 5e-9))
     inner = slice(20, -20)

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from precompute.lights.panorama import crop_cells, crop_frame, inside_crop, panorama_cells
+from precompute.world_sources.panorama import crop_cells, crop_frame, inside_crop, panorama_cells
 
 
 def test_the_cells_of_a_panorama_are_the_sphere():
@@ -14,7 +14,7 @@ def test_the_cells_of_a_panorama_are_the_sphere():
 
 
 def test_a_picture_looks_along_x_from_the_bottom_up():
-    """Blender's convention; tests/addon/worlds holds it against Blender itself."""
+    """Blender's convention; tests/addon/worlds compares it with Blender itself."""
     directions = panorama_cells(3, 4).directions.reshape(3, 4, 3)
     east, up = np.sqrt(0.5), np.sqrt(0.75)
     np.testing.assert_allclose(directions[1], [[-east, east, 0], [east, east, 0], [east, -east, 0], [-east, -east, 0]],
@@ -23,7 +23,7 @@ def test_a_picture_looks_along_x_from_the_bottom_up():
 
 
 def test_moments_are_the_integral_of_the_direction():
-    """Against the sum over cells 50 times finer, whose own error is that much squared: 1e-4 of (cell size)^2."""
+    """Against the sum over cells 50 times finer, whose error is 1e-4 of the coarse cells' size squared."""
     coarse, fine = panorama_cells(4, 8), panorama_cells(200, 400)
     sums = (fine.directions * fine.solid_angles[:, None]).reshape(4, 50, 8, 50, 3).sum(axis=(1, 3))
     np.testing.assert_allclose(coarse.moments, sums.reshape(-1, 3), atol=1e-4)
@@ -48,7 +48,7 @@ def test_a_crop_is_a_small_square_about_its_direction(towards):
 
 
 def test_tiny_cells_know_how_wide_they_are():
-    """A square of side a has a variance of a^2/12 along each axis, to the rounding of 1 - cosine."""
+    """A square of side a has a variance of a^2 / 12 along each axis, to the rounding of 1 - cosine."""
     cells = crop_cells(1, 5e-5, (0.3, 0.4, 0.5))
     variance = 1 - np.linalg.norm(cells.moments[0]) / cells.solid_angles[0]
     assert variance == pytest.approx(1e-4**2 / 12, rel=1e-6)

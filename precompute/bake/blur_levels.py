@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The wider levels of a table, each made from the level before by a blur and fewer texels.
+"""Makes a table's wider blur levels, each from the level before by a blur and fewer texels.
 
-The step from one level's texels to the next is no whole number, and the blur is narrower than a texel of the level that
-it is given. A Gaussian sampled so coarsely is no Gaussian any more. Therefore its samples are first made a smooth
-function by an interpolation that keeps all frequencies which they can hold, and this is what is blurred.
+The step between texels grows by a factor that is no integer in general, and the blur is narrower than a texel of the
+finer level. A Gaussian sampled so coarsely is no longer a Gaussian. Therefore the samples are first interpolated to a
+smooth function of all their frequencies, and this function is blurred.
 """
 
 import math
@@ -18,31 +18,31 @@ from ..table.tiling import TILE_PADDING, Cell, cell_for
 
 _Mode = Literal["constant", "edge"]
 # The interpolation is a sinc under a Gaussian of this standard deviation, in samples. It is cut off at four standard
-# deviations, where it has fallen below 1e-5. A blur is cut off at six of its own.
+# deviations, where it is below 1e-5. A blur is cut off at six of its own.
 _WINDOW, _WINDOW_REACH, _BLUR_REACH = 2.0, 8, 6.0
-# Number of frequencies, from 0 to twice the highest that samples can hold, at which a weight's spectrum is summed.
-# The sum repeats itself at distances of this many samples, far beyond the reach.
+# Number of frequencies, from 0 to twice the highest of the samples, at which a weight's spectrum is summed. The sum
+# repeats at distances of this many samples, far beyond the reach.
 _FREQUENCIES = 64
 
 
 def narrower(sigma: float, texel: float) -> float:
-    """The standard deviation of the kernel that is sampled at the texels so that a reading has the kernel sigma.
+    """The standard deviation of the kernel to sample at the texels, so that a reading has the kernel sigma.
 
     Reading by B-splines adds the variance bspline.VARIANCE texel^2."""
     return math.sqrt(sigma**2 - bspline.VARIANCE * texel**2)
 
 
 def with_levels(table: Table, cell: Cell | None = None) -> Table:
-    """A table with its wider levels, made from its terms: those of a cell, or as many and as near as memory allows.
+    """Add the wider blur levels to a table: a given cell's, or as many and as close as memory allows.
 
-    A wider kernel reaches past the rim of the table. Where the table ends at |u| = 2, there is no light beyond the rim.
-    Where its region ends earlier, the values at the rim stand for those beyond."""
+    A wider kernel reaches past the rim of the table. If the table ends at |u| = 2, there is no light beyond the rim. If
+    its region ends earlier, the values at the rim are repeated."""
     modes: list[_Mode] = [
         "constant" if low <= 1e-9 - 2 and high >= 2 - 1e-9 else "edge" for low, high in table.region[::-1]
     ]
     side = math.ceil(4 / table.texel - 1e-9) + 1
     cell = cell or cell_for(len(table.terms), table.inner, table.sigma_b, whole=(side, side))
-    # Measured in a level's own texels, the kernel that is sampled there is the same on every level.
+    # In a level's own texels, the kernel to sample is the same on every level.
     sigma = math.sqrt(cell.ratio - 1) * narrower(table.sigma_b, table.texel) / table.texel
     found = [table.terms]
     for level in range(1, cell.levels):
@@ -56,9 +56,8 @@ def with_levels(table: Table, cell: Cell | None = None) -> Table:
 
 
 def _blurred(terms: np.ndarray, sigma: float, *, step: float, count: int, mode: _Mode) -> np.ndarray:
-    """Terms (K, rows, ...) blurred along their rows by a Gaussian of sigma rows, at `count` places that are `step` rows
-    apart. The first inner row, the one after TILE_PADDING others, is such a place, and so many others are before it.
-    `mode` tells numpy.pad what is beyond the rows."""
+    """Blur terms (K, rows, ...) along axis 1 by a Gaussian of sigma rows, at `count` places that are `step` rows apart.
+    Place TILE_PADDING is the first inner row, at the same index. `mode` is numpy.pad's."""
     at = TILE_PADDING + step * (np.arange(count) - TILE_PADDING)
     reach = max(_WINDOW_REACH, math.ceil(_BLUR_REACH * sigma))
     rows = np.floor(at).astype(int)[:, None] + np.arange(1 - reach, 1 + reach)
@@ -70,11 +69,11 @@ def _blurred(terms: np.ndarray, sigma: float, *, step: float, count: int, mode: 
 
 
 def blur_weights(distance: np.ndarray, sigma: float) -> np.ndarray:
-    """The weights (places, samples) by which samples at a distance from each place, in steps between samples, give the
-    sampled function under a Gaussian blur of `sigma`. Each place's weights sum to 1.
+    """The weights (places, samples) of samples at a distance from each place, in sample steps, that give the sampled
+    function under a Gaussian blur of `sigma`. Each place's weights sum to 1.
 
     Their spectrum is the Gaussian's, exp(-2 pi^2 sigma^2 f^2), times that of the interpolation: 1 within |f| < 1 / 2
-    and 0 beyond, with an edge as soft as the window makes it."""
+    and 0 beyond, with an edge softened by the window."""
     f = (np.arange(_FREQUENCIES) + 0.5) / _FREQUENCIES
     sharp = math.pi * math.sqrt(2) * _WINDOW
     interpolation = np.array([math.erf(sharp * (0.5 + each)) + math.erf(sharp * (0.5 - each)) for each in f]) / 2

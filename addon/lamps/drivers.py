@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Driven custom properties of the scene or an object. Unchanged drivers are kept: a write re-evaluates the scene."""
+"""Driven custom properties of the scene or an object. Unchanged drivers are kept: a write re-evaluates the scene.
+
+lamp_properties.py says which properties are driven, and by what."""
 
 import re
 from collections.abc import Sequence

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The compact bright parts of a picture of the world: what stands out of its surroundings and is not wide.
+"""Finds the compact bright parts of a picture of the world, which are brighter than their surroundings and not wide.
 
-The pixels are taken from the brightest down. A connected set of those taken so far is a part that stands out of what
-is left, and its excess is the light by which it does. Sets grow, meet and merge as in a component tree (Salembier,
-Oliveras and Garrido 1998, "Antiextensive connected operators for image and sequence processing"), until they are wider
-than a source may be.
+Pixels are added from the brightest down. A connected set of added pixels is a part that exceeds its surroundings, and
+its excess is the light above them. Sets grow, meet and merge as in a component tree (Salembier, Oliveras and Garrido
+1998, "Antiextensive connected operators for image and sequence processing"), until they are wider than a source may be.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ import numpy as np
 
 from .panorama import Cells
 
-# A bright part has at least this many times the radiance of what it stands out of.
+# A bright part has at least this many times the radiance of its surroundings.
 _CONTRAST = 2.0
 
 
@@ -25,8 +24,8 @@ class Part:
     """A connected part of a picture.
 
     pixels      (n,) indices of its pixels
-    base        the luminance of what it stands out of
-    excess      its light above that, luminance x steradians"""
+    base        the luminance of its surroundings
+    excess      its light above the base, luminance x steradians"""
 
     pixels: np.ndarray
     base: float
@@ -35,7 +34,7 @@ class Part:
 
 @dataclass
 class _Set:
-    """A connected set of pixels; sums over them; and, where bright parts met in it, these parts."""
+    """A connected set of pixels, sums over the pixels, and the bright parts that met in the set."""
 
     area: float
     light: float
@@ -43,7 +42,7 @@ class _Set:
     moment: list[float]
     pixels: list[int]
     parts: list[Part] = field(default_factory=list)
-    # A set that grew too wide is nobody's part.
+    # False once the set grew too wide to be a part.
     is_open: bool = True
 
     def variance(self) -> float:
@@ -60,7 +59,7 @@ class _Set:
 
 
 class _Sets:
-    """The connected sets of the pixels taken so far, and the parts found in those that are closed."""
+    """The connected sets of the pixels added so far, and the parts found in closed sets."""
 
     def __init__(self, least: float, widest: float) -> None:
         self._least, self._widest = least, widest
@@ -69,7 +68,7 @@ class _Sets:
         self.found: list[Part] = []
 
     def add(self, pixel: int, alone: _Set, *, level: float, neighbours: Iterable[int]) -> None:
-        """Take a pixel of this luminance, and join the sets that it touches."""
+        """Add a pixel of luminance `level`, and join the sets that it touches."""
         self._parent[pixel], self._sets[pixel] = pixel, alone
         for neighbour in neighbours:
             if neighbour in self._parent:
@@ -79,14 +78,14 @@ class _Sets:
             self._close(grown, level)
 
     def close_all(self, level: float) -> None:
-        """End where no pixel is left that is brighter."""
+        """Close all sets at the luminance `level` of the surroundings."""
         for grown in self._sets.values():
             self._close(grown, level)
 
     def _join(self, one: int, other: int, level: float) -> None:
         if one == other:
             return
-        # The set of fewer pixels goes into the other.
+        # The set with fewer pixels joins the other.
         into, gone = sorted((one, other), key=lambda root: -len(self._sets[root].pixels))
         large, small = self._sets[into], self._sets.pop(gone)
         self._parent[gone] = into
@@ -112,14 +111,14 @@ class _Sets:
 
 
 def compact_parts(luminance: np.ndarray, cells: Cells, *, least: float, widest: float) -> list[Part]:
-    """The parts of a panorama's luminance (rows, cols) with an excess of at least `least` and, taken as evenly bright,
-    a variance of at most `widest` (rad^2); the greatest excess first.
+    """Find the parts of a panorama's luminance (rows, cols), the greatest excess first. Each has an excess of at least
+    `least` and, if it were evenly bright, a variance of at most `widest` (rad^2).
 
-    Where parts meet in a brighter surrounding, they count apart if they hold at least half of what they hold together
-    with that; else they are the lights and darks of one part."""
+    Parts that meet within a larger bright set count separately if together they hold at least half of its excess.
+    Otherwise the set is one part of uneven brightness."""
     values = luminance.reshape(-1)
-    # An even disc as wide as that has 4 pi x `widest` steradians: pixels so dark that they fill it with half of `least`
-    # count as black.
+    # An even disc of variance `widest` has 4 pi x `widest` steradians. Pixels so dark that they fill it with half of
+    # `least` count as black.
     floor = least / (8 * np.pi * widest)
     order = np.argsort(-values, kind="stable")
     levels, areas, moments = values.tolist(), cells.solid_angles.tolist(), cells.moments.tolist()
@@ -133,18 +132,18 @@ def compact_parts(luminance: np.ndarray, cells: Cells, *, least: float, widest: 
 
 
 def _resolved(grown: _Set, level: float, least: float) -> list[Part]:
-    """The parts that a set is, if the surroundings begin at this level: itself, the parts that met in it, or none."""
+    """The parts of a set whose surroundings have this luminance: the set itself, the parts that met in it, or none."""
     excess = grown.light - level * grown.area
     if excess < least or sum(part.excess for part in grown.parts) >= excess / 2:
         return grown.parts
-    # The mean luminance of the part, weighted by its excess.
+    # The part's mean luminance, weighted by its excess, must reach _CONTRAST times the level.
     if grown.light_squared - level * grown.light < _CONTRAST * level * excess:
         return grown.parts
     return [Part(np.array(grown.pixels), level, excess)]
 
 
 def _neighbours(pixel: int, rows: int, cols: int) -> tuple[int, ...]:
-    """The pixels beside, below and above. A panorama closes around the world, and above a pole it goes on below."""
+    """The pixels beside, below and above. A panorama wraps around horizontally, and continues across the poles."""
     row, col = divmod(pixel, cols)
     across = (col + cols // 2) % cols
     below = (row - 1) * cols + col if row else across

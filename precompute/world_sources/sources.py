@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The compact bright parts of a world as a few round sources, which take all light in their cones."""
+"""Fits a few round sources to the compact bright parts of a world. A source takes all light in its cone."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -9,39 +9,38 @@ import numpy as np
 from .panorama import Cells, panorama_cells
 from .parts import Part, compact_parts
 
-# A part with less of the world's light is left to the rest. There its light is spread over a surface's directions
-# instead of forming a spectrum of its own; 1 % of the light of a surface at white is 0.4 of its lightness at most
-# (116/3 * 0.01, from L* = 116 Y^(1/3) - 16).
+# The least share of the world's light that gets a source. Other light is spread over a surface's directions instead of
+# forming a spectrum. 1 % of a white surface's light changes its lightness by at most 0.4 (116/3 * 0.01, from L* = 116
+# Y^(1/3) - 16).
 LEAST_SHARE = 0.01
-# What is dimmer still is no light of its own, but the picture's grain.
+# A part with an even smaller share is noise of the picture.
 _GRAIN_SHARE = 0.0005
 # The radius in radians of the widest cone.
 WIDEST = 0.16
-# A part may be wider, to be divided. Where the number of sources does not allow that, it is none.
+# A part may be wider, and is then divided. It is dropped if the number of sources is too small for that.
 _WIDEST_PART = 0.6
-# What is narrower than this is looked for first. A sun in its glow, or before a bright cloud, is then a source of its
-# own, and what lies behind it is another.
+# Narrower parts are searched for first. So a sun and the glow or cloud behind it become two sources.
 _NARROW = 0.04
-# A source with a wider cone and this much of the light is divided, where the number of sources allows it. A box of 10
-# degrees stays one.
+# A source with a wider cone and at least this share of the light is divided if `count` allows. A box of 10 degrees is
+# not.
 _UNDIVIDED, _DIVIDED_SHARE = 0.12, 4 * LEAST_SHARE
-# The growth of the variance of each of the sources that another was divided into.
+# The growth of the variance of each source that results from a division.
 _SOFTENED = 0.4
 # A cone ends where 1 - cos(angle) is three variances, and its surroundings are read from there to nine. A uniform disc
-# of radius r has a variance of r^2/4 and the cone of radius 1.22 r; a square's cone ends in its corners.
+# of radius r has a variance of r^2/4 and a cone of radius 1.22 r; a square's cone ends at its corners.
 _CONE, _SURROUNDINGS = 3.0, 9.0
-# A disc's cone settles at once, the cone of a Gaussian or a glow within some 30 steps to a thousandth.
+# A disc's cone settles at once; the cone of a Gaussian or a glow settles to a thousandth within about 30 steps.
 _STEPS, _SETTLED = 100, 1e-3
 
 
 @dataclass(frozen=True)
 class Source:
-    """A compact bright part of the world, and the cone around it in which all the world's light is its own.
+    """A compact bright part of the world, with a cone around it whose light belongs to the source.
 
     direction   (3,) unit vector towards the light, in Blender's world axes
     irradiance  (3,) W/m2 on a surface that faces it, linear RGB of the scene's working space: the integral of the
                 radiance over the cone
-    variance    of the bright part itself, rad^2 along one axis. The cone is where 1 - cos(angle) < 3 x variance"""
+    variance    of the bright part, rad^2 along one axis. The cone is where 1 - cos(angle) < 3 x variance"""
 
     direction: np.ndarray
     irradiance: np.ndarray
@@ -54,11 +53,11 @@ class Source:
 
 
 def fit_sources(radiance: np.ndarray, count: int) -> list[Source]:
-    """The sources of a world, the brightest first, at most `count`.
+    """Fit at most `count` sources to a world, the brightest first.
 
-    radiance (rows, cols, 3) is a panorama (panorama.py says how it lies). Negative pixels and those that are not finite
-    count as black. A part that stands out of its surroundings becomes a source if it holds LEAST_SHARE of the world's
-    light. The widest sources are divided while there are fewer than `count`; no cone is wider than WIDEST."""
+    radiance (rows, cols, 3) is a panorama, laid out as in panorama.py. Negative and non-finite pixels count as black. A
+    part brighter than its surroundings becomes a source if it holds LEAST_SHARE of the world's light. The widest
+    sources are divided while there are fewer than `count`; no cone is wider than WIDEST."""
     cells, flat = panorama_cells(*radiance.shape[:2]), clean(radiance)
     luminance = flat.mean(axis=1)
     total = float(luminance @ cells.solid_angles)
@@ -74,15 +73,15 @@ def fit_sources(radiance: np.ndarray, count: int) -> list[Source]:
 
 
 def refit(source: Source, radiance: np.ndarray, cells: Cells) -> Source:
-    """A source again, with direction and variance from finer cells around it and their radiance (..., 3). Its
-    irradiance is the light that these cells have in its cone."""
+    """Fit a source again: direction and variance from finer cells around it and their radiance (..., 3), and the
+    irradiance from these cells' light in its cone."""
     flat = clean(radiance)
     piece = _settled(source, flat.mean(axis=1), cells)
     return lit([piece.source], flat, cells)[0]
 
 
 def lit(sources: Sequence[Source], radiance: np.ndarray, cells: Cells) -> list[Source]:
-    """The sources with all the light (n, 3) of the cells in their cones as their irradiance, the brightest first."""
+    """Give each source the light (n, 3) of the cells in its cone as its irradiance. Returns the brightest first."""
     owner = owners(sources, cells.directions)
     light = clean(radiance) * cells.solid_angles[:, None]
     own = [replace(source, irradiance=light[owner == index].sum(axis=0)) for index, source in enumerate(sources)]
@@ -90,9 +89,8 @@ def lit(sources: Sequence[Source], radiance: np.ndarray, cells: Cells) -> list[S
 
 
 def owners(sources: Sequence[Source], directions: np.ndarray) -> np.ndarray:
-    """For each direction (n, 3) the index of the source that takes its light, or -1 if no cone holds it. Where cones
-    overlap, it is the source with the nearest axis, the square of the angle being weighted by the variance: of a sun
-    before a cloud's middle, the sun."""
+    """For each direction (n, 3) the index of the source that takes its light, or -1 if no cone contains it. Where cones
+    overlap, the source with the least squared angle times variance takes it, such as a sun before a cloud."""
     nearest, owner = np.full(len(directions), np.inf), np.full(len(directions), -1)
     for index, source in enumerate(sources):
         away = 1 - directions @ source.direction
@@ -102,10 +100,10 @@ def owners(sources: Sequence[Source], directions: np.ndarray) -> np.ndarray:
 
 
 def missed(radiance: np.ndarray, sources: Sequence[Source]) -> float:
-    """The share of the world's light that is bright and compact but in no source, from 0 to 1.
+    """The share, from 0 to 1, of the world's light that is bright and compact but in no source.
 
-    It is what parts that fit_sources would know, or would if they held LEAST_SHARE, have above their surroundings
-    outside of all cones. A pixel that a cone touches is in it: a sun may be smaller than a pixel."""
+    It sums the excess, outside all cones, of the parts that fit_sources finds, and of fainter parts down to
+    _GRAIN_SHARE. A pixel that a cone touches counts as inside, because a sun may be smaller than a pixel."""
     rows, cols = radiance.shape[:2]
     cells, luminance = panorama_cells(rows, cols), clean(radiance).mean(axis=1)
     light = float(luminance @ cells.solid_angles)
@@ -135,8 +133,8 @@ class _Piece:
 
 
 def _parts(luminance: np.ndarray, shape: tuple[int, int], share: float) -> Iterator[tuple[list[Part], np.ndarray]]:
-    """The narrow parts with at least this share of the light, and the luminance (n,) in which they lie; then the wide
-    ones and the luminance without the narrow ones."""
+    """Yield the narrow parts with at least this share of the light and the luminance (n,) that contains them, then the
+    wide parts and the luminance without the narrow ones."""
     cells = panorama_cells(*shape)
     total = float(luminance @ cells.solid_angles)
     if total == 0:
@@ -150,7 +148,7 @@ def _parts(luminance: np.ndarray, shape: tuple[int, int], share: float) -> Itera
 
 
 def _without(parts: list[Part], luminance: np.ndarray, cells: Cells) -> np.ndarray:
-    """The luminance (n,) with each narrow part and the soft edge around it no brighter than its surroundings."""
+    """The luminance (n,) with each narrow part, and the soft edge around it, clipped to its surroundings."""
     seen = luminance.copy()
     for part in parts:
         middle = cells.moments[part.pixels].sum(axis=0)
@@ -163,10 +161,10 @@ def _without(parts: list[Part], luminance: np.ndarray, cells: Cells) -> np.ndarr
 
 
 def _pieces(part: Part, luminance: np.ndarray, cells: Cells, *, free: np.ndarray, least: float) -> list[_Piece]:
-    """The pieces of a part: its densest, and what else it holds beside that with at least this light.
+    """Split a part into pieces: the densest one, and others outside it with at least this light.
 
-    Two windows with a bright wall between them may be one part. A ring around a piece is none, nor is the edge of a sun
-    that lies across pixels."""
+    Two windows with a bright wall between them may be one part. A ring around a piece is no piece, nor is the edge of a
+    sun that straddles pixels."""
     pieces: list[_Piece] = []
     left = part.pixels
     while True:
@@ -187,10 +185,10 @@ def _pieces(part: Part, luminance: np.ndarray, cells: Cells, *, free: np.ndarray
 
 
 def _settled(source: Source, luminance: np.ndarray, cells: Cells) -> _Piece:
-    """The piece whose cone holds just the light that gives it its variance.
+    """Iterate a source until its cone contains the light that gives it its variance.
 
-    Light in a cone, above the median of the cone's surroundings, has a variance, which gives a cone anew. From a cone
-    too wide this narrows down to what is dense: a sun in its glow becomes the sun."""
+    The light in a cone, above the median of the cone's surroundings, has a variance, which gives the next cone. A cone
+    that is too wide narrows down to the dense part: a sun in its glow becomes the sun."""
     for _ in range(_STEPS):
         away = 1 - cells.directions @ source.direction
         inside = np.flatnonzero(away < _CONE * source.variance)
@@ -206,7 +204,7 @@ def _settled(source: Source, luminance: np.ndarray, cells: Cells) -> _Piece:
 
 
 def _moments(light: np.ndarray, cells: Cells) -> Source:
-    """Light above the surroundings, in cells, as a source without its irradiance.
+    """Light above the surroundings, in cells, as a source without irradiance.
 
     The mean of 1 - cos(angle) is the variance along one axis, half of the sum along both."""
     moment, power = light @ cells.moments, light @ cells.solid_angles
@@ -217,9 +215,9 @@ def _moments(light: np.ndarray, cells: Cells) -> Source:
 def _divided(pieces: list[_Piece], count: int, least: float) -> list[Source]:
     """The sources of the pieces, at most `count`.
 
-    A piece that is wider than a source may be is divided until no part of it is. If that takes more sources than there
-    are, the piece is none: first come those that are most worth a source. Of the rest of the count, the sources that
-    have most light far from their axes are halved, if they are wide and have at least `least`."""
+    A piece that is wider than a source may be is divided until no part is too wide. Pieces with the most light per
+    source come first. A piece is dropped if it needs more sources than are left. Spare sources then halve those with
+    the most light far from their axes, if they are wide and have at least `least` light."""
     families: list[list[_Piece]] = []
     for family in sorted(map(_narrow, pieces), key=lambda family: -sum(p.power for p in family) / len(family)):
         if sum(map(len, families)) + len(family) <= count:
@@ -239,20 +237,20 @@ def _divided(pieces: list[_Piece], count: int, least: float) -> list[Source]:
 
 
 def _narrow(piece: _Piece) -> list[_Piece]:
-    """A piece halved until no part is wider than a source may be."""
+    """Halve a piece until no part is wider than a source may be."""
     if piece.source.cone_radius <= WIDEST or np.count_nonzero(piece.light) <= 1:
         return [piece]
     return [part for half in _halves(piece) for part in _narrow(half)]
 
 
 def _softened(family: list[_Piece]) -> list[Source]:
-    """The sources of what one piece was divided into, wider and nearer together by which they keep its variance.
+    """The sources of a divided piece, made wider and moved together, which keeps the piece's variance.
 
-    A surface shows each source as a Gaussian. Squares side by side have a deviation of 0.29 of their distance, and
-    Gaussians as wide as that show as separate streaks: their sum goes up and down by 39 %, 2 exp(-2 (pi 0.29)^2). With
-    _SOFTENED, the deviation of four squares is 0.37 of their distance and of two squares 0.40: 14 and 8 %. Wider ones
-    would blur the edges of the whole. At most half of the variance between them becomes their own, as the halves of a
-    disc overlap as they are."""
+    A surface shows each source as a Gaussian. Squares side by side have a deviation of 0.29 of their distance.
+    Gaussians of this width show as separate streaks: their sum varies by 39 %, 2 exp(-2 (pi 0.29)^2). With _SOFTENED,
+    the deviation of four squares is 0.37 of their distance and of two squares 0.40, so it varies by 14 and 8 %. Wider
+    Gaussians would blur the edges of the whole. At most half of the variance between the sources becomes their own,
+    because the halves of a disc overlap already."""
     if len(family) == 1:
         return [family[0].source]
     weights = np.array([piece.power for piece in family])
@@ -272,7 +270,7 @@ def _softened(family: list[_Piece]) -> list[Source]:
 
 
 def _halves(piece: _Piece) -> list[_Piece]:
-    """The two sides of the plane through a piece's middle and across the direction in which it is longest."""
+    """Halve a piece by the plane through its centre, perpendicular to its longest direction."""
     weights = piece.light * piece.cells.solid_angles
     off = piece.cells.directions - np.average(piece.cells.directions, axis=0, weights=weights)
     _, axes = np.linalg.eigh((weights * off.T) @ off)

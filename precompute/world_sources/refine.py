@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sources finer than a panorama's pixels, by closer looks at the world."""
+"""Fits sources finer than a panorama's pixels, by closer looks at the world."""
 
 from collections.abc import Callable, Sequence
 
@@ -8,25 +8,23 @@ import numpy as np
 from .panorama import Cells, crop_cells, inside_crop, panorama_cells
 from .sources import LEAST_SHARE, Source, clean, fit_sources, lit, owners, refit
 
-# A closer look at the world: of a direction (3,), an angle and a size, the radiance (size, size, 3) of the cells
+# A closer look at the world: takes a direction (3,), an angle and a size, and returns the radiance (size, size, 3) of
 # crop_cells(size, angle, direction).
 Look = Callable[[np.ndarray, float, int], np.ndarray]
-# A source with a narrower cone, in radians, is looked at. No piece of a divided source is so narrow.
+# Sources with a narrower cone, in radians, get closer looks. No piece of a divided source is this narrow.
 _NARROW = 0.058
-# It is looked at again until its cone has so many pixels on each side, and holds its light to about 1 %.
+# Looks repeat until the cone has this many pixels on each side, which fits its light to about 1 %.
 _RESOLVED_PIXELS = 6
-# A closer look is this many pixels wide, and so many radii of the cone on each side: the surroundings are read from
-# within 1.73 radii.
+# The width of a look in pixels, and its half width in radii of the cone: the surroundings are read within 1.73 radii.
 LOOK_SIZE, _LOOK_RADII = 64, 3
-# Each look is some ten times finer than the one before: the third finds a disc of 0.001 degrees.
+# Each look is about ten times finer than the one before: the third finds a disc of 0.001 degrees.
 _LOOKS = 3
 
 
 def fit_closely(radiance: np.ndarray, count: int, look: Look, *, suns: Sequence[np.ndarray] = ()) -> list[Source]:
-    """fit_sources of a panorama (rows, cols, 3), with each small source fitted again in closer looks at it.
+    """Fit sources to a panorama (rows, cols, 3) like fit_sources, and fit each small source again in closer looks.
 
-    `suns` are directions (3,) that are looked at in any case: a sun may be so small that no sample of the panorama met
-    it."""
+    `suns` are directions (3,) that always get a closer look, because the panorama may miss a small sun."""
     world = _World(radiance, look)
     found = fit_sources(radiance, count)
     narrow = [source for source in found if source.cone_radius < _NARROW]
@@ -40,24 +38,24 @@ def fit_closely(radiance: np.ndarray, count: int, look: Look, *, suns: Sequence[
         if not any(_is_same(source, other) for other in fitted):
             fitted.append(source)
     lights = lit(fitted, world.radiance, world.cells)
-    # A source that is left out may lie in the cone of another, which then has its light.
+    # A source that is left out may lie in the cone of another, which then takes its light.
     counted = [source for source in lights if source.irradiance.sum() >= world.least()][: max(count, 0)]
     return lit(counted, world.radiance, world.cells)
 
 
 class _World:
-    """The cells of a world and their radiance (n, 3): a panorama's, and finer ones where it was looked at closely."""
+    """The cells of a world and their radiance (n, 3): from the panorama, and finer ones from closer looks."""
 
     def __init__(self, radiance: np.ndarray, look: Look) -> None:
         self.cells, self._look = panorama_cells(*radiance.shape[:2]), look
         self.radiance = clean(radiance)
 
     def least(self) -> float:
-        """The light of a part that is worth a source, summed over the colours."""
+        """The least light of a part that is worth a source, summed over the colours."""
         return LEAST_SHARE * float(np.sum(self.radiance * self.cells.solid_angles[:, None]))
 
     def seen_closely(self, source: Source) -> Source:
-        """A source as closer looks show it; a wide one as it is."""
+        """Fit a narrow source again in closer looks; a wide source stays as it is."""
         for _ in range(_LOOKS if source.cone_radius < _NARROW else 0):
             half_angle = _LOOK_RADII * source.cone_radius
             crop = crop_cells(LOOK_SIZE, half_angle, source.direction)
@@ -81,10 +79,9 @@ class _World:
 
 
 def _uncovered(cells: Cells, crop: Cells, half_angle: float) -> np.ndarray:
-    """The part of each cell (n,) that a crop does not cover.
+    """The share of each cell (n,) that a crop does not cover.
 
-    Each cell of the crop is taken off the one that it is nearest to. Well inside the crop nothing is left of any: a sun
-    is not to be counted twice."""
+    Each cell of the crop is subtracted from the nearest cell. Well inside the crop it is 0: a sun counts once."""
     towards = crop.moments.sum(axis=0)
     near = np.flatnonzero(inside_crop(cells.directions, 1.3 * half_angle, towards))
     left = np.ones(len(cells.directions))
@@ -97,8 +94,8 @@ def _uncovered(cells: Cells, crop: Cells, half_angle: float) -> np.ndarray:
 
 
 def _is_same(one: Source, other: Source) -> bool:
-    """Whether two narrow sources became one in a closer look: each lies in the other's cone, and they are about as
-    wide. Pieces of a wide one may lie in each other's cones too."""
+    """Whether two narrow sources became one in a closer look: each lies in the other's cone, and their widths are
+    similar. Pieces of a wide source may lie in each other's cones too."""
     narrow, wide = sorted((one, other), key=lambda source: source.variance)
     is_near = owners([narrow], wide.direction[None])[0] == 0
     return is_near and wide.cone_radius < _NARROW and wide.variance < 4 * narrow.variance

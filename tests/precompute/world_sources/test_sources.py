@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from precompute.lights.panorama import crop_cells, crop_frame, panorama_cells
-from precompute.lights.sources import WIDEST, Source, fit_sources, lit, missed, owners, refit
-from tests.precompute.lights.worlds import COLS, ROWS, angles_deg, box, direction, disc, picture, sky
+from precompute.world_sources.panorama import crop_cells, crop_frame, panorama_cells
+from precompute.world_sources.sources import WIDEST, Source, fit_sources, lit, missed, owners, refit
+from tests.precompute.world_sources.worlds import COLS, ROWS, angles_deg, box, direction, disc, picture, sky
 
 CELLS = panorama_cells(ROWS, COLS)
 PIXEL_DEG = 180 / ROWS
@@ -18,14 +18,14 @@ def off_deg(source, towards):
 
 @pytest.mark.parametrize("towards", [(40, 10), (-15, 179), (89, 0), (3, -60)])
 def test_a_sun_of_few_pixels(towards):
-    """0.53 degrees lie within one pixel of 1.4 degrees: the sun has its light, a pixel's place and a pixel's width."""
+    """A sun of 0.53 degrees in a pixel of 1.4 degrees: the source has its light and the pixel's place and width."""
     sun = direction(*towards)
     light = np.where(np.arange(len(CELLS.directions)) == np.argmax(CELLS.directions @ sun), 20000.0, 0)
     [source] = fit_sources(picture(sky() + light), 8)
     pixel = np.argmax(light)
     assert off_deg(source, CELLS.moments[pixel] / np.linalg.norm(CELLS.moments[pixel])) < 0.01
     expected = picture(sky() + light).reshape(-1, 3)[pixel] * CELLS.solid_angles[pixel]
-    # The cone of 1 square degree holds some sky too: at a pole, that of 43 thin pixels and what its edge cuts.
+    # The cone of 1 square degree also holds some sky: at a pole, that of 43 thin pixels and what its edge cuts.
     np.testing.assert_allclose(source.irradiance, expected, rtol=60 / 20000)
     assert source.variance <= np.radians(PIXEL_DEG) ** 2 / 12 * 1.01
 
@@ -36,20 +36,20 @@ def test_two_soft_boxes_over_a_sky():
     wide, small = fit_sources(world, 2)
     for source, towards, radius in ((small, near, 4), (wide, far, 7)):
         assert off_deg(source, towards) < 0.1 * PIXEL_DEG
-        # r^2/4, and of the soft edge a third of a pixel at most.
+        # r^2 / 4, and at most a third of a pixel for the soft edge.
         assert 2 * np.degrees(np.sqrt(source.variance)) == pytest.approx(radius, abs=PIXEL_DEG / 3)
         inside = angles_deg(towards) < np.degrees(source.cone_radius)
         np.testing.assert_allclose(
             source.irradiance, (world.reshape(-1, 3) * CELLS.solid_angles[:, None])[inside].sum(axis=0), rtol=0.02
         )
     assert missed(world, [wide, small]) < 1e-3
-    # The small box stands out of the sky by its own light, 20.
+    # The small box exceeds the sky by its own light, 20.
     share = 20 * disc(near, 4) @ CELLS.solid_angles / (world.mean(axis=2).reshape(-1) @ CELLS.solid_angles)
     assert missed(world, [wide]) == pytest.approx(share, rel=0.02)
 
 
 def test_a_window_is_divided_as_far_as_sources_go():
-    """Quarters are narrow enough for sources."""
+    """A quarter of the window is narrow enough for a source."""
     window = box(direction(20, 70), 16, 24)
     world = picture(0.2 + 5 * window)
     inside = window > 0
@@ -58,10 +58,10 @@ def test_a_window_is_divided_as_far_as_sources_go():
     for count, radius_deg in ((4, np.hypot(8, 12) / 2), (8, np.hypot(8, 6) / 2)):
         sources = fit_sources(world, count)
         assert len(sources) == count
-        # Cones end in the corners of the rectangles that the window is divided into, to a pixel, and with 1.4 times the
-        # variance beyond them.
+        # Cones reach the corners of the rectangles that divide the window, to a pixel, times sqrt(1.4) for the variance
+        # that a divided source gains.
         assert max(np.degrees(s.cone_radius) for s in sources) < np.sqrt(1.4) * radius_deg + PIXEL_DEG / 2
-        # A window's edge of a pixel or two is all that may lie outside.
+        # Only the window's edge, a pixel or two wide, may lie outside.
         assert (owners(sources, CELLS.directions)[inside] >= 0).mean() > 0.97
         light = sum(s.irradiance[1] * s.variance for s in sources)
         assert variance_of_quarters is None or light < variance_of_quarters
@@ -69,8 +69,8 @@ def test_a_window_is_divided_as_far_as_sources_go():
 
 
 def test_a_divided_light_is_one_even_light():
-    """The Gaussians that a wide box is divided into are one light, not several: along the line through its middle,
-    across which they lie, their sum has no dip. Its variance is the box's."""
+    """The Gaussians that divide a wide box form one even light: their sum has no dip along the line through the box's
+    middle. Its variance is the box's."""
     middle = direction(20, 70)
     sources = fit_sources(picture(0.2 + 20 * box(middle, 20, 20)), 4)
     assert len(sources) == 4
@@ -81,33 +81,31 @@ def test_a_divided_light_is_one_even_light():
     for place in (y, z):
         profile = light / np.sqrt(variance) @ np.exp(-((along - place[:, None]) ** 2) / 2 / variance[:, None])
         within = profile[np.abs(along) < np.abs(place).max()]
-        # Two Gaussians with a deviation of 0.37 of their distance: the sum at their middle is 2 exp(-1 / 8 / 0.37^2) =
-        # 0.80, at the axes 1.03. With 0.29, as squares have it, it would be 0.45.
+        # Two Gaussians with a deviation of 0.37 of their distance: the sum at their middle is 2
+        # exp(-1 / 8 / 0.37^2) = 0.80, at the axes 1.03. With 0.29, the deviation of squares, it would be 0.45.
         assert within.min() > 0.76 * within.max()
     whole = light @ (variance + (y**2 + z**2 - (light @ y) ** 2 - (light @ z) ** 2) / 2)
     assert whole == pytest.approx(np.radians(20) ** 2 / 12, rel=0.05)
 
 
 def test_two_windows_and_the_bright_wall_between_them():
-    """The wall makes one part of them, and of that neither window is the middle."""
+    """The wall joins both windows into one part, whose middle lies in neither window."""
     left, right = direction(10, -7), direction(10, 7)
     world = picture(0.1 + 8 * box(left, 8, 8) + 7 * box(right, 8, 8) + 4.5 * box(direction(10, 0), 7, 8))
     sources = fit_sources(world, 2)
     assert len(sources) == 2
     for source, towards in zip(sources, (left, right), strict=True):
-        # Two halves of 8 x 11 degrees, their middles 6 degrees from that of both by the wall's light, have a variance
-        # of (8^2 + 11^2) / 24 = 7.7, of which they gain 0.4, and 6^2 / 2 = 18 between them. So they come nearer by
-        # 1 - sqrt(1 - 0.4 x 7.7 / 18) = 0.09 of the 6 degrees.
+        # Two halves of 8 x 11 degrees, with their middles drawn 6 degrees from the common middle by the wall's light,
+        # have a variance of (8^2 + 11^2) / 24 = 7.7, of which they gain 0.4, and 6^2 / 2 = 18 between them. So they
+        # come nearer by 1 - sqrt(1 - 0.4 x 7.7 / 18) = 0.09 of the 6 degrees.
         assert off_deg(source, towards) < PIXEL_DEG + 0.09 * 6
         assert np.degrees(source.cone_radius) < 8 * np.sqrt(1.4)
 
 
 def test_a_window_that_takes_more_sources_than_there_are_is_none_of_them():
-    """What is left to chance is exact, and half of a window would be a streak. A sun beside it is a source all the
-    same."""
+    """Random samples of a window are exact; half of it as a source would be a streak. A sun beside it is a source."""
     window = 5 * box(direction(10, 70), 36, 44)
     assert fit_sources(picture(0.2 + window), 8) == []
-    # The window is 0.48 of the light.
     assert missed(picture(0.2 + window), []) == pytest.approx(0.48, rel=0.1)
     sources = fit_sources(picture(0.2 + window), 16)
     assert len(sources) == 16 and missed(picture(0.2 + window), sources) < 0.02
@@ -122,10 +120,10 @@ def test_a_sun_and_the_glow_around_it_are_two_sources():
     source, *behind = fit_sources(world, 8)
     assert off_deg(source, sun) < 0.1
     assert all(4 < np.degrees(piece.cone_radius) < 15 and off_deg(piece, sun) < 6 for piece in behind)
-    # 1.22 radii of the disc and its soft edge.
+    # 1.22 radii of the disc with its soft edge.
     assert np.degrees(source.cone_radius) < 1.22 * (1.5 + PIXEL_DEG / 2)
-    # The glow above its own level at 28 degrees: an even disc as wide has the variance of the widest part, with a cone
-    # of 0.6 rad. The sky behind is not quite even.
+    # The glow above its own level at 28 degrees: an even disc of that width has the variance of the widest part, with a
+    # cone of 0.6 rad. The sky behind is not quite even.
     edge = np.degrees(np.arccos(1 - 2 * (1 - np.cos(0.6)) / 3))
     inside = (angles_deg(sun) > np.degrees(source.cone_radius) + PIXEL_DEG / 2) & (angles_deg(sun) < edge)
     light = ((glow - 30 * np.exp(-edge / 6)) * CELLS.solid_angles)[inside].sum()
@@ -135,7 +133,7 @@ def test_a_sun_and_the_glow_around_it_are_two_sources():
 
 
 def test_a_gaussian_lamp_has_most_of_its_light_in_its_cone():
-    """Of a Gaussian of variance s^2 the cone that agrees with its own light ends at 0.7 s^2 x 3 and holds 0.88."""
+    """For a Gaussian of variance s^2, the cone that matches its own light ends at 0.7 s^2 x 3 and holds 0.88."""
     lamp = direction(40, 10)
     light = np.exp(-(np.radians(angles_deg(lamp)) ** 2) / 2 / 0.04**2)
     [source] = fit_sources(picture(0.001 + light), 1)
@@ -153,7 +151,6 @@ def test_worlds_without_a_compact_part(luminance):
 
 
 def test_many_small_lamps_are_missed_where_none_is_worth_a_source():
-    """200 lamps of 0.5 % of the light each."""
     luminance = np.full((ROWS, COLS), 1e-6)
     luminance[20:100:8, 0:240:12] = 1.0
     luminance /= np.cos(np.radians((np.arange(ROWS) + 0.5) * PIXEL_DEG - 90))[:, None]
@@ -185,7 +182,7 @@ def test_no_sources_are_asked_for():
 
 
 def test_refit_on_finer_cells_finds_the_sun_itself():
-    """A sun of 0.53 degrees and 0.3 degrees beside the middle of cells of 0.05 degrees."""
+    """A sun of 0.53 degrees, 0.3 degrees beside the middle of cells of 0.05 degrees."""
     towards, radius = direction(40, 10), np.radians(0.265)
     begin = Source(direction(40.3, 10), np.zeros(3), np.radians(0.8) ** 2 / 3)
     cells = crop_cells(64, np.radians(1.6), begin.direction)
@@ -193,7 +190,7 @@ def test_refit_on_finer_cells_finds_the_sun_itself():
     disc_light = np.clip((radius - angle) / np.radians(0.05) + 0.5, 0, 1)
     source = refit(begin, (3 + 1e5 * disc_light)[:, None] * (1, 2, 3), cells)
     assert off_deg(source, towards) < 0.005
-    # pi r^2 of the disc, and next to nothing of the sky. Its edge of 0.05 degrees adds (0.05/0.265)^2/12 to its area.
+    # pi r^2 of the disc, and almost nothing of the sky. Its edge of 0.05 degrees adds (0.05/0.265)^2/12 to its area.
     np.testing.assert_allclose(source.irradiance, 1e5 * np.pi * radius**2 * np.array((1, 2, 3)), rtol=0.01)
     # The edge adds 5/12 of (0.05/0.265)^2 to the variance, the cells 4/12 of it.
     assert source.variance == pytest.approx(radius**2 / 4, rel=0.03)
@@ -239,7 +236,7 @@ def test_a_world_turned_about_z_has_its_sources_turned(given_lights, columns):
     sources, turned = fit_sources(world, 3), fit_sources(np.roll(world, columns, axis=1), 3)
     assert len(sources) == len(turned)
     for one in sources:
-        # Halves of a light have the same light, and rounding decides which of them comes first.
+        # Both halves of a light have the same light, so rounding decides their order.
         other = max(turned, key=lambda each, one=one: each.direction @ turn @ one.direction)
         np.testing.assert_allclose(turn @ one.direction, other.direction, atol=1e-8)
         np.testing.assert_allclose(one.irradiance, other.irradiance, rtol=1e-8)
@@ -249,7 +246,6 @@ def test_a_world_turned_about_z_has_its_sources_turned(given_lights, columns):
 @settings(max_examples=6, deadline=None)
 @given(lights, st.integers(-20, 20))
 def test_a_brighter_world_has_brighter_sources_and_nothing_else(given_lights, stops):
-    """Powers of two, which round nothing."""
     world = world_of(given_lights)
     for one, other in zip(fit_sources(world, 4), fit_sources(world * 2.0**stops, 4), strict=True):
         np.testing.assert_array_equal(one.direction, other.direction)

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from precompute.bake import self_check
+from precompute.bake.blur_levels import blur_weights, with_levels
 from precompute.bake.ensemble import plan
-from precompute.bake.levels import blur_weights, with_levels
 from precompute.bake.request import BakeRequest
 from precompute.bake.resolution import texel_size
 from precompute.bake.tiles import carry_out
@@ -31,9 +31,8 @@ from .conftest import waves
 
 
 def test_the_levels_are_as_many_as_a_light_asks_for(baked):
-    """From sigma_b = 0.031 the kernel grows to 0.25 by factors of sqrt(1.5).
-
-    Each level has fewer inner texels by that factor. No level loses any light."""
+    """From sigma_b = 0.031 the kernel grows to 0.25 by factors of sqrt(1.5). Each level has fewer inner texels by that
+    factor, and keeps all light."""
     grow = baked.level_ratio**0.5
     assert grow == 1.5**0.5
     assert len(baked.levels) == 1 + int(np.ceil(np.log(0.25 / baked.sigma_b) / np.log(grow)))
@@ -41,7 +40,7 @@ def test_the_levels_are_as_many_as_a_light_asks_for(baked):
         inner = int(np.ceil((baked.tile[0] - 5) / grow**level - 1e-9)) + 1
         assert tiles.shape == (len(baked.terms), inner + 4, inner + 4, 3) and tiles.dtype == np.float32
         assert tiles.flags.c_contiguous
-    # All light lies so far inside the table that only kernels of 0.1 and wider reach over the rim.
+    # All light lies so far inside that only kernels of 0.1 and wider reach over the table's rim.
     light = [tiles.sum(axis=(1, 2)) * baked.level_ratio**level for level, tiles in enumerate(baked.levels)]
     for level in range(1, 7):
         np.testing.assert_allclose(light[level], light[0], rtol=0, atol=2e-3 * np.abs(light[0]).max())
@@ -49,12 +48,10 @@ def test_the_levels_are_as_many_as_a_light_asks_for(baked):
 
 @pytest.mark.parametrize("level", [1, 2, 5, 9])
 def test_a_level_is_a_wider_kernel(baked, level):
-    """Each level against exact sums under sigma_b 1.5^(l / 2).
-
-    Its texels are as large to its kernel as those of level 0 are to sigma_b. So it may be off by as much: 2 % of the
-    peak (test_bake_against_reference.py)."""
+    """Each level against exact sums under sigma_b 1.5^(l / 2). Each level has as many texels to its kernel as level 0,
+    so the tolerance is the same: 2 % of the peak (test_bake_against_reference.py)."""
     sigma = baked.sigma_b * 1.5 ** (level / 2)
-    # Near the rim of the table, the light that a wide kernel should bring from outside is missing.
+    # Near the table's rim, light that a wide kernel would bring from outside is missing.
     u, v = np.random.default_rng(level).uniform(-0.6, 0.6, (2, 300))
     for w in (0.5, 1.7):
         truth = reference_xyz(waves(), (u, v), w=w, sigma_b=sigma, step_m=4e-9)[0] / w**2
@@ -63,9 +60,8 @@ def test_a_level_is_a_wider_kernel(baked, level):
 
 
 def test_between_levels_lies_their_mixture(baked):
-    """Two levels are mixed so that the variance is the one asked for. Past the last level, the last is read.
-
-    A table without wider levels is read at level 0."""
+    """Two levels are mixed for the asked variance. Beyond the last level, the last one is read. A table without wider
+    levels is read at level 0."""
     u, v = np.random.default_rng(1).uniform(-1, 1, (2, 50))
 
     def read(grown):
@@ -84,10 +80,8 @@ def test_between_levels_lies_their_mixture(baked):
 
 @pytest.fixture(scope="module", params=[blazed, elaphe])
 def sampled(request):
-    """For a sample at a coherence of 12 um: a function that measures readings under a wider kernel.
-
-    It takes the factor `grown` by which the kernel's variance is larger, and returns the errors against sums over the
-    bins of the same spectrum."""
+    """For a sample at a coherence of 12 um: a function that measures the errors of readings under a wider kernel. It
+    takes the factor `grown` of the kernel's variance and compares with sums over the bins of the same spectrum."""
     chosen = plan(prepare(request.param()), BakeRequest(coherence_length_m=12e-6))
     table = with_levels(carry_out(chosen))
 
@@ -110,9 +104,8 @@ def sampled(request):
 
 @pytest.mark.parametrize("level", [0, 1, 3, 6])
 def test_a_level_of_a_sample_keeps_the_budget(sampled, level):
-    """A dE00 of 1 was asked for at level 0, and each level's texels are as large to its kernel.
-
-    The luminance may be off by 1 %, as in a bake's own check."""
+    """Level 0 was asked for a dE00 of 1, and each level has as many texels to its kernel. The luminance may differ by
+    1 %, as in a bake's self-check."""
     errors = sampled(1.5**level)
     assert errors.p99 < 1
     assert errors.relative_dy < 0.01
@@ -120,13 +113,13 @@ def test_a_level_of_a_sample_keeps_the_budget(sampled, level):
 
 @pytest.mark.parametrize("grown", [1.22, 2.76, 6.2])
 def test_between_levels_orders_are_little_too_bright(sampled, grown):
-    """Between two levels the variance is right, and the shape of the kernel nearly so.
+    """Between two levels the variance is exact, the kernel's shape nearly.
 
     Let the variance be sqrt(1.5) times that of a level, so that the share of the next level is f = 0.449. In the middle
-    of a narrow order the mixture is then 1 - f + f / 1.5 instead of 1 / sqrt(1.5). That is 4.1 % too bright, and the
-    order's flanks lack as much light. Of all light, no more than half of 4.1 % is misplaced, beside the 1 % of each
-    level. A luminance 4.1 % too high is a dE00 of 1 (38.7 / 3 of L*, times 0.041, twice that at the most); flanks and
-    colours add as much again."""
+    of a narrow order the mixture is 1 - f + f / 1.5 instead of 1 / sqrt(1.5). That is 4.1 % too bright, and the order's
+    flanks lack the same amount. At most half of 4.1 % of all light is misplaced, beside the 1 % of each level. A
+    luminance 4.1 % too high is a dE00 of 1 (38.7 / 3 of L*, times 0.041, at most twice that); flanks and colours add
+    the same again."""
     errors = sampled(grown)
     assert errors.relative_dy < 0.0205 + 0.01
     assert errors.p99 < 3
@@ -144,14 +137,13 @@ def test_levels_of_a_file_answer_alike(baked):
     u, v, variance = np.random.default_rng(3).uniform(0, 1, (3, 200)) * [[1], [1], [0.06]]
     whole = baked.scattered_over_w2(u, v, 1.3, variance=variance)
     assert len(stored.levels) == len(baked.levels)
-    # The terms may be larger than their sum, so their sizes are added up.
+    # The terms may be larger than their sum, so their sizes are added.
     atol = 2.0**-11 * sum(np.abs(term).max() for term in baked.terms)
     np.testing.assert_allclose(stored.scattered_over_w2(u, v, 1.3, variance=variance), whole, rtol=0, atol=atol)
 
 
 def lone(sigma_b, texel, texels, peak=1.0):
-    """A table of one term that is a lone Gaussian under the kernel sigma_b, and that Gaussian as a function of u, v and
-    the variance."""
+    """A table with a lone Gaussian under the kernel sigma_b, and that Gaussian as a function of u, v, variance."""
     axis = (np.arange(texels) - (texels - 1) / 2) * texel
     middle = 0.3 * texel, -0.2 * texel
 
@@ -166,9 +158,8 @@ def lone(sigma_b, texel, texels, peak=1.0):
 
 @pytest.mark.parametrize(("texels", "exact"), [(1.2, 0.02), (2.5, 2e-3)])
 def test_a_lone_order_has_the_closed_form_of_the_mixture(texels, exact):
-    """On a level it is a Gaussian; between two it is the mixture of two Gaussians, with the share of the variance.
-
-    What is left is the interpolation's error, which falls with the number of texels to a kernel."""
+    """On a level the order is a Gaussian; between two levels it is the mixture of their Gaussians. The rest is the
+    interpolation's error, which falls with the number of texels to a kernel."""
     sigma_b = 0.04
     table, gaussian = lone(sigma_b, sigma_b / texels, int(4 / sigma_b * texels))
     u, v = np.random.default_rng(0).normal(0, 0.05, (2, 200))
@@ -184,8 +175,8 @@ def test_a_lone_order_has_the_closed_form_of_the_mixture(texels, exact):
 @settings(deadline=None, max_examples=60)
 @given(st.sampled_from(RATIOS), st.integers(1, 14), st.floats(0, 1e4))
 def test_a_mixture_has_the_variance_that_is_asked_for(ratio, levels, added):
-    """Its shares are from 0 to 1 and sum to 1, so it keeps the light of its levels, which is theirs alone, and is
-    negative nowhere. Rounding moves a share by 1e-12 of the greatest growth asked for, over ratio - 1."""
+    """The shares are from 0 to 1 and sum to 1, so a mixture keeps the light of its levels and is negative nowhere.
+    Rounding moves a share by 1e-12 of the greatest growth asked for, over ratio - 1."""
     level, share = level_mix(np.array([added]), levels, ratio=ratio)
     assert 0 <= level[0] <= max(levels - 2, 0)
     assert -1e-11 <= share[0] <= 1 + 1e-11
@@ -196,8 +187,8 @@ def test_a_mixture_has_the_variance_that_is_asked_for(ratio, levels, added):
 @settings(deadline=None, max_examples=10)
 @given(st.integers(0, 2**32), st.sampled_from([1.0, 1.4, 2.0]))
 def test_levels_keep_the_light_of_any_table(seed, texels):
-    """Of orders anywhere within |u| < 0.8: a level's texels sum up to the light of level 0, to 1e-4 as a kernel of 0.15
-    does not reach the rim at 2. No kernel in between loses any light either, since its shares sum to 1."""
+    """For orders anywhere within |u| < 0.8, a level's texels sum to the light of level 0: to 1e-4, since a kernel of
+    0.15 does not reach the rim at 2. Mixtures of levels keep the light too, since their shares sum to 1."""
     rng = np.random.default_rng(seed)
     sigma_b = 0.05
     texel = sigma_b / texels
@@ -221,10 +212,9 @@ def test_a_black_table_has_black_levels():
 
 @pytest.mark.parametrize("sigma", [0.5, 0.8, 1.3, 2.0])
 def test_a_blur_is_a_gaussians(sigma):
-    """Samples of a Gaussian of 0.9 steps, at places between them, become a Gaussian of both variances.
-
-    The interpolation's edge is soft from |f| = 0.35 on. Of the result's peak, erfc(0.35 pi sqrt(2) wide) is of higher
-    frequencies; it may be lost. The window's end adds 1e-4."""
+    """Samples of a Gaussian 0.9 steps wide, read between the samples, become a Gaussian of the summed variances. The
+    interpolation cuts off softly from |f| = 0.35 on. Higher frequencies, which may be lost, hold erfc(0.35 pi sqrt(2)
+    wide) of the result's peak. The window's end adds 1e-4."""
     at = np.linspace(0, 1, 23)
     rows = np.arange(-12, 14)
     middles = np.linspace(-0.5, 0.5, 7)
@@ -237,14 +227,14 @@ def test_a_blur_is_a_gaussians(sigma):
 
 
 def constant(axes, sigma_b, value):
-    """A table over axes (v, u) whose terms are `value` (K, rows, columns, 3), with its levels."""
+    """A table over axes (v, u) with its levels; its terms are `value` (K, rows, columns, 3)."""
     v, u = axes
     table = Table(value, np.zeros((2, 3)), sigma_b, u[1] - u[0], "D65", first=(v[0], u[0]))
     return with_levels(table)
 
 
 def test_a_wide_kernel_does_not_darken_a_regions_rim():
-    """Outside a region its rim is continued, so that a uniform table stays as bright on every level."""
+    """The rim of a region is continued outwards, so a uniform table stays equally bright on every level."""
     axes = np.linspace(-0.12, 0.62, 38), np.linspace(-0.22, 0.72, 48)
     table = constant(axes, 0.03, np.ones((2, 38, 48, 3), np.float32))
     assert len(table.wider) == int(2 * np.log(33 / 7) / np.log(1.5))
@@ -253,7 +243,7 @@ def test_a_wide_kernel_does_not_darken_a_regions_rim():
 
 
 def test_a_wide_kernel_finds_nothing_over_the_horizon():
-    """Outside a whole table there is no light, so that a uniform table darkens towards |u| = 2."""
+    """Outside a whole table there is no light, so a uniform table darkens towards |u| = 2."""
     axis = texel_size(64) * (np.arange(64) - 31.5)
     plain = np.pad(np.ones((1, 60, 60, 3), np.float32), ((0, 0), (2, 2), (2, 2), (0, 0)))
     table = constant((axis, axis), 0.08, plain)

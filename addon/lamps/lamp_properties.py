@@ -26,7 +26,7 @@ from dataclasses import dataclass
 import bpy
 
 from ..nodes.builder import Tree, Value
-from .drive import Drivers, Variable
+from .drivers import Drivers, Variable
 from .rendered_lamps import drive_on
 
 PROPERTIES = ("place", "power", "z", "x")

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The cells of equirectangular pictures of a world, in Blender's convention.
+"""Cells of equirectangular pictures of a world, in Blender's convention.
 
-Row 0 is at the bottom, as Blender's pixels are. The picture's middle looks along +X, its left half towards +Y, its top
-row towards +Z. So Blender's Environment Texture reads a picture, and so does a panoramic camera of Cycles take one
-that looks along +X, with +Z above it.
+Row 0 is at the bottom, as in Blender's pixels. The picture's centre looks along +X, its left half towards +Y, its top
+row towards +Z. Blender's Environment Texture reads pictures this way. A panoramic camera of Cycles that looks along +X,
+with +Z up, renders them this way.
 """
 
 from dataclasses import dataclass
@@ -13,12 +13,12 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Cells:
-    """Pieces of the sphere, each a picture's pixel, in the order of the pixels: rows from the bottom.
+    """Pieces of the sphere, one per pixel of a picture, in pixel order: rows from the bottom.
 
-    directions      (n, 3) unit vectors to the cells' middles
+    directions      (n, 3) unit vectors to the cells' centres
     solid_angles    (n,) steradians
-    moments         (n, 3) the integral of the unit vector over each cell. It is shorter than the solid angle by what
-                    the cell is wide, so that a sum of moments knows the width of its cells"""
+    moments         (n, 3) the integral of the unit vector over each cell. The wider the cell, the shorter the moment is
+                    than the solid angle, so a sum of moments includes the width of its cells"""
 
     directions: np.ndarray
     solid_angles: np.ndarray
@@ -37,15 +37,14 @@ def panorama_cells(rows: int, cols: int) -> Cells:
 def crop_cells(size: int, half_angle: float, direction: np.ndarray) -> Cells:
     """The cells of a square picture, `size` pixels wide, that looks along `direction` (3,).
 
-    Latitude and longitude in the frame crop_frame(direction) go from -half_angle to half_angle, in radians."""
+    Latitude and longitude about the axes of crop_frame(direction) go from -half_angle to half_angle, in radians."""
     cells = _cells((size, size), half_angle, half_angle)
     frame = crop_frame(direction)
     return Cells(cells.directions @ frame.T, cells.solid_angles, cells.moments @ frame.T)
 
 
 def crop_frame(direction: np.ndarray) -> np.ndarray:
-    """The frame (3, 3) of a crop. Its columns are, in the world, the direction that the crop's middle looks along, the
-    direction to its left, and the direction above it."""
+    """The axes (3, 3) of a crop. The columns are world directions: to the crop's centre, to its left, and up."""
     forward = np.asarray(direction, float) / np.linalg.norm(direction)
     beside = np.cross((0.0, 0.0, 1.0) if abs(forward[2]) < 0.9 else (0.0, 1.0, 0.0), forward)
     left = beside / np.linalg.norm(beside)
@@ -59,9 +58,9 @@ def inside_crop(directions: np.ndarray, half_angle: float, direction: np.ndarray
 
 
 def _cells(shape: tuple[int, int], latitude: float, longitude: float) -> Cells:
-    """Cells of a picture from -latitude to latitude and from longitude, at its left, to -longitude.
+    """The cells of a picture from -latitude to latitude, and from longitude at its left to -longitude.
 
-    The integrals over a cell are written as products, which stay exact where a cell is tiny."""
+    The integrals over a cell are written as products, which stay exact for tiny cells."""
     rows, cols = shape
     high, wide = 2 * latitude / rows, 2 * longitude / cols
     theta = ((np.arange(rows) + 0.5) * high - latitude)[:, None]

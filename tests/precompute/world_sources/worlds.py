@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Panoramas of known lights, for the tests."""
+"""Panoramas of known lights."""
 
 import numpy as np
 
-from precompute.lights.panorama import crop_frame, panorama_cells
+from precompute.world_sources.panorama import crop_frame, panorama_cells
 
 ROWS, COLS = 128, 256
 
 
 def direction(elevation_deg: float, azimuth_deg: float) -> np.ndarray:
-    """A unit vector, by its height above the horizon and its angle from +X towards +Y."""
+    """The unit vector at a height above the horizon and an angle from +X towards +Y, both in degrees."""
     up, around = np.radians((elevation_deg, azimuth_deg))
     return np.array((np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)))
 
@@ -32,11 +32,11 @@ def box(towards: np.ndarray, width_deg: float, height_deg: float) -> np.ndarray:
 
 
 def sky() -> np.ndarray:
-    """A sky that is brighter at its zenith, over a grey ground, (n,)."""
+    """A sky (n,) that is brighter at its zenith, over a grey ground."""
     height = panorama_cells(ROWS, COLS).directions[:, 2]
     return np.where(height > 0, 0.3 + 0.7 * height, 0.1)
 
 
 def picture(luminance: np.ndarray, rows: int = ROWS, cols: int = COLS) -> np.ndarray:
-    """A panorama (rows, cols, 3) of a colour: 0.8, 1 and 1.2 times the luminance."""
+    """A panorama (rows, cols, 3) whose channels are 0.8, 1 and 1.2 times the luminance."""
     return (luminance[:, None] * (0.8, 1.0, 1.2)).reshape(rows, cols, 3)

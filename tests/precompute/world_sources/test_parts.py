@@ -2,9 +2,9 @@
 import numpy as np
 import pytest
 
-from precompute.lights.panorama import panorama_cells
-from precompute.lights.parts import compact_parts
-from tests.precompute.lights.worlds import COLS, ROWS, box, direction, disc
+from precompute.world_sources.panorama import panorama_cells
+from precompute.world_sources.parts import compact_parts
+from tests.precompute.world_sources.worlds import COLS, ROWS, box, direction, disc
 
 CELLS = panorama_cells(ROWS, COLS)
 

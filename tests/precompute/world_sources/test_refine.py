@@ -2,25 +2,25 @@
 import numpy as np
 import pytest
 
-from precompute.lights.panorama import crop_cells, panorama_cells
-from precompute.lights.refine import fit_closely
-from tests.precompute.lights.worlds import COLS, ROWS, direction, disc, picture, sky
+from precompute.world_sources.panorama import crop_cells, panorama_cells
+from precompute.world_sources.refine import fit_closely
+from tests.precompute.world_sources.worlds import COLS, ROWS, direction, disc, picture, sky
 
 FINE = 9
 
 
 def seen(directions, suns, spread):
-    """A sky and discs, (n, 3): suns are (direction, radius, radiance), their edges as soft as the pixels are wide."""
+    """Radiance (n, 3) of a sky with `suns`, discs (direction, radius, radiance) with edges a pixel wide."""
     total = np.where(directions[:, 2] > 0, 0.3 + 0.7 * directions[:, 2], 0.1)
     for towards, radius, radiance in suns:
-        # The chord, which stays exact where the angle is tiny.
+        # The chord stays exact for tiny angles.
         angle = 2 * np.arcsin(np.linalg.norm(directions - towards, axis=1) / 2)
         total = total + radiance * np.clip((radius - angle) / spread + 0.5, 0, 1)
     return total[:, None] * (0.8, 1.0, 1.2)
 
 
 def looks_at(suns):
-    """The function that looks at such a world, and the half angles that it was asked for."""
+    """A function that renders crops of such a world, and a list that collects the half angles of its calls."""
     asked = []
 
     def look(towards, half_angle, size):
@@ -32,7 +32,7 @@ def looks_at(suns):
 
 
 def panorama_of(suns):
-    """A panorama with each pixel the mean of FINE x FINE, as a render with samples is."""
+    """A panorama with each pixel the mean of FINE x FINE, like a render with samples."""
     fine = panorama_cells(ROWS * FINE, COLS * FINE)
     light = seen(fine.directions, suns, np.pi / ROWS / FINE) * fine.solid_angles[:, None]
     sums = light.reshape(ROWS, FINE, COLS, FINE, 3).sum(axis=(1, 3))
@@ -41,7 +41,7 @@ def panorama_of(suns):
 
 @pytest.mark.parametrize("towards", [(40.2, 10.3), (89.8, 20), (0.5, 179.9), (-30, -100)])
 def test_a_sun_of_half_a_degree(towards):
-    """The panel's promise: 2 % of the light and 0.1 degrees, whatever pixels of 1.4 degrees the sun falls on."""
+    """The panel promises 2 % of the light and 0.1 degrees, wherever the sun falls on pixels of 1.4 degrees."""
     radius, radiance = np.radians(0.265), 20000.0
     suns = [(direction(*towards), radius, radiance)]
     look, asked = looks_at(suns)
@@ -54,7 +54,7 @@ def test_a_sun_of_half_a_degree(towards):
 
 
 def test_a_sun_that_no_sample_met():
-    """0.1 degrees wide; only its direction is known, to 0.2 degrees. It takes a second look."""
+    """A sun 0.1 degrees wide, whose direction is known to 0.2 degrees. It takes a second look."""
     radius = np.radians(0.05)
     suns = [(direction(40, 10), radius, 1e6)]
     look, asked = looks_at(suns)
@@ -75,7 +75,7 @@ def test_a_sun_that_is_not_there_or_is_known_already():
 
 
 def test_a_sun_in_front_of_a_bright_cloud_is_counted_once():
-    """The cloud's source has the light of its cone less the sun's, which its own pixels held only roughly."""
+    """The cloud's source holds the light of its cone minus the sun's, which its own pixels measure only roughly."""
     sun = (direction(40, 10), np.radians(0.265), 60000.0)
     cloud = (direction(40, 16), np.radians(7), 30.0)
     look, _ = looks_at([sun, cloud])
@@ -84,7 +84,7 @@ def test_a_sun_in_front_of_a_bright_cloud_is_counted_once():
     small, wide = sorted((first, second), key=lambda source: source.variance)
     assert small.irradiance[1] == pytest.approx(np.pi * sun[1] ** 2 * sun[2], rel=0.02)
     total = small.irradiance[1] + wide.irradiance[1]
-    # The cloud is 2 pi (1 - cosine) of light; its cone holds some sky of at most 1 too.
+    # The cloud's light is 2 pi (1 - cosine); its cone also holds some sky of at most 1.
     cloud_light = 2 * np.pi * (1 - np.cos(cloud[1])) * cloud[2]
     assert total == pytest.approx(np.pi * sun[1] ** 2 * sun[2] + cloud_light, rel=0.04)
 
@@ -98,8 +98,8 @@ def test_a_small_sun_before_a_cloud_is_found_and_one_that_is_not_there_takes_no_
     again = fit_closely(without, 4, look, suns=[sun[0]])
     assert len(quarters) == len(again) == 4
     light, light_again = (sum(quarter.irradiance for quarter in found) for found in (quarters, again))
-    # Finer pixels around the sun, where the cloud is even, to the edges of the others: a twentieth of these 3 degrees
-    # and of the cloud's 12 each.
+    # Around the sun, where the cloud is even, there are finer pixels up to the edges of the others: a twentieth of
+    # these 3 degrees and of the cloud's 12 each.
     np.testing.assert_allclose(light_again, light, rtol=3e-3)
     look, _ = looks_at([cloud, sun])
     small, *wide = sorted(fit_closely(without, 5, look, suns=[sun[0]]), key=lambda source: source.variance)
@@ -109,7 +109,7 @@ def test_a_small_sun_before_a_cloud_is_found_and_one_that_is_not_there_takes_no_
 
 
 def test_one_sun_on_two_pixels_is_one_source():
-    """Half a degree across the edge of two pixels, and a bright sky around it, as in a picture of a sunrise."""
+    """Half a degree across the edge of two pixels, in a bright sky as in a picture of a sunrise."""
     edge = np.degrees(np.pi) / COLS * 2 * 3
     suns = [(direction(8 * 180 / ROWS, edge), np.radians(0.5), 9000.0), (direction(8, edge), np.radians(8), 20.0)]
     look, _ = looks_at(suns)

@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The wavelengths that a bake sums, and how many they are."""
+
+import math
+
+import numpy as np
+
+from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengths
+from .request import BakeRequest
+
+
+def wavelengths_of(sigma_b: float, request: BakeRequest) -> np.ndarray:
+    """The wavelengths (n,) in metres that a request's table sums: those of bake_wavelengths that its illuminant has."""
+    every = bake_wavelengths(sigma_b, request.delta_e, request.needs.region.reach)
+    return seen_wavelengths(every, request.illuminant)
+
+
+def bake_wavelengths(sigma_b: float, delta_e: float = 1.0, reach: float = 2.0) -> np.ndarray:
+    """Wavelengths (n,) in metres, equally spaced in their logarithm.
+
+    At |u| = reach, an order moves by f sigma_b from one wavelength to the next. A sum of Gaussians at this spacing is
+    flat to 2 exp(-2 pi^2 / f^2) (Poisson's formula). f is chosen so that this is 0.1 % for a dE00 of 1, and in
+    proportion for another dE00. The colour matching functions need at least 80 steps."""
+    spacing = math.pi * math.sqrt(2 / math.log(2 / min(1e-3 * delta_e, 0.1)))
+    step = min(spacing * sigma_b / reach, np.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / 80)
+    count = int(np.ceil(np.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / step)) + 1
+    return np.geomspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, count)
