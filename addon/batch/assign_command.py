@@ -80,7 +80,7 @@ def check_bake(bake: str) -> Path:
     """A bake's file, given the file or its folder. Raises GratingError if there is none."""
     file = existing_bake(bake)
     if file is None or not file.is_file():
-        raise GratingError(f"{bake}: no bake there; give the .exr that `bake` wrote, or its folder")
+        raise GratingError(bake, "no bake there", "give the .exr that `bake` wrote, or its folder")
     return file
 
 
@@ -89,7 +89,7 @@ def _setting(text: str) -> tuple[str, float]:
     name, _, given = text.partition("=")
     socket = SETTABLE.get(name)
     if socket is None:
-        raise GratingError(f"--set {text}: no such input; there are {', '.join(SETTABLE)}")
+        raise GratingError(f"--set {text}", "no such input", f"there are {', '.join(SETTABLE)}")
     try:
         value = float(given)
     except ValueError:
@@ -99,7 +99,7 @@ def _setting(text: str) -> tuple[str, float]:
     if not socket.low <= value <= socket.high:
         unit = " degrees" if socket.subtype == "ANGLE" else ""
         low, high = (math.degrees(x) if unit else x for x in (socket.low, socket.high))
-        raise GratingError(f"--set {text}: {name} is a number from {low:g} to {high:g}{unit}")
+        raise GratingError(f"--set {text}", "", f"{name} is a number from {low:g} to {high:g}{unit}")
     return name, value
 
 

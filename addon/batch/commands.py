@@ -44,7 +44,7 @@ def _run(arguments: argparse.Namespace) -> None:
         arguments.run(arguments)
     except RuntimeError as error:  # from Blender's own operators, such as save and render
         told = " ".join(str(error).split()).removeprefix("Error: ")
-        raise GratingError(f"Blender: {told}; check the path, its permissions, and the space left there") from error
+        raise GratingError("Blender", told, "check the path, its permissions, and the space left there") from error
 
 
 def build_parser(argv: Sequence[str] = tuple(VERBS)) -> OneLineParser:

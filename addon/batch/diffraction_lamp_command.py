@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> None:
     scene = bpy.context.scene
     mesh = scene.objects.get(arguments.object)
     if mesh is None or not shows_grating(mesh):
-        raise GratingError(f"{arguments.object}: no mesh of the scene with a grating; use `assign` first")
+        raise GratingError(arguments.object, "no mesh of the scene with a grating", "use `assign` first")
     near = scene.cursor.location if arguments.near is None else Vector(arguments.near)
     _, report = add_diffraction_lamp(
         scene, mesh, bpy.context.evaluated_depsgraph_get(),

@@ -8,6 +8,7 @@ import bpy
 
 from ...precompute.cli.arguments import add_input
 from ...precompute.cli.printing import emit
+from ..gratings.wording import in_one_line
 from ..workflow.importing import add_grating
 from .save import add_save, save
 
@@ -24,4 +25,5 @@ def run(arguments: argparse.Namespace) -> None:
     sizes = {"size_um": arguments.size_um or 0.0, "height_nm": arguments.height_nm or 0.0}
     grating = add_grating(bpy.context.scene, source, **sizes, channel=arguments.channel or "")
     save(arguments.save)
-    emit({"name": grating.name, "summary": grating.summary}, arguments.json, lambda: [grating.summary])
+    summary = in_one_line(grating.summary)
+    emit({"name": grating.name, "summary": summary}, arguments.json, lambda: [summary])

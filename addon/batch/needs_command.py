@@ -13,6 +13,7 @@ from ...precompute.base.files import write_whole
 from ...precompute.cli.option_types import count, name_argument, path_argument
 from ...precompute.cli.printing import emit
 from ..gratings.grating import Grating, active_grating
+from ..gratings.wording import in_one_line
 from ..workflow.baking import finished_bake, record_bake
 from ..workflow.measuring_needs import measure_needs, no_smaller, request_with
 from .save import add_save, save
@@ -46,10 +47,10 @@ def run(arguments: argparse.Namespace) -> None:
     """The `needs` verb."""
     scene = bpy.context.scene
     if arguments.output is None and not arguments.bake:
-        raise GratingError("neither -o nor --bake is given; name a file for the needs, or have them baked")
+        raise GratingError("", "neither -o nor --bake is given", "name a file for the needs, or have them baked")
     first, last = arguments.frames or (0, 0)
     if last < first:
-        raise GratingError(f"--frames {first} {last}: the last comes before the first; give them in their order")
+        raise GratingError(f"--frames {first} {last}", "the last comes before the first", "give them in their order")
     grating = _grating(scene, arguments.grating)
     measured = measure_needs(scene, grating, (first, last) if arguments.frames else None)
     facts: dict[str, Any] = {"needs": measured.as_dict(), "report": measured.lines}
@@ -57,14 +58,14 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.output is not None:
         text = json.dumps(measured.as_dict(), indent=1) + "\n"
         write_whole(arguments.output, lambda partial: partial.write_text(text, encoding="utf-8"))
-    told = measured.pointless
+    told: GratingError | str | None = measured.pointless
     if arguments.bake and not told:
         request = request_with(grating, measured.needs)
         facts["bake"] = finished_bake(grating, request=request)
         told = no_smaller(grating, facts["bake"])
         if not told:
             record_bake(grating, facts["bake"], request, taken_over=True)
-            lines = [*lines, f"{grating.name}: {grating.bake_summary}"]
+            lines = [*lines, f"{grating.name}: {in_one_line(grating.bake_summary)}"]
             save(arguments.save)
     facts["nothing_to_gain"] = bool(told)
     if told:
@@ -79,7 +80,7 @@ def _grating(scene: bpy.types.Scene, name: str | None) -> Grating:
     if name is None:
         return active_grating(scene)
     if [each.name for each in items].count(name) > 1:
-        raise GratingError(f"--grating {name}: several gratings have this name; rename all but one")
+        raise GratingError(f"--grating {name}", "several gratings have this name", "rename all but one")
     if name not in items:
-        raise GratingError(f"--grating {name}: no such grating; there are {', '.join(items.keys()) or 'none'}")
+        raise GratingError(f"--grating {name}", "no such grating", f"there are {', '.join(items.keys()) or 'none'}")
     return items[name]

@@ -28,7 +28,7 @@ def chosen_objects(names: list[str] | None) -> list[bpy.types.Object]:
     objects = bpy.context.view_layer.objects
     for name in names:
         if name not in objects:
-            raise GratingError(f"{name}: no such object in the scene; there are {', '.join(o.name for o in objects)}")
+            raise GratingError(name, "no such object in the scene", f"there are {', '.join(o.name for o in objects)}")
     for candidate in objects:
         candidate.select_set(candidate.name in names)
     return [objects[name] for name in dict.fromkeys(names)]
@@ -40,5 +40,5 @@ def chosen_meshes(names: list[str] | None) -> list[bpy.types.Object]:
     meshes = [o for o in chosen if o.type == "MESH"]
     if not meshes:
         told = ", ".join(o.name for o in chosen) or f"scene {bpy.context.scene.name}"
-        raise GratingError(f"{told}: no mesh is selected; name one by --object")
+        raise GratingError(told, "no mesh is selected", "name one by --object")
     return meshes

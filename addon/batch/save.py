@@ -19,5 +19,5 @@ def save(path: Path | None) -> None:
     """Save the open file, to a path or in place. Raises GratingError if it was never saved and no path is given."""
     target = str(path.resolve()) if path else bpy.data.filepath
     if not target:
-        raise GratingError("the scene has no file yet; give --save FILE.blend")
+        raise GratingError("", "the scene has no file yet", "give --save FILE.blend")
     bpy.ops.wm.save_as_mainfile(filepath=target)

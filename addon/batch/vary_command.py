@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace) -> None:
     """The `vary` verb."""
     if len(arguments.others) > _OTHERS_MAX:
         too_many, _ = arguments.others[_OTHERS_MAX]
-        raise GratingError(f"--with {too_many}: one too many; a bake has {_OTHERS_MAX} others at most")
+        raise GratingError(f"--with {too_many}", "one too many", f"a bake has {_OTHERS_MAX} others at most")
     names = [arguments.bake, *(name for name, _ in arguments.others)]
     # Adding a grating may move the others in memory, so all are added before any is kept.
     gratings = bpy.context.scene.natural_gratings.items

@@ -48,6 +48,8 @@ def check_frame_map(mesh: bpy.types.Object, image: bpy.types.Image) -> None:
     noted = baked_of(image)
     if fingerprint(mesh.data, noted["uv_map"]) != noted["fingerprint"]:
         raise GratingError(
-            f"{mesh.name}: the direction map {image.name} was baked of {noted['mesh']}, with other faces or another "
-            f"{noted['uv_map']}; use Bake Direction Map on this mesh"
+            mesh.name,
+            f"the direction map {image.name} was baked of {noted['mesh']}, with other faces or another "
+            f"{noted['uv_map']}",
+            "use Bake Direction Map on this mesh",
         )

@@ -58,12 +58,12 @@ def place_nearest(
     evaluated = mesh.evaluated_get(depsgraph)
     data, world = evaluated.data, evaluated.matrix_world
     if not data.polygons:
-        raise GratingError(f"{mesh.name}: no faces, so no place for a lamp; choose a mesh with faces")
+        raise GratingError(mesh.name, "no faces, so no place for a lamp", "choose a mesh with faces")
     _, point, _, face = evaluated.closest_point_on_mesh(world.inverted_safe() @ to)
     slot = data.polygons[face].material_index
     source = source_at(slot)
     if not has_uv_map(data, source):
-        raise GratingError(f"{mesh.name}: no UV map, so no direction for the grating; {DIRECTION_REMEDY}")
+        raise GratingError(mesh.name, "no UV map, so no direction for the grating", DIRECTION_REMEDY)
     data.calc_loop_triangles()
     shares = {
         number: _shares([data.vertices[index].co for index in triangle.vertices], point)
@@ -73,7 +73,7 @@ def place_nearest(
     number = max(shares, key=lambda each: shares[each].min())
     field = frame_field(data, np.array([number]), shares=shares[number][None], source=source)
     if np.isnan(field.tangents).any():
-        raise GratingError(f"{mesh.name}: its UV map has no area there, so no direction for the grating; unwrap it")
+        raise GratingError(mesh.name, "its UV map has no area there, so no direction for the grating", "unwrap it")
     normal = (world.to_3x3().inverted_safe().transposed() @ Vector(field.normals[0])).normalized()
     along = world.to_3x3() @ Vector(field.tangents[0])
     return Place(world @ point, normal, (along - normal * along.dot(normal)).normalized(), slot)

@@ -142,11 +142,11 @@ class Grating(bpy.types.PropertyGroup):
     def baked_file(self) -> Path:
         """The path of the bake's file. Raises GratingError if there is none."""
         if not self.bake_path:
-            raise GratingError(f"{self.name}: not baked yet; press Bake Grating first")
+            raise GratingError(self.name, "not baked yet", "press Bake Grating first")
         path = Path(bpy.path.abspath(self.bake_path))
         if not is_there(path):
             place = "the cache" if path.is_relative_to(cache_folder()) else f"the folder {path.parent.name}"
-            raise GratingError(f"{self.name}: its bake {path.name} is gone from {place}; press Bake Grating again")
+            raise GratingError(self.name, f"its bake {path.name} is gone from {place}", "press Bake Grating again")
         return path
 
     def source_file(self) -> str:
@@ -154,7 +154,7 @@ class Grating(bpy.types.PropertyGroup):
 
         Raises GratingError if there is none, as for a grating that was made from a bake alone."""
         if not self.source:
-            raise GratingError(f"{self.name}: made from a bake, without a height map; import the height map to bake it")
+            raise GratingError(self.name, "made from a bake, without a height map", "import the height map to bake it")
         return self.source if self.source.startswith(_SAMPLE) else bpy.path.abspath(self.source)
 
     def scan(self) -> dict[str, Any]:
@@ -169,9 +169,9 @@ class Grating(bpy.types.PropertyGroup):
         """The parsed content of `request`."""
         from ...precompute.base.strict_json import parse_json
 
-        kept = parse_json(self.request or "{}", f"{self.name}: its request", "import the height map again")
+        kept = parse_json(self.request or "{}", self.name, "import the height map again", part="its request: ")
         if not isinstance(kept, dict) or not isinstance(kept.get("scans", []), list):
-            raise GratingError(f"{self.name}: its saved request is damaged; import the height map again")
+            raise GratingError(self.name, "its saved request is damaged", "import the height map again")
         return kept
 
     def bake_request(self) -> "BakeRequest":
@@ -248,7 +248,7 @@ def active_grating(scene: bpy.types.Scene) -> Grating:
     """The scene's active grating. Raises GratingError if there is none."""
     grating = scene.natural_gratings.active()
     if grating is None:
-        raise GratingError(f"scene {scene.name}: no grating in it; import a height map first")
+        raise GratingError(f"scene {scene.name}", "no grating in it", "import a height map first")
     return grating
 
 
@@ -286,7 +286,7 @@ def kept_path(path: str) -> str:
     try:
         path.encode()
     except UnicodeEncodeError as error:
-        raise GratingError(f"{path}: Blender cannot use its name, which is not UTF-8; rename it") from error
+        raise GratingError(path, "Blender cannot use its name, which is not UTF-8", "rename it") from error
     return path
 
 

@@ -14,6 +14,7 @@ from typing import Any
 from ...precompute.bake.cache import FOLDER_VARIABLE
 from ...precompute.base.child_process import PYTHON_FLAGS, ChildProcess, inherited_environment, lines_of
 from ...precompute.base.failure import GratingError
+from ...precompute.base.failure_line import failure_in
 from ...precompute.base.strict_json import read_json
 from ..gratings.cache_folder import cache_folder
 
@@ -25,10 +26,10 @@ class Deadline:
     """The time limit for a job that hangs, for example while reading a scan from a drive that does not answer.
 
     seconds  limit, longer than any valid job takes
-    line     error line for the user: the file or mesh, what was not done, and the remedy"""
+    failure  error for the user: the file or mesh, what was not done, and the remedy"""
 
     seconds: float
-    line: str
+    failure: GratingError
 
 
 class Job(ChildProcess):
@@ -59,7 +60,7 @@ class Job(ChildProcess):
     def progress(self) -> tuple[str, float]:
         """The last reported stage, and its completed fraction."""
         for line in reversed(lines_of(self.err_path)):
-            if line.startswith("{") and line.endswith("}"):
+            if line.startswith('{"stage"') and line.endswith("}"):
                 report = json.loads(line)
                 return report["stage"], report["fraction"]
         return "starting", 0.0
@@ -74,12 +75,11 @@ class Job(ChildProcess):
         finally:
             self.clean_up()
         if self.is_late:
-            raise GratingError(self._deadline.line)
-        lines = [line for line in told if line.strip() and not line.startswith("{")]
-        message = next((line for line in lines if line.startswith("error: ")), lines[-1] if lines else None)
-        if message is None:
-            message = f"{self._verb}: its process ended without a word (status {self.status}); try again"
-        raise GratingError(message.removeprefix("error: "))
+            raise self._deadline.failure
+        # Python and libraries print lines of their own.
+        last = next((line for line in reversed(told) if line.strip() and not line.startswith("{")), "")
+        fault = last or f"its process ended without a word (status {self.status})"
+        raise failure_in(told) or GratingError(self._verb, fault, "try again")
 
     def clean_up(self) -> None:
         """Remove the private folder, and partial files that a killed process left behind."""

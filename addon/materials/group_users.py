@@ -7,6 +7,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from ...precompute.base.failure import GratingError
 from .group_properties import diffraction_groups
 from .material import diffraction_nodes
 from .pictures import pictures_of
@@ -78,11 +79,11 @@ def strays(scene: bpy.types.Scene) -> list[bpy.types.NodeTree]:
     return [group for group in groups if _shows_bake(group) and _is_stray(group, scene)]
 
 
-def linked_strays(groups: list[bpy.types.NodeTree]) -> list[str]:
-    """One line for each stray group that is linked from another file, with the remedy."""
+def linked_strays(groups: list[bpy.types.NodeTree]) -> list[GratingError]:
+    """One error for each stray group that is linked from another file."""
+    remedy = "to adopt it, select its objects and use Object > Relations > Make Local > All first"
     return [
-        f"{group.name}: linked from {Path(group.library.filepath).name}; to adopt it, select its objects and use "
-        "Object > Relations > Make Local > All first"
+        GratingError(group.name, f"linked from {Path(group.library.filepath).name}", remedy)
         for group in groups
         if group.library is not None
     ]

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 
 import bpy
 
+from ...precompute.base.failure import GratingError
 from ..gratings.direction_source import is_frame_map
 from ..nodes.node_count import has_parts
 from .group_properties import is_diffraction, variation_of
@@ -53,7 +54,12 @@ def lost_of_nodes(group: bpy.types.NodeTree) -> str:
 
 def lost(groups: Iterable[bpy.types.NodeTree]) -> list[str]:
     """One warning line for each Diffraction group with missing parts, with the remedy."""
-    lines = []
+    return [str(fault) for fault in faults_of(groups)]
+
+
+def faults_of(groups: Iterable[bpy.types.NodeTree]) -> list[GratingError]:
+    """One error for each Diffraction group with missing parts."""
+    faults = []
     for group in filter(is_diffraction, groups):
         own, others = lost_of_own(group) or lost_of_nodes(group), lost_of_others(group)
         if own or others:
@@ -62,8 +68,8 @@ def lost(groups: Iterable[bpy.types.NodeTree]) -> list[str]:
                 # Repairing it in its own file would restore the shadows of that other Blender version.
                 file = group.library.filepath
                 remedy = f"make it local, as {file} cannot be changed" if own == _OUTDATED else f"mend it in {file}"
-            lines.append(f"{group.name}: {own or others}; {remedy}")
-    return lines
+            faults.append(GratingError(group.name, own or others, remedy))
+    return faults
 
 
 def _fault_of(trees: Iterable[bpy.types.NodeTree]) -> str:

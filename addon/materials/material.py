@@ -47,12 +47,12 @@ def check_can_add(material: bpy.types.Material) -> None:
     foreign = material.library or (material.override_library and material.override_library.reference.library)
     if foreign:
         raise GratingError(
-            f"{material.name}: linked from {foreign.filepath}; use Make Local in the material's menu, or assign another"
+            material.name, f"linked from {foreign.filepath}", "use Make Local in the material's menu, or assign another"
         )
     if material.is_grease_pencil:
-        raise GratingError(f"{material.name}: it draws strokes, which show no diffraction; assign another material")
+        raise GratingError(material.name, "it draws strokes, which show no diffraction", "assign another material")
     if material.node_tree is not None and not _outputs(material):
-        raise GratingError(f"{material.name}: it has no Material Output node; add one, and link a shader to it")
+        raise GratingError(material.name, "it has no Material Output node", "add one, and link a shader to it")
 
 
 def add_diffraction(material: bpy.types.Material, group: bpy.types.NodeTree) -> None:

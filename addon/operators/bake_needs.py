@@ -59,8 +59,8 @@ class BakeNeeds(FollowsBake, bpy.types.Operator):
         from ..workflow.measuring_needs import no_smaller
         from ..workflow.noticing_outside import notice_outside
 
-        if not self.everything and (line := no_smaller(grating, facts)):
-            raise GratingError(line)
+        if not self.everything and (failure := no_smaller(grating, facts)):
+            raise failure
         record_bake(grating, facts, self._request, taken_over=True)
         return [*self._lines, *notice_outside(bpy.context.scene)]
 

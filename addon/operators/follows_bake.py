@@ -9,6 +9,7 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ..gratings.grating import unused_name
+from ..gratings.wording import in_one_line
 from .follows_job import FollowsJob
 from .polls import has_grating
 from .reports import report_failure, report_lines
@@ -45,7 +46,7 @@ class FollowsBake(FollowsJob):
             if not grating:
                 file = Path(facts["files"][0]).name
                 raise GratingError(
-                    f"{self._name}: no longer in the scene; its bake {file} is kept, and baking the scan again is quick"
+                    self._name, "no longer in the scene", f"its bake {file} is kept, and baking the scan again is quick"
                 )
             return self.report_bake(grating, facts)
         except GratingError as error:
@@ -60,7 +61,7 @@ class FollowsBake(FollowsJob):
         from ..workflow.baking import warnings_of
 
         more = self.record(grating, facts)
-        return report_lines(self, [f"{grating.name}: {grating.bake_summary}", *warnings_of(facts), *more])
+        return report_lines(self, [f"{grating.name}: {in_one_line(grating.bake_summary)}", *warnings_of(facts), *more])
 
 
 def running_bake() -> "Job | None":

@@ -106,5 +106,5 @@ class VaryGrating(bpy.types.Operator):
     def _named(self, scene, name):
         items = scene.natural_gratings.items
         if name not in items:
-            raise GratingError(f"{name}: no such grating in the scene; there are {', '.join(items.keys())}")
+            raise GratingError(name, "no such grating in the scene", f"there are {', '.join(items.keys())}")
         return items[name]

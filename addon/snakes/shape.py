@@ -58,7 +58,7 @@ def snake_shape(spine: Spine, species_name: str, *, faces: int, seed: int = 0) -
 
     The number of scales in a row depends on the number of faces. Raises GratingError if `faces` is out of range."""
     if not LEAST_FACES <= faces <= MOST_FACES:
-        raise GratingError(f"snake: {faces} faces; give {LEAST_FACES} to {MOST_FACES}")
+        raise GratingError("snake", f"{faces} faces", f"give {LEAST_FACES} to {MOST_FACES}")
     species = SPECIES[species_name]
     body = body_along(spine, species)
     rows = _Rows(body)

@@ -20,7 +20,7 @@ def shed_shape(species_name: str, *, size: float, faces: int, seed: int = 0) -> 
     """A piece of about `size` x `size` metres on the plane z = 0, of a species in SPECIES, with about `faces` faces. X
     points to the tail and Y around the body, like U and V. Raises GratingError if `faces` is out of range."""
     if not LEAST_FACES <= faces <= MOST_FACES:
-        raise GratingError(f"shed skin: {faces} faces; give {LEAST_FACES} to {MOST_FACES}")
+        raise GratingError("shed skin", f"{faces} faces", f"give {LEAST_FACES} to {MOST_FACES}")
     species = SPECIES[species_name]
     radius = size / (2 * SIDE_ANGLE)
     unit = radius * species.scale_length

@@ -49,7 +49,7 @@ def spine_along(polygon: np.ndarray, length: float | None = None) -> Spine:
     kept[1:] = np.linalg.norm(np.diff(polygon, axis=0), axis=1) > 0
     polygon = polygon[kept]
     if len(polygon) < 2:
-        raise GratingError("snake: its line has no length; give a curve of two or more different points")
+        raise GratingError("snake", "its line has no length", "give a curve of two or more different points")
     polygon = _resampled(polygon, max(4, min(_CONTROLS, len(polygon))))
     fine = bspline(polygon, np.linspace(0, 1, 10 * _STATIONS))
     arc = _arc_lengths(fine)

@@ -76,7 +76,7 @@ class GratingFacts:
     """Facts about the active grating.
 
     scans      file names of the scans if it averages several; empty for one
-    fault      why they cannot be told; else empty
+    fault      why they cannot be told; else None
     outdated   whether its settings are no longer those of its bake
     objects    a line with the objects that show it; empty without a material
     variation  how it varies over the surface
@@ -84,7 +84,7 @@ class GratingFacts:
     no_set     a line if it is set to respond to more than lamps but cannot"""
 
     scans: tuple[str, ...] = ()
-    fault: str = ""
+    fault: GratingError | None = None
     outdated: bool = False
     objects: str = ""
     variation: str = ""
@@ -181,7 +181,7 @@ def _of_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> SceneFa
 
         found = strays_of(scene)
         strays = tuple(group.name for group in found if group.library is None)
-        linked = tuple(linked_strays(found))
+        linked = tuple(map(str, linked_strays(found)))
     followed = followed_lamps(scene)
     lamps = followed or brightest(scene)
     return SceneFacts(
@@ -215,12 +215,12 @@ def _world(scene: bpy.types.Scene) -> str:
 
 def _of_grating(grating: Grating) -> GratingFacts:
     scans: tuple[str, ...] = ()
-    fault = ""
+    fault = None
     try:
         if grating.further_scans():
             scans = tuple(Path(scan.source).name for scan in grating.bake_request().scans)
     except GratingError as error:
-        fault = str(error)
+        fault = error
     group = grating.group
     if group is None:
         return GratingFacts(scans, fault, is_asked_otherwise(grating), variation=Variation().summary)

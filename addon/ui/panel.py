@@ -7,6 +7,7 @@ from ..blender import compat, stored
 from ..blender.guard import guarded_draw, guarded_item
 from ..gratings.direction_source import FRAMES, KINDS, STORED
 from ..gratings.lights_choice import ALL, LAMPS_ONLY, LIGHTS, REST
+from ..gratings.wording import in_words
 from ..operators.add_diffraction import AddDiffraction
 from ..operators.add_diffraction_lamp import AddDiffractionLamp
 from ..operators.add_sun import AddSun
@@ -25,7 +26,6 @@ from ..operators.new_material import NewDiffractionMaterial
 from ..operators.osl_reference import NewOslReference
 from ..operators.remove_diffraction import RemoveDiffraction
 from ..operators.remove_grating import RemoveGrating
-from ..operators.reports import in_words
 from ..operators.vary_grating import VaryGrating
 from ..workflow.fitting_worlds import is_fitting, last_failure
 from .facts import NOT_FITTED, Facts, GratingFacts, SceneFacts, facts_of
@@ -129,7 +129,7 @@ def _draw_strays(layout, context, facts: SceneFacts) -> None:
 
 
 def _draw_bake(layout, context, grating, *, facts: GratingFacts) -> None:
-    _draw_lines(layout, grating.summary)
+    _draw_lines(layout, context, grating.summary)
     draw_scans(layout, context, facts)
     _draw_quality(layout, context, grating)
     draw_steps(layout, context, grating, several=bool(facts.scans))
@@ -146,7 +146,7 @@ def _draw_bake(layout, context, grating, *, facts: GratingFacts) -> None:
             row.operator(BakeNeeds.bl_idname, icon="CAMERA_DATA")
             if grating.for_scene:
                 row.operator(BakeNeeds.bl_idname, text="", icon="X").everything = True
-    _draw_lines(layout, grating.bake_summary)
+    _draw_lines(layout, context, grating.bake_summary)
     from ..gratings.baked_region import noticed_outside
 
     if running_bake() is None and facts.outdated:
@@ -164,14 +164,14 @@ def _draw_quality(layout, context, grating) -> None:
     column = layout.column(align=True)
     column.label(text=f"Quality: {light}", icon=_LIGHT_ICONS.get(light, "QUESTION"))
     for finding in findings:
-        draw_note(column, context, in_words(finding))
+        draw_note(column, context, finding)
 
 
-def _draw_lines(layout, summary: str) -> None:
+def _draw_lines(layout, context, summary: str) -> None:
     """Draw each fact of a summary on its own line, because the sidebar is narrow."""
     column = layout.column(align=True)
-    for fact in filter(None, summary.split(", ")):
-        column.label(text=fact)
+    for fact in summary.splitlines():
+        draw_note(column, context, fact)
 
 
 def _draw_material(layout, grating, facts: GratingFacts) -> None:
@@ -251,6 +251,6 @@ def _draw_world(column, context, text: str) -> None:
         text = "fitting its sources ..."
     draw_note(column, context, f"{context.scene.world.name}: {text}", icon="WORLD")
     if text == NOT_FITTED:
-        if last_failure(context.scene):
-            draw_note(column, context, last_failure(context.scene), icon="ERROR")
+        if (failure := last_failure(context.scene)) is not None:
+            draw_note(column, context, in_words(failure), icon="ERROR")
         column.operator(FitWorld.bl_idname, icon="FILE_REFRESH")

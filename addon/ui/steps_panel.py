@@ -5,8 +5,8 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ..blender.guard import guarded_item
+from ..gratings.wording import in_words
 from ..operators.level_steps import AddLevellingStep, LevellingAsText, MoveLevellingStep, RemoveLevellingStep
-from ..operators.reports import in_words
 from .facts import GratingFacts
 from .notes import draw_note
 
@@ -50,12 +50,12 @@ def draw_steps(layout, context, grating, *, several: bool) -> None:
         _draw_arguments(body, grating)
         _draw_preview(body, context, grating, several=several)
     except GratingError as error:
-        draw_note(body, context, in_words(str(error)), icon="ERROR")
+        draw_note(body, context, in_words(error), icon="ERROR")
 
 
 def draw_scans(layout, context, facts: GratingFacts) -> None:
     """Draw the files of a grating that averages several scans."""
-    if facts.fault:
+    if facts.fault is not None:
         draw_note(layout, context, in_words(facts.fault), icon="ERROR")
     column = layout.column(align=True)
     for name in facts.scans[:_FILES_MAX]:
@@ -81,7 +81,7 @@ def _draw_preview(layout, context, grating, *, several: bool) -> None:
         layout.label(text="Levelling the scan ...", icon="SORTTIME")
         return
     if found.preview is None:
-        draw_note(layout, context, in_words(found.failure), icon="ERROR")
+        draw_note(layout, context, in_words(found.failure or ""), icon="ERROR")
         return
     columns = layout.row(align=True)
     looks = (found.preview.before, found.preview.after)

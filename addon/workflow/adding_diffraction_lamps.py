@@ -11,7 +11,7 @@ from ..lamps.find import lamps_of
 from ..lamps.follow import counted_lamps
 from ..materials.diffraction_lamp import new_diffraction_lamp
 from ..materials.group_properties import frame_of, lights_of
-from ..materials.lost_parts import lost
+from ..materials.lost_parts import faults_of
 from ..materials.material import diffraction_nodes, number_in
 from ..materials.response import SETTINGS, response_in
 
@@ -33,10 +33,10 @@ def add_diffraction_lamp(
         mesh, depsgraph, to=near, source_at=lambda slot: frame_of(_diffraction_in(mesh, slot).node_tree)
     )
     node = _diffraction_in(mesh, place.slot)
-    if missing := lost([node.node_tree]):
-        raise GratingError(missing[0])
+    if missing := faults_of([node.node_tree]):
+        raise missing[0]
     response = response_in(node.node_tree)
-    assert response is not None  # `lost` names a group without one
+    assert response is not None  # `faults_of` names a group without one
     values = {name: number_in(node, name) for name in ("Strength", "Base Blend", "Rotation")}
     diffraction_lamp = new_diffraction_lamp(
         scene, response, lamp, size_m=size_m,
@@ -61,12 +61,12 @@ def shows_grating(thing: bpy.types.Object | None) -> bool:
 def _lamp_named(scene: bpy.types.Scene, name: str) -> bpy.types.Object:
     lamps = lamps_of(scene)
     if not lamps:
-        raise GratingError(f"scene {scene.name}: no lamp lights the grating; add a sun")
+        raise GratingError(f"scene {scene.name}", "no lamp lights the grating", "add a sun")
     if not name:
         return counted_lamps(scene)[0]
     found = next((lamp for lamp in lamps if lamp.name == name), None)
     if found is None:
-        raise GratingError(f"{name}: no lamp of the scene; there are {', '.join(sorted(lamp.name for lamp in lamps))}")
+        raise GratingError(name, "no lamp of the scene", f"there are {', '.join(sorted(lamp.name for lamp in lamps))}")
     return found
 
 
@@ -75,7 +75,7 @@ def _diffraction_in(mesh: bpy.types.Object, slot: int) -> bpy.types.Node:
     slots = mesh.material_slots
     nodes = diffraction_nodes(slots[min(slot, len(slots) - 1)].material) if slots else []
     if not nodes:
-        raise GratingError(f"{mesh.name}: no grating at that place; assign one, or choose another place")
+        raise GratingError(mesh.name, "no grating at that place", "assign one, or choose another place")
     return nodes[0]
 
 

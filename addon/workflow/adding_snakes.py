@@ -25,7 +25,7 @@ def add_snake(
     `species` is a name in SPECIES, `pose` a name in POSES or ALONG_CURVE. Returns the mesh object and lines to report.
     Raises GratingError, with nothing added, if a value is out of range, or if there is no active curve to follow."""
     if not 0.01 <= length_m <= 100:
-        raise GratingError(f"snake: a length of {length_m:g} m; give 0.01 to 100")
+        raise GratingError("snake", f"a length of {length_m:g} m", "give 0.01 to 100")
     _refuse_hidden(context)
     along_curve = pose == ALONG_CURVE
     spine = spine_along(_curve_points(context)) if along_curve else _posed(pose, length_m)
@@ -47,7 +47,7 @@ def add_shed_skin(
     """Add a piece of shed skin at the 3D cursor and select only it. Returns the object and lines to report. Raises
     GratingError, with nothing added, if a value is out of range."""
     if not 1e-4 <= size_m <= 10:
-        raise GratingError(f"shed skin: a side of {size_m * 1e3:g} mm; give 0.1 to 10000")
+        raise GratingError("shed skin", f"a side of {size_m * 1e3:g} mm", "give 0.1 to 10000")
     _refuse_hidden(context)
     mesh = new_mesh("Shed Skin", shed_shape(species, size=size_m, faces=faces, seed=seed))
     mesh.materials.append(new_shed())
@@ -59,7 +59,7 @@ def add_shed_skin(
 def _refuse_hidden(context: bpy.types.Context) -> None:
     """Raise GratingError if the active collection is hidden: a new object in it could not be selected."""
     if not context.layer_collection.is_visible:
-        raise GratingError(f"{context.collection.name}: the active collection is hidden; show it, or choose another")
+        raise GratingError(context.collection.name, "the active collection is hidden", "show it, or choose another")
 
 
 def _add(context: bpy.types.Context, mesh: bpy.types.Mesh) -> bpy.types.Object:
@@ -89,7 +89,7 @@ def _curve_points(context: bpy.types.Context) -> np.ndarray:
     curve = context.active_object
     if curve is None or curve.type != "CURVE":
         name = "no object" if curve is None else curve.name
-        raise GratingError(f"{name}: no curve to lay the snake along; make a curve the active object, or take a pose")
+        raise GratingError(name, "no curve to lay the snake along", "make a curve the active object, or take a pose")
     evaluated = curve.evaluated_get(context.evaluated_depsgraph_get())
     line = evaluated.to_mesh()
     try:

@@ -16,12 +16,13 @@ from ..materials.response import own_trees
 from .restoring_bakes import bake_shown_by
 
 
-def adopt(scene: bpy.types.Scene) -> list[str]:
+def adopt(scene: bpy.types.Scene) -> list[GratingError | str]:
     """Connect stray Diffraction groups to the scene's gratings. A group with the same bake as a grating in the list is
     replaced by that grating's group; any other group becomes a new grating. Returns lines to report: what was done,
     then what could not be adopted, with the remedy. Raises GratingError if nothing could be adopted."""
     found = strays(scene)
-    done, faults = [], linked_strays(found)
+    done: list[str] = []
+    faults = linked_strays(found)
     for group in (group for group in found if group.library is None):
         name = group.name
         try:
@@ -32,9 +33,9 @@ def adopt(scene: bpy.types.Scene) -> list[str]:
             else:
                 done.append(f"{name}: is the grating {_new_grating(scene, group).name}")
         except GratingError as error:
-            faults.append(str(error))
+            faults.append(error)
     if not done:
-        raise GratingError("; ".join(faults[:1]) or "every diffraction material has its grating in the list")
+        raise faults[0] if faults else GratingError("", "every diffraction material has its grating in the list", "")
     return [*done, *faults]
 
 

@@ -42,7 +42,7 @@ def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> li
     for mesh in meshes:
         shown = [slot.material for slot in slots_with_faces(mesh)]
         if not any(shown):
-            raise GratingError(f"{mesh.name}: no material to add diffraction to; use Assign to Selected")
+            raise GratingError(mesh.name, "no material to add diffraction to", "use Assign to Selected")
         if None in shown:
             bare.append(f"{mesh.name}: faces of an empty material slot have no diffraction; give the slot a material")
         materials.update(dict.fromkeys(filter(None, shown)))

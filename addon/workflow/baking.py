@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import bpy
 
+from ...precompute.base.failure import GratingError
 from ...precompute.surface.steps.pipeline import WARNING
 from ..gratings.cache_folder import bakes_folder
 from ..gratings.grating import Grating, request_record
@@ -50,8 +51,8 @@ def deadline_of(sources: Sequence[str], done: str) -> Deadline:
     """The deadline of work on the scans in some files. `done` is the participle for its message: "baked"."""
     hours = _LONGEST_HOURS * max(1, len(sources))
     named = ", ".join(dict.fromkeys(Path(source).name for source in sources))
-    line = f"{named}: not {done} within {hours} h; copy the scan to a disk of this computer, or crop it"
-    return Deadline(3600.0 * hours, line)
+    remedy = "copy the scan to a disk of this computer, or crop it"
+    return Deadline(3600.0 * hours, GratingError(named, f"not {done} within {hours} h", remedy))
 
 
 def finished_bake(
@@ -87,11 +88,13 @@ def record_bake(grating: Grating, facts: dict[str, Any], request: BakeRequest, *
             grating.take_needs(request.needs)
         else:
             grating.take_request(request)
-    summary = (
-        f"dE00 {facts['delta_e']['p99']:.2f} (99 %), coherence {facts['coherence_um']:.0f} um, "
-        f"{facts['tiles']} look-ups, {facts['blender_bytes'] / 2**20:.0f} MiB"
-    )
     grating.for_scene = not request.needs.everything
-    summary += ", for this scene alone" if grating.for_scene else ""
-    note_bake(grating, facts["files"][0], summary, request=request)
+    summary = [
+        f"dE00 {facts['delta_e']['p99']:.2f} (99 %)",
+        f"coherence {facts['coherence_um']:.0f} um",
+        f"{facts['tiles']} look-ups",
+        f"{facts['blender_bytes'] / 2**20:.0f} MiB",
+        *(["for this scene alone"] if grating.for_scene else []),
+    ]
+    note_bake(grating, facts["files"][0], "\n".join(summary), request=request)
     refresh_group(grating)

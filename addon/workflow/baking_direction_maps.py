@@ -39,7 +39,7 @@ def bake_direction_map(
     layer = _map_of(mesh, uv_map)
     sources = _sources(context, mesh)
     if path is not None and path.suffix.lower() != ".exr":
-        raise GratingError(f"{path}: a direction map is written as OpenEXR; give it a name that ends in .exr")
+        raise GratingError(path, "a direction map is written as OpenEXR", "give it a name that ends in .exr")
     image = new_map(f"{mesh.name} {layer.name} frame", size)
     try:
         materials = [baking_material(source, layer.name, image) for source in sources]
@@ -54,7 +54,7 @@ def bake_direction_map(
     except RuntimeError as error:  # from Blender's own operators
         bpy.data.images.remove(image)
         told = " ".join(str(error).split()).removeprefix("Error: ")
-        raise GratingError(f"{mesh.name}: Cycles cannot bake its direction map ({told}); enable Cycles") from error
+        raise GratingError(mesh.name, f"Cycles cannot bake its direction map ({told})", "enable Cycles") from error
     except BaseException:
         bpy.data.images.remove(image)
         raise
@@ -68,21 +68,22 @@ def _map_of(mesh: bpy.types.Object, uv_map: str) -> bpy.types.MeshUVLoopLayer:
     data = mesh.data
     check_not_edited(mesh)
     if not data.polygons:
-        raise GratingError(f"{mesh.name}: no faces to bake a direction map of; choose a mesh with faces")
+        raise GratingError(mesh.name, "no faces to bake a direction map of", "choose a mesh with faces")
     layer = data.uv_layers.get(uv_map) if uv_map else data.uv_layers.active
     if layer is None:
-        raise GratingError(f"{mesh.name}: no UV map {uv_map}".rstrip() + " for a direction map; unwrap it")
+        fault = f"no UV map {uv_map}".rstrip() + " for a direction map"
+        raise GratingError(mesh.name, fault, "unwrap it")
     uv = np.empty((len(data.loops), 2), np.float32)
     layer.uv.foreach_get("vector", uv.ravel())
     if uv.min() < -_RIM or uv.max() > 1 + _RIM:
-        raise GratingError(f"{mesh.name}: its UV map {layer.name} leaves the picture's square; unwrap it, or pack it")
+        raise GratingError(mesh.name, f"its UV map {layer.name} leaves the picture's square", "unwrap it, or pack it")
     data.calc_loop_triangles()
     corners = np.empty((len(data.loop_triangles), 3), np.int32)
     data.loop_triangles.foreach_get("loops", corners.ravel())
     first, second, third = (uv[corners[:, each]] for each in range(3))
     one, other = second - first, third - first
     if not (one[:, 0] * other[:, 1] != one[:, 1] * other[:, 0]).any():
-        raise GratingError(f"{mesh.name}: its UV map {layer.name} has no area; unwrap it")
+        raise GratingError(mesh.name, f"its UV map {layer.name} has no area", "unwrap it")
     return layer
 
 
@@ -96,11 +97,11 @@ def _sources(context: bpy.types.Context, mesh: bpy.types.Object) -> list[Directi
     for source in sources:
         if source.kind == FRAME_MAP:
             raise GratingError(
-                f"{mesh.name}: its direction is from a direction map already; choose another Direction Source"
+                mesh.name, "its direction is from a direction map already", "choose another Direction Source"
             )
         if not has_uv_map(mesh.data, source):
             name = f"UV map {source.named_uv_map}" if source.named_uv_map else "UV map"
-            raise GratingError(f"{mesh.name}: no {name}, so no direction to bake; choose another Direction Source")
+            raise GratingError(mesh.name, f"no {name}, so no direction to bake", "choose another Direction Source")
     return sources
 
 

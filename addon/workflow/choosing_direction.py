@@ -16,13 +16,13 @@ def choose_frame(grating: Grating, source: DirectionSource) -> str:
     GratingError, with nothing changed, if the source or a mesh that shows the grating lacks what is needed, or if the
     grating's node group is linked from another file."""
     if source.kind == UV_MAP and not source.uv_map:
-        raise GratingError(f"{grating.name}: no UV map is named for its direction; name one")
+        raise GratingError(grating.name, "no UV map is named for its direction", "name one")
     if source.kind == FRAME_MAP and not is_frame_map(source.frame_map):
         name = "no picture" if source.frame_map is None else source.frame_map.name
-        raise GratingError(f"{grating.name}: {name} is no direction map; use Bake Direction Map")
+        raise GratingError(grating.name, f"{name} is no direction map", "use Bake Direction Map")
     group = grating.group
     if group is not None and group.library is not None:
-        raise GratingError(f"{group.name}: linked from {group.library.filepath}; make it local to change its direction")
+        raise GratingError(group.name, f"linked from {group.library.filepath}", "make it local to change its direction")
     for mesh in meshes_that_show(group):
         check_frame(mesh, source)
     grating.take_frame_source(source)

@@ -27,7 +27,7 @@ def meshes_among(
     source."""
     meshes = [o for o in objects if o.type == "MESH"]
     if not meshes:
-        raise GratingError("; ".join(no_meshes(objects)) or f"scene {scene.name}: no mesh is selected; select one")
+        raise no_mesh(scene, objects)
     for mesh in meshes:
         check_can_change(mesh)
         check_frame(mesh, source)
@@ -36,8 +36,19 @@ def meshes_among(
 
 def no_meshes(objects: list[bpy.types.Object]) -> list[str]:
     """A line with the remedy for each object that has a surface but is no mesh."""
+    return [str(each) for each in _passed_over(objects)]
+
+
+def no_mesh(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> GratingError:
+    """The error for objects without a mesh among them."""
+    passed_over = _passed_over(objects)
+    return passed_over[0] if passed_over else GratingError(f"scene {scene.name}", "no mesh is selected", "select one")
+
+
+def _passed_over(objects: list[bpy.types.Object]) -> list[GratingError]:
+    remedy = "use Object > Convert > Mesh, then unwrap it"
     return [
-        f"{o.name}: a {_CONVERTIBLE[o.type]} carries no grating; use Object > Convert > Mesh, then unwrap it"
+        GratingError(o.name, f"a {_CONVERTIBLE[o.type]} carries no grating", remedy)
         for o in objects
         if o.type in _CONVERTIBLE
     ]
@@ -49,34 +60,37 @@ def check_can_change(thing: bpy.types.Object) -> None:
     if thing.library is not None or (override is not None and override.is_system_override):
         file = (thing.library or override.reference.library).filepath
         raise GratingError(
-            f"{thing.name}: linked from {file}; use Object > Library Override > Make, "
-            "or Object > Relations > Make Local"
+            thing.name,
+            f"linked from {file}",
+            "use Object > Library Override > Make, or Object > Relations > Make Local",
         )
     if data_is_fixed(thing) and not thing.material_slots:
         raise GratingError(
-            f"{thing.name}: its mesh {thing.data.name} is another file's and has no material slot; "
-            "use Object > Relations > Make Local > Selected Objects and Data"
+            thing.name,
+            f"its mesh {thing.data.name} is another file's and has no material slot",
+            "use Object > Relations > Make Local > Selected Objects and Data",
         )
 
 
 def check_not_edited(mesh: bpy.types.Object) -> None:
     """Raise GratingError for a mesh in Edit Mode, whose faces and UV maps cannot be read."""
     if mesh.data.is_editmode:
-        raise GratingError(f"{mesh.name}: in Edit Mode; switch to Object Mode first")
+        raise GratingError(mesh.name, "in Edit Mode", "switch to Object Mode first")
 
 
 def check_frame(mesh: bpy.types.Object, source: DirectionSource) -> None:
     """Raise GratingError unless the mesh has faces, and what the direction source needs."""
     check_not_edited(mesh)
     if not mesh.data.polygons and (mesh.data.uv_layers or source.kind != STORED):
-        raise GratingError(f"{mesh.name}: no faces to put a material on; choose a mesh with faces")
+        raise GratingError(mesh.name, "no faces to put a material on", "choose a mesh with faces")
     if not has_uv_map(mesh.data, source):
         if source.named_uv_map:
             raise GratingError(
-                f"{mesh.name}: no UV map {source.named_uv_map}, from which the grating takes its direction; "
-                "make one, or choose another Direction Source"
+                mesh.name,
+                f"no UV map {source.named_uv_map}, from which the grating takes its direction",
+                "make one, or choose another Direction Source",
             )
-        raise GratingError(f"{mesh.name}: no UV map, so no direction for the grating; {DIRECTION_REMEDY}")
+        raise GratingError(mesh.name, "no UV map, so no direction for the grating", DIRECTION_REMEDY)
     if source.kind == FRAME_MAP and source.frame_map is not None:
         check_frame_map(mesh, source.frame_map)
 

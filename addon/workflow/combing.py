@@ -12,7 +12,7 @@ from ..direction import combed_mesh, drawn_lines
 from ..direction.uv_maps import has_comb, rendering_map
 from ..gratings.direction_source import COMB_SOURCES, COMB_UV
 from ..jobs.child import Deadline, Job
-from .chosen_meshes import check_can_change, check_not_edited, data_is_fixed, no_meshes
+from .chosen_meshes import check_can_change, check_not_edited, data_is_fixed, no_mesh
 from .making_materials import read_combs
 
 # Time limit in seconds: a base, and a part for each face corner. It is 100 times the slowest comb of a million
@@ -38,8 +38,8 @@ class CombJob(Job):
         named = ", ".join(thing for thing, _ in self.meshes)
         corners = sum(len(bpy.data.meshes[mesh].loops) for _, mesh in self.meshes)
         seconds = _LONGEST_SECONDS + _SECONDS_PER_CORNER * corners
-        line = f"{named}: not combed within {seconds / 60:.0f} min; comb a mesh of fewer faces"
-        super().__init__("comb", words, deadline=Deadline(seconds, line))
+        late = GratingError(named, f"not combed within {seconds / 60:.0f} min", "comb a mesh of fewer faces")
+        super().__init__("comb", words, deadline=Deadline(seconds, late))
 
     def fields(self) -> list[dict[str, np.ndarray]]:
         """The combed meshes, once the process has ended. Raises GratingError if it failed."""
@@ -52,7 +52,7 @@ def start_comb(scene: bpy.types.Scene, objects: list[bpy.types.Object], source: 
     follow."""
     meshes = {o.data: o for o in objects if o.type == "MESH"}
     if not meshes:
-        raise GratingError("; ".join(no_meshes(objects)) or f"scene {scene.name}: no mesh is selected; select one")
+        raise no_mesh(scene, objects)
     for thing in meshes.values():
         _check(thing)
     requests = {
@@ -70,7 +70,7 @@ def finish_comb(job: CombJob) -> list[str]:
     for (thing, name), field in zip(job.meshes, fields, strict=True):
         mesh = bpy.data.meshes.get(name)
         if mesh is None or mesh.is_editmode or len(mesh.loops) != len(field["uv"]):
-            raise GratingError(f"{thing}: changed while it was combed; comb it again, in Object Mode")
+            raise GratingError(thing, "changed while it was combed", "comb it again, in Object Mode")
         meshes.append(mesh)
     report = []
     for (thing, _), mesh, field in zip(job.meshes, meshes, fields, strict=True):
@@ -93,16 +93,16 @@ def _check(thing: bpy.types.Object) -> None:
     check_can_change(thing)
     mesh = thing.data
     if data_is_fixed(thing):
-        raise GratingError(f"{thing.name}: its mesh {mesh.name} is another file's; make it local to comb it")
+        raise GratingError(thing.name, f"its mesh {mesh.name} is another file's", "make it local to comb it")
     check_not_edited(thing)
     if not mesh.polygons:
-        raise GratingError(f"{thing.name}: no faces to comb; choose a mesh with faces")
+        raise GratingError(thing.name, "no faces to comb", "choose a mesh with faces")
     if COMB_UV in mesh.uv_layers and not has_comb(mesh):
         raise GratingError(
-            f"{thing.name}: has a UV map {COMB_UV} of its own; rename it, a comb is stored under this name"
+            thing.name, f"has a UV map {COMB_UV} of its own", "rename it, a comb is stored under this name"
         )
     if COMB_UV not in mesh.uv_layers and len(mesh.uv_layers) >= _MAPS_MAX:
-        raise GratingError(f"{thing.name}: has {_MAPS_MAX} UV maps, and a comb needs one more; remove one")
+        raise GratingError(thing.name, f"has {_MAPS_MAX} UV maps, and a comb needs one more", "remove one")
 
 
 def _request(
@@ -121,12 +121,12 @@ def _request(
         "BONES": lambda: drawn_lines.bones(thing, objects),
     }[source]()
     if not found:
-        remedy = {
-            "STROKES": "strokes; draw with the Annotate tool on its surface, or select a curve with it",
-            "HAIR": "hair; select hair curves with it",
-            "BONES": "bones; select an armature with it, or give it an Armature modifier",
+        fault, remedy = {
+            "STROKES": ("no strokes", "draw with the Annotate tool on its surface, or select a curve with it"),
+            "HAIR": ("no hair", "select hair curves with it"),
+            "BONES": ("no bones", "select an armature with it, or give it an Armature modifier"),
         }[source]
-        raise GratingError(f"{thing.name}: no {remedy}")
+        raise GratingError(thing.name, fault, remedy)
     inwards = np.array(thing.matrix_world.inverted_safe())
     segments = np.concatenate(found) @ inwards[:3, :3].T + inwards[:3, 3]
     return {"guide": np.array("bones" if source == "BONES" else "strokes"), "segments": segments}
@@ -136,7 +136,7 @@ def _own_map(thing: bpy.types.Object) -> bpy.types.MeshUVLoopLayer:
     """The UV map that renders, or if that is the comb's, the first other one. Raises GratingError if there is none."""
     others = [each for each in thing.data.uv_layers if each.name != COMB_UV]
     if not others:
-        raise GratingError(f"{thing.name}: no UV map to comb along; unwrap it, or choose another source")
+        raise GratingError(thing.name, "no UV map to comb along", "unwrap it, or choose another source")
     renders = rendering_map(thing.data)
     return renders if renders.name != COMB_UV else others[0]
 

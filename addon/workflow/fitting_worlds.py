@@ -38,7 +38,7 @@ class _Running:
 
 _running: _Running | None = None
 # Why the last fit of a scene's world failed, by the scene's full name.
-_failed: dict[str, str] = {}
+_failed: dict[str, GratingError] = {}
 
 
 @dataclass(frozen=True)
@@ -109,9 +109,9 @@ def world_is_animated(scene: bpy.types.Scene) -> bool:
     return scene.world is not None and not is_even(scene.world) and is_animated(scene.world)
 
 
-def last_failure(scene: bpy.types.Scene) -> str:
-    """Why the last fit of the scene's world failed; empty if it did not."""
-    return _failed.get(scene.name_full, "")
+def last_failure(scene: bpy.types.Scene) -> GratingError | None:
+    """Why the last fit of the scene's world failed; None if it did not."""
+    return _failed.get(scene.name_full)
 
 
 def fit_world(scene: bpy.types.Scene) -> None:
@@ -179,7 +179,7 @@ def _go_on() -> float | None:
         _take(scene, running.probe.result(), running.fingerprint)
     except GratingError as error:  # no caller waits for the fit; the panel shows this
         _running = None
-        _failed[scene.name_full] = str(error)
+        _failed[scene.name_full] = error
         print(f"Natural Gratings: {error}")
     _fit_another()
     return None

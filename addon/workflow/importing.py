@@ -17,6 +17,7 @@ from ...precompute.surface.samples.catalogue import title_of
 from ...precompute.surface.steps.pipeline import DEFAULT
 from ..gratings.grating import Grating, kept_path, scan_record, unused_name
 from ..gratings.variation import Variation
+from ..gratings.wording import in_one_line, labelled
 from ..materials.group_properties import variation_of
 
 
@@ -56,7 +57,7 @@ def _import(scene: bpy.types.Scene, records: Sequence[dict[str, Any]], known: Se
     last = len(gratings.items) - 1
     same = next(index for index, grating in enumerate(gratings.items) if _settings(grating) == new)
     if same == last:
-        return f"{gratings.items[last].name}: {gratings.items[last].summary}"
+        return f"{gratings.items[last].name}: {in_one_line(gratings.items[last].summary)}"
     gratings.items.remove(last)
     gratings.active_index = same
     return f"{gratings.items[same].name}: selected, as it is in the list already; for a second, first change this one"
@@ -91,7 +92,7 @@ def _add(
     grating = gratings.items.add()
     grating.name, grating.source, grating.channel = name, first["source"], first["channel"] or ""
     grating.size_um, grating.height_nm = first["size_um"] or 0.0, first["height_nm"] or 0.0
-    grating.summary = summary_of(facts) + (f", the mean of {len(records)} scans" if others else "")
+    grating.summary = summary_of(facts) + (f"\nthe mean of {len(records)} scans" if others else "")
     grating.quality = quality_of(known)
     grating.request = json.dumps({"scans": others}, sort_keys=True) if others else ""
     grating.levelling = ",".join(step.text for step in DEFAULT)
@@ -104,7 +105,7 @@ def quality_of(known: Sequence[tuple[str, Description]]) -> str:
     several."""
     light = max((facts.quality.light for _, facts in known), key=LIGHTS.index)
     found = (
-        (f"{name}: " if len(known) > 1 else "") + f"{each.topic}: {each.light}; {each.sentence}"
+        (f"{name}: " if len(known) > 1 else "") + f"{each.topic}: {each.light}; {labelled(each.words)}"
         for name, facts in known
         for each in facts.quality.findings
         if each.light != LIGHTS[0]
@@ -118,11 +119,11 @@ def name_of(height_map: HeightMap) -> str:
 
 
 def summary_of(facts: Description) -> str:
-    """A line with the scan's size, relief and period."""
+    """The scan's size, relief and period, a line each."""
     dy, dx = facts.pixel_size_m
     size = f"{facts.cols * dx * 1e6:.3g} x {facts.rows * dy * 1e6:.3g} um"
     periods = facts.periods_m
     # round() and + 0 avoid "-0".
     angle = round(facts.period_angles_deg[0]) + 0 if periods else 0
-    period = f", period {periods[0] * 1e9:.0f} nm at {angle} deg" if periods else ""
-    return f"{size}, relief {facts.relief_in_words()}{period}"
+    period = f"\nperiod {periods[0] * 1e9:.0f} nm at {angle} deg" if periods else ""
+    return f"{size}\nrelief {facts.relief_in_words()}{period}"

@@ -62,7 +62,7 @@ def _images_arguments(grating: Grating) -> list[str]:
     """Arguments of `dft`: the scan, its levelling and its coherence length. Raises GratingError for a grating of
     several scans, because the thesis's methods use one patch of one scan."""
     if grating.further_scans():
-        raise GratingError(f"{grating.name}: averages several scans, and this method needs one; import a single scan")
+        raise GratingError(grating.name, "averages several scans, and this method needs one", "import a single scan")
     arguments = [grating.source_file(), "--level", grating.levelling]
     for option, value in (("--size-um", grating.size_um), ("--height-nm", grating.height_nm)):
         if value > 0:

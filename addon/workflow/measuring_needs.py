@@ -57,10 +57,10 @@ def measure_needs(scene: bpy.types.Scene, grating: Grating, frames: tuple[int, i
 
     Raises GratingError if there is no camera, or if the camera sees nothing of the grating that is lit."""
     if scene.camera is None or scene.camera.type != "CAMERA":
-        raise GratingError(f"scene {scene.name}: no camera; add one and make it the scene's camera")
+        raise GratingError(f"scene {scene.name}", "no camera", "add one and make it the scene's camera")
     carriers = list(_carriers(scene, grating))
     if not carriers:
-        raise GratingError(f"{grating.name}: no mesh of the scene shows it; press Assign to Selected")
+        raise GratingError(grating.name, "no mesh of the scene shows it", "press Assign to Selected")
     chosen = _frames(scene, carriers, frames)
     rays = max(_RAYS_LEAST, _RAYS // len(chosen))
     response = response_in(grating.group)
@@ -74,9 +74,9 @@ def measure_needs(scene: bpy.types.Scene, grating: Grating, frames: tuple[int, i
                 parts.append(seen.shown(response, each))
     shown = joined(parts)
     if not places:
-        raise GratingError(f"{grating.name}: the camera sees nothing of it; turn the camera to {carriers[0].name}")
+        raise GratingError(grating.name, "the camera sees nothing of it", f"turn the camera to {carriers[0].name}")
     if shown.is_dark:
-        raise GratingError(f"{grating.name}: no lamp lights what the camera sees of it; add a sun, or move a lamp")
+        raise GratingError(grating.name, "no lamp lights what the camera sees of it", "add a sun, or move a lamp")
     needs, reasons = needs_of(shown), []
     for node, thing in nodes.items():
         if unknown := unknown_inputs(node):
@@ -107,16 +107,14 @@ def pointless(grating: Grating, needs: Needs) -> str:
     )
 
 
-def no_smaller(grating: Grating, facts: dict[str, Any]) -> str:
-    """A line if a bake for the scene (its `facts`) takes no less memory than the present whole bake, else empty."""
+def no_smaller(grating: Grating, facts: dict[str, Any]) -> GratingError | None:
+    """An error if a bake for the scene (its `facts`) takes no less memory than the present whole bake, else None."""
     layout = _whole_layout(grating)
     whole = 0 if layout is None else layout.width * layout.height * BYTES_PER_TEXEL
     if layout is None or facts["blender_bytes"] < whole:
-        return ""
-    return (
-        f"{grating.name}: nothing gained: the bake for this scene takes {facts['blender_bytes'] / 2**20:.0f} MiB for "
-        f"{whole / 2**20:.0f} MiB; the present bake stays"
-    )
+        return None
+    fault = f"the bake for this scene takes {facts['blender_bytes'] / 2**20:.0f} MiB for {whole / 2**20:.0f} MiB"
+    return GratingError(grating.name, f"nothing gained: {fault}", "the present bake stays")
 
 
 def _whole_layout(grating: Grating) -> Layout | None:

@@ -9,7 +9,7 @@ import bpy
 from ...precompute.base.failure import GratingError
 from ..gratings.grating import Grating
 from ..materials.group_properties import diffraction_groups
-from ..materials.lost_parts import lost, lost_of_nodes, lost_of_own
+from ..materials.lost_parts import faults_of, lost_of_nodes, lost_of_own
 from ..materials.material import add_diffraction, empty_nodes
 from ..materials.replace import replace_response
 from ..materials.response import responses_in
@@ -19,10 +19,11 @@ from .making_materials import group_of, response_of
 from .restoring_bakes import bake_shown_by
 
 
-def mend_materials() -> list[str]:
+def mend_materials() -> list[GratingError | str]:
     """Repair the file's Diffraction groups from their bakes, and materials with an empty Diffraction node. Returns
     lines to report: repairs, then failures with their remedies. Raises GratingError if nothing could be repaired."""
-    mended, faults = [], []
+    mended: list[str] = []
+    faults: list[GratingError] = []
     for tree in bpy.data.node_groups:
         if tree.library is None:
             take_back(tree)
@@ -35,17 +36,18 @@ def mend_materials() -> list[str]:
             _mend(group, owners.get(group))
             mended.append(group.name)
         except GratingError as error:
-            faults.append(str(error))
+            faults.append(error)
     for material in filter(empty_nodes, _materials()):
         try:
             add_diffraction(material, _group_for(material))
             mended.append(material.name)
         except GratingError as error:
-            faults.append(str(error))
-    faults += lost(_groups())
+            faults.append(error)
+    faults += faults_of(_groups())
     if not mended and faults:
-        raise GratingError("; ".join(dict.fromkeys(faults[:1])))
-    return [f"mended: {', '.join(mended)}" if mended else "every diffraction material is whole", *dict.fromkeys(faults)]
+        raise faults[0]
+    done = f"mended: {', '.join(mended)}" if mended else "every diffraction material is whole"
+    return [done, *{str(fault): fault for fault in faults}.values()]
 
 
 def _mend(group: bpy.types.NodeTree, owner: tuple[bpy.types.Scene, Grating] | None) -> None:
@@ -65,7 +67,7 @@ def _group_for(material: bpy.types.Material) -> bpy.types.NodeTree:
         (scene, grating) for scene, grating in gratings if len(gratings) == 1
     ]
     if not owners:
-        raise GratingError(f"{material.name}: its Diffraction node is empty; choose a grating, then Add to Materials")
+        raise GratingError(material.name, "its Diffraction node is empty", "choose a grating, then Add to Materials")
     return group_of(*owners[0])
 
 

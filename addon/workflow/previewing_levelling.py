@@ -46,7 +46,7 @@ class Shown:
     icons: tuple[int, int] = (0, 0)
     preview: "Preview | None" = None
     every: int = 1
-    failure: str = ""
+    failure: GratingError | None = None
 
 
 _shown: dict[_Asked, Shown] = {}
@@ -127,7 +127,7 @@ def _made(asked: _Asked) -> Shown:
         scan, every = _read(asked.scan)
         made = preview(scan, parse_steps(asked.levelling, "Levelling"))
     except GratingError as error:
-        return Shown(failure=str(error))
+        return Shown(failure=error)
     return Shown((_icon(made.before.picture), _icon(made.after.picture)), made, every)
 
 

@@ -23,10 +23,10 @@ def render_picture(
     Raises GratingError if the scene has no camera, if the file type is another, or if the picture is not written."""
     scene = bpy.context.scene
     if scene.camera is None:
-        raise GratingError(f"scene {scene.name}: no camera; add one and make it the scene's camera")
+        raise GratingError(f"scene {scene.name}", "no camera", "add one and make it the scene's camera")
     file_format = _FILE_FORMATS.get(path.suffix.lower())
     if file_format is None:
-        raise GratingError(f"{path}: neither PNG nor EXR; name the picture .png or .exr")
+        raise GratingError(path, "neither PNG nor EXR", "name the picture .png or .exr")
     render = scene.render
     if engine:
         render.engine = "CYCLES" if engine == "cycles" else compat.eevee_engine()
@@ -43,4 +43,4 @@ def render_picture(
     mesa.filter_as_cards_do()
     bpy.ops.render.render(write_still=True)
     if not path.is_file():
-        raise GratingError(f"{path}: not written; check the folder and its permissions")
+        raise GratingError(path, "not written", "check the folder and its permissions")

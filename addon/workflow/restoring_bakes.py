@@ -78,7 +78,7 @@ def bake_shown_by(group: bpy.types.NodeTree) -> Path:
     files = (Path(bpy.path.abspath(image.filepath)) for image in pictures if image is not None and image.filepath)
     found = unpacked_bake(group) or next((file for file in files if file.is_file()), None)
     if found is None:
-        raise GratingError(f"{group.name}: the bake that it shows is lost; assign another grating to its objects")
+        raise GratingError(group.name, "the bake that it shows is lost", "assign another grating to its objects")
     return found
 
 

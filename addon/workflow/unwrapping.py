@@ -39,8 +39,8 @@ class Unwrapping:
             return [str(path), *(f"{name}={value}" for name, value in options.items())]
 
         seconds = longest_seconds(len(triangles.triangles)) + _AROUND_SECONDS
-        line = f"{mesh.name}: not unwrapped within {seconds / 60:.0f} min; {BY_BLENDER}"
-        self.job = Job("unwrap", words, deadline=Deadline(seconds, line))
+        late = GratingError(mesh.name, f"not unwrapped within {seconds / 60:.0f} min", BY_BLENDER)
+        self.job = Job("unwrap", words, deadline=Deadline(seconds, late))
 
     def cancel(self) -> None:
         """Stop the process and delete its files."""
@@ -52,7 +52,7 @@ class Unwrapping:
         facts, uv = self.job.result(lambda facts: (facts, _written_map(facts["files"][0])))
         mesh = bpy.data.objects.get(self.mesh_name)
         if mesh is None or mesh.type != "MESH" or mesh.mode == "EDIT" or _faces(mesh.data) != self._faces:
-            raise GratingError(f"{self.mesh_name}: its faces are no longer those that were unwrapped; unwrap it again")
+            raise GratingError(self.mesh_name, "its faces are no longer those that were unwrapped", "unwrap it again")
         return _add_map(mesh, uv, f"{facts['islands']} islands fill {facts['filled']:.0%} of it")
 
 
@@ -112,12 +112,12 @@ def _triangles(mesh: bpy.types.Object) -> Mesh:
     data = mesh.data
     if data.library is not None or data.override_library is not None:
         file = (data.library or data.override_library.reference.library).filepath
-        raise GratingError(f"{mesh.name}: its mesh is linked from {file}; use Object > Relations > Make Local")
+        raise GratingError(mesh.name, f"its mesh is linked from {file}", "use Object > Relations > Make Local")
     check_not_edited(mesh)
     if not data.polygons:
-        raise GratingError(f"{mesh.name}: no faces to unwrap; choose a mesh with faces")
+        raise GratingError(mesh.name, "no faces to unwrap", "choose a mesh with faces")
     if len(data.uv_layers) >= _MAPS_MAX:
-        raise GratingError(f"{mesh.name}: it has {_MAPS_MAX} UV maps, as many as a mesh can have; remove one")
+        raise GratingError(mesh.name, f"it has {_MAPS_MAX} UV maps, as many as a mesh can have", "remove one")
     points = np.empty((len(data.vertices), 3), np.float32)
     data.vertices.foreach_get("co", points.ravel())
     # In world scale, so that all pixels have one size on the surface even if the object is stretched.
@@ -130,7 +130,7 @@ def _triangles(mesh: bpy.types.Object) -> Mesh:
     try:
         return Mesh(points, triangles, polygons)
     except GratingError as error:
-        raise GratingError(f"{mesh.name}{str(error).removeprefix('the mesh')}") from error
+        raise GratingError(mesh.name, error.fault, error.remedy) from error
 
 
 def _loops(data: bpy.types.Mesh) -> np.ndarray:

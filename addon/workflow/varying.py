@@ -21,13 +21,13 @@ def vary(scene: bpy.types.Scene, grating: Grating, choice: Variation, *, others:
     twice, if the shares add up to more than 1, or if the pattern's attribute has no name."""
     twice = [each.name for k, each in enumerate(others) if each in (grating, *others[:k])]
     if twice:
-        raise GratingError(f"{grating.name}: {twice[0]} is named twice; choose another grating to vary it with")
+        raise GratingError(grating.name, f"{twice[0]} is named twice", "choose another grating to vary it with")
     if sum(choice.shares) > 1.0 + 1e-6:
         raise GratingError(
-            f"{grating.name}: the others have {sum(choice.shares):.0%} of the surface; lower their shares to 100%"
+            grating.name, f"the others have {sum(choice.shares):.0%} of the surface", "lower their shares to 100%"
         )
     if choice.shares and choice.pattern == ATTRIBUTE and not choice.attribute:
-        raise GratingError(f"{grating.name}: its Pattern needs an Attribute; name one, such as scale_random")
+        raise GratingError(grating.name, "its Pattern needs an Attribute", "name one, such as scale_random")
     for each in (grating, *others):
         needed_bake(each)
     group = group_of(scene, grating)

@@ -45,7 +45,9 @@ class Probe(ChildProcess):
         """Start a search for at most `count` sources. Raises GratingError if no file can be written, or while a render
         is running: it reads data that copying the world would change."""
         if is_rendering():
-            raise GratingError(f"world {world.name}: not fitted while a render is running; try again when it has ended")
+            raise GratingError(
+                f"world {world.name}", "not fitted while a render is running", "try again when it has ended"
+            )
         self._name = world.name
 
         def prepare(private: Path) -> list[str]:
@@ -59,8 +61,9 @@ class Probe(ChildProcess):
         try:
             if self.is_late:
                 raise GratingError(
-                    f"world {self._name}: not rendered within {_LONGEST_SECONDS} s; use smaller pictures, and none "
-                    "from a drive that does not answer"
+                    f"world {self._name}",
+                    f"not rendered within {_LONGEST_SECONDS} s",
+                    "use smaller pictures, and none from a drive that does not answer",
                 )
             if self.status == 0:
                 found = read_json(self.folder / "fit.json", "try again")
@@ -73,7 +76,7 @@ class Probe(ChildProcess):
         finally:
             self.clean_up()
         last = next((line for line in reversed(told) if line.strip()), "no word")
-        raise GratingError(f"world {self._name}: not rendered ({last}); look at its nodes and pictures")
+        raise GratingError(f"world {self._name}", f"not rendered ({last})", "look at its nodes and pictures")
 
 
 def fit_of(world: bpy.types.World, scene: bpy.types.Scene, count: int) -> Fit:

@@ -67,7 +67,7 @@ def measure(what: str, file: Path, width_um: float, height_nm: float) -> dict[st
     """Measure one piece of work in this process: bytes beyond those before it, seconds, and the expected figures."""
     told: list[float] = []
 
-    def note(needed: float, what: str, remedy: str) -> None:
+    def note(needed: float, what: str, remedy: str, **_: object) -> None:
         told.append(needed)
 
     for module in [module for name, module in sys.modules.items() if name.startswith("precompute.")]:

@@ -67,10 +67,10 @@ def _child(module: str, arguments: list[str]) -> dict:
     try:
         child.wait()
         if child.is_late:
-            raise GratingError(f"{module}: not over after {_LONGEST_SECONDS // 3600} h; measure a smaller scan")
+            raise GratingError(module, f"not over after {_LONGEST_SECONDS // 3600} h", "measure a smaller scan")
         if child.status != 0:
             said = (lines_of(child.err_path) or ["no word of why"])[-1]
-            raise GratingError(f"{module}: a child process failed: {said}")
+            raise GratingError(module, f"a child process failed: {said}", "")
         return json.loads(child.out_path.read_text(encoding="utf-8"))
     finally:
         child.clean_up()

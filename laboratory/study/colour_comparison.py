@@ -72,7 +72,7 @@ def compare_bake(relief: Relief, settings: Settings, first_order: FirstOrder) ->
     brightest, reference_brightest = peak(angles, got[:, 1]), peak(angles, truth[:, 1])
     if np.isnan(reference_brightest):
         raise GratingError(
-            f"{baked.ENTRY.name}: dark around the first order of {first_order.period_m * 1e9:.0f} nm; give --period-nm"
+            baked.ENTRY.name, f"dark around the first order of {first_order.period_m * 1e9:.0f} nm", "give --period-nm"
         )
     bright = truth[:, 1] >= _BRIGHT * truth[:, 1].max()
     off = dominant_wavelength(got[bright], settings.illuminant) - dominant_wavelength(

@@ -96,23 +96,25 @@ def efficiencies(
 
 def _check_grating(kind: str, period_m: float, depth_m: float) -> None:
     if kind not in PROFILES:
-        raise GratingError(f"{kind}: not a grating with a closed form; choose one of {', '.join(PROFILES)}")
+        raise GratingError(kind, "not a grating with a closed form", f"choose one of {', '.join(PROFILES)}")
     if not 0 < period_m < 1:
-        raise GratingError(f"period of {period_m / 1e-6:g} um: give a length above 0")
+        raise GratingError(f"period of {period_m / 1e-6:g} um", "", "give a length above 0")
     if not 0 <= depth_m < 1e-3:
-        raise GratingError(f"depth of {depth_m * 1e9:g} nm: give 0 or more, up to a millimetre")
+        raise GratingError(f"depth of {depth_m * 1e9:g} nm", "", "give 0 or more, up to a millimetre")
 
 
 def _check_light(wavelength_m: float, theta_i: float) -> None:
     if not 0 < wavelength_m < 1:
-        raise GratingError(f"wavelength of {wavelength_m / 1e-9:g} nm: give a length above 0")
+        raise GratingError(f"wavelength of {wavelength_m / 1e-9:g} nm", "", "give a length above 0")
     if not abs(theta_i) < np.pi / 2:
-        raise GratingError(f"--theta-i {np.degrees(theta_i):g}: below the surface; give an angle between -90 and 90")
+        raise GratingError(
+            f"--theta-i {np.degrees(theta_i):g}", "below the surface", "give an angle between -90 and 90"
+        )
 
 
 def _check_counts(orders: int, samples: int) -> None:
     if not 0 <= orders <= ORDERS_MAX:
-        raise GratingError(f"--orders {orders}: not a number of orders; give 0 to {ORDERS_MAX}")
+        raise GratingError(f"--orders {orders}", "not a number of orders", f"give 0 to {ORDERS_MAX}")
     least = max(SAMPLES_MIN, 2 * orders + 2)
     if not least <= samples <= SAMPLES_MAX or samples % 2:
-        raise GratingError(f"--samples {samples}: give an even number from {least} to {SAMPLES_MAX}")
+        raise GratingError(f"--samples {samples}", "", f"give an even number from {least} to {SAMPLES_MAX}")

@@ -97,7 +97,7 @@ def evaluate_method(
     inside = np.abs(order - 1) <= WINDOW
     peak_u = np.array([peak(plane.u[at], row[at]) for at, row in zip(inside, found, strict=True)])
     if np.any(np.isnan(peak_u)):
-        raise GratingError(f"{name}: dark around the first order of {around_m * 1e9:.0f} nm; give --period-nm")
+        raise GratingError(name, f"dark around the first order of {around_m * 1e9:.0f} nm", "give --period-nm")
     return Evaluation(
         name=name,
         plane=plane,

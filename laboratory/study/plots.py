@@ -11,7 +11,7 @@ def pyplot() -> ModuleType:
     """Return matplotlib.pyplot, set up to draw into files. Raises GratingError if matplotlib is not installed."""
     # Look only at the search path: without matplotlib, colour-science leaves a stand-in among the loaded modules.
     if PathFinder.find_spec("matplotlib") is None:
-        raise GratingError("plots need matplotlib, which is not installed: python -m pip install matplotlib")
+        raise GratingError("", "plots need matplotlib, which is not installed", "python -m pip install matplotlib")
     import matplotlib
 
     matplotlib.use("Agg")

@@ -45,8 +45,10 @@ def first_order_angle(theta_i: float, lambdas_m, period_m: float) -> np.ndarray:
     sine = np.asarray(lambdas_m) / period_m - np.sin(theta_i)
     if np.any(np.abs(sine) >= 1):
         raise GratingError(
+            "",
             f"a period of {period_m * 1e9:.0f} nm has no first order at {np.max(lambdas_m) * 1e9:.0f} nm with the "
-            f"light at {np.degrees(theta_i):.1f} degrees; give another --theta-i or --period-nm"
+            f"light at {np.degrees(theta_i):.1f} degrees",
+            "give another --theta-i or --period-nm",
         )
     return np.arcsin(sine)
 

@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Run `benchmark`: print the table, write the page and its pictures."""
     if arguments.shared is not None and not arguments.shared.is_dir():
-        raise GratingError(f"{arguments.shared}: there is no such folder; leave --shared out for the sample surfaces")
+        raise GratingError(arguments.shared, "there is no such folder", "leave --shared out for the sample surfaces")
     plots.pyplot()
     effort = QUICK if arguments.quick else FULL
     result = benchmark.run(effort, arguments.shared or SHARED, Progress(arguments.progress))

@@ -108,7 +108,7 @@ def methods_argument(text: str) -> tuple[str, ...]:
 def run(arguments: argparse.Namespace) -> None:
     """Run `evaluate`: print the table, write the plot."""
     if arguments.output is not None and arguments.output.suffix.lower() != ".png":
-        raise GratingError(f"{arguments.output}: not a PNG; name the file .png")
+        raise GratingError(arguments.output, "not a PNG", "name the file .png")
     asked_m = period_of(arguments)
     if arguments.output is not None:
         plots.pyplot()

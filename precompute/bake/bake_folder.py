@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes a bake into a folder, with its provenance in the header."""
+"""Makes a bake and writes it into a folder, with its provenance in the header. The files appear complete or not at all
+(base/files.py)."""
 
 import hashlib
 import sys

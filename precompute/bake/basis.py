@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Learns a table's functions of w from the table.
 
+terms_and_texels.py chooses the number of Chebyshev terms that a bake starts with. make.py accepts the fewest learnt
+functions that keep the colour error.
+
 The scattered light depends on w by a few shapes that recur at all places (u, v). The singular vectors of the table are
 these shapes, strongest first. They are fewer than Chebyshev polynomials of equal error, and a renderer reads one tile
 for each.

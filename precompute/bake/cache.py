@@ -146,7 +146,7 @@ def size_limit() -> int:
     except ValueError:
         limit_mib = math.nan
     if not 0 <= limit_mib < math.inf:
-        raise GratingError(f"{LIMIT_VARIABLE} {text}: not a size; give a number of MiB, such as {_LIMIT_MIB}")
+        raise GratingError(f"{LIMIT_VARIABLE} {text}", "not a size", f"give a number of MiB, such as {_LIMIT_MIB}")
     return int(limit_mib * 2**20)
 
 

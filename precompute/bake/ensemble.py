@@ -24,7 +24,6 @@ from .blur_levels import with_levels
 from .expected import tell
 from .kernel import kernel_for, too_fine
 from .plan import Plan
-from .probe import TEXELS_MAX, TEXELS_MIN, probe
 from .request import BakeRequest
 from .resolution import (
     DEFAULT_BYTES,
@@ -37,6 +36,7 @@ from .resolution import (
 )
 from .sample_draws import make_sample_set
 from .self_check import judge as judge
+from .terms_and_texels import TEXELS_MAX, TEXELS_MIN, probe
 from .tiles import carry_out as carry_out
 from .wavelengths import wavelengths_of
 

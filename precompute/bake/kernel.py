@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from ..base.failure import GratingError
 from ..optics import coherence
 from ..surface.relief import Relief
-from .probe import TEXELS_MAX, TEXELS_MIN
 from .request import BakeRequest
 from .resolution import RESOLUTION_MAX, TEXELS_ALWAYS, resolution_for, texel_size
+from .terms_and_texels import TEXELS_MAX, TEXELS_MIN
 
 # The least coherence length, a wavelength: its kernel is as wide as the hemisphere.
 SHORTEST_COHERENCE_M = coherence.REFERENCE_WAVELENGTH_M
@@ -29,17 +29,20 @@ def kernel_for(reliefs: Sequence[Relief], request: BakeRequest) -> float:
         length_m = min(coherence.longest_averaging_length(*extent(reliefs)), held)
         if length_m < SHORTEST_COHERENCE_M and held < math.inf:
             raise GratingError(
+                "",
                 f"the scan, {_sides(reliefs)} um, is too small to average {coherence.MINIMUM_AREAS} coherence areas of "
-                "a wavelength; give a larger one, or several"
+                "a wavelength",
+                "give a larger one, or several",
             )
         return max(coherence.kernel_sigma(max(length_m, SHORTEST_COHERENCE_M)), needs.kernel)
     asked = f"coherence of {coherence_length_m * 1e6:.3g} um"
     if coherence_length_m < SHORTEST_COHERENCE_M:
-        raise GratingError(f"{asked}: shorter than a wavelength; ask for at least {SHORTEST_COHERENCE_M * 1e6:g} um")
+        raise GratingError(asked, "shorter than a wavelength", f"ask for at least {SHORTEST_COHERENCE_M * 1e6:g} um")
     if coherence_length_m > held * (1 + 1e-9):
         raise GratingError(
-            f"{asked}: longer than the scan, {_sides(reliefs)} um, which would show as one speckle; ask for at most "
-            f"{math.floor(held * 1e8) / 100:g} um, or give a larger scan"
+            asked,
+            f"longer than the scan, {_sides(reliefs)} um, which would show as one speckle",
+            f"ask for at most {math.floor(held * 1e8) / 100:g} um, or give a larger scan",
         )
     sigma_b = max(coherence.kernel_sigma(coherence_length_m), needs.kernel)
     if resolution_for(sigma_b, TEXELS_MIN) > RESOLUTION_MAX:
@@ -76,6 +79,7 @@ def too_fine(coherence_length_m: float, delta_e: float) -> GratingError:
     texels = min(TEXELS_ALWAYS / delta_e**0.25, TEXELS_MAX)
     longest = coherence.coherence_length(max(texels, TEXELS_MIN) * texel_size(RESOLUTION_MAX))
     return GratingError(
-        f"coherence of {coherence_length_m * 1e6:.3g} um: finer than the largest table holds at a dE00 of "
-        f"{delta_e:g}; ask for at most {math.floor(longest * 1e6)} um"
+        f"coherence of {coherence_length_m * 1e6:.3g} um",
+        f"finer than the largest table holds at a dE00 of {delta_e:g}",
+        f"ask for at most {math.floor(longest * 1e6)} um",
     )

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..base.exr import TEXELS_MAX
-from ..base.failure import GratingError
+from ..base.failure import GratingError, Setting
 from ..base.progress import Progress, forwards, silent, span_of
 from ..measure.errors import Errors
 from ..measure.forms import FORM_NAMES, RELATIVE_DY, FormErrors
@@ -96,10 +96,11 @@ def make(
         name, errors = max(made.claims.forms.items(), key=lambda form: _reached(form[1]))
         reached = _reached(errors)
         raise GratingError(
-            f"{source}: in {FORM_NAMES[name]} the bake reaches a dE00 of {errors.p99:.2f} (99th percentile; up to "
+            source,
+            f"in {FORM_NAMES[name]} the bake reaches a dE00 of {errors.p99:.2f} (99th percentile; up to "
             f"{errors.p99_allowance:.2f} more on other directions) and {errors.relative_dy:.1%} of the light, not the "
-            f"asked {request.delta_e:g}; ask for --delta-e {math.ceil(reached * 10.5) / 10:g} or a shorter "
-            "--coherence-um"
+            f"asked {request.delta_e:g}",
+            ("ask for ", Setting.DELTA_E, f" {math.ceil(reached * 10.5) / 10:g} or a shorter ", Setting.COHERENCE_UM),
         )
     return made
 
@@ -125,18 +126,19 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
     model = COHERENCE_MODELS[request.model]
     if not request.needs.is_reached:
         raise GratingError(
-            f"{source}: two directions above the surface never have the u, v and w of its needs; widen their ranges"
+            source, "two directions above the surface never have the u, v and w of its needs", "widen their ranges"
         )
     try:
         chosen = model.plan(reliefs, request, progress=span_of(progress, 0, _PLANNED))
     except GratingError as error:
-        raise GratingError(f"{source}: {error}") from error
+        raise error.within(source) from error
     rows, columns = map(len, chosen.axes)
     in_blender = blender_bytes(chosen.terms, (rows, columns), chosen.sigma_b)
     if in_blender > ATLAS_BYTES_MAX:
         raise GratingError(
-            f"{source}: the table would take {in_blender / 2**20:.0f} MiB in Blender; ask for a shorter "
-            "--coherence-um, or for a part of it by --needs"
+            source,
+            f"the table would take {in_blender / 2**20:.0f} MiB in Blender",
+            ("ask for a shorter ", Setting.COHERENCE_UM, ", or for a part of it by ", Setting.NEEDS),
         )
     table = model.carry_out(chosen, request.illuminant, span_of(progress, _PLANNED, _CARRIED_OUT))
     sample_set = model.sample_set(chosen)

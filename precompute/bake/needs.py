@@ -82,15 +82,15 @@ def read_needs(path: Path) -> Needs:
 def needs_of(record: object, source: str) -> Needs:
     """Convert a JSON record to needs. Raises GratingError with `source`, the key, and the allowed values."""
     if not isinstance(record, dict) or not _is_number(record.get("format")) or record["format"] != FORMAT:
-        raise GratingError(f'{source}: not a needs file of format {FORMAT}; it begins {{"format": {FORMAT}, ...')
+        raise GratingError(source, f"not a needs file of format {FORMAT}", f'it begins {{"format": {FORMAT}, ...')
     if not isinstance(record.get("measured", {}), dict):
         raise GratingError(
-            f"{source}: measured: is no object; give an object that says how the file was made, or leave it out"
+            source, "measured: is no object", "give an object that says how the file was made, or leave it out"
         )
     unknown = sorted(set(record) - {"format", *_LIMITS, "light_radius_deg", "footprint", "measured"})
     if unknown:
         raise GratingError(
-            f"{source}: {unknown[0]:.40}: no such key; there are u, v, w, light_radius_deg and footprint"
+            source, f"{unknown[0]:.40}: no such key", "there are u, v, w, light_radius_deg and footprint"
         )
     u, v, w = (_range(source, name, record.get(name, limits)) for name, limits in _LIMITS.items())
     radius = math.radians(_size(source, "light_radius_deg", record, 90))
@@ -102,8 +102,9 @@ def _range(source: str, name: str, value: Any) -> tuple[float, float]:
     numbers = isinstance(value, (list, tuple)) and len(value) == 2 and all(_is_number(x) for x in value)
     if not (numbers and low <= value[0] and value[1] <= high and value[1] - value[0] >= WIDTH_MIN):
         raise GratingError(
-            f"{source}: {name}: cannot be {value!r:.30}; give two numbers from {low:g} to {high:g}, at least "
-            f"{WIDTH_MIN} apart"
+            source,
+            f"{name}: cannot be {value!r:.30}",
+            f"give two numbers from {low:g} to {high:g}, at least {WIDTH_MIN} apart",
         )
     return float(value[0]), float(value[1])
 
@@ -111,7 +112,7 @@ def _range(source: str, name: str, value: Any) -> tuple[float, float]:
 def _size(source: str, name: str, record: Mapping[str, Any], most: float) -> float:
     value = record.get(name, 0.0)
     if not (_is_number(value) and 0 <= value <= most):
-        raise GratingError(f"{source}: {name}: cannot be {value!r:.30}; give a number from 0 to {most}")
+        raise GratingError(source, f"{name}: cannot be {value!r:.30}", f"give a number from 0 to {most}")
     return float(value)
 
 

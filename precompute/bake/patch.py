@@ -20,7 +20,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..base.failure import GratingError
+from ..base.failure import GratingError, Setting
 from ..base.progress import Progress, silent
 from ..colour.observer import WAVELENGTH_MIN_M, seen_wavelengths, spectral_weights, wavelengths
 from ..maths import chebyshev
@@ -36,10 +36,10 @@ from .blur_levels import narrower
 from .needs import WIDTH_MIN
 from .patch_series import patch_series
 from .plan import Plan
-from .probe import TEXELS_MAX, probe
 from .request import BakeRequest
 from .resolution import texel_middles
 from .self_check import Judge, pairs_within, w_within
+from .terms_and_texels import TEXELS_MAX, probe
 from .tiles import xyz_over_w2
 from .wavelengths import bake_wavelengths
 
@@ -63,11 +63,14 @@ def plan(
     The kernel is never widened to make the table fit. Raises GratingError for several reliefs, since the model is of
     one patch, and for needs that end below W_MIN."""
     if len(reliefs) != 1:
-        raise GratingError(f"{len(reliefs)} scans: the patch model is of one; give one, or take --model ensemble")
+        remedy = ("give one, or take ", Setting.MODEL, " ensemble")
+        raise GratingError(f"{len(reliefs)} scans", "the patch model is of one", remedy)
     needs, delta_e = request.needs, request.delta_e
     needs = replace(needs, w=(max(needs.w[0], W_MIN), needs.w[1]))
     if needs.w[1] - needs.w[0] < WIDTH_MIN:
-        raise GratingError(f"w up to {needs.w[1]:g}: the patch model begins at {W_MIN:g}; give a larger w in the needs")
+        raise GratingError(
+            f"w up to {needs.w[1]:g}", f"the patch model begins at {W_MIN:g}", "give a larger w in the needs"
+        )
     window = PatchWindow(reliefs[0], (request.coherence_length_m or THESIS_COHERENCE_M) / 4)
     series = patch_series(window, needs.region.reach, progress)
     sigma_b = series.sigma_b

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The plan of a bake: its spectra and its resolution.
 
-ensemble.py makes the plan (patch.py under the patch model). It takes the number of terms in w from probe.py, the
-wavelengths from wavelengths.py, and the number of transforms in s from spectra/fast.py. basis.py may then combine the
-terms into fewer.
+ensemble.py makes the plan (patch.py under the patch model). It takes the number of terms in w from terms_and_texels.py,
+the wavelengths from wavelengths.py, and the number of transforms in s from spectra/fast.py. basis.py may then combine
+the terms into fewer.
 """
 
 from dataclasses import dataclass

@@ -100,11 +100,11 @@ def request_from(record: object, source: str) -> BakeRequest:
     known = set(BakeRequest().as_dict())
     if not isinstance(record, Mapping):
         raise GratingError(
-            f"{source}: holds no request for a bake; give the .exr that `bake` wrote, or the JSON of a request"
+            source, "holds no request for a bake", "give the .exr that `bake` wrote, or the JSON of a request"
         )
     for key in record:
         if key not in known:
-            raise GratingError(f"{source}: {key:.40}: no such key of a request; there are {', '.join(sorted(known))}")
+            raise GratingError(source, f"{key:.40}: no such key of a request", f"there are {', '.join(sorted(known))}")
     found = BakeRequest(
         delta_e=_number(source, "delta_e", record.get("delta_e", 1.0), DELTA_E),
         coherence_length_m=None,
@@ -125,18 +125,18 @@ def request_from(record: object, source: str) -> BakeRequest:
 
 def _scans(source: str, records: list[Any]) -> tuple[Scan, ...]:
     if len(records) > _SCANS_MAX:
-        raise GratingError(f"{source}: scans: {len(records)} of them; give at most {_SCANS_MAX}")
+        raise GratingError(source, f"scans: {len(records)} of them", f"give at most {_SCANS_MAX}")
     return tuple(_scan(source, each) for each in records)
 
 
 def _scan(source: str, record: Any) -> Scan:
     if not isinstance(record, Mapping) or not isinstance(record.get("source"), str):
-        raise GratingError(f"{source}: scans: cannot be {record!r:.30}; give each scan as an object with its `source`")
+        raise GratingError(source, f"scans: cannot be {record!r:.30}", "give each scan as an object with its `source`")
     channel = record.get("channel")
     if channel is not None and not isinstance(channel, str):
-        raise GratingError(f"{source}: scans: channel: cannot be {channel!r:.30}; give a name")
+        raise GratingError(source, f"scans: channel: cannot be {channel!r:.30}", "give a name")
     if not can_be_a_path(record["source"]):
-        raise GratingError(f"{source}: scans: source: no name of a file; give the scan's")
+        raise GratingError(source, "scans: source: no name of a file", "give the scan's")
     size_um, height_nm = (
         None if record.get(key) is None else _number(source, f"scans: {key}", record[key], limits)
         for key, limits in (("size_um", SIZE_UM), ("height_nm", HEIGHT_NM))
@@ -146,26 +146,26 @@ def _scan(source: str, record: Any) -> Scan:
 
 def _list(source: str, key: str, value: Any) -> list[Any]:
     if not isinstance(value, list):
-        raise GratingError(f"{source}: {key}: cannot be {value!r:.30}; give a list")
+        raise GratingError(source, f"{key}: cannot be {value!r:.30}", "give a list")
     return value
 
 
 def _number(source: str, key: str, value: Any, limits: tuple[float, float]) -> float:
     low, high = limits
     if type(value) not in (int, float) or not low <= value <= high:
-        raise GratingError(f"{source}: {key}: cannot be {value!r:.30}; give a number from {low:g} to {high:g}")
+        raise GratingError(source, f"{key}: cannot be {value!r:.30}", f"give a number from {low:g} to {high:g}")
     return float(value)
 
 
 def _illuminant(source: str, value: Any) -> str:
     if not is_illuminant(value):
-        raise GratingError(f"{source}: illuminant: cannot be {value!r:.30}; give {ILLUMINANTS_TOLD}")
+        raise GratingError(source, f"illuminant: cannot be {value!r:.30}", f"give {ILLUMINANTS_TOLD}")
     return value
 
 
 def _one_of(source: str, key: str, value: Any, known: tuple[str, ...]) -> str:
     if value not in known:
-        raise GratingError(f"{source}: {key}: cannot be {value!r:.30}; give one of {', '.join(known)}")
+        raise GratingError(source, f"{key}: cannot be {value!r:.30}", f"give one of {', '.join(known)}")
     return value
 
 

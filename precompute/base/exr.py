@@ -29,7 +29,7 @@ _HEAD_BYTES_MAX, _ATTRIBUTES_MAX = LARGEST_BYTES + (1 << 12), 64
 _MAGIC, _SCAN_LINES_OF_VERSION_2 = b"v/1\x01", b"\2\0\0\0"
 _ZIP, _FROM_THE_TOP, _ROWS_IN_BLOCK = b"\3", b"\0", 16
 _KINDS: dict[int, type[np.floating]] = {1: np.float16, 2: np.float32}
-_OF_ANOTHER_KIND = "an OpenEXR file of another kind; give the .exr that `bake` or `dft` wrote"
+_OF_ANOTHER_KIND = "an OpenEXR file of another kind", "give the .exr that `bake` or `dft` wrote"
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Picture:
                     raise ValueError(f"block {block} is not where it should be")
                 values = unpacked(file.read(packed), size).view(self.precision)
                 if not _all_in_range(values):
-                    raise GratingError(f"{self.path}: its picture holds what is no number; bake it again")
+                    raise GratingError(self.path, "its picture holds what is no number", "bake it again")
                 # A file stores its channels in alphabetical order: (A,) B, G, R.
                 yield top, values.reshape(rows, len(self.channels), self.width).transpose(0, 2, 1)[..., ::-1]
 
@@ -96,7 +96,7 @@ def open_picture(path: Path) -> Picture:
     """Read a file's header. Raises GratingError unless the file has the layout that this program writes."""
     path = Path(path)
     if not path.is_file():
-        raise GratingError(f"{path}: there is no such file; give the .exr that `bake` wrote")
+        raise GratingError(path, "there is no such file", "give the .exr that `bake` wrote")
     with _faults_told(path), path.open("rb") as file:
         head, length = file.read(_HEAD_BYTES_MAX), os.fstat(file.fileno()).st_size
         picture = _picture(path, head)
@@ -113,14 +113,14 @@ def _picture(path: Path, head: bytes) -> Picture:
     if (head[4:8], facts["compression"], facts["lineOrder"], window) != (
         _SCAN_LINES_OF_VERSION_2, ("compression", _ZIP), ("lineOrder", _FROM_THE_TOP), facts["displayWindow"]
     ):  # fmt: skip
-        raise GratingError(f"{path}: {_OF_ANOTHER_KIND}")
+        raise GratingError(path, *_OF_ANOTHER_KIND)
     left, top, right, bottom = struct.unpack("<4i", window[1])
     names, kinds = _channels(facts["channels"][1])
     if (left, top) != (0, 0) or names not in ("BGR", "ABGR") or len(kinds) != 1 or not kinds <= set(_KINDS):
-        raise GratingError(f"{path}: {_OF_ANOTHER_KIND}")
+        raise GratingError(path, *_OF_ANOTHER_KIND)
     width, height = right + 1, bottom + 1
     if min(width, height) < 1 or width * height > TEXELS_MAX:
-        raise GratingError(f"{path}: no picture of {width} x {height} texels can be; bake it again")
+        raise GratingError(path, f"no picture of {width} x {height} texels can be", "bake it again")
     texts = {name: value for name, (kind, value) in facts.items() if kind == "string"}
     return Picture(path, width, height, "RGBA"[: len(names)], _KINDS[kinds.pop()], texts, end)
 
@@ -188,6 +188,6 @@ def _faults_told(path: Path) -> Iterator[None]:
     try:
         yield
     except (ValueError, KeyError, struct.error, zlib.error) as error:
-        raise GratingError(f"{path}: not a readable OpenEXR file; bake it again") from error
+        raise GratingError(path, "not a readable OpenEXR file", "bake it again") from error
     except OSError as error:
-        raise GratingError(f"{path}: {error.strerror}; check the path and its permissions") from error
+        raise GratingError(path, error.strerror or str(error), "check the path and its permissions") from error

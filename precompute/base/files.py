@@ -56,8 +56,9 @@ def told_of(path: Path) -> Iterator[None]:
     except OSError as error:
         shown = Path(*(part for part in path.parts if not _PARTIAL.fullmatch(part)))
         raise GratingError(
-            f"{shown}: cannot be written ({error.strerror or error}); check its folder, the permissions, and the space "
-            "left there"
+            shown,
+            f"cannot be written ({error.strerror or error})",
+            "check its folder, the permissions, and the space left there",
         ) from error
 
 

@@ -5,7 +5,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from .failure import GratingError
+from .failure import GratingError, Words
 
 try:
     import resource
@@ -20,15 +20,17 @@ _CGROUP_2 = ("", "memory.max", "memory.current", "inactive_file")
 _CGROUP_1 = ("memory", "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file")
 
 
-def refuse_beyond_memory(needed_bytes: float, what: str, remedy: str) -> None:
-    """Raise GratingError "WHAT would take ...; REMEDY" if `needed_bytes` exceed half of the free memory.
+def refuse_beyond_memory(needed_bytes: float, what: str, remedy: Words, *, source: str | Path = "") -> None:
+    """Raise GratingError "SOURCE: WHAT would take ...; REMEDY" if `needed_bytes` exceed half of the free memory.
 
     Does nothing on systems that do not report free memory."""
     free = free_bytes()
     if free is not None and needed_bytes > _SHARE * free:
         raise GratingError(
+            source,
             f"{what} would take {in_words(needed_bytes)} of memory, more than half of the {in_words(free)} that are "
-            f"free; {remedy}"
+            "free",
+            remedy,
         )
 
 

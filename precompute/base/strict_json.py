@@ -25,16 +25,16 @@ def read_json(path: Path, remedy: str) -> Any:
     Raises GratingError "PATH: fault; REMEDY" if the file cannot be read or parse_json refuses its content."""
     try:
         if path.exists() and not path.is_file():  # opening a fifo would block
-            raise GratingError(f"{path}: is no file; {remedy}")
+            raise GratingError(path, "is no file", remedy)
         with path.open("rb") as file:
             content = file.read(LARGEST_BYTES + 1)
     except (OSError, ValueError) as error:
-        raise GratingError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error}); {remedy}") from error
-    return parse_json(content, str(path), remedy)
+        raise GratingError(path, f"cannot be read ({getattr(error, 'strerror', None) or error})", remedy) from error
+    return parse_json(content, path, remedy)
 
 
-def parse_json(text: str | bytes, source: str, remedy: str) -> Any:
-    """Parse JSON text, or bytes in UTF-8.
+def parse_json(text: str | bytes, source: str | Path, remedy: str, *, part: str = "") -> Any:
+    """Parse JSON text, or bytes in UTF-8. `part` says in an error which part of the source it is: "its header: ".
 
     Raises GratingError "SOURCE: fault; REMEDY" if the text is not JSON or breaks a limit of this module."""
     try:
@@ -48,9 +48,9 @@ def parse_json(text: str | bytes, source: str, remedy: str) -> Any:
         if _is_deeper(found, DEEPEST):
             raise RecursionError
     except RecursionError as error:
-        raise GratingError(f"{source}: not JSON that can be used (nested too deeply); {remedy}") from error
+        raise GratingError(source, f"{part}not JSON that can be used (nested too deeply)", remedy) from error
     except ValueError as error:
-        raise GratingError(f"{source}: not JSON that can be used ({error}); {remedy}") from error
+        raise GratingError(source, f"{part}not JSON that can be used ({error})", remedy) from error
     return found
 
 

@@ -133,18 +133,18 @@ def cubic_bspline(x: np.ndarray) -> np.ndarray:
 def read_table(path: Path) -> Table:
     """Read the table in a bake's file. Raises GratingError if the file is no bake of the ensemble model."""
     picture = open_picture(path)
-    record = parse_json(picture.texts.get("natural_gratings", b"null"), f"{path}: its header", "bake it again")
+    record = parse_json(picture.texts.get("natural_gratings", b"null"), path, "bake it again", part="its header: ")
     if not isinstance(record, dict) or not {"format", "layout", "model"} <= set(record):
-        raise GratingError(f"{path}: not a Natural Gratings bake; give the .exr that `bake` wrote")
+        raise GratingError(path, "not a Natural Gratings bake", "give the .exr that `bake` wrote")
     if record["format"] != FORMAT:
-        raise GratingError(f"{path}: made by another version (format {record['format']!r:.20}); bake it again")
+        raise GratingError(path, f"made by another version (format {record['format']!r:.20})", "bake it again")
     if record["model"] != "ensemble":
         raise GratingError(
-            f"{path}: holds the {record['model']!r:.20} model, which check cannot measure; bake the ensemble model"
+            path, f"holds the {record['model']!r:.20} model, which check cannot measure", "bake the ensemble model"
         )
     fault = _fault_of_layout(record["layout"], picture) or _fault_of_provenance(record)
     if fault:
-        raise GratingError(f"{path}: its header's {fault} cannot be, or does not fit its picture; bake it again")
+        raise GratingError(path, f"its header's {fault} cannot be, or does not fit its picture", "bake it again")
     return _table(picture.pixels(), record)
 
 

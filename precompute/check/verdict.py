@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.failure import GratingError
+from ..base.failure import GratingError, Setting
 from ..base.progress import Progress, part_of, silent
 from ..colour.observer import WAVELENGTH_MIN_M, line_of
 from ..measure.errors import Errors, Truth, measure
@@ -140,7 +140,7 @@ def check(
     reliefs = [prepare(height_map, steps) for height_map in height_maps]
     truth = truths(table, reliefs, groups=groups, pairs=pairs, step_m=step_m, progress=progress)
     if not sum(len(t.scattered_xyz) for t in truth):
-        raise GratingError(f"{bake}: none of {pairs} direction pairs lies in its region; give more --pairs")
+        raise GratingError(bake, f"none of {pairs} direction pairs lies in its region", "give more --pairs")
     errors = _in_both_forms(table, reliefs, truth, progress)
     w = np.linspace(0, 2, _ZERO_ORDER_AT) + 1 / len(table.zero_order)
     w = w[(w >= table.w_range[0]) & (w <= table.w_range[1])]
@@ -162,19 +162,22 @@ def _refuse_another_surface(bake: Path, record: dict[str, Any], height_maps: Seq
     told = record.get("heights_sha256", [])
     if len(told) != len(height_maps):
         raise GratingError(
-            f"{bake}: a bake of {len(told)} height maps, not {len(height_maps)}; name them all, in order"
+            bake, f"a bake of {len(told)} height maps, not {len(height_maps)}", "name them all, in order"
         )
     for digest, height_map in zip(told, height_maps, strict=True):
         if hashlib.sha256(np.ascontiguousarray(height_map.height_m).tobytes()).hexdigest() != digest:
             raise GratingError(
-                f"{bake}: a bake of another surface than {height_map.source}; name the file, --size-um, --height-nm "
-                "and --channel that it was baked from"
+                bake,
+                f"a bake of another surface than {height_map.source}",
+                ("name the file, ", Setting.SIZE_UM, ", ", Setting.HEIGHT_NM, " and ", Setting.CHANNEL, " of the bake"),
             )
     pixel = record.get("pixel_size_m", height_maps[0].pixel_size_m)
     if not np.allclose(pixel, height_maps[0].pixel_size_m, rtol=1e-6, atol=0):
         raise GratingError(
-            f"{bake}: baked from pixels of {pixel[1] * 1e9:.4g} nm, and those of {height_maps[0].source} are "
-            f"{height_maps[0].pixel_size_m[1] * 1e9:.4g} nm; give the scan that was baked, with its --size-um"
+            bake,
+            f"baked from pixels of {pixel[1] * 1e9:.4g} nm, and those of {height_maps[0].source} are "
+            f"{height_maps[0].pixel_size_m[1] * 1e9:.4g} nm",
+            ("give the scan that was baked, with its ", Setting.SIZE_UM),
         )
 
 

@@ -136,7 +136,7 @@ def existing_bake(file: str) -> Path | None:
         if len(found) == 1:
             return found[0]
         if len(found) > 1:
-            raise GratingError(f"{path}: holds {len(found)} bakes; name one of {', '.join(f.name for f in found)}")
+            raise GratingError(path, f"holds {len(found)} bakes", f"name one of {', '.join(f.name for f in found)}")
     return None
 
 
@@ -152,6 +152,6 @@ def naming(file: str) -> Iterator[None]:
     try:
         yield
     except GratingError as error:
-        if str(error).startswith(file):
+        if str(error.what).startswith(file):
             raise
-        raise GratingError(f"{file}: {error}") from error
+        raise error.within(file) from error

@@ -68,7 +68,7 @@ def request_of(arguments: argparse.Namespace) -> BakeRequest:
     if arguments.request is not None:
         return _found_at(arguments.files, read_request(arguments.request), arguments.request)
     if not arguments.files:
-        raise GratingError("no height map to bake; name a FILE, or name a bake to repeat by --request")
+        raise GratingError("", "no height map to bake", "name a FILE, or name a bake to repeat by --request")
     return BakeRequest(
         delta_e=arguments.delta_e,
         coherence_length_m=None if arguments.coherence_um is None else arguments.coherence_um * 1e-6,
@@ -88,7 +88,7 @@ def _found_at(files: list[str], request: BakeRequest, source: Path) -> BakeReque
         return request
     if len(files) != len(request.scans):
         raise GratingError(
-            f"{source}: the request has {len(request.scans)} scans, not {len(files)}; name a FILE for each, in order"
+            source, f"the request has {len(request.scans)} scans, not {len(files)}", "name a FILE for each, in order"
         )
     scans = zip(request.scans, files, strict=True)
     return replace(request, scans=tuple(replace(scan, source=file) for scan, file in scans))
@@ -105,7 +105,7 @@ def read_request(path: Path) -> BakeRequest:
         record = read_json(path, "give the .exr that `bake` wrote, or the JSON of a request")
     request = request_from(record, str(path)).at(path.resolve().parent)
     if not request.scans:
-        raise GratingError(f"{path}: the request names no scan; add one under `scans`")
+        raise GratingError(path, "the request names no scan", "add one under `scans`")
     return request
 
 

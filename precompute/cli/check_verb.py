@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> None:
     """Run the verb `check`: print the error metrics. Raises GratingError if the bake exceeds the requested error."""
     file = existing_bake(arguments.bake)
     if file is None:
-        raise GratingError(f"{arguments.bake}: there is no bake; give the .exr that `bake` wrote, or its folder")
+        raise GratingError(arguments.bake, "there is no bake", "give the .exr that `bake` wrote, or its folder")
     verdict = check(
         file,
         [height_map_of(arguments, each) for each in arguments.files],
@@ -52,7 +52,7 @@ def run(arguments: argparse.Namespace) -> None:
         facts = {"bake": str(file), **verdict.as_dict()}
         emit(facts, arguments.json, lambda: check_summary(file, verdict))
     if verdict.faults:
-        raise GratingError(f"{file}: {', '.join(verdict.faults)}; bake it again")
+        raise GratingError(file, ", ".join(verdict.faults), "bake it again")
 
 
 def check_summary(file: Path, verdict: Verdict) -> tuple[str, ...]:

@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> None:
     progress = Progress(arguments.progress, may_be_refused=(_READING,))
     names = [path.name for path in arguments.mesh]
     if len(set(names)) < len(names):
-        raise GratingError("MESH.npz: two have one name; give them different names")
+        raise GratingError("MESH.npz", "two have one name", "give them different names")
     combed = {}
     for number, path in enumerate(arguments.mesh):
         progress(_READING, number / len(names))

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..bake.ensemble import bake, plan
 from ..bake.request import BakeRequest
-from ..base.failure import GratingError
+from ..base.failure import GratingError, Setting
 from ..base.files import write_whole
 from ..base.packages import bundled
 from ..maps import brdf_map
@@ -71,7 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Run the verb `map`: write a PNG to look at, or an EXR of linear Rec.709 radiance under unit irradiance."""
     if arguments.output.suffix.lower() not in (".png", ".exr"):
-        raise GratingError(f"{arguments.output}: neither PNG nor EXR; name the file .png or .exr")
+        raise GratingError(arguments.output, "neither PNG nor EXR", "name the file .png or .exr")
     bundled("PIL.Image" if arguments.output.suffix.lower() == ".png" else "OpenEXR")  # fail before the map is computed
     progress = Progress(arguments.progress)
     with naming(arguments.file):
@@ -87,9 +87,8 @@ def brdf_map_of(arguments: argparse.Namespace, progress: Progress) -> tuple[np.n
     file = existing_bake(arguments.file)
     if file is not None:
         if arguments.method != baked.ENTRY.name:
-            raise GratingError(
-                f"{file}: a bake no longer holds the surface; give --method {arguments.method} the height map"
-            )
+            remedy = ("give ", Setting.METHOD, f" {arguments.method} the height map")
+            raise GratingError(file, "a bake no longer holds the surface", remedy)
         table, _ = atlas_file.read(file)
         return brdf_map.from_bake(table, arguments.size, theta_i, conserving=conserving), table.illuminant
     length_m = None if arguments.coherence_um is None else arguments.coherence_um * 1e-6

@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NoReturn
 
 from ..base.failure import GratingError, printable
+from ..base.failure_line import failure_line
 from .printing import check_targets, leave_to_nobody
 
 # The help text of each verb.
@@ -34,7 +35,7 @@ PACKAGES = {__package__: VERBS}
 _DASHES_AS_VALUE = re.compile(r"--[^=]+=--|-[^-]=?--")
 # Characters of an argparse error message that are shown: the message repeats the arguments, however long.
 _SHOWN = 400
-_NO_MEMORY = "not enough memory; crop the scan or ask for a shorter coherence length"
+_NO_MEMORY = "not enough memory", "crop the scan or ask for a shorter coherence length"
 
 
 class OneLineParser(argparse.ArgumentParser):
@@ -53,7 +54,7 @@ class OneLineParser(argparse.ArgumentParser):
         """Print the message as one line, and exit with status 2."""
         if len(message) > _SHOWN:
             message = f"{message[: _SHOWN // 2]} ... {message[-_SHOWN // 2 :]}"
-        print(f"error: {GratingError(message)}; see `{self.prog} --help`", file=sys.stderr)
+        print(f"error: {printable(message)}; see `{self.prog} --help`", file=sys.stderr)
         sys.exit(2)
 
 
@@ -61,8 +62,10 @@ def main(argv: Sequence[str] | None = None, packages: Mapping[str, Mapping[str, 
     """Run one verb of the command line `argv`, by default the program's own. Returns the exit status."""
     argv = sys.argv[1:] if argv is None else argv
 
+    arguments = argparse.Namespace(progress="text")
+
     def run() -> None:
-        arguments = build_parser(argv, packages).parse_args(argv)
+        build_parser(argv, packages).parse_args(argv, arguments)
         check_targets(arguments)
         try:
             arguments.run(arguments)
@@ -70,31 +73,35 @@ def main(argv: Sequence[str] | None = None, packages: Mapping[str, Mapping[str, 
             scans = getattr(arguments, "files", None) or [getattr(arguments, "file", None)]
             if scans[0] is None:
                 raise
-            raise GratingError(f"{scans[0]}: {_NO_MEMORY}") from error
+            raise GratingError(scans[0], *_NO_MEMORY) from error
 
-    return exit_status(run)
+    return exit_status(run, lambda: str(arguments.progress))
 
 
-def exit_status(run: Callable[[], object]) -> int:
-    """Run a command and return its exit status. An error prints one line."""
+def exit_status(run: Callable[[], object], style: Callable[[], str] = lambda: "text") -> int:
+    """Run a command and return its exit status. An error prints one line, of JSON if `style` then returns "json"."""
+
+    def tell(error: GratingError) -> None:
+        print(failure_line(error) if style() == "json" else f"error: {error}", file=sys.stderr)
+
     try:
         run()
     except GratingError as error:
-        print(f"error: {error}", file=sys.stderr)
+        tell(error)
         return 1
     except MemoryError:
-        print(f"error: {_NO_MEMORY}", file=sys.stderr)
+        tell(GratingError("", *_NO_MEMORY))
         return 1
     except BrokenPipeError:  # the reader of stdout stopped reading, as `head` does
         leave_to_nobody(sys.stdout)
         return 1
     except OSError as error:
-        what = f"{error.filename}: {error.strerror}" if error.filename else error
-        print(printable(f"error: {what}; check the path, its permissions, and the space left there"), file=sys.stderr)
+        what, fault = (str(error.filename), str(error.strerror)) if error.filename else ("", str(error))
+        tell(GratingError(what, fault, "check the path, its permissions, and the space left there"))
         return 1
     except KeyboardInterrupt as stop:
         number = signal.Signals(stop.args[0] if stop.args else signal.SIGINT)
-        print(f"error: stopped by {number.name}; nothing was written", file=sys.stderr)
+        tell(GratingError("", f"stopped by {number.name}", "nothing was written"))
         return 128 + number
     return 0
 

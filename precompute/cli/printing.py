@@ -54,7 +54,7 @@ def check_targets(arguments: argparse.Namespace) -> None:
     if facts and facts != "-":
         _check_file(Path(facts))
         if not Path(facts).parent.is_dir():
-            raise GratingError(f"{facts}: its folder is not there; make it first")
+            raise GratingError(facts, "its folder is not there", "make it first")
     output = getattr(arguments, "output", None)
     if output is None:
         return
@@ -63,14 +63,14 @@ def check_targets(arguments: argparse.Namespace) -> None:
         _check_file(output)
     existing = next((each for each in (output, *output.parents) if each.exists()), None)
     if existing is not None and not existing.is_dir() and not (output_is_file and existing == output):
-        raise GratingError(f"{existing}: is a file; name a folder")
+        raise GratingError(existing, "is a file", "name a folder")
 
 
 def _check_file(path: Path) -> None:
     if path.is_dir():
-        raise GratingError(f"{path}: is a folder; name a file")
+        raise GratingError(path, "is a folder", "name a file")
     if path.parent.exists() and not path.parent.is_dir():
-        raise GratingError(f"{path.parent}: is a file; name a folder")
+        raise GratingError(path.parent, "is a file", "name a folder")
 
 
 def emit(facts: Mapping[str, Any], target: str | None, summary: Callable[[], Iterable[str]]) -> None:
@@ -102,7 +102,7 @@ def _print(text: str) -> None:
         raise
     except OSError as error:
         leave_to_nobody(sys.stdout)
-        raise GratingError(f"standard output: cannot be written ({error.strerror}); send it elsewhere") from error
+        raise GratingError("standard output", f"cannot be written ({error.strerror})", "send it elsewhere") from error
 
 
 def leave_to_nobody(stream: TextIO) -> None:
@@ -116,4 +116,4 @@ def _json(facts: Mapping[str, Any]) -> str:
     try:
         return json.dumps(facts, indent=1, allow_nan=False)
     except ValueError as error:
-        raise GratingError("--json: a figure of the result is not finite; leave --json out to see it") from error
+        raise GratingError("--json", "a figure of the result is not finite", "leave --json out to see it") from error

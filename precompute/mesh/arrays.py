@@ -43,7 +43,7 @@ def read_arrays(path: Path, wanted: Mapping[str, Wanted]) -> dict[str, np.ndarra
         total = sum(archive.size(member) for member in names.values())
         if total > _LARGEST:
             raise ValueError(f"more than {_LARGEST >> 30} GiB of arrays")
-        refuse_beyond_memory(2 * total, f"{path}: reading its arrays", "give a smaller mesh")
+        refuse_beyond_memory(2 * total, "reading its arrays", "give a smaller mesh", source=path)
         return {name: _array(name, archive.read(member, _LARGEST), wanted[name]) for name, member in names.items()}
 
 

@@ -51,14 +51,14 @@ def comb(name: str, polygons: Polygons, request: Mapping[str, np.ndarray], *, pr
 
     Raises GratingError, with the mesh's name, if no face has an area or the guide has nothing to follow."""
     if not len(polygons.corners):
-        raise GratingError(f"{name}: no faces to comb; choose a mesh with faces")
+        raise GratingError(name, "no faces to comb", "choose a mesh with faces")
     if not np.isfinite(polygons.points).all():
-        raise GratingError(f"{name}: points that are not numbers; use Mesh > Clean Up > Delete Loose, or make it anew")
+        raise GratingError(name, "points that are not numbers", "use Mesh > Clean Up > Delete Loose, or make it anew")
     if np.abs(polygons.points).max() > FARTHEST_M:
-        raise GratingError(f"{name}: points more than {FARTHEST_M / 1e3:g} km away; delete them, or scale it down")
+        raise GratingError(name, f"points more than {FARTHEST_M / 1e3:g} km away", "delete them, or scale it down")
     surface = surface_of(polygons.points, polygons.triangles)
     if not len(surface.triangles):
-        raise GratingError(f"{name}: its faces have no area; scale it up, or choose another mesh")
+        raise GratingError(name, "its faces have no area", "scale it up, or choose another mesh")
     progress("combing", 0.1)
     kind = str(request["guide"])
     if kind == "copy":
@@ -94,7 +94,7 @@ def _pull(
     segments = segments[np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1) > 0]
     if not len(segments):
         what = "bones" if kind == "bones" else "strokes"
-        raise GratingError(f"{name}: no {what} to follow; draw some along the body, or choose another source")
+        raise GratingError(name, f"no {what} to follow", "draw some along the body, or choose another source")
     if np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum() > _LONGEST_STROKES * surface.length:
-        raise GratingError(f"{name}: strokes or bones of more than a million edges' length; draw shorter ones")
+        raise GratingError(name, "strokes or bones of more than a million edges' length", "draw shorter ones")
     return (guide.along_bones if kind == "bones" else guide.along_strokes)(surface, segments)

@@ -37,19 +37,19 @@ def read_mesh(path: Path) -> tuple[Polygons, dict[str, np.ndarray]]:
     arrays = _arrays(path, _MESH | _REQUEST, _REMEDY)
     needed = GUIDES.get(str(arrays.get("guide")))
     if "guide" not in arrays or str(arrays["guide"]) not in GUIDES or (needed and needed not in arrays):
-        raise GratingError(f"{path}: tells of no guide for a comb; {_REMEDY}")
+        raise GratingError(path, "tells of no guide for a comb", _REMEDY)
     if any(name not in arrays for name in _MESH):
-        raise GratingError(f"{path}: holds no mesh; {_REMEDY}")
+        raise GratingError(path, "holds no mesh", _REMEDY)
     polygons = Polygons(*(arrays.pop(name) for name in _MESH))
     corners = len(polygons.point)
     fits = (len(polygons.normals), len(polygons.face)) == (corners, len(polygons.corners))
     uv_fits = len(arrays.get("uv", polygons.normals)) == corners
     inside = fits and uv_fits and _below(polygons.point, len(polygons.points)) and _below(polygons.corners, corners)
     if not inside or not _below(polygons.face, max(1, corners)):
-        raise GratingError(f"{path}: its mesh contradicts itself; let Comb Grating write it anew")
+        raise GratingError(path, "its mesh contradicts itself", "let Comb Grating write it anew")
     for name, array in {"normals": polygons.normals, **arrays}.items():
         if array.dtype.kind == "f" and array.size and not np.abs(array).max() <= FARTHEST_M:
-            raise GratingError(f"{path}: its {name} hold what is no number or too large a one; {_REMEDY}")
+            raise GratingError(path, f"its {name} hold what is no number or too large a one", _REMEDY)
     return polygons, arrays
 
 
@@ -62,7 +62,7 @@ def read_combed(path: Path) -> dict[str, np.ndarray]:
     """Read the arrays of Combed except `directions`. Raises GratingError if the file holds no combed mesh."""
     arrays = _arrays(path, _COMBED, "comb it anew")
     if any(name not in arrays for name in _COMBED):
-        raise GratingError(f"{path}: no combed mesh; comb it anew")
+        raise GratingError(path, "no combed mesh", "comb it anew")
     return arrays
 
 
@@ -76,4 +76,4 @@ def _arrays(path: Path, wanted: Mapping[str, Wanted], remedy: str) -> dict[str, 
         return read_arrays(path, wanted)
     except (OSError, ValueError) as error:
         fault = getattr(error, "strerror", None) or error
-        raise GratingError(f"{path}: cannot be read as a mesh ({fault}); {remedy}") from error
+        raise GratingError(path, f"cannot be read as a mesh ({fault})", remedy) from error

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..base.child_process import PYTHON_FLAGS, ChildProcess, lines_of
 from ..base.failure import GratingError
+from ..base.failure_line import failure_in
 from ..base.files import write_whole
 from ..base.progress import Progress, silent
 from .arrays import FARTHEST_M, read_arrays
@@ -45,15 +46,17 @@ class Mesh:
     def __post_init__(self) -> None:
         """Raises GratingError unless the mesh is valid and has some area."""
         if not len(self.triangles):
-            raise GratingError("the mesh: no faces to unwrap; choose a mesh with faces")
+            raise GratingError("the mesh", "no faces to unwrap", "choose a mesh with faces")
         if not np.isfinite(self.points).all():
-            raise GratingError("the mesh: a point has no position (NaN); delete it")
+            raise GratingError("the mesh", "a point has no position (NaN)", "delete it")
         if len(self.points) and np.abs(self.points).max() > FARTHEST_M:
-            raise GratingError(f"the mesh: a point more than {FARTHEST_M / 1e3:g} km away; delete it, or scale it down")
+            raise GratingError(
+                "the mesh", f"a point more than {FARTHEST_M / 1e3:g} km away", "delete it, or scale it down"
+            )
         if self.triangles.min() < 0 or self.triangles.max() >= len(self.points):
-            raise GratingError("the mesh: a face of a point that is not there; write the file again")
+            raise GratingError("the mesh", "a face of a point that is not there", "write the file again")
         if not (self.areas() > 0).any():
-            raise GratingError("the mesh: no face has an area; scale it up, or dissolve degenerate faces")
+            raise GratingError("the mesh", "no face has an area", "scale it up, or dissolve degenerate faces")
 
     def areas(self) -> np.ndarray:
         """Twice the area (m,) of each triangle."""
@@ -103,7 +106,7 @@ def unwrap(mesh: Mesh, packing: Packing, *, progress: Progress = silent) -> Unwr
     Raises GratingError if xatlas is missing or crashes, or if the map is too small for the density."""
     if not has_xatlas():
         version = ".".join(map(str, sys.version_info[:2]))
-        raise GratingError(f"xatlas: there is none for Python {version}; {BY_BLENDER}")
+        raise GratingError("xatlas", f"there is none for Python {version}", BY_BLENDER)
     worker = _started(mesh, packing)
     try:
         _wait(worker, expected_seconds(len(mesh.triangles)), progress)
@@ -140,13 +143,11 @@ def _wait(worker: ChildProcess, expected: float, progress: Progress) -> None:
     while worker.running:
         progress("unwrap", min(0.99, (time.monotonic() - begun) / expected))
         time.sleep(_POLL_SECONDS)
-    remedy = BY_BLENDER
     if worker.is_late:
-        raise GratingError(f"xatlas: no map of this mesh after {time.monotonic() - begun:.0f} s; {remedy}")
+        raise GratingError("xatlas", f"no map of this mesh after {time.monotonic() - begun:.0f} s", BY_BLENDER)
     if worker.status:
-        message = next((line for line in lines_of(worker.err_path) if line.startswith("error: ")), "")
-        crash = f"xatlas: crashed on this mesh (status {worker.status}); {remedy}"
-        raise GratingError(message.removeprefix("error: ") or crash)
+        crash = GratingError("xatlas", f"crashed on this mesh (status {worker.status})", BY_BLENDER)
+        raise failure_in(lines_of(worker.err_path)) or crash
     progress("unwrap", 1.0)
 
 
@@ -167,6 +168,6 @@ def read_mesh(path: Path) -> Mesh:
     except (OSError, ValueError) as error:
         fault = getattr(error, "strerror", None) or error
         raise GratingError(
-            f"{path}: no mesh to unwrap ({fault}); give an .npz with the arrays {', '.join(_ARRAYS)}"
+            path, f"no mesh to unwrap ({fault})", f"give an .npz with the arrays {', '.join(_ARRAYS)}"
         ) from error
     return Mesh(**arrays)

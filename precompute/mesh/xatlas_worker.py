@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..base.failure import GratingError
+from ..base.failure_line import failure_line
 from ..base.packages import bundled
 from .unwrap import BY_BLENDER, Mesh, Packing, Unwrapped, read_mesh
 
@@ -70,8 +71,9 @@ def _corners(atlas: xatlas.Atlas) -> np.ndarray:
 def _checked(atlas: xatlas.Atlas, uv: np.ndarray) -> Unwrapped:
     if atlas.atlas_count != 1:
         raise GratingError(
-            f"the map: {atlas.atlas_count} of that size are needed for this density; ask for a larger map, or fewer "
-            "pixels per metre"
+            "the map",
+            f"{atlas.atlas_count} of that size are needed for this density",
+            "ask for a larger map, or fewer pixels per metre",
         )
     return Unwrapped(uv.astype(np.float32), atlas.chart_count, float(atlas.utilization))
 
@@ -124,4 +126,4 @@ if __name__ == "__main__":
     try:
         main(sys.argv[1:])
     except GratingError as error:
-        sys.exit(f"error: {error}")
+        sys.exit(failure_line(error))

@@ -28,7 +28,7 @@ class Baked(Method):
 
     def density(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float, *, wavelength_m: float) -> np.ndarray:
         """Always raises GratingError: a bake has no spectrum."""
-        raise GratingError("bake: it holds colours, not spectra; compare its colours, or take another method")
+        raise GratingError("bake", "it holds colours, not spectra", "compare its colours, or take another method")
 
     def xyz(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float) -> np.ndarray:
         """See Method."""

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from ..base import exr
-from ..base.failure import GratingError
+from ..base.failure import GratingError, Setting
 from ..base.progress import Progress, silent
 from ..spectra.patch_window import PatchWindow
 from ..surface.height_map import HeightMap
@@ -89,8 +89,9 @@ def pack(method: Method) -> tuple[np.ndarray, Layout]:
     )
     if layout.height * layout.width > exr.TEXELS_MAX:
         raise GratingError(
-            f"{terms} terms of {columns} x {rows} texels are more than {exr.TEXELS_MAX >> 20} Mi; give fewer --terms, "
-            "or crop the scan"
+            "",
+            f"{terms} terms of {columns} x {rows} texels are more than {exr.TEXELS_MAX >> 20} Mi",
+            ("lower ", Setting.TERMS, ", or crop the scan"),
         )
     image = np.zeros((layout.height, layout.width, 3), np.float32)
     image[0, :, 2] = 1
@@ -138,7 +139,7 @@ def images_to_folder(
     try:
         method = METHODS[name](relief, settings)
     except GratingError as error:
-        raise GratingError(f"{height_map.source}: {error}") from error
+        raise error.within(height_map.source) from error
     image, layout = pack(method)
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{height_map.stem}_{name}.exr"

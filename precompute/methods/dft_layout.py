@@ -110,4 +110,5 @@ def read_sound_layout(path: Path) -> Layout:
 
 
 def _layout_of(picture: Picture) -> Layout:
-    return atlas_file.parse(picture, Layout, expected="file of DFT images; give the .exr that `dft` wrote")[0]
+    expected = "file of DFT images", "give the .exr that `dft` wrote"
+    return atlas_file.parse(picture, Layout, expected=expected)[0]

@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..base.failure import GratingError
+from ..base.failure import GratingError, Setting
 from ..colour.observer import S_MAX
 from ..surface.relief import Relief
 from .entry import MethodEntry
@@ -88,9 +88,11 @@ def expansion_for(relief: Relief, settings: Settings, s_max: float = S_MAX) -> T
     if loss > LOSS_MAX:
         name = np.dtype(settings.dtype).name
         raise GratingError(
-            f"flss: the Taylor series of {(high - low) * 1e9:.0f} nm of relief cannot converge in {name}: at s = "
+            "flss",
+            f"the Taylor series of {(high - low) * 1e9:.0f} nm of relief cannot converge in {name}: at s = "
             f"{s_max * 1e-6:.2f} / um its largest term is e^{z:.1f} / sqrt(2 pi {z:.1f}), which leaves an error of "
-            f"{loss:.2g} (bound {rounding_bound(z, settings.dtype):.2g}); take --method chebyshev"
+            f"{loss:.2g} (bound {rounding_bound(z, settings.dtype):.2g})",
+            ("take ", Setting.METHOD, " chebyshev"),
         )
     return Taylor(settings.terms or terms_needed(z, settings.tolerance), origin, scale)
 

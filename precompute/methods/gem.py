@@ -38,7 +38,7 @@ class Gem(Method):
 
     def density(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float, *, wavelength_m: float) -> np.ndarray:
         """Always raises GratingError: the rainbow has no spectrum."""
-        raise GratingError("gem: it has colours but no spectrum; leave it out of an evaluation by wavelength")
+        raise GratingError("gem", "it has colours but no spectrum", "leave it out of an evaluation by wavelength")
 
     def xyz(self, u: np.ndarray, v: np.ndarray, w: np.ndarray | float) -> np.ndarray:
         """The rainbow's linear Rec.709 as XYZ (n, 3)."""

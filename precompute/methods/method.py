@@ -76,7 +76,7 @@ class Method(Protocol):
 
     def shader_images(self) -> ShaderImages:
         """The images for the method's OSL shader. Raises GratingError if the method has no shader."""
-        raise GratingError(f"{self.name}: no shader evaluates it; choose another method")
+        raise GratingError(self.name, "no shader evaluates it", "choose another method")
 
 
 class _Density(Protocol):

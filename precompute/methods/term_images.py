@@ -12,6 +12,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
+from ..base.failure import Setting
 from ..base.memory import refuse_beyond_memory
 from ..colour.observer import S_MAX
 from ..surface.relief import SMALLER, Relief
@@ -125,7 +126,7 @@ def make_images(relief: Relief, expansion: Expansion, dtype: type) -> TermImages
     terms = expansion.coefficients(np.zeros(1)).shape[1]
     # np.stack holds the images twice.
     needed = 2 * terms * np.dtype(narrow).itemsize * math.prod(map(len, kept)) + _BYTES_PER_PIXEL * relief.height_m.size
-    refuse_beyond_memory(needed, f"the relief's {terms} terms", f"{SMALLER}, or take fewer --terms")
+    refuse_beyond_memory(needed, f"the relief's {terms} terms", (f"{SMALLER}, or lower ", Setting.TERMS))
     images = []
     for field in expansion.fields(relief.height_m):
         transform = np.fft.fft2(np.fft.ifftshift(relief.apodisation * field)) / relief.height_m.size

@@ -84,8 +84,9 @@ def fast_series(
     most = bound(relief, s_max, tolerance)
     if most > _COUNT_MAX:
         raise GratingError(
-            f"a relief of {relief.height_range_m * 1e6:.3g} um is too deep for its spectrum; give its true height, or "
-            "crop what stands out, such as dust"
+            "",
+            f"a relief of {relief.height_range_m * 1e6:.3g} um is too deep for its spectrum",
+            "give its true height, or crop what stands out, such as dust",
         )
     count = min(most, measured_count(relief, q_max, s_max, tolerance=tolerance))
     coarse = _thinned_grid(grid, finest_kernel)

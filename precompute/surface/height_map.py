@@ -40,14 +40,14 @@ class HeightMap:
     def __post_init__(self) -> None:
         height = np.asarray(self.height_m, dtype=np.float64).view()
         if height.ndim != 2 or height.size == 0:
-            raise GratingError(f"{self.source}: heights of shape {height.shape} are no map; give rows by columns")
+            raise GratingError(self.source, f"heights of shape {height.shape} are no map", "give rows by columns")
         pixel = tuple(float(side) for side in self.pixel_size_m)
         if len(pixel) != 2 or not all(math.isfinite(side) and side > 0 for side in pixel):
-            raise GratingError(f"{self.source}: pixel size {pixel} m is not positive; give the real size of the scan")
+            raise GratingError(self.source, f"pixel size {pixel} m is not positive", "give the real size of the scan")
         if np.isinf(height).any():
-            raise GratingError(f"{self.source}: some heights are infinite; mark them as missing (NaN)")
+            raise GratingError(self.source, "some heights are infinite", "mark them as missing (NaN)")
         if np.isnan(height).all():
-            raise GratingError(f"{self.source}: every height is missing; choose another channel or scan")
+            raise GratingError(self.source, "every height is missing", "choose another channel or scan")
         height.flags.writeable = False
         object.__setattr__(self, "height_m", height)
         object.__setattr__(self, "pixel_size_m", pixel)

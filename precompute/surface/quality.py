@@ -4,10 +4,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
+from ..base.failure import Setting, Words, spelled
 from ..colour.observer import WAVELENGTH_MIN_M
 from .dirt import SIDE, Surface, defects_of, spike_of
 from .first_order import FINEST_PERIOD_M
@@ -54,15 +55,24 @@ class Finding:
     """One thing that limits a scan.
 
     light     one of LIGHTS
-    sentence  the fault and the remedy
+    words     the fault and the remedy
     figure    the decisive number, by topic: "pixel" side in metres; "slopes" share of steep ones; "period" contrast;
               "tilt" degrees; "dirt" share of the scan; "steps" metres; "tip" ratio of the valleys' sharpness to the
               tops'; "size" relief in metres"""
 
     topic: str
     light: str
-    sentence: str
+    words: Words
     figure: float
+
+    @property
+    def sentence(self) -> str:
+        """The words, with the command line's names of settings."""
+        return spelled(self.words)
+
+    def as_dict(self) -> dict[str, object]:
+        """Ready for JSON."""
+        return {"topic": self.topic, "light": self.light, "sentence": self.sentence, "figure": self.figure}
 
 
 @dataclass(frozen=True)
@@ -78,7 +88,7 @@ class Quality:
 
     def as_dict(self) -> dict[str, object]:
         """Return the findings for JSON."""
-        return {"light": self.light, "findings": [asdict(finding) for finding in self.findings]}
+        return {"light": self.light, "findings": [finding.as_dict() for finding in self.findings]}
 
     def in_words(self) -> list[str]:
         """Return a line for the scan, and one for each finding."""
@@ -202,20 +212,20 @@ def _dirt(surface: Surface) -> Finding:
         off, relief = length_in_words(spike.off_m), length_in_words(spike.relief_m)
         parts.append(f"dust or a spike stands {off} off the relief of {relief}, which makes bakes larger")
     parts += [f"{each.share:.2%} of it is like {_NAMES.get(each.step, each.step)}" for each in dirt]
-    sentence = ", ".join(parts) or "none is seen"
-    remedies = []
+    words: list[str | Setting] = [", ".join(parts) or "none is seen"]
     if max(lights, key=LIGHTS.index) != LIGHTS[0]:
         steps = [each.step for each in dirt if not each.harm]
         steps += [spike.step] if stands and spike.step and spike.step not in steps else []
-        remedies = [f"bake it with --level plane,{','.join(steps)}"] if steps else []
-        if not steps and (stands or dirt):
-            remedies.append("clean the sample and scan it again")
-    remedies += [
-        f"leave out the step {each.step}, which {'takes the grating out' if each.belongs else each.harm}"
+        if steps:
+            words += ["; bake it with ", Setting.LEVEL, f" plane,{','.join(steps)}"]
+        elif stands or dirt:
+            words.append("; clean the sample and scan it again")
+    words += [
+        f"; leave out the step {each.step}, which {'takes the grating out' if each.belongs else each.harm}"
         for each in found
         if each.harm
     ]
-    return Finding("dirt", max(lights, key=LIGHTS.index), "; ".join([sentence, *remedies]), share)
+    return Finding("dirt", max(lights, key=LIGHTS.index), tuple(words), share)
 
 
 def _steps(height_map: HeightMap) -> Finding:
@@ -253,6 +263,7 @@ def _tip(centre: np.ndarray, height_map: HeightMap) -> Finding:
     if light != "good":
         sentence += (
             f", and valleys are {rounded:.2g} times as sharp, as a blunt tip leaves them; use a sharper tip, or bake "
-            "with --level plane,tip:NM, the tip's radius"
+            "with "
         )
+        return Finding("tip", light, (sentence, Setting.LEVEL, " plane,tip:NM, the tip's radius"), rounded)
     return Finding("tip", light, sentence, rounded)

@@ -70,8 +70,9 @@ def relief_of(levelled: HeightMap) -> Relief:
     rows, cols = (n * factor for n, factor in zip(levelled.height_m.shape, factors, strict=True))
     refuse_beyond_memory(
         _BYTES_PER_PIXEL * rows * cols,
-        f"{levelled.source}: its relief, refined to {rows} x {cols} pixels of at most {PIXEL_MAX_M * 1e9:.0f} nm,",
+        f"its relief, refined to {rows} x {cols} pixels of at most {PIXEL_MAX_M * 1e9:.0f} nm,",
         SMALLER,
+        source=levelled.source,
     )
     height = fill_missing(levelled).height_m[::-1]
     pixel_size = levelled.pixel_size_m

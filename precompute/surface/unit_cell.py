@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..base.failure import GratingError
+from ..base.failure import GratingError, Setting
 from .description import describe
 from .height_map import HeightMap
 from .relief import Relief
@@ -47,5 +47,5 @@ def grating_period(relief: Relief, period_m: float | None = None) -> float:
     heights = HeightMap(relief.height_m[::-1], relief.pixel_size_m, "relief", periodic=relief.periodic)
     periods = describe(heights).periods_m
     if not periods:
-        raise GratingError("the relief has no period; give --period-nm")
+        raise GratingError("", "the relief has no period", ("give ", Setting.PERIOD_NM))
     return periods[0]

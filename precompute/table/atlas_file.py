@@ -63,7 +63,7 @@ def write_together(pictures: Mapping[Path, tuple[np.ndarray, AnyLayout]], proven
     for path, (image, layout) in pictures.items():
         record = json.dumps({"format": FORMAT, "layout": asdict(layout), **provenance}, sort_keys=True)
         if len(record) > LARGEST_BYTES:
-            raise GratingError(f"{path}: its header would be longer than is read; bake fewer scans together")
+            raise GratingError(path, "its header would be longer than is read", "bake fewer scans together")
         writers[path] = partial(write_exr, image=image, attributes={HEADER_KEY: record})
     files.write_together(writers)
 
@@ -109,33 +109,34 @@ def read(path: Path) -> tuple[Table, dict[str, Any]]:
 
 def parse(
     picture: Picture, layout_type: type[_Layout], *, channels: str = "RGB",
-    expected: str = "bake; give the .exr that `bake` wrote",
+    expected: tuple[str, str] = ("bake", "give the .exr that `bake` wrote"),
 ) -> tuple[_Layout, dict[str, Any]]:  # fmt: skip
     """Layout and record of a picture's header.
 
     Raises GratingError, naming what was `expected`, if the header's layout is missing or does not fit the picture."""
-    path, none = picture.path, f"{picture.path}: not a Natural Gratings {expected}"
+    path = picture.path
+    none = GratingError(path, f"not a Natural Gratings {expected[0]}", expected[1])
     if HEADER_KEY not in picture.texts:
-        raise GratingError(none)
-    record = parse_json(picture.texts[HEADER_KEY], f"{path}: its header", "bake it again")
+        raise none
+    record = parse_json(picture.texts[HEADER_KEY], path, "bake it again", part="its header: ")
     if not isinstance(record, dict) or "format" not in record:
-        raise GratingError(none)
+        raise none
     if record["format"] != FORMAT:
-        raise GratingError(f"{path}: made by another version (format {record['format']!r:.20}); bake it again")
+        raise GratingError(path, f"made by another version (format {record['format']!r:.20})", "bake it again")
     kinds, values = {field.name: field.type for field in fields(layout_type)}, record.get("layout")
     if not isinstance(values, dict) or set(values) != set(kinds):
-        raise GratingError(none)
+        raise none
     told = {name: kind for name, kind in _PROVENANCE.items() if name in record}
     for name, kind in (kinds | told).items():
         value = values[name] if name in kinds else record[name]
         # JSON may write 2.0 as 2; bool is no number here.
         if type(value) is not kind and (kind, type(value)) != (float, int):
-            raise GratingError(f"{path}: its header's {name} is {value!r:.40}; bake it again")
+            raise GratingError(path, f"its header's {name} is {value!r:.40}", "bake it again")
     layout = layout_type(**values)
     if not layout.is_valid:
-        raise GratingError(f"{path}: its header says what no picture of this kind can have; bake it again")
+        raise GratingError(path, "its header says what no picture of this kind can have", "bake it again")
     if picture.shape != (layout.height, layout.width, len(channels)):
-        raise GratingError(f"{path}: the picture is not the size that its header says; bake it again")
+        raise GratingError(path, "the picture is not the size that its header says", "bake it again")
     return layout, record
 
 
@@ -145,5 +146,5 @@ def _parse(picture: Picture) -> tuple[Layout, dict[str, Any]]:
     precision = np.dtype(picture.precision).name
     if record.get("precision", precision) != precision:
         told = f"holds {precision}, not its header's {record['precision']!r:.20}"
-        raise GratingError(f"{picture.path}: {told}; bake it again")
+        raise GratingError(picture.path, told, "bake it again")
     return layout, record

@@ -217,5 +217,5 @@ def read_sound_header(path: Path) -> tuple[SampleSetLayout, dict[str, Any]]:
 
 
 def _parse(picture: Picture) -> tuple[SampleSetLayout, dict[str, Any]]:
-    expected = "sample set; give the .lobes.exr that `bake` wrote"
+    expected = "sample set", "give the .lobes.exr that `bake` wrote"
     return atlas_file.parse(picture, SampleSetLayout, channels="RGBA", expected=expected)

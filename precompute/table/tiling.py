@@ -28,7 +28,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..base.failure import GratingError
+from ..base.failure import GratingError, Setting
 
 # Texels on each side of a tile that a cubic reading of its inner texels uses.
 TILE_PADDING = 2
@@ -155,8 +155,9 @@ def grid(terms: int, cell: Pair, *, width_min: int = 1) -> Pair:
     Raises GratingError for more than TERMS_MAX terms, or if every picture is too large for a graphics card."""
     if terms > TERMS_MAX:
         raise GratingError(
-            f"a table of {terms} terms, for a relief too deep or a colour error too small: a material reads at most "
-            f"{TERMS_MAX}; ask for a larger --delta-e, or crop the scan to a shallower part"
+            f"a table of {terms} terms, for a relief too deep or a colour error too small",
+            f"a material reads at most {TERMS_MAX}",
+            ("ask for a larger ", Setting.DELTA_E, ", or crop the scan to a shallower part"),
         )
     found = []
     for columns in range(1, terms + 1):
@@ -166,7 +167,8 @@ def grid(terms: int, cell: Pair, *, width_min: int = 1) -> Pair:
             found.append((max(long / short, ASPECT_MAX), short * long, long / short, (rows, columns)))
     if not found:
         raise GratingError(
-            f"a table of {terms} tiles of {cell[1]} x {cell[0]} is larger than a graphics card takes; ask for a "
-            "shorter --coherence-um"
+            "",
+            f"a table of {terms} tiles of {cell[1]} x {cell[0]} is larger than a graphics card takes",
+            ("ask for a shorter ", Setting.COHERENCE_UM),
         )
     return min(found)[-1]

@@ -32,7 +32,7 @@ def direct_response(path: Path) -> Response:
     if draws_path.is_file():
         draws_layout, draws_record = read_sound_set_header(draws_path)
         if any(record[key] != draws_record[key] for key in _OF_A_BAKE if key in record and key in draws_record):
-            raise GratingError(f"{draws_path}: of another bake than {path.name}; bake again, or delete it")
+            raise GratingError(draws_path, f"of another bake than {path.name}", "bake again, or delete it")
     image = load_atlas(path, half=record.get("precision") != "float32")
     matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
     name = printable(path.stem)
@@ -60,7 +60,7 @@ def load_atlas(path: Path, *, half: bool, alpha: str = "NONE") -> bpy.types.Imag
     try:
         image = bpy.data.images.load(str(path), check_existing=False)
     except RuntimeError as error:  # Blender reads a backslash as a slash
-        raise GratingError(f"{path}: Blender cannot open it; give it a name of plain letters") from error
+        raise GratingError(path, "Blender cannot open it", "give it a name of plain letters") from error
     image.name = printable(path.stem)
     image.colorspace_settings.is_data = True  # independent of the colour configuration's names
     image.alpha_mode = alpha  # type: ignore[assignment]  # the stubs list the names

@@ -37,7 +37,7 @@ def script_group(name: str, text: str, inputs: tuple[Socket, ...]) -> Response:
     if not script.bytecode or len(script.inputs) != len(inputs):
         bpy.data.node_groups.remove(group)
         bpy.data.texts.remove(source)
-        raise GratingError(f"{title}: the shader does not compile; choose Cycles as the renderer of a Blender with OSL")
+        raise GratingError(title, "the shader does not compile", "choose Cycles as the renderer of a Blender with OSL")
     for socket, value in zip(script.inputs, values, strict=True):
         tree.feed(socket, value)
     tree.output(tree.value(script.outputs["Radiance"]))

@@ -82,7 +82,7 @@ _FIELDS: dict[str, tuple[object, ...]] = {
     "source": ("sample:nonsense", "sample:", "/dev/null", "/", _LONG, "\u202e\n", "//skin.blend"),
     "channel": ("nonsense", _LONG),
     "summary": (", , ,\n", _LONG),
-    "bake_summary": (",,,", _LONG),
+    "bake_summary": ("\n\n,", _LONG),
     "frame_uv_map": ("nonsense",),
     "frame_angle": ("nonsense", "location"),
     "size_um": (_NAN, _INFINITE, 1e-30),

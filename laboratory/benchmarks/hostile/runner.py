@@ -91,7 +91,7 @@ def run_verb(argv: Sequence[object]) -> None:
         return
     lines = printed.splitlines()
     assert status in (1, 2) and len(lines) == 1 and lines[0].startswith("error: "), f"status {status}: {printed}"
-    raise GratingError(lines[0].removeprefix("error: "))
+    raise GratingError("", lines[0].removeprefix("error: "), "")
 
 
 def run(case: Case) -> Outcome:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ...base.failure import GratingError
+from ...base.failure import GratingError, Setting, Words
 
 # Names of the topography, in order of preference.
 _TOPOGRAPHY = ("z-axis", "topography", "height", "z height", "zsensor", "z-axissensor")
@@ -67,7 +67,7 @@ def choose_channel(source: str, channels: Sequence[Channel], wanted: str | None)
     over a plane, or if the file holds only curves."""
     if channels and not any(channel.is_image for channel in channels):
         raise GratingError(
-            f"{source}: holds curves, as of force spectroscopy, and no image; export the topography scan of that place"
+            source, "holds curves, as of force spectroscopy, and no image", "export the topography scan of that place"
         )
     surfaces = [channel for channel in channels if channel.is_surface]
     if wanted is None:
@@ -76,15 +76,16 @@ def choose_channel(source: str, channels: Sequence[Channel], wanted: str | None)
     else:
         found = _labelled(channels, wanted)
     if found is None and wanted is None and surfaces:
-        raise GratingError(f"{source}: no channel is plainly the topography; name one by --channel: {_list(surfaces)}")
+        remedy = ("name one by ", Setting.CHANNEL, f": {_list(surfaces)}")
+        raise GratingError(source, "no channel is plainly the topography", remedy)
     if found is None and wanted is None:
         faults = ", ".join(f"'{channel.label}' {_fault_of(channel)}" for channel in channels[:_EXPLAINED])
-        raise GratingError(f"{source}: no channel holds heights ({faults or 'there is none'}); {_other_than(surfaces)}")
+        raise GratingError(source, f"no channel holds heights ({faults or 'there is none'})", _other_than(surfaces))
     if found is None:
-        raise GratingError(f"{source}: has no channel '{shortened(wanted)}'; name one of: {_list(channels)}")
+        raise GratingError(source, f"has no channel '{shortened(wanted)}'", f"name one of: {_list(channels)}")
     chosen = channels[found]
     if not chosen.is_surface:
-        raise GratingError(f"{source}: channel '{chosen.label}' {_fault_of(chosen)}; {_other_than(surfaces)}")
+        raise GratingError(source, f"channel '{chosen.label}' {_fault_of(chosen)}", _other_than(surfaces))
     return found
 
 
@@ -109,10 +110,10 @@ def _fault_of(channel: Channel) -> str:
     return f"is in '{shortened(channel.unit)}', not in metres"
 
 
-def _other_than(surfaces: Sequence[Channel]) -> str:
+def _other_than(surfaces: Sequence[Channel]) -> Words:
     """Return the remedy if the requested channel is no surface."""
     if surfaces:
-        return f"name a height channel with --channel, of: {_list(surfaces)}"
+        return "name a height channel with ", Setting.CHANNEL, f", of: {_list(surfaces)}"
     return (
         "export the height channel, or give it its units in Gwyddion (Data Process, Basic Operations, Dimensions and "
         "Units) and save it as .gwy"

@@ -11,7 +11,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from ...base.failure import GratingError
+from ...base.failure import GratingError, Setting, Words
 from ..height_map import HeightMap
 from .channels import Channel, shortened
 from .scan_file import DAMAGE, refuse_too_large
@@ -27,24 +27,22 @@ Judge = Callable[[tuple[int, int]], None]
 
 def given_width(source: str, size_um: float | None) -> float:
     """Return the width in micrometres. Raises GratingError if it is missing or implausible."""
-    remedy = "--size-um W, the width across the columns in micrometres"
+    remedy = ("give ", Setting.SIZE_UM, ", the width of the scan in micrometres")
     return _quantity(source, "size", size_um, limits=_SIZE_UM, remedy=remedy)
 
 
 def given_height(source: str, height_nm: float | None, *, what: str, most: float = HIGHEST_NM) -> float:
     """Return the height in nanometres. Raises GratingError, which quotes `what`, if it is missing or implausible."""
-    remedy = f"--height-nm H, {what} in nanometres"
+    remedy = ("give ", Setting.HEIGHT_NM, f", {what} in nanometres")
     return _quantity(source, "height range", height_nm, limits=(_LOWEST_NM, most), remedy=remedy)
 
 
-def _quantity(source: str, what: str, value: float | None, *, limits: tuple[float, float], remedy: str) -> float:
+def _quantity(source: str, what: str, value: float | None, *, limits: tuple[float, float], remedy: Words) -> float:
     """Return the value. Raises GratingError if it is missing or outside the limits."""
     if value is None:
-        raise GratingError(f"{source}: a picture carries no {what}; give {remedy}")
+        raise GratingError(source, f"a picture carries no {what}", remedy)
     if not (math.isfinite(value) and limits[0] <= value <= limits[1]):
-        raise GratingError(
-            f"{source}: a {what} of {value:g} is not between {limits[0]:g} and {limits[1]:g}; give {remedy}"
-        )
+        raise GratingError(source, f"a {what} of {value:g} is not between {limits[0]:g} and {limits[1]:g}", remedy)
     return value
 
 
@@ -96,8 +94,9 @@ class NumbersReader:
                 numbers = self.load(file, partial(refuse_too_large, source))
         except DAMAGE as error:
             raise GratingError(
-                f"{source}: the {self.name} data is truncated, damaged or of an unknown kind ({shortened(error)}); "
-                "save it again, or as Gwyddion .gsf"
+                source,
+                f"the {self.name} data is truncated, damaged or of an unknown kind ({shortened(error)})",
+                "save it again, or as Gwyddion .gsf",
             ) from error
         rows, cols = numbers.values.shape
         with np.errstate(all="ignore"):

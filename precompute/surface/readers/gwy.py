@@ -138,8 +138,9 @@ def _images(source: str, file: BinaryIO) -> list[_Image]:
         ]
     except (KeyError, ValueError, struct.error) as error:
         raise GratingError(
-            f"{source}: the Gwyddion data is truncated or damaged ({shortened(error)}); "
-            "copy it again, or save it again in Gwyddion"
+            source,
+            f"the Gwyddion data is truncated or damaged ({shortened(error)})",
+            "copy it again, or save it again in Gwyddion",
         ) from error
 
 

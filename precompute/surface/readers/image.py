@@ -98,13 +98,14 @@ class PictureReader:
             with open(source, "rb") as file:
                 beside = self.beside(file)
         except (struct.error, ValueError, OverflowError) as error:  # the last two: impossible positions
-            raise GratingError(f"{source}: the picture's header is truncated or damaged; copy it again") from error
+            raise GratingError(source, "the picture's header is truncated or damaged", "copy it again") from error
         if beside.several:
-            raise GratingError(f"{source}: holds several pictures; save the one of heights by itself")
+            raise GratingError(source, "holds several pictures", "save the one of heights by itself")
         if beside.held_bytes > BESIDE_MAX:
             raise GratingError(
-                f"{source}: holds more than {BESIDE_MAX >> 20} MiB beside its picture; save it again without texts, "
-                "profiles and tags"
+                source,
+                f"holds more than {BESIDE_MAX >> 20} MiB beside its picture",
+                "save it again without texts, profiles and tags",
             )
 
 
@@ -129,12 +130,13 @@ def _grey(source: str) -> np.ndarray:
         raise
     except (Image.DecompressionBombWarning, Image.DecompressionBombError) as error:
         raise GratingError(
-            f"{source}: the header declares more than {Image.MAX_IMAGE_PIXELS} pixels; crop or reduce the scan"
+            source, f"the header declares more than {Image.MAX_IMAGE_PIXELS} pixels", "crop or reduce the scan"
         ) from error
     except Exception as error:  # Pillow's decoders raise nearly anything on a damaged file.
         raise GratingError(
-            f"{source}: the picture is truncated, damaged or of an unknown kind ({shortened(error)}); "
-            "save it again as 8 or 16-bit grey PNG"
+            source,
+            f"the picture is truncated, damaged or of an unknown kind ({shortened(error)})",
+            "save it again as 8 or 16-bit grey PNG",
         ) from error
 
 
@@ -144,21 +146,23 @@ def _refuse_what_is_no_grey_scale(source: str, picture: Image.Image) -> None:
     is_packed = picture.info.get("compression") not in ("raw", 0)
     if rows * cols > (_MOST_PACKED_PIXELS if is_packed else 8) * file_bytes:
         raise GratingError(
-            f"{source}: the header declares {rows} x {cols} pixels, more than the file can "
-            "hold; it is truncated, copy it again"
+            source,
+            f"the header declares {rows} x {cols} pixels, more than the file can hold",
+            "it is truncated, copy it again",
         )
     if max(rows, cols) > _SIDE_MAX:
-        raise GratingError(f"{source}: {rows} x {cols} pixels are over {_SIDE_MAX} along a side; crop the scan")
+        raise GratingError(source, f"{rows} x {cols} pixels are over {_SIDE_MAX} along a side", "crop the scan")
     if picture.format == "BMP" and is_packed and file_bytes > _PACKED_BMP_MAX:
-        raise GratingError(f"{source}: a compressed BMP of {file_bytes >> 20} MiB; save it as PNG")
+        raise GratingError(source, f"a compressed BMP of {file_bytes >> 20} MiB", "save it as PNG")
     refuse_beyond_memory(
-        _BYTES_PER_PIXEL * rows * cols, f"{source}: reading {rows} x {cols} pixels", "crop or reduce the scan"
+        _BYTES_PER_PIXEL * rows * cols, f"reading {rows} x {cols} pixels", "crop or reduce the scan", source=source
     )
     bits = _bits(picture)
     if picture.mode not in _WHITE and bits > 8:
         raise GratingError(
-            f"{source}: {bits} bits a value in mode '{picture.mode}' are not scaled by black "
-            "and white; save it as 16-bit grey without colour or alpha"
+            source,
+            f"{bits} bits a value in mode '{picture.mode}' are not scaled by black and white",
+            "save it as 16-bit grey without colour or alpha",
         )
     if picture.format == "TIFF":
         _refuse_odd_tiff(source, picture, bits)
@@ -168,13 +172,14 @@ def _refuse_odd_tiff(source: str, picture: Image.Image, bits: int) -> None:
     """Raise GratingError unless the values of a TIFF run from black 0 to white."""
     tags = cast("TiffImageFile", picture).tag_v2
     if any(tag in tags for tag in _PARK_TAGS):
-        raise GratingError(f"{source}: a Park instrument file, whose heights are not in the visible picture; {CONVERT}")
+        raise GratingError(source, "a Park instrument file, whose heights are not in the visible picture", CONVERT)
     form = set(np.atleast_1d(tags.get(_TIFF_SAMPLE_FORMAT, 1)))
     is_known = (form == {_UNSIGNED} and bits in (1, 2, 4, 8, 16)) or (form == {_FLOATING} and bits == 32)
     if not is_known or (bits >= 16 and tags.get(_TIFF_PHOTOMETRIC) == 0):
         raise GratingError(
-            f"{source}: its values are signed, of {bits} bits or counted from white, and carry no unit; save it as "
-            "16-bit grey, black 0 and white 65535, or as 32-bit floats, white 1"
+            source,
+            f"its values are signed, of {bits} bits or counted from white, and carry no unit",
+            "save it as 16-bit grey, black 0 and white 65535, or as 32-bit floats, white 1",
         )
 
 
@@ -207,5 +212,5 @@ def _levels_of_band(source: str, band: Image.Image) -> np.ndarray:
     red, green, blue, alpha = np.moveaxis(np.asarray(band.convert("RGBA")), -1, 0)
     seen = alpha > 0
     if ((red != green) | (green != blue))[seen].any():
-        raise GratingError(f"{source}: the picture is coloured, and a colour is no height; export the heights in grey")
+        raise GratingError(source, "the picture is coloured, and a colour is no height", "export the heights in grey")
     return np.where(seen, red / 255.0, np.nan)

@@ -88,8 +88,9 @@ class NanosurfReader:
         declared, held = sum(block.nbytes for block in blocks), Path(source).stat().st_size - start
         if declared > held:
             raise GratingError(
-                f"{source}: the header declares {declared} bytes of data and {held} "
-                "are there, the file is truncated; copy it again"
+                source,
+                f"the header declares {declared} bytes of data and {held} are there, the file is truncated",
+                "copy it again",
             )
         channels = tuple(block.channel for block in blocks)
         chosen = choose_channel(source, channels, channel)
@@ -118,13 +119,14 @@ def _header(source: str) -> tuple[list[_Block], int]:
             header += step
             end = header.find(_HEADER_END, max(0, len(header) - len(step) - len(_HEADER_END)))
     if end < 0:
-        raise GratingError(f"{source}: the header has no end, the file is truncated or damaged; copy it again")
+        raise GratingError(source, "the header has no end, the file is truncated or damaged", "copy it again")
     try:
         blocks = _blocks(_sections(decoded(bytes(header[:end]))))
     except (KeyError, ValueError) as error:
         raise GratingError(
-            f"{source}: the Nanosurf header is damaged or of an unknown kind ({shortened(error)}); copy it "
-            f"again, or {CONVERT}"
+            source,
+            f"the Nanosurf header is damaged or of an unknown kind ({shortened(error)})",
+            f"copy it again, or {CONVERT}",
         ) from error
     return blocks, end + len(_HEADER_END)
 

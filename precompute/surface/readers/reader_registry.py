@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.failure import GratingError
+from ...base.failure import GratingError, Setting
 from ..height_map import SAMPLE_PREFIX, HeightMap
 from ..samples.catalogue import make_sample
 from .agilent import AGILENT
@@ -78,7 +78,7 @@ def read_height_map(
     except OSError as error:
         raise _unreadable(source, error) from error
     except MemoryError as error:
-        raise GratingError(f"{source}: larger than the memory that is free; crop or reduce the scan") from error
+        raise GratingError(source, "larger than the memory that is free", "crop or reduce the scan") from error
     _refuse_beyond_reason(height_map)
     return height_map
 
@@ -100,31 +100,33 @@ def reader_of(source: str) -> Reader:
     try:
         kind = path.stat().st_mode
         if stat.S_ISDIR(kind):
-            raise GratingError(f"{source}: is a directory; name one file in it")
+            raise GratingError(source, "is a directory", "name one file in it")
         if not stat.S_ISREG(kind):
-            raise GratingError(f"{source}: is no file; name a file of heights")
+            raise GratingError(source, "is no file", "name a file of heights")
         with path.open("rb") as file:
             beginning = file.read(BEGINNING_BYTES)
     except (OSError, ValueError) as error:  # ValueError: a name with a zero byte
         raise _unreadable(source, error) from error
     if not beginning:
-        raise GratingError(f"{source}: the file is empty; copy it again")
+        raise GratingError(source, "the file is empty", "copy it again")
     held = next((reader for reader in READERS if reader.can_read(beginning)), None)
     named = [reader for reader in READERS if path.suffix.lower() in reader.extensions]
     if held is None and (fault := known_fault(beginning)):
-        raise GratingError(f"{source}: {fault}")
+        raise GratingError(source, *fault)
     if held is None and not named:
         raise GratingError(
-            f"{source}: not a format that is read here; {CONVERT}, or export it as one of {', '.join(extensions())}"
+            source, "not a format that is read here", f"{CONVERT}, or export it as one of {', '.join(extensions())}"
         )
     if held is None:
         raise GratingError(
-            f"{source}: named {path.suffix} but does not begin like {' or '.join(reader.name for reader in named)}: "
-            f"damaged, misnamed or of another program; export it again, or {CONVERT}"
+            source,
+            f"named {path.suffix} but does not begin like {' or '.join(reader.name for reader in named)}: damaged, "
+            "misnamed or of another program",
+            f"export it again, or {CONVERT}",
         )
     if named and held not in named:
         raise GratingError(
-            f"{source}: named {path.suffix} but holds {held.name} data; rename it to {held.extensions[0]}"
+            source, f"named {path.suffix} but holds {held.name} data", f"rename it to {held.extensions[0]}"
         )
     return held
 
@@ -160,9 +162,10 @@ def described() -> str:
 
 def _refuse(source: str, what: str, **options: object) -> None:
     """Raise GratingError for values that would be ignored, since the user expects them to count."""
-    given = ["--" + name.replace("_", "-") for name, value in options.items() if value is not None]
+    given = [Setting[name.upper()] for name, value in options.items() if value is not None]
     if given:
-        raise GratingError(f"{source}: {what} tells this by itself; leave out {' and '.join(given)}")
+        remedy = ["leave out ", given[0], *(part for setting in given[1:] for part in (" and ", setting))]
+        raise GratingError(source, f"{what} tells this by itself", remedy)
 
 
 def _refuse_beyond_reason(height_map: HeightMap) -> None:
@@ -172,26 +175,28 @@ def _refuse_beyond_reason(height_map: HeightMap) -> None:
     source = height_map.source
     if min(height_map.height_m.shape) < _SIDE_MIN:
         raise GratingError(
-            f"{source}: {height_map.rows} x {height_map.cols} points are a profile or a part of a scan, not a map; "
-            f"give a scan of at least {_SIDE_MIN} rows and {_SIDE_MIN} columns"
+            source,
+            f"{height_map.rows} x {height_map.cols} points are a profile or a part of a scan, not a map",
+            f"give a scan of at least {_SIDE_MIN} rows and {_SIDE_MIN} columns",
         )
     for side in height_map.pixel_size_m:
         if not _PIXEL_M[0] <= side <= _PIXEL_M[1]:
             raise GratingError(
-                f"{source}: a pixel of {side:.3g} m is not between 1 pm and 1 mm; give the real size of the scan"
+                source, f"a pixel of {side:.3g} m is not between 1 pm and 1 mm", "give the real size of the scan"
             )
     low, high = float(np.nanmin(height_map.height_m)), float(np.nanmax(height_map.height_m))
     if not high - low <= _RELIEF_MAX_M:
         raise GratingError(
-            f"{source}: a relief of {high - low:.3g} m is higher than 1 mm; give the real heights, or export them again"
+            source, f"a relief of {high - low:.3g} m is higher than 1 mm", "give the real heights, or export them again"
         )
     if max(-low, high) > _FARTHEST_M:
         raise GratingError(
-            f"{source}: heights of {high:.3g} m lie more than 1 m above or below 0; export them as heights over the "
-            "surface's mean"
+            source,
+            f"heights of {high:.3g} m lie more than 1 m above or below 0",
+            "export them as heights over the surface's mean",
         )
 
 
 def _unreadable(source: str, error: OSError | ValueError) -> GratingError:
     what = getattr(error, "strerror", None) or error
-    return GratingError(f"{source}: cannot be read ({what}); check path and permissions")
+    return GratingError(source, f"cannot be read ({what})", "check path and permissions")

@@ -35,15 +35,19 @@ def refuse_too_large(source: str, shape: tuple[int, int]) -> None:
     rows, cols = shape
     if rows * cols > _POINTS_MAX:
         raise GratingError(
-            f"{source}: {rows} x {cols} points are more than {_POINTS_MAX // 10**6} million; crop or reduce the scan"
+            source, f"{rows} x {cols} points are more than {_POINTS_MAX // 10**6} million", "crop or reduce the scan"
         )
     refuse_beyond_memory(
-        _BYTES_PER_POINT * rows * cols, f"{source}: reading {rows} x {cols} pixels", "crop or reduce the scan"
+        _BYTES_PER_POINT * rows * cols, f"reading {rows} x {cols} pixels", "crop or reduce the scan", source=source
     )
 
 
 class OtherFormat(Exception):
-    """Raised for a file of another format with the same first bytes: "WHAT IT IS; REMEDY"."""
+    """Raised for a file of another format with the same first bytes, with what it is and the remedy."""
+
+    def __init__(self, fault: str, remedy: str) -> None:
+        super().__init__(fault, remedy)
+        self.fault, self.remedy = fault, remedy
 
 
 @dataclass(frozen=True)
@@ -114,7 +118,7 @@ class ScanReader:
         try:
             maps = self.maps(file)
         except OtherFormat as error:
-            raise GratingError(f"{source}: {error}") from error
+            raise GratingError(source, error.fault, error.remedy) from error
         except DAMAGE as error:
             raise self._damaged(source, error) from error
         shared = Counter(each.channel.label for each in maps)
@@ -128,8 +132,9 @@ class ScanReader:
     def _damaged(self, source: str, error: Exception) -> GratingError:
         what = f"{error} is missing" if isinstance(error, KeyError) else error
         return GratingError(
-            f"{source}: the {self.name} data is truncated, damaged or of an unknown kind ({shortened(what)}); copy it "
-            f"again, or {CONVERT}"
+            source,
+            f"the {self.name} data is truncated, damaged or of an unknown kind ({shortened(what)})",
+            f"copy it again, or {CONVERT}",
         )
 
 

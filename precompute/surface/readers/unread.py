@@ -57,11 +57,11 @@ _TABLE_LINES = 3
 _ZIP_BEGINNING, _ZIP_NAME_AT = b"PK\x03\x04", 30
 
 
-def known_fault(beginning: bytes) -> str | None:
-    """Identify an unsupported file by its first bytes: "WHAT; REMEDY", or None."""
+def known_fault(beginning: bytes) -> tuple[str, str] | None:
+    """Identify an unsupported file by its first bytes: what it is and the remedy, or None."""
     for at, magic, what, remedy in _OTHERS:
         if beginning.startswith(magic, at):
-            return f"{what}, which is not read here; {remedy}"
+            return f"{what}, which is not read here", remedy
     return archive_fault(first_member(beginning)) or _igor_fault(beginning) or _table_fault(beginning)
 
 
@@ -73,28 +73,29 @@ def first_member(beginning: bytes) -> list[str]:
     return [decoded(beginning[_ZIP_NAME_AT : _ZIP_NAME_AT + length])]
 
 
-def archive_fault(names: Iterable[str]) -> str | None:
+def archive_fault(names: Iterable[str]) -> tuple[str, str] | None:
     """Identify an archive by its file names, as `known_fault` does."""
     held = set(names)
     for name, what, remedy in _ARCHIVES:
         if name in held:
-            return f"{what}; {remedy}"
+            return what, remedy
     if any(name.endswith(".npy") for name in held):
-        return "an archive of NumPy arrays; save one array as .npy"
+        return "an archive of NumPy arrays", "save one array as .npy"
     return None
 
 
-def _igor_fault(beginning: bytes) -> str | None:
+def _igor_fault(beginning: bytes) -> tuple[str, str] | None:
     """Identify an Igor wave of an older version, which holds one curve."""
     for order in "<>":
         (version,) = struct.unpack_from(f"{order}h", beginning) if len(beginning) >= 2 else (0,)
         size = _IGOR_HEADS.get(version, 0)
         if 0 < size <= len(beginning) and sum(struct.unpack_from(f"{order}{size // 2}h", beginning)) & 0xFFFF == 0:
-            return f"an Igor wave of version {version}, which holds one curve; save the map as a wave of two dimensions"
+            fault = f"an Igor wave of version {version}, which holds one curve"
+            return fault, "save the map as a wave of two dimensions"
     return None
 
 
-def _table_fault(beginning: bytes) -> str | None:
+def _table_fault(beginning: bytes) -> tuple[str, str] | None:
     """Identify a text with numbers under a heading that is not marked as a comment."""
     if b"\0" in beginning:
         return None
@@ -108,5 +109,5 @@ def _table_fault(beginning: bytes) -> str | None:
     if count < _TABLE_LINES:
         return None
     if columns < 3:
-        return f"a text of {columns} columns under a heading, as of a profile; export the whole map"
-    return f"a text of {columns} columns under a heading; put a # before each line of the heading"
+        return f"a text of {columns} columns under a heading, as of a profile", "export the whole map"
+    return f"a text of {columns} columns under a heading", "put a # before each line of the heading"

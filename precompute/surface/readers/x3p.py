@@ -27,8 +27,8 @@ def _described(archive: Archive) -> tuple[str, Description]:
     names = [name for name in archive.names if re.search(r"(^|/)main\.xml$", name)]
     names = [name for name in names if not name.startswith("__MACOSX")]
     if not names:
-        fault = archive_fault(archive.names)
-        raise OtherFormat(fault or f"a zip archive without main.xml, thus no X3P; {CONVERT}")
+        known = archive_fault(archive.names)
+        raise OtherFormat(*(known or ("a zip archive without main.xml, thus no X3P", CONVERT)))
     return names[0].removesuffix("main.xml"), Description(archive.read(names[0], XML_MAX))
 
 

@@ -30,5 +30,5 @@ def title_of(name: str) -> str:
 def make_sample(name: str) -> HeightMap:
     """Make the surface of a name in SAMPLES. Raises GratingError for an unknown name."""
     if name not in SAMPLES:
-        raise GratingError(f"{SAMPLE_PREFIX}{name}: there is no such sample; choose one of {', '.join(SAMPLES)}")
+        raise GratingError(f"{SAMPLE_PREFIX}{name}", "there is no such sample", f"choose one of {', '.join(SAMPLES)}")
     return SAMPLES[name]()

@@ -33,7 +33,7 @@ def rotate(height_map: HeightMap, degrees: float) -> Done:
     share = min(lx / (lx * abs(cos) + ly * abs(sin)), ly / (lx * abs(sin) + ly * abs(cos)))
     shape = tuple(int(share * n) for n in height.shape)
     if min(shape) < _LEAST_PIXELS:
-        raise GratingError(f"{height_map.source}: rotate leaves {shape[1]} x {shape[0]} pixels; give a larger scan")
+        raise GratingError(height_map.source, f"rotate leaves {shape[1]} x {shape[0]} pixels", "give a larger scan")
     # Positions of the new pixels from the middle, in metres: x along T, y along -B.
     y, x = ((np.arange(n) - (n - 1) / 2) * side for n, side in zip(shape, pixel, strict=True))
     turned = np.empty(shape)
@@ -72,7 +72,7 @@ def crop(height_map: HeightMap, *sides_um: float) -> Done:
     cut = height_map.height_m[part]
     if min(cut.shape) < _LEAST_PIXELS:
         size = f"{cut.shape[1]} x {cut.shape[0]}"
-        raise GratingError(f"{height_map.source}: crop leaves {size} pixels; give a larger part")
+        raise GratingError(height_map.source, f"crop leaves {size} pixels", "give a larger part")
     return Done(_cut(height_map, cut, "crop"))
 
 
@@ -112,13 +112,14 @@ def _part(height_map: HeightMap, what: str, sides_um: tuple[float, ...]) -> tupl
         if found[-1].start >= found[-1].stop:
             ly, lx = (side * 1e6 for side in height_map.size_m)
             raise GratingError(
-                f"{height_map.source}: {what}: no pixel is between {low:g} and {high:g} um; give LEFT:TOP:RIGHT:BOTTOM "
-                f"within the {lx:.4g} x {ly:.4g} um of the scan"
+                height_map.source,
+                f"{what}: no pixel is between {low:g} and {high:g} um",
+                f"give LEFT:TOP:RIGHT:BOTTOM within the {lx:.4g} x {ly:.4g} um of the scan",
             )
     return found[0], found[1]
 
 
 def _cut(height_map: HeightMap, height: np.ndarray, what: str) -> HeightMap:
     if np.isnan(height).all():
-        raise GratingError(f"{height_map.source}: {what} leaves no height; give another part")
+        raise GratingError(height_map.source, f"{what} leaves no height", "give another part")
     return replace(height_map, height_m=height, periodic=False)

@@ -51,8 +51,9 @@ def _removed(height_map: HeightMap, mask: np.ndarray, what: str, number: float) 
     share = float(mask.mean())
     if share > _SHARE_MAX:
         raise GratingError(
-            f"{height_map.source}: {what}:{number:g} would remove {share:.0%} of the scan, which then is its relief; "
-            f"give {what} a larger number than {number:g}"
+            height_map.source,
+            f"{what}:{number:g} would remove {share:.0%} of the scan, which then is its relief",
+            f"give {what} a larger number than {number:g}",
         )
     if not share:
         return Done(height_map, "nothing found")

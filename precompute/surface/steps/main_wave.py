@@ -18,7 +18,7 @@ def main_wave(height_map: HeightMap, step: str) -> Wave:
     """Return the brightest wave, or its fundamental if it is a harmonic. Raises GratingError if there is no grating."""
     waves = waves_of(level_plane(height_map))
     if not waves.gratings:
-        raise GratingError(f"{height_map.source}: {step}: no grating stands out of the scan; leave {step} out")
+        raise GratingError(height_map.source, f"{step}: no grating stands out of the scan", f"leave {step} out")
     first, *others = waves.gratings
     slower = [*others]
     if waves.waviness is not None and waves.waviness.amplitude_m > first.amplitude_m:

@@ -85,12 +85,12 @@ def parse_steps(text: str, source: str = "--level") -> tuple[Step, ...]:
 def steps_of(texts: Sequence[str], source: str) -> tuple[Step, ...]:
     """Parse steps of one text each. Raises GratingError for unknown steps, wrong arguments, and too many steps."""
     if len(texts) > _STEPS_MAX:
-        raise GratingError(f"{source}: {len(texts)} steps; give at most {_STEPS_MAX}")
+        raise GratingError(source, f"{len(texts)} steps", f"give at most {_STEPS_MAX}")
     found = []
     for text in texts:
         name, *arguments = text.split(":") if isinstance(text, str) else ("",)
         if name not in KINDS:
-            raise GratingError(f"{source}: no such step; give one of {', '.join(KINDS)}")
+            raise GratingError(source, "no such step", f"give one of {', '.join(KINDS)}")
         found.append(KINDS[name].read(arguments, source))
     return tuple(found)
 

@@ -30,8 +30,9 @@ def calibrate(height_map: HeightMap, period_nm: float) -> Done:
     factor = period_nm * 1e-9 / measured_m
     if not 1 / _FACTOR_MAX <= factor <= _FACTOR_MAX:
         raise GratingError(
-            f"{height_map.source}: calibrate: its grating measures {measured_m * 1e9:.4g} nm, far from {period_nm:g} "
-            "nm; give the period of that grating, or leave calibrate out"
+            height_map.source,
+            f"calibrate: its grating measures {measured_m * 1e9:.4g} nm, far from {period_nm:g} nm",
+            "give the period of that grating, or leave calibrate out",
         )
     dy, dx = (side * factor for side in height_map.pixel_size_m)
     told = f"the grating of {measured_m * 1e9:.4g} nm has {period_nm:g} nm now, by pixels {factor:.4g} times as large"

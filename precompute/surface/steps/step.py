@@ -113,12 +113,14 @@ class Kind:
         """Make the step with the arguments `texts`. Raises GratingError, naming `source`, for wrong arguments."""
         if len(texts) > len(self.arguments):
             takes = f"at most {len(self.arguments)}" if self.arguments else "none"
-            raise GratingError(f"{source}: {self.name}: {len(texts)} arguments; give {takes}, as {self.form}")
+            raise GratingError(source, f"{self.name}: {len(texts)} arguments", f"give {takes}, as {self.form}")
         values = []
         for index, argument in enumerate(self.arguments):
             value = argument.read(texts[index]) if index < len(texts) else argument.default
             if value is None:
-                raise GratingError(f"{source}: {self.name}: no such argument; give {argument.wanted()}, as {self.form}")
+                raise GratingError(
+                    source, f"{self.name}: no such argument", f"give {argument.wanted()}, as {self.form}"
+                )
             values.append(value)
         return Step(self, tuple(values))
 

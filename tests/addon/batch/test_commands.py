@@ -113,7 +113,9 @@ def test_a_bake_without_its_sample_set_is_told_and_anothers_refused(addon, scene
     assert addon.commands.execute(["assign", str(alone), "--object", "Plane", "--save", str(tmp_path / "a.blend")]) == 0
     assert "only lamps light it, because its bake has no .lobes.exr" in capfd.readouterr().out
     words = ["sample:cd", "--delta-e", "9", "--coherence-um", "3"]
-    other = addon.child.Job("bake", words, tmp_path / "cd", deadline=addon.child.Deadline(600, ""))
+    other = addon.child.Job(
+        "bake", words, tmp_path / "cd", deadline=addon.child.Deadline(600, addon.child.GratingError("", "", ""))
+    )
     other.wait()
     shutil.copy(tmp_path / "cd" / "cd.lobes.exr", tmp_path / "waves.lobes.exr")
     assert "of another bake than waves.exr" in fault(capfd, addon, "assign", alone, "--object", "Plane")

@@ -81,7 +81,7 @@ def test_a_handler_that_fails_prints_one_line_once(guard, capsys):
 def test_a_failure_that_says_what_to_do_is_printed_as_it_is(guard, capsys):
     @guard.guarded
     def refuse():
-        raise guard.GratingError("scan.nid: it is damaged; import another")
+        raise guard.GratingError("scan.nid", "it is damaged", "import another")
 
     refuse()
     assert capsys.readouterr().err == "Natural Gratings: scan.nid: it is damaged; import another\n"

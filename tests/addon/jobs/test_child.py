@@ -25,7 +25,8 @@ import bpy
 import addon_utils
 assert addon_utils.enable(EXTENSION) is not None
 child = importlib.import_module(f"{{EXTENSION}}.addon.jobs.child")
-job = child.Job("bake", ["sample:elaphe", "--no-cache"], Path(sys.argv[1]), deadline=child.Deadline(600, ""))
+deadline = child.Deadline(600, child.GratingError("", "", ""))
+job = child.Job("bake", ["sample:elaphe", "--no-cache"], Path(sys.argv[1]), deadline=deadline)
 while job.progress()[0] == "starting":
     time.sleep(0.05)
 keeper = job._process.pid
@@ -119,13 +120,43 @@ def test_an_interrupted_wait_stops_the_process(job, tmp_path, monkeypatch):
 
 def test_a_job_that_hangs_is_ended_at_its_deadline(addon, scene, tmp_path):
     """In one line that names its file; nothing is left behind."""
-    deadline = addon.child.Deadline(0.5, "elaphe.png: not baked within 0.5 s; crop it")
+    deadline = addon.child.Deadline(0.5, addon.child.GratingError("elaphe.png", "not baked within 0.5 s", "crop it"))
     job = addon.child.Job("bake", ["sample:elaphe", "--no-cache"], tmp_path / "out", deadline=deadline)
     private = Path(job._private.name)
     job.wait()
     with pytest.raises(addon.child.GratingError, match="^elaphe.png: not baked within 0.5 s; crop it$"):
         job.result()
     assert not private.exists() and list(tmp_path.iterdir()) == []
+
+
+def test_a_failure_comes_with_its_fields(addon, scan, tmp_path):
+    deadline = addon.child.Deadline(60, addon.child.GratingError("", "", ""))
+    job = addon.child.Job("bake", [str(scan)], tmp_path / "out", deadline=deadline)
+    job.wait()
+    assert job.progress()[0] != "error"
+    with pytest.raises(addon.child.GratingError) as failure:
+        job.result()
+    error, setting = failure.value, addon.wording.Setting
+    assert (error.what, error.fault) == (str(scan), "a picture carries no size")
+    assert error.remedy == ("give ", setting.SIZE_UM, ", the width of the scan in micrometres")
+
+
+@pytest.mark.parametrize(("printed", "told"), [
+    ("", r"^bake: its process ended without a word \(status 1\); try again$"),
+    ('{"error": {"what": "a.p', r"^bake: its process ended without a word \(status 1\); try again$"),
+    ('Traceback\nImportError: no NumPy\n{"error": {"wh', "^bake: ImportError: no NumPy; try again$"),
+    ('{"error": {"what": "a", "fault": "b", "remedy": ["take ", {"setting": "--new"}]}}\n{"stage": "x"',
+     "^a: b; take --new$"),
+])  # fmt: skip
+def test_a_process_may_die_at_half_a_line(addon, scan, tmp_path, printed, told):
+    deadline = addon.child.Deadline(60, addon.child.GratingError("", "", ""))
+    job = addon.child.Job("bake", [str(scan)], tmp_path / "out", deadline=deadline)
+    job.wait()
+    job.err_path.write_text(printed)
+    assert job.progress() == ("starting", 0.0)
+    with pytest.raises(addon.child.GratingError, match=told) as failure:
+        job.result()
+    assert addon.wording.in_words(failure.value) == str(failure.value)
 
 
 def test_every_job_has_a_deadline(addon, scene, monkeypatch):

@@ -48,7 +48,7 @@ def test_one_click_measures_bakes_and_swaps(addon, scene, coarse, watched):
     recorded = header["request"]["needs"]
     np.testing.assert_allclose(ranges(asked), [recorded[name] for name in "uvw"], atol=1e-9)
     assert recorded["footprint"] == asked.footprint and "measured" not in recorded
-    assert coarse.for_scene and coarse.bake_summary.endswith("for this scene alone")
+    assert coarse.for_scene and coarse.bake_summary.splitlines()[-1] == "for this scene alone"
     assert coarse.source and coarse.delta_e == 6.0
     assert bpy.ops.grating.needs(everything=True) == {"FINISHED"}
     assert shown_pixels(addon, coarse) == before and not coarse.for_scene
@@ -97,7 +97,12 @@ def test_the_verb_bakes_and_saves(addon, scene, coarse, tmp_path):
 def test_a_bake_of_a_sample_alone_tells_what_to_bake(addon, scene, watched, tmp_path):
     """The grating that `assign` adds has no height map; its bake's header names the sample."""
     given = ["--delta-e", "9", "--coherence-um", "3"]
-    job = addon.child.Job("bake", ["sample:cd", *given], tmp_path, deadline=addon.child.Deadline(600, ""))
+    job = addon.child.Job(
+        "bake",
+        ["sample:cd", *given],
+        tmp_path,
+        deadline=addon.child.Deadline(600, addon.child.GratingError("", "", "")),
+    )
     job.wait()
     bake = job.result()["files"][0]
     assign = ["assign", bake, "--object", "Plane", "--lights", "lamps", "--save", str(tmp_path / "a.blend")]

@@ -48,7 +48,7 @@ def test_a_file_that_is_dropped_is_imported_at_once(scene, tmp_path, make, name)
     assert done == {"FINISHED"}
     grating = scene.natural_gratings.active()
     assert grating.name == "drop"
-    assert grating.summary.startswith("3.2 x 3.2 um, relief ") and grating.summary.endswith(" at 0 deg")
+    assert grating.summary.startswith("3.2 x 3.2 um\nrelief ") and grating.summary.endswith(" at 0 deg")
 
 
 def active():

@@ -1,19 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Baking a grating again: its materials show the new bake, and keep their names and the artist's settings."""
 
-import ast
-import re
-
 import bpy
 import numpy as np
 import pytest
 
-from devtools import ROOT
 from precompute.base.exr import open_picture
 from precompute.table.atlas_file import read_header
-
-# The packages of precompute whose messages reach an artist.
-ROOMS = ("base", "maths", "optics", "colour", "surface", "spectra", "table", "reference", "measure", "bake", "methods")
 
 
 @pytest.fixture
@@ -145,39 +138,6 @@ def test_what_is_set_during_a_bake_is_not_noted_as_baked(scene, grating, addon):
     assert addon.remembered_bakes.is_asked_otherwise(grating)
     grating.delta_e = 6.0
     assert not addon.remembered_bakes.is_asked_otherwise(grating)
-
-
-def options_named(path):
-    """The command-line options named in texts of a source file, except in docstrings."""
-    tree = ast.parse(path.read_text())
-    docstrings = {
-        id(node.body[0].value)
-        for node in ast.walk(tree)
-        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)) and isinstance(node.body[0], ast.Expr)
-    }
-    texts = [n.value for n in ast.walk(tree) if isinstance(n, ast.Constant) and isinstance(n.value, str)
-             and id(n) not in docstrings]  # fmt: skip
-    return {option for text in texts for option in re.findall(r"--[a-z][a-z-]*", text)}
-
-
-def test_every_option_that_a_message_names_has_words_in_blender(addon):
-    named = {option for room in ROOMS for path in (ROOT / "precompute" / room).rglob("*.py")
-             for option in options_named(path)}  # fmt: skip
-    assert {"--size-um", "--delta-e", "--channel"} <= named
-    assert named <= set(addon.reports.WORDS)
-    said = addon.reports.in_words("a.png: a picture carries no size; give --size-um W, the width")
-    assert said == "a.png: a picture carries no size; give Width (um) in the import dialog, the width"
-    assert addon.reports.in_words("--unknown") == "--unknown"
-
-
-def test_the_words_are_those_of_the_interface(addon):
-    dialog = bpy.ops.grating.import_height_map.get_rna_type().properties
-    panel = addon.grating.Grating.bl_rna.properties
-    words = addon.reports.WORDS
-    for option, name in (("--size-um", "size_um"), ("--height-nm", "height_nm"), ("--channel", "channel")):
-        assert words[option] == f"{dialog[name].name} in the import dialog"
-    for option, name in (("--delta-e", "delta_e"), ("--coherence-um", "coherence_um"), ("--level", "steps")):
-        assert words[option] == panel[name].name
 
 
 def test_what_was_given_for_one_file_is_not_offered_for_the_next(scene, scan):

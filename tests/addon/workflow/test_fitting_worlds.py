@@ -90,7 +90,7 @@ def test_the_panel_offers_a_fit_that_has_work_and_tells_one_that_failed(addon, s
     assert "grating.fit_world" in drawn().operators and drawn().noted("ERROR") == ""
 
     def fail(*_):
-        raise addon.child.GratingError("world World: not rendered; try again")
+        raise addon.child.GratingError("world World", "not rendered", "try again")
 
     # As with a window, where the fit runs in the background.
     monkeypatch.setattr(addon.world_probe, "Probe", fail)

@@ -61,7 +61,7 @@ def test_several_files_become_one_grating(scene, skins):
     import_files(skins, "one.png", "two.png", "three.png", several="AVERAGE")
     (grating,) = gratings()
     assert grating.name == "one" and grating.levelling == "plane"
-    assert grating.summary.endswith(", the mean of 3 scans")
+    assert grating.summary.endswith("\nthe mean of 3 scans")
     asked = grating.bake_request()
     assert [scan.source for scan in asked.scans] == [str(skins / f"{name}.png") for name in ("one", "two", "three")]
     assert {(scan.size_um, scan.height_nm, scan.channel) for scan in asked.scans} == {(4.1, 100.0, None)}

@@ -111,7 +111,7 @@ def test_a_full_disk_costs_one_line(tmp_path, cache_folder, monkeypatch, capsys)
 def test_a_bake_that_fails_leaves_nothing(tmp_path, cache_folder):
     def fail(folder):
         fake()(folder)
-        raise GratingError("skin: misses its budget; ask for more")
+        raise GratingError("skin", "misses its budget", "ask for more")
 
     with pytest.raises(GratingError):
         bake_once(key(1), tmp_path, fail)

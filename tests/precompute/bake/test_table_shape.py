@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from precompute.bake.ensemble import bake
-from precompute.bake.probe import TEXELS_MAX, TEXELS_MIN
 from precompute.bake.request import BakeRequest
+from precompute.bake.terms_and_texels import TEXELS_MAX, TEXELS_MIN
 from precompute.colour.observer import spectral_weights, white_xyz
 from precompute.maths import chebyshev
 from precompute.optics import coherence

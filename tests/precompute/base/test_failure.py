@@ -3,7 +3,7 @@
 
 import pytest
 
-from precompute.base.failure import GratingError, printable
+from precompute.base.failure import GratingError, Setting, printable, spelled
 
 
 @pytest.mark.parametrize(("text", "shown"), [
@@ -15,9 +15,35 @@ from precompute.base.failure import GratingError, printable
 ])  # fmt: skip
 def test_what_is_shown_of_a_text(text, shown):
     assert printable(text) == shown
-    assert str(GratingError(f"{text}: no scan; give another")) == f"{shown}: no scan; give another"
+    assert str(GratingError(text or "a", "no scan", "give another")) == f"{shown or 'a'}: no scan; give another"
 
 
 def test_a_long_text_is_cut_and_the_remedy_stays():
-    told = str(GratingError("a" * 10**7 + "; bake it again"))
-    assert len(told) < 10**4 and told.endswith("; bake it again")
+    told = str(GratingError("a" * 10**7, "", "bake it again"))
+    assert len(told) < 10**4 and told.endswith(": bake it again")
+
+
+FAILURE = GratingError("a.png", "it carries no size", ("give ", Setting.SIZE_UM, ", or crop it"))
+
+
+def test_a_setting_is_an_option_on_the_command_line():
+    assert str(FAILURE) == "a.png: it carries no size; give --size-um, or crop it"
+    assert spelled(FAILURE.remedy) == "give --size-um, or crop it"
+    assert FAILURE.line("b.png", lambda setting: setting.name) == "b.png: it carries no size; give SIZE_UM, or crop it"
+
+
+@pytest.mark.parametrize(("fields", "told"), [
+    (("", "no memory", "crop it"), "no memory; crop it"), (("a.png", "", "crop it"), "a.png: crop it"),
+    (("a.png", "broken", ""), "a.png: broken"), (("", "broken", ""), "broken"),
+])  # fmt: skip
+def test_an_empty_field_leaves_no_mark(fields, told):
+    assert str(GratingError(*fields)) == told
+
+
+def test_a_failure_of_a_part_names_the_whole():
+    assert str(FAILURE.within("two scans")) == f"two scans: {FAILURE}"
+    assert str(GratingError("", "no memory", "crop it").within("a.png")) == "a.png: no memory; crop it"
+
+
+def test_every_setting_is_an_option():
+    assert all(setting.value == "--" + setting.name.lower().replace("_", "-") for setting in Setting)

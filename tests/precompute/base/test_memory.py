@@ -71,7 +71,7 @@ def test_half_of_what_is_free_may_be_taken(monkeypatch):
     monkeypatch.setattr(memory, "free_bytes", lambda: 4 * GIB)
     memory.refuse_beyond_memory(2 * GIB, "a.png: reading", "crop it")
     with pytest.raises(GratingError, match="a.png: reading would take 2.1 GiB .* half of the 4 GiB .*; crop it"):
-        memory.refuse_beyond_memory(2.1 * GIB, "a.png: reading", "crop it")
+        memory.refuse_beyond_memory(2.1 * GIB, "reading", "crop it", source="a.png")
 
 
 def test_nothing_is_refused_where_nothing_is_known(monkeypatch):

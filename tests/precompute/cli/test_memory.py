@@ -40,7 +40,7 @@ def test_a_picture_said_to_be_a_millimetre_wide(line_of, scan, monkeypatch, verb
 def test_work_that_little_memory_does_not_hold(line_of, scan, monkeypatch, verb):
     """The refined relief of 48 x 48 pixels fits into half a MiB; its transforms do not."""
     monkeypatch.setattr(memory, "free_bytes", lambda: 250_000)
-    monkeypatch.setattr("precompute.surface.readers.image.refuse_beyond_memory", lambda *_: None)
+    monkeypatch.setattr("precompute.surface.readers.image.refuse_beyond_memory", lambda *_, **__: None)
     told = line_of(verb, *PICTURE)
     assert f"{scan}: " in told and "more than half of the 0 MiB" in told
 

@@ -15,7 +15,7 @@ def test_what_reaches_new_lines_is_kept_and_what_raises_is_found():
             return
         if b"\0" in data:
             raise KeyError("zero")
-        raise GratingError("file: no numbers; save it again")
+        raise GratingError("file", "no numbers", "save it again")
 
     search = guided.Search([b"1 2 3\n4 5 6\n"])
     search.run(take, 200, random.Random(1))
@@ -27,7 +27,7 @@ def test_what_reaches_new_lines_is_kept_and_what_raises_is_found():
 
 def test_a_line_without_a_remedy_is_a_find():
     def refuse(data):
-        raise GratingError("no")
+        raise GratingError("", "no", "")
 
     search = guided.Search([b"x"])
     search.run(refuse, 0, random.Random(1))

@@ -150,7 +150,7 @@ def test_an_image_that_is_no_number_is_refused(tmp_path):
 
 def test_no_more_texels_are_written_than_are_read(monkeypatch):
     monkeypatch.setattr(exr, "TEXELS_MAX", 1000)
-    with pytest.raises(GratingError, match="give fewer --terms"):
+    with pytest.raises(GratingError, match="lower --terms, or crop the scan"):
         pack(METHODS["flss"](RELIEF, SETTINGS))
 
 

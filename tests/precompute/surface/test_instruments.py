@@ -101,7 +101,7 @@ def test_one_surface_through_bare_numbers(tmp_path, name):
     np.testing.assert_allclose(height_map.height_m, HEIGHTS, rtol=1e-14, atol=half_step * 1.001)
     assert height_map.pixel_size_m == pytest.approx((PIXEL_M, PIXEL_M), rel=1e-9)
     assert reader_of(path).channels(path) == ()
-    with pytest.raises(GratingError, match="--height-nm H, the height of the number 1"):
+    with pytest.raises(GratingError, match="--height-nm, the height of the number 1"):
         read_height_map(path, SIZE_UM)
     with pytest.raises(GratingError, match="leave out --channel"):
         read_height_map(path, SIZE_UM, 1.0, channel="height")

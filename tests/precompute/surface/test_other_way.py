@@ -160,7 +160,7 @@ def test_a_file_of_one_way_stays_as_it_is(tmp_path):
 
 def test_a_way_back_that_cannot_be_read_does_not_count():
     def other():
-        raise GratingError("scan: damaged; copy it again")
+        raise GratingError("scan", "damaged", "copy it again")
 
     scan = HeightMap(GRATING + GROUND[0], (25e-9, 25e-9), "scan")
     assert describe(scan, other) == describe(scan)

@@ -46,8 +46,8 @@ def test_black_and_white_span_the_whole_height_at_any_depth(tmp_path):
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"size_um": None}, "--size-um W"),
-        ({"height_nm": None}, "--height-nm H"),
+        ({"size_um": None}, "give --size-um, the width"),
+        ({"height_nm": None}, "give --height-nm, the height"),
         ({"size_um": 0}, "size of 0 "),
         ({"size_um": 1e9}, "size of 1e\\+09 "),
         ({"size_um": float("nan")}, "size of nan"),

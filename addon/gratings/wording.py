@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Messages in an artist's words."""
+
+from pathlib import Path
+
+from ...precompute.base.failure import GratingError, Setting, Words, printable, spelled
+from .cache_folder import cache_folder
+
+# The names of the settings in the panel and in the dialogs. What only the command line has is named as it is there.
+LABELS = {
+    Setting.SIZE_UM: "Width (um) in the import dialog",
+    Setting.HEIGHT_NM: "Height (nm) in the import dialog",
+    Setting.CHANNEL: "Channel in the import dialog",
+    Setting.LEVEL: "Levelling",
+    Setting.DELTA_E: "Colour Error",
+    Setting.COHERENCE_UM: "Coherence",
+    Setting.METHOD: "Method",
+    Setting.NEEDS: "Bake for This Scene",
+    **{setting: f"the command line's {setting.value}" for setting in (Setting.MODEL, Setting.TERMS, Setting.PERIOD_NM)},
+}
+
+
+def in_words(message: GratingError | str) -> str:
+    """A message as one printable line for an artist: settings have the names of the interface, and a file in the cache,
+    whose path takes more than 100 letters, has its name for its path."""
+    if isinstance(message, str):
+        return printable(message)
+    path = Path(message.what)
+    in_cache = path.is_relative_to(cache_folder())
+    return message.line(f"{path.name} in the cache" if in_cache else None, LABELS.__getitem__)
+
+
+def labelled(words: Words) -> str:
+    """A text with the interface's names of the settings in it."""
+    return spelled(words, LABELS.__getitem__)
+
+
+def in_one_line(facts: str) -> str:
+    """A summary, which has a fact on each line, as one line."""
+    return ", ".join(facts.splitlines())
