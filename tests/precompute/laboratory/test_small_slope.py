@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from laboratory.benchmarks.rcwa_orders import FACTORS, Case, directions, rigorous_orders, spectrum
 from laboratory.study.small_slope import small_slope_reflectance
 from precompute.optics.fresnel import fresnel_reflectance
 
@@ -55,3 +56,17 @@ def test_it_is_the_first_order_perturbation(ior, azimuth_deg):
     vv = (e - 1) * (e * si * sr - a * b * c) / ((e * ci + a) * (e * cr + b))
     expected = (hh**2 + vh**2 + hv**2 + vv**2) / 2
     assert small_slope_reflectance(unit(ti, 0), unit(tr, azimuth), ior) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize(("theta_deg", "azimuth_deg"), [(0, 0), (60, 0), (80, 0), (60, 45), (75, 90)])
+def test_shallow_gratings_have_the_orders_of_maxwells_equations(theta_deg, azimuth_deg):
+    pytest.importorskip("inkstone", reason="only the environment of the benchmarks has the solver")
+    case = Case("sinusoidal", 1.5, 0.01, theta_deg, azimuth_deg)
+    rigorous = rigorous_orders(case, 1, parts=96)
+    for order in (-1, 0, 1):
+        if (ways := directions(case, order)) is not None:
+            wi, wr = ways
+            expected = FACTORS["small slope"](wi, wr, case.index) * spectrum(case, order, wi[2] + wr[2])
+            # Steps of 1/96 of the period lower a first order by 1 - sinc(1/96)^2 = 4e-4. The next term of the
+            # perturbation series is about (2 pi depth)^2 / 2 = 2e-3 of an order.
+            assert expected == pytest.approx(rigorous[order + 1], rel=3e-3)
