@@ -28,7 +28,7 @@ from precompute.optics.brdf import half_angle_cosine
 from precompute.optics.fresnel import fresnel_reflectance
 
 from ..study.efficiency import PROFILES, profile
-from ..study.small_slope import small_slope_reflectance
+from precompute.optics.small_slope import small_slope_reflectance
 from . import report
 from .rcwa import EXTRA_ORDERS, KERATIN, PARTS, steps
 

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from ..base.progress import Progress, span_of
-from ..measure.forms import FORM_NAMES
 from ..optics import coherence
 from ..surface.height_map import HeightMap
 from ..surface.relief import Relief, relief_of
@@ -27,7 +26,7 @@ from .request import BakeRequest
 _LEVELLED = 0.01
 # The stage that levels the scans, and may refuse one.
 LEVELLING = "levelling"
-# The figures that bake_to_folder reports, and the figures of each form in `delta_e`.
+# The figures that bake_to_folder reports, and the figures in `delta_e`.
 _FIGURES = ("seconds", "check_seconds", "blender_bytes", "tiles", "resolution", "coherence_um")
 _ERRORS = ("mean", "p95", "p99", "max", "pairs")
 
@@ -63,7 +62,7 @@ def bake_to_folder(
         "precision": str(made.image.dtype),
         "coherence_um": provenance["coherence_um"],
         "levelling": told,
-        **made.claims.as_dict(),
+        "delta_e": made.errors.as_dict(),
         "files": [str(file) for file in pictures],
     }
 
@@ -103,7 +102,7 @@ def provenance_of(
         "precision": str(made.image.dtype),
         "asked_delta_e": request.delta_e,
         "request": request.as_dict(),
-        **made.claims.as_dict(),
+        "delta_e": made.errors.as_dict(),
     }
 
 
@@ -111,21 +110,17 @@ def are_facts(facts: Mapping[str, Any], height_maps: Sequence[HeightMap]) -> boo
     """Whether a record holds bake_to_folder's facts for these height maps, with file names under `files`."""
     name = bake_name(height_maps)
     told = facts.get("levelling", [])
-    tile, errors, forms = facts.get("tile"), facts.get("delta_e"), facts.get("delta_e_by_form")
+    tile, errors = facts.get("tile"), facts.get("delta_e")
     return (
         facts["files"] in ([f"{name}.exr"], [f"{name}.exr", path_beside(Path(f"{name}.exr")).name])
         and all(_is_figure(facts.get(key)) for key in _FIGURES)
         and isinstance(tile, list)
         and len(tile) == 2
         and all(map(_is_figure, tile))
-        and isinstance(forms, dict)
-        and {"stam"} <= set(forms) <= set(FORM_NAMES)
         and isinstance(told, list)
         and all(isinstance(line, str) for line in told)
-        and all(
-            isinstance(each, dict) and all(_is_figure(each.get(key)) for key in _ERRORS)
-            for each in (errors, *forms.values())
-        )
+        and isinstance(errors, dict)
+        and all(_is_figure(errors.get(key)) for key in _ERRORS)
     )
 
 

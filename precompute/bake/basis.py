@@ -19,8 +19,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..maths import chebyshev
-from ..measure.errors import Truth, measure
-from ..measure.forms import FormErrors
+from ..measure.errors import Errors, Truth, measure
 from ..measure.pairs import Pairs, cosine_weighted, pair_about
 from ..table.table import Table
 from ..table.tiling import TILE_PADDING
@@ -72,8 +71,8 @@ def learnt_basis(table: Table) -> tuple[np.ndarray, np.ndarray]:
     return functions / peaks, peaks * (vectors.T @ measure)
 
 
-def comparison(table: Table, illuminant: str) -> Callable[[Table], FormErrors]:
-    """Return a function that measures how much another table of the same surface differs, in Stam's form.
+def comparison(table: Table, illuminant: str) -> Callable[[Table], Errors]:
+    """Return a function that measures how much another table of the same surface differs, without an albedo bound.
 
     The values of w are equally spaced. Grazing light has a small w and few direction pairs in the self-check, but it
     may fill a scene. At each w half of the pairs are cosine weighted, half drawn from the table's light."""
@@ -87,7 +86,7 @@ def comparison(table: Table, illuminant: str) -> Callable[[Table], FormErrors]:
         pairs = Pairs(wi, wr, drawn).within(table.region)
         scattered, zero_order = table.candidate(pairs.u, pairs.v, w)
         found.append(Truth(w, pairs, scattered * w**2, zero_order))
-    return lambda other: FormErrors(measure(found, other.candidate, illuminant), None)
+    return lambda other: measure(found, other.candidate, illuminant, metal=table.metal)
 
 
 def _lit_pairs(table: Table, w: float, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..base.progress import Progress, part_of, silent
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
-from ..measure.forms import DELTA_E_OF_BOUND
+from ..measure.errors import DELTA_E_OF_BOUND
 from ..spectra.fast import fast_series
 from ..spectra.resample import KERNEL_REACH
 from ..spectra.series import SpectrumSeries
@@ -68,7 +68,7 @@ def plan(
     Raises GratingError if the requested coherence length needs a finer table than RESOLUTION_MAX allows."""
     reliefs = (reliefs,) if isinstance(reliefs, Relief) else tuple(reliefs)
     delta_e, needs = request.delta_e, request.needs
-    auto = request.coherence_length_m is None
+    auto, metal = request.coherence_length_m is None, request.matter == "metal"
     sigma_b = kernel_for(reliefs, request)
     if auto:  # a kernel too narrow for a table of DEFAULT_BYTES need not be resolved
         sigma_b = max(sigma_b, TEXELS_MIN * texel_size(int(math.sqrt(DEFAULT_BYTES / BYTES_PER_TEXEL / 4))))
@@ -80,7 +80,8 @@ def plan(
     resolution = resolution_for(sigma_b, texels)
     finest = min(RESOLUTION_MAX, int(math.sqrt(DEFAULT_BYTES / (BYTES_PER_TEXEL * terms))) // 2 * 2)
     while (
-        blender_bytes(terms, (finest, finest), texels * texel_size(finest)) > DEFAULT_BYTES and finest > RESOLUTION_MIN
+        blender_bytes(terms, (finest, finest), texels * texel_size(finest), metal=metal) > DEFAULT_BYTES
+        and finest > RESOLUTION_MIN
     ):
         finest -= 2
     if request.coherence_length_m is not None and resolution > RESOLUTION_MAX:
@@ -93,7 +94,7 @@ def plan(
     precision = np.float16 if measured.halves_do(terms, delta_e) else np.float32
     return Plan(
         ensemble, lambdas, sigma_b, texel, (v, u), terms, needs.w, precision,
-        bound_tolerance=_OF_BOUND * min(delta_e, 1) / DELTA_E_OF_BOUND,
+        bound_tolerance=metal * _OF_BOUND * min(delta_e, 1) / DELTA_E_OF_BOUND,
     )  # fmt: skip
 
 

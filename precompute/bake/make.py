@@ -15,8 +15,7 @@ import numpy as np
 from ..base.exr import TEXELS_MAX
 from ..base.failure import GratingError, Setting
 from ..base.progress import Progress, forwards, silent, span_of
-from ..measure.errors import Errors
-from ..measure.forms import FORM_NAMES, RELATIVE_DY, FormErrors
+from ..measure.errors import RELATIVE_DY, Errors
 from ..surface.relief import Relief
 from ..table import atlas
 from ..table.sample_set import SampleSet
@@ -50,7 +49,7 @@ class Made:
     table          the table, rounded as in the file
     sample_set     the sample set beside it; None under the patch model
     image, layout  the atlas: the table packed into one picture
-    claims         the measured errors of `table` in both forms
+    errors         the measured errors of `table`
     wavelengths    the number of wavelengths
     transforms     the number of Fourier transforms of the relief
     seconds        the time of planning and baking
@@ -60,16 +59,11 @@ class Made:
     sample_set: SampleSet | None
     image: np.ndarray
     layout: atlas.Layout
-    claims: FormErrors
+    errors: Errors
     wavelengths: int
     transforms: int
     seconds: float
     check_seconds: float
-
-    @property
-    def errors(self) -> Errors:
-        """The errors of the materials' default form."""
-        return self.claims.shown
 
     @property
     def blender_bytes(self) -> int:
@@ -85,19 +79,18 @@ def make(
     Raises GratingError, with `source` and an error that can be kept, if the requested colour error cannot."""
     progress = forwards(progress)
     made = _attempt(reliefs, request, span_of(progress, 0, _FIRST), source)
-    excess = _excess(made.claims, request.delta_e)
+    excess = _excess(made.errors, request.delta_e)
     if excess > 1:
         # A smaller error only changes terms, texels, wavelengths and transforms. Other errors stay and are measured.
         stricter = replace(request, delta_e=request.delta_e / (_MARGIN * excess))
         again = _attempt(reliefs, stricter, span_of(progress, _FIRST, 1), source)
         again = _with_time_of(again, made)
-        made = again if _excess(again.claims, request.delta_e) < excess else made
-    if _excess(made.claims, request.delta_e) > 1:
-        name, errors = max(made.claims.forms.items(), key=lambda form: _reached(form[1]))
-        reached = _reached(errors)
+        made = again if _excess(again.errors, request.delta_e) < excess else made
+    if _excess(made.errors, request.delta_e) > 1:
+        errors, reached = made.errors, _reached(made.errors)
         raise GratingError(
             source,
-            f"in {FORM_NAMES[name]} the bake reaches a dE00 of {errors.p99:.2f} (99th percentile; up to "
+            f"the bake reaches a dE00 of {errors.p99:.2f} (99th percentile; up to "
             f"{errors.p99_allowance:.2f} more on other directions) and {errors.relative_dy:.1%} of the light, not the "
             f"asked {request.delta_e:g}",
             ("ask for ", Setting.DELTA_E, f" {math.ceil(reached * 10.5) / 10:g} or a shorter ", Setting.COHERENCE_UM),
@@ -105,18 +98,15 @@ def make(
     return made
 
 
-def _excess(claims: FormErrors, delta_e: float) -> float:
-    """A bake's error over the requested error: at most 1 if the request is kept in both forms.
+def _excess(errors: Errors, delta_e: float) -> float:
+    """A bake's error over the requested error: at most 1 if the request is kept.
 
     The 99th percentile is estimated from a sample of directions, so its sampling error is added."""
-    return max(
-        max(errors.p99_most / delta_e, errors.relative_dy / (RELATIVE_DY * max(delta_e, 1)))
-        for errors in claims.forms.values()
-    )
+    return max(errors.p99_most / delta_e, errors.relative_dy / (RELATIVE_DY * max(delta_e, 1)))
 
 
 def _reached(errors: Errors) -> float:
-    """The least dE00 that the errors of a form keep."""
+    """The least dE00 that the errors keep."""
     return max(errors.p99_most, errors.relative_dy / RELATIVE_DY)
 
 
@@ -133,7 +123,7 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
     except GratingError as error:
         raise error.within(source) from error
     rows, columns = map(len, chosen.axes)
-    in_blender = blender_bytes(chosen.terms, (rows, columns), chosen.sigma_b)
+    in_blender = blender_bytes(chosen.terms, (rows, columns), chosen.sigma_b, metal=chosen.metal)
     if in_blender > ATLAS_BYTES_MAX:
         raise GratingError(
             source,
@@ -153,10 +143,10 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
     table = with_learnt_basis(table, keeps)
     image, layout = atlas.pack(with_levels(table))
     stored = atlas.unpack(image, layout)
-    claims = errors_of(stored)
+    errors = errors_of(stored)
     transforms = sum(len(series.amplitude) for series in chosen.ensemble)
     return Made(
-        stored, sample_set, image, layout, claims, len(chosen.wavelengths), transforms, baked - started,
+        stored, sample_set, image, layout, errors, len(chosen.wavelengths), transforms, baked - started,
         time.perf_counter() - baked,
     )  # fmt: skip
 

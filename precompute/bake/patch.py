@@ -25,7 +25,6 @@ from ..base.progress import Progress, silent
 from ..colour.observer import WAVELENGTH_MIN_M, seen_wavelengths, spectral_weights, wavelengths
 from ..maths import chebyshev
 from ..measure.errors import Truth, measure
-from ..measure.forms import FormErrors
 from ..optics import coherence
 from ..optics.coherence import THESIS_COHERENCE_M
 from ..reference.patch_reference import PatchReference
@@ -36,7 +35,7 @@ from .blur_levels import narrower
 from .needs import WIDTH_MIN
 from .patch_series import patch_series
 from .plan import Plan
-from .request import BakeRequest
+from .request import MATTERS, MODELS, BakeRequest
 from .resolution import texel_middles
 from .self_check import Judge, pairs_within, w_within
 from .terms_and_texels import TEXELS_MAX, probe
@@ -61,10 +60,15 @@ def plan(
     """Like ensemble.plan, under one window of the request's coherence length (THESIS_COHERENCE_M by default).
 
     The kernel is never widened to make the table fit. Raises GratingError for several reliefs, since the model is of
-    one patch, and for needs that end below W_MIN."""
+    one patch, for a metal, and for needs that end below W_MIN."""
     if len(reliefs) != 1:
         remedy = ("give one, or take ", Setting.MODEL, " ensemble")
         raise GratingError(f"{len(reliefs)} scans", "the patch model is of one", remedy)
+    if request.matter == "metal":
+        raise GratingError(
+            "", "the patch model is of a dielectric",
+            ("choose ", Setting.MODEL, f" {MODELS[0]}, or ", Setting.MATTER, f" {MATTERS[0]}"),
+        )  # fmt: skip
     needs, delta_e = request.needs, request.delta_e
     needs = replace(needs, w=(max(needs.w[0], W_MIN), needs.w[1]))
     if needs.w[1] - needs.w[0] < WIDTH_MIN:
@@ -87,7 +91,7 @@ def plan(
 
 
 def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent) -> Table:
-    """Like tiles.carry_out, without a zero order and without an albedo bound."""
+    """Like tiles.carry_out, without a zero order."""
     nodes = chebyshev.nodes(chosen.terms, *chosen.w_range)
     at_nodes = xyz_over_w2(
         chosen, nodes, narrower(chosen.sigma_b, chosen.texel), illuminant=illuminant, progress=progress
@@ -103,7 +107,7 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
 def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress: Progress) -> Judge:
     """Return a function that measures a plan's table against the patch model's reference.
 
-    It uses direction pairs at a few values of w. Without an albedo bound there is only Stam's form."""
+    It uses direction pairs at a few values of w."""
     rng = np.random.default_rng(0)
     window = PatchWindow(reliefs[0], coherence.coherence_length(chosen.sigma_b) / 4)
     reference = PatchReference(window)
@@ -121,7 +125,7 @@ def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress:
             xyz += reference.density(pairs.u, pairs.v, w, wavelength_m=lam)[:, None] * weight
             progress("self-check", (k + (n + 1) / len(lambdas)) / _CHECK_GROUPS)
         found.append(Truth(w, pairs, xyz, np.zeros(3)))
-    return lambda table: FormErrors(measure(found, table.candidate, illuminant), None)
+    return lambda table: measure(found, table.candidate, illuminant)
 
 
 def sample_set(chosen: Plan) -> None:

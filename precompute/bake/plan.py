@@ -27,7 +27,8 @@ class Plan:
     terms        the number of Chebyshev terms in w
     w_range      the range of w
     precision    the kind of float that holds the terms well enough in a file
-    bound_tolerance  the relative error that the table of the albedo bound may have at 1 % of directions"""
+    bound_tolerance  the relative error that the table of the albedo bound may have at 1 % of directions; 0 for a
+                     dielectric, which has no albedo bound"""
 
     ensemble: tuple[SpectrumSeries, ...]
     wavelengths: np.ndarray
@@ -38,6 +39,11 @@ class Plan:
     w_range: tuple[float, float]
     precision: type[np.floating]
     bound_tolerance: float = 0.0
+
+    @property
+    def metal(self) -> bool:
+        """Whether the bake is of a metal, with an albedo bound."""
+        return self.bound_tolerance > 0
 
     @property
     def region(self) -> Region:

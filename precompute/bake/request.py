@@ -21,6 +21,8 @@ from .needs import EVERYTHING, Needs, needs_of
 
 # The names of the models of coherence (coherence_models.py).
 MODELS = ("ensemble", "patch")
+# What the surface is made of: it decides the form of the BRDF (optics/brdf.py).
+MATTERS = ("dielectric", "metal")
 # The limits of a request's numbers. CIEDE2000 of black and white is 100. An error of 1e-3 needs spectra to 2e-7 of
 # their light, the limit of single precision. No coherence length is much shorter than the light's wavelength, and no
 # scan is as long as 10 mm. Sizes are those of the readers of pictures.
@@ -60,6 +62,7 @@ class BakeRequest:
     coherence_length_m  4 sigma_s in metres, where sigma_s is the standard deviation of the coherence window. None: the
                         longest length that the scans can average, or the thesis's under the patch model
     illuminant          the light on the surface: white, or a laser's line, as 532nm
+    matter              what the surface is made of, one of MATTERS
     needs               what the scene reaches
     model               the model of coherence, one of MODELS
     levelling           the steps that level and repair each scan, in order
@@ -68,6 +71,7 @@ class BakeRequest:
     delta_e: float = 1.0
     coherence_length_m: float | None = None
     illuminant: str = "D65"
+    matter: str = "dielectric"
     needs: Needs = EVERYTHING
     model: str = "ensemble"
     levelling: tuple[Step, ...] = DEFAULT
@@ -85,6 +89,7 @@ class BakeRequest:
             "delta_e": self.delta_e,
             "coherence_um": None if self.coherence_length_m is None else self.coherence_length_m * 1e6,
             "illuminant": self.illuminant,
+            "matter": self.matter,
             "needs": self.needs.as_dict(),
         }
 
@@ -109,6 +114,7 @@ def request_from(record: object, source: str) -> BakeRequest:
         delta_e=_number(source, "delta_e", record.get("delta_e", 1.0), DELTA_E),
         coherence_length_m=None,
         illuminant=_illuminant(source, record.get("illuminant", "D65")),
+        matter=_one_of(source, "matter", record.get("matter", "dielectric"), MATTERS),
         needs=needs_of(record["needs"], source) if "needs" in record else EVERYTHING,
         model=_one_of(source, "model", record.get("model", "ensemble"), MODELS),
         levelling=DEFAULT,

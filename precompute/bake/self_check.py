@@ -6,8 +6,8 @@ The bake has a series in s instead, made from a few transforms. So the error is 
 compared with exact transforms, at other values of s than its nodes. All other errors (of wavelengths, kernel, texels,
 terms and half floats) are measured by the error metric, against sums over the series' bins at each direction.
 
-The energy-conserving form divides by an albedo bound, which is integrated at the directions of some of the pairs, with
-four times as many wavelengths as in the bake's table, and without reading a table.
+A metal's radiance is divided by an albedo bound, which is integrated at the directions of some of the pairs, with four
+times as many wavelengths as in the bake's table, and without reading a table.
 
 make.py compares the errors with the requested dE00. The verb `check` measures the same errors independently
 (precompute/check).
@@ -21,8 +21,7 @@ import numpy as np
 
 from ..base.progress import Progress, part_of
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, line_of, seen_wavelengths, spectral_weights
-from ..measure.errors import Truth, measure
-from ..measure.forms import FormErrors
+from ..measure.errors import Errors, Truth, measure
 from ..measure.pairs import Pairs, draw_w
 from ..measure.truths import Spectrum, draw_pairs
 from ..reference.ensemble_reference import blurred
@@ -38,13 +37,13 @@ from .plan import Plan
 GROUPS = 4
 # The least and the greatest number of direction pairs at each w. In between, about _BINS_SUMMED bins are summed per w.
 _PAIRS_MIN, _PAIRS_MAX, _BINS_SUMMED = 700, 1600, 800_000
-# The least number of direction pairs at each w for the energy-conserving form; at most twice as many are used.
+# The least number of direction pairs at each w for a metal's bound; at most twice as many are used.
 _BOUND_PAIRS = 100
 # A kernel is cut at this many standard deviations, where it has fallen to 1.5e-8 of its peak.
 _CUT = 6.0
 # The dE00 per relative error of luminance, at Y = 1: the derivative of L* = 116 Y^(1/3) - 16 is 116 / 3.
 _DELTA_E_PER_UNIT = 116 / 3
-Judge = Callable[[Table], FormErrors]
+Judge = Callable[[Table], Errors]
 # Number of values of s at which each series is compared with an exact transform.
 _SERIES_PROBES = 2
 
@@ -61,7 +60,7 @@ def wavelengths_for(sigma_b: float) -> np.ndarray:
 
 
 def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress: Progress) -> Judge:
-    """Return a function that measures a plan's table in both forms.
+    """Return a function that measures a plan's table; a metal's with and without its albedo bound.
 
     It measures at a few values of w, on direction pairs that the bake was not made from. The series' error is added to
     every error of colour and to every relative error of luminance. `progress` is called with the stage "self-check"."""
@@ -76,22 +75,23 @@ def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress:
                 part_of(progress, "self-check", done=k, total=GROUPS),
             )
         )  # fmt: skip
-    part = _with_bound(
-        chosen, [truth.only(slice(None, None, max(1, len(truth.pairs.wi) // _BOUND_PAIRS))) for truth in found]
-    )
+    some = [truth.only(slice(None, None, max(1, len(truth.pairs.wi) // _BOUND_PAIRS))) for truth in found]
+    bounded = _with_bound(chosen, some) if chosen.metal else []
     s = rng.uniform(0.3, 1, _SERIES_PROBES) * chosen.ensemble[0].s_max
     lacking = max(exact_error(relief, series, s) for relief, series in zip(reliefs, chosen.ensemble, strict=True))
 
-    def errors_of(table: Table) -> FormErrors:
-        stam = measure(found, table.candidate, illuminant)
-        conserving = measure(part, table.candidate, illuminant, held_bound=table.bound_of_pairs)
-        return FormErrors(*(errors.worse_by(_DELTA_E_PER_UNIT * lacking, lacking) for errors in (stam, conserving)))
+    def errors_of(table: Table) -> Errors:
+        errors = measure(found, table.candidate, illuminant, metal=chosen.metal)
+        if bounded:
+            held = table.bound_of_pairs
+            errors = errors.worse_of(measure(bounded, table.candidate, illuminant, metal=True, held_bound=held))
+        return errors.worse_by(_DELTA_E_PER_UNIT * lacking, lacking)
 
     return errors_of
 
 
 def _with_bound(chosen: Plan, found: Sequence[Truth]) -> list[Truth]:
-    """Add the divisors of the energy-conserving form to the truths."""
+    """Add the albedo bounds to the truths."""
     directions = np.concatenate([way for truth in found for way in (truth.pairs.wi, truth.pairs.wr)])
     bound = 1 + np.maximum(_excess(chosen, directions) / np.maximum(directions[:, 2], 1e-6), 0)
     ends = np.cumsum([len(truth.pairs.wi) for truth in found for _ in range(2)])

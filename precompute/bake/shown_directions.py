@@ -13,8 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..optics.brdf import dot, half_angle_cosine
-from ..optics.fresnel import fresnel_reflectance
+from ..optics.brdf import scattering_factor
 from ..optics.region import FARTHEST, Region
 from ..table.radiance import AS_BAKED, Skin
 from .needs import WIDTH_MIN, Needs
@@ -66,8 +65,7 @@ def under_lamp(
     disc = variance[lit] * (1 + wi[:, 2] ** 2) / 2
     slopes = ((wi + wr)[:, 2] * skin.roughness**2) ** 2 / 2
     reach = 2 * skin.period_scale * np.sqrt(disc + slopes)[:, None] * (1.0, 1.0, 0.0)
-    # Stam's obliquity without 1 / cos(tr), which the albedo bound counteracts where it is large.
-    light = irradiance * (1 + dot(wi, wr)) ** 2 * fresnel_reflectance(half_angle_cosine(wi, wr), skin.ior)
+    light = irradiance * scattering_factor(wi, wr, skin.ior)
     changes = np.full(len(wr), np.nan) if footprint is None else footprint[lit] * skin.period_scale
     return _within_limits(uvw - reach, uvw + reach, light, 2 * skin.period_scale * np.sqrt(disc), changes)
 

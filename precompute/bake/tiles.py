@@ -30,7 +30,7 @@ _RIM = 3
 _WAVELENGTHS_AT_ONCE, _ROWS_AT_ONCE = 8, 16
 # Number of bins that are mixed at once, over several nodes: 32 MiB of floats.
 _BINS_AT_ONCE = 1 << 23
-# The share of a table's time for summing its wavelengths: 0.34 and 0.43 on the samples Elaphe and Xenopeltis.
+# The share of a metal table's time for summing its wavelengths: 0.34 and 0.43 on the samples Elaphe and Xenopeltis.
 _SUMMED = 0.4
 
 
@@ -38,15 +38,19 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
     """Make the table of a plan, without wider blur levels. `progress` is called with the share of the table."""
     sigma_table = narrower(chosen.sigma_b, chosen.texel)
     nodes = chebyshev.nodes(chosen.terms, *chosen.w_range)
-    at_nodes = xyz_over_w2(chosen, nodes, sigma_table, illuminant=illuminant, progress=span_of(progress, 0, _SUMMED))
+    summed = _SUMMED if chosen.metal else 1.0
+    at_nodes = xyz_over_w2(chosen, nodes, sigma_table, illuminant=illuminant, progress=span_of(progress, 0, summed))
     to_terms = chebyshev.coefficients_from_nodes(chosen.terms).astype(np.float32)
     terms = np.tensordot(to_terms, at_nodes, axes=1)
     v, u = chosen.axes
     terms[:, v[:, None] ** 2 + u**2 > (2 + _RIM * chosen.texel) ** 2] = 0
     zero_order = zero_order_curve(chosen.ensemble, illuminant)
-    excess = excess_table(
-        chosen.ensemble, chosen.sigma_b, tolerance=chosen.bound_tolerance, progress=span_of(progress, _SUMMED, 1)
-    )
+    excess = None
+    if chosen.metal:
+        bound_progress = span_of(progress, _SUMMED, 1)
+        excess = excess_table(
+            chosen.ensemble, chosen.sigma_b, tolerance=chosen.bound_tolerance, progress=bound_progress
+        )
     return Table(
         terms, zero_order, chosen.sigma_b, chosen.texel, illuminant, excess, (v[0], u[0]),
         chosen.w_range, chosen.precision,

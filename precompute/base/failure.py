@@ -22,6 +22,7 @@ class Setting(Enum):
     COHERENCE_UM = "--coherence-um"
     METHOD = "--method"
     MODEL = "--model"
+    MATTER = "--matter"
     NEEDS = "--needs"
     TERMS = "--terms"
     PERIOD_NM = "--period-nm"

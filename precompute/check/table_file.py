@@ -14,13 +14,13 @@ from ..base.strict_json import parse_json
 from ..colour.observer import is_illuminant
 from ..optics.region import Region
 
-FORMAT = 9
+FORMAT = 10
 # The inner texels of a tile hold the table. _RIM is the number of texels on each side of them for interpolation. _STRIP
 # is the number of rows of the zero order's strip.
 _RIM, _STRIP = 2, 4
 _COUNTS = (
     "terms", "levels", "cell_rows", "cell_columns", "inner_rows", "inner_columns", "columns", "rows", "strip_rows",
-    "zero_order_samples", "bound_texels", "polynomials",
+    "zero_order_samples", "polynomials",
 )  # fmt: skip
 # The least and the greatest value of each real number of a layout: the sky, kernels up to one that fills it, and scales
 # whose largest stored value, 8192 times the scale, fits single precision.
@@ -45,7 +45,8 @@ class Table:
     terms       (K, rows, columns, 3), terms of XYZ over w^2; the first axis of a tile runs along +v, the second along
                 +u; the outer two texels on every side serve interpolation only
     zero_order  XYZ (n, 3) of the zero order at equal steps of w from 0 to 2
-    excess      (n, n), the directional albedo times cos(t), less cos(t), of directions on a disc (albedo_bound)
+    excess      (n, n), a metal's directional albedo times cos(t), less cos(t), of directions on a disc (albedo_bound);
+                empty for a dielectric
     first       (u, v) of the first texel's centre
     texel       distance of the texels in u and v
     w_range     range of w that the terms cover
@@ -64,6 +65,11 @@ class Table:
     illuminant: str
     basis: np.ndarray
     record: dict[str, Any]
+
+    @property
+    def metal(self) -> bool:
+        """Whether the bake is of a metal, which has an albedo bound."""
+        return self.excess.size > 0
 
     @property
     def region(self) -> Region:
@@ -155,6 +161,8 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
     for name in _COUNTS:
         if type(layout.get(name)) is not int or not 1 <= layout[name] <= max(picture.shape):
             return name
+    if type(layout.get("bound_texels")) is not int or layout["bound_texels"] not in (0, *range(4, max(picture.shape))):
+        return "bound_texels"
     for name, (low, high) in _REALS.items():
         if type(layout.get(name)) not in (int, float) or not low <= layout[name] <= high:
             return name
@@ -171,7 +179,6 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
         ("levels", layout["levels"] <= _LEVELS_MAX),
         ("strip_rows", layout["strip_rows"] == layout["bound_texels"] + _STRIP),
         ("zero_order_samples", layout["zero_order_samples"] >= 2),
-        ("bound_texels", layout["bound_texels"] >= 4),
         ("inner_rows", all(2 <= n <= taken - 2 * _RIM for n, taken in zip(inner, cell, strict=True))),
         ("u_first", max(reach) <= 2 + layout["texel"]),
         ("w_min", layout["w_min"] < layout["w_max"]),

@@ -18,8 +18,7 @@ import numpy as np
 from ..base.failure import GratingError, Setting
 from ..base.progress import Progress, part_of, silent
 from ..colour.observer import WAVELENGTH_MIN_M, line_of
-from ..measure.errors import Errors, Truth, measure
-from ..measure.forms import FORM_NAMES, RELATIVE_DY, FormErrors
+from ..measure.errors import RELATIVE_DY, Errors, Truth, measure
 from ..measure.pairs import Pairs, draw_w
 from ..surface.height_map import HeightMap
 from ..surface.relief import Relief, prepare
@@ -31,7 +30,7 @@ from .table_file import Table, read_table
 
 # Borders of the rings around the zero order, as distances sqrt(u^2 + v^2), for which errors are reported separately.
 RINGS = (0.0, 0.1, 0.5, 1.0, 2.0)
-# The energy-conserving form is measured on every _BOUND_STRIDE-th pair.
+# A metal's albedo bound is measured on every _BOUND_STRIDE-th pair.
 _BOUND_STRIDE = 16
 # Differs from the seed of the bake's own check, because a bake could be tuned to the directions of that check.
 _SEED = 1
@@ -63,7 +62,7 @@ class Ring:
 class Verdict:
     """The result of a check.
 
-    errors             error metrics in both forms: of Stam's over all pairs, of the energy-conserving one over some
+    errors             error metrics; of a metal, the larger of those with its albedo bound and without
     asked              dE00 that the bake must keep
     zero_order_dy      largest |dY| of the zero order
     zero_order_budget  the largest zero_order_dy that passes
@@ -73,7 +72,7 @@ class Verdict:
     seconds            duration of the check in seconds
     """
 
-    errors: FormErrors
+    errors: Errors
     asked: float
     zero_order_dy: float
     zero_order_budget: float
@@ -90,13 +89,11 @@ class Verdict:
     @property
     def faults(self) -> list[str]:
         """Sentences on the limits that the bake exceeds; empty if it passes."""
-        found = []
-        for name, errors in self.errors.forms.items():
-            told, budget = FORM_NAMES[name], self.relative_dy_budget
-            if not errors.p99 <= self.asked + errors.p99_allowance:
-                found.append(f"dE00 p99 {errors.p99:.2f} of {told}, asked {self.asked:g}")
-            if not errors.relative_dy <= budget:
-                found.append(f"|dY| {errors.relative_dy:.1%} of {told}, asked {budget:.1%}")
+        found, errors, budget = [], self.errors, self.relative_dy_budget
+        if not errors.p99 <= self.asked + errors.p99_allowance:
+            found.append(f"dE00 p99 {errors.p99:.2f}, asked {self.asked:g}")
+        if not errors.relative_dy <= budget:
+            found.append(f"|dY| {errors.relative_dy:.1%}, asked {budget:.1%}")
         if not self.zero_order_dy <= self.zero_order_budget:
             found.append(f"zero order off by {self.zero_order_dy:.1e}, asked {self.zero_order_budget:.1e}")
         return found
@@ -107,7 +104,7 @@ class Verdict:
             "passed": not self.faults,
             "faults": self.faults,
             "asked_delta_e": self.asked,
-            **self.errors.as_dict(),
+            "delta_e": self.errors.as_dict(),
             "relative_dy_budget": self.relative_dy_budget,
             "zero_order": {"dy": self.zero_order_dy, "budget": self.zero_order_budget},
             "rings": [asdict(ring) for ring in self.rings],
@@ -127,7 +124,7 @@ def check(
     step_m: float | None = None,
     progress: Progress = silent,
 ) -> Verdict:
-    """Measure a bake's error again in both forms, at `groups` values of w with up to `pairs` direction pairs each.
+    """Measure a bake's error again, at `groups` values of w with up to `pairs` direction pairs each.
 
     The wavelengths are summed in steps of step_m metres, by default default_step. delta_e is the dE00 to keep, by
     default the one in the file's header. Raises GratingError if the file is no bake of these height maps."""
@@ -141,11 +138,13 @@ def check(
     truth = truths(table, reliefs, groups=groups, pairs=pairs, step_m=step_m, progress=progress)
     if not sum(len(t.scattered_xyz) for t in truth):
         raise GratingError(bake, f"none of {pairs} direction pairs lies in its region", "give more --pairs")
-    errors = _in_both_forms(table, reliefs, truth, progress)
+    errors = _measured(table, truth)
+    if table.metal:
+        errors = errors.worse_of(_with_bound(table, reliefs, truth, progress))
     w = np.linspace(0, 2, _ZERO_ORDER_AT) + 1 / len(table.zero_order)
     w = w[(w >= table.w_range[0]) & (w <= table.w_range[1])]
     exact = direct_sums.zero_order_xyz(reliefs, w, table.illuminant)[:, 1]
-    off = np.abs(table.zero_order_xyz(w)[:, 1] - exact).max(initial=errors.stam.zero_order_dy)
+    off = np.abs(table.zero_order_xyz(w)[:, 1] - exact).max(initial=errors.zero_order_dy)
     return Verdict(
         errors=errors,
         asked=asked,
@@ -230,13 +229,11 @@ def _draw_w(w_range: tuple[float, float], count: int, rng: np.random.Generator) 
 
 
 def _measured(table: Table, truth: list[Truth]) -> Errors:
-    return measure(truth, table.candidate, table.illuminant)
+    return measure(truth, table.candidate, table.illuminant, metal=table.metal)
 
 
-def _in_both_forms(table: Table, reliefs: Sequence[Relief], truth: list[Truth], progress: Progress) -> FormErrors:
-    """Measure the errors in both forms.
-
-    The energy-conserving form is measured on some pairs only, because integrating the bound is slow."""
+def _with_bound(table: Table, reliefs: Sequence[Relief], truth: list[Truth], progress: Progress) -> Errors:
+    """Measure a metal's errors with its albedo bound, on some of the pairs, because integrating the bound is slow."""
     spectra = [
         albedo.spectrum_of(relief, table.sigma_b, part_of(progress, "albedo", done=k, total=len(reliefs)))
         for k, relief in enumerate(reliefs)
@@ -253,10 +250,7 @@ def _in_both_forms(table: Table, reliefs: Sequence[Relief], truth: list[Truth], 
     def held(pairs: Pairs) -> np.ndarray:
         return np.maximum(table.albedo_bound(pairs.wi), table.albedo_bound(pairs.wr))
 
-    return FormErrors(
-        stam=_measured(table, truth),
-        conserving=measure(bounded, table.candidate, table.illuminant, held_bound=held),
-    )
+    return measure(bounded, table.candidate, table.illuminant, metal=True, held_bound=held)
 
 
 def zero_order_budget(reliefs: Sequence[Relief], samples: int, asked: float) -> float:
@@ -273,7 +267,10 @@ def zero_order_budget(reliefs: Sequence[Relief], samples: int, asked: float) -> 
 
 def _rings(table: Table, truth: list[Truth]) -> list[Ring]:
     parts = [[_in_ring(t, low, high) for t in truth] for low, high in zip(RINGS, RINGS[1:], strict=False)]
-    light = [sum(float(t.pairs.radiance_factor() @ t.scattered_xyz[:, 1]) / t.w**2 for t in part) for part in parts]
+    light = [
+        sum(float(t.pairs.radiance_factor(metal=table.metal) @ t.scattered_xyz[:, 1]) / t.w**2 for t in part)
+        for part in parts
+    ]
     found = []
     for low, high, part, lit in zip(RINGS, RINGS[1:], parts, light, strict=False):
         pairs = sum(len(t.scattered_xyz) for t in part)
@@ -287,6 +284,10 @@ def _rings(table: Table, truth: list[Truth]) -> list[Ring]:
             )
         )
     return found
+
+
+def _light(truth: Truth, *, metal: bool) -> float:
+    return float(truth.pairs.radiance_factor(metal=metal) @ truth.scattered_xyz[:, 1]) / truth.w**2
 
 
 def _in_ring(truth: Truth, low: float, high: float) -> Truth:

@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..bake.request import COHERENCE_UM, DELTA_E, HEIGHT_NM, ILLUMINANTS_TOLD, MODELS, SIZE_UM
+from ..bake.request import COHERENCE_UM, DELTA_E, HEIGHT_NM, ILLUMINANTS_TOLD, MATTERS, MODELS, SIZE_UM
 from ..base.failure import GratingError
 from ..colour.observer import is_illuminant
 from ..surface.height_map import HeightMap
@@ -73,6 +73,10 @@ def add_bake_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--illuminant", type=illuminant_argument, default="D65",
         help="what counts as white, D65 or E; or a laser's line, as 532nm; default D65",
+    )  # fmt: skip
+    parser.add_argument(
+        "--matter", choices=MATTERS, default="dielectric",
+        help="what the surface is made of: skin, plastic and glass are dielectrics; default dielectric",
     )  # fmt: skip
     add_level(parser, "plane", DEFAULT)
     parser.add_argument("--no-cache", action="store_true", help="bake even if the cache has this bake")

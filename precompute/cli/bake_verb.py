@@ -14,7 +14,6 @@ from ..bake.request import BakeRequest, Scan, request_from
 from ..base.failure import GratingError
 from ..base.progress import span_of
 from ..base.strict_json import read_json
-from ..measure.forms import FORM_NAMES
 from ..table import atlas_file
 from .arguments import add_bake_options, add_input
 from .option_types import path_argument
@@ -73,6 +72,7 @@ def request_of(arguments: argparse.Namespace) -> BakeRequest:
         delta_e=arguments.delta_e,
         coherence_length_m=None if arguments.coherence_um is None else arguments.coherence_um * 1e-6,
         illuminant=arguments.illuminant,
+        matter=arguments.matter,
         needs=EVERYTHING if arguments.needs is None else read_needs(arguments.needs),
         model=arguments.model,
         levelling=arguments.level,
@@ -111,17 +111,14 @@ def read_request(path: Path) -> BakeRequest:
 
 def bake_summary(facts: Mapping[str, Any]) -> tuple[str, ...]:
     """The summary of a bake, in lines of text."""
-    forms = (
-        f"{FORM_NAMES[name]}: dE00 mean {de['mean']:.2f}, p95 {de['p95']:.2f}, p99 {de['p99']:.2f}, "
-        f"max {de['max']:.2f} ({de['pairs']} direction pairs)"
-        for name, de in facts["delta_e_by_form"].items()
-    )
+    de = facts["delta_e"]
     origin = "from the cache, baked in " if facts["cached"] else ""
     return (
         f"{facts['files'][0]}: {facts['tiles']} tiles of {facts['tile'][1]} x {facts['tile'][0]}, "
         f"coherence {facts['coherence_um']:.1f} um, {facts['blender_bytes'] / 2**20:.0f} MiB in Blender, "
         f"{origin}{facts['seconds']:.1f} s",
-        *forms,
+        f"dE00 mean {de['mean']:.2f}, p95 {de['p95']:.2f}, p99 {de['p99']:.2f}, max {de['max']:.2f} "
+        f"({de['pairs']} direction pairs)",
         *facts.get("levelling", ()),
         f"self-check {facts['check_seconds']:.1f} s",
     )

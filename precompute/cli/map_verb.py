@@ -61,9 +61,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--coherence-um", type=coherence_argument, default=None, metavar="auto|UM")
     parser.add_argument(
         "--form",
-        choices=("conserving", "stam"),
-        default="conserving",
-        help="whether the map reflects at most the light that it receives",
+        choices=("material", "stam"),
+        default="material",
+        help="form of the BRDF: that of the materials, or Stam's; the thesis's methods have Stam's",
     )
     parser.set_defaults(output_is_file=True)
 
@@ -83,24 +83,24 @@ def run(arguments: argparse.Namespace) -> None:
 
 def brdf_map_of(arguments: argparse.Namespace, progress: Progress) -> tuple[np.ndarray, str]:
     """The map (size, size, 3) in XYZ and its illuminant, from a bake's file or folder, or else from a height map."""
-    theta_i, conserving = np.radians(arguments.theta_i), arguments.form == "conserving"
+    theta_i, stam = np.radians(arguments.theta_i), arguments.form == "stam"
     file = existing_bake(arguments.file)
     if file is not None:
         if arguments.method != baked.ENTRY.name:
             remedy = ("give ", Setting.METHOD, f" {arguments.method} the height map")
             raise GratingError(file, "a bake no longer holds the surface", remedy)
         table, _ = atlas_file.read(file)
-        return brdf_map.from_bake(table, arguments.size, theta_i, conserving=conserving), table.illuminant
+        return brdf_map.from_bake(table, arguments.size, theta_i, stam=stam), table.illuminant
     length_m = None if arguments.coherence_um is None else arguments.coherence_um * 1e-6
     relief = prepare(height_map_of(arguments))
     if arguments.method == baked.ENTRY.name:
         table = atlas.unpack(*atlas.pack(bake(relief, BakeRequest(coherence_length_m=length_m), progress=progress)))
-        return brdf_map.from_bake(table, arguments.size, theta_i, conserving=conserving), table.illuminant
+        return brdf_map.from_bake(table, arguments.size, theta_i, stam=stam), table.illuminant
     if arguments.method != exact.Ensemble.name:
         return method_map(relief, length_m, arguments, progress=progress), "D65"
     sigma_b = plan(relief, BakeRequest(coherence_length_m=length_m)).sigma_b
     xyz = brdf_map.from_reference(
-        relief, sigma_b, arguments.size, theta_i=theta_i, step_m=arguments.step_nm * 1e-9, conserving=conserving,
+        relief, sigma_b, arguments.size, theta_i=theta_i, step_m=arguments.step_nm * 1e-9, stam=stam,
         progress=progress,
     )  # fmt: skip
     return xyz, "D65"
@@ -109,7 +109,7 @@ def brdf_map_of(arguments: argparse.Namespace, progress: Progress) -> tuple[np.n
 def method_map(
     relief: Relief, length_m: float | None, arguments: argparse.Namespace, *, progress: Progress
 ) -> np.ndarray:
-    """The map (size, size, 3) in XYZ by one of METHODS, in Stam's form, which is not energy conserving."""
+    """The map (size, size, 3) in XYZ by one of METHODS, in Stam's form."""
     settings = Settings(
         coherence_length_m=length_m,
         terms=arguments.terms,

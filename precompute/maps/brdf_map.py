@@ -8,25 +8,21 @@ from functools import partial
 
 import numpy as np
 
-from ..bake.excess_albedo import excess_table
 from ..base.progress import Progress, silent
 from ..colour.observer import WAVELENGTH_MIN_M, spectral_weights, wavelengths
 from ..colour.working_space import rgb_from_xyz, srgb_encode
 from ..methods.method import Method
-from ..optics.brdf import half_angle_cosine, obliquity_times_cosine_and_w2
+from ..optics.brdf import half_angle_cosine, scattering_factor
 from ..optics.fresnel import fresnel_reflectance
 from ..reference.ensemble_reference import reference_grid
 from ..spectra.resample import Resampler
 from ..spectra.series import spectrum_series
 from ..surface.relief import Relief
-from ..table.albedo_bound import albedo_bound
-from ..table.radiance import Skin, reflected_xyz
+from ..table.radiance import reflected_xyz
 from ..table.table import Table
 
 # Tolerance of the interpolation in s, finer than a picture can show. A test compares the result with the reference.
 _EXACT = 1e-9
-# The allowed relative error of the albedo bound at 1 % of a picture's directions.
-_BOUND_TOLERANCE = 0.005
 # Directions that are evaluated at once. For a bake they fit into a core's cache. A method's texels take tens of
 # megabytes.
 _PIXELS, _METHOD_PIXELS = 16384, 8192
@@ -46,23 +42,22 @@ def view_hemisphere(size: int, theta_i: float, rows: slice = slice(None)) -> tup
     return wi, np.stack([x, y, z], axis=-1), inside
 
 
-def from_bake(bake: Table, size: int, theta_i: float, *, conserving: bool = True) -> np.ndarray:
+def from_bake(bake: Table, size: int, theta_i: float, *, stam: bool = False) -> np.ndarray:
     """Radiance XYZ (size, size, 3) under unit irradiance, axis 0 along +y, from a bake; NaN outside the hemisphere.
 
-    `conserving` selects the energy-conserving form of the materials, else Stam's (docs/theory.md, BRDF)."""
-    skin = Skin(energy_conserving=float(conserving))
+    `stam` asks for Stam's form, else the materials' own (docs/theory.md, BRDF)."""
 
     def xyz(wi: np.ndarray, view: np.ndarray) -> np.ndarray:
-        return reflected_xyz(bake, wi, view, skin=skin)
+        return reflected_xyz(bake, wi, view, stam=stam)
 
     return _hemisphere_of(xyz, size, theta_i, at_once=_PIXELS, told=lambda fraction: None)
 
 
 def from_reference(
-    relief: Relief, sigma_b: float, size: int, *, theta_i: float, step_m: float, conserving: bool = True,
+    relief: Relief, sigma_b: float, size: int, *, theta_i: float, step_m: float, stam: bool = False,
     progress: Progress = silent,
 ) -> np.ndarray:  # fmt: skip
-    """The map of from_bake, from the exact spectrum under D65 at wavelengths step_m apart.
+    """The map of from_bake for a dielectric, from the exact spectrum under D65 at wavelengths step_m apart.
 
     It reads no table in (u, v), and every pixel has its own w. `progress` is called after each wavelength."""
     wi, wr, inside = view_hemisphere(size, theta_i)
@@ -80,9 +75,8 @@ def from_reference(
         scattered += density[..., None] * weight
         zero_order += series.zero_order(w / lam)[..., None] * weight
         progress("reference", (k + 1) / len(lambdas))
-    excess = excess_table([series], sigma_b, tolerance=_BOUND_TOLERANCE) if conserving else None
     kernel = np.exp(-(half[..., 0] ** 2 + half[..., 1] ** 2) / (2 * sigma_b**2)) / (2 * np.pi * sigma_b**2)
-    of_scattered, of_zero_order = _gains(wi, wr[inside], excess)
+    of_scattered, of_zero_order = _gains(wi, wr[inside], stam=stam)
     image = np.full((size, size, 3), np.nan)
     image[inside] = of_scattered[:, None] * scattered[inside]
     image[inside] += (of_zero_order * kernel[inside])[:, None] * zero_order[inside]
@@ -98,7 +92,7 @@ def from_method(method: Method, size: int, theta_i: float, *, progress: Progress
 
     def xyz(wi: np.ndarray, view: np.ndarray) -> np.ndarray:
         u, v, w = (wi + view).T
-        of_scattered, _ = _gains(wi, view, None)
+        of_scattered, _ = _gains(wi, view, stam=True)
         return (of_scattered / w**2)[:, None] * method.xyz(u, v, w)
 
     return _hemisphere_of(xyz, size, theta_i, at_once=_METHOD_PIXELS, told=partial(progress, method.name))
@@ -124,15 +118,10 @@ def _hemisphere_of(
     return image
 
 
-def _gains(wi: np.ndarray, view: np.ndarray, excess_albedo: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-    """Factors (n,) that turn scattered XYZ over w^2, and the zero order's XYZ, into radiance under unit irradiance.
-
-    Both are R O cos(ti), with O = cos(ti) / cos(tr) = 1 for the zero order, divided by the albedo bound. Without an
-    excess albedo there is no division, as in Stam's form."""
+def _gains(wi: np.ndarray, view: np.ndarray, *, stam: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Factors (n,) that turn scattered XYZ over w^2, and the zero order's XYZ, into radiance under unit irradiance."""
     reflectance = fresnel_reflectance(half_angle_cosine(wi, view))
-    if excess_albedo is not None:
-        reflectance /= np.maximum(albedo_bound(excess_albedo, wi), albedo_bound(excess_albedo, view))
-    return reflectance * obliquity_times_cosine_and_w2(wi, view), reflectance * wi[2]
+    return scattering_factor(wi, view, metal=stam), reflectance * wi[2]
 
 
 def linear_rgb(xyz: np.ndarray, illuminant: str = "D65") -> np.ndarray:

@@ -4,11 +4,9 @@
 A candidate is a bake or a method. A bake is measured against sums over its own spectra (bake/self_check.py), a bake
 under the patch model against precompute/reference, and the verb `check` against direct sums (check/direct_sums.py).
 
-Colours are radiance under unit irradiance, with Fresnel reflectance and obliquity. CIEDE2000 is computed at four
-exposures, and the worst counts. The zero order is measured separately.
-
-A surface has two forms (docs/theory.md, "BRDF"): Stam's, and the energy-conserving one, which is Stam's divided by the
-albedo bound of both directions. An error in the bound affects only the second form, so each form has its own errors.
+Colours are radiance under unit irradiance, with the BRDF's factor (optics/brdf.py). CIEDE2000 is computed at four
+exposures, and the worst counts. The zero order is measured separately. A metal's radiance is also measured after the
+division by the albedo bound.
 """
 
 import math
@@ -21,6 +19,12 @@ from ..colour.difference import delta_e_2000, lab
 from ..colour.observer import white_xyz
 from .pairs import Pairs
 
+# The share of the light, |dY| / Y, that may be wrong if a dE00 of 1 or less is asked for; for more, it grows in
+# proportion.
+RELATIVE_DY = 0.01
+# The dE00 caused by a relative error of the albedo bound, divided by this error, where it shows most, at Y = 1: the
+# derivative 116 / 3 of L*, over CIEDE2000's weight of lightness there.
+DELTA_E_OF_BOUND = 116 / 3 / 1.75
 EXPOSURE_PERCENTILES = (50, 90, 99, 99.9)
 # A pair counts at an exposure if the Y of the reference or of the candidate is in this range.
 COUNTED_Y = (0.002, 1.0)
@@ -30,7 +34,7 @@ _DARK_Y = 1e-15
 _CONFIDENCE = 2
 # candidate(u, v, w), with u and v (n,): its scattered XYZ over w^2 (n, 3), and its zero order's XYZ (3,).
 Candidate = Callable[[np.ndarray, np.ndarray, float], tuple[np.ndarray, np.ndarray]]
-# held_bound(pairs): the divisor (n,) of a candidate's energy-conserving form at direction pairs.
+# held_bound(pairs): a candidate's albedo bound (n,) at direction pairs.
 HeldBound = Callable[[Pairs], np.ndarray]
 # The fields of Errors that are differences of colour.
 _COLOUR = ("mean", "p95", "p99", "max")
@@ -78,6 +82,11 @@ class Errors:
         told = {**asdict(self), "p99_most": self.p99_most}
         return {name: value if math.isfinite(value) else None for name, value in told.items()}
 
+    def worse_of(self, other: "Errors") -> "Errors":
+        """The larger of each of two errors, and the smaller number of pairs."""
+        larger = {name: max(value, getattr(other, name)) for name, value in asdict(self).items()}
+        return Errors(**larger | {"pairs": min(self.pairs, other.pairs)})
+
     def worse_by(self, delta_e: float, relative: float) -> "Errors":
         """Add separately measured errors: delta_e to errors of colour, `relative` to relative errors of luminance."""
         colour = {name: getattr(self, name) + delta_e for name in _COLOUR}
@@ -89,7 +98,7 @@ class Errors:
 class Truth:
     """The reference at one w: direction pairs, their scattered XYZ (n, 3), and the zero order's XYZ (3,).
 
-    `bound` (n,) is the divisor of the energy-conserving form, max(1, a(wi), a(wr)); None if unknown."""
+    `bound` (n,) is a metal's albedo bound, max(1, a(wi), a(wr)); None if unknown."""
 
     w: float
     pairs: Pairs
@@ -104,15 +113,20 @@ class Truth:
 
 
 def measure(
-    truth: list[Truth], candidate: Candidate, illuminant: str = "D65", *, held_bound: HeldBound | None = None
+    truth: list[Truth],
+    candidate: Candidate,
+    illuminant: str = "D65",
+    *,
+    metal: bool = False,
+    held_bound: HeldBound | None = None,
 ) -> Errors:
-    """Measure a candidate against the truth, in Stam's form, or with `held_bound` in the energy-conserving form, which
-    needs the truths' bounds.
+    """Measure a candidate against the truth, as a dielectric or as a metal. With `held_bound`, a metal's radiance is
+    divided by the albedo bound, which the truths then hold.
 
     A candidate that returns NaN or infinity has infinite errors of colour."""
     references, answers, zero = [], [], []
     for t in truth:
-        factor = t.pairs.radiance_factor()[:, None]
+        factor = t.pairs.radiance_factor(metal=metal)[:, None]
         scattered, zero_order = candidate(t.pairs.u, t.pairs.v, t.w)
         true, found = factor * t.scattered_xyz / t.w**2, factor * scattered
         if held_bound is not None:

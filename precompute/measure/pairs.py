@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..optics.brdf import half_angle_cosine, obliquity_times_cosine_and_w2
-from ..optics.fresnel import fresnel_reflectance
+from ..optics.brdf import scattering_factor
 from ..optics.region import Region
 
 
@@ -36,12 +35,10 @@ class Pairs:
         """The pairs that a mask (n,), a list of indices or a slice keeps."""
         return Pairs(self.wi[kept], self.wr[kept], self.drawn[kept])
 
-    def radiance_factor(self) -> np.ndarray:
-        """R O cos(ti) w^2 (n,), which turns scattered XYZ over w^2 into radiance under unit irradiance.
-
-        R is the Fresnel reflectance of keratin at the half angle, O Stam's obliquity."""
-        reflectance = fresnel_reflectance(half_angle_cosine(self.wi, self.wr))
-        return reflectance * obliquity_times_cosine_and_w2(self.wi, self.wr)
+    def radiance_factor(self, *, metal: bool = False) -> np.ndarray:
+        """The factor (n,) that turns scattered XYZ over w^2 into radiance under unit irradiance, for keratin's index of
+        refraction."""
+        return scattering_factor(self.wi, self.wr, metal=metal)
 
 
 def draw_w(count: int, rng: np.random.Generator) -> np.ndarray:

@@ -7,6 +7,9 @@ normal, and w = cos(ti) + cos(tr).
 
 import numpy as np
 
+from .fresnel import KERATIN_IOR, fresnel_reflectance
+from .small_slope import small_slope_times_cosine_and_w2
+
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Compute scalar products (...,) of vectors (..., 3)."""
@@ -25,3 +28,15 @@ def obliquity_times_cosine_and_w2(wi: np.ndarray, wr: np.ndarray) -> np.ndarray:
     spectrum divided by w^2, and this function returns O cos(ti) multiplied by w^2. Neither divides by a small number,
     except at a grazing view, where cos(tr) is clamped to 1e-6."""
     return (1 + dot(wi, wr)) ** 2 / np.maximum(wr[..., 2], 1e-6)
+
+
+def scattering_factor(
+    wi: np.ndarray, wr: np.ndarray, ior: float | np.ndarray = KERATIN_IOR, *, metal: bool = False
+) -> np.ndarray:
+    """What turns a bake's scattered XYZ over w^2 into radiance under unit irradiance (...,), for unit directions.
+
+    A dielectric has the small slope approximation (small_slope.py). A metal has Fresnel's reflectance at the half angle
+    times Stam's obliquity, which an albedo bound then divides (table/albedo_bound.py)."""
+    if metal:
+        return fresnel_reflectance(half_angle_cosine(wi, wr), ior) * obliquity_times_cosine_and_w2(wi, wr)
+    return small_slope_times_cosine_and_w2(wi, wr, ior)

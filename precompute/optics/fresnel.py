@@ -6,7 +6,7 @@ import numpy as np
 KERATIN_IOR = 1.56
 
 
-def fresnel_reflectance(cosine: np.ndarray, ior: float = KERATIN_IOR) -> np.ndarray:
+def fresnel_reflectance(cosine: np.ndarray, ior: float | np.ndarray = KERATIN_IOR) -> np.ndarray:
     """The power reflectance (...,) of a smooth dielectric for unpolarised light (Born and Wolf 1.5.2).
 
     cosine (...,) is the cosine of the angle of incidence; ior is the refractive index relative to air."""

@@ -22,8 +22,8 @@ from ..maths import bspline
 BOUND_TEXELS = (48, 96, 192)
 # A reading at the rim of the disc uses texels up to two beyond the rim.
 _RIM = 2
-# The smallest table that can be read: no excess in any direction.
-NO_EXCESS = np.zeros((4, 4), np.float32)
+# The smallest table that can be read.
+BOUND_TEXELS_MIN = 4
 
 
 def bound_texel(count: int) -> float:

@@ -10,8 +10,8 @@ the bottom of the picture upward, the rows hold:
 
     STRIP_ROWS rows         the curve Z(w) in texels 0 to samples - 1, the same in each of these rows; the texel after
                             the last continues the line through the last two
-    bound_texels rows       the excess albedo E (albedo_bound.py) in texels 0 to bound_texels - 1, the same in every
-                            channel
+    bound_texels rows       for a metal, the excess albedo E (albedo_bound.py) in texels 0 to bound_texels - 1, the same
+                            in every channel; a dielectric has none of these rows
     above `strip_rows`      a cell for each term, with its tiles of every blur level (tiling.py)
 
 Tiles hold B_k / scale in XYZ. The strip is not scaled: a shallow relief scatters so little, compared with its zero
@@ -25,7 +25,7 @@ import numpy as np
 
 from ..colour.observer import is_illuminant
 from ..optics.region import FARTHEST, Region
-from .albedo_bound import NO_EXCESS
+from .albedo_bound import BOUND_TEXELS_MIN
 from .table import Table, past_end
 from .tiling import LEVELS_MAX, PICTURE_SIDE_MAX, RATIOS, TERMS_MAX, TILE_PADDING, Cell, grid
 
@@ -113,6 +113,11 @@ class Layout:
         return self.terms == self.polynomials and self.basis == np.eye(self.terms).ravel().tolist()
 
     @property
+    def metal(self) -> bool:
+        """Whether the table is of a metal, with an albedo bound."""
+        return self.bound_texels > 0
+
+    @property
     def bound_block(self) -> tuple[slice, slice]:
         """Rows and columns of the excess albedo, counted upward."""
         return slice(STRIP_ROWS, STRIP_ROWS + self.bound_texels), slice(self.bound_texels)
@@ -124,10 +129,9 @@ class Layout:
         Each condition is safe to evaluate if the conditions before it hold."""
         tiles = self.levels, self.terms, self.cell_rows, self.cell_columns, self.columns, self.rows
         table = self.inner_rows, self.inner_columns
-        strip = self.zero_order_samples, self.bound_texels
         return (
             min(tiles) >= 1
-            and min(table + strip) >= 2
+            and min(*table, self.zero_order_samples) >= 2
             and max(table) <= PICTURE_SIDE_MAX
             and self.levels <= LEVELS_MAX
             and self.level_ratio in RATIOS
@@ -136,7 +140,7 @@ class Layout:
             and len(self.basis) == self.terms * self.polynomials
             and all(type(each) in (int, float) and abs(each) <= _COEFFICIENT_MAX for each in self.basis)
             and (self.cell_rows, self.cell_columns) == self.cell.size
-            and self.bound_texels >= len(NO_EXCESS)
+            and (self.bound_texels == 0 or self.bound_texels >= BOUND_TEXELS_MIN)
             and STRIP_ROWS + self.bound_texels == self.strip_rows
             and _KERNELS[0] <= self.sigma_b <= _KERNELS[1]
             and _SCALES[0] <= self.scale <= _SCALES[1]
@@ -173,10 +177,14 @@ def _strip_width(zero_order_samples: int, bound_texels: int) -> int:
     return max(zero_order_samples + 1, bound_texels)
 
 
+def _bound_texels(bake: Table) -> int:
+    return 0 if bake.excess_albedo is None else len(bake.excess_albedo)
+
+
 def layout_of(bake: Table) -> Layout:
     """The layout of a bake's atlas. Raises GratingError if the picture is too large for a graphics card."""
     terms, cell = len(bake.terms), Cell(bake.inner, len(bake.levels), bake.level_ratio)
-    rows, columns = grid(terms, cell.size, width_min=_strip_width(len(bake.zero_order), len(bake.excess_albedo)))
+    rows, columns = grid(terms, cell.size, width_min=_strip_width(len(bake.zero_order), _bound_texels(bake)))
     peak = max(*(float(np.abs(terms).max()) for terms in bake.levels), 1e-30)
     return Layout(
         terms=terms,
@@ -190,7 +198,7 @@ def layout_of(bake: Table) -> Layout:
         inner_columns=cell.inner[1],
         columns=columns,
         rows=rows,
-        strip_rows=STRIP_ROWS + len(bake.excess_albedo),
+        strip_rows=STRIP_ROWS + _bound_texels(bake),
         texel=bake.texel,
         u_first=float(bake.first[1]),
         v_first=float(bake.first[0]),
@@ -199,7 +207,7 @@ def layout_of(bake: Table) -> Layout:
         sigma_b=bake.sigma_b,
         scale=2.0 ** math.ceil(math.log2(peak / LARGEST_STORED)),
         zero_order_samples=len(bake.zero_order),
-        bound_texels=len(bake.excess_albedo),
+        bound_texels=_bound_texels(bake),
         illuminant=bake.illuminant,
     )
 
@@ -213,7 +221,8 @@ def pack(bake: Table) -> tuple[np.ndarray, Layout]:
     zero_order = bake.zero_order.astype(bake.precision)
     image[:STRIP_ROWS] = past_end(zero_order)
     image[:STRIP_ROWS, : len(zero_order)] = zero_order
-    image[layout.bound_block] = half_above(bake.excess_albedo)[..., None]
+    if bake.excess_albedo is not None:
+        image[layout.bound_block] = half_above(bake.excess_albedo)[..., None]
     for level, terms in enumerate(bake.levels):
         for k, tile in enumerate(terms):
             image[layout.tile_block(k, level)] = tile / layout.scale
@@ -228,7 +237,7 @@ def unpack(image: np.ndarray, layout: Layout) -> Table:
         for level in range(layout.levels)
     )
     zero_order = image[0, : layout.zero_order_samples].astype(np.float32)
-    excess = image[layout.bound_block][..., 0].astype(np.float32)
+    excess = image[layout.bound_block][..., 0].astype(np.float32) if layout.metal else None
     first, w_range = (layout.v_first, layout.u_first), (layout.w_min, layout.w_max)
     return Table(
         terms, zero_order, layout.sigma_b, layout.texel, layout.illuminant, excess, first, w_range, image.dtype.type,

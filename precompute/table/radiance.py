@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..colour.working_space import rgb_from_xyz
-from ..optics.brdf import half_angle_cosine, obliquity_times_cosine_and_w2
+from ..optics.brdf import half_angle_cosine, scattering_factor
 from ..optics.fresnel import KERATIN_IOR, fresnel_reflectance
 from .table import Table
 
@@ -22,14 +22,12 @@ class Skin:
     period_scale       stretches the relief along the surface
     height_scale       scales the relief's heights
     ior                index of refraction of the skin, relative to air
-    energy_conserving  1 divides by the albedo bound, 0 keeps Stam's form
     """
 
     roughness: float = 0.0
     period_scale: float = 1.0
     height_scale: float = 1.0
     ior: float = KERATIN_IOR
-    energy_conserving: float = 1.0
 
 
 AS_BAKED = Skin()
@@ -38,34 +36,38 @@ _KERNEL_ENDS = 38.7
 
 
 def reflected_xyz(
-    table: Table, wi: np.ndarray, wr: np.ndarray, *, variance: np.ndarray | float = 0.0, skin: Skin = AS_BAKED
+    table: Table,
+    wi: np.ndarray,
+    wr: np.ndarray,
+    *,
+    variance: np.ndarray | float = 0.0,
+    skin: Skin = AS_BAKED,
+    stam: bool = False,
 ) -> np.ndarray:
     """Radiance in XYZ (n, 3) under unit irradiance, for unit vectors wi (3,) or (n, 3) to the lamp and wr (n, 3) to the
     viewer along (T, B, N), both above the surface.
 
     `variance`, a number or (n,) in rad2, is the variance of the lamp's disc in the sky, along one axis. Unit irradiance
-    is that of a surface that faces the lamp. The formula is Stam's (Stam 1999, equation 5) divided by the albedo bound
-    M (docs/theory.md, "BRDF"):
+    is that of a surface that faces the lamp. The formula for a dielectric (docs/theory.md, "BRDF") is
 
-        R / M [(1 + wi.wr)^2 / cos(tr) p^2 c^2 S(p u, p v, c w) + cos(ti) Z(c w) kernel(u, v)]
+        4 cos(ti)^2 cos(tr) Q p^2 c^2 S(p u, p v, c w) + R cos(ti) Z(c w) kernel(u, v)
 
-    R is the Fresnel reflectance at the half angle. S is the table's scattered XYZ over w^2, 0 outside the table, and Z
-    the colour of its zero order. p is the period scale and c the height scale."""
+    Q is the small slope reflectance (optics/small_slope.py), R the Fresnel reflectance at the half angle, S the table's
+    scattered XYZ over w^2, 0 outside the table, and Z the colour of its zero order. p is the period scale and c the
+    height scale. A metal has R (1 + wi.wr)^2 / cos(tr) in place of 4 cos(ti)^2 cos(tr) Q, and the albedo bound divides
+    all of it. `stam` asks for Stam's form (Stam 1999, equation 5), a metal's without the bound."""
     u, v, w = (wi + wr).T
     cos_i = wi[..., 2]
     blur = np.maximum(variance * (1 + cos_i**2) / 2 - table.sigma_b**2, 0) + (w * skin.roughness**2) ** 2 / 2
     p, c = skin.period_scale, skin.height_scale
     inside = ((p * u) ** 2 + (p * v) ** 2 < 4) & table.holds(p * u, p * v, c * w)
     xyz = inside[:, None] * table.scattered_over_w2(p * u, p * v, c * w, variance=blur * p**2)
-    xyz *= (obliquity_times_cosine_and_w2(wi, wr) * (p * c) ** 2)[:, None]
+    xyz *= (scattering_factor(wi, wr, skin.ior, metal=stam or table.metal) * (p * c) ** 2)[:, None]
     near = np.flatnonzero(u**2 + v**2 < _KERNEL_ENDS**2 * (table.sigma_b**2 + blur))
     mirrored = np.broadcast_to(cos_i, u.shape)[near] * table.kernel(u[near], v[near], blur[near])
+    mirrored *= fresnel_reflectance(half_angle_cosine(wi, wr), skin.ior)[near]
     xyz[near] += mirrored[:, None] * table.zero_order_xyz(c * w[near])
-    reflectance = fresnel_reflectance(half_angle_cosine(wi, wr), skin.ior)
-    if skin.energy_conserving:
-        bound = np.maximum(table.albedo_bound_at(wi), table.albedo_bound_at(wr))
-        reflectance /= 1 + skin.energy_conserving * (bound - 1)
-    return xyz * reflectance[:, None]
+    return xyz if stam else xyz / np.reshape(table.bound_of(wi, wr), (-1, 1))
 
 
 def lamp_radiance(

@@ -11,7 +11,7 @@ or the polynomials themselves. The B_k are the tiles. docs/theory.md explains th
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import islice
 from typing import Protocol
 
@@ -19,7 +19,7 @@ import numpy as np
 
 from ..maths import bspline, chebyshev
 from ..optics.region import Region
-from .albedo_bound import NO_EXCESS, albedo_bound
+from .albedo_bound import albedo_bound
 from .tiling import RATIOS, TILE_PADDING
 
 # Number of samples of Z(w). Reading by B-splines is then off by half a step of a half float for a relief of 2 um.
@@ -51,8 +51,8 @@ class Table:
     sigma_b        the standard deviation of the coherence kernel in (u, v)
     texel          the step of u and v per texel
     illuminant     what counts as white
-    excess_albedo  (rows, columns) float32, which gives the albedo bound (albedo_bound.py); without it, the bound is 1
-                   and the form is Stam's
+    excess_albedo  (rows, columns) float32, which gives the albedo bound of a metal (albedo_bound.py); None for a
+                   dielectric
     first          (v, u) at the centre of texel (0, 0); by default the tile's centre is at (v, u) = (0, 0)
     w_range        the range of w that t runs over
     precision      the kind of float that holds the terms well enough in a file
@@ -66,7 +66,7 @@ class Table:
     sigma_b: float
     texel: float
     illuminant: str
-    excess_albedo: np.ndarray = field(default_factory=NO_EXCESS.copy)
+    excess_albedo: np.ndarray | None = None
     first: tuple[float, float] = None  # type: ignore[assignment]  # __post_init__ fills it in
     w_range: tuple[float, float] = (0.0, 2.0)
     precision: type[np.floating] = np.float16
@@ -181,16 +181,21 @@ class Table:
         variance = self.sigma_b**2 + variance
         return np.exp(-(u**2 + v**2) / (2 * variance)) / (2 * np.pi * variance)
 
-    def albedo_bound_at(self, directions: np.ndarray) -> np.ndarray:
-        """The bound max(1, albedo) (...,) for unit vectors (..., 3).
+    @property
+    def metal(self) -> bool:
+        """Whether the table is of a metal, with an albedo bound."""
+        return self.excess_albedo is not None
 
-        The energy-conserving form divides the BRDF by the larger of the bounds at the light's and the view's
-        direction."""
-        return albedo_bound(self.excess_albedo, directions)
+    def bound_of(self, wi: np.ndarray, wr: np.ndarray) -> np.ndarray | float:
+        """The albedo bound (...,) for unit vectors (..., 3) to the light and to the viewer: the larger of both; 1 for a
+        dielectric."""
+        if self.excess_albedo is None:
+            return 1.0
+        return np.maximum(albedo_bound(self.excess_albedo, wi), albedo_bound(self.excess_albedo, wr))
 
     def bound_of_pairs(self, pairs: _Pairs) -> np.ndarray:
-        """The divisor (n,) of the energy-conserving form at direction pairs (measure/pairs.py)."""
-        return np.maximum(self.albedo_bound_at(pairs.wi), self.albedo_bound_at(pairs.wr))
+        """The albedo bound (n,) at direction pairs (measure/pairs.py)."""
+        return np.broadcast_to(self.bound_of(pairs.wi, pairs.wr), len(pairs.wi))
 
     def candidate(self, u: np.ndarray, v: np.ndarray, w: _Number) -> tuple[np.ndarray, np.ndarray]:
         """The bake as a candidate of measure/errors.py: scattered XYZ over w^2 (n, 3), and the zero order's XYZ."""

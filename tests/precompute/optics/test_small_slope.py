@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from laboratory.benchmarks.rcwa_orders import FACTORS, Case, directions, rigorous_orders, spectrum
-from laboratory.study.small_slope import small_slope_reflectance
+from precompute.optics.small_slope import small_slope_reflectance
 from precompute.optics.fresnel import fresnel_reflectance
 
 ANGLES = st.tuples(st.floats(0, np.pi / 2), st.floats(0, 2 * np.pi))

@@ -7,12 +7,12 @@ The BRDF of a relief with the power spectrum PSD is
 
 For shallow reliefs it is exact at all angles: Q is the first-order solution of Maxwell's equations (Rice 1951),
 averaged over polarisations. In the direction of the mirror image Q is the Fresnel reflectance. Q is symmetric in wi and
-wr. The materials do not use it yet; `./dev bench rcwa_orders` compares it with Stam's obliquity.
+wr. `./dev bench rcwa_orders` compares it with Stam's obliquity.
 """
 
 import numpy as np
 
-from precompute.optics.fresnel import KERATIN_IOR
+from .fresnel import KERATIN_IOR
 
 # The least product of the squared sines. Below it the azimuth between the two directions has no meaning, and no effect.
 _SINES_MIN = 1e-12
@@ -36,3 +36,13 @@ def small_slope_reflectance(wi: np.ndarray, wr: np.ndarray, ior: float | np.ndar
     te_tm = sin2 * in_r**2 / (te_i * tm_r)
     tm_tm = (in_i * in_r * along + permittivity * sines) ** 2 / (sines * tm_i * tm_r)
     return (permittivity - 1) ** 2 / 2 * (te_te + tm_te + te_tm + tm_tm)
+
+
+def small_slope_times_cosine_and_w2(
+    wi: np.ndarray, wr: np.ndarray, ior: float | np.ndarray = KERATIN_IOR
+) -> np.ndarray:
+    """4 cos(ti)^2 cos(tr) Q (...,): the BRDF's factor of PSD / lambda^2, times cos(ti) w^2.
+
+    The scattered spectrum vanishes as w^2, and a bake stores it divided by w^2. So nothing is divided by a small
+    number."""
+    return 4 * wi[..., 2] ** 2 * wr[..., 2] * small_slope_reflectance(wi, wr, ior)
