@@ -180,9 +180,9 @@ def zero_order_xyz(tree: Tree, image: bpy.types.Image, layout: Layout, *, w: Val
     return tree.image(image, tree.vector(x, STRIP_ROWS / 2 / layout.height, 0.0), label="Z")
 
 
-def albedo_bound(tree: Tree, excesses: tuple[Value, Value], *, conserving: Operand) -> Value:
-    """M = 1 + e max(0, X(wi) / cos(ti), X(wr) / cos(tr)). `excesses`: X / cos(t) for the lamp and the viewer."""
-    return tree.maximum(tree.maximum(*excesses), 0.0).times_plus(conserving, 1.0)
+def albedo_bound(tree: Tree, of_light: Value, of_view: Value) -> Value:
+    """A metal's M = 1 + max(0, X(wi) / cos(ti), X(wr) / cos(tr)), from X / cos(t) of the lamp and of the viewer."""
+    return tree.maximum(tree.maximum(of_light, of_view), 0.0) + 1.0
 
 
 def excess_albedo(tree: Tree, image: bpy.types.Image, layout: Layout, *, way: Direction) -> Value:

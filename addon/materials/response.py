@@ -28,22 +28,21 @@ TO_LIGHT = Socket("To Light", "Vector", "Unit vector to the lamp")
 IRRADIANCE = Socket("Irradiance", "Vector", "On a surface that faces the lamp, W/m2")
 VARIANCE = Socket("Variance", "Float", "Of the lamp's disc in the sky, rad2", 0.0, 0.0, 10.0)
 ROUGHNESS = Socket("Roughness", "Float", "Of the skin over the relief: blurs the colours", 0.0, 0.0, 1.0, "FACTOR")
-IOR = Socket("IOR", "Float", "Index of refraction: 1.56 is keratin, 2.5 and above metal-like", KERATIN_IOR, 1.0, 10.0)
+IOR = Socket(
+    "IOR", "Float", "Index of refraction: 1.56 is keratin; at most 3 counts, but for a metal", KERATIN_IOR, 1.0, 10.0
+)
 PERIOD_SCALE = Socket(
     "Period Scale", "Float", "Stretches the relief along the surface; 2 halves its colours' angles", 1.0, 0.1, 10.0
 )
 HEIGHT_SCALE = Socket(
     "Height Scale", "Float", "Scales the relief's heights: 0 is a mirror, 1 is as baked", 1.0, 0.0, 1.0, "FACTOR"
 )
-CONSERVING = Socket(
-    "Energy Conserving", "Float", "1 never reflects more than arrives; 0 is Stam's formula", 1.0, 0.0, 1.0, "FACTOR"
-)
 ZERO_ORDER = Socket(
     "Zero Order", "Float", "0 leaves the mirror image out, where a closure shows it", 1.0, 0.0, 1.0, "FACTOR"
 )
 SHARP = Socket("Sharp", "Float", "1: an order comes from one direction; 0: from a lobe", 0.0, 0.0, 1.0, "FACTOR")
 # Settings on the material that all responses may use.
-SETTINGS = (ROUGHNESS, IOR, PERIOD_SCALE, HEIGHT_SCALE, CONSERVING)
+SETTINGS = (ROUGHNESS, IOR, PERIOD_SCALE, HEIGHT_SCALE)
 QUESTION = (NORMAL, TANGENT, TO_LIGHT, IRRADIANCE, VARIANCE, ZERO_ORDER, *SETTINGS)
 WORLD_QUESTION = (NORMAL, TANGENT, SHARP, *SETTINGS)
 

@@ -8,7 +8,7 @@
 | Normal, Tangent   | N, T   | surface's, source's | normal and direction of the scan's x axis; only for links |
 | Strength          | s      | 1       | scales the diffraction; 1 is physically correct |
 | Rotation          |        | 0       | radians; turns the scan about the normal, from T towards B |
-| Roughness, IOR, Period Scale, Height Scale, Energy Conserving | | | passed on to the response (response.py) |
+| Roughness, IOR, Period Scale, Height Scale | | | passed on to the response (response.py) |
 | Shader (out)      |        |         | the material |
 | Diffraction (out) |        |         | its diffracted radiance alone, also an AOV of that name |
 
@@ -66,7 +66,6 @@ from .group_properties import (
 )
 from .light_masks import is_lit, is_unseen
 from .response import (
-    CONSERVING,
     HEIGHT_SCALE,
     IOR,
     IRRADIANCE,
@@ -104,7 +103,7 @@ _TANGENT = Socket(
     "Tangent", "Vector", "Direction of the scan's x axis (left to right); the grating's own if nothing is linked"
 )
 _INPUTS = (
-    _BASE, _BASE_BLEND, _STRENGTH, ROUGHNESS, IOR, _ROTATION, PERIOD_SCALE, HEIGHT_SCALE, CONSERVING, _NORMAL, _TANGENT,
+    _BASE, _BASE_BLEND, _STRENGTH, ROUGHNESS, IOR, _ROTATION, PERIOD_SCALE, HEIGHT_SCALE, _NORMAL, _TANGENT,
 )  # fmt: skip
 # Inputs that an artist sets by a number.
 SETTABLE = {socket.name: socket for socket in _INPUTS if socket.default is not None}

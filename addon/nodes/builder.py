@@ -51,6 +51,9 @@ class Value:
     def __truediv__(self, other: Operand) -> Value:
         return self.tree.arithmetic("DIVIDE", self, other)
 
+    def __rtruediv__(self, other: Operand) -> Value:
+        return self.tree.arithmetic("DIVIDE", other, self)
+
     def times_plus(self, factor: Operand, addend: Operand) -> Value:
         """self * factor + addend in one node."""
         return self.tree.arithmetic("MULTIPLY_ADD", self, factor, addend)

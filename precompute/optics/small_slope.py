@@ -14,6 +14,8 @@ import numpy as np
 
 from .fresnel import KERATIN_IOR
 
+# The largest index of refraction: beyond it the approximation reflects more light than arrives.
+IOR_MAX = 3.0
 # The least product of the squared sines. Below it the azimuth between the two directions has no meaning, and no effect.
 _SINES_MIN = 1e-12
 

@@ -11,6 +11,7 @@ import numpy as np
 from ..colour.working_space import rgb_from_xyz
 from ..optics.brdf import half_angle_cosine, scattering_factor
 from ..optics.fresnel import KERATIN_IOR, fresnel_reflectance
+from ..optics.small_slope import IOR_MAX
 from .table import Table
 
 
@@ -21,7 +22,7 @@ class Skin:
     roughness          of the skin over the relief; its slopes have the variance roughness^4 / 2, as in a Beckmann lobe
     period_scale       stretches the relief along the surface
     height_scale       scales the relief's heights
-    ior                index of refraction of the skin, relative to air
+    ior                index of refraction of the skin, relative to air; a dielectric's ends at IOR_MAX
     """
 
     roughness: float = 0.0
@@ -56,16 +57,18 @@ def reflected_xyz(
     scattered XYZ over w^2, 0 outside the table, and Z the colour of its zero order. p is the period scale and c the
     height scale. A metal has R (1 + wi.wr)^2 / cos(tr) in place of 4 cos(ti)^2 cos(tr) Q, and the albedo bound divides
     all of it. `stam` asks for Stam's form (Stam 1999, equation 5), a metal's without the bound."""
+    metal = stam or table.metal
+    ior = skin.ior if metal else min(skin.ior, IOR_MAX)
     u, v, w = (wi + wr).T
     cos_i = wi[..., 2]
     blur = np.maximum(variance * (1 + cos_i**2) / 2 - table.sigma_b**2, 0) + (w * skin.roughness**2) ** 2 / 2
     p, c = skin.period_scale, skin.height_scale
     inside = ((p * u) ** 2 + (p * v) ** 2 < 4) & table.holds(p * u, p * v, c * w)
     xyz = inside[:, None] * table.scattered_over_w2(p * u, p * v, c * w, variance=blur * p**2)
-    xyz *= (scattering_factor(wi, wr, skin.ior, metal=stam or table.metal) * (p * c) ** 2)[:, None]
+    xyz *= (scattering_factor(wi, wr, ior, metal=metal) * (p * c) ** 2)[:, None]
     near = np.flatnonzero(u**2 + v**2 < _KERNEL_ENDS**2 * (table.sigma_b**2 + blur))
     mirrored = np.broadcast_to(cos_i, u.shape)[near] * table.kernel(u[near], v[near], blur[near])
-    mirrored *= fresnel_reflectance(half_angle_cosine(wi, wr), skin.ior)[near]
+    mirrored *= fresnel_reflectance(half_angle_cosine(wi, wr), ior)[near]
     xyz[near] += mirrored[:, None] * table.zero_order_xyz(c * w[near])
     return xyz if stam else xyz / np.reshape(table.bound_of(wi, wr), (-1, 1))
 

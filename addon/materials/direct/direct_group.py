@@ -13,18 +13,19 @@
 | IOR            | n      |         | 1.56    | of the skin: sets the reflectance |
 | Period Scale   | p      |         | 1       | stretches the relief along the surface |
 | Height Scale   | c      |         | 1       | scales the relief's heights; at most 1, as the table ends at w = 2 |
-| Energy Conserving | e   |         | 1       | 0 is Stam's formula, which reflects too much at grazing angles |
 | Finer, Coarser (out) | Lo | W/m2/sr |       | radiance, linear RGB, at the two blur levels around the variance |
 | Coarser Share (out) |  |         |         | share of Coarser in their mix |
 
-    Lo = E R / M [ (1 + wi.wr)^2 / cos(tr) * p^2 c^2 sum_k f_k(t(c w)) B_k(p u, p v) + z cos(ti) Z(c w) kernel(u, v) ]
+    Lo = E [ 4 cos(ti)^2 cos(tr) Q p^2 c^2 sum_k f_k(t(c w)) B_k(p u, p v) + z R cos(ti) Z(c w) kernel(u, v) ]
 
-    M = 1 + e max(0, X(wi) / cos(ti), X(wr) / cos(tr))
+This is f * E * cos(ti) of a dielectric (docs/theory.md); the w^2 of its factor cancels the table's. Q is the small
+slope reflectance (small_slope_nodes.py), R Fresnel's. A metal has R (1 + wi.wr)^2 / cos(tr) in place of 4 cos(ti)^2
+cos(tr) Q, and its Lo is divided by the albedo bound
 
-This is f * E * cos(ti) with Stam's obliquity (docs/theory.md), whose w^2 cancels the table's. The albedo bound M keeps
-the surface from reflecting more than arrives. X is the excess albedo of the relief as baked
-(precompute/table/albedo_bound.py). The f_k are functions of w, stored as sums of Chebyshev polynomials. B_k are read at
-the blur levels (precompute/table/atlas.py) around the variance
+    M = 1 + max(0, X(wi) / cos(ti), X(wr) / cos(tr)),
+
+where X is the excess albedo of the relief as baked (precompute/table/albedo_bound.py). The f_k are functions of w,
+stored as sums of Chebyshev polynomials. B_k are read at the blur levels (precompute/table/atlas.py) around the variance
 
     sigma^2 = sigma_b^2 + max(0, Variance (1 + cos(ti)^2) / 2 - sigma_b^2) + (w r^2)^2 / 2
 
@@ -44,6 +45,7 @@ from ...nodes.builder import Tree, Value
 from ...nodes.interface import add_interface
 from ..atlas_nodes import AtlasTable, Direction, albedo_bound, excess_albedo, matrix_times, zero_order_xyz
 from ..response import QUESTION, TWO_RADIANCES, Response
+from ..small_slope_nodes import dielectric_ior, small_slope_reflectance
 
 GROUP_PREFIX = "Diffraction Direct"
 
@@ -55,7 +57,7 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, *, rgb
     tree = Tree(group)
     asked = tree.inputs()
     inputs = (asked[socket.name] for socket in QUESTION)
-    n, t, wi, irradiance, disc, zero_order, roughness, ior, period_scale, height_scale, conserving = inputs
+    n, t, wi, irradiance, disc, zero_order, roughness, ior, period_scale, height_scale = inputs
 
     b = tree.cross(n, t)
     wr = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Incoming"])
@@ -72,15 +74,22 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, *, rgb
     # Period Scale stretches the relief's own kernel, but not the blur by lamp and roughness.
     finer, coarser, share = table.around(blur * (period_scale * period_scale))
 
-    obliquity = half2 * half2 / tree.maximum(view.cosine, 1e-6)
-    scattered = obliquity * (tree.squared(period_scale * height_scale) * (layout.scale / 4))
+    if not layout.metal:
+        ior = dielectric_ior(tree, ior)
+    reflectance = tree.fresnel(ior, tree.normalize(wi + wr))
+    gain = irradiance
+    if layout.metal:
+        excesses = (excess_albedo(tree, image, layout, way=way) for way in (light, view))
+        gain = irradiance * (1.0 / albedo_bound(tree, *excesses))
+        factor = half2 * half2 / tree.maximum(view.cosine, 1e-6) * reflectance * 0.25
+    else:
+        slopes = small_slope_reflectance(tree, ior, light, view, one_plus=half2 * 0.5)
+        factor = tree.squared(light.cosine) * view.cosine * slopes * 4.0
+    scattered = factor * (tree.squared(period_scale * height_scale) * layout.scale)
     variance = blur + layout.sigma_b**2
     gaussian = tree.math("POWER", math.exp(-0.5), tree.dot(uv, uv) / variance)
     kernel = gaussian / variance * light.cosine * (zero_order * (1 / (2 * math.pi)))
-    mirrored = zero_order_xyz(tree, image, layout, w=w * height_scale) * kernel
-    of_light, of_view = (excess_albedo(tree, image, layout, way=way) for way in (light, view))
-    bound = albedo_bound(tree, (of_light, of_view), conserving=conserving)
-    gain = irradiance * (tree.fresnel(ior, tree.normalize(wi + wr)) / bound)
+    mirrored = zero_order_xyz(tree, image, layout, w=w * height_scale) * (kernel * reflectance)
 
     def radiance(table_xyz: Value) -> Value:
         rgb = matrix_times(tree, rgb_from_xyz, table_xyz * scattered + mirrored) * gain

@@ -14,10 +14,11 @@
 A glossy closure reflects its colour at any roughness and any tilt of its normal. So the mean over many draws is the
 scattered light, if each draw has the colour
 
-    C = Q R / M c^2 (1 + wi.wr)^2 / (cos(ti) cos(tr)) W(q; c w / lambda) / lambda^2 rgb(u, v, w) / (X + Y + Z)(u, v, w)
+    C = D c^2 G W(q; c w / lambda) / lambda^2 rgb(u, v, w) / (X + Y + Z)(u, v, w)
 
+G is 4 cos(ti) cos(tr) Q for a dielectric, and R (1 + wi.wr)^2 / (cos(ti) cos(tr)) / M for a metal.
 The frequency q is drawn from the sample set (precompute/table/sample_set.py), which also gives its weight W. The
-wavelength lambda is drawn in proportion to the observer's X + Y + Z, whose integral is Q
+wavelength lambda is drawn in proportion to the observer's X + Y + Z, whose integral is D
 (precompute/colour/drawn_wavelengths.py). They determine the direction wi: its tangential part is lambda q / p minus the
 view's. The colour of a single wavelength would be out of gamut and different in each draw. So a draw shows the table's
 colour in its direction, the mean over all wavelengths from there. The other symbols are defined in
@@ -43,6 +44,7 @@ from ...nodes.builder import Tree, Value
 from ...nodes.interface import add_interface
 from ..atlas_nodes import AtlasTable, Direction, albedo_bound, excess_albedo, matrix_times, zero_order_xyz
 from ..response import WORLD_ANSWER, WORLD_QUESTION
+from ..small_slope_nodes import dielectric_ior, small_slope_reflectance
 from .random_draw import SampleSetNodes
 
 GROUP_PREFIX = "Diffraction World"
@@ -60,7 +62,7 @@ def build_world_group(
     add_interface(group, WORLD_QUESTION, WORLD_ANSWER)
     tree = Tree(group)
     asked = tree.inputs()
-    n, t, sharp, roughness, ior, period_scale, height_scale, conserving = (asked[each.name] for each in WORLD_QUESTION)
+    n, t, sharp, roughness, ior, period_scale, height_scale = (asked[each.name] for each in WORLD_QUESTION)
     b = tree.cross(n, t)
     geometry = tree.node("ShaderNodeNewGeometry")
     wr = tree.value(geometry.outputs["Incoming"])
@@ -78,11 +80,16 @@ def build_world_group(
         return tree.math("POWER", tree.minimum(alpha2, 1.0), 0.25)
 
     seen = tree.math("GREATER_THAN", view.cosine, 0.0)
-    excess_of_view = excess_albedo(tree, image, layout, way=view)
+    if not layout.metal:
+        ior = dielectric_ior(tree, ior)
+    excess_of_view = excess_albedo(tree, image, layout, way=view) if layout.metal else None
 
-    def bounded_by(light: Direction) -> Value:
-        excess = excess_albedo(tree, image, layout, way=light)
-        return albedo_bound(tree, (excess, excess_of_view), conserving=conserving)
+    def reflectance(light: Direction, normal: Value) -> Value:
+        """Fresnel's reflectance of the mirror with a normal, divided by a metal's albedo bound."""
+        found = tree.fresnel(ior, normal)
+        if excess_of_view is None:
+            return found
+        return found / albedo_bound(tree, excess_albedo(tree, image, layout, way=light), excess_of_view)
 
     def to_space(direction: Direction) -> Value:
         return t * direction.x + b * direction.y + n * direction.cosine
@@ -90,7 +97,7 @@ def build_world_group(
     def mirrored_xyz(light: Direction) -> Value:
         half = tree.normalize(to_space(light) + wr)
         zero_order = zero_order_xyz(tree, image, layout, w=(light.cosine + cos_r) * height_scale)
-        return zero_order * (tree.fresnel(ior, half) / bounded_by(light))
+        return zero_order * reflectance(light, half)
 
     mirrored = _mean_over_mirror_image(tree, mirrored_xyz, view=view.vector, cosine=cos_r, sigma=layout.sigma_b)
     mirrored = surface_rgb(mirrored) * seen
@@ -122,8 +129,12 @@ def build_world_group(
     colour = tree.vector_math("MINIMUM", surface_rgb(xyz) * tree.math("DIVIDE", 1.0, total), (red, green, blue))
     colour = colour * drawn_weight(layout.illuminant)
     real = tree.math("GREATER_THAN", cosine2, _COSINE_MIN**2) * seen
-    gain = tree.squared(half2 * height_scale / ratio) * weight / (cos_i * cos_r)
-    gain = gain * tree.fresnel(ior, lobe_normal) * real / bounded_by(light)
+    if layout.metal:
+        factor = tree.squared(half2) / (cos_i * cos_r) * reflectance(light, lobe_normal)
+    else:
+        slopes = small_slope_reflectance(tree, ior, light, view, one_plus=half2)
+        factor = cos_i * cos_r * slopes * 4.0
+    gain = tree.squared(height_scale / ratio) * weight * factor * real
     lobe = colour * tree.maximum(gain, 0.0)
     lobe_roughness = width(kernel, w) * (1.0 - sharp)
     tree.output(mirrored, mirror_roughness, lobe, lobe_normal, lobe_roughness, to_light)

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ....precompute.base.exr import open_picture
+from ....precompute.optics.small_slope import IOR_MAX
 from ....precompute.table.albedo_bound import bound_texel
 from ....precompute.table.atlas import STRIP_ROWS, Layout
 from ....precompute.table.tiling import TILE_PADDING
@@ -22,7 +23,7 @@ def build_osl_direct(name: str, bake_path: Path, layout: Layout, *, rgb_from_xyz
     """The response of a bake's file as a shader; rgb_from_xyz (3, 3) converts to the scene's linear space.
 
     Raises GratingError, and leaves nothing behind, if the file cannot be read or the shader does not compile."""
-    text = joined(_constants(bake_path, layout, rgb_from_xyz), ("fresnel", "direct"))
+    text = joined(_constants(bake_path, layout, rgb_from_xyz), ("fresnel", "small_slope", "direct"))
     return script_group(f"Direct {name}", text, QUESTION)
 
 
@@ -58,10 +59,12 @@ def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dic
         # The middle row of the strip; all its rows hold the same values.
         "ZERO_ORDER_Y": (STRIP_ROWS - 1) / 2,
         "ZERO_ORDER_SAMPLES": layout.zero_order_samples,
-        # The position of the normal in the table of the excess albedo, and the texel spacing.
+        # The position of the normal in a metal's table of the excess albedo, and the texel spacing.
         "BOUND_X": (layout.bound_texels - 1) / 2,
         "BOUND_Y": STRIP_ROWS + (layout.bound_texels - 1) / 2,
-        "BOUND_TEXEL": bound_texel(layout.bound_texels),
+        "BOUND_TEXEL": bound_texel(layout.bound_texels) if layout.metal else 1.0,
+        "METAL": int(layout.metal),
+        "IOR_MAX": IOR_MAX,
         "RGB_COLUMNS": colours(np.transpose(rgb_from_xyz)),
         **_mark(bake_path),
     }
