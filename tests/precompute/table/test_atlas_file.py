@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from precompute.base.failure import GratingError
 from precompute.table import atlas, atlas_file
-from precompute.table.atlas_file import HEADER_KEY, read_header
+from precompute.table.atlas_file import FORMAT, HEADER_KEY, read_header
 from precompute.table.tiling import TERMS_MAX
 
 from .conftest import PROVENANCE, plain_exr, random_bake, refusal
@@ -125,18 +125,18 @@ def test_another_exr_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("record", [
-    "[]", "null", "3", "{}", '{"format": 9}', '{"format": 9, "layout": {}}', '{"format": 9, "layout": 6}',
-    '{"format": 9, "layout": {"terms": 3, "surplus": 4}}',
+    [], None, 3, {}, {"format": FORMAT}, {"format": FORMAT, "layout": {}}, {"format": FORMAT, "layout": 6},
+    {"format": FORMAT, "layout": {"terms": 3, "surplus": 4}},
 ])  # fmt: skip
 def test_a_header_that_says_nothing_is_refused(tmp_path, record):
     path = tmp_path / "table.exr"
-    plain_exr(path, np.zeros((4, 4, 3), np.float16), {HEADER_KEY: record})
+    plain_exr(path, np.zeros((4, 4, 3), np.float16), {HEADER_KEY: json.dumps(record)})
     assert "not a Natural Gratings bake" in refused(path)
 
 
 @pytest.mark.parametrize("record", [
-    "no JSON", "", "[" * 10**5 + "]" * 10**5, '{"format": 9, "layout": ' + "9" * 5000 + "}", '{"format": NaN}',
-    '{"format": 9, "format": 9}', '{"format": 9, "layout": 1e400}', '\xef\xbb\xbf\xef\xbb\xbf{}',
+    "no JSON", "", "[" * 10**5 + "]" * 10**5, '{"format": 10, "layout": ' + "9" * 5000 + "}", '{"format": NaN}',
+    '{"format": 10, "format": 10}', '{"format": 10, "layout": 1e400}', '\xef\xbb\xbf\xef\xbb\xbf{}',
 ])  # fmt: skip
 def test_a_header_that_is_no_json_is_refused(tmp_path, record):
     path = tmp_path / "table.exr"
@@ -154,7 +154,8 @@ def test_another_version_is_refused(tmp_path):
     {"terms": 10**4}, {"terms": 7}, {"terms": -1}, {"cell_rows": 13}, {"columns": 10**6}, {"rows": 1},
     {"w_max": 0.0}, {"u_first": 9.0}, {"strip_rows": 0}, {"zero_order_samples": 10**4}, {"cell_columns": "12"},
     {"cell_columns": 12.5}, {"scale": "big"}, {"texel": None}, {"levels": 2}, {"levels": 10**9},
-    {"inner_rows": 10**6}, {"inner_columns": 3}, {"bound_texels": 1}, {"bound_texels": 10**6},
+    {"inner_rows": 10**6}, {"inner_columns": 3}, {"bound_texels": 1}, {"bound_texels": 10**6}, {"bound_texels": 2, "strip_rows": 6},
+    {"bound_texels": -1, "strip_rows": 3},
     {"columns": 5, "rows": 1}, {"level_ratio": 3.0}, {"level_ratio": 0.0}, {"level_ratio": "4"},
     {"terms": True}, {"terms": 20_000, "rows": 10_000}, {"levels": 0}, {"levels": True}, {"illuminant": "moon"},
     {"illuminant": ["D65"]}, {"sigma_b": 0}, {"sigma_b": 1e-300}, {"sigma_b": 50}, {"sigma_b": float("nan")},
