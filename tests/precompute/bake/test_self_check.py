@@ -75,7 +75,8 @@ def test_it_agrees_with_the_reference(made):
 
 @pytest.mark.parametrize("matter", MATTERS)
 def test_a_small_region_is_still_looked_at(matter):
-    """A metal's bound is measured at a part of the pairs. The region has one percent of the directions, so few pairs of a first draw lie in it."""
+    """The region has one percent of the directions, so few pairs of a first draw lie in it. A metal's bound is measured
+    at some of the pairs, and the smaller number counts."""
     relief, needs = skin(), Needs(Region((0.5, 0.9), (-0.1, 0.1)), w=(1.0, 1.4))
     chosen = plan(relief, BakeRequest(coherence_length_m=COHERENCE_M, matter=matter, needs=needs))
     errors = self_check.judge((relief,), chosen, "D65", progress=lambda *_: None)(carry_out(chosen))

@@ -79,8 +79,9 @@ def scattering(wi, view, *, stam):
 @pytest.mark.parametrize("stam", [False, True])
 @pytest.mark.parametrize("theta_i", [0.0, THETA])
 def test_the_exact_map_is_the_reference(theta_i, stam):
-    """At 20 pixels, each with its own w, in both forms. The series leaves 1e-9 of its largest value. Cutting the kernel at 5.5 sigma instead of 7 leaves at most exp(-5.5^2 / 2) = 2.7e-7 of
-    an order's peak for each of the few orders there: 1e-6 of the peak."""
+    """At 20 pixels, each with its own w, in both forms. The series leaves 1e-9 of its largest value. Cutting
+    the kernel at 5.5 sigma instead of 7 leaves at most exp(-5.5^2 / 2) = 2.7e-7 of an order's peak for each of the few
+    orders there: 1e-6 of the peak."""
     size = 40
     relief = skin()
     xyz = from_reference(relief, SIGMA_B, size, theta_i=theta_i, step_m=STEP_M, stam=stam)
