@@ -267,10 +267,7 @@ def zero_order_budget(reliefs: Sequence[Relief], samples: int, asked: float) -> 
 
 def _rings(table: Table, truth: list[Truth]) -> list[Ring]:
     parts = [[_in_ring(t, low, high) for t in truth] for low, high in zip(RINGS, RINGS[1:], strict=False)]
-    light = [
-        sum(float(t.pairs.radiance_factor(metal=table.metal) @ t.scattered_xyz[:, 1]) / t.w**2 for t in part)
-        for part in parts
-    ]
+    light = [sum(_light(t, metal=table.metal) for t in part) for part in parts]
     found = []
     for low, high, part, lit in zip(RINGS, RINGS[1:], parts, light, strict=False):
         pairs = sum(len(t.scattered_xyz) for t in part)

@@ -79,7 +79,6 @@ def test_facts_of_wrong_types_are_damage(run_bake, picture, tmp_path, cache_fold
         for fact in (
             "seconds",
             "delta_e",
-            "delta_e_by_form",
             "tile",
             "tiles",
             "coherence_um",

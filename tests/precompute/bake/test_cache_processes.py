@@ -20,7 +20,7 @@ def test_two_at_once_make_one_bake(picture, tmp_path, cache_folder):
     assert sorted(each["cached"] for each in facts) == [False, True]
     maker, taker = sorted(both, key=lambda child: facts[both.index(child)]["cached"])
     assert maker.stages[1] == "levelling" and maker.stages[2].startswith("expects ")
-    assert maker.stages[3:] == ["transforms", "wavelengths", "albedo bound", "self-check"]
+    assert maker.stages[3:] == ["transforms", "wavelengths", "self-check"]
     assert taker.stages[1:] == [cache.WAITING]
     assert maker.stages[0] == taker.stages[0] == "reading the scan"
     assert facts[0]["seconds"] == facts[1]["seconds"]

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Directional albedo and the energy-conserving form (docs/theory.md, section "BRDF")."""
+"""Directional albedo in Stam's form, and the albedo bound of metals (docs/theory.md, section "BRDF")."""
 
 import itertools
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -18,13 +19,12 @@ from precompute.check import table_file
 from precompute.colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, spectral_weights
 from precompute.maps import brdf_map
 from precompute.maths import bspline
-from precompute.measure.forms import DELTA_E_OF_BOUND
-from precompute.optics.brdf import obliquity_times_cosine_and_w2
+from precompute.measure.errors import DELTA_E_OF_BOUND
 from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import binary, blazed, flat, sinusoidal
 from precompute.table import atlas
 from precompute.table.albedo_bound import BOUND_TEXELS, albedo_bound, bound_texel, texel_directions
-from precompute.table.table import Table
+from precompute.table.radiance import reflected_xyz
 
 COHERENCE_M = 12e-6
 SURFACES = {
@@ -52,11 +52,11 @@ def toward(theta_deg, azimuth_deg=0.0):
 
 @pytest.fixture(scope="module")
 def bakes():
-    """Bakes as read from their files, and the exact surfaces, by name."""
-    found = {}
+    """Bakes of metals as read from their files, and the exact surfaces, by name."""
+    found, request = {}, BakeRequest(delta_e=10, coherence_length_m=COHERENCE_M, matter="metal")
     for name, height_map in SURFACES.items():
         relief = prepare(height_map)
-        baked = atlas.unpack(*atlas.pack(bake(relief, BakeRequest(delta_e=10, coherence_length_m=COHERENCE_M))))
+        baked = atlas.unpack(*atlas.pack(bake(relief, request)))
         found[name] = baked, surface_of(relief, baked.sigma_b)
     return found
 
@@ -68,13 +68,14 @@ def test_no_more_is_reflected_than_received(bakes, name):
     0.5 (bake/ensemble.py), and by more at one direction in a hundred: at one of these 24. This quadrature of the albedo
     shares no code with the table's."""
     baked, surface = bakes[name]
+    bounds = [no_bound, partial(albedo_bound, baked.excess_albedo)]
     lambdas = np.linspace(390e-9, 770e-9, 8)
     weights = spectral_weights(lambdas, "E")
     rng = np.random.default_rng(2)
     ways = [(theta, azimuth) for theta in (0, 60, 85, 89.9) for azimuth in (0, 37, 180)]
     ways += list(zip(rng.uniform(20, 90, 12), rng.uniform(0, 360, 12), strict=True))
     found = np.array([
-        [directional_albedo(surface, toward(*way), lam, [no_bound, baked.albedo_bound_at], 1 << 14) for lam in lambdas]
+        [directional_albedo(surface, toward(*way), lam, bounds, 1 << 14) for lam in lambdas]
         for way in ways
     ])  # fmt: skip
     seen = np.einsum("dl,lc->dc", found[..., 1], weights) / weights.sum(axis=0)
@@ -116,8 +117,8 @@ def test_a_mirror_has_albedo_one_and_no_excess(bakes):
     for angle in (0, 30, theta):
         assert directional_albedo(surface, toward(angle), 550e-9, [no_bound])[0] == pytest.approx(1, abs=1e-6)
     every = np.array([toward(theta, azimuth) for theta in np.linspace(0, 89.99, 200) for azimuth in (0, 20, 45)])
-    np.testing.assert_allclose(baked.albedo_bound_at(every), 1, atol=1e-6)
-    assert baked.albedo_bound_at(toward(80)) == pytest.approx(1, abs=1e-5)
+    np.testing.assert_allclose(albedo_bound(baked.excess_albedo, every), 1, atol=1e-6)
+    assert albedo_bound(baked.excess_albedo, toward(80)) == pytest.approx(1, abs=1e-5)
 
 
 def test_a_table_that_interpolates_is_read_at_its_texels():
@@ -196,7 +197,7 @@ def test_the_table_holds_the_albedo(bakes, name):
     cosine, turn = np.sqrt(rng.random(100)), rng.uniform(0, 2 * np.pi, 100)
     directions = np.column_stack([*(np.sqrt(1 - cosine**2) * [np.cos(turn), np.sin(turn)]), cosine])
     exact = excess_at([surface.series], surface.sigma_b, directions.reshape(10, 10, 3)).ravel()
-    error = np.abs(baked.albedo_bound_at(directions) / (1 + np.maximum(exact / cosine, 0)) - 1)
+    error = np.abs(albedo_bound(baked.excess_albedo, directions) / (1 + np.maximum(exact / cosine, 0)) - 1)
     assert np.count_nonzero(error > 0.5 / DELTA_E_OF_BOUND) <= 4
 
 
@@ -231,10 +232,11 @@ def test_the_atlas_never_rounds_the_bound_down(bakes):
     assert np.all(half <= values * (1 + 2**-9) + 1e-7)
 
 
-@pytest.mark.parametrize("conserving", [False, True])
-def test_reciprocity_in_both_forms(bakes, conserving):
-    """f(wi, wr) = f(wr, wi): O and M are symmetric, and the table is read at the same (u, v, w)."""
+@pytest.mark.parametrize("form", ["dielectric", "metal", "stam"])
+def test_reciprocity_in_all_forms(bakes, form):
+    """f(wi, wr) = f(wr, wi): O, Q and M are symmetric, and the table is read at the same (u, v, w)."""
     baked, _ = bakes["blazed"]
+    baked = replace(baked, excess_albedo=None) if form == "dielectric" else baked
     rng = np.random.default_rng(6)
     z = rng.uniform(0.05, 1, (2, 200))
     turn = rng.uniform(-np.pi, np.pi, (2, 200))
@@ -243,27 +245,25 @@ def test_reciprocity_in_both_forms(bakes, conserving):
     wi, wr = (d / np.linalg.norm(d, axis=1, keepdims=True) for d in (wi, wr))
 
     def brdf(wi, wr):
-        u, v, w = (wi + wr).T
-        factor = obliquity_times_cosine_and_w2(wi, wr) / wi[:, 2]
-        bound = np.maximum(baked.albedo_bound_at(wi), baked.albedo_bound_at(wr)) if conserving else np.ones(len(wi))
-        zero_order = baked.zero_order_xyz(w) * baked.kernel(u, v)[:, None]
-        return (factor[:, None] * baked.scattered_over_w2(u, v, w) + zero_order) / bound[:, None]
+        return reflected_xyz(baked, wi, wr, stam=form == "stam") / wi[:, 2:]
 
     assert np.abs(brdf(wi, wr)).max() > 0.1
     np.testing.assert_allclose(brdf(wi, wr), brdf(wr, wi), rtol=1e-9, atol=1e-12)
 
 
-def test_maps_in_both_forms(bakes):
-    """The conserving map is Stam's, divided by the larger bound of the light's and the view's direction."""
+def test_maps_of_a_metal(bakes):
+    """A metal's map is Stam's, divided by the larger bound of the light's and the view's direction. Stam's form does
+    not depend on what the surface is made of."""
     baked, _ = bakes["binary"]
     theta = np.radians(75)
-    stam, conserving = (brdf_map.from_bake(baked, 32, theta, conserving=form) for form in (False, True))
+    stam, shown = (brdf_map.from_bake(baked, 32, theta, stam=form) for form in (True, False))
     wi, wr, inside = brdf_map.view_hemisphere(32, theta)
-    bound = np.maximum(baked.albedo_bound_at(wi), baked.albedo_bound_at(wr[inside]))
+    bound = np.maximum(*(albedo_bound(baked.excess_albedo, way) for way in (wi, wr[inside])))
     assert bound.max() > 1.2
-    np.testing.assert_allclose(conserving[inside] * bound[:, None], stam[inside], rtol=1e-12, atol=1e-12)
-    bare = Table(baked.terms, baked.zero_order, baked.sigma_b, baked.texel, baked.illuminant)
-    np.testing.assert_array_equal(brdf_map.from_bake(bare, 32, theta)[inside], stam[inside])
+    np.testing.assert_array_equal(baked.bound_of(wi, wr[inside]), bound)
+    np.testing.assert_allclose(shown[inside] * bound[:, None], stam[inside], rtol=1e-12, atol=1e-12)
+    dielectric = replace(baked, excess_albedo=None)
+    np.testing.assert_array_equal(brdf_map.from_bake(dielectric, 32, theta, stam=True)[inside], stam[inside])
 
 
 def test_turned_light_is_as_good_as_its_own_factors():

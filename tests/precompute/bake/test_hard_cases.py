@@ -2,7 +2,7 @@
 """Every hard case matches the reference or is refused with the reason (docs/hard_cases.md).
 
 The surfaces and what each is compared with come from `./dev bench hard_cases`. To save time the bakes here skip their
-self-check, and only one has an albedo bound; other tests cover both."""
+self-check, which other tests cover."""
 
 from dataclasses import replace
 
@@ -12,7 +12,6 @@ from PIL import Image
 
 from laboratory.benchmarks import hard_cases
 from laboratory.benchmarks.hard_cases import CASES, COHERENCE_M, PIXEL_M, Case, outcome, scan, skin
-from precompute.bake import tiles
 from precompute.bake.ensemble import bake, plan
 from precompute.bake.kernel import kernel_for
 from precompute.bake.needs import EVERYTHING
@@ -23,7 +22,6 @@ from precompute.measure.errors import measure
 from precompute.optics import coherence
 from precompute.surface.relief import prepare
 from precompute.table import atlas
-from precompute.table.albedo_bound import NO_EXCESS
 
 BY_NAME = {case.name: case for case in CASES}
 REFUSED = {
@@ -42,12 +40,6 @@ def stored(relief, coherence_m, needs=EVERYTHING):
     return atlas.unpack(*atlas.pack(bake(relief, BakeRequest(coherence_length_m=coherence_m, needs=needs))))
 
 
-@pytest.fixture
-def without_bound(monkeypatch):
-    """Skip computing the excess albedo."""
-    monkeypatch.setattr(tiles, "excess_table", lambda *_, **__: NO_EXCESS)
-
-
 def assert_kept(found):
     """Check the asked accuracy: a dE00 of 1 for 99 % of the light, and 1 % of the luminance."""
     assert found.refusal == ""
@@ -60,7 +52,7 @@ def assert_kept(found):
 
 
 @pytest.mark.parametrize("name", [name for name in BY_NAME if name not in REFUSED and name not in FIGURES])
-def test_the_bake_is_the_reference(name, without_bound):
+def test_the_bake_is_the_reference(name):
     assert_kept(outcome(replace(BY_NAME[name], figures=None), stored))
 
 
@@ -79,14 +71,14 @@ def test_at_grazing_the_light_is_right_and_no_more_than_was_received():
     assert 0.1 < found.figures["albedo"] <= 1.01
 
 
-def test_in_the_middle_the_zero_order_is_bessels(without_bound):
+def test_in_the_middle_the_zero_order_is_bessels():
     """The tolerance is the rounding of half floats, 2^-12 of 1, and twice the 1e-4 of the amplitude's series."""
     found = outcome(BY_NAME["u = v = 0"], stored)
     assert_kept(found)
     assert found.figures["zero order against J0^2"] < 5e-4
 
 
-def test_a_deep_relief_is_kept_in_floats(without_bound):
+def test_a_deep_relief_is_kept_in_floats():
     """Half floats round terms by 2^-12. At its darkest a relief of 2 um has terms ten thousand times their sum."""
     relief = prepare(scan(skin(96, 96, 2e-6)))
     baked = bake(relief, BakeRequest(coherence_length_m=COHERENCE_M))
@@ -99,7 +91,7 @@ def test_a_deep_relief_is_kept_in_floats(without_bound):
     )
 
 
-def test_a_shallow_relief_does_not_vanish_in_halves(without_bound):
+def test_a_shallow_relief_does_not_vanish_in_halves():
     """Scattered light grows with the square of the height, apart from (2 pi s h)^2 = 3e-6. A relief of 0.05 nm thus
     scatters 1/400 of the light of one of 1 nm. Half floats keep this, since they round both by 2^-11."""
     case = BY_NAME["half-float underflow"]
@@ -112,7 +104,7 @@ def test_a_shallow_relief_does_not_vanish_in_halves(without_bound):
     np.testing.assert_allclose(400 * one, other, rtol=5e-3, atol=1e-3 * other.max())
 
 
-def test_a_period_under_the_shortest_wavelength_is_dark_from_above(without_bound):
+def test_a_period_under_the_shortest_wavelength_is_dark_from_above():
     """sin(t) = 380 / 250 is no direction. For light at 80 degrees the order goes back at 0.54. The nearest real
     direction is eight standard deviations of the kernel (0.06) away: exp(-32)."""
     found = outcome(BY_NAME["period under the shortest wavelength"], stored)
@@ -129,7 +121,7 @@ def test_steps_scatter_what_their_rounding_is():
     assert off.std() == pytest.approx(step / 12**0.5, rel=0.05)
 
 
-def test_narrow_orders_leave_no_gaps_at_the_rim(without_bound):
+def test_narrow_orders_leave_no_gaps_at_the_rim():
     """The wavelengths follow the kernel: their sum is flat to 1e-3 at |u| = 2. The cubic reading adds less than 1 % of
     a sum of overlapping orders. With half as many wavelengths an order moves by 3.2 standard deviations, and the sum is
     flat only to 2 exp(-2 pi^2 / 3.2^2) = 29 %."""
@@ -161,7 +153,7 @@ def test_a_pixel_is_refused_on_the_command_line(tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
-def test_the_table_tells_of_errors_and_refusals(without_bound):
+def test_the_table_tells_of_errors_and_refusals():
     kept = outcome(Case("flat", "zeros", lambda: scan(np.zeros((32, 32)))), stored)
     assert kept.text == "dE00 0.00, dY 0.00%"
     assert outcome(BY_NAME["nothing but NaN"]).text.startswith("refused: the scan: every height is missing")

@@ -80,6 +80,17 @@ def test_several_scans_are_refused():
         patch.plan([RELIEF, RELIEF], BakeRequest(coherence_length_m=LENGTH_M))
 
 
+def test_a_metal_is_refused(tmp_path, capsys):
+    with pytest.raises(GratingError, match="the patch model is of a dielectric; choose "):
+        patch.plan([RELIEF], BakeRequest(coherence_length_m=LENGTH_M, matter="metal"))
+    command = ["bake", "sample:blazed", "-o", str(tmp_path / "out"), "--model", "patch", "--matter", "metal"]
+    assert parser.main([*command, "--no-cache", "--progress", "none"]) == 1
+    out, err = capsys.readouterr()
+    told = "the patch model is of a dielectric; choose --model ensemble, or --matter dielectric\n"
+    assert out == "" and len(err.splitlines()) == 1 and err.startswith("error: ") and err.endswith(told)
+    assert "blazed" in err and not (tmp_path / "out").exists()
+
+
 def test_needs_that_end_where_the_table_begins_are_refused():
     with pytest.raises(GratingError, match="w up to 0.26: .*; give a larger w"):
         patch.plan([RELIEF], BakeRequest(coherence_length_m=LENGTH_M, needs=Needs(w=(0.0, W_MIN + 0.01))))

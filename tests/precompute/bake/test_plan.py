@@ -92,7 +92,7 @@ def test_scans_of_one_skin_average_more_areas():
 
 def test_a_table_chosen_by_itself_keeps_to_its_memory(monkeypatch):
     """An automatic kernel that needs more memory than there is gets wider until the table fits. An asked kernel is
-    kept. Of the six megabytes, the largest table of the albedo bound takes three. The levels may leave some memory
+    kept. The levels may leave some memory
     unused, since their tiles are rounded up to a power of two."""
     monkeypatch.setattr(ensemble, "DEFAULT_BYTES", 6 << 20)
     free = plan(waves(), BakeRequest(coherence_length_m=COHERENCE_M))

@@ -6,12 +6,16 @@ import pytest
 
 from precompute.bake import make as make_module
 from precompute.bake.make import make
-from precompute.bake.request import BakeRequest
+from precompute.bake.request import MATTERS, BakeRequest
 from precompute.base.failure import GratingError
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 
-STAGES = ["transforms", "wavelengths", "albedo bound", "self-check"]
+# The stages of each matter.
+STAGES = {
+    "dielectric": ["transforms", "wavelengths", "self-check"],
+    "metal": ["transforms", "wavelengths", "albedo bound", "self-check"],
+}
 
 
 def relief(depth_m: float):
@@ -31,10 +35,11 @@ def told_by(reliefs, request):
     return list(dict.fromkeys(stages)), np.array(fractions)
 
 
+@pytest.mark.parametrize("matter", MATTERS)
 @pytest.mark.parametrize("scans", [1, 2])
-def test_one_bar_over_the_whole_bake(scans):
-    stages, fractions = told_by([relief(100e-9)] * scans, BakeRequest(delta_e=3.0))
-    assert stages[0].startswith("expects ") and stages[1:] == STAGES
+def test_one_bar_over_the_whole_bake(scans, matter):
+    stages, fractions = told_by([relief(100e-9)] * scans, BakeRequest(delta_e=3.0, matter=matter))
+    assert stages[0].startswith("expects ") and stages[1:] == STAGES[matter]
     assert (np.diff(fractions) >= 0).all()
     # The rest of the bar is for a second attempt, which is rare.
     assert fractions[-1] == pytest.approx(0.9)
@@ -45,6 +50,6 @@ def test_one_bar_over_the_whole_bake(scans):
 def test_a_second_attempt_goes_on_where_the_first_ended(monkeypatch):
     monkeypatch.setattr(make_module, "_excess", lambda *_: 2.0)
     stages, fractions = told_by([relief(100e-9)], BakeRequest(delta_e=3.0))
-    assert stages[0].startswith("expects ") and stages[1:] == STAGES
+    assert stages[0].startswith("expects ") and stages[1:] == STAGES["dielectric"]
     assert (np.diff(fractions) >= 0).all()
     assert fractions[-1] == pytest.approx(1)

@@ -12,8 +12,12 @@ SCAN = {"source": "skin.png", "size_um": 4, "height_nm": 250}
 
 
 def test_a_request_comes_back():
-    request = BakeRequest(2.5, 7e-6, "E", model="patch", scans=(Scan("skin.png", 4.0, 250.0), Scan("sample:cd")))
-    assert request_from(request.as_dict(), "test") == request
+    scans = (Scan("skin.png", 4.0, 250.0), Scan("sample:cd"))
+    for kinds in ({"model": "patch"}, {"matter": "metal"}):
+        request = BakeRequest(2.5, 7e-6, "E", scans=scans, **kinds)
+        assert request_from(request.as_dict(), "test") == request
+    # A record from before metals is of a dielectric.
+    assert request_from({}, "test").matter == "dielectric"
     for steps in ("none", "plane,poly:3,scars,rotate:-12.5"):
         asked = BakeRequest(levelling=parse_steps(steps))
         assert request_from(asked.as_dict(), "test") == asked
@@ -31,7 +35,9 @@ def test_a_request_comes_back():
     ({"delta_e": None}, "delta_e: give"), ({"delta_e": [1]}, "delta_e: give"), ({"coherence_um": 1e5}, "coherence"),
     ({"coherence_um": 1e-9}, "coherence_um: give a number from 0.1"), ({"coherence_um": False}, "coherence"),
     ({"illuminant": ["D65"]}, "illuminant: give one of"), ({"illuminant": {}}, "illuminant: give one of"),
-    ({"model": None}, "model: give one of"), ({"levelling": "plane"}, "levelling: give a list"),
+    ({"model": None}, "model: give one of"),
+    ({"matter": "skin"}, "matter: give one of dielectric, metal"), ({"matter": None}, "matter: give one of"),
+    ({"matter": ["metal"]}, "matter: give one of"), ({"levelling": "plane"}, "levelling: give a list"),
     ({"levelling": [[]]}, "levelling: no such step; give one of"),
     ({"levelling": ["rotate"]}, "levelling: rotate: no such argument; give DEG"),
     ({"levelling": ["plane"] * 10**4}, "levelling: 10000 steps; give at most 50"),

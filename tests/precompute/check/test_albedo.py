@@ -7,7 +7,7 @@ import pytest
 from precompute.bake.excess_albedo import excess_at
 from precompute.check.albedo import _counted, albedo_bound, spectrum_of
 from precompute.colour.observer import WAVELENGTH_MIN_M
-from precompute.measure.forms import DELTA_E_OF_BOUND
+from precompute.measure.errors import DELTA_E_OF_BOUND
 from precompute.reference.ensemble_reference import reference_grid
 from precompute.spectra.series import spectrum_series
 from precompute.surface.height_map import HeightMap

@@ -68,8 +68,7 @@ def turned(table, degrees):
 def test_a_bake_passes(run, baked, scan):
     status, out, err = run("check", baked, scan, *PICTURE, *QUICK)
     assert (status, err) == (0, "")
-    assert len(out.splitlines()) == 4 and "|dY|" in out
-    assert "energy-conserving form: dE00 mean" in out and "Stam's form: dE00 mean" in out
+    assert len(out.splitlines()) == 3 and "dE00 mean" in out and "|dY|" in out
 
 
 def test_its_errors_are_those_of_the_bake(run, baked, scan):
@@ -79,17 +78,13 @@ def test_its_errors_are_those_of_the_bake(run, baked, scan):
     assert facts["asked_delta_e"] == 1
     assert facts["delta_e"]["p99"] <= 1 and facts["delta_e"]["relative_dy"] <= 0.01
     # Two samples of one distribution, drawn by two programs.
-    for form in ("conserving", "stam"):
-        for name in ("mean", "p95", "p99"):
-            found, claimed = (each["delta_e_by_form"][form][name] for each in (facts, record))
-            assert found == pytest.approx(claimed, rel=0.6)
-    stam = facts["delta_e_by_form"]["stam"]
-    assert facts["delta_e"] == facts["delta_e_by_form"]["conserving"]
-    assert stam["pairs"] == sum(ring["pairs"] for ring in facts["rings"])
+    for name in ("mean", "p95", "p99"):
+        assert facts["delta_e"][name] == pytest.approx(record["delta_e"][name], rel=0.6)
+    assert facts["delta_e"]["pairs"] == sum(ring["pairs"] for ring in facts["rings"])
     assert sum(ring["light"] for ring in facts["rings"]) == pytest.approx(1)
     assert [ring["u_to"] for ring in facts["rings"]] == [0.1, 0.5, 1, 2]
     weighed = sum(ring["light"] * ring["relative_dy"] for ring in facts["rings"])
-    assert weighed == pytest.approx(stam["relative_dy"])
+    assert weighed == pytest.approx(facts["delta_e"]["relative_dy"])
 
 
 def test_the_same_files_give_the_same_errors(run, baked, scan):
@@ -138,8 +133,8 @@ def test_a_failure_gives_its_errors_all_the_same(run, baked, scan, tmp_path):
     status, out, err = run("check", path, scan, *PICTURE, *QUICK, "--json", "-")
     facts = json.loads(out)
     assert status == 1 and len(err.splitlines()) == 1
-    # Both forms fail in colour and in light.
-    assert not facts["passed"] and len(facts["faults"]) == 4
+    # It fails in colour and in light.
+    assert not facts["passed"] and len(facts["faults"]) == 2
     assert facts["delta_e"]["relative_dy"] == pytest.approx(0.3, abs=0.01)
 
 
@@ -148,13 +143,6 @@ def test_what_was_asked_may_be_told(run, refused, baked, scan, tmp_path):
     path = spoilt(baked, tmp_path / "loose.exr", lambda table: replace(table, terms=1.02 * table.terms))
     assert "|dY|" in refused("check", path, scan, *PICTURE, *QUICK)
     assert run("check", path, scan, *PICTURE, *QUICK, "--delta-e", "4")[0] == 0
-
-
-def test_a_wrong_bound_is_a_fault_of_the_conserving_form(refused, baked, scan, tmp_path):
-    """The table is right in Stam's form, but has no bound."""
-    path = spoilt(baked, tmp_path / "bare.exr", lambda table: replace(table, excess_albedo=0 * table.excess_albedo))
-    told = refused("check", path, scan, *PICTURE, *QUICK)
-    assert "energy-conserving" in told and "Stam" not in told
 
 
 def test_a_mirror_passes(run, refused, tmp_path):
@@ -187,7 +175,7 @@ def test_a_bake_of_a_part(run, scan, tmp_path):
     status, out, _ = run("check", tmp_path / "part", scan, *PICTURE, *QUICK, "--json", "-")
     facts = json.loads(out)
     assert status == 0
-    assert facts["delta_e_by_form"]["stam"]["pairs"] > 1000
+    assert facts["delta_e"]["pairs"] > 1000
     assert all(0.9 <= w <= 1.8 for w in facts["w"])
 
 

@@ -16,7 +16,7 @@ from .conftest import PICTURE, SHORT
 
 def test_progress_as_text(run, scan, tmp_path):
     _, _, err = run("map", scan, *PICTURE, *SHORT, "-o", tmp_path / "map.png", "--size", "16")
-    assert err.splitlines()[-1] == "albedo bound: 100%"
+    assert err.splitlines()[-1] == "wavelengths: 100%"
 
 
 def test_map_of_a_mirror_is_colourless(run, tmp_path):

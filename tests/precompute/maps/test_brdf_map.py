@@ -3,17 +3,18 @@ import numpy as np
 import pytest
 
 from precompute.bake.ensemble import bake
-from precompute.bake.request import BakeRequest
+from precompute.bake.request import MATTERS, BakeRequest
 from precompute.colour.difference import delta_e_2000, lab
 from precompute.colour.observer import white_xyz
 from precompute.colour.working_space import rgb_from_xyz, srgb_encode
 from precompute.maps.brdf_map import from_bake, from_reference, linear_rgb, picture, view_hemisphere
 from precompute.optics.fresnel import fresnel_reflectance
+from precompute.optics.small_slope import small_slope_reflectance
 from precompute.reference.ensemble_reference import reference_xyz
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import blazed
-from precompute.table.radiance import Skin, lamp_radiance
+from precompute.table.radiance import lamp_radiance
 from precompute.table.table import Table
 
 SIGMA_B, COHERENCE_M, STEP_M = 0.061897, 4e-6, 20e-9
@@ -68,14 +69,22 @@ def test_the_mirror_image_of_the_light_lies_towards_x():
     assert place(luminance(xyz), size) == pytest.approx((np.sin(THETA), 0), abs=1.5 / size)
 
 
+def scattering(wi, view, *, stam):
+    """The factor of the scattered light over w^2, for a unit vector to the light and one to the viewer."""
+    if stam:
+        return fresnel_reflectance(np.linalg.norm(wi + view) / 2) * (1 + wi @ view) ** 2 / view[2]
+    return 4 * wi[2] ** 2 * view[2] * small_slope_reflectance(wi, view)
+
+
+@pytest.mark.parametrize("stam", [False, True])
 @pytest.mark.parametrize("theta_i", [0.0, THETA])
-def test_the_exact_map_is_the_reference(theta_i):
-    """At 20 pixels, each with its own w, in Stam's form (test_excess_albedo.py covers the other). The series leaves
-    1e-9 of its largest value. Cutting the kernel at 5.5 sigma instead of 7 leaves at most exp(-5.5^2 / 2) = 2.7e-7 of
-    an order's peak for each of the few orders there: 1e-6 of the peak."""
+def test_the_exact_map_is_the_reference(theta_i, stam):
+    """At 20 pixels, each with its own w, in both forms. The series leaves 1e-9 of its largest value. Cutting
+    the kernel at 5.5 sigma instead of 7 leaves at most exp(-5.5^2 / 2) = 2.7e-7 of an order's peak for each of the few
+    orders there: 1e-6 of the peak."""
     size = 40
     relief = skin()
-    xyz = from_reference(relief, SIGMA_B, size, theta_i=theta_i, step_m=STEP_M, conserving=False)
+    xyz = from_reference(relief, SIGMA_B, size, theta_i=theta_i, step_m=STEP_M, stam=stam)
     wi, wr, inside = view_hemisphere(size, theta_i)
     pixels = np.random.default_rng(0).permutation(np.argwhere(inside))[:20]
     for row, col in pixels:
@@ -83,9 +92,9 @@ def test_the_exact_map_is_the_reference(theta_i):
         u, v, w = wi + view
         scattered, zero = reference_xyz(relief, (np.array([u]), np.array([v])), w=w, sigma_b=SIGMA_B, step_m=STEP_M)
         kernel = np.exp(-(u**2 + v**2) / (2 * SIGMA_B**2)) / (2 * np.pi * SIGMA_B**2)
-        obliquity = (1 + wi @ view) ** 2 / (wi[2] * view[2] * w**2)
         reflectance = fresnel_reflectance(np.linalg.norm(wi + view) / 2)
-        expected = reflectance * wi[2] * (obliquity * scattered[0] + zero * kernel)
+        factor = scattering(wi, view, stam=stam)
+        expected = factor / w**2 * scattered[0] + reflectance * wi[2] * zero * kernel
         np.testing.assert_allclose(xyz[row, col], expected, rtol=0, atol=1e-6 * np.nanmax(xyz))
 
 
@@ -114,18 +123,19 @@ def test_the_map_of_a_bake_has_the_colours_of_the_reference():
         assert difference.mean() < 0.5
 
 
-def test_the_map_of_a_table_known_in_closed_form():
-    """B_0 = 3 and Z = 2 everywhere: R (3 (1 + wi.wr)^2 / cos(tr) + 2 cos(ti) kernel)."""
+@pytest.mark.parametrize("stam", [False, True])
+def test_the_map_of_a_table_known_in_closed_form(stam):
+    """B_0 = 3 and Z = 2 everywhere: 3 times the factor of the scattered light, and 2 R cos(ti) kernel."""
     table = Table(np.full((1, 16, 16, 3), 3.0), np.full((5, 3), 2.0), 0.4, 4 / 12, "D65")
     size = 15
-    xyz = from_bake(table, size, THETA)
+    xyz = from_bake(table, size, THETA, stam=stam)
     wi, wr, inside = view_hemisphere(size, THETA)
     for row, col in np.argwhere(inside)[::7]:
         view = wr[row, col]
         half = wi + view
         kernel = np.exp(-(half[0] ** 2 + half[1] ** 2) / (2 * 0.4**2)) / (2 * np.pi * 0.4**2)
         reflectance = fresnel_reflectance(np.linalg.norm(half) / 2)
-        expected = reflectance * (3 * (1 + wi @ view) ** 2 / view[2] + 2 * wi[2] * kernel)
+        expected = 3 * scattering(wi, view, stam=stam) + 2 * reflectance * wi[2] * kernel
         np.testing.assert_allclose(xyz[row, col], expected, rtol=1e-12)
     assert np.isnan(xyz[~inside]).all()
 
@@ -195,17 +205,14 @@ def test_linear_rgb_is_rec_709():
     np.testing.assert_allclose(linear_rgb(np.tile(white_xyz("E"), (2, 2, 1)), "E"), 1, rtol=1e-12)
 
 
-@pytest.mark.parametrize("conserving", [True, False])
-def test_a_map_of_a_bake_is_the_formula_of_the_materials(conserving):
+@pytest.mark.parametrize("matter", MATTERS)
+def test_a_map_of_a_bake_is_the_formula_of_the_materials(matter):
     relief = prepare(blazed(periods=2, rows=64))
-    table = bake(relief, BakeRequest(delta_e=3, coherence_length_m=COHERENCE_M))
+    table = bake(relief, BakeRequest(delta_e=3, coherence_length_m=COHERENCE_M, matter=matter))
     wi, wr, inside = view_hemisphere(48, THETA)
     views = wr[inside]
-    expected = lamp_radiance(
-        table, np.broadcast_to(wi, views.shape), views, irradiance=np.ones((1, 3)),
-        skin=Skin(energy_conserving=float(conserving)),
-    )  # fmt: skip
-    found = np.maximum(linear_rgb(from_bake(table, 48, THETA, conserving=conserving)[inside]), 0)
+    expected = lamp_radiance(table, np.broadcast_to(wi, views.shape), views, irradiance=np.ones((1, 3)))
+    found = np.maximum(linear_rgb(from_bake(table, 48, THETA)[inside]), 0)
     # The albedo bound is in single precision.
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7 * expected.max())
 

@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,7 +11,8 @@ from precompute.colour.observer import white_xyz
 from precompute.measure.errors import COUNTED_Y, EXPOSURE_PERCENTILES, Errors, Truth, measure
 from precompute.measure.pairs import Pairs, draw_w
 from precompute.measure.truths import draw_pairs, truths
-from precompute.optics.fresnel import fresnel_reflectance
+from precompute.optics.fresnel import KERATIN_IOR, fresnel_reflectance
+from precompute.optics.small_slope import small_slope_reflectance
 from precompute.reference.ensemble_reference import reference_grid, reference_xyz
 from precompute.spectra.spectrum import scattered_spectrum
 from precompute.surface.height_map import HeightMap
@@ -152,7 +155,8 @@ def test_the_zero_order_is_measured_apart(truth):
     assert errors.max < 1e-10
 
 
-def test_the_figure_is_that_of_the_worst_exposure(truth):
+@pytest.mark.parametrize("metal", [False, True])
+def test_the_figure_is_that_of_the_worst_exposure(truth, metal):
     """A second, plain implementation of the whole metric; the fault depends on brightness, so exposures differ."""
 
     def fault(u, v, w, xyz):
@@ -162,8 +166,9 @@ def test_the_figure_is_that_of_the_worst_exposure(truth):
     for t in truth:
         half = (t.pairs.wi + t.pairs.wr) / 2
         cosine = np.linalg.norm(half, axis=1)
-        dot = 2 * cosine**2 - 1
-        factor = fresnel_reflectance(cosine) * (1 + dot) ** 2 / t.pairs.wr[:, 2]
+        factor = fresnel_reflectance(cosine) * (2 * cosine**2) ** 2 / t.pairs.wr[:, 2]
+        if not metal:
+            factor = 4 * t.pairs.wi[:, 2] ** 2 * t.pairs.wr[:, 2] * small_slope_reflectance(t.pairs.wi, t.pairs.wr)
         over_w2 = t.scattered_xyz / t.w**2
         reference.append(factor[:, None] * over_w2)
         answer.append(factor[:, None] * fault(t.pairs.u, t.pairs.v, t.w, over_w2))
@@ -178,7 +183,7 @@ def test_the_figure_is_that_of_the_worst_exposure(truth):
         figures.append(delta_e_2000(*colours))
     worst = max(figures, key=lambda de: np.percentile(de, 99))
     assert len({round(float(np.percentile(de, 99)), 3) for de in figures}) > 1
-    errors = measure(truth, spoilt(fault))
+    errors = measure(truth, spoilt(fault), metal=metal)
     # Other orders of the same products: 1e-15 of XYZ, 1e-12 of dE00.
     assert errors.p99 == pytest.approx(np.percentile(worst, 99), rel=1e-9)
     assert errors.p95 == pytest.approx(np.percentile(worst, 95), rel=1e-9)
@@ -298,8 +303,37 @@ def test_progress_runs_to_its_end():
 
 
 def test_the_radiance_factor_is_that_of_the_brdf():
-    """f cos(ti) for a density of 1 is R O cos(ti) w^2. By hand for light at 60 degrees and view along the normal: half
-    angle 30, wi.wr = 1/2, (3/2)^2 / 1."""
-    wi, wr = np.array([[np.sqrt(0.75), 0, 0.5]]), np.array([[0, 0, 1.0]])
+    """f cos(ti) w^2 for a density of 1, by hand for light at 60 degrees and view along the normal.
+
+    A metal has R O cos(ti) w^2: half angle 30, wi.wr = 1/2, (3/2)^2 / 1. A dielectric has 4 cos(ti)^2 cos(tr) Q. Of a
+    view along the normal the azimuth does not count, and Q is the mean over the polarisations of (n - 1)^2 / (c + g)^2
+    and (n - 1)^2 g^2 / (n^2 c + g)^2, where c = cos(ti) and g = sqrt(n^2 - sin(ti)^2)."""
+    pairs = Pairs(np.array([[np.sqrt(0.75), 0, 0.5]]), np.array([[0, 0, 1.0]]), np.array([False]))
     expected = fresnel_reflectance(np.cos(np.radians(30))) * 2.25
-    assert Pairs(wi, wr, np.array([False])).radiance_factor()[0] == pytest.approx(expected, rel=1e-12)
+    assert pairs.radiance_factor(metal=True)[0] == pytest.approx(expected, rel=1e-12)
+    n, c, g = KERATIN_IOR, 0.5, np.sqrt(KERATIN_IOR**2 - 0.75)
+    q = (n - 1) ** 2 * ((c + g) ** -2 + (g / (n**2 * c + g)) ** 2) / 2
+    # The code holds the product of the squared sines at 1e-12 at least.
+    assert pairs.radiance_factor()[0] == pytest.approx(4 * c**2 * q, rel=1e-11)
+
+
+def test_a_metal_is_measured_after_its_bound(truth):
+    """With the right bound nothing is wrong. With none, light is wrong by the bound, and without the division right."""
+    bounded = [replace(t, bound=1 + 0.5 * t.pairs.wi[:, 0] ** 2) for t in truth]
+
+    def held(pairs):
+        return 1 + 0.5 * pairs.wi[:, 0] ** 2
+
+    right = measure(bounded, exact, metal=True, held_bound=held)
+    assert right.max < 1e-10 and right.relative_dy < 1e-14
+    wrong = measure(bounded, exact, metal=True, held_bound=lambda pairs: np.ones(len(pairs.wi)))
+    reference = np.concatenate([t.pairs.radiance_factor(metal=True) * t.scattered_xyz[:, 1] / t.w**2 for t in bounded])
+    shown = reference / np.concatenate([t.bound for t in bounded])
+    assert wrong.relative_dy == pytest.approx((reference - shown).sum() / shown.sum(), rel=1e-10)
+    assert wrong.p99 > FAILS
+    assert measure(bounded, exact, metal=True).max < 1e-10
+
+
+def test_the_worse_of_two_has_the_larger_of_each():
+    one, other = Errors(1, 5, 3, 7, 0.1, 0.4, 0.2, 100), Errors(2, 4, 6, 6, 0.3, 0.2, 0.1, 50)
+    assert one.worse_of(other) == other.worse_of(one) == Errors(2, 5, 6, 7, 0.3, 0.4, 0.2, 50)

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from laboratory.benchmarks.rcwa_orders import FACTORS, Case, directions, rigorous_orders, spectrum
-from precompute.optics.small_slope import small_slope_reflectance
 from precompute.optics.fresnel import fresnel_reflectance
+from precompute.optics.small_slope import small_slope_reflectance
 
 ANGLES = st.tuples(st.floats(0, np.pi / 2), st.floats(0, 2 * np.pi))
 INDICES = st.floats(1.05, 3)

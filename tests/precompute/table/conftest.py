@@ -18,7 +18,13 @@ S_MAX, GRID_MAX = 2 / 380e-9, 5.6e6
 # Values of s to test: from w = 0.4 at 700 nm to w = 2 at 400 nm.
 S_SEEN = np.linspace(0.4 / 700e-9, 2 / 400e-9, 9)
 SIGMA_B = 0.02
-PROVENANCE = {"source": "sample:test", "coherence_um": 12.5, "delta_e": {"p99": 0.7}, "shape": [3, 4]}
+PROVENANCE = {
+    "source": "sample:test",
+    "model": "ensemble",
+    "coherence_um": 12.5,
+    "delta_e": {"p99": 0.7},
+    "shape": [3, 4],
+}
 
 
 def skin(count=200, scale=40e-9, seed=0):

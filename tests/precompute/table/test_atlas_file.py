@@ -3,6 +3,7 @@
 
 import json
 import os
+from dataclasses import replace
 
 import numpy as np
 import OpenEXR
@@ -11,8 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from precompute.base.failure import GratingError
+from precompute.check import table_file
 from precompute.table import atlas, atlas_file
-from precompute.table.atlas_file import HEADER_KEY, read_header
+from precompute.table.atlas_file import FORMAT, HEADER_KEY, read_header
 from precompute.table.tiling import TERMS_MAX
 
 from .conftest import PROVENANCE, plain_exr, random_bake, refusal
@@ -20,6 +22,7 @@ from .conftest import PROVENANCE, plain_exr, random_bake, refusal
 
 @pytest.fixture
 def written(tmp_path):
+    """A dielectric's table and its file."""
     table = random_bake()
     path = tmp_path / "table.exr"
     atlas_file.write_together({path: atlas.pack(table)}, PROVENANCE)
@@ -35,6 +38,21 @@ def test_a_file_comes_back(written):
     np.testing.assert_array_equal(again.zero_order, expected.zero_order)
     assert {key: record[key] for key in PROVENANCE} == PROVENANCE
     assert record["format"] == atlas_file.FORMAT
+    # A dielectric has no bound.
+    assert not read_header(path)[0].metal and not again.metal
+    held = table_file.read_table(path)
+    assert not held.metal and held.excess.size == 0
+    np.testing.assert_array_equal(held.terms, again.terms)
+
+
+def test_a_metal_comes_back(tmp_path):
+    excess = np.random.default_rng(0).random((9, 9)).astype(np.float16).astype(np.float32)
+    path = tmp_path / "metal.exr"
+    atlas_file.write_together({path: atlas.pack(replace(random_bake(), excess_albedo=excess))}, PROVENANCE)
+    again, held = atlas_file.read(path)[0], table_file.read_table(path)
+    assert read_header(path)[0].metal and again.metal and held.metal
+    np.testing.assert_array_equal(again.excess_albedo, excess)
+    np.testing.assert_array_equal(held.excess, excess)
 
 
 def test_the_header_tells_the_layout_without_the_pixels(written):
@@ -125,18 +143,18 @@ def test_another_exr_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("record", [
-    "[]", "null", "3", "{}", '{"format": 9}', '{"format": 9, "layout": {}}', '{"format": 9, "layout": 6}',
-    '{"format": 9, "layout": {"terms": 3, "surplus": 4}}',
+    [], None, 3, {}, {"format": FORMAT}, {"format": FORMAT, "layout": {}}, {"format": FORMAT, "layout": 6},
+    {"format": FORMAT, "layout": {"terms": 3, "surplus": 4}},
 ])  # fmt: skip
 def test_a_header_that_says_nothing_is_refused(tmp_path, record):
     path = tmp_path / "table.exr"
-    plain_exr(path, np.zeros((4, 4, 3), np.float16), {HEADER_KEY: record})
+    plain_exr(path, np.zeros((4, 4, 3), np.float16), {HEADER_KEY: json.dumps(record)})
     assert "not a Natural Gratings bake" in refused(path)
 
 
 @pytest.mark.parametrize("record", [
-    "no JSON", "", "[" * 10**5 + "]" * 10**5, '{"format": 9, "layout": ' + "9" * 5000 + "}", '{"format": NaN}',
-    '{"format": 9, "format": 9}', '{"format": 9, "layout": 1e400}', '\xef\xbb\xbf\xef\xbb\xbf{}',
+    "no JSON", "", "[" * 10**5 + "]" * 10**5, '{"format": 10, "layout": ' + "9" * 5000 + "}", '{"format": NaN}',
+    '{"format": 10, "format": 10}', '{"format": 10, "layout": 1e400}', '\xef\xbb\xbf\xef\xbb\xbf{}',
 ])  # fmt: skip
 def test_a_header_that_is_no_json_is_refused(tmp_path, record):
     path = tmp_path / "table.exr"
@@ -155,6 +173,7 @@ def test_another_version_is_refused(tmp_path):
     {"w_max": 0.0}, {"u_first": 9.0}, {"strip_rows": 0}, {"zero_order_samples": 10**4}, {"cell_columns": "12"},
     {"cell_columns": 12.5}, {"scale": "big"}, {"texel": None}, {"levels": 2}, {"levels": 10**9},
     {"inner_rows": 10**6}, {"inner_columns": 3}, {"bound_texels": 1}, {"bound_texels": 10**6},
+    {"bound_texels": 2, "strip_rows": 6}, {"bound_texels": -1, "strip_rows": 3},
     {"columns": 5, "rows": 1}, {"level_ratio": 3.0}, {"level_ratio": 0.0}, {"level_ratio": "4"},
     {"terms": True}, {"terms": 20_000, "rows": 10_000}, {"levels": 0}, {"levels": True}, {"illuminant": "moon"},
     {"illuminant": ["D65"]}, {"sigma_b": 0}, {"sigma_b": 1e-300}, {"sigma_b": 50}, {"sigma_b": float("nan")},

@@ -6,35 +6,44 @@ import pytest
 
 from laboratory.benchmarks.hemisphere import directional_albedo
 from precompute.colour.observer import white_xyz
-from precompute.optics.fresnel import fresnel_reflectance
+from precompute.optics.fresnel import KERATIN_IOR, fresnel_reflectance
 from precompute.table.table import Table
 
 SIGMA_B = 0.02
 
 
-def white_table(scattered, mirrored):
-    """A table of white light: `scattered` over w^2 in every (u, v), and `mirrored` in the zero order."""
+def white_table(scattered, mirrored, *, metal=False):
+    """A table of white light: `scattered` over w^2 in every (u, v), and `mirrored` in the zero order. A metal's albedo
+    bound is 1."""
     terms = np.zeros((2, 29, 29, 3), np.float32)
     terms[0] = scattered * white_xyz()
-    return Table(terms, np.tile(mirrored * white_xyz(), (20, 1)), SIGMA_B, 4 / 24, "D65")
+    excess = np.zeros((4, 4), np.float32) if metal else None
+    return Table(terms, np.tile(mirrored * white_xyz(), (20, 1)), SIGMA_B, 4 / 24, "D65", excess)
 
 
+@pytest.mark.parametrize("metal", [False, True])
 @pytest.mark.parametrize("degrees", [0, 30, 60])
-def test_a_mirror_reflects_what_its_surface_does(degrees):
+def test_a_mirror_reflects_what_its_surface_does(degrees, metal):
     """The kernel blurs the reflectance by sigma^2 / 2 of its Laplacian in (u, v)."""
     theta = np.radians(degrees)
     wanted = fresnel_reflectance(np.cos(theta))
     laplacian = {0: 0.0, 30: 0.046, 60: 2.69}[degrees]  # by finite differences
     wanted += SIGMA_B**2 / 2 * laplacian
     # The next term, sigma^4 / 8 of the Laplacian's own Laplacian, is 1.6e-4 at 60 degrees.
-    np.testing.assert_allclose(directional_albedo(white_table(0, 1), theta), wanted, rtol=3e-4)
+    np.testing.assert_allclose(directional_albedo(white_table(0, 1, metal=metal), theta), wanted, rtol=3e-4)
 
 
-def test_even_scatter_is_an_integral_of_one_angle():
-    """Seen along the normal: R (1 + cos)^2 over the hemisphere, with the half angle half of the light's angle."""
+@pytest.mark.parametrize("metal", [False, True])
+def test_even_scatter_is_an_integral_of_one_angle(metal):
+    """Seen along the normal. A metal has R (1 + cos)^2 over the hemisphere, with the half angle half of the light's
+    angle, a dielectric 4 cos^2 Q: Q is the mean over the polarisations of (n - 1)^2 / (c + g)^2 and (n - 1)^2 g^2 /
+    (n^2 c + g)^2, where c is the cosine and g = sqrt(n^2 - 1 + c^2)."""
     step = np.pi / 2 / 1000
     theta = (np.arange(1000) + 0.5) * step
-    ring = fresnel_reflectance(np.cos(theta / 2)) * (1 + np.cos(theta)) ** 2 * np.sin(theta)
+    n, c = KERATIN_IOR, np.cos(theta)
+    g = np.sqrt(n**2 - 1 + c**2)
+    q = (n - 1) ** 2 * ((c + g) ** -2 + (g / (n**2 * c + g)) ** 2) / 2
+    factor = fresnel_reflectance(np.cos(theta / 2)) * (1 + c) ** 2 if metal else 4 * c**2 * q
     # The midpoint rule has an error of step^2 / 24 = 1e-7 here, times numbers of order one.
-    wanted = 2 * np.pi * 0.3 * ring.sum() * step
-    np.testing.assert_allclose(directional_albedo(white_table(0.3, 0), 0.0), wanted, rtol=1e-6)
+    wanted = 2 * np.pi * 0.3 * (factor * np.sin(theta)).sum() * step
+    np.testing.assert_allclose(directional_albedo(white_table(0.3, 0, metal=metal), 0.0), wanted, rtol=1e-6)

@@ -115,8 +115,9 @@ def test_what_is_no_sample_set_is_refused(written, tmp_path):
     assert "no such file" in refused(path)
     path.write_bytes(b"")
     assert "not a readable OpenEXR" in refused(path)
-    for record in ("[]", "{}", '{"format": 9}', '{"format": 9, "layout": {"size": 16}}'):
-        plain_exr(path, np.zeros((4, 4, 4), np.float16), {HEADER_KEY: record})
+    current = {"format": atlas_file.FORMAT}
+    for record in ([], {}, current, {**current, "layout": {"size": 16}}):
+        plain_exr(path, np.zeros((4, 4, 4), np.float16), {HEADER_KEY: json.dumps(record)})
         assert "not a Natural Gratings sample set" in refused(path)
     plain_exr(path, np.zeros((4, 4, 4), np.float16), {HEADER_KEY: '{"format": 99}'})
     assert "format 99" in refused(path)
