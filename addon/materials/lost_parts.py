@@ -74,10 +74,8 @@ def faults_of(groups: Iterable[bpy.types.NodeTree]) -> list[GratingError]:
                 remedy = f"make it local, as {file} cannot be changed" if own == _OUTDATED else f"mend it in {file}"
             faults.append(GratingError(group.name, own or others, remedy))
         elif is_earlier:
-            linked = group.library is not None
-            faults.append(
-                GratingError(group.name, FAULT, f"renew it in {group.library.filepath}" if linked else REMEDY)
-            )
+            remedy = REMEDY if group.library is None else f"renew it in {group.library.filepath}"
+            faults.append(GratingError(group.name, FAULT, remedy))
     return faults
 
 
