@@ -168,12 +168,13 @@ def test_a_grating_holds_a_whole_request(scene, scan):
         "delta_e": 2.3,
         "coherence_um": 7.7,
         "illuminant": "E",
+        "matter": "metal",
         "needs": {"format": 1, "u": [-1.0, 0.5], "v": [-0.2, 0.2], "w": [1.0, 1.9], "footprint": 0.01},
     }
     request = request_from(record, "test")
     grating = scene.natural_gratings.items.add()
     grating.take_request(request)
-    assert (grating.source, grating.channel) == (str(scan), "")
+    assert (grating.source, grating.channel, grating.matter) == (str(scan), "", "METAL")
     assert grating.bake_request() == request
 
 
