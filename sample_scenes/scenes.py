@@ -29,7 +29,7 @@ _VARIED = ("--by", "scale_random", "--turn", "7", "--size-mm", "15")
 class SampleScene:
     """A scene: the script that writes it and its options; the FILE to bake for each object; more arguments of `assign`;
     by FILE, the share of the surface that shows this bake instead, varied from scale to scale; verbs to run afterwards;
-    Cycles samples at which the picture is clean."""
+    Cycles samples at which the picture is clean; the illuminant and the matter of its bakes."""
 
     script: str
     bakes: dict[str, str]
@@ -39,6 +39,7 @@ class SampleScene:
     verbs: tuple[tuple[str, ...], ...] = ()
     samples: int = 64
     illuminant: str = "D65"
+    matter: str = "dielectric"
 
 
 def _animal(view: str, species: str = "XENOPELTIS", **settings) -> SampleScene:
@@ -47,7 +48,7 @@ def _animal(view: str, species: str = "XENOPELTIS", **settings) -> SampleScene:
 
 
 def _disc(name: str, shown: str) -> SampleScene:
-    return SampleScene("discs.py", {shown: f"sample:{name}"}, ("--disc", name), METAL)
+    return SampleScene("discs.py", {shown: f"sample:{name}"}, ("--disc", name), METAL, matter="metal")
 
 
 SCENES = {
@@ -59,7 +60,7 @@ SCENES = {
     "close_elaphe": _animal("close", "ELAPHE"),
     "turntable": _animal("turntable"),
     "ball": SampleScene("ball.py", {"Ball": "sample:elaphe"}),
-    "foil": SampleScene("ball.py", {"Foil": "sample:cd"}, ("--thing", "foil"), METAL),
+    "foil": SampleScene("ball.py", {"Foil": "sample:cd"}, ("--thing", "foil"), METAL, matter="metal"),
     "cd": _disc("cd", "CD"),
     "dvd": _disc("dvd", "DVD"),
     "bluray": _disc("bluray", "Blu-ray"),
@@ -117,7 +118,8 @@ def make(name: str, scene: SampleScene, output: Path, *, arguments: argparse.Nam
 
     def baked(height_map: list[str]) -> str:
         command = [sys.executable, "-m", "precompute", "bake", *height_map, "--illuminant", scene.illuminant]
-        folder = output / "bakes" / f"{Path(height_map[0]).name.replace(':', '_')}_{scene.illuminant}"
+        command += ["--matter", scene.matter]
+        folder = output / "bakes" / f"{Path(height_map[0]).name.replace(':', '_')}_{scene.illuminant}_{scene.matter}"
         folder.mkdir(parents=True, exist_ok=True)
         return json.loads(watch.run(f"{name}: bake", [*command, "-o", folder, "--json", "-"]))["files"][0]
 

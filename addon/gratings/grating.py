@@ -30,6 +30,10 @@ if TYPE_CHECKING:
     from ...precompute.bake.request import BakeRequest
 
 _SAMPLE = "sample:"
+MATTERS = (
+    ("DIELECTRIC", "Dielectric", "Skin, horn, plastic, varnish or glass: its IOR counts up to 3"),
+    ("METAL", "Metal", "A metal, or a metallised disc or foil. Set the material's IOR to 10 for a bright metal"),
+)
 
 
 class Grating(bpy.types.PropertyGroup):
@@ -73,6 +77,7 @@ class Grating(bpy.types.PropertyGroup):
         max=1e4,
         soft_max=65.0,
     )
+    matter: EnumProperty(name="Matter", description="What the surface is made of", items=MATTERS)
     request: StringProperty(
         name="Request",
         description="Further settings of the bake, as JSON; empty for the defaults",
@@ -183,6 +188,7 @@ class Grating(bpy.types.PropertyGroup):
             "scans": [self.scan(), *self.further_scans()],
             "delta_e": _decimal(self.delta_e, 6),
             "coherence_um": _decimal(self.coherence_um, 6),
+            "matter": self.matter.lower(),
             "levelling": [step.text for step in steps_of([s.text for s in self.steps], f"{self.name}: Levelling")],
         }
         return request_from(self._kept() | shown, self.name)
@@ -210,6 +216,7 @@ class Grating(bpy.types.PropertyGroup):
         self.source, self.channel = first["source"], first["channel"] or ""
         self.size_um, self.height_nm = first["size_um"] or 0.0, first["height_nm"] or 0.0
         self.delta_e, self.coherence_um = record.pop("delta_e"), record.pop("coherence_um") or 0.0
+        self.matter = record.pop("matter").upper()
         self.levelling = ",".join(record.pop("levelling")) or "none"
         self.request = json.dumps(record | {"scans": others}, sort_keys=True)
 

@@ -15,6 +15,7 @@ LABELS = {
     Setting.DELTA_E: "Colour Error",
     Setting.COHERENCE_UM: "Coherence",
     Setting.METHOD: "Method",
+    Setting.MATTER: "Matter",
     Setting.NEEDS: "Bake for This Scene",
     **{setting: f"the command line's {setting.value}" for setting in (Setting.MODEL, Setting.TERMS, Setting.PERIOD_NM)},
 }

@@ -8,6 +8,7 @@ import bpy
 from ...precompute.base.failure import GratingError
 from ..gratings.direction_source import is_frame_map
 from ..nodes.node_count import has_parts
+from .earlier_version import FAULT, REMEDY, is_of_earlier_version
 from .group_properties import is_diffraction, variation_of
 from .pictures import fault_in
 from .response import further_responses, is_response, own_trees, trees_at
@@ -58,17 +59,23 @@ def lost(groups: Iterable[bpy.types.NodeTree]) -> list[str]:
 
 
 def faults_of(groups: Iterable[bpy.types.NodeTree]) -> list[GratingError]:
-    """One error for each Diffraction group with missing parts."""
+    """One error for each Diffraction group with missing parts, or made by an earlier version of the extension."""
     faults = []
     for group in filter(is_diffraction, groups):
         own, others = lost_of_own(group) or lost_of_nodes(group), lost_of_others(group)
+        is_earlier = is_of_earlier_version(group)
         if own or others:
             remedy = "press Mend Materials" if own or others != _DELETED else "choose its Variation again"
+            if is_earlier and lost_of_own(group):  # this version cannot read its bake
+                remedy = REMEDY
             if group.library is not None:
                 # Repairing it in its own file would restore the shadows of that other Blender version.
                 file = group.library.filepath
                 remedy = f"make it local, as {file} cannot be changed" if own == _OUTDATED else f"mend it in {file}"
             faults.append(GratingError(group.name, own or others, remedy))
+        elif is_earlier:
+            remedy = REMEDY if group.library is None else f"renew it in {group.library.filepath}"
+            faults.append(GratingError(group.name, FAULT, remedy))
     return faults
 
 

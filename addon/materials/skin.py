@@ -52,6 +52,7 @@ from ..nodes.eevee_constants import ROOM, constant_bytes
 from ..nodes.interface import Socket, add_interface, has_sockets, restore_interface
 from ..nodes.node_count import has_parts, note_parts
 from . import group_properties
+from .earlier_version import keep_earlier_input
 from .footprint import with_footprint
 from .group_properties import (
     counts_footprint,
@@ -206,6 +207,7 @@ def fill_group(
         # One source takes at most its share of the constants, so this removes no more sources than necessary.
         read -= min(read, math.ceil(excess / held * (len(lamps) + read)))
     group[group_properties.READ], group[group_properties.CONSTANTS] = read, held
+    keep_earlier_input(group)
     arrange(group)
     note_parts(group)
 

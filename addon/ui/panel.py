@@ -136,6 +136,7 @@ def _draw_bake(layout, context, grating, *, facts: GratingFacts) -> None:
     settings = layout.column(align=True)
     settings.prop(grating, "delta_e")
     settings.prop(grating, "coherence_um", text="Coherence (um)" if grating.coherence_um else "Coherence (auto)")
+    settings.prop(grating, "matter")
     if (job := running_bake()) is not None:
         stage, fraction = job.progress()
         layout.progress(factor=fraction, text=f"{stage} (Esc cancels)")

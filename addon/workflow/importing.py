@@ -66,7 +66,7 @@ def _import(scene: bpy.types.Scene, records: Sequence[dict[str, Any]], known: Se
 def _settings(grating: Grating) -> tuple[Any, ...]:
     """All settings of a grating except its name."""
     scan = (bpy.path.abspath(grating.source), grating.channel, grating.size_um, grating.height_nm)
-    bake = (grating.levelling, grating.delta_e, grating.coherence_um, grating.request)
+    bake = (grating.levelling, grating.delta_e, grating.coherence_um, grating.matter, grating.request)
     variation = Variation() if grating.group is None else variation_of(grating.group)
     return *scan, *bake, grating.lights, grating.shadows, grating.footprint, grating.frame_source(), variation
 

@@ -1,33 +1,40 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Directional albedo at R = 1 of every sample, in Stam's form and in the energy-conserving form.
+"""Largest directional albedo of every sample, as a dielectric and as a metal.
 
     ./dev bench albedo [SAMPLE ...]
 
+The albedo is that of 2,000 directions, each at one wavelength. A dielectric has the small slope form at a few indices
+of refraction. A metal has a reflectance of 1 in Stam's form, without a bound and with the bound of its bake.
+
 This quadrature is independent of the quadrature that computes a bake's albedo bound: it uses neither a picture of the
 spectrum nor cells. Each point is a bin of the spectrum, drawn in proportion to its power, moved within the coherence
-kernel by a low-discrepancy sequence, and evaluated at its own w. The phasor's series is exact to 1e-6. The table gives
-the largest albedo over wavelengths and azimuths, without a bound and with the bound stored in the bake's file.
+kernel by a low-discrepancy sequence, and evaluated at its own w. The phasor's series is exact to 1e-6.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from precompute.bake.ensemble import bake
+from precompute.bake.request import BakeRequest
 from precompute.cli.parser import OneLineParser
-from precompute.colour.observer import WAVELENGTH_MIN_M
+from precompute.colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
+from precompute.optics.brdf import half_angle_cosine, scattering_factor
+from precompute.optics.fresnel import fresnel_reflectance
 from precompute.reference.ensemble_reference import reference_grid
 from precompute.spectra.series import SpectrumSeries, spectrum_series
 from precompute.surface.relief import Relief, prepare
 from precompute.surface.samples.catalogue import SAMPLES, make_sample
 from precompute.table import atlas
+from precompute.table.albedo_bound import albedo_bound
 
 from . import report
 
-ANGLES_DEG = (0.0, 30.0, 60.0, 75.0, 85.0, 89.0, 89.9)
+DIRECTIONS, POINTS = 2000, 1 << 13
+IORS = (1.1, 1.56, 3.0)
 AZIMUTHS_DEG = (0.0, 37.0, 90.0)
-WAVELENGTHS_M = tuple(np.linspace(385e-9, 775e-9, 9))
 
 Bound = Callable[[np.ndarray], np.ndarray]
 
@@ -51,13 +58,34 @@ def no_bound(directions: np.ndarray) -> np.ndarray:
     return np.ones(directions.shape[:-1])
 
 
-def directional_albedo(surface: Surface, wi: np.ndarray, lam: float, bounds: list[Bound], points: int = 1 << 16):
-    """Albedo (len(bounds),) at R = 1 for light from wi (3,): the integral of f cos(tr) / max(bound(wi), bound(wr))."""
+def directional_albedo(
+    surface: Surface, wi: np.ndarray, lam: float, bounds: Sequence[Bound], points: int = 1 << 16, *,
+    iors: Sequence[float] = (),
+) -> np.ndarray:  # fmt: skip
+    """Albedos (len(bounds) + len(iors),) for light from wi (3,).
+
+    For each bound it is that of Stam's form at R = 1, the integral of f cos(tr) / max(bound(wi), bound(wr)). For each
+    index of refraction it is that of a dielectric."""
     series, sigma = surface.series, surface.sigma_b
     first, jitter = (np.arange(points) + 0.5) / points, _normal(points) * sigma
     power = series.weights(1 / lam)[None] @ series.scattered_over_s2.reshape(len(series.amplitude), -1)
     power = np.maximum(power[0], 0)
-    total = np.zeros(len(bounds))
+
+    def means(density: np.ndarray, wr: np.ndarray, *, scattered: bool) -> np.ndarray:
+        """The mean of a density (n,), of light that is scattered to views (n, 3) or mirrored, in each form."""
+        stam = (1 + wr @ wi) ** 2 / (wi[2] * np.maximum(wr[:, 2], 1e-9)) if scattered else 1.0
+        found = [np.mean(stam * density / np.maximum(bound(wi), bound(wr))) for bound in bounds]
+        ways = np.broadcast_to(wi, wr.shape)
+        for ior in iors:
+            if scattered:
+                factor = scattering_factor(ways, wr, ior) / wi[2]
+            else:
+                factor = fresnel_reflectance(half_angle_cosine(ways, wr), ior)
+            found.append(np.mean(factor * density))
+        return np.array(found)
+
+    wr, w, real = _views(jitter, wi)
+    total = means(real * series.zero_order(w / lam), wr, scattered=False)
     if power.sum() > 0:
         cumulative = np.cumsum(power)
         drawn = np.minimum(np.searchsorted(cumulative, first * cumulative[-1]), len(power) - 1)
@@ -65,12 +93,8 @@ def directional_albedo(surface: Surface, wi: np.ndarray, lam: float, bounds: lis
         half = lam * np.stack([series.grid.q_x[col], series.grid.q_y[row]], axis=-1) + jitter
         wr, w, real = _views(half, wi)
         exact = np.einsum("pn,np->p", series.weights(w / lam), series.scattered_over_s2[:, row, col]) / lam**2
-        value = (1 + wr @ wi) ** 2 / (wi[2] * np.maximum(wr[:, 2], 1e-9)) * exact
-        value = real * value * cumulative[-1] / power[drawn]
-        total += [np.mean(value / np.maximum(bound(wi), bound(wr))) for bound in bounds]
-    wr, w, real = _views(jitter, wi)
-    value = real * series.zero_order(w / lam)
-    return total + [np.mean(value / np.maximum(bound(wi), bound(wr))) for bound in bounds]
+        total += means(real * exact * cumulative[-1] / power[drawn], wr, scattered=True)
+    return total
 
 
 def _views(half: np.ndarray, wi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -98,29 +122,38 @@ def directions(theta_deg: float, azimuths_deg=AZIMUTHS_DEG) -> Iterator[np.ndarr
         yield np.array([np.sin(theta) * np.cos(azimuth), np.sin(theta) * np.sin(azimuth), np.cos(theta)])
 
 
-def greatest(surface: Surface, bounds: list[Bound], theta_deg: float, wavelengths=WAVELENGTHS_M) -> np.ndarray:
-    """The largest albedo (len(bounds),) over azimuths and wavelengths."""
-    return np.max(
-        [directional_albedo(surface, wi, lam, bounds) for wi in directions(theta_deg) for lam in wavelengths], axis=0
-    )
+def all_directions(count: int) -> np.ndarray:
+    """Unit vectors (count, 3) with equally spaced cosines, at azimuths by the golden ratio."""
+    cosine = (np.arange(count) + 0.5) / count
+    azimuth = 2 * np.pi * (np.arange(count) * (np.sqrt(5) - 1) / 2 % 1)
+    sine = np.sqrt(1 - cosine**2)
+    return np.column_stack([sine * np.cos(azimuth), sine * np.sin(azimuth), cosine])
 
 
 def main(argv: list[str] | None = None) -> None:
-    """Print the table of the given samples."""
+    """Print the largest albedos of the given samples."""
     parser = OneLineParser(description=__doc__.splitlines()[0])
     parser.add_argument("samples", nargs="*", default=list(SAMPLES), help="names of samples; default all")
     report.add_json(parser)
     arguments, facts = parser.parse_args(argv), {}
+    # Wavelengths by the square root of 2, so that neighbouring directions have different ones.
+    share = np.arange(DIRECTIONS) * np.sqrt(2) % 1
+    lambdas = WAVELENGTH_MIN_M + (WAVELENGTH_MAX_M - WAVELENGTH_MIN_M) * share
     for name in arguments.samples:
         relief = prepare(make_sample(name))
-        baked = atlas.unpack(*atlas.pack(bake(relief)))
+        baked = atlas.unpack(*atlas.pack(bake(relief, BakeRequest(matter="metal"))))
+        assert baked.excess_albedo is not None
+        bounds = [no_bound, partial(albedo_bound, baked.excess_albedo)]
         surface = surface_of(relief, baked.sigma_b)
-        rows = [greatest(surface, [no_bound, baked.albedo_bound_at], theta) for theta in ANGLES_DEG]
-        facts[name] = dict(zip(("Stam", "conserving"), np.transpose(rows).tolist(), strict=True))
-        report.say(f"{name:12}" + "".join(f"{theta:9g}" for theta in ANGLES_DEG), arguments.json)
-        for label, column in facts[name].items():
-            report.say(f"  {label:10}" + "".join(f"{value:9.4f}" for value in column), arguments.json)
-    report.write({"angles_deg": ANGLES_DEG, "albedo": facts}, arguments.json)
+        found = [
+            directional_albedo(surface, wi, lam, bounds, POINTS, iors=IORS)
+            for wi, lam in zip(all_directions(DIRECTIONS), lambdas, strict=True)
+        ]
+        labels = ("Stam's form", "metal", *(f"IOR {ior:g}" for ior in IORS))
+        facts[name] = dict(zip(labels, np.max(found, axis=0).tolist(), strict=True))
+        told = ", ".join(f"{label} {value:.4f}" for label, value in facts[name].items())
+        report.say(f"{name:12}{told}", arguments.json)
+    report.write({"directions": DIRECTIONS, "albedo": facts}, arguments.json)
 
 
 if __name__ == "__main__":

@@ -23,6 +23,7 @@ from precompute.cli.parser import OneLineParser
 from precompute.colour.observer import spectral_weights, wavelengths
 from precompute.maths import chebyshev
 from precompute.measure.errors import Errors, Truth, measure
+from precompute.optics.fresnel import KERATIN_IOR
 from precompute.reference.ensemble_reference import reference_xyz
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import Relief, prepare
@@ -31,7 +32,7 @@ from precompute.table.table import Table
 
 from ..study.pages import filled, table
 from . import hard_scenes, report
-from .albedo import greatest, no_bound, surface_of
+from .albedo import directional_albedo, directions, no_bound, surface_of
 from .hard_directions import (
     ONE_TEXEL,
     anywhere,
@@ -100,11 +101,16 @@ def lines(period_m: float, depth_m: float, samples: int, periods: int) -> Height
 
 
 def albedo(relief: Relief, baked: Table) -> dict[str, float]:
-    """The largest albedo at 89.9 degrees, by the quadrature of laboratory/benchmarks/albedo.py."""
-    stam, conserving = greatest(
-        surface_of(relief, baked.sigma_b), [no_bound, baked.albedo_bound_at], 89.9, (390e-9, 550e-9, 700e-9)
-    )
-    return {"albedo of Stam's form": stam, "albedo": conserving}
+    """The largest albedo at 89.9 degrees, in Stam's form at R = 1 and as keratin, by the quadrature of
+    laboratory/benchmarks/albedo.py."""
+    surface = surface_of(relief, baked.sigma_b)
+    found = [
+        directional_albedo(surface, wi, lam, [no_bound], iors=[KERATIN_IOR])
+        for wi in directions(89.9)
+        for lam in (390e-9, 550e-9, 700e-9)
+    ]
+    stam, keratin = np.max(found, axis=0)
+    return {"albedo of Stam's form": stam, "albedo": keratin}
 
 
 def zero_order(relief: Relief, baked: Table) -> dict[str, float]:

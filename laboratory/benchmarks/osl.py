@@ -33,11 +33,13 @@ from precompute.colour.working_space import rgb_from_xyz
 from precompute.measure.errors import COUNTED_Y
 from precompute.methods import dft_images
 from precompute.methods.method_registry import METHODS
-from precompute.optics.brdf import half_angle_cosine, obliquity_times_cosine_and_w2
-from precompute.optics.fresnel import KERATIN_IOR, fresnel_reflectance
+from precompute.optics.brdf import scattering_factor
+from precompute.optics.fresnel import KERATIN_IOR
 from precompute.optics.region import Region
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import Relief, prepare
+from precompute.table import atlas
+from precompute.table.albedo_bound import BOUND_TEXELS
 from precompute.table.atlas_file import read_header, write_together
 
 from . import report
@@ -81,7 +83,7 @@ class PlaneView:
         """Linear Rec.709 (pixels, pixels, 3) under unit irradiance of a response xyz_over_w2(u, v, w) (n, 3), in Stam's
         form (brdf_map.from_method)."""
         wi, wr = self.directions()
-        gain = fresnel_reflectance(half_angle_cosine(wi, wr), ior) * obliquity_times_cosine_and_w2(wi, wr)
+        gain = scattering_factor(wi, wr, ior, metal=True)
         rgb = np.maximum(xyz_over_w2(*(wi + wr).T) @ rgb_from_xyz("Rec.709").T, 0)
         return (gain[:, None] * rgb).reshape(self.pixels, self.pixels, 3)
 
@@ -123,7 +125,7 @@ def render(addon, group, view: PlaneView, path: Path, irradiance=(1.0, 1.0, 1.0)
 
 
 def _material(group, view: PlaneView, ior: float):
-    """The Diffraction group over nothing, in the view's frame, in Stam's form as the shaders are."""
+    """The Diffraction group over nothing, in the view's frame."""
     import bpy
 
     material = bpy.data.materials.new("plane")
@@ -134,7 +136,7 @@ def _material(group, view: PlaneView, ior: float):
     diffraction = nodes.new("ShaderNodeGroup")
     diffraction.node_tree = group
     t, _, n = view.frame
-    for name, value in {"Normal": n, "Tangent": t, "IOR": ior, "Energy Conserving": 0.0}.items():
+    for name, value in {"Normal": n, "Tangent": t, "IOR": ior}.items():
         diffraction.inputs[name].default_value = value
     links.new(diffraction.outputs["Shader"], nodes.new("ShaderNodeOutputMaterial").inputs[0])
     return material
@@ -200,10 +202,13 @@ def colour_differences(picture: np.ndarray, truth: np.ndarray) -> np.ndarray:
 
 
 def compare(addon, relief: Relief, made: Made, view: PlaneView, folder: Path, runs=RUNS) -> Iterator[dict]:
-    """A row for the node group and for each run: its settings, terms and colour differences."""
+    """A row for the node group and for each run: its settings, terms and colour differences.
+
+    The shaders have Stam's form. So has the node group of a metal whose albedo is never above 1."""
     software = view.radiance(made.table.scattered_over_w2)
     path = folder / "table.exr"
-    write_together({path: (made.image, made.layout)}, {"precision": str(made.image.dtype)})
+    image, layout = atlas.pack(replace(made.table, excess_albedo=np.zeros((BOUND_TEXELS[0],) * 2, np.float32)))
+    write_together({path: (image, layout)}, {"precision": str(image.dtype)})
     group = addon.making_materials.new_diffraction_group(path, shadows=False, lights="LAMPS")
     truth = render(addon, group, view, folder / "picture.exr")
     yield _row("node group", made.layout.terms, colour_differences(truth, software))

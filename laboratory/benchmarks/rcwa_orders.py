@@ -26,9 +26,9 @@ import numpy as np
 from precompute.cli.parser import OneLineParser
 from precompute.optics.brdf import half_angle_cosine
 from precompute.optics.fresnel import fresnel_reflectance
+from precompute.optics.small_slope import small_slope_reflectance
 
 from ..study.efficiency import PROFILES, profile
-from precompute.optics.small_slope import small_slope_reflectance
 from . import report
 from .rcwa import EXTRA_ORDERS, KERATIN, PARTS, steps
 

@@ -138,7 +138,7 @@ def map_result(relief: Relief, baked: Baked, effort: Effort, *, progress: Progre
     size, theta_i = effort.map_pixels, np.radians(30)
 
     def from_bake() -> np.ndarray:
-        return brdf_map.from_bake(baked.table, size, theta_i, conserving=False)
+        return brdf_map.from_bake(baked.table, size, theta_i, stam=True)
 
     settings = Settings(terms=THESIS_TERMS, step_m=5e-9, texels=3)
     started = time.perf_counter()

@@ -53,14 +53,23 @@ def scan(tmp_path_factory):
 @pytest.fixture(scope="session")
 def baked(scan, tmp_path_factory):
     """The scan's bake, by the same child process as the operator's."""
+    return _bake(scan, tmp_path_factory.mktemp("bake"))
+
+
+@pytest.fixture(scope="session")
+def metal(scan, tmp_path_factory):
+    """The scan's bake as a metal, with an albedo bound."""
+    return _bake(scan, tmp_path_factory.mktemp("metal"), "--matter", "metal")
+
+
+def _bake(scan, folder, *more):
     import subprocess
     import sys
 
     from devtools import ROOT
 
-    folder = tmp_path_factory.mktemp("bake")
     command = [sys.executable, "-m", "precompute", "bake", scan, "--size-um", "4", "--height-nm", "100", "-o", folder]
-    subprocess.run([str(part) for part in command], cwd=ROOT, check=True, capture_output=True)
+    subprocess.run([str(part) for part in (*command, *more)], cwd=ROOT, check=True, capture_output=True)
     return folder / "waves.exr"
 
 

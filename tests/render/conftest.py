@@ -166,16 +166,27 @@ def files(stage):
 @pytest.fixture(scope="session")
 def baked(tmp_path_factory):
     """The blazed sample's bake: its file and its table. A short coherence makes it in seconds."""
-    image, layout = atlas.pack(bake(prepare(read_height_map("sample:blazed")), BakeRequest(coherence_length_m=8e-6)))
-    path = tmp_path_factory.mktemp("radiance") / "blazed.exr"
+    return _blazed(tmp_path_factory, "dielectric")
+
+
+@pytest.fixture(scope="session")
+def metal(tmp_path_factory):
+    """The same of a metal, with an albedo bound: its file and its table."""
+    return _blazed(tmp_path_factory, "metal")
+
+
+def _blazed(tmp_path_factory, matter: str):
+    asked = BakeRequest(coherence_length_m=8e-6, matter=matter)
+    image, layout = atlas.pack(bake(prepare(read_height_map("sample:blazed")), asked))
+    path = tmp_path_factory.mktemp("radiance") / f"{matter}.exr"
     atlas_file.write_together({path: (image, layout)}, {})
     return path, atlas.unpack(image, layout)
 
 
 @pytest.fixture(scope="session")
-def steep(baked, tmp_path_factory):
-    """The same bake with an albedo bound that differs between texels, even at the normal: its file and its table."""
-    table = baked[1]
+def steep(metal, tmp_path_factory):
+    """The same metal with an albedo bound that differs between texels, even at the normal: its file and its table."""
+    table = metal[1]
     excess = np.random.default_rng(0).random(table.excess_albedo.shape).astype(np.float32)
     image, layout = atlas.pack(replace(table, excess_albedo=excess))
     path = tmp_path_factory.mktemp("radiance") / "steep.exr"
@@ -190,14 +201,20 @@ def skin(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def metal_skin(tmp_path_factory):
+    """The same as a metal, with an albedo bound."""
+    return _baked_by_command(tmp_path_factory, "elaphe", "--matter", "metal")
+
+
+@pytest.fixture(scope="session")
 def deep_skin(tmp_path_factory):
-    """The same for the Xenopeltis sample, whose zero order and albedo bound change most near the horizon."""
+    """The same for the Xenopeltis sample, whose zero order changes most near the horizon."""
     return _baked_by_command(tmp_path_factory, "xenopeltis")
 
 
-def _baked_by_command(tmp_path_factory, sample):
+def _baked_by_command(tmp_path_factory, sample, *more):
     folder = tmp_path_factory.mktemp("skin")
-    asked = [f"sample:{sample}", "--coherence-um", "30", "--delta-e", "1", "-o", str(folder)]
+    asked = [f"sample:{sample}", "--coherence-um", "30", "--delta-e", "1", *more, "-o", str(folder)]
     subprocess.run([sys.executable, "-m", "precompute", "bake", *asked], cwd=ROOT, check=True, capture_output=True)
     path = folder / f"{sample}.exr"
     return path, atlas_file.read(path)[0]

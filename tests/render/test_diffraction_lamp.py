@@ -118,19 +118,20 @@ def test_a_screen_receives_what_the_core_says(stage, baked, light):
     close(stage.rgb(pixels=PIXELS), wanted)
 
 
-def test_settings_of_the_material_count(stage, baked):
+@pytest.mark.parametrize("bake", ["baked", "metal"])
+def test_settings_of_the_material_count(stage, request, bake):
     # A wide roughness blurs the orders into one band: 300 pixels are lit, and no order's width depends on the grid.
-    path, table = baked
+    path, table = request.getfixturevalue(bake)
     add_screen(stage)
     carrier, lamp = add_lit(stage, path, SUN)
     node = next(node for node in carrier.active_material.node_tree.nodes if node.label == "Diffraction")
     asked = {"Rotation": 0.7, "Roughness": 0.3, "IOR": 2.0, "Period Scale": 1.2, "Height Scale": 0.8}
-    asked |= {"Energy Conserving": 0.5, "Strength": 3.0, "Base Blend": 0.25}
+    asked |= {"Strength": 3.0, "Base Blend": 0.25}
     for name, value in asked.items():
         node.inputs[name].default_value = value
     add_diffraction_lamp()
     c, s = np.cos(0.7), np.sin(0.7)
-    skin = Skin(roughness=0.3, ior=2.0, period_scale=1.2, height_scale=0.8, energy_conserving=0.5)
+    skin = Skin(roughness=0.3, ior=2.0, period_scale=1.2, height_scale=0.8)
     turn = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
     wanted = expected(screen_points(stage), table, lamp, turn=turn, skin=skin, strength=2.25)
     close(stage.rgb(pixels=PIXELS), wanted)

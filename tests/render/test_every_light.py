@@ -23,6 +23,11 @@ def test_white_furnace(stage, skin, lights):
     expect_directional_albedo(stage, skin, lights, (0, 75, 85))
 
 
+def test_white_furnace_of_a_metal(stage, metal_skin):
+    """Whose albedo bound is above 1 at 85 degrees."""
+    expect_directional_albedo(stage, metal_skin, "REST", (0, 75, 85))
+
+
 def test_white_furnace_of_a_deep_relief(stage, deep_skin):
     """The mirror image's colour changes by a quarter within the kernel."""
     expect_directional_albedo(stage, deep_skin, "REST", (75, 80, 85))
@@ -38,6 +43,7 @@ def expect_directional_albedo(stage, skin, lights, angles_deg):
         camera = stage.camera((2 * np.sin(theta), 0, 2 * np.cos(theta)), ortho=0.1)
         pixels = stage.rgb("cycles", 32, 64).reshape(-1, 3)
         bpy.data.objects.remove(camera)
+        assert pixels.max() <= 1
         wanted = directional_albedo(table, theta)
         np.testing.assert_allclose(pixels.mean(axis=0), wanted, rtol=0.01 if degrees <= 75 else 0.03)
 

@@ -156,16 +156,19 @@ def test_a_render_is_the_bake(stage, baked, form, lights):
 
 
 @pytest.mark.parametrize(
-    "settings",
+    ("bake", "settings"),
     [
-        {"Roughness": 0.3},
-        {"Period Scale": 1.7},
-        {"Period Scale": 0.8, "Height Scale": 0.6, "IOR": 1.3},
-        {"Energy Conserving": 0.0, "Strength": 2.0},
+        ("baked", {"Roughness": 0.3}),
+        ("baked", {"Period Scale": 1.7}),
+        ("baked", {"Period Scale": 0.8, "Height Scale": 0.6, "IOR": 1.3}),
+        ("baked", {"IOR": 5.0, "Strength": 2.0}),  # a dielectric's ends at 3
+        ("metal", {"IOR": 5.0, "Strength": 2.0}),
+        ("metal", {"Roughness": 0.3, "Period Scale": 0.8, "Height Scale": 0.6, "IOR": 10.0}),
     ],
 )
-def test_the_inputs_are_what_they_say(stage, baked, settings):
-    path, table = baked
+def test_the_inputs_are_what_they_say(stage, request, bake, settings):
+    path, table = request.getfixturevalue(bake)
+    assert table.metal == (bake == "metal")
     mesh, (location, target, angle) = shape(stage, "sphere")
     stage.camera(location, target, angle=angle)
     lamps(stage, "sun")
@@ -197,7 +200,7 @@ def test_a_head_on_view_has_one_albedo_bound(stage, steep, quarters):
     node.inputs["Rotation"].default_value = quarters * np.pi / 2
     normal = np.array([[0, 0, 1.0]])
     truth = lamp_radiance(table, normal, normal, irradiance=np.full((1, 3), 2.0), skin=Skin())
-    assert table.albedo_bound_at(normal[0]) > 1.1
+    assert table.bound_of(normal, normal) > 1.1
     for engine, (median, _) in BOUNDS.items():
         picture = stage.rgb(engine, 8)
         np.testing.assert_allclose(picture, np.broadcast_to(truth, picture.shape), rtol=median)
