@@ -52,7 +52,6 @@ from ..nodes.eevee_constants import ROOM, constant_bytes
 from ..nodes.interface import Socket, add_interface, has_sockets, restore_interface
 from ..nodes.node_count import has_parts, note_parts
 from . import group_properties
-from .earlier_version import keep_earlier_input
 from .footprint import with_footprint
 from .group_properties import (
     counts_footprint,
@@ -194,6 +193,8 @@ def fill_group(
     group's own response takes over the shares of deleted further ones."""
     if not responses:
         return
+    from .earlier_version import keep_earlier_input
+
     group.nodes.clear()
     restore_interface(group, _INPUTS, _OUTPUTS)
     group[group_properties.LAMPS], group[group_properties.SOURCES] = lamps, sources

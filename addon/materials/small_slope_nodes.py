@@ -14,7 +14,7 @@ def dielectric_ior(tree: Tree, ior: Value) -> Value:
     return tree.minimum(ior, IOR_MAX)
 
 
-def small_slope_reflectance(tree: Tree, ior: Value, light: Direction, view: Direction, *, one_plus: Value) -> Value:
+def small_slope_reflectance(tree: Tree, ior: Value, *, light: Direction, view: Direction, one_plus: Value) -> Value:
     """Q for unit vectors to the light and to the viewer; `one_plus` is 1 plus their scalar product."""
     permittivity = tree.squared(ior)
     less_one = permittivity - 1.0

@@ -83,7 +83,7 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, *, rgb
         gain = irradiance * (1.0 / albedo_bound(tree, *excesses))
         factor = half2 * half2 / tree.maximum(view.cosine, 1e-6) * reflectance * 0.25
     else:
-        slopes = small_slope_reflectance(tree, ior, light, view, one_plus=half2 * 0.5)
+        slopes = small_slope_reflectance(tree, ior, light=light, view=view, one_plus=half2 * 0.5)
         factor = tree.squared(light.cosine) * view.cosine * slopes * 4.0
     scattered = factor * (tree.squared(period_scale * height_scale) * layout.scale)
     variance = blur + layout.sigma_b**2

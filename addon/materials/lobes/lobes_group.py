@@ -132,7 +132,7 @@ def build_world_group(
     if layout.metal:
         factor = tree.squared(half2) / (cos_i * cos_r) * reflectance(light, lobe_normal)
     else:
-        slopes = small_slope_reflectance(tree, ior, light, view, one_plus=half2)
+        slopes = small_slope_reflectance(tree, ior, light=light, view=view, one_plus=half2)
         factor = cos_i * cos_r * slopes * 4.0
     gain = tree.squared(height_scale / ratio) * weight * factor * real
     lobe = colour * tree.maximum(gain, 0.0)
