@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..optics.brdf import scattering_factor
+from ..optics.brdf import dot, half_angle_cosine
+from ..optics.fresnel import fresnel_reflectance
 from ..optics.region import FARTHEST, Region
 from ..table.radiance import AS_BAKED, Skin
 from .needs import WIDTH_MIN, Needs
@@ -65,7 +66,9 @@ def under_lamp(
     disc = variance[lit] * (1 + wi[:, 2] ** 2) / 2
     slopes = ((wi + wr)[:, 2] * skin.roughness**2) ** 2 / 2
     reach = 2 * skin.period_scale * np.sqrt(disc + slopes)[:, None] * (1.0, 1.0, 0.0)
-    light = irradiance * scattering_factor(wi, wr, skin.ior)
+    # A metal's factor without 1 / cos(tr), which the albedo bound counteracts where it is large. A dielectric's fades
+    # faster towards grazing, so its ranges hold more than its share.
+    light = irradiance * (1 + dot(wi, wr)) ** 2 * fresnel_reflectance(half_angle_cosine(wi, wr), skin.ior)
     changes = np.full(len(wr), np.nan) if footprint is None else footprint[lit] * skin.period_scale
     return _within_limits(uvw - reach, uvw + reach, light, 2 * skin.period_scale * np.sqrt(disc), changes)
 

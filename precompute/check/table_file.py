@@ -202,6 +202,10 @@ def _fault_of_provenance(record: dict[str, Any]) -> str:
     """The name of an invalid value of the provenance that verdict.py reads; "" if there is none."""
     asked, pixel = record.get("asked_delta_e", 1.0), record.get("pixel_size_m", [1.0, 1.0])
     heights = record.get("heights_sha256", [])
+    request = record.get("request")
+    matter = request.get("matter", "dielectric") if isinstance(request, dict) else "dielectric"
+    if request is not None and (matter == "metal") != (record["layout"]["bound_texels"] > 0):
+        return "matter"
     if type(asked) not in (int, float) or not 0 < asked < 100:
         return "asked_delta_e"
     if not (isinstance(pixel, list) and [type(side) for side in pixel] == [float, float] and min(pixel) > 0):

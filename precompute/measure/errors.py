@@ -83,9 +83,10 @@ class Errors:
         return {name: value if math.isfinite(value) else None for name, value in told.items()}
 
     def worse_of(self, other: "Errors") -> "Errors":
-        """The larger of each of two errors, and the smaller number of pairs."""
-        larger = {name: max(value, getattr(other, name)) for name, value in asdict(self).items()}
-        return Errors(**larger | {"pairs": min(self.pairs, other.pairs)})
+        """Of two measurements, the one with the larger p99_most, with the larger error of the other figures."""
+        worse = max(self, other, key=lambda each: each.p99_most)
+        figures = ("relative_dy", "relative_rms", "zero_order_dy")
+        return replace(worse, **{name: max(getattr(self, name), getattr(other, name)) for name in figures})
 
     def worse_by(self, delta_e: float, relative: float) -> "Errors":
         """Add separately measured errors: delta_e to errors of colour, `relative` to relative errors of luminance."""

@@ -24,7 +24,6 @@ from precompute.bake.shown_directions import (
     under_lamp,
 )
 from precompute.optics.region import Region
-from precompute.optics.small_slope import small_slope_reflectance
 from precompute.table.radiance import AS_BAKED, Skin
 
 # Ends are rounded outwards to four digits.
@@ -58,13 +57,6 @@ def test_one_pair_needs_its_own_place_and_the_margin():
     assert (needs.light_radius, needs.footprint) == (0, 0)
 
 
-def end_of(values, light):
-    """The value beyond which lies as much light as each end of the needs may cut off."""
-    order = np.argsort(-values)
-    beyond = np.cumsum(light[order]) / light.sum()
-    return values[order][np.argmax(beyond > (1 - SHARE) / 6)]
-
-
 def test_a_sphere_under_a_sun_needs_a_disc_of_twice_the_cosine_of_the_half_angle():
     """wi + wr is a vector h of length 2 cos(a), with 2 a the angle between them. Over a sphere h occurs in all tangent
     frames that have both above the surface. At grazing h is tangential, and w is 0."""
@@ -78,20 +70,11 @@ def test_a_sphere_under_a_sun_needs_a_disc_of_twice_the_cosine_of_the_half_angle
     shown = lit(frames @ np.array(wr), frames @ np.array(wi))
     needs = needs_of(shown)
     most = 2 * math.cos(half)
-    to_light, to_viewer = frames @ np.array(wi), frames @ np.array(wr)
-    above = (to_light[:, 2] > 0) & (to_viewer[:, 2] > 0)
-    to_light, to_viewer = to_light[above], to_viewer[above]
-    light = 4 * to_light[:, 2] ** 2 * to_viewer[:, 2] * small_slope_reflectance(to_light, to_viewer)
-    for (low, high), at in zip((*needs.region, needs.w), (to_light + to_viewer).T, strict=True):
-        assert high == pytest.approx(end_of(at, light) + MARGIN, abs=DIGITS)
-        assert low == pytest.approx(-end_of(-at, light) - MARGIN, abs=DIGITS)
-    # Where u or v is within d of its largest, both directions are within sqrt(2 d / most) of the horizon. The light
-    # falls with the third power of that angle and so the share beyond an end with the power 5/2 of d. So the ends are
-    # farther from the rim than those of an even light, whose share falls with the power 1.
+    # Over 200,000 normals, the box for 99.9 % of the light ends within 0.05 of the rim.
     for low, high in needs.region:
-        assert most - 0.1 < high - MARGIN < most and -most < low + MARGIN < -most + 0.1
+        assert most - 0.05 < high <= most + MARGIN + DIGITS and -most - MARGIN - DIGITS <= low < -most + 0.05
     # The largest of 200,000 is below the true maximum by less than 1e-4.
-    assert needs.w[1] == pytest.approx(most + MARGIN, abs=1e-3)
+    assert needs.w[1] == pytest.approx(most + MARGIN, abs=1e-3) and 0 <= needs.w[0] < 0.05
     assert held_share(shown, needs) >= SHARE
 
 
