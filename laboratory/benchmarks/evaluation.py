@@ -52,7 +52,8 @@ def draw_maps(wanted: dict[str, list[Map]], reliefs: dict[str, Relief], folder: 
         theta_i = np.radians(one.theta_i_deg)
         if one.method == "reference":
             sigma_b = plan(relief).sigma_b
-            xyz = brdf_map.from_reference(relief, sigma_b, PIXELS, theta_i=theta_i, step_m=5e-9)
+            # In Stam's form, as the methods beside it.
+            xyz = brdf_map.from_reference(relief, sigma_b, PIXELS, theta_i=theta_i, step_m=5e-9, stam=True)
         else:
             key = one.surface, one.method, tuple(one.changes.items())
             if key not in built:
