@@ -39,12 +39,15 @@ _COMPARED = 3
 
 @dataclass(frozen=True)
 class Grating:
-    """A grating in keratin under light at theta_deg; lengths in wavelengths."""
+    """A grating along x, in keratin by default, under light at theta_deg from the normal and at azimuth_deg from x;
+    lengths in wavelengths."""
 
     kind: str
     period: float
     depth: float
     theta_deg: float = 0.0
+    azimuth_deg: float = 0.0
+    index: complex = KERATIN
 
 
 @dataclass(frozen=True)
@@ -69,25 +72,25 @@ def steps(kind: str, parts: int) -> list[tuple[float, float, float]]:
     return found
 
 
-def reflected(grating: Grating, parts: int = PARTS, extra: int = EXTRA_ORDERS, index: complex = KERATIN) -> np.ndarray:
+def reflected(grating: Grating, parts: int = PARTS, extra: int = EXTRA_ORDERS) -> np.ndarray:
     """Powers (2, orders + 1) of TE and TM over the incident power: reflected orders -n to n, then transmission."""
     from inkstone import Inkstone
 
-    most = int(np.ceil(abs(index) * grating.period)) + extra
+    most = int(np.ceil(abs(grating.index) * grating.period)) + extra
     solver = Inkstone()
     solver.lattice, solver.num_g, solver.frequency = grating.period, 2 * most + 1, 1.0
-    solver.AddMaterial("keratin", complex(index) ** 2)
+    solver.AddMaterial("matter", complex(grating.index) ** 2)
     solver.AddLayer("above", 0, "vacuum")
     for number, (thickness, width, centre) in enumerate(steps(grating.kind, parts)):
         name = f"step {number}"
         solver.AddLayer(name, thickness * grating.depth, "vacuum")
         across = (width * grating.period, centre * grating.period)
         # Inkstone's correction of the Gibbs phenomenon smooths the walls; convergence is then only 1 / orders.
-        solver.AddPattern1D(name, "keratin", *across, name, if_gibbs_correction=False)
-    solver.AddLayer("below", 0, "keratin")
+        solver.AddPattern1D(name, "matter", *across, name, if_gibbs_correction=False)
+    solver.AddLayer("below", 0, "matter")
     powers = []
     for te in (1.0, 0.0):
-        solver.SetExcitation(grating.theta_deg, 0.0, te, 1 - te)
+        solver.SetExcitation(grating.theta_deg, grating.azimuth_deg, te, 1 - te)
         incident, _ = solver.GetPowerFlux("above")
         _, back = solver.GetPowerFluxByOrder("above", list(range(-most, most + 1)))
         powers.append(np.append(-np.ravel(back), solver.GetPowerFlux("below")[0]) / incident)

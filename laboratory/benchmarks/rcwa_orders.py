@@ -24,13 +24,12 @@ from pathlib import Path
 import numpy as np
 
 from precompute.cli.parser import OneLineParser
-from precompute.optics.brdf import half_angle_cosine
+from precompute.optics.brdf import half_angle_cosine, scattering_factor
 from precompute.optics.fresnel import fresnel_reflectance
-from precompute.optics.small_slope import small_slope_reflectance
 
 from ..study.efficiency import PROFILES, profile
 from . import report
-from .rcwa import EXTRA_ORDERS, KERATIN, PARTS, steps
+from .rcwa import Grating, reflected
 
 PERIODS = (1.1, 1.5, 2.5, 4.5)
 DEPTHS = (0.05, 0.1, 0.2, 0.25, 0.4)
@@ -45,22 +44,10 @@ _NOTHING = 1e-9
 
 
 @dataclass(frozen=True)
-class Case:
-    """A grating along x under light at theta from the normal, at azimuth from x, on a matter of an index."""
-
-    kind: str
-    period: float
-    depth: float
-    theta_deg: float
-    azimuth_deg: float = 0.0
-    index: float = KERATIN
-
-
-@dataclass(frozen=True)
 class Row:
     """One order: the fraction of the incident light by RCWA, and by each factor."""
 
-    case: Case
+    case: Grating
     order: int
     larger_angle_deg: float
     rigorous: float
@@ -68,10 +55,10 @@ class Row:
 
 
 FACTORS: dict[str, Callable[[np.ndarray, np.ndarray, float], np.ndarray]] = {
-    "Stam": lambda wi, wr, n: _reflectance(wi, wr, n) * (1 + wi @ wr) ** 2 / (wi[2] * wr[2] * (wi[2] + wr[2]) ** 2),
+    "Stam": lambda wi, wr, n: scattering_factor(wi, wr, n, metal=True) / (wi[2] * (wi[2] + wr[2]) ** 2),
     "O = 1": lambda wi, wr, n: _reflectance(wi, wr, n),
     "Harvey-Shack": lambda wi, wr, n: _reflectance(wi, wr, n) * (wi[2] + wr[2]) ** 2 / (4 * wi[2] * wr[2]),
-    "small slope": lambda wi, wr, n: 4 * wi[2] * wr[2] * small_slope_reflectance(wi, wr, n) / (wi[2] + wr[2]) ** 2,
+    "small slope": lambda wi, wr, n: scattering_factor(wi, wr, n) / (wi[2] * (wi[2] + wr[2]) ** 2),
 }
 
 
@@ -79,31 +66,14 @@ def _reflectance(wi: np.ndarray, wr: np.ndarray, index: float) -> np.ndarray:
     return fresnel_reflectance(half_angle_cosine(wi, wr), index)
 
 
-def rigorous_orders(case: Case, most: int, *, parts: int = PARTS, extra: int = EXTRA_ORDERS) -> np.ndarray:
+def rigorous_orders(case: Grating, most: int, **accuracy: int) -> np.ndarray:
     """The power of the reflected orders -most to most over the incident power, mean of TE and TM."""
-    from inkstone import Inkstone
-
-    kept = int(np.ceil(case.index * case.period)) + extra
-    solver = Inkstone()
-    solver.lattice, solver.num_g, solver.frequency = case.period, 2 * kept + 1, 1.0
-    solver.AddMaterial("matter", complex(case.index) ** 2)
-    solver.AddLayer("above", 0, "vacuum")
-    for number, (thickness, width, centre) in enumerate(steps(case.kind, parts if case.kind != "binary" else 32)):
-        name = f"step {number}"
-        solver.AddLayer(name, thickness * case.depth, "vacuum")
-        across = (width * case.period, centre * case.period)
-        solver.AddPattern1D(name, "matter", *across, name, if_gibbs_correction=False)
-    solver.AddLayer("below", 0, "matter")
-    powers = []
-    for te in (1.0, 0.0):
-        solver.SetExcitation(case.theta_deg, case.azimuth_deg, te, 1 - te)
-        incident, _ = solver.GetPowerFlux("above")
-        _, back = solver.GetPowerFluxByOrder("above", list(range(-most, most + 1)))
-        powers.append(-np.ravel(back) / incident)
-    return np.mean(powers, axis=0)
+    powers = reflected(case, **accuracy)[:, :-1].mean(axis=0)
+    middle = len(powers) // 2
+    return powers[middle - most : middle + most + 1]
 
 
-def directions(case: Case, order: int) -> tuple[np.ndarray, np.ndarray] | None:
+def directions(case: Grating, order: int) -> tuple[np.ndarray, np.ndarray] | None:
     """Unit vectors to the light and along an order, away from the surface; None for an order that does not leave it."""
     theta, azimuth = np.radians([case.theta_deg, case.azimuth_deg])
     along = np.sin(theta) * np.array([np.cos(azimuth), np.sin(azimuth)])  # of the incident ray
@@ -114,14 +84,14 @@ def directions(case: Case, order: int) -> tuple[np.ndarray, np.ndarray] | None:
     return np.array([-along[0], -along[1], np.cos(theta)]), np.array([x, y, np.sqrt(height2)])
 
 
-def spectrum(case: Case, order: int, w: float) -> float:
+def spectrum(case: Grating, order: int, w: float) -> float:
     """|c_m(w)|^2: the efficiency of an order for a surface that reflects everything, by the discrete Fourier series."""
     height = profile(case.kind, case.depth, _SAMPLES)
     x = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
     return float(np.abs(np.mean(np.exp(-2j * np.pi * (w * height + order * x)))) ** 2)
 
 
-def rows_of(case: Case, **accuracy: int) -> Iterator[Row]:
+def rows_of(case: Grating, **accuracy: int) -> Iterator[Row]:
     """The orders of a case that leave the surface and hold at least LEAST of the light."""
     most = int(2 * case.period) + 1
     rigorous = rigorous_orders(case, most, **accuracy)
@@ -135,11 +105,11 @@ def rows_of(case: Case, **accuracy: int) -> Iterator[Row]:
         yield Row(case, order, larger, float(rigorous[order + most]), scalar)
 
 
-def cases(*, quick: bool = False) -> list[Case]:
+def cases(*, quick: bool = False) -> list[Grating]:
     """All cases: every profile in the plane of incidence, and sinusoids out of it."""
     periods, depths = (PERIODS[1:3], DEPTHS[:3:2]) if quick else (PERIODS, DEPTHS)
-    found = [Case(*each) for each in product(PROFILES, periods, depths, ANGLES_DEG)]
-    conical = [Case(*each) for each in product(PROFILES[:1], periods, depths, ANGLES_DEG[1:])]
+    found = [Grating(*each) for each in product(PROFILES, periods, depths, ANGLES_DEG)]
+    conical = [Grating(*each) for each in product(PROFILES[:1], periods, depths, ANGLES_DEG[1:])]
     return found + [replace(case, azimuth_deg=azimuth) for case in conical for azimuth in AZIMUTHS_DEG[1:]]
 
 

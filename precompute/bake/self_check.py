@@ -75,8 +75,10 @@ def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress:
                 part_of(progress, "self-check", done=k, total=GROUPS),
             )
         )  # fmt: skip
-    some = [truth.only(slice(None, None, max(1, len(truth.pairs.wi) // _BOUND_PAIRS))) for truth in found]
-    bounded = _with_bound(chosen, some) if chosen.metal else []
+    bounded = []
+    if chosen.metal:
+        some = [truth.only(slice(None, None, max(1, len(truth.pairs.wi) // _BOUND_PAIRS))) for truth in found]
+        bounded = _with_bound(chosen, some)
     s = rng.uniform(0.3, 1, _SERIES_PROBES) * chosen.ensemble[0].s_max
     lacking = max(exact_error(relief, series, s) for relief, series in zip(reliefs, chosen.ensemble, strict=True))
 

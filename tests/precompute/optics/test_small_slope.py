@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from laboratory.benchmarks.rcwa_orders import FACTORS, Case, directions, rigorous_orders, spectrum
+from laboratory.benchmarks.rcwa import Grating
+from laboratory.benchmarks.rcwa_orders import FACTORS, directions, rigorous_orders, spectrum
 from precompute.optics.fresnel import fresnel_reflectance
 from precompute.optics.small_slope import small_slope_reflectance
 
@@ -61,7 +62,7 @@ def test_it_is_the_first_order_perturbation(ior, azimuth_deg):
 @pytest.mark.parametrize(("theta_deg", "azimuth_deg"), [(0, 0), (60, 0), (80, 0), (60, 45), (75, 90)])
 def test_shallow_gratings_have_the_orders_of_maxwells_equations(theta_deg, azimuth_deg):
     pytest.importorskip("inkstone", reason="only the environment of the benchmarks has the solver")
-    case = Case("sinusoidal", 1.5, 0.01, theta_deg, azimuth_deg)
+    case = Grating("sinusoidal", 1.5, 0.01, theta_deg, azimuth_deg)
     rigorous = rigorous_orders(case, 1, parts=96)
     for order in (-1, 0, 1):
         if (ways := directions(case, order)) is not None:
