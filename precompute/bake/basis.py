@@ -86,7 +86,7 @@ def comparison(table: Table, illuminant: str) -> Callable[[Table], Errors]:
         pairs = Pairs(wi, wr, drawn).within(table.region)
         scattered, zero_order = table.candidate(pairs.u, pairs.v, w)
         found.append(Truth(w, pairs, scattered * w**2, zero_order))
-    return lambda other: measure(found, other.candidate, illuminant, metal=table.metal)
+    return lambda other: measure(found, other.candidate, illuminant, holds_reflectance=table.holds_reflectance)
 
 
 def _lit_pairs(table: Table, w: float, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

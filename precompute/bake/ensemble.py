@@ -68,19 +68,19 @@ def plan(
     Raises GratingError if the requested coherence length needs a finer table than RESOLUTION_MAX allows."""
     reliefs = (reliefs,) if isinstance(reliefs, Relief) else tuple(reliefs)
     delta_e, needs = request.delta_e, request.needs
-    auto, metal = request.coherence_length_m is None, request.matter == "metal"
+    auto, baked = request.coherence_length_m is None, request.matter.baked
     sigma_b = kernel_for(reliefs, request)
     if auto:  # a kernel too narrow for a table of DEFAULT_BYTES need not be resolved
         sigma_b = max(sigma_b, TEXELS_MIN * texel_size(int(math.sqrt(DEFAULT_BYTES / BYTES_PER_TEXEL / 4))))
     ensemble = _spectra(reliefs, sigma_b, request, progress)
     lambdas = wavelengths_of(sigma_b, request)
-    measured = probe(ensemble, sigma_b, lambdas[::2], illuminant=request.illuminant, needs=needs)
+    measured = probe(ensemble, sigma_b, lambdas[::2], request)
     terms = measured.terms(delta_e)
     texels = min(finer * measured.texels_per_sigma(delta_e), TEXELS_MAX)
     resolution = resolution_for(sigma_b, texels)
     finest = min(RESOLUTION_MAX, int(math.sqrt(DEFAULT_BYTES / (BYTES_PER_TEXEL * terms))) // 2 * 2)
     while (
-        blender_bytes(terms, (finest, finest), texels * texel_size(finest), metal=metal) > DEFAULT_BYTES
+        blender_bytes(terms, (finest, finest), texels * texel_size(finest), bound=baked) > DEFAULT_BYTES
         and finest > RESOLUTION_MIN
     ):
         finest -= 2
@@ -93,8 +93,8 @@ def plan(
     v, u = (texel_middles(*side, texel) for side in (needs.region.v, needs.region.u))
     precision = np.float16 if measured.halves_do(terms, delta_e) else np.float32
     return Plan(
-        ensemble, lambdas, sigma_b, texel, (v, u), terms, needs.w, precision,
-        bound_tolerance=metal * _OF_BOUND * min(delta_e, 1) / DELTA_E_OF_BOUND,
+        ensemble, lambdas, sigma_b, texel, (v, u), terms, needs.w, precision, request.matter,
+        bound_tolerance=baked * _OF_BOUND * min(delta_e, 1) / DELTA_E_OF_BOUND,
     )  # fmt: skip
 
 

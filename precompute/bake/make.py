@@ -123,7 +123,7 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
     except GratingError as error:
         raise error.within(source) from error
     rows, columns = map(len, chosen.axes)
-    in_blender = blender_bytes(chosen.terms, (rows, columns), chosen.sigma_b, metal=chosen.metal)
+    in_blender = blender_bytes(chosen.terms, (rows, columns), chosen.sigma_b, bound=chosen.holds_reflectance)
     if in_blender > ATLAS_BYTES_MAX:
         raise GratingError(
             source,

@@ -28,6 +28,7 @@ from ..measure.errors import Truth, measure
 from ..optics import coherence
 from ..optics.coherence import THESIS_COHERENCE_M
 from ..reference.patch_reference import PatchReference
+from ..reflectance.matter import DIELECTRIC
 from ..spectra.patch_window import PatchWindow
 from ..surface.relief import Relief
 from ..table.table import ZERO_ORDER_SAMPLES, Table
@@ -35,7 +36,7 @@ from .blur_levels import narrower
 from .needs import WIDTH_MIN
 from .patch_series import patch_series
 from .plan import Plan
-from .request import MATTERS, MODELS, BakeRequest
+from .request import MODELS, BakeRequest
 from .resolution import texel_middles
 from .self_check import Judge, pairs_within, w_within
 from .terms_and_texels import TEXELS_MAX, probe
@@ -60,14 +61,14 @@ def plan(
     """Like ensemble.plan, under one window of the request's coherence length (THESIS_COHERENCE_M by default).
 
     The kernel is never widened to make the table fit. Raises GratingError for several reliefs, since the model is of
-    one patch, for a metal, and for needs that end below W_MIN."""
+    one patch, for a matter other than a dielectric, and for needs that end below W_MIN."""
     if len(reliefs) != 1:
         remedy = ("give one, or take ", Setting.MODEL, " ensemble")
         raise GratingError(f"{len(reliefs)} scans", "the patch model is of one", remedy)
-    if request.matter == "metal":
+    if request.matter.baked:
         raise GratingError(
             "", "the patch model is of a dielectric",
-            ("choose ", Setting.MODEL, f" {MODELS[0]}, or ", Setting.MATTER, f" {MATTERS[0]}"),
+            ("choose ", Setting.MODEL, f" {MODELS[0]}, or ", Setting.MATTER, f" {DIELECTRIC}"),
         )  # fmt: skip
     needs, delta_e = request.needs, request.delta_e
     needs = replace(needs, w=(max(needs.w[0], W_MIN), needs.w[1]))
@@ -81,7 +82,7 @@ def plan(
     # The kernel is narrowest at the shortest wavelength, so texels that are fine enough there are always fine enough.
     narrowest = sigma_b * WAVELENGTH_MIN_M / coherence.REFERENCE_WAVELENGTH_M
     lambdas = seen_wavelengths(bake_wavelengths(narrowest, delta_e, needs.region.reach), request.illuminant)
-    measured = probe((series,), sigma_b, lambdas, illuminant=request.illuminant, needs=needs)
+    measured = probe((series,), sigma_b, lambdas, request)
     terms = measured.terms(delta_e)
     texels = min(measured.texels_per_sigma(delta_e), TEXELS_MAX)
     texel = narrowest / texels

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..optics.region import Region
+from ..reflectance.matter import DIELECTRIC, Matter
 from ..spectra.series import SpectrumSeries
 from ..table.table import held_region
 
@@ -27,6 +28,7 @@ class Plan:
     terms        the number of Chebyshev terms in w
     w_range      the range of w
     precision    the kind of float that holds the terms well enough in a file
+    matter       what the surface is made of; the table of a dielectric does not hold its reflectance
     bound_tolerance  the relative error that the table of the albedo bound may have at 1 % of directions; 0 for a
                      dielectric, which has no albedo bound"""
 
@@ -38,12 +40,13 @@ class Plan:
     terms: int
     w_range: tuple[float, float]
     precision: type[np.floating]
+    matter: Matter = Matter(DIELECTRIC)
     bound_tolerance: float = 0.0
 
     @property
-    def metal(self) -> bool:
-        """Whether the bake is of a metal, with an albedo bound."""
-        return self.bound_tolerance > 0
+    def holds_reflectance(self) -> bool:
+        """Whether the table holds its matter's reflectance, and an albedo bound."""
+        return self.matter.baked
 
     @property
     def region(self) -> Region:

@@ -13,6 +13,8 @@ from typing import Any
 from ..base.failure import GratingError
 from ..base.files import can_be_a_path
 from ..colour.observer import ILLUMINANTS, LINES_NM, is_illuminant
+from ..reflectance.matter import DIELECTRIC, Matter
+from ..reflectance.matter_text import parse
 from ..surface.height_map import HeightMap
 from ..surface.readers.reader_registry import read_height_map
 from ..surface.steps.pipeline import DEFAULT, steps_of
@@ -21,8 +23,6 @@ from .needs import EVERYTHING, Needs, needs_of
 
 # The names of the models of coherence (coherence_models.py).
 MODELS = ("ensemble", "patch")
-# What the surface is made of: it decides the form of the BRDF (optics/brdf.py).
-MATTERS = ("dielectric", "metal")
 # The limits of a request's numbers. CIEDE2000 of black and white is 100. An error of 1e-3 needs spectra to 2e-7 of
 # their light, the limit of single precision. No coherence length is much shorter than the light's wavelength, and no
 # scan is as long as 10 mm. Sizes are those of the readers of pictures.
@@ -62,7 +62,7 @@ class BakeRequest:
     coherence_length_m  4 sigma_s in metres, where sigma_s is the standard deviation of the coherence window. None: the
                         longest length that the scans can average, or the thesis's under the patch model
     illuminant          the light on the surface: white, or a laser's line, as 532nm
-    matter              what the surface is made of, one of MATTERS
+    matter              what the surface is made of
     needs               what the scene reaches
     model               the model of coherence, one of MODELS
     levelling           the steps that level and repair each scan, in order
@@ -71,7 +71,7 @@ class BakeRequest:
     delta_e: float = 1.0
     coherence_length_m: float | None = None
     illuminant: str = "D65"
-    matter: str = "dielectric"
+    matter: Matter = Matter(DIELECTRIC)
     needs: Needs = EVERYTHING
     model: str = "ensemble"
     levelling: tuple[Step, ...] = DEFAULT
@@ -89,7 +89,7 @@ class BakeRequest:
             "delta_e": self.delta_e,
             "coherence_um": None if self.coherence_length_m is None else self.coherence_length_m * 1e6,
             "illuminant": self.illuminant,
-            "matter": self.matter,
+            "matter": str(self.matter),
             "needs": self.needs.as_dict(),
         }
 
@@ -114,7 +114,7 @@ def request_from(record: object, source: str) -> BakeRequest:
         delta_e=_number(source, "delta_e", record.get("delta_e", 1.0), DELTA_E),
         coherence_length_m=None,
         illuminant=_illuminant(source, record.get("illuminant", "D65")),
-        matter=_one_of(source, "matter", record.get("matter", "dielectric"), MATTERS),
+        matter=_matter(source, record.get("matter", DIELECTRIC)),
         needs=needs_of(record["needs"], source) if "needs" in record else EVERYTHING,
         model=_one_of(source, "model", record.get("model", "ensemble"), MODELS),
         levelling=DEFAULT,
@@ -167,6 +167,12 @@ def _illuminant(source: str, value: Any) -> str:
     if not is_illuminant(value):
         raise GratingError(source, f"illuminant: cannot be {value!r:.30}", f"give {ILLUMINANTS_TOLD}")
     return value
+
+
+def _matter(source: str, value: Any) -> Matter:
+    if not isinstance(value, str):
+        raise GratingError(source, f"matter: cannot be {value!r:.30}", "give a text, such as gold")
+    return parse(value)
 
 
 def _one_of(source: str, key: str, value: Any, known: tuple[str, ...]) -> str:

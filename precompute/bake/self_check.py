@@ -6,7 +6,7 @@ The bake has a series in s instead, made from a few transforms. So the error is 
 compared with exact transforms, at other values of s than its nodes. All other errors (of wavelengths, kernel, texels,
 terms and half floats) are measured by the error metric, against sums over the series' bins at each direction.
 
-A metal's radiance is divided by an albedo bound, which is integrated at the directions of some of the pairs, with four
+The radiance of a metal or film is divided by an albedo bound, which is integrated at the directions of some of the pairs, with four
 times as many wavelengths as in the bake's table, and without reading a table.
 
 make.py compares the errors with the requested dE00. The verb `check` measures the same errors independently
@@ -24,6 +24,7 @@ from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, line_of, seen_
 from ..measure.errors import Errors, Truth, measure
 from ..measure.pairs import Pairs, draw_w
 from ..measure.truths import Spectrum, draw_pairs
+from ..optics.brdf import half_angle_cosine
 from ..reference.ensemble_reference import blurred
 from ..spectra.fast import exact_error
 from ..spectra.series import SpectrumSeries
@@ -37,7 +38,7 @@ from .plan import Plan
 GROUPS = 4
 # The least and the greatest number of direction pairs at each w. In between, about _BINS_SUMMED bins are summed per w.
 _PAIRS_MIN, _PAIRS_MAX, _BINS_SUMMED = 700, 1600, 800_000
-# The least number of direction pairs at each w for a metal's bound; at most twice as many are used.
+# The least number of direction pairs at each w for an albedo bound; at most twice as many are used.
 _BOUND_PAIRS = 100
 # A kernel is cut at this many standard deviations, where it has fallen to 1.5e-8 of its peak.
 _CUT = 6.0
@@ -60,7 +61,7 @@ def wavelengths_for(sigma_b: float) -> np.ndarray:
 
 
 def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress: Progress) -> Judge:
-    """Return a function that measures a plan's table; a metal's with and without its albedo bound.
+    """Return a function that measures a plan's table; one with an albedo bound with it and without it.
 
     It measures at a few values of w, on direction pairs that the bake was not made from. The series' error is added to
     every error of colour and to every relative error of luminance. `progress` is called with the stage "self-check"."""
@@ -71,22 +72,23 @@ def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress:
         drawn = pairs_within(chosen, w, pairs, rng=rng, illuminant=illuminant)
         found.append(
             _truth(
-                chosen.ensemble, drawn, w, chosen.sigma_b, illuminant,
+                chosen, drawn, w, illuminant,
                 part_of(progress, "self-check", done=k, total=GROUPS),
             )
         )  # fmt: skip
     bounded = []
-    if chosen.metal:
+    if chosen.holds_reflectance:
         some = [truth.only(slice(None, None, max(1, len(truth.pairs.wi) // _BOUND_PAIRS))) for truth in found]
         bounded = _with_bound(chosen, some)
     s = rng.uniform(0.3, 1, _SERIES_PROBES) * chosen.ensemble[0].s_max
     lacking = max(exact_error(relief, series, s) for relief, series in zip(reliefs, chosen.ensemble, strict=True))
 
     def errors_of(table: Table) -> Errors:
-        errors = measure(found, table.candidate, illuminant, metal=chosen.metal)
+        errors = measure(found, table.candidate, illuminant, holds_reflectance=chosen.holds_reflectance)
         if bounded:
             held = table.bound_of_pairs
-            errors = errors.worse_of(measure(bounded, table.candidate, illuminant, metal=True, held_bound=held))
+            with_bound = measure(bounded, table.candidate, illuminant, holds_reflectance=True, held_bound=held)
+            errors = errors.worse_of(with_bound)
         return errors.worse_by(_DELTA_E_PER_UNIT * lacking, lacking)
 
     return errors_of
@@ -160,15 +162,19 @@ def _spectrum(ensemble: Sequence[SpectrumSeries], rng: np.random.Generator) -> S
     return at
 
 
-def _truth(
-    ensemble: Sequence[SpectrumSeries], pairs: Pairs, w: float, sigma_b: float, illuminant: str, progress: Progress
-) -> Truth:
-    """The truth at the pairs: scattered XYZ and the zero order's XYZ, as sums over the bins of the scans' series."""
+def _truth(chosen: Plan, pairs: Pairs, w: float, illuminant: str, progress: Progress) -> Truth:
+    """The truth at the pairs: scattered XYZ and the zero order's XYZ, as sums over the bins of the scans' series, times
+    the reflectance of a matter that the table holds."""
+    ensemble, sigma_b = chosen.ensemble, chosen.sigma_b
     lambdas = seen_wavelengths(wavelengths_for(sigma_b), illuminant)
+    reflectance = np.ones((len(lambdas), len(pairs.wi) + 1))
+    if chosen.holds_reflectance:
+        cosines = np.append(half_angle_cosine(pairs.wi, pairs.wr), w / 2)  # the zero order's is the last
+        reflectance = chosen.matter.reflectance(lambdas, cosines)
     weights = spectral_weights(lambdas, illuminant) / len(ensemble)
     scattered, zero_order = np.zeros((len(pairs.wi), 3)), np.zeros(3)
     for n, series in enumerate(ensemble):
-        for k, (lam, weight) in enumerate(zip(lambdas, weights, strict=True)):
+        for k, (lam, weight, share) in enumerate(zip(lambdas, weights, reflectance, strict=True)):
             s = w / lam
             left = series.kernel_left(sigma_b, lam)
             sides = (series.grid.q_y, pairs.v), (series.grid.q_x, pairs.u)
@@ -176,8 +182,8 @@ def _truth(
             kept = rows, columns
             power = series.mixed(series.weights(np.array([s])) * s**2, kept)[:, 0]
             density = blurred(power, series.grid.part(kept), (pairs.u, pairs.v), lam=lam, sigma_b=left, cut=_CUT)
-            scattered += density[:, None] * weight
-            zero_order += series.zero_order(np.array(s)) * weight
+            scattered += (density * share[:-1])[:, None] * weight
+            zero_order += series.zero_order(np.array(s)) * share[-1] * weight
             progress("self-check", (n + (k + 1) / len(lambdas)) / len(ensemble))
     return Truth(w, pairs, scattered, zero_order)
 

@@ -11,17 +11,18 @@ as a reading, by cubic B-splines, of a small lattice of texels.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import reduce
 
 import numpy as np
 
 from ..colour.observer import line_of, spectral_weights, white_xyz
 from ..maths import bspline, chebyshev
 from ..measure.errors import worst_exposure
+from ..reflectance.curves import cosine_places, reflectance_curves
 from ..spectra.resample import KERNEL_REACH
 from ..spectra.series import SpectrumSeries
 from ..table.atlas import LARGEST_STORED
 from .needs import Needs
+from .request import BakeRequest
 
 # The error of a cubic reading falls as the fourth power of the texels per standard deviation of the kernel. It is
 # measured at _TEXELS_MEASURED. The lattice of a patch has _LATTICE texels along each side. It is read at _PLACES places
@@ -38,6 +39,8 @@ TEXELS_MIN, TEXELS_MAX = 0.9, 4.0
 _READING_SHARE, _TERMS_SHARE, _HALVES_SHARE = 0.55, 0.25, 0.1
 # Number of patches where the light is, and near the zero order.
 _PATCHES_LIT, _PATCHES_INNER = 16, 5
+# The least number of nodes of w, if the table holds a reflectance: it may change faster with w than the relief's light.
+_NODES_OF_REFLECTANCE = 24
 # A patch where the light is has its centre at a bin drawn in proportion to its power, moved along each axis by a random
 # shift of this many standard deviations of the kernel. A reading errs most on an order and on its flanks.
 _FLANK = 0.5
@@ -96,11 +99,11 @@ class Probe:
         return worst_exposure(truth, answer[self.real], np.ones(len(truth), bool), white=self.white)["p99"]
 
 
-def probe(
-    ensemble: Sequence[SpectrumSeries], sigma_b: float, lambdas: np.ndarray, *, illuminant: str, needs: Needs
-) -> Probe:
-    """Measure the mean of the ensemble's spectra under a kernel sigma_b, in the needed region of (u, v, w)."""
+def probe(ensemble: Sequence[SpectrumSeries], sigma_b: float, lambdas: np.ndarray, request: BakeRequest) -> Probe:
+    """Measure the mean of the ensemble's spectra under a kernel sigma_b, in the region of (u, v, w) and in the matter
+    of a request."""
     rng = np.random.default_rng(0)
+    needs, illuminant = request.needs, request.illuminant
     centres = _patch_centres(ensemble[0], sigma_b, needs, rng=rng, line_m=line_of(illuminant))
     texel = sigma_b / _TEXELS_MEASURED
     lattice = (np.arange(_LATTICE) - (_LATTICE - 1) / 2) * texel
@@ -110,9 +113,17 @@ def probe(
     # The texels' kernel is narrower, as in the bake: reading the texels widens it to sigma_b.
     sigma = np.repeat([math.sqrt(sigma_b**2 - bspline.VARIANCE * texel**2), sigma_b], [_LATTICE, _PLACES])
     count = max(len(series.amplitude) for series in ensemble)
+    curves = reflectance_curves(request.matter, lambdas)
+    if curves is not None:
+        count = max(count, _NODES_OF_REFLECTANCE)
     w = chebyshev.nodes(count, *needs.w)
-    patches = (_patches(series, v, u, w, lambdas, sigma, illuminant) for series in ensemble)
-    xyz: np.ndarray = reduce(np.add, patches) / len(ensemble)
+    places_of_r = cosine_places(u[:, None], v[:, :, None], w[:, None, None, None])
+    xyz = np.zeros((count, *v.shape, u.shape[1], 3))
+    for k, (lam, weight) in enumerate(zip(lambdas, spectral_weights(lambdas, illuminant), strict=True)):
+        density = sum(_density(series, v, u, w, lam, sigma) for series in ensemble) / len(ensemble)
+        if curves is not None:
+            density *= curves[k][places_of_r]
+        xyz += density[..., None] * weight
     truth = xyz[:, :, _LATTICE:, _LATTICE:]
     reading = _read(xyz[:, :, :_LATTICE, :_LATTICE], places[0] / texel, places[1] / texel)
     v, u = v[:, _LATTICE:, None], u[:, None, _LATTICE:]
@@ -146,28 +157,19 @@ def _patch_centres(
     return np.clip(centres, low, high)
 
 
-def _patches(
-    series: SpectrumSeries,
-    v: np.ndarray,
-    u: np.ndarray,
-    w: np.ndarray,
-    lambdas: np.ndarray,
-    sigma: np.ndarray,
-    illuminant: str,
+def _density(
+    series: SpectrumSeries, v: np.ndarray, u: np.ndarray, w: np.ndarray, lam: float, sigma: np.ndarray
 ) -> np.ndarray:
-    """Scattered XYZ over w^2 (len(w), patches, n, n, 3) at each pair of a v and a u of a patch; both (patches, n).
+    """Scattered light over w^2 (len(w), patches, n, n) of one wavelength at each pair of a v and a u of a patch; both
+    (patches, n).
 
     `sigma` (n,) is the standard deviation of the kernel at each v and each u."""
-    out = np.zeros((len(w), *v.shape, v.shape[1], 3))
-    for lam, weight in zip(lambdas, spectral_weights(lambdas, illuminant), strict=True):
-        left = np.array([series.kernel_left(each, lam) for each in sigma])
-        rows, row_kernel = _kernels(series.grid.q_y, v, lam, left)
-        cols, col_kernel = _kernels(series.grid.q_x, u, lam, left)
-        bins = series.scattered_over_s2[:, rows[:, :, None], cols[:, None, :]]
-        blurred = row_kernel @ bins @ col_kernel.transpose(0, 2, 1)
-        mix = series.weights(w / lam) / lam**2
-        out += np.tensordot(mix, blurred, axes=1)[..., None] * weight
-    return out
+    left = np.array([series.kernel_left(each, lam) for each in sigma])
+    rows, row_kernel = _kernels(series.grid.q_y, v, lam, left)
+    cols, col_kernel = _kernels(series.grid.q_x, u, lam, left)
+    bins = series.scattered_over_s2[:, rows[:, :, None], cols[:, None, :]]
+    blurred = row_kernel @ bins @ col_kernel.transpose(0, 2, 1)
+    return np.tensordot(series.weights(w / lam) / lam**2, blurred, axes=1)
 
 
 def _kernels(q: np.ndarray, at: np.ndarray, lam: float, sigma: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -9,15 +9,14 @@ which is exact because every step is linear in the spectrum.
 """
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
 from ..base.progress import Progress, silent, span_of
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengths, spectral_weights
 from ..maths import chebyshev
+from ..reflectance.curves import cosine_places, reflectance_curves
 from ..spectra.resample import Resampler
-from ..spectra.series import SpectrumSeries
 from ..table.table import ZERO_ORDER_SAMPLES, Table
 from .blur_levels import narrower
 from .excess_albedo import excess_table
@@ -30,7 +29,8 @@ _RIM = 3
 _WAVELENGTHS_AT_ONCE, _ROWS_AT_ONCE = 8, 16
 # Number of bins that are mixed at once, over several nodes: 32 MiB of floats.
 _BINS_AT_ONCE = 1 << 23
-# The share of a metal table's time for summing its wavelengths: 0.34 and 0.43 on the samples Elaphe and Xenopeltis.
+# The share of the time for summing wavelengths, if the table has an albedo bound: 0.34 and 0.43 on the samples Elaphe
+# and Xenopeltis.
 _SUMMED = 0.4
 
 
@@ -38,15 +38,15 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
     """Make the table of a plan, without wider blur levels. `progress` is called with the share of the table."""
     sigma_table = narrower(chosen.sigma_b, chosen.texel)
     nodes = chebyshev.nodes(chosen.terms, *chosen.w_range)
-    summed = _SUMMED if chosen.metal else 1.0
+    summed = _SUMMED if chosen.holds_reflectance else 1.0
     at_nodes = xyz_over_w2(chosen, nodes, sigma_table, illuminant=illuminant, progress=span_of(progress, 0, summed))
     to_terms = chebyshev.coefficients_from_nodes(chosen.terms).astype(np.float32)
     terms = np.tensordot(to_terms, at_nodes, axes=1)
     v, u = chosen.axes
     terms[:, v[:, None] ** 2 + u**2 > (2 + _RIM * chosen.texel) ** 2] = 0
-    zero_order = zero_order_curve(chosen.ensemble, illuminant)
+    zero_order = zero_order_curve(chosen, illuminant)
     excess = None
-    if chosen.metal:
+    if chosen.holds_reflectance:
         bound_progress = span_of(progress, _SUMMED, 1)
         excess = excess_table(
             chosen.ensemble, chosen.sigma_b, tolerance=chosen.bound_tolerance, progress=bound_progress
@@ -57,11 +57,14 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
     )  # fmt: skip
 
 
-def zero_order_curve(ensemble: Sequence[SpectrumSeries], illuminant: str) -> np.ndarray:
-    """Z (n, 3) in XYZ, at equal steps of w from 0 to 2."""
+def zero_order_curve(chosen: Plan, illuminant: str) -> np.ndarray:
+    """Z (n, 3) in XYZ, at equal steps of w from 0 to 2, times the reflectance of a matter that the table holds."""
     lambdas = seen_wavelengths(np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401), illuminant)
-    s = np.linspace(0, 2, ZERO_ORDER_SAMPLES)[:, None] / lambdas
-    return sum(series.zero_order(s) for series in ensemble) @ spectral_weights(lambdas, illuminant) / len(ensemble)
+    w = np.linspace(0, 2, ZERO_ORDER_SAMPLES)
+    efficiency = sum(series.zero_order(w[:, None] / lambdas) for series in chosen.ensemble) / len(chosen.ensemble)
+    if chosen.holds_reflectance:
+        efficiency = efficiency * chosen.matter.reflectance(lambdas, w / 2).T
+    return efficiency @ spectral_weights(lambdas, illuminant)
 
 
 def xyz_over_w2(
@@ -75,6 +78,8 @@ def xyz_over_w2(
     weights = (spectral_weights(lambdas, illuminant) / len(chosen.ensemble)).astype(np.float32)
     out = np.zeros((len(w_nodes), len(v), 3, len(u)), np.float32)
     radius = 2 + _RIM * chosen.texel
+    curves = reflectance_curves(chosen.matter, lambdas)
+    places = cosine_places(u, v[:, None], w_nodes[:, None, None])
     images = np.empty((len(w_nodes), len(v), _WAVELENGTHS_AT_ONCE, len(u)), np.float32)
     done = 0
     for series in chosen.ensemble:
@@ -89,6 +94,8 @@ def xyz_over_w2(
                     spectra = series.mixed(mix[first : first + at_once], resample.kept)
                     for k in range(spectra.shape[1]):
                         images[first + k, :, g] = resample(spectra[:, k])
+                if curves is not None:
+                    images[:, :, g] *= curves[start + g][places]
             count = group.stop - group.start
             for tile, image in zip(out, images, strict=True):
                 for row in range(0, len(v), _ROWS_AT_ONCE):

@@ -8,10 +8,21 @@ import numpy as np
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengths
 from .request import BakeRequest
 
+# The refractive index of films that light crosses without being absorbed, at most.
+_FILM_INDEX = 2.5
+
 
 def wavelengths_of(sigma_b: float, request: BakeRequest) -> np.ndarray:
     """The wavelengths (n,) in metres that a request's table sums: those of bake_wavelengths that its illuminant has."""
     every = bake_wavelengths(sigma_b, request.delta_e, request.needs.region.reach)
+    films_m = sum(layer.thickness_nm for layer in request.matter.layers) * 1e-9
+    # Two wavelengths whose logarithms are this far apart lie an eighth of the films' finest fringe from each other:
+    # the phase of a round trip is at most 4 pi n thickness / wavelength, with n up to _FILM_INDEX.
+    fringe = WAVELENGTH_MIN_M / (16 * _FILM_INDEX * films_m) if films_m else math.inf
+    steps = len(every) - 1
+    if fringe < math.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / steps:
+        steps = math.ceil(math.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / fringe)
+        every = np.geomspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, steps + 1)
     return seen_wavelengths(every, request.illuminant)
 
 

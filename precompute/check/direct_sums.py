@@ -23,8 +23,11 @@ from ..base.progress import Progress, silent
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, seen_wavelengths, spectral_weights
 from ..measure.pairs import Pairs, cosine_weighted, pair_about
 from ..optics.region import Region
+from ..reflectance.matter import MIRROR, Matter
 from ..surface.relief import Relief
 
+# Reflects all light: for the sums of a dielectric, whose reflectance is not in its table.
+MIRRORING = Matter(MIRROR)
 # Padding of a scan that does not wrap, in units of 1 / (2 pi sigma_q).
 PAD = 3.0
 # The kernel is cut at this many standard deviations, where it is exp(-6^2 / 2) = 1.5e-8 of its peak.
@@ -127,30 +130,34 @@ def _squared(amplitude: np.ndarray) -> np.ndarray:
 
 def scattered_xyz(
     reliefs: Sequence[Relief], uv: tuple[np.ndarray, np.ndarray], *, w: float, sigma_b: float, step_m: float,
-    illuminant: str = "D65", progress: Progress = silent,
+    illuminant: str = "D65", matter: Matter = MIRRORING, progress: Progress = silent,
 ) -> np.ndarray:  # fmt: skip
     """Scattered XYZ (n, 3) at the places uv, two arrays (n,), all at one w, by the mean of the reliefs' spectra.
 
-    It is the density over (u, v) of the light that a surface of reflectance R = 1 and obliquity O = 1 reflects, scaled
-    so that a perfect mirror's white has Y = 1. `progress` is called after each wavelength of each relief."""
+    It is the density over (u, v) of the light that a surface of a matter and of the obliquity O = 1 reflects, scaled so
+    that a perfect mirror's white has Y = 1. `progress` is called after each wavelength of each relief."""
     count = int(np.ceil((WAVELENGTH_MAX_M - WAVELENGTH_MIN_M) / step_m - 1e-6))
     lambdas = seen_wavelengths(np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, count + 1), illuminant)
     weights = spectral_weights(lambdas, illuminant) / len(reliefs)
     u, v = uv
+    reflectance = matter.reflectance(lambdas, np.minimum(np.sqrt(u**2 + v**2 + w**2) / 2, 1))
     reach = [np.abs(places).max(initial=0) + KERNEL_REACH * sigma_b for places in (v, u)]
     found = np.zeros((len(u), 3))
     for n, relief in enumerate(reliefs):
         for k, (lam, weight) in enumerate(zip(lambdas, weights, strict=True)):
             cells = scattered_cells(relief, w / lam, (reach[0] / lam, reach[1] / lam), sigma_q=sigma_b / lam)
-            found += cells.density(u, v, lam, sigma_b=sigma_b)[:, None] * weight
+            found += (cells.density(u, v, lam, sigma_b=sigma_b) * reflectance[k])[:, None] * weight
             progress("check", (n + (k + 1) / len(lambdas)) / len(reliefs))
     return found
 
 
-def zero_order_xyz(reliefs: Sequence[Relief], w: np.ndarray, illuminant: str = "D65") -> np.ndarray:
+def zero_order_xyz(
+    reliefs: Sequence[Relief], w: np.ndarray, illuminant: str = "D65", *, matter: Matter = MIRRORING
+) -> np.ndarray:
     """The zero order's XYZ (n, 3) at w (n,), the mean over the reliefs, in wavelength steps of 1 nm."""
     lambdas = seen_wavelengths(np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401), illuminant)
     efficiency = sum(zero_order_efficiency(relief, w, lambdas) for relief in reliefs)
+    efficiency = efficiency * matter.reflectance(lambdas, np.asarray(w) / 2).T
     return efficiency @ spectral_weights(lambdas, illuminant) / len(reliefs)
 
 

@@ -13,8 +13,10 @@ from ..base.failure import GratingError
 from ..base.strict_json import parse_json
 from ..colour.observer import is_illuminant
 from ..optics.region import Region
+from ..reflectance.matter import DIELECTRIC, MIRROR, Matter
+from ..reflectance.matter_text import parse
 
-FORMAT = 10
+FORMAT = 11
 # The inner texels of a tile hold the table. _RIM is the number of texels on each side of them for interpolation. _STRIP
 # is the number of rows of the zero order's strip.
 _RIM, _STRIP = 2, 4
@@ -67,9 +69,14 @@ class Table:
     record: dict[str, Any]
 
     @property
-    def metal(self) -> bool:
-        """Whether the bake is of a metal, which has an albedo bound."""
+    def holds_reflectance(self) -> bool:
+        """Whether the table holds its matter's reflectance, and an albedo bound."""
         return self.excess.size > 0
+
+    @property
+    def matter(self) -> Matter:
+        """What reflects in the table's light; a mirror, if the table does not hold the reflectance."""
+        return parse(self.record["request"]["matter"]) if self.holds_reflectance else Matter(MIRROR)
 
     @property
     def region(self) -> Region:
@@ -203,8 +210,8 @@ def _fault_of_provenance(record: dict[str, Any]) -> str:
     asked, pixel = record.get("asked_delta_e", 1.0), record.get("pixel_size_m", [1.0, 1.0])
     heights = record.get("heights_sha256", [])
     request = record.get("request")
-    matter = request.get("matter", "dielectric") if isinstance(request, dict) else "dielectric"
-    if request is not None and (matter == "metal") != (record["layout"]["bound_texels"] > 0):
+    matter = request.get("matter", DIELECTRIC) if isinstance(request, dict) else DIELECTRIC
+    if _holds_reflectance(matter) != (record["layout"]["bound_texels"] > 0):
         return "matter"
     if type(asked) not in (int, float) or not 0 < asked < 100:
         return "asked_delta_e"
@@ -213,6 +220,14 @@ def _fault_of_provenance(record: dict[str, Any]) -> str:
     if not (isinstance(heights, list) and all(isinstance(digest, str) for digest in heights)):
         return "heights_sha256"
     return ""
+
+
+def _holds_reflectance(matter: object) -> bool | None:
+    """Whether a table of a matter holds its reflectance; None for what is no matter."""
+    try:
+        return parse(matter).baked if isinstance(matter, str) else None
+    except GratingError:
+        return None
 
 
 def _table(image: np.ndarray, record: dict[str, Any]) -> Table:

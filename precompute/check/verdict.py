@@ -139,11 +139,11 @@ def check(
     if not sum(len(t.scattered_xyz) for t in truth):
         raise GratingError(bake, f"none of {pairs} direction pairs lies in its region", "give more --pairs")
     errors = _measured(table, truth)
-    if table.metal:
+    if table.holds_reflectance:
         errors = errors.worse_of(_with_bound(table, reliefs, truth, progress))
     w = np.linspace(0, 2, _ZERO_ORDER_AT) + 1 / len(table.zero_order)
     w = w[(w >= table.w_range[0]) & (w <= table.w_range[1])]
-    exact = direct_sums.zero_order_xyz(reliefs, w, table.illuminant)[:, 1]
+    exact = direct_sums.zero_order_xyz(reliefs, w, table.illuminant, matter=table.matter)[:, 1]
     off = np.abs(table.zero_order_xyz(w)[:, 1] - exact).max(initial=errors.zero_order_dy)
     return Verdict(
         errors=errors,
@@ -209,9 +209,9 @@ def truths(
         )
         scattered = scattered_xyz(
             reliefs, (drawn.u, drawn.v), w=w, sigma_b=table.sigma_b, step_m=step_m, illuminant=table.illuminant,
-            progress=part_of(progress, "check", done=k, total=groups),
+            matter=table.matter, progress=part_of(progress, "check", done=k, total=groups),
         )  # fmt: skip
-        zero_order = direct_sums.zero_order_xyz(reliefs, np.array([w]), table.illuminant)[0]
+        zero_order = direct_sums.zero_order_xyz(reliefs, np.array([w]), table.illuminant, matter=table.matter)[0]
         found.append(Truth(float(w), drawn, scattered, zero_order))
     return found
 
@@ -229,7 +229,7 @@ def _draw_w(w_range: tuple[float, float], count: int, rng: np.random.Generator) 
 
 
 def _measured(table: Table, truth: list[Truth]) -> Errors:
-    return measure(truth, table.candidate, table.illuminant, metal=table.metal)
+    return measure(truth, table.candidate, table.illuminant, holds_reflectance=table.holds_reflectance)
 
 
 def _with_bound(table: Table, reliefs: Sequence[Relief], truth: list[Truth], progress: Progress) -> Errors:
@@ -250,7 +250,7 @@ def _with_bound(table: Table, reliefs: Sequence[Relief], truth: list[Truth], pro
     def held(pairs: Pairs) -> np.ndarray:
         return np.maximum(table.albedo_bound(pairs.wi), table.albedo_bound(pairs.wr))
 
-    return measure(bounded, table.candidate, table.illuminant, metal=True, held_bound=held)
+    return measure(bounded, table.candidate, table.illuminant, holds_reflectance=True, held_bound=held)
 
 
 def zero_order_budget(reliefs: Sequence[Relief], samples: int, asked: float) -> float:
@@ -267,7 +267,7 @@ def zero_order_budget(reliefs: Sequence[Relief], samples: int, asked: float) -> 
 
 def _rings(table: Table, truth: list[Truth]) -> list[Ring]:
     parts = [[_in_ring(t, low, high) for t in truth] for low, high in zip(RINGS, RINGS[1:], strict=False)]
-    light = [sum(_light(t, metal=table.metal) for t in part) for part in parts]
+    light = [sum(_light(t, holds_reflectance=table.holds_reflectance) for t in part) for part in parts]
     found = []
     for low, high, part, lit in zip(RINGS, RINGS[1:], parts, light, strict=False):
         pairs = sum(len(t.scattered_xyz) for t in part)
@@ -283,8 +283,10 @@ def _rings(table: Table, truth: list[Truth]) -> list[Ring]:
     return found
 
 
-def _light(truth: Truth, *, metal: bool) -> float:
-    return float(truth.pairs.radiance_factor(metal=metal) @ truth.scattered_xyz[:, 1]) / truth.w**2
+def _light(truth: Truth, *, holds_reflectance: bool) -> float:
+    return (
+        float(truth.pairs.radiance_factor(holds_reflectance=holds_reflectance) @ truth.scattered_xyz[:, 1]) / truth.w**2
+    )
 
 
 def _in_ring(truth: Truth, low: float, high: float) -> Truth:

@@ -6,9 +6,12 @@ import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..bake.request import COHERENCE_UM, DELTA_E, HEIGHT_NM, ILLUMINANTS_TOLD, MATTERS, MODELS, SIZE_UM
+from ..bake.request import COHERENCE_UM, DELTA_E, HEIGHT_NM, ILLUMINANTS_TOLD, MODELS, SIZE_UM
 from ..base.failure import GratingError
 from ..colour.observer import is_illuminant
+from ..reflectance.matter import DIELECTRIC, Matter
+from ..reflectance.matter_text import parse
+from ..reflectance.metals import METALS
 from ..surface.height_map import HeightMap
 from ..surface.readers.reader_registry import read_height_map
 from ..surface.steps.pipeline import DEFAULT, help_text, parse_steps
@@ -75,11 +78,21 @@ def add_bake_options(parser: argparse.ArgumentParser) -> None:
         help="what counts as white, D65 or E; or a laser's line, as 532nm; default D65",
     )  # fmt: skip
     parser.add_argument(
-        "--matter", choices=MATTERS, default="dielectric",
-        help="what the surface is made of: skin, plastic and glass are dielectrics; default dielectric",
+        "--matter", type=matter_argument, default=Matter(DIELECTRIC), metavar="MATTER",
+        help="what the surface is made of: dielectric (skin, plastic, glass), mirror, a metal "
+        f"({', '.join(METALS)}), or layers from the outside inwards on a substrate, such as '1.46/200nm, aluminium' or "
+        "'6x(1.68/80nm, 1.56/90nm), 1.56'; default dielectric",
     )  # fmt: skip
     add_level(parser, "plane", DEFAULT)
     parser.add_argument("--no-cache", action="store_true", help="bake even if the cache has this bake")
+
+
+def matter_argument(text: str) -> Matter:
+    """Parse a matter."""
+    try:
+        return parse(text)
+    except GratingError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
 
 
 def add_level(parser: argparse.ArgumentParser, default: str, steps: tuple[Step, ...] = ()) -> None:

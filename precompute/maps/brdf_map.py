@@ -121,7 +121,7 @@ def _hemisphere_of(
 def _gains(wi: np.ndarray, view: np.ndarray, *, stam: bool) -> tuple[np.ndarray, np.ndarray]:
     """Factors (n,) that turn scattered XYZ over w^2, and the zero order's XYZ, into radiance under unit irradiance."""
     reflectance = fresnel_reflectance(half_angle_cosine(wi, view))
-    return scattering_factor(wi, view, metal=stam), reflectance * wi[2]
+    return scattering_factor(wi, view, stam=stam), reflectance * wi[2]
 
 
 def linear_rgb(xyz: np.ndarray, illuminant: str = "D65") -> np.ndarray:

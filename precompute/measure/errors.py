@@ -118,16 +118,16 @@ def measure(
     candidate: Candidate,
     illuminant: str = "D65",
     *,
-    metal: bool = False,
+    holds_reflectance: bool = False,
     held_bound: HeldBound | None = None,
 ) -> Errors:
-    """Measure a candidate against the truth, as a dielectric or as a metal. With `held_bound`, a metal's radiance is
-    divided by the albedo bound, which the truths then hold.
+    """Measure a candidate against the truth. Both are of a dielectric, or hold the reflectance of their matter. With
+    `held_bound`, the radiance is divided by the albedo bound, which the truths then hold.
 
     A candidate that returns NaN or infinity has infinite errors of colour."""
     references, answers, zero = [], [], []
     for t in truth:
-        factor = t.pairs.radiance_factor(metal=metal)[:, None]
+        factor = t.pairs.radiance_factor(holds_reflectance=holds_reflectance)[:, None]
         scattered, zero_order = candidate(t.pairs.u, t.pairs.v, t.w)
         true, found = factor * t.scattered_xyz / t.w**2, factor * scattered
         if held_bound is not None:

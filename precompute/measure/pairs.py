@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..optics.brdf import scattering_factor
+from ..optics.fresnel import KERATIN_IOR
 from ..optics.region import Region
 
 
@@ -35,10 +36,10 @@ class Pairs:
         """The pairs that a mask (n,), a list of indices or a slice keeps."""
         return Pairs(self.wi[kept], self.wr[kept], self.drawn[kept])
 
-    def radiance_factor(self, *, metal: bool = False) -> np.ndarray:
-        """The factor (n,) that turns scattered XYZ over w^2 into radiance under unit irradiance, for keratin's index of
-        refraction."""
-        return scattering_factor(self.wi, self.wr, metal=metal)
+    def radiance_factor(self, *, holds_reflectance: bool = False) -> np.ndarray:
+        """The factor (n,) that turns scattered XYZ over w^2 into radiance under unit irradiance: for keratin's index of
+        refraction, or for light that holds its reflectance."""
+        return scattering_factor(self.wi, self.wr, None if holds_reflectance else KERATIN_IOR)
 
 
 def draw_w(count: int, rng: np.random.Generator) -> np.ndarray:

@@ -31,12 +31,15 @@ def obliquity_times_cosine_and_w2(wi: np.ndarray, wr: np.ndarray) -> np.ndarray:
 
 
 def scattering_factor(
-    wi: np.ndarray, wr: np.ndarray, ior: float | np.ndarray = KERATIN_IOR, *, metal: bool = False
+    wi: np.ndarray, wr: np.ndarray, ior: float | np.ndarray | None = KERATIN_IOR, *, stam: bool = False
 ) -> np.ndarray:
     """What turns a bake's scattered XYZ over w^2 into radiance under unit irradiance (...,), for unit directions.
 
-    A dielectric has the small slope approximation (small_slope.py). A metal has Fresnel's reflectance at the half angle
-    times Stam's obliquity, which an albedo bound then divides (table/albedo_bound.py)."""
-    if metal:
+    A dielectric has the small slope approximation (small_slope.py), or with `stam` Stam's form: Fresnel's reflectance
+    at the half angle times the obliquity. `ior` is None for a table that holds its matter's reflectance: its factor is
+    Stam's obliquity alone, and an albedo bound then divides the radiance (table/albedo_bound.py)."""
+    if ior is None:
+        return obliquity_times_cosine_and_w2(wi, wr)
+    if stam:
         return fresnel_reflectance(half_angle_cosine(wi, wr), ior) * obliquity_times_cosine_and_w2(wi, wr)
     return small_slope_times_cosine_and_w2(wi, wr, ior)

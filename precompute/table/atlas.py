@@ -113,8 +113,8 @@ class Layout:
         return self.terms == self.polynomials and self.basis == np.eye(self.terms).ravel().tolist()
 
     @property
-    def metal(self) -> bool:
-        """Whether the table is of a metal, with an albedo bound."""
+    def holds_reflectance(self) -> bool:
+        """Whether the table holds its matter's reflectance, and an albedo bound."""
         return self.bound_texels > 0
 
     @property
@@ -237,7 +237,7 @@ def unpack(image: np.ndarray, layout: Layout) -> Table:
         for level in range(layout.levels)
     )
     zero_order = image[0, : layout.zero_order_samples].astype(np.float32)
-    excess = image[layout.bound_block][..., 0].astype(np.float32) if layout.metal else None
+    excess = image[layout.bound_block][..., 0].astype(np.float32) if layout.holds_reflectance else None
     first, w_range = (layout.v_first, layout.u_first), (layout.w_min, layout.w_max)
     return Table(
         terms, zero_order, layout.sigma_b, layout.texel, layout.illuminant, excess, first, w_range, image.dtype.type,

@@ -55,20 +55,22 @@ def reflected_xyz(
 
     Q is the small slope reflectance (optics/small_slope.py), R the Fresnel reflectance at the half angle, S the table's
     scattered XYZ over w^2, 0 outside the table, and Z the colour of its zero order. p is the period scale and c the
-    height scale. A metal has R (1 + wi.wr)^2 / cos(tr) in place of 4 cos(ti)^2 cos(tr) Q, and the albedo bound divides
-    all of it. `stam` asks for Stam's form (Stam 1999, equation 5), a metal's without the bound."""
-    metal = stam or table.metal
-    ior = skin.ior if metal else min(skin.ior, IOR_MAX)
+    height scale. A table that holds its matter's reflectance has (1 + wi.wr)^2 / cos(tr) in place of 4 cos(ti)^2
+    cos(tr) Q, and 1 in place of R; the albedo bound divides all of it. `stam` asks for Stam's form (Stam 1999, equation
+    5), without the bound."""
+    holds = table.holds_reflectance
+    ior = None if holds else skin.ior if stam else min(skin.ior, IOR_MAX)
     u, v, w = (wi + wr).T
     cos_i = wi[..., 2]
     blur = np.maximum(variance * (1 + cos_i**2) / 2 - table.sigma_b**2, 0) + (w * skin.roughness**2) ** 2 / 2
     p, c = skin.period_scale, skin.height_scale
     inside = ((p * u) ** 2 + (p * v) ** 2 < 4) & table.holds(p * u, p * v, c * w)
     xyz = inside[:, None] * table.scattered_over_w2(p * u, p * v, c * w, variance=blur * p**2)
-    xyz *= (scattering_factor(wi, wr, ior, metal=metal) * (p * c) ** 2)[:, None]
+    xyz *= (scattering_factor(wi, wr, ior, stam=stam) * (p * c) ** 2)[:, None]
     near = np.flatnonzero(u**2 + v**2 < _KERNEL_ENDS**2 * (table.sigma_b**2 + blur))
     mirrored = np.broadcast_to(cos_i, u.shape)[near] * table.kernel(u[near], v[near], blur[near])
-    mirrored *= fresnel_reflectance(half_angle_cosine(wi, wr), ior)[near]
+    if ior is not None:
+        mirrored *= fresnel_reflectance(half_angle_cosine(wi, wr), ior)[near]
     xyz[near] += mirrored[:, None] * table.zero_order_xyz(c * w[near])
     return xyz if stam else xyz / np.reshape(table.bound_of(wi, wr), (-1, 1))
 

@@ -182,8 +182,8 @@ class Table:
         return np.exp(-(u**2 + v**2) / (2 * variance)) / (2 * np.pi * variance)
 
     @property
-    def metal(self) -> bool:
-        """Whether the table is of a metal, with an albedo bound."""
+    def holds_reflectance(self) -> bool:
+        """Whether the table holds its matter's reflectance, and an albedo bound."""
         return self.excess_albedo is not None
 
     def bound_of(self, wi: np.ndarray, wr: np.ndarray) -> np.ndarray | float:

@@ -19,8 +19,8 @@
     Lo = E [ 4 cos(ti)^2 cos(tr) Q p^2 c^2 sum_k f_k(t(c w)) B_k(p u, p v) + z R cos(ti) Z(c w) kernel(u, v) ]
 
 This is f * E * cos(ti) of a dielectric (docs/theory.md); the w^2 of its factor cancels the table's. Q is the small
-slope reflectance (small_slope_nodes.py), R Fresnel's. A metal has R (1 + wi.wr)^2 / cos(tr) in place of 4 cos(ti)^2
-cos(tr) Q, and its Lo is divided by the albedo bound
+slope reflectance (small_slope_nodes.py), R Fresnel's. The table of a metal or a film holds its reflectance. It has
+(1 + wi.wr)^2 / cos(tr) in place of 4 cos(ti)^2 cos(tr) Q, 1 in place of R, and Lo is divided by the albedo bound
 
     M = 1 + max(0, X(wi) / cos(ti), X(wr) / cos(tr)),
 
@@ -74,22 +74,22 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, *, rgb
     # Period Scale stretches the relief's own kernel, but not the blur by lamp and roughness.
     finer, coarser, share = table.around(blur * (period_scale * period_scale))
 
-    if not layout.metal:
-        ior = dielectric_ior(tree, ior)
-    reflectance = tree.fresnel(ior, tree.normalize(wi + wr))
     gain = irradiance
-    if layout.metal:
+    mirrored = zero_order_xyz(tree, image, layout, w=w * height_scale)
+    if layout.holds_reflectance:
         excesses = (excess_albedo(tree, image, layout, way=way) for way in (light, view))
         gain = irradiance * (1.0 / albedo_bound(tree, *excesses))
-        factor = half2 * half2 / tree.maximum(view.cosine, 1e-6) * reflectance * 0.25
+        factor = half2 * half2 / tree.maximum(view.cosine, 1e-6) * 0.25
     else:
+        ior = dielectric_ior(tree, ior)
+        mirrored = mirrored * tree.fresnel(ior, tree.normalize(wi + wr))
         slopes = small_slope_reflectance(tree, ior, light=light, view=view, one_plus=half2 * 0.5)
         factor = tree.squared(light.cosine) * view.cosine * slopes * 4.0
     scattered = factor * (tree.squared(period_scale * height_scale) * layout.scale)
     variance = blur + layout.sigma_b**2
     gaussian = tree.math("POWER", math.exp(-0.5), tree.dot(uv, uv) / variance)
     kernel = gaussian / variance * light.cosine * (zero_order * (1 / (2 * math.pi)))
-    mirrored = zero_order_xyz(tree, image, layout, w=w * height_scale) * (kernel * reflectance)
+    mirrored = mirrored * kernel
 
     def radiance(table_xyz: Value) -> Value:
         rgb = matrix_times(tree, rgb_from_xyz, table_xyz * scattered + mirrored) * gain

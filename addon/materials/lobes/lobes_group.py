@@ -80,16 +80,15 @@ def build_world_group(
         return tree.math("POWER", tree.minimum(alpha2, 1.0), 0.25)
 
     seen = tree.math("GREATER_THAN", view.cosine, 0.0)
-    if not layout.metal:
+    if not layout.holds_reflectance:
         ior = dielectric_ior(tree, ior)
-    excess_of_view = excess_albedo(tree, image, layout, way=view) if layout.metal else None
+    excess_of_view = excess_albedo(tree, image, layout, way=view) if layout.holds_reflectance else None
 
     def reflectance(light: Direction, normal: Value) -> Value:
-        """Fresnel's reflectance of the mirror with a normal, divided by a metal's albedo bound."""
-        found = tree.fresnel(ior, normal)
+        """Fresnel's reflectance of the mirror with a normal; 1 over the albedo bound, if the table holds it."""
         if excess_of_view is None:
-            return found
-        return found / albedo_bound(tree, excess_albedo(tree, image, layout, way=light), excess_of_view)
+            return tree.fresnel(ior, normal)
+        return 1.0 / albedo_bound(tree, excess_albedo(tree, image, layout, way=light), excess_of_view)
 
     def to_space(direction: Direction) -> Value:
         return t * direction.x + b * direction.y + n * direction.cosine
@@ -129,7 +128,7 @@ def build_world_group(
     colour = tree.vector_math("MINIMUM", surface_rgb(xyz) * tree.math("DIVIDE", 1.0, total), (red, green, blue))
     colour = colour * drawn_weight(layout.illuminant)
     real = tree.math("GREATER_THAN", cosine2, _COSINE_MIN**2) * seen
-    if layout.metal:
+    if layout.holds_reflectance:
         factor = tree.squared(half2) / (cos_i * cos_r) * reflectance(light, lobe_normal)
     else:
         slopes = small_slope_reflectance(tree, ior, light=light, view=view, one_plus=half2)

@@ -62,8 +62,8 @@ def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dic
         # The position of the normal in a metal's table of the excess albedo, and the texel spacing.
         "BOUND_X": (layout.bound_texels - 1) / 2,
         "BOUND_Y": STRIP_ROWS + (layout.bound_texels - 1) / 2,
-        "BOUND_TEXEL": bound_texel(layout.bound_texels) if layout.metal else 1.0,
-        "METAL": int(layout.metal),
+        "BOUND_TEXEL": bound_texel(layout.bound_texels) if layout.holds_reflectance else 1.0,
+        "HOLDS_REFLECTANCE": int(layout.holds_reflectance),
         "IOR_MAX": IOR_MAX,
         "RGB_COLUMNS": colours(np.transpose(rgb_from_xyz)),
         **_mark(bake_path),
