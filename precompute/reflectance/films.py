@@ -2,9 +2,9 @@
 """Reflectance of a stack of thin films on a substrate, by characteristic matrices (Born and Wolf 1.6.2 and 14.4).
 
 E and H are the tangential fields of one polarisation at an interface. The normal component of the wave vector is
-k0 q, with q^2 = n^2 - sin^2 ti, and eta = q for light polarised perpendicular to the plane of incidence (s), n^2 / q
-for light polarised parallel to it (p). At the substrate H = eta E. Through a layer of thickness t, from its lower to
-its upper face,
+k0 q, with q^2 = n^2 - 1 + cos^2 ti. The admittance eta is q for light polarised perpendicular to the plane of
+incidence (s), and n^2 / q for light polarised parallel to it (p). At the substrate H = eta E. From the lower to the
+upper face of a layer of thickness t the fields change to
 
     E' = (1 + a) E - a / eta H,   H' = (1 + a) H - a eta E,   a = (exp(2 i k0 q t) - 1) / 2
 
@@ -46,36 +46,34 @@ def stack_reflectance(
         rows = slice(start, start + step)
         k0 = 2 * np.pi / wavelengths_m[rows, None]
         result[rows] = _reflectance(k0, cosines, squares[:, rows], thicknesses_m=thicknesses_m)
-    # Rounding can exceed 1 by less than 1e-12.
-    return np.where(cosines > 0, np.minimum(result, 1), 1)
+    return np.minimum(result, 1)  # rounding can exceed 1
 
 
 def _reflectance(
     k0: np.ndarray, cosines: np.ndarray, squares: np.ndarray, *, thicknesses_m: Sequence[float]
 ) -> np.ndarray:
     """The reflectance (r, m) at wave numbers (r, 1), cosines (m,) and squared indices (l + 1, r, 1)."""
-    sine2 = (1 - cosines) * (1 + cosines)
-    q = np.sqrt(squares[-1] - sine2)
+    q = np.sqrt(squares[-1] - 1 + cosines**2)
     s, p = (np.ones_like(q), q), (np.ones_like(q), q / squares[-1])
     # The equal layers of a periodic stack share their matrices.
     known: dict[tuple[bytes, float], tuple[_Matrix, _Matrix]] = {}
     for i in reversed(range(len(thicknesses_m))):
         key = squares[i].tobytes(), thicknesses_m[i]
         if key not in known:
-            known[key] = _matrices(k0 * thicknesses_m[i], squares[i], sine2)
+            known[key] = _matrices(k0 * thicknesses_m[i], squares[i], cosines)
         s, p = _through(known[key][0], s), _through(known[key][1], p)
         if i % _LAYERS_TO_SCALE == 0:
             s, p = _scaled(s), _scaled(p)
     return (_power(s, cosines) + _power(p, cosines)) / 2
 
 
-def _matrices(phase: np.ndarray, square: np.ndarray, sine2: np.ndarray) -> tuple[_Matrix, _Matrix]:
+def _matrices(phase: np.ndarray, square: np.ndarray, cosines: np.ndarray) -> tuple[_Matrix, _Matrix]:
     """A layer's matrices for s and p, each as 1 + a, a / eta, a eta (for p 1 / eta takes the place of eta).
 
-    phase (r, 1) is k0 t, square (r, 1) the squared index, sine2 (m,) the squared sine of the angle of incidence."""
+    phase (r, 1) is k0 t, square (r, 1) the squared index, cosines (m,) those of the angle of incidence."""
     if np.all(square == square[0]):
         square = square[:1]  # without dispersion one root serves all wavelengths
-    q = np.sqrt(square - sine2)
+    q = np.sqrt(square - 1 + cosines**2)
     # (exp(2 i x) - 1) / 2 in real numbers, at two thirds of the time of a complex exponential.
     sine, cosine, loss = np.sin(phase * q.real), np.cos(phase * q.real), np.expm1(-2 * phase * q.imag)
     a = loss / 2 - (loss + 1) * sine * sine + 1j * ((loss + 1) * sine * cosine)

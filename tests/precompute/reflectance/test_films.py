@@ -105,6 +105,15 @@ def test_two_layers_of_one_matter_are_one_layer():
     assert two == pytest.approx(reflectance([1.7 + 0.1j, 1.4], [200 * NM]), abs=ROUNDING)
 
 
+def test_layers_of_one_thickness_keep_their_indices():
+    """The function computes equal layers once."""
+    equal = reflectance([1.7, 1.4, 1.6 + 0.1j, 1.5], [100 * NM, 100 * NM, 100 * NM])
+    unequal = reflectance([1.7, 1.4, 1.6 + 0.1j, 1.5], [100 * NM, 100.000001 * NM, 100.000002 * NM])
+    # The change of a phase of 3 rad by 2e-8 of it.
+    assert equal == pytest.approx(unequal, abs=1e-6)
+    assert np.abs(equal - reflectance([1.7] * 3 + [1.5], [100 * NM] * 3)).max() > 0.01
+
+
 def test_a_layer_of_air_on_the_outside_is_absent():
     assert reflectance([1, 1.7, 1.4], [500 * NM, 90 * NM]) == pytest.approx(
         reflectance([1.7, 1.4], [90 * NM]), abs=ROUNDING
@@ -119,11 +128,16 @@ def test_grazing_light_is_reflected():
     assert near == pytest.approx(1 - 5.7e-7, abs=1e-8)
 
 
+def test_air_reflects_nothing_down_to_the_horizon():
+    # q is exactly the cosine.
+    assert np.all(reflectance([1, 1], [300 * NM], cosines=np.array([1e-9, 1e-3, 1])) < 1e-25)
+
+
 def test_the_critical_angle_of_a_layer_is_regular():
     """There q = 0 in the layer. The reflectance is between those of the angles beside it."""
-    cosine = 0.33999999999999997
-    index = np.sqrt((1 - cosine) * (1 + cosine))
-    assert index**2 == (1 - cosine) * (1 + cosine)
+    cosine = 0.42999999999999994
+    index = np.sqrt(1 - cosine**2)
+    assert index**2 - 1 + cosine**2 == 0
     beside = 1e-9
     found = reflectance([index, 1.5], [300 * NM], cosines=np.array([cosine - beside, cosine, cosine + beside]))
     assert np.all(np.isfinite(found))
@@ -145,6 +159,11 @@ def test_no_stack_reflects_more_than_it_receives(layers, substrate):
     assert np.all(found >= 0)
     # A layer adds some 1e-15 per unit of its phase, which is at most 1.6e3 rad.
     assert np.all(found <= 1 + 1e-10)
+
+
+def test_an_extinction_coefficient_of_minus_zero_is_zero():
+    films = [reflectance([complex(0.5, k), 1.5], [900 * NM]) for k in (0.0, -0.0)]
+    assert np.array_equal(*films)
 
 
 def test_two_hundred_extreme_layers_do_not_overflow():
