@@ -33,8 +33,8 @@ SHIPPED = [*sources("precompute"), *sources("addon")]
 # The rooms from the ground up. A room may import itself and the rooms before it.
 FLOORS = {
     "precompute": (
-        "base", "maths", "mesh", "optics", "colour", "world_sources", "surface", "spectra", "table", "reference",
-        "measure", "bake", "check", "methods", "maps", "cli",
+        "base", "maths", "mesh", "optics", "reflectance", "colour", "world_sources", "surface", "spectra", "table",
+        "reference", "measure", "bake", "check", "methods", "maps", "cli",
     ),
     "addon": (
         "blender", "gratings", "nodes", "snakes", "jobs", "worlds", "lamps", "direction", "materials", "cameras",

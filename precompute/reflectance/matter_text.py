@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads the text that names a matter.
+
+A text is one of
+
+    dielectric                        the material's own index of refraction, set in the scene
+    mirror                            reflects all light at every angle
+    gold                              a metal: aluminium, silver, gold, copper, chromium, nickel or titanium
+    1.56                              a refractive index; 1.7+0.02i has an extinction coefficient
+    1.46/200nm, aluminium             layers from the outside inwards, then the substrate under them
+    6x(1.68/80nm, 1.56/90nm), 1.56    layers that repeat
+
+A layer is INDEX/THICKNESS. The index is a number, a metal or `air`; the thickness is in nm or um. A name may stand
+before an index: `chitin 1.56/120nm`. It is for the reader and has no effect. The substrate is an index without a
+thickness: `chitin 1.56/120nm, air`. A repeat holds no other repeat. Capital letters and spaces have no effect.
+"""
+
+import re
+
+from ..base.failure import GratingError
+from .matter import AIR, DIELECTRIC, MIRROR, Index, Layer, Matter, Repeat
+from .metals import METALS
+
+# The greatest length of a text, and the greatest number of layers, with their repeats.
+LONGEST = 2000
+MOST_LAYERS = 200
+THICKEST_NM = 10_000
+# The least and greatest n and k of an index that is a number. Metals have those of their tables.
+N_RANGE = (0.01, 10)
+K_MAX = 10
+
+_ALONE = (DIELECTRIC, MIRROR)
+_OTHER_SPELLINGS = {"aluminum": "aluminium"}
+_NM_OF_UNIT = {"nm": 1, "um": 1000, "µm": 1000, "μm": 1000}
+_NUMBER = r"(?:\d+(?:\.\d*)?|\.\d+)(?:e[+-]?\d+)?"
+_INDEX = re.compile(rf"([+-]?{_NUMBER})(?:([+-]{_NUMBER})i)?", re.ASCII)
+_THICKNESS = re.compile(rf"([+-]?{_NUMBER}) ?([^\W\d]\w*)?")
+# A repeat or a text without brackets, up to its comma.
+_PART = re.compile(r" ?(?:(\d+) ?x ?\(([^()]*)\)|([^(),]*)) ?(,|$)", re.ASCII)
+# The greatest length of a wrong text that an error quotes.
+_QUOTED = 60
+
+_EXAMPLES = "such as 1.46/200nm, aluminium"
+_KNOWN = f"give {', '.join(_ALONE)}, {', '.join(METALS)}, an index such as 1.56, or layers {_EXAMPLES}"
+_REPEATS = "write repeats as 6x(1.68/80nm, 1.56/90nm)"
+
+
+def parse(text: str) -> Matter:
+    """The matter that a text names, in the syntax at the top of this file.
+
+    Raises GratingError if the text is wrong or beyond the limits, in time proportional to its length."""
+    if len(text) > LONGEST:
+        raise _error(text, f"is longer than {LONGEST} characters", _REPEATS)
+    plain = re.sub(r" ?\+ ?", "+", " ".join(text.lower().split()))
+    if not plain:
+        raise GratingError("matter", "is empty", _KNOWN)
+    if plain in _ALONE:
+        return Matter(plain, text=text)
+    *above, (count, substrate) = _parts(plain)
+    if count or "/" in substrate or not substrate:
+        raise _error(plain, "has no substrate", f"end with an index, a metal or {AIR}, {_EXAMPLES}")
+    matter = Matter(_index(substrate), _repeats(above), text)
+    if matter == Matter(1):
+        raise _error(plain, "reflects nothing", f"put a layer before it, such as chitin 1.56/120nm, {AIR}")
+    # Names are left out, but spaces are added.
+    if len(str(matter)) > LONGEST:
+        raise _error(plain, f"is longer than {LONGEST} characters", _REPEATS)
+    return matter
+
+
+def _parts(text: str) -> list[tuple[int, str]]:
+    """A stack's parts at its outer commas: a repeat as its count and the text inside, other texts with count 0."""
+    parts, position, comma = [], 0, ","
+    while comma:
+        found = _PART.match(text, position)
+        if not found:
+            raise _error(text[position:], "has brackets that do not match", _REPEATS)
+        count, inside, plain, comma = found.groups()
+        if count and not 1 <= int(count) <= MOST_LAYERS:
+            raise _error(found[0].strip(" ,"), f"repeats {count:.10} times", f"repeat 1 to {MOST_LAYERS} times")
+        parts.append((int(count), inside) if count else (0, plain.strip()))
+        position = found.end()
+    return parts
+
+
+def _repeats(parts: list[tuple[int, str]]) -> tuple[Repeat, ...]:
+    """The layers of the parts. Neighbours without a count, or with the count 1, become one Repeat of count 1."""
+    repeats: list[Repeat] = []
+    total = 0
+    for count, text in parts:
+        layers = tuple(_layer(each.strip()) for each in text.split(","))
+        count = max(count, 1)
+        total += count * len(layers)
+        if total > MOST_LAYERS:
+            raise _error(text, f"makes more than {MOST_LAYERS} layers", "repeat fewer layers, or fewer times")
+        if repeats and repeats[-1].count == count == 1:
+            layers = repeats.pop().layers + layers
+        repeats.append(Repeat(layers, count))
+    return tuple(repeats)
+
+
+def _layer(text: str) -> Layer:
+    left, slash, right = text.partition("/")
+    if not slash or not left:
+        fault = ("has no index" if slash else "has no thickness") if text else "has an empty layer"
+        raise _error(text or "matter", fault, f"write layers as INDEX/THICKNESS, {_EXAMPLES}")
+    found = _THICKNESS.fullmatch(right.strip())
+    if not found:
+        raise _error(text, "has no thickness that is a number", "write the thickness as 200nm or 0.2um")
+    value, unit = found.groups()
+    if unit not in _NM_OF_UNIT:
+        fault = f"has the unknown unit {_quoted(unit)}" if unit else "has a thickness without a unit"
+        raise _error(text, fault, "give nm or um, such as 200nm")
+    thickness_nm = float(value) * _NM_OF_UNIT[unit]
+    if not 0 < thickness_nm <= THICKEST_NM:
+        raise _error(text, f"is {_quoted(value)}{unit} thick", f"give more than 0 and at most {THICKEST_NM:g}nm")
+    return Layer(_index(left.strip()), thickness_nm)
+
+
+def _index(text: str) -> Index:
+    """The index of a text such as 1.56, 1.7+0.02i, gold, air or `chitin 1.56`."""
+    name, _, last = text.rpartition(" ")
+    last = _OTHER_SPELLINGS.get(last, last)
+    known = last in METALS or last == AIR
+    found = _INDEX.fullmatch(last)
+    if last in _ALONE:
+        raise _error(text, "stands alone and is no part of a stack", f"give an index, a metal or {AIR} in a stack")
+    if not found and not known:
+        raise _error(text, "is not a known matter", _KNOWN)
+    if name and (not name[0].isalpha() or name in (*METALS, *_ALONE, AIR)):
+        raise _error(text, "names two matters", "put a comma between layers, and a thickness after each but the last")
+    if not found:
+        return 1 + 0j if last == AIR else last
+    n, k = float(found[1]), float(found[2] or 0)
+    if not N_RANGE[0] <= n <= N_RANGE[1]:
+        raise _error(text, f"has the index {_quoted(found[1])}", f"give an index from {N_RANGE[0]:g} to {N_RANGE[1]:g}")
+    if not 0 <= k <= K_MAX:
+        remedy = f"give a number from 0 to {K_MAX:g} before i; light is absorbed at 1.7+0.02i"
+        raise _error(text, f"has the extinction coefficient {_quoted(found[2].lstrip('+'))}", remedy)
+    return complex(n, k)
+
+
+def _quoted(text: str) -> str:
+    return text if len(text) <= _QUOTED else f"{text[: _QUOTED - 3]}..."
+
+
+def _error(text: str, fault: str, remedy: str) -> GratingError:
+    return GratingError(_quoted(text), fault, remedy)
