@@ -15,7 +15,6 @@ from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 from sample_scenes.demo import LASER, REAL_SCANS, SCANS, Stopwatch, render_scene
 
-METAL = ("--set", "IOR=10")
 # Scenes without sun lamps, and the lights of relight.py, which replace sun lamps. relight.py itself runs only in
 # Blender.
 WITHOUT_SUNS = {"room", "shed"}
@@ -48,7 +47,7 @@ def _animal(view: str, species: str = "XENOPELTIS", **settings) -> SampleScene:
 
 
 def _disc(name: str, shown: str) -> SampleScene:
-    return SampleScene("discs.py", {shown: f"sample:{name}"}, ("--disc", name), METAL, matter="metal")
+    return SampleScene("discs.py", {shown: f"sample:{name}"}, ("--disc", name), matter="aluminium")
 
 
 SCENES = {
@@ -60,7 +59,7 @@ SCENES = {
     "close_elaphe": _animal("close", "ELAPHE"),
     "turntable": _animal("turntable"),
     "ball": SampleScene("ball.py", {"Ball": "sample:elaphe"}),
-    "foil": SampleScene("ball.py", {"Foil": "sample:cd"}, ("--thing", "foil"), METAL, matter="metal"),
+    "foil": SampleScene("ball.py", {"Foil": "sample:cd"}, ("--thing", "foil"), matter="aluminium"),
     "cd": _disc("cd", "CD"),
     "dvd": _disc("dvd", "DVD"),
     "bluray": _disc("bluray", "Blu-ray"),

@@ -18,6 +18,7 @@ from bpy.props import (
 )
 
 from ...precompute.base.failure import GratingError
+from ...precompute.reflectance.metals import METALS
 from ..blender import stored
 from .cache_folder import cache_folder
 from .direction_source import AXES, KINDS, STORED, DirectionSource, file_has_comb
@@ -30,9 +31,13 @@ if TYPE_CHECKING:
     from ...precompute.bake.request import BakeRequest
 
 _SAMPLE = "sample:"
+# The matter that the field Layers describes.
+_LAYERS = "LAYERS"
 MATTERS = (
-    ("DIELECTRIC", "Dielectric", "Skin, horn, plastic, varnish or glass: its IOR counts up to 3"),
-    ("METAL", "Metal", "A metal, or a metallised disc or foil. Set the material's IOR to 10 for a bright metal"),
+    ("DIELECTRIC", "Dielectric", "Skin, horn, plastic, varnish or glass. Its IOR can be changed in the material"),
+    *((metal.upper(), metal.capitalize(), f"Polished {metal}") for metal in METALS),
+    (_LAYERS, "Layers", "Thin films on a substrate, as in a beetle's shell or a coated foil"),
+    ("MIRROR", "Perfect Mirror", "Reflects all light"),
 )
 
 
@@ -78,6 +83,12 @@ class Grating(bpy.types.PropertyGroup):
         soft_max=65.0,
     )
     matter: EnumProperty(name="Matter", description="What the surface is made of", items=MATTERS)
+    layers: StringProperty(
+        name="Layers",
+        description="Films from the outside inwards as INDEX/THICKNESS, then the substrate. For example "
+        "1.46/200nm, aluminium or 6x(1.68/80nm, 1.56/90nm), 1.56",
+        default="6x(1.68/80nm, 1.56/90nm), 1.56",
+    )
     request: StringProperty(
         name="Request",
         description="Further settings of the bake, as JSON; empty for the defaults",
@@ -188,7 +199,7 @@ class Grating(bpy.types.PropertyGroup):
             "scans": [self.scan(), *self.further_scans()],
             "delta_e": _decimal(self.delta_e, 6),
             "coherence_um": _decimal(self.coherence_um, 6),
-            "matter": self.matter.lower(),
+            "matter": self.layers if self.matter == _LAYERS else self.matter.lower(),
             "levelling": [step.text for step in steps_of([s.text for s in self.steps], f"{self.name}: Levelling")],
         }
         return request_from(self._kept() | shown, self.name)
@@ -216,7 +227,11 @@ class Grating(bpy.types.PropertyGroup):
         self.source, self.channel = first["source"], first["channel"] or ""
         self.size_um, self.height_nm = first["size_um"] or 0.0, first["height_nm"] or 0.0
         self.delta_e, self.coherence_um = record.pop("delta_e"), record.pop("coherence_um") or 0.0
-        self.matter = record.pop("matter").upper()
+        matter = record.pop("matter")
+        if matter.upper() in (name for name, *_ in MATTERS if name != _LAYERS):
+            self.matter = matter.upper()
+        else:
+            self.matter, self.layers = _LAYERS, matter
         self.levelling = ",".join(record.pop("levelling")) or "none"
         self.request = json.dumps(record | {"scans": others}, sort_keys=True)
 

@@ -181,7 +181,7 @@ def zero_order_xyz(tree: Tree, image: bpy.types.Image, layout: Layout, *, w: Val
 
 
 def albedo_bound(tree: Tree, of_light: Value, of_view: Value) -> Value:
-    """A metal's M = 1 + max(0, X(wi) / cos(ti), X(wr) / cos(tr)), from X / cos(t) of the lamp and of the viewer."""
+    """The albedo bound M = 1 + max(0, X(wi) / cos(ti), X(wr) / cos(tr)), from X / cos(t) of lamp and viewer."""
     return tree.maximum(tree.maximum(of_light, of_view), 0.0) + 1.0
 
 

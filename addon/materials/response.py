@@ -18,6 +18,7 @@ from itertools import count, takewhile
 import bpy
 
 from ...precompute.optics.fresnel import KERATIN_IOR
+from ...precompute.optics.small_slope import IOR_MAX
 from ..blender import compat, stored
 from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import INPUT, Socket, has_sockets, sockets_of
@@ -29,7 +30,7 @@ IRRADIANCE = Socket("Irradiance", "Vector", "On a surface that faces the lamp, W
 VARIANCE = Socket("Variance", "Float", "Of the lamp's disc in the sky, rad2", 0.0, 0.0, 10.0)
 ROUGHNESS = Socket("Roughness", "Float", "Of the skin over the relief: blurs the colours", 0.0, 0.0, 1.0, "FACTOR")
 IOR = Socket(
-    "IOR", "Float", "Index of refraction: 1.56 is keratin; at most 3 counts, but for a metal", KERATIN_IOR, 1.0, 10.0
+    "IOR", "Float", "Index of refraction: 1.56 is keratin. A baked metal or film has its own", KERATIN_IOR, 1.0, IOR_MAX
 )
 PERIOD_SCALE = Socket(
     "Period Scale", "Float", "Stretches the relief along the surface; 2 halves its colours' angles", 1.0, 0.1, 10.0
@@ -63,8 +64,9 @@ WORLD_ANSWER = (MIRROR, MIRROR_ROUGHNESS, LOBE, LOBE_NORMAL, LOBE_ROUGHNESS, LOB
 
 _LABEL, _WORLD_LABEL = "Response", "World Response"
 _NUMBERED = re.compile("(?:World )?Response(?: ([1-9][0-9]*))?")
-# Custom property of a response's node group, saved in files.
-_SPACE = "ng_space"
+# Custom properties of a response's node group, saved in files: the linear space of its colours, and whether nothing is
+# seen through its matter.
+_SPACE, _OPAQUE = "ng_space", "ng_opaque"
 
 
 @dataclass(frozen=True)
@@ -143,6 +145,16 @@ def note_working_space(response: Response) -> None:
     """Store the linear space of a response's colours. Nodes hold the colours as numbers, which do not change if Blender
     converts the file to another space or if the group is linked into a file with another space."""
     response.group[_SPACE] = compat.working_space()
+
+
+def note_opaque(response: Response) -> None:
+    """Store that nothing is seen through a response's matter, as on a metal."""
+    response.group[_OPAQUE] = True
+
+
+def is_opaque(response: Response) -> bool:
+    """Whether nothing is seen through a response's matter."""
+    return bool(stored.count(response.group, _OPAQUE, 1))
 
 
 def in_other_spaces(groups: Iterable[bpy.types.NodeTree]) -> list[str]:

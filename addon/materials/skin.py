@@ -81,6 +81,7 @@ from .response import (
     Response,
     Shown,
     further_responses,
+    is_opaque,
     response_in,
     responses_in,
 )
@@ -265,7 +266,8 @@ def _make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamp
             rest = strength * (1.0 - unseen) * left_by_table(tree, zip(lit_by, shares, strict=True), world.direction)
         closures = tree.add_shader(world.mirror_closure(n, strength), world.lobe_closure(rest))
         shader = tree.add_shader(shader, closures if area is None else tree.mix_shader(area, None, closures))
-    shader = tree.add_shader(shader, tree.mix_shader(tree.fresnel(inputs["IOR"], n), inputs["Base"], None))
+    if not all(map(is_opaque, responses)):
+        shader = tree.add_shader(shader, tree.mix_shader(tree.fresnel(inputs["IOR"], n), inputs["Base"], None))
     shader = tree.add_shader(shader, tree.mix_shader(inputs["Base Blend"], None, inputs["Base"]))
     radiance = coat.radiance * strength
     tree.node("ShaderNodeOutputAOV", radiance, aov_name=AOV_NAME)

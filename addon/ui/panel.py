@@ -137,6 +137,8 @@ def _draw_bake(layout, context, grating, *, facts: GratingFacts) -> None:
     settings.prop(grating, "delta_e")
     settings.prop(grating, "coherence_um", text="Coherence (um)" if grating.coherence_um else "Coherence (auto)")
     settings.prop(grating, "matter")
+    if grating.matter == "LAYERS":
+        settings.prop(grating, "layers", text="")
     if (job := running_bake()) is not None:
         stage, fraction = job.progress()
         layout.progress(factor=fraction, text=f"{stage} (Esc cancels)")

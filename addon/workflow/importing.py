@@ -13,7 +13,7 @@ from ...precompute.surface.description import Description, describe
 from ...precompute.surface.height_map import SAMPLE_PREFIX, HeightMap
 from ...precompute.surface.quality import LIGHTS
 from ...precompute.surface.readers.reader_registry import read_height_map, read_other_way
-from ...precompute.surface.samples.catalogue import title_of
+from ...precompute.surface.samples.catalogue import matter_of, title_of
 from ...precompute.surface.steps.pipeline import DEFAULT
 from ..gratings.grating import Grating, kept_path, scan_record, unused_name
 from ..gratings.variation import Variation
@@ -66,7 +66,7 @@ def _import(scene: bpy.types.Scene, records: Sequence[dict[str, Any]], known: Se
 def _settings(grating: Grating) -> tuple[Any, ...]:
     """All settings of a grating except its name."""
     scan = (bpy.path.abspath(grating.source), grating.channel, grating.size_um, grating.height_nm)
-    bake = (grating.levelling, grating.delta_e, grating.coherence_um, grating.matter, grating.request)
+    bake = (grating.levelling, grating.delta_e, grating.coherence_um, grating.matter, grating.layers, grating.request)
     variation = Variation() if grating.group is None else variation_of(grating.group)
     return *scan, *bake, grating.lights, grating.shadows, grating.footprint, grating.frame_source(), variation
 
@@ -96,6 +96,7 @@ def _add(
     grating.quality = quality_of(known)
     grating.request = json.dumps({"scans": others}, sort_keys=True) if others else ""
     grating.levelling = ",".join(step.text for step in DEFAULT)
+    grating.matter = matter_of(first["source"]).upper()
     gratings.active_index = len(gratings.items) - 1
     return grating
 

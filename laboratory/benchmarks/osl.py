@@ -83,7 +83,7 @@ class PlaneView:
         """Linear Rec.709 (pixels, pixels, 3) under unit irradiance of a response xyz_over_w2(u, v, w) (n, 3), in Stam's
         form (brdf_map.from_method)."""
         wi, wr = self.directions()
-        gain = scattering_factor(wi, wr, ior, metal=True)
+        gain = scattering_factor(wi, wr, ior, stam=True)
         rgb = np.maximum(xyz_over_w2(*(wi + wr).T) @ rgb_from_xyz("Rec.709").T, 0)
         return (gain[:, None] * rgb).reshape(self.pixels, self.pixels, 3)
 

@@ -55,7 +55,7 @@ class Row:
 
 
 FACTORS: dict[str, Callable[[np.ndarray, np.ndarray, float], np.ndarray]] = {
-    "Stam": lambda wi, wr, n: scattering_factor(wi, wr, n, metal=True) / (wi[2] * (wi[2] + wr[2]) ** 2),
+    "Stam": lambda wi, wr, n: scattering_factor(wi, wr, n, stam=True) / (wi[2] * (wi[2] + wr[2]) ** 2),
     "O = 1": lambda wi, wr, n: _reflectance(wi, wr, n),
     "Harvey-Shack": lambda wi, wr, n: _reflectance(wi, wr, n) * (wi[2] + wr[2]) ** 2 / (4 * wi[2] * wr[2]),
     "small slope": lambda wi, wr, n: scattering_factor(wi, wr, n) / (wi[2] * (wi[2] + wr[2]) ** 2),

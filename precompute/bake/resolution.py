@@ -36,8 +36,8 @@ def resolution_for(sigma_b: float, texels_per_sigma: float) -> int:
 
 
 def blender_bytes(terms: int, tile: tuple[int, int], sigma_b: float, *, bound: bool = False) -> int:
-    """Bytes of a table's atlas in Blender, with or without an albedo bound. `tile` is rows and columns of a tile of blur
-    level 0."""
+    """Bytes of a table's atlas in Blender, with an albedo bound or without. `tile` is rows and columns of a tile of
+    blur level 0."""
     inner_rows, inner_columns = (n - 2 * TILE_PADDING for n in tile)
     rows, columns = tiling.cell_for(terms, (inner_rows, inner_columns), sigma_b).size
     width_min = ZERO_ORDER_SAMPLES + 1

@@ -6,8 +6,8 @@ The bake has a series in s instead, made from a few transforms. So the error is 
 compared with exact transforms, at other values of s than its nodes. All other errors (of wavelengths, kernel, texels,
 terms and half floats) are measured by the error metric, against sums over the series' bins at each direction.
 
-The radiance of a metal or film is divided by an albedo bound, which is integrated at the directions of some of the pairs, with four
-times as many wavelengths as in the bake's table, and without reading a table.
+The radiance of a metal or film is divided by an albedo bound, which is integrated at the directions of some of the
+pairs, with four times as many wavelengths as in the bake's table, and without reading a table.
 
 make.py compares the errors with the requested dE00. The verb `check` measures the same errors independently
 (precompute/check).

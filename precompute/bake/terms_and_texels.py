@@ -120,7 +120,7 @@ def probe(ensemble: Sequence[SpectrumSeries], sigma_b: float, lambdas: np.ndarra
     places_of_r = cosine_places(u[:, None], v[:, :, None], w[:, None, None, None])
     xyz = np.zeros((count, *v.shape, u.shape[1], 3))
     for k, (lam, weight) in enumerate(zip(lambdas, spectral_weights(lambdas, illuminant), strict=True)):
-        density = sum(_density(series, v, u, w, lam, sigma) for series in ensemble) / len(ensemble)
+        density = np.mean([_density(series, v, u, w, lam, sigma) for series in ensemble], axis=0)
         if curves is not None:
             density *= curves[k][places_of_r]
         xyz += density[..., None] * weight

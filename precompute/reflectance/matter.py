@@ -63,6 +63,11 @@ class Matter:
         return self.substrate != DIELECTRIC
 
     @property
+    def opaque(self) -> bool:
+        """Whether nothing is seen through it, as on a metal."""
+        return isinstance(self.substrate, str) and self.substrate != DIELECTRIC
+
+    @property
     def layers(self) -> tuple[Layer, ...]:
         """Every layer, the outermost first."""
         return tuple(layer for repeat in self.repeats for layer in repeat.layers * repeat.count)

@@ -8,6 +8,7 @@ import bpy
 
 from ....precompute.base.failure import GratingError, printable
 from ....precompute.colour.working_space import rgb_from_xyz
+from ....precompute.reflectance.matter_text import parse
 from ....precompute.table.atlas_file import read_sound_header
 from ....precompute.table.sample_set import path_beside
 from ....precompute.table.sample_set import read_sound_header as read_sound_set_header
@@ -15,7 +16,7 @@ from ...blender import compat
 from ..lobes.lobes_group import build_world_group
 from ..lobes.random_draw import SampleSetNodes, wavelengths_image
 from ..pictures import content_of, note_content, note_pictures, picture_of
-from ..response import Response, note_working_space
+from ..response import Response, note_opaque, note_working_space
 from .direct_group import build_direct_group
 
 # Header entries that are equal in the two files of a bake, and differ between bakes.
@@ -38,6 +39,8 @@ def direct_response(path: Path) -> Response:
     name = printable(path.stem)
     response = build_direct_group(name, image, layout, rgb_from_xyz=matrix)
     note_working_space(response)
+    if layout.holds_reflectance and parse(record["request"]["matter"]).opaque:
+        note_opaque(response)
     note_pictures(response.group)
     if draws_layout is None:
         return response

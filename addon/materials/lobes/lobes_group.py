@@ -16,7 +16,8 @@ scattered light, if each draw has the colour
 
     C = D c^2 G W(q; c w / lambda) / lambda^2 rgb(u, v, w) / (X + Y + Z)(u, v, w)
 
-G is 4 cos(ti) cos(tr) Q for a dielectric, and R (1 + wi.wr)^2 / (cos(ti) cos(tr)) / M for a metal.
+G is 4 cos(ti) cos(tr) Q for a dielectric, and (1 + wi.wr)^2 / (cos(ti) cos(tr)) / M for a table that holds its matter's
+reflectance.
 The frequency q is drawn from the sample set (precompute/table/sample_set.py), which also gives its weight W. The
 wavelength lambda is drawn in proportion to the observer's X + Y + Z, whose integral is D
 (precompute/colour/drawn_wavelengths.py). They determine the direction wi: its tangential part is lambda q / p minus the
