@@ -121,7 +121,7 @@ class AddGrating(bpy.types.Operator):
         for name, value in _kind_of(self).defaults.items():
             if not self.properties.is_property_set(name):
                 setattr(self, name, int(value) if name == "seed" else value)
-        return context.window_manager.invoke_props_dialog(self)
+        return context.window_manager.invoke_props_dialog(self, width=360)
 
     def execute(self, context):
         from ...precompute.surface.generated.parameters import text_of
