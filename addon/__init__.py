@@ -10,6 +10,7 @@ from .gratings import grating, levelling_steps, remembered_bakes
 from .operators import (
     add_diffraction,
     add_diffraction_lamp,
+    add_grating,
     add_snake,
     add_sun,
     adopt,
@@ -42,6 +43,7 @@ CLASSES = (
     grating.SceneGratings,
     import_height_map.ImportHeightMap,
     import_height_map.DropHeightMap,
+    add_grating.AddGrating,
     remove_grating.RemoveGrating,
     level_steps.AddLevellingStep,
     level_steps.RemoveLevellingStep,

@@ -8,6 +8,7 @@ import bpy
 
 from ...precompute.cli.arguments import add_input
 from ...precompute.cli.printing import emit
+from ...precompute.surface.height_map import is_synthetic
 from ..gratings.wording import in_one_line
 from ..workflow.importing import add_grating
 from .save import add_save, save
@@ -21,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """The `import` verb."""
-    source = arguments.file if arguments.file.startswith("sample:") else str(Path(arguments.file).resolve())
+    source = arguments.file if is_synthetic(arguments.file) else str(Path(arguments.file).resolve())
     sizes = {"size_um": arguments.size_um or 0.0, "height_nm": arguments.height_nm or 0.0}
     grating = add_grating(bpy.context.scene, source, **sizes, channel=arguments.channel or "")
     save(arguments.save)

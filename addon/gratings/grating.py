@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from ...precompute.bake.needs import Needs
     from ...precompute.bake.request import BakeRequest
 
-_SAMPLE = "sample:"
 # The matter that the field Layers describes.
 _LAYERS = "LAYERS"
 MATTERS = (
@@ -49,7 +48,10 @@ class Grating(bpy.types.PropertyGroup):
         description="Name of the grating. Its material and node group follow it, unless you renamed them yourself",
         update=lambda grating, _: follow_name(grating),
     )
-    source: StringProperty(name="Height Map", description="File of the scan, or sample:NAME for a built-in sample")
+    source: StringProperty(
+        name="Height Map",
+        description="File of the scan, sample:NAME for a built-in sample, or grating:KIND?PARAMETERS",
+    )
     size_um: FloatProperty(
         name="Width", description="Width of the scan in micrometres; 0 uses the width in the file", min=0
     )
@@ -166,12 +168,14 @@ class Grating(bpy.types.PropertyGroup):
         return path
 
     def source_file(self) -> str:
-        """The height map as precompute reads it: sample:NAME or an absolute path.
+        """The height map as precompute reads it: an absolute path, or the name of a synthetic surface.
 
         Raises GratingError if there is none, as for a grating that was made from a bake alone."""
         if not self.source:
             raise GratingError(self.name, "made from a bake, without a height map", "import the height map to bake it")
-        return self.source if self.source.startswith(_SAMPLE) else bpy.path.abspath(self.source)
+        from ...precompute.surface.height_map import is_synthetic
+
+        return self.source if is_synthetic(self.source) else bpy.path.abspath(self.source)
 
     def scan(self) -> dict[str, Any]:
         """The record of the grating's own scan, the first of a request. Raises GratingError as source_file does."""

@@ -56,7 +56,9 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):  # type: ignore[misc]  
     @classmethod
     def description(cls, context, properties):
         """The tooltip, with the readable file types."""
-        if properties.filepath.startswith("sample:"):
+        from ...precompute.surface.height_map import is_synthetic
+
+        if is_synthetic(properties.filepath):
             return "Add this synthetic surface to the scene's gratings. It needs no file and no size"
         from ...precompute.surface.readers.reader_registry import described
 

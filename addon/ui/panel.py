@@ -10,6 +10,7 @@ from ..gratings.lights_choice import ALL, LAMPS_ONLY, LIGHTS, REST
 from ..gratings.wording import in_words
 from ..operators.add_diffraction import AddDiffraction
 from ..operators.add_diffraction_lamp import AddDiffractionLamp
+from ..operators.add_grating import AddGrating
 from ..operators.add_sun import AddSun
 from ..operators.adopt import AdoptMaterials
 from ..operators.assign import AssignToSelected
@@ -43,7 +44,7 @@ _LIT_BY = {
 
 
 class SampleMenu(bpy.types.Menu):
-    """Add a sample surface that ships with the extension"""
+    """Add a sample surface that ships with the extension, or a grating by its parameters"""
 
     bl_idname = "GRATING_MT_samples"
     bl_label = "Add Sample"
@@ -56,6 +57,9 @@ class SampleMenu(bpy.types.Menu):
         for name in SAMPLES:
             entry = self.layout.operator(ImportHeightMap.bl_idname, text=title_of(name))
             entry.filepath = f"sample:{name}"
+        self.layout.separator()
+        self.layout.operator_context = "INVOKE_DEFAULT"
+        self.layout.operator(AddGrating.bl_idname, text=f"{AddGrating.bl_label}...")
 
 
 class GratingList(bpy.types.UIList):

@@ -10,7 +10,8 @@ import bpy
 
 from ...precompute.base.failure import printable
 from ...precompute.surface.description import Description, describe
-from ...precompute.surface.height_map import SAMPLE_PREFIX, HeightMap
+from ...precompute.surface.generated.parameters import canonical, parse_grating
+from ...precompute.surface.height_map import GRATING_PREFIX, SAMPLE_PREFIX, HeightMap
 from ...precompute.surface.quality import LIGHTS
 from ...precompute.surface.readers.reader_registry import read_height_map, read_other_way
 from ...precompute.surface.samples.catalogue import matter_of, title_of
@@ -90,7 +91,8 @@ def _add(
     name, facts = known[0]
     name = unused_name(name, {g.name for g in gratings.items})
     grating = gratings.items.add()
-    grating.name, grating.source, grating.channel = name, first["source"], first["channel"] or ""
+    grating.name, grating.source = name, canonical(first["source"])
+    grating.channel = first["channel"] or ""
     grating.size_um, grating.height_nm = first["size_um"] or 0.0, first["height_nm"] or 0.0
     grating.summary = summary_of(facts) + (f"\nthe mean of {len(records)} scans" if others else "")
     grating.quality = quality_of(known)
@@ -115,7 +117,10 @@ def quality_of(known: Sequence[tuple[str, Description]]) -> str:
 
 
 def name_of(height_map: HeightMap) -> str:
-    """A new grating's name: the sample's title, or the file's name."""
+    """A new grating's name: the sample's title, the kind and the period of a grating by its parameters, or the file's
+    name."""
+    if height_map.source.startswith(GRATING_PREFIX):
+        return parse_grating(height_map.source).title
     return title_of(height_map.stem) if height_map.source.startswith(SAMPLE_PREFIX) else printable(height_map.stem)
 
 

@@ -12,6 +12,7 @@ from ...precompute.bake.needs import EVERYTHING, Needs
 from ...precompute.bake.request import BakeRequest, request_from
 from ...precompute.bake.shown_directions import MARGIN, SHARE, held_share, joined, needs_of
 from ...precompute.base.failure import GratingError
+from ...precompute.surface.height_map import is_synthetic
 from ...precompute.table.atlas import Layout
 from ...precompute.table.atlas_file import read_header
 from ...precompute.table.tiling import BYTES_PER_TEXEL
@@ -129,13 +130,13 @@ def _whole_layout(grating: Grating) -> Layout | None:
 def request_with(grating: Grating, needs: Needs) -> BakeRequest:
     """The request for a grating's bake with these needs. A grating without a scan of its own takes everything else from
     its bake's header. Raises GratingError as Grating.bake_request does, or if the header names scans other than
-    samples, whose location it does not hold."""
+    synthetic surfaces, whose location it does not hold."""
     if grating.source:
         return replace(grating.bake_request(), needs=needs)
     path = bake_of(grating)
     _, record = read_header(path)
     request = request_from(record.get("request", {}), str(path))
-    if not request.scans or not all(scan.source.startswith("sample:") for scan in request.scans):
+    if not request.scans or not all(is_synthetic(scan.source) for scan in request.scans):
         grating.source_file()  # which says what is missing
     return replace(request, needs=needs)
 

@@ -15,7 +15,8 @@ from ..base.files import can_be_a_path
 from ..colour.observer import ILLUMINANTS, LINES_NM, is_illuminant
 from ..reflectance.matter import DIELECTRIC, Matter
 from ..reflectance.matter_text import parse
-from ..surface.height_map import HeightMap
+from ..surface.generated.parameters import canonical
+from ..surface.height_map import HeightMap, is_synthetic
 from ..surface.readers.reader_registry import read_height_map
 from ..surface.steps.pipeline import DEFAULT, steps_of
 from ..surface.steps.step import Step
@@ -38,7 +39,7 @@ _SCANS_MAX = 1000
 
 @dataclass(frozen=True)
 class Scan:
-    """A scan, named by its file or by sample:NAME.
+    """A scan, named by its file, by sample:NAME or by grating:KIND?PARAMETERS.
 
     size_um    width in micrometres, for a picture, which does not hold its width
     height_nm  height of white over black in nanometres, for a picture
@@ -80,7 +81,8 @@ class BakeRequest:
     def as_dict(self) -> dict[str, Any]:
         """Convert the request to JSON, with every key.
 
-        The scans' folders are left out, because a bake moves from machine to machine."""
+        The scans' folders are left out, because a bake moves from machine to machine. Gratings by their parameters have
+        their canonical texts."""
         scans = [{**asdict(scan), "source": _without_folder(scan.source)} for scan in self.scans]
         return {
             "scans": scans,
@@ -94,7 +96,7 @@ class BakeRequest:
         }
 
     def at(self, folder: Path) -> "BakeRequest":
-        """The request with its scans in `folder`. Samples and absolute paths stay as they are."""
+        """The request with its scans in `folder`. Synthetic surfaces and absolute paths stay as they are."""
         return replace(self, scans=tuple(replace(scan, source=_within(folder, scan.source)) for scan in self.scans))
 
 
@@ -182,8 +184,8 @@ def _one_of(source: str, key: str, value: Any, known: tuple[str, ...]) -> str:
 
 
 def _without_folder(source: str) -> str:
-    return source if source.startswith("sample:") else Path(source).name
+    return canonical(source) if is_synthetic(source) else Path(source).name
 
 
 def _within(folder: Path, source: str) -> str:
-    return source if source.startswith("sample:") else str(folder / source)
+    return source if is_synthetic(source) else str(folder / source)

@@ -12,6 +12,7 @@ from ..colour.observer import is_illuminant
 from ..reflectance.matter import DIELECTRIC, Matter
 from ..reflectance.matter_text import parse
 from ..reflectance.metals import METALS
+from ..surface.generated.kinds import KINDS
 from ..surface.height_map import HeightMap
 from ..surface.readers.reader_registry import read_height_map
 from ..surface.steps.pipeline import DEFAULT, help_text, parse_steps
@@ -24,7 +25,8 @@ def add_input(parser: argparse.ArgumentParser, several: str | None = None) -> No
     """Add FILE, the options for the size of a picture and the channel of an instrument's file, and --json.
 
     `several` is argparse's `nargs` for verbs that take more than one FILE."""
-    text = "height map, or sample:NAME (" + ", ".join(sample_names()) + ")"
+    text = f"height map, or sample:NAME ({', '.join(sample_names())}), or grating:KIND?NAME=VALUE&NAME=VALUE "
+    text += f"({', '.join(KINDS)})"
     if several:
         parser.add_argument(
             "files",

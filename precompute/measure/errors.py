@@ -38,6 +38,8 @@ Candidate = Callable[[np.ndarray, np.ndarray, float], tuple[np.ndarray, np.ndarr
 HeldBound = Callable[[Pairs], np.ndarray]
 # The fields of Errors that are differences of colour.
 _COLOUR = ("mean", "p95", "p99", "max")
+# The share of pairs above the 99th percentile.
+_ABOVE = 0.01
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,7 @@ class Errors:
     relative_rms         rms of dY over the rms of Y
     zero_order_dy        largest |dY| of the zero order
     pairs                number of direction pairs
+    share_deviation      standard deviation of the share of pairs below p99, by sampling; see `p99_allowance`
     """
 
     mean: float
@@ -59,18 +62,19 @@ class Errors:
     relative_rms: float
     zero_order_dy: float
     pairs: int
+    share_deviation: float
 
     @property
     def p99_allowance(self) -> float:
         """The sampling error of the 99th percentile: two standard deviations.
 
-        Of n pairs, the share below the true percentile has the standard deviation sqrt(0.99 0.01 / n). Divided by the
-        probability density at the percentile, it is the standard deviation of the estimate. The density is that of an
-        exponential tail through p95 and p99: 0.01 over (p99 - p95) / ln 5."""
+        The standard deviation of the share of pairs below the percentile, divided by the probability density at the
+        percentile, is the standard deviation of the estimate. The density is that of an exponential tail through p95
+        and p99: 0.01 over (p99 - p95) / ln 5."""
         if not math.isfinite(self.p99):
             return 0.0
         tail = (self.p99 - self.p95) / math.log(5)
-        return _CONFIDENCE * tail * math.sqrt(0.99 * 0.01 / self.pairs) / 0.01
+        return _CONFIDENCE * tail * self.share_deviation / 0.01
 
     @property
     def p99_most(self) -> float:
@@ -139,9 +143,10 @@ def measure(
     reference, answer = np.concatenate(references), np.concatenate(answers)
     drawn = np.concatenate([t.pairs.drawn for t in truth])
     if np.isfinite(answer).all():
-        colour = worst_exposure(reference, answer, drawn, white=white_xyz(illuminant))
+        group = np.repeat(np.arange(len(truth)), [len(t.pairs.wi) for t in truth])
+        colour = worst_exposure(reference, answer, drawn, white=white_xyz(illuminant), group=group)
     else:
-        colour = dict.fromkeys(_COLOUR, float("inf"))
+        colour = {**dict.fromkeys(_COLOUR, float("inf")), "share_deviation": 0.0}
     # Relative errors are meaningless if the truth is dark up to rounding; then the errors are absolute.
     total = reference[:, 1].sum() if reference[:, 1].max(initial=0) > _DARK_Y else 0.0
     dy = answer[:, 1] - reference[:, 1]
@@ -156,14 +161,15 @@ def measure(
 
 
 def worst_exposure(
-    reference: np.ndarray, answer: np.ndarray, drawn: np.ndarray, *, white: np.ndarray
+    reference: np.ndarray, answer: np.ndarray, drawn: np.ndarray, *, white: np.ndarray, group: np.ndarray | None = None
 ) -> dict[str, float]:
-    """Mean, p95, p99 and max of the CIEDE2000 between two radiances (n, 3) in XYZ, at the exposure with the largest
-    p99.
+    """Mean, p95, p99, max and share_deviation (see Errors) of the CIEDE2000 between two radiances (n, 3) in XYZ, at the
+    exposure with the largest p99.
 
     Each exposure puts one of EXPOSURE_PERCENTILES of the reference's Y at 1. The percentiles use the pairs in the mask
-    `drawn` (n,), which were drawn from the reference's spectrum. white (3,) is the XYZ of white."""
-    worst = dict.fromkeys(_COLOUR, 0.0)
+    `drawn` (n,), which were drawn from the reference's spectrum. white (3,) is the XYZ of white. Pairs with the same
+    number in `group` (n,) may have similar errors."""
+    worst = dict.fromkeys((*_COLOUR, "share_deviation"), 0.0)
     levels = np.percentile(reference[drawn, 1], EXPOSURE_PERCENTILES) if drawn.any() else np.zeros(1)
     # A surface that scatters only rounding is measured at the exposure of its illumination.
     for level in levels[levels > _DARK_Y] if levels.max() > _DARK_Y else [1.0]:
@@ -177,5 +183,19 @@ def worst_exposure(
         de = delta_e_2000(lab(ref[counted], white), lab(ans[counted], white))
         p95, p99 = np.percentile(de, [95, 99])
         found = dict(zip(_COLOUR, map(float, (de.mean(), p95, p99, de.max())), strict=True))
+        found["share_deviation"] = _share_deviation(de > p99, None if group is None else group[counted])
         worst = max(worst, found, key=lambda each: each["p99"])
     return worst
+
+
+def _share_deviation(above: np.ndarray, group: np.ndarray | None) -> float:
+    """The standard deviation, by sampling, of the share of pairs above the 99th percentile.
+
+    above (n,) marks these pairs. For independent pairs it is sqrt(0.01 0.99 / n). Errors of pairs in one group are
+    similar, so that the groups vary more; then it is the deviation of a mean of clusters (Cochran, Sampling Techniques,
+    9A.2). The larger of the two counts."""
+    independent = math.sqrt(_ABOVE * (1 - _ABOVE) / len(above))
+    if group is None:
+        return independent
+    excess = np.bincount(group, above - _ABOVE)
+    return max(independent, float(np.sqrt(np.sum(excess**2)) / len(above)))

@@ -45,7 +45,9 @@ class SpectrumSeries:
 
     def zero_order(self, s: np.ndarray) -> np.ndarray:
         """The efficiency (...,) of the zero order at s (...,)."""
-        return np.abs(self.weights(s) @ self.amplitude) ** 2
+        # tensordot makes one product of them all. Products in a stack each wake the threads of the linear algebra.
+        parts = np.stack([self.amplitude.real, self.amplitude.imag], axis=-1)
+        return (np.tensordot(self.weights(s), parts, axes=1) ** 2).sum(axis=-1)
 
     def mixed(self, weights: np.ndarray, kept: tuple[slice, slice]) -> np.ndarray:
         """Sum scattered_over_s2 over the nodes, once per row of weights (k, count): (ny, k, nx).

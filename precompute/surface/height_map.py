@@ -11,8 +11,14 @@ import numpy as np
 
 from ..base.failure import GratingError
 
-# "sample:NAME" names a synthetic surface wherever a file can be named.
+# "sample:NAME" and "grating:KIND?PARAMETERS" name synthetic surfaces wherever a file can be named.
 SAMPLE_PREFIX = "sample:"
+GRATING_PREFIX = "grating:"
+
+
+def is_synthetic(source: str) -> bool:
+    """Whether a source names a synthetic surface, which needs no file: a sample, or a grating by its parameters."""
+    return source.startswith((SAMPLE_PREFIX, GRATING_PREFIX))
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +28,7 @@ class HeightMap:
     height_m      (rows, cols) float64 in metres, positive outward, NaN where not measured; read-only. The scan's x
                   axis, left to right, runs along the tangent T; row 0 is the top, so the row index runs along -B
     pixel_size_m  (dy, dx) in metres
-    source        a path, or "sample:NAME"
+    source        a path, "sample:NAME" or "grating:KIND?PARAMETERS"
     channel       the channel's label; "" if the format has no channels
     channels      labels of all channels of the source
     periodic      whether the edges wrap exactly, as on synthetic surfaces
@@ -64,12 +70,15 @@ class HeightMap:
 
     @property
     def source_name(self) -> str:
-        """The file's name without folders, or "sample:NAME"; a bake records it."""
-        return self.source if self.source.startswith(SAMPLE_PREFIX) else Path(self.source).name
+        """The file's name without folders, or a synthetic surface's whole source; a bake records it."""
+        return self.source if is_synthetic(self.source) else Path(self.source).name
 
     @property
     def stem(self) -> str:
-        """The file's name without folders and extension, or the sample's name."""
+        """The file's name without folders and extension, or a synthetic surface's name as a file name."""
+        if self.source.startswith(GRATING_PREFIX):
+            # Windows allows none of these three characters in a file name.
+            return self.source.translate(str.maketrans(":?&", "___"))
         is_sample = self.source.startswith(SAMPLE_PREFIX)
         return self.source.removeprefix(SAMPLE_PREFIX) if is_sample else Path(self.source).stem
 

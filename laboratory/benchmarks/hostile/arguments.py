@@ -135,6 +135,8 @@ def _with_paths(draw: random.Random, places: list[str], folder: Path) -> list[st
         ["info", place, "--size-um", "4", "--height-nm", "100"],
         ["info", "sample:flat", "--channel", place],
         ["info", f"sample:{place}"],
+        ["info", f"grating:{place}"],
+        ["info", f"grating:pits?{place}"],
         ["check", place, "sample:flat"],
         ["check", place, place],
         ["map", place, "-o", written, "--size", "8"],

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from ...base.failure import GratingError, Setting
-from ..height_map import SAMPLE_PREFIX, HeightMap
+from ..generated.catalogue import make_grating
+from ..height_map import GRATING_PREFIX, SAMPLE_PREFIX, HeightMap, is_synthetic
 from ..samples.catalogue import make_sample
 from .agilent import AGILENT
 from .asd import ASD
@@ -57,16 +58,19 @@ _FARTHEST_M = 1.0
 def read_height_map(
     source: str, size_um: float | None = None, height_nm: float | None = None, *, channel: str | None = None
 ) -> HeightMap:
-    """Read "sample:NAME" or a file, as measured: not levelled, NaN for missing pixels.
+    """Read "sample:NAME", "grating:KIND?PARAMETERS" or a file, as measured: not levelled, NaN for missing pixels.
 
     size_um    width of a picture in micrometres; None for other sources
     height_nm  height of white over black of a picture in nanometres; None for other sources
     channel    label of an instrument's channel, or the label's beginning, in any case; None for the topography, and for
-               pictures and samples
+               pictures and synthetic surfaces
 
     Raises GratingError, also for a value that the source does not need, and for implausible pixels or relief."""
-    if source.startswith(SAMPLE_PREFIX):
-        _refuse(source, "a sample", size_um=size_um, height_nm=height_nm, channel=channel)
+    if is_synthetic(source):
+        what = "a grating by its parameters" if source.startswith(GRATING_PREFIX) else "a sample"
+        _refuse(source, what, size_um=size_um, height_nm=height_nm, channel=channel)
+        if source.startswith(GRATING_PREFIX):
+            return make_grating(source)
         return make_sample(source.removeprefix(SAMPLE_PREFIX))
     reader = reader_of(source)
     if reader.needs_size:

@@ -15,7 +15,7 @@ def cd() -> HeightMap:
     """Compact disc: tracks along B 1.6 um apart, pits 0.5 um wide, 110 nm deep and 0.83 to 3.05 um long."""
     return _disc(
         "cd",
-        _Disc(
+        Disc(
             seed=780,
             pitch_m=1.6e-6,
             tracks=40,
@@ -33,7 +33,7 @@ def dvd() -> HeightMap:
     """DVD: tracks along B 0.74 um apart, pits 0.32 um wide, 105 nm deep and 0.40 to 1.87 um long."""
     return _disc(
         "dvd",
-        _Disc(
+        Disc(
             seed=650,
             pitch_m=0.74e-6,
             tracks=88,
@@ -51,7 +51,7 @@ def bluray() -> HeightMap:
     """Blu-ray disc: tracks along B 0.32 um apart, pits 0.13 um wide, 65 nm deep and 0.15 to 0.69 um long."""
     return _disc(
         "bluray",
-        _Disc(
+        Disc(
             seed=405,
             pitch_m=0.32e-6,
             tracks=100,
@@ -66,7 +66,7 @@ def bluray() -> HeightMap:
 
 
 @dataclass(frozen=True)
-class _Disc:
+class Disc:
     """The dimensions of a disc; width_m and depth_m are a pit's."""
 
     seed: int
@@ -80,8 +80,12 @@ class _Disc:
     edge_m: float  # width of the slope from the land to the floor of a pit
 
 
-def _disc(name: str, disc: _Disc) -> HeightMap:
-    """Make a square of a whole number of tracks; the land has the height 0, the pits lie below."""
+def _disc(name: str, disc: Disc) -> HeightMap:
+    return wrapping_surface(name, disc_heights(disc), disc.pitch_m / disc.samples_per_pitch)
+
+
+def disc_heights(disc: Disc) -> np.ndarray:
+    """Make the heights of a square of a whole number of tracks, in metres: the land is at 0, the pits lie below."""
     rng = np.random.default_rng(disc.seed)
     pixel_m = disc.pitch_m / disc.samples_per_pitch
     side_m = disc.tracks * disc.pitch_m
@@ -94,10 +98,10 @@ def _disc(name: str, disc: _Disc) -> HeightMap:
     )
     # The nearest track of each pixel along T.
     track = np.round(position / disc.pitch_m).astype(int) % disc.tracks
-    return wrapping_surface(name, -disc.depth_m * along[:, track] * across, pixel_m)
+    return -disc.depth_m * along[:, track] * across
 
 
-def _pits(rng: np.random.Generator, disc: _Disc, length_m: float) -> np.ndarray:
+def _pits(rng: np.random.Generator, disc: Disc, length_m: float) -> np.ndarray:
     """Draw begin and end (n, 2) in metres of each pit along a track that wraps after length_m."""
     bits = round(length_m / disc.channel_bit_m)
     shortest, longest = disc.runs

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..height_map import HeightMap
-from .wrapping import wrapping_surface
+from .wrapping import wrapping_blur, wrapping_noise, wrapping_surface
 
 
 def elaphe() -> HeightMap:
@@ -93,11 +93,11 @@ def _skin(name: str, skin: _Skin) -> HeightMap:
     rng = np.random.default_rng(skin.seed)
     shape = (800, 800)
     y, x = np.arange(shape[0])[:, None] / shape[0], np.arange(shape[1]) / shape[1]
-    lane = skin.fingers[1] * x + skin.drift[1] * _noise(rng, shape, (0.30, 0.06))
+    lane = skin.fingers[1] * x + skin.drift[1] * wrapping_noise(rng, shape, (0.30, 0.06))
     row = (
         skin.fingers[0] * y
-        + skin.drift[0] * _noise(rng, shape, (0.20, 0.08))
-        + skin.stagger * _noise(rng, shape, (0.05, 0.5 / skin.fingers[1]))
+        + skin.drift[0] * wrapping_noise(rng, shape, (0.20, 0.08))
+        + skin.stagger * wrapping_noise(rng, shape, (0.05, 0.5 / skin.fingers[1]))
     )
     along = row % 1
     own = np.floor(row).astype(int) % skin.fingers[0], np.round(lane).astype(int) % skin.fingers[1]
@@ -107,29 +107,13 @@ def _skin(name: str, skin: _Skin) -> HeightMap:
     ridge = (skin.finger_m + skin.rise_m * along) * height * np.cos(np.pi / 2 * aside) ** 2
     floor = skin.floor_m * along**2
     relief = (
-        _blur(ridge + floor, 0.6)
-        + skin.waves_m[0] * _noise(rng, shape, (0.14, 0.14))
-        + skin.waves_m[1] * _noise(rng, shape, (0.04, 0.03))
+        wrapping_blur(ridge + floor, 0.6)
+        + skin.waves_m[0] * wrapping_noise(rng, shape, (0.14, 0.14))
+        + skin.waves_m[1] * wrapping_noise(rng, shape, (0.04, 0.03))
         + _dust(rng, shape, count=skin.grains, height_m=skin.grain_m)
     )
     relief -= relief.min()
     return wrapping_surface(name, relief * (skin.relief_m / relief.max()), skin.side_m / shape[1])
-
-
-def _noise(rng: np.random.Generator, shape: tuple[int, int], correlation: tuple[float, float]) -> np.ndarray:
-    """Draw periodic noise of mean 0 and rms 1, blurred by the given fractions of the sides (rows, cols)."""
-    sigma = correlation[0] * shape[0], correlation[1] * shape[1]
-    noise = _blur(rng.standard_normal(shape), sigma)
-    noise -= noise.mean()
-    return noise / noise.std()
-
-
-def _blur(values: np.ndarray, sigma: float | tuple[float, float]) -> np.ndarray:
-    """Blur periodically by a Gaussian of standard deviation sigma pixels along (rows, cols)."""
-    sigma_y, sigma_x = np.broadcast_to(sigma, 2)
-    y = np.exp(-2 * (np.pi * sigma_y * np.fft.fftfreq(values.shape[0])) ** 2)
-    x = np.exp(-2 * (np.pi * sigma_x * np.fft.rfftfreq(values.shape[1])) ** 2)
-    return np.fft.irfft2(np.fft.rfft2(values) * y[:, None] * x, s=values.shape)
 
 
 def _dust(rng: np.random.Generator, shape: tuple[int, int], *, count: int, height_m: float) -> np.ndarray:
@@ -138,6 +122,6 @@ def _dust(rng: np.random.Generator, shape: tuple[int, int], *, count: int, heigh
     if count:
         places = rng.integers(shape[0], size=count), rng.integers(shape[1], size=count)
         dust[places] = rng.uniform(0.1, 1, count)
-        dust = _blur(dust, 2.5)
+        dust = wrapping_blur(dust, 2.5)
         dust *= height_m / dust.max()
     return dust

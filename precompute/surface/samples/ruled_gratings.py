@@ -27,8 +27,7 @@ def sinusoidal(
     rows: int = _PERIODS * _SAMPLES_PER_PERIOD,
 ) -> HeightMap:
     """Sinusoid h = depth / 2 sin(2 pi x / period); the depth is from trough to crest."""
-    phase = np.arange(samples_per_period) / samples_per_period
-    return _grating("sinusoidal", depth_m / 2 * np.sin(2 * np.pi * phase), period_m, periods=periods, rows=rows)
+    return _grating("sinusoidal", sine_line(depth_m, samples_per_period), period_m, periods=periods, rows=rows)
 
 
 def binary(
@@ -40,9 +39,11 @@ def binary(
     samples_per_period: int = _SAMPLES_PER_PERIOD,
     rows: int = _PERIODS * _SAMPLES_PER_PERIOD,
 ) -> HeightMap:
-    """Ridges of height `depth_m` on a floor of 0; `duty` is the ridges' share of a period, rounded to whole samples."""
-    ridge = np.arange(samples_per_period) < round(duty * samples_per_period)
-    return _grating("binary", np.where(ridge, depth_m, 0.0), period_m, periods=periods, rows=rows)
+    """Ridges of height `depth_m` on a floor of 0; `duty` is the ridges' share of a period.
+
+    If a ridge ends within a sample, the sample has the mean height."""
+    line = depth_m * ridge(duty, samples_per_period)
+    return _grating("binary", line, period_m, periods=periods, rows=rows)
 
 
 def blazed(
@@ -56,8 +57,22 @@ def blazed(
     """Facets that rise along +T with the slope depth / period; the drop lies between two samples.
 
     A facet's heights are j depth / samples_per_period, j < samples_per_period: the range is a step less than depth."""
-    ramp = depth_m * np.arange(samples_per_period) / samples_per_period
-    return _grating("blazed", ramp, period_m, periods=periods, rows=rows)
+    return _grating("blazed", blazed_line(depth_m, samples_per_period), period_m, periods=periods, rows=rows)
+
+
+def sine_line(depth_m: float, samples: int) -> np.ndarray:
+    """One period of `sinusoidal`: heights (samples,) in metres."""
+    return depth_m / 2 * np.sin(2 * np.pi * (np.arange(samples) / samples))
+
+
+def ridge(duty: float, samples: int) -> np.ndarray:
+    """The share of each sample (samples,) of a period that a ridge covers. The ridge begins with the first sample."""
+    return np.clip(duty * samples - np.arange(samples), 0.0, 1.0)
+
+
+def blazed_line(depth_m: float, samples: int) -> np.ndarray:
+    """One period of `blazed`: heights (samples,) in metres."""
+    return depth_m * np.arange(samples) / samples
 
 
 def _grating(name: str, profile_m: np.ndarray, period_m: float, *, periods: int, rows: int) -> HeightMap:

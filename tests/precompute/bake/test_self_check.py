@@ -107,8 +107,8 @@ def test_a_metal_is_measured_without_its_bound_too(metal, monkeypatch):
     told = errors_of(metal, bright)
     monkeypatch.setattr(self_check, "_with_bound", lambda *_: [])
     plain = errors_of(metal, bright)
-    assert plain.pairs > 4 * told.pairs
-    assert all(getattr(told, name) >= getattr(plain, name) * (1 - 1e-5) for name in ("mean", "p99", "relative_dy"))
+    assert plain.pairs > 4 * told.pairs  # the bound is integrated for some of the pairs only
+    assert all(getattr(told, name) >= getattr(plain, name) * (1 - 1e-5) for name in ("p99_most", "relative_dy"))
 
 
 def test_the_bound_at_directions_is_that_of_each_alone(metal):

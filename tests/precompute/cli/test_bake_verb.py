@@ -110,16 +110,16 @@ def test_progress_as_json_lines(run, scan, tmp_path, matter):
 
 
 def test_a_bake_that_misses_its_budget_is_not_written(refused, scan, tmp_path, monkeypatch):
-    monkeypatch.setattr(ensemble, "judge", lambda *_, **__: lambda _: Errors(1, 7.31, 7.31, 9, 0, 0, 0, 10))
+    monkeypatch.setattr(ensemble, "judge", lambda *_, **__: lambda _: Errors(1, 7.31, 7.31, 9, 0, 0, 0, 10, 0.03))
     told = refused("bake", scan, *PICTURE, "-o", tmp_path / "bakes", "--delta-e", "5", *SHORT, "--progress", "none")
     assert "7.31" in told and "--delta-e 7.7" in told
 
 
 def test_a_bake_that_misses_its_budget_on_other_directions_is_not_written(refused, run, scan, tmp_path, monkeypatch):
-    """The allowance of a thousand pairs is 2 * (4.9 - 4) / ln 5 * sqrt(0.99 * 0.01 / 1000) / 0.01 = 0.35; for a hundred
-    times as many it is a tenth of this."""
+    """If the share below the percentile varies by 0.00315, as for a thousand independent pairs, the allowance is
+    2 * (4.9 - 4) / ln 5 * 0.00315 / 0.01 = 0.35; for a tenth of this deviation it is a tenth."""
     asked = ("bake", scan, *PICTURE, "-o", tmp_path / "bakes", "--delta-e", "5", *SHORT, "--progress", "none")
-    few, many = (Errors(1, 4.0, 4.9, 9, 0, 0, 0, pairs) for pairs in (1000, 100_000))
+    few, many = (Errors(1, 4.0, 4.9, 9, 0, 0, 0, 1000, deviation) for deviation in (0.00315, 0.000315))
     monkeypatch.setattr(ensemble, "judge", lambda *_, **__: lambda _: few)
     told = refused(*asked)
     assert "4.90" in told and "up to 0.35 more" in told and "--delta-e 5.6" in told

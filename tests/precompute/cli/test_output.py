@@ -38,5 +38,5 @@ def test_colours_without_a_dominant_wavelength_are_null():
 
 def test_an_infinite_error_is_null():
     """A table that returns NaN has infinite errors of colour (`measure`)."""
-    found = Errors(math.inf, math.inf, math.inf, math.inf, 0.1, 0.1, 0.0, 7).as_dict()
+    found = Errors(math.inf, math.inf, math.inf, math.inf, 0.1, 0.1, 0.0, 7, 0.0).as_dict()
     assert found["p99"] is None and found["relative_dy"] == 0.1

@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The claims of bakes on ten kinds of surfaces, each measured again by `check`.
+
+    ./dev bench claims [--quick] [--json FILE|-]
+
+Every surface is a file that the command line bakes and checks in processes of their own. A row gives the dE00 asked,
+the claim of the bake (p99 and its allowance), what `check` finds on other directions (p99 and its allowance), the
+number of functions of w, and the seconds of the bake and of the check. A claim holds if the found p99, less its
+allowance, is at most the claimed p99 with its own allowance.
+"""
+
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from precompute.cli.parser import OneLineParser
+
+from ..speed.surfaces import SHARED, SKINS
+from . import report
+from .hard_cases import skin
+
+DELTA_ES = (1.0, 0.3)
+_PIXEL_M = 80e-9
+_SIDE = 256
+# More values of w than the 2 of `check` alone: the error depends on w, and a claim is of all of them.
+_DIRECTIONS = ("--groups", "16", "--pairs", "500")
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A surface as arguments of the command line."""
+
+    name: str
+    arguments: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Row:
+    """What a bake claims and what `check` finds; or why the bake was refused."""
+
+    surface: str
+    asked: float
+    claimed: float = 0.0
+    claim_allowance: float = 0.0
+    found: float = 0.0
+    found_allowance: float = 0.0
+    terms: int = 0
+    bake_s: float = 0.0
+    check_s: float = 0.0
+    refusal: str = ""
+
+    @property
+    def holds(self) -> bool:
+        """Whether the claim is within the sampling error of what was found."""
+        return self.found - self.found_allowance <= self.claimed + self.claim_allowance
+
+    @property
+    def text(self) -> str:
+        """The row of the printed table."""
+        if self.refusal:
+            return f"{self.surface:<26}{self.asked:5.1f}  refused: {self.refusal}"
+        return (
+            f"{self.surface:<26}{self.asked:5.1f}{self.claimed:9.3f} +{self.claim_allowance:6.3f}{self.found:9.3f} -"
+            f"{self.found_allowance:6.3f}{self.terms:7d}{self.bake_s:9.1f}{self.check_s:9.1f}"
+            + ("" if self.holds else "  EXCEEDED")
+        )
+
+
+def crossed() -> np.ndarray:
+    """Bumps in a square lattice of 2.56 um, 200 nm high."""
+    wave = np.sin(2 * np.pi * np.arange(_SIDE) * _PIXEL_M / 2.56e-6)
+    return 50e-9 * (wave[:, None] + wave)
+
+
+def spike() -> np.ndarray:
+    """A relief of 100 nm with a needle of 1 um, three pixels wide."""
+    height = skin(_SIDE, _SIDE, 100e-9)
+    height[100:103, 140:143] += 1e-6
+    return height
+
+
+def drift() -> np.ndarray:
+    """A relief of 150 nm whose scan lines wander by 40 nm."""
+    steps = np.random.default_rng(2).standard_normal(_SIDE)
+    walk = np.cumsum(steps)
+    return skin(_SIDE, _SIDE, 150e-9) + 40e-9 * (walk / np.ptp(walk))[:, None]
+
+
+def heights() -> dict[str, tuple[np.ndarray, tuple[float, float]]]:
+    """Heights in metres and pixel sizes (y, x) in metres, by the surface's name."""
+    square = (_PIXEL_M, _PIXEL_M)
+    rough = 5e-9 * np.random.default_rng(3).standard_normal((_SIDE, _SIDE))
+    return {
+        "crossed lattice": (crossed(), square),
+        "strip of oblong pixels": (skin(64, 512, 200e-9)[:, ::2], (_PIXEL_M, 2 * _PIXEL_M)),
+        "needle of 1 um": (spike(), square),
+        "drift of 40 nm": (drift(), square),
+        "relief of 2 um": (skin(_SIDE, _SIDE, 2e-6, 800e-9), square),
+        "rough, 5 nm": (rough, square),
+        "relief of 450 nm": (skin(_SIDE, _SIDE, 450e-9), square),
+        "64 x 64 pixels": (skin(64, 64, 200e-9), square),
+    }
+
+
+def write_gsf(file: Path, height_m: np.ndarray, pixel_m: tuple[float, float]) -> None:
+    """Write heights (rows, columns) in metres as Gwyddion Simple Field."""
+    rows, columns = height_m.shape
+    fields = {
+        "XRes": columns, "YRes": rows, "XReal": columns * pixel_m[1], "YReal": rows * pixel_m[0], "XYUnits": "m",
+        "ZUnits": "m",
+    }  # fmt: skip
+    header = "Gwyddion Simple Field 1.0\n" + "".join(f"{key} = {value}\n" for key, value in fields.items())
+    padding = b"\0" * (4 - len(header) % 4)
+    file.write_bytes(header.encode() + padding + height_m.astype("<f4").tobytes())
+
+
+def surfaces(folder: Path) -> Iterator[Surface]:
+    """The ten surfaces; a sample surface in the place of a skin whose scan is not here."""
+    for name, (height_m, pixel_m) in heights().items():
+        file = folder / f"{name.replace(' ', '_')}.gsf"
+        write_gsf(file, height_m, pixel_m)
+        yield Surface(name, (str(file),))
+    for name, height_nm in SKINS.items():
+        file = SHARED / "snake" / f"{name}_65um.png"
+        if file.exists():
+            yield Surface(f"{name}, scan", (str(file), "--size-um", "65", "--height-nm", str(height_nm)))
+        else:
+            yield Surface(f"{name}, sample", (f"sample:{name}",))
+
+
+def row(surface: Surface, asked: float, folder: Path) -> Row:
+    """Bake a surface for a colour error, and check the bake."""
+    bake = ("bake", *surface.arguments, "-o", str(folder), "--delta-e", str(asked), "--no-cache")
+    baked = _run(*bake)
+    if isinstance(baked, str):
+        return Row(surface.name, asked, refusal=baked)
+    found = _run("check", baked["files"][0], *surface.arguments, "--delta-e", "100", *_DIRECTIONS)
+    if isinstance(found, str):
+        return Row(surface.name, asked, refusal=found)
+    claimed, errors = baked["delta_e"], found["delta_e"]
+    return Row(
+        surface.name, asked, claimed["p99"], claimed["p99_most"] - claimed["p99"], errors["p99"],
+        errors["p99_most"] - errors["p99"], baked["tiles"], baked["seconds"], found["seconds"],
+    )  # fmt: skip
+
+
+def _run(*arguments: str) -> dict | str:
+    """The JSON of a command, or its line of refusal."""
+    command = [sys.executable, "-m", "precompute", *arguments, "--json", "-"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    return json.loads(done.stdout) if done.returncode == 0 else done.stderr.strip().splitlines()[-1]
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Print the table. Returns 1 if a claim is exceeded."""
+    parser = OneLineParser(prog="./dev bench claims", description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="two surfaces, at a colour error of 1")
+    report.add_json(parser)
+    arguments = parser.parse_args(argv)
+    head = f"{'surface':<26}{'asked':>5}{'claimed':>9}{'':8}{'found':>9}{'':8}{'terms':>7}{'bake s':>9}{'check s':>9}"
+    report.say(head, arguments.json)
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        chosen = list(surfaces(Path(folder)))
+        for surface in chosen[3:8:4] if arguments.quick else chosen:
+            for asked in DELTA_ES[:1] if arguments.quick else DELTA_ES:
+                rows.append(row(surface, asked, Path(folder, "bakes", f"{len(rows)}")))
+                report.say(rows[-1].text, arguments.json)
+    report.write({"rows": [asdict(each) | {"holds": each.holds} for each in rows]}, arguments.json)
+    return 0 if all(each.holds for each in rows) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
