@@ -197,13 +197,20 @@ class Grating(bpy.types.PropertyGroup):
     def bake_request(self) -> "BakeRequest":
         """All settings of the bake, from the panel's fields and `request`. Raises GratingError for invalid values."""
         from ...precompute.bake.request import request_from
+        from ...precompute.reflectance.matter_text import parse
         from ...precompute.surface.steps.pipeline import steps_of
 
+        matter = self.matter.lower()
+        if self.matter == _LAYERS:
+            try:
+                matter = str(parse(self.layers))
+            except GratingError as error:
+                raise error.within(f"{self.name}: Layers") from error
         shown = {
             "scans": [self.scan(), *self.further_scans()],
             "delta_e": _decimal(self.delta_e, 6),
             "coherence_um": _decimal(self.coherence_um, 6),
-            "matter": self.layers if self.matter == _LAYERS else self.matter.lower(),
+            "matter": matter,
             "levelling": [step.text for step in steps_of([s.text for s in self.steps], f"{self.name}: Levelling")],
         }
         return request_from(self._kept() | shown, self.name)

@@ -174,7 +174,10 @@ def _illuminant(source: str, value: Any) -> str:
 def _matter(source: str, value: Any) -> Matter:
     if not isinstance(value, str):
         raise GratingError(source, f"matter: cannot be {value!r:.30}", "give a text, such as gold")
-    return parse(value)
+    try:
+        return parse(value)
+    except GratingError as error:
+        raise error.within(f"{source}: matter") from error
 
 
 def _one_of(source: str, key: str, value: Any, known: tuple[str, ...]) -> str:

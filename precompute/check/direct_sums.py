@@ -23,11 +23,9 @@ from ..base.progress import Progress, silent
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, seen_wavelengths, spectral_weights
 from ..measure.pairs import Pairs, cosine_weighted, pair_about
 from ..optics.region import Region
-from ..reflectance.matter import MIRROR, Matter
+from ..reflectance.matter import MIRRORING, Matter
 from ..surface.relief import Relief
 
-# Reflects all light: for the sums of a dielectric, whose reflectance is not in its table.
-MIRRORING = Matter(MIRROR)
 # Padding of a scan that does not wrap, in units of 1 / (2 pi sigma_q).
 PAD = 3.0
 # The kernel is cut at this many standard deviations, where it is exp(-6^2 / 2) = 1.5e-8 of its peak.

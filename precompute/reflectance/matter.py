@@ -91,6 +91,10 @@ class Matter:
         )  # fmt: skip
 
 
+# Reflects all light. For the spectrum of a dielectric, whose reflectance is not in its table.
+MIRRORING = Matter(MIRROR)
+
+
 def _values(index: Index, wavelengths_m: np.ndarray) -> np.ndarray:
     """The complex index (n,) at wavelengths (n,)."""
     return metal_index(index, wavelengths_m) if isinstance(index, str) else np.full(len(wavelengths_m), index)

@@ -53,7 +53,7 @@ def parse(text: str) -> Matter:
         raise _error(text, f"is longer than {LONGEST} characters", _REPEATS)
     plain = re.sub(r" ?\+ ?", "+", " ".join(text.lower().split()))
     if not plain:
-        raise GratingError("matter", "is empty", _KNOWN)
+        raise GratingError("", "is empty", _KNOWN)
     if plain in _ALONE:
         return Matter(plain, text=text)
     *above, (count, substrate) = _parts(plain)
@@ -103,7 +103,7 @@ def _layer(text: str) -> Layer:
     left, slash, right = text.partition("/")
     if not slash or not left:
         fault = ("has no index" if slash else "has no thickness") if text else "has an empty layer"
-        raise _error(text or "matter", fault, f"write layers as INDEX/THICKNESS, {_EXAMPLES}")
+        raise _error(text, fault, f"write layers as INDEX/THICKNESS, {_EXAMPLES}")
     found = _THICKNESS.fullmatch(right.strip())
     if not found:
         raise _error(text, "has no thickness that is a number", "write the thickness as 200nm or 0.2um")

@@ -19,6 +19,8 @@ from ..base.exr import Picture, open_picture
 from ..base.failure import GratingError
 from ..base.packages import bundled
 from ..base.strict_json import LARGEST_BYTES, parse_json
+from ..reflectance.matter import DIELECTRIC, MIRROR, Matter
+from ..reflectance.matter_text import parse as parse_matter
 from .atlas import Layout, unpack
 from .table import Table
 
@@ -26,6 +28,8 @@ from .table import Table
 FORMAT = 11
 # The header's attribute that holds the record.
 HEADER_KEY = "natural_gratings"
+# The matters of tables whose records name none: of a table without reflectance, and of a table with it.
+_UNNAMED = DIELECTRIC, MIRROR
 # The types of a record's optional values beside `format` and `layout` (bake/bake_folder.py).
 _PROVENANCE = {
     "source": str, "channel": str, "model": str, "precision": str, "height_range_m": float, "coherence_um": float,
@@ -147,4 +151,18 @@ def _parse(picture: Picture) -> tuple[Layout, dict[str, Any]]:
     if record.get("precision", precision) != precision:
         told = f"holds {precision}, not its header's {record['precision']!r:.20}"
         raise GratingError(picture.path, told, "bake it again")
+    if matter_in(record, picture.path, unnamed=_UNNAMED[layout.holds_reflectance]).baked != layout.holds_reflectance:
+        raise GratingError(picture.path, "its header's matter does not fit its picture", "bake it again")
     return layout, record
+
+
+def matter_in(record: dict[str, Any], path: Path, *, unnamed: str = DIELECTRIC) -> Matter:
+    """The matter in the header record of an atlas, or the matter `unnamed` if the record has none. Raises GratingError
+    if the record's text is no matter."""
+    text = record.get("request", {}).get("matter", unnamed)
+    if not isinstance(text, str):
+        raise GratingError(path, f"its header's matter is {text!r:.40}", "bake it again")
+    try:
+        return parse_matter(text)
+    except GratingError as error:
+        raise GratingError(path, f"its header's matter is {text!r:.40}", "bake it again") from error

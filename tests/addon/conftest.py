@@ -57,9 +57,9 @@ def baked(scan, tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def metal(scan, tmp_path_factory):
-    """The scan's bake as a metal, with an albedo bound."""
-    return _bake(scan, tmp_path_factory.mktemp("metal"), "--matter", "metal")
+def mirror(scan, tmp_path_factory):
+    """The scan's bake of a mirror, with an albedo bound."""
+    return _bake(scan, tmp_path_factory.mktemp("mirror"), "--matter", "mirror")
 
 
 def _bake(scan, folder, *more):

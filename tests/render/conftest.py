@@ -14,6 +14,7 @@ from devtools import ROOT
 from devtools.extension import AddonModules
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
+from precompute.reflectance.matter_text import parse
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
 from precompute.table import atlas, atlas_file
@@ -170,23 +171,23 @@ def baked(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def metal(tmp_path_factory):
-    """The same of a metal, with an albedo bound: its file and its table."""
-    return _blazed(tmp_path_factory, "metal")
+def gold(tmp_path_factory):
+    """The same of gold, with an albedo bound: its file and its table."""
+    return _blazed(tmp_path_factory, "gold")
 
 
 def _blazed(tmp_path_factory, matter: str):
-    asked = BakeRequest(coherence_length_m=8e-6, matter=matter)
+    asked = BakeRequest(coherence_length_m=8e-6, matter=parse(matter))
     image, layout = atlas.pack(bake(prepare(read_height_map("sample:blazed")), asked))
     path = tmp_path_factory.mktemp("radiance") / f"{matter}.exr"
-    atlas_file.write_together({path: (image, layout)}, {})
+    atlas_file.write_together({path: (image, layout)}, {"request": asked.as_dict()})
     return path, atlas.unpack(image, layout)
 
 
 @pytest.fixture(scope="session")
-def steep(metal, tmp_path_factory):
-    """The same metal with an albedo bound that differs between texels, even at the normal: its file and its table."""
-    table = metal[1]
+def steep(gold, tmp_path_factory):
+    """The same of gold with an albedo bound that differs between texels, even at the normal: its file and its table."""
+    table = gold[1]
     excess = np.random.default_rng(0).random(table.excess_albedo.shape).astype(np.float32)
     image, layout = atlas.pack(replace(table, excess_albedo=excess))
     path = tmp_path_factory.mktemp("radiance") / "steep.exr"
@@ -201,9 +202,9 @@ def skin(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def metal_skin(tmp_path_factory):
-    """The same as a metal, with an albedo bound."""
-    return _baked_by_command(tmp_path_factory, "elaphe", "--matter", "metal")
+def mirror_skin(tmp_path_factory):
+    """The same as a perfect mirror, with an albedo bound."""
+    return _baked_by_command(tmp_path_factory, "elaphe", "--matter", "mirror")
 
 
 @pytest.fixture(scope="session")

@@ -23,9 +23,9 @@ def test_white_furnace(stage, skin, lights):
     expect_directional_albedo(stage, skin, lights, (0, 75, 85))
 
 
-def test_white_furnace_of_a_metal(stage, metal_skin):
+def test_white_furnace_of_a_metal(stage, mirror_skin):
     """Whose albedo bound is above 1 at 85 degrees."""
-    expect_directional_albedo(stage, metal_skin, "REST", (0, 75, 85))
+    expect_directional_albedo(stage, mirror_skin, "REST", (0, 75, 85))
 
 
 def test_white_furnace_of_a_deep_relief(stage, deep_skin):

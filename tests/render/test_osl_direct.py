@@ -76,7 +76,7 @@ def middle(baked, tmp_path):
         ("baked", 0.3, {"Roughness": 0.2, "Period Scale": 1.3, "Height Scale": 0.8}),
         ("middle", 0.0, {"IOR": 1.3}),
         ("baked", 0.0, {"IOR": 5.0}),
-        ("metal", 0.3, {"IOR": 5.0, "Roughness": 0.2}),
+        ("gold", 0.3, {"IOR": 3.0, "Roughness": 0.2}),
     ],
 )
 def test_the_shader_is_the_node_group_and_the_table(osl, addon, request, bake, disc, settings):

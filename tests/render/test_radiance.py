@@ -162,13 +162,13 @@ def test_a_render_is_the_bake(stage, baked, form, lights):
         ("baked", {"Period Scale": 1.7}),
         ("baked", {"Period Scale": 0.8, "Height Scale": 0.6, "IOR": 1.3}),
         ("baked", {"IOR": 5.0, "Strength": 2.0}),  # a dielectric's ends at 3
-        ("metal", {"IOR": 5.0, "Strength": 2.0}),
-        ("metal", {"Roughness": 0.3, "Period Scale": 0.8, "Height Scale": 0.6, "IOR": 10.0}),
+        ("gold", {"IOR": 3.0, "Strength": 2.0}),
+        ("gold", {"Roughness": 0.3, "Period Scale": 0.8, "Height Scale": 0.6}),
     ],
 )
 def test_the_inputs_are_what_they_say(stage, request, bake, settings):
     path, table = request.getfixturevalue(bake)
-    assert table.metal == (bake == "metal")
+    assert table.holds_reflectance == (bake == "gold")
     mesh, (location, target, angle) = shape(stage, "sphere")
     stage.camera(location, target, angle=angle)
     lamps(stage, "sun")

@@ -8,8 +8,8 @@ import bpy
 
 from ....precompute.base.failure import GratingError, printable
 from ....precompute.colour.working_space import rgb_from_xyz
-from ....precompute.reflectance.matter_text import parse
-from ....precompute.table.atlas_file import read_sound_header
+from ....precompute.reflectance.matter import MIRROR
+from ....precompute.table.atlas_file import matter_in, read_sound_header
 from ....precompute.table.sample_set import path_beside
 from ....precompute.table.sample_set import read_sound_header as read_sound_set_header
 from ...blender import compat
@@ -39,7 +39,7 @@ def direct_response(path: Path) -> Response:
     name = printable(path.stem)
     response = build_direct_group(name, image, layout, rgb_from_xyz=matrix)
     note_working_space(response)
-    if layout.holds_reflectance and parse(record["request"]["matter"]).opaque:
+    if layout.holds_reflectance and matter_in(record, path, unnamed=MIRROR).opaque:
         note_opaque(response)
     note_pictures(response.group)
     if draws_layout is None:

@@ -103,10 +103,10 @@ def test_a_bake_written_over_is_assigned_anew(addon, scene, scan, tmp_path):
 
 
 def test_a_metal_has_an_albedo_bound(grating):
-    assert not read_header(grating.baked_file())[0].metal
-    grating.matter = "METAL"
+    assert not read_header(grating.baked_file())[0].holds_reflectance
+    grating.matter = "GOLD"
     assert bpy.ops.grating.bake() == {"FINISHED"}
-    assert read_header(grating.baked_file())[0].metal
+    assert read_header(grating.baked_file())[0].holds_reflectance
 
 
 def test_a_grating_whose_bake_undo_took_away_knows_it_again(scene, grating, addon):
@@ -123,7 +123,7 @@ def test_a_grating_whose_bake_undo_took_away_knows_it_again(scene, grating, addo
 
 def test_settings_that_changed_since_the_bake_are_noticed(scene, grating, addon, tmp_path):
     assert not addon.remembered_bakes.is_asked_otherwise(grating)
-    for name, other in (("delta_e", 0.7), ("coherence_um", 5.0), ("size_um", 5.0), ("matter", "METAL")):
+    for name, other in (("delta_e", 0.7), ("coherence_um", 5.0), ("size_um", 5.0), ("matter", "GOLD")):
         before = getattr(grating, name)
         setattr(grating, name, other)
         assert addon.remembered_bakes.is_asked_otherwise(grating), name

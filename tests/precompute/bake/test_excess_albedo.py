@@ -20,6 +20,7 @@ from precompute.colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, spect
 from precompute.maps import brdf_map
 from precompute.maths import bspline
 from precompute.measure.errors import DELTA_E_OF_BOUND
+from precompute.reflectance.matter import MIRROR, Matter
 from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import binary, blazed, flat, sinusoidal
 from precompute.table import atlas
@@ -52,8 +53,8 @@ def toward(theta_deg, azimuth_deg=0.0):
 
 @pytest.fixture(scope="module")
 def bakes():
-    """Bakes of metals as read from their files, and the exact surfaces, by name."""
-    found, request = {}, BakeRequest(delta_e=10, coherence_length_m=COHERENCE_M, matter="metal")
+    """Bakes of mirrors as read from their files, and the exact surfaces, by name."""
+    found, request = {}, BakeRequest(delta_e=10, coherence_length_m=COHERENCE_M, matter=Matter(MIRROR))
     for name, height_map in SURFACES.items():
         relief = prepare(height_map)
         baked = atlas.unpack(*atlas.pack(bake(relief, request)))
@@ -232,7 +233,7 @@ def test_the_atlas_never_rounds_the_bound_down(bakes):
     assert np.all(half <= values * (1 + 2**-9) + 1e-7)
 
 
-@pytest.mark.parametrize("form", ["dielectric", "metal", "stam"])
+@pytest.mark.parametrize("form", ["dielectric", "mirror", "stam"])
 def test_reciprocity_in_all_forms(bakes, form):
     """f(wi, wr) = f(wr, wi): O, Q and M are symmetric, and the table is read at the same (u, v, w)."""
     baked, _ = bakes["blazed"]

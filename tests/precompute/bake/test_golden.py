@@ -11,6 +11,7 @@ import pytest
 from precompute.bake import cache
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
+from precompute.reflectance.matter_text import parse
 from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import blazed, sinusoidal
 from precompute.table.atlas import pack, unpack
@@ -20,7 +21,7 @@ GOLDEN = Path(__file__).with_name("golden.json")
 CASES = {
     "blazed": (lambda: blazed(periods=4, rows=96), "dielectric"),
     "sinusoidal": (lambda: sinusoidal(periods=3, rows=48), "dielectric"),
-    "metal": (lambda: blazed(periods=4, rows=96), "metal"),
+    "gold": (lambda: blazed(periods=4, rows=96), "gold"),
 }
 # Spectra have single precision, whose last digit (6e-8) depends on the processor and on NumPy's version; sums of some
 # thousands of them agree to 1e-5. Half floats round a term by at most 2^-11 = 5e-4 of itself. If a last digit changes
@@ -31,9 +32,11 @@ ROUNDING = 2e-5
 def figures(name: str) -> dict[str, list[float]]:
     """Sums over the contents of the file of a case's bake."""
     surface, matter = CASES[name]
-    request = BakeRequest(delta_e=2.0, coherence_length_m=6e-6, matter=matter)
+    request = BakeRequest(delta_e=2.0, coherence_length_m=6e-6, matter=parse(matter))
     table = unpack(*pack(bake(prepare(surface()), request)))
-    bound = {"excess_albedo": [float(np.abs(table.excess_albedo.astype(float)).sum())]} if table.metal else {}
+    bound = (
+        {"excess_albedo": [float(np.abs(table.excess_albedo.astype(float)).sum())]} if table.holds_reflectance else {}
+    )
     return {
         "shape": list(table.terms.shape),
         "levels": [len(table.levels)],

@@ -19,6 +19,7 @@ from precompute.methods.method import Settings
 from precompute.methods.method_registry import METHODS
 from precompute.optics.region import Region
 from precompute.reference.ensemble_reference import blurred
+from precompute.reflectance.matter import MIRROR, Matter
 from precompute.spectra.patch_window import PatchWindow
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
@@ -82,8 +83,8 @@ def test_several_scans_are_refused():
 
 def test_a_metal_is_refused(tmp_path, capsys):
     with pytest.raises(GratingError, match="the patch model is of a dielectric; choose "):
-        patch.plan([RELIEF], BakeRequest(coherence_length_m=LENGTH_M, matter="metal"))
-    command = ["bake", "sample:blazed", "-o", str(tmp_path / "out"), "--model", "patch", "--matter", "metal"]
+        patch.plan([RELIEF], BakeRequest(coherence_length_m=LENGTH_M, matter=Matter(MIRROR)))
+    command = ["bake", "sample:blazed", "-o", str(tmp_path / "out"), "--model", "patch", "--matter", "gold"]
     assert parser.main([*command, "--no-cache", "--progress", "none"]) == 1
     out, err = capsys.readouterr()
     told = "the patch model is of a dielectric; choose --model ensemble, or --matter dielectric\n"

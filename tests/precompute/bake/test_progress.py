@@ -6,15 +6,16 @@ import pytest
 
 from precompute.bake import make as make_module
 from precompute.bake.make import make
-from precompute.bake.request import MATTERS, BakeRequest
+from precompute.bake.request import BakeRequest
 from precompute.base.failure import GratingError
+from precompute.reflectance.matter_text import parse
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 
 # The stages of each matter.
 STAGES = {
     "dielectric": ["transforms", "wavelengths", "self-check"],
-    "metal": ["transforms", "wavelengths", "albedo bound", "self-check"],
+    "gold": ["transforms", "wavelengths", "albedo bound", "self-check"],
 }
 
 
@@ -35,10 +36,10 @@ def told_by(reliefs, request):
     return list(dict.fromkeys(stages)), np.array(fractions)
 
 
-@pytest.mark.parametrize("matter", MATTERS)
+@pytest.mark.parametrize("matter", STAGES)
 @pytest.mark.parametrize("scans", [1, 2])
 def test_one_bar_over_the_whole_bake(scans, matter):
-    stages, fractions = told_by([relief(100e-9)] * scans, BakeRequest(delta_e=3.0, matter=matter))
+    stages, fractions = told_by([relief(100e-9)] * scans, BakeRequest(delta_e=3.0, matter=parse(matter)))
     assert stages[0].startswith("expects ") and stages[1:] == STAGES[matter]
     assert (np.diff(fractions) >= 0).all()
     # The rest of the bar is for a second attempt, which is rare.

@@ -6,6 +6,8 @@ import pytest
 from precompute.bake.request import COHERENCE_UM, DELTA_E, BakeRequest, Scan, request_from
 from precompute.base.failure import GratingError
 from precompute.cli.bake_verb import read_request
+from precompute.reflectance.matter import DIELECTRIC, Matter
+from precompute.reflectance.matter_text import parse
 from precompute.surface.steps.pipeline import DEFAULT, parse_steps
 
 SCAN = {"source": "skin.png", "size_um": 4, "height_nm": 250}
@@ -13,11 +15,11 @@ SCAN = {"source": "skin.png", "size_um": 4, "height_nm": 250}
 
 def test_a_request_comes_back():
     scans = (Scan("skin.png", 4.0, 250.0), Scan("sample:cd"))
-    for kinds in ({"model": "patch"}, {"matter": "metal"}):
+    for kinds in ({"model": "patch"}, {"matter": parse("chitin 1.7/80nm, 3x(1.5/9nm, gold/5nm), 1.5+0.1i")}):
         request = BakeRequest(2.5, 7e-6, "E", scans=scans, **kinds)
         assert request_from(request.as_dict(), "test") == request
     # A record from before metals is of a dielectric.
-    assert request_from({}, "test").matter == "dielectric"
+    assert request_from({}, "test").matter == Matter(DIELECTRIC)
     for steps in ("none", "plane,poly:3,scars,rotate:-12.5"):
         asked = BakeRequest(levelling=parse_steps(steps))
         assert request_from(asked.as_dict(), "test") == asked
@@ -36,8 +38,8 @@ def test_a_request_comes_back():
     ({"coherence_um": 1e-9}, "coherence_um: give a number from 0.1"), ({"coherence_um": False}, "coherence"),
     ({"illuminant": ["D65"]}, "illuminant: give one of"), ({"illuminant": {}}, "illuminant: give one of"),
     ({"model": None}, "model: give one of"),
-    ({"matter": "skin"}, "matter: give one of dielectric, metal"), ({"matter": None}, "matter: give one of"),
-    ({"matter": ["metal"]}, "matter: give one of"), ({"levelling": "plane"}, "levelling: give a list"),
+    ({"matter": None}, "matter: give a text"), ({"matter": ["gold"]}, "matter: give a text"),
+    ({"levelling": "plane"}, "levelling: give a list"),
     ({"levelling": [[]]}, "levelling: no such step; give one of"),
     ({"levelling": ["rotate"]}, "levelling: rotate: no such argument; give DEG"),
     ({"levelling": ["plane"] * 10**4}, "levelling: 10000 steps; give at most 50"),
@@ -55,6 +57,23 @@ def test_what_no_bake_can_have_is_refused(record, fault):
     with pytest.raises(GratingError, match=f"^asked: .*{fault}") as caught:
         request_from(record, "asked")
     assert len(str(caught.value)) < 400
+
+
+@pytest.mark.parametrize(("text", "fault"), [
+    ("", "is empty; give dielectric, mirror"), ("metal", "metal: is not a known matter; give dielectric, mirror"),
+    ("1.5/100nm,, gold", "has an empty layer; write layers"), ("1.5/0nm, gold", "1.5/0nm: is 0nm thick; give more"),
+])  # fmt: skip
+def test_a_wrong_matter_names_the_request(text, fault):
+    with pytest.raises(GratingError, match=f"^asked: matter: {fault}") as caught:
+        request_from({"matter": text}, "asked")
+    assert len(str(caught.value)) < 400
+
+
+@pytest.mark.parametrize("matter", ["mirror", "gold", "1.7+0.02i", "air/2nm, gold", "2x(1.6/8nm, 1.5/9nm), air"])
+def test_each_kind_of_matter_comes_back(matter):
+    request = BakeRequest(matter=parse(matter))
+    assert request.as_dict()["matter"] == matter
+    assert request_from(request.as_dict(), "test") == request
 
 
 @pytest.mark.parametrize("content", [

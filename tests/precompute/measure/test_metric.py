@@ -12,7 +12,7 @@ from precompute.measure import errors
 from precompute.measure.errors import COUNTED_Y, EXPOSURE_PERCENTILES, Errors, Truth, measure, worst_exposure
 from precompute.measure.pairs import Pairs, draw_w
 from precompute.measure.truths import draw_pairs, truths
-from precompute.optics.fresnel import KERATIN_IOR, fresnel_reflectance
+from precompute.optics.fresnel import KERATIN_IOR
 from precompute.optics.small_slope import small_slope_reflectance
 from precompute.reference.ensemble_reference import reference_grid, reference_xyz
 from precompute.spectra.spectrum import scattered_spectrum
@@ -167,7 +167,7 @@ def test_the_figure_is_that_of_the_worst_exposure(truth, metal):
     for t in truth:
         half = (t.pairs.wi + t.pairs.wr) / 2
         cosine = np.linalg.norm(half, axis=1)
-        factor = fresnel_reflectance(cosine) * (2 * cosine**2) ** 2 / t.pairs.wr[:, 2]
+        factor = (2 * cosine**2) ** 2 / t.pairs.wr[:, 2]
         if not metal:
             factor = 4 * t.pairs.wi[:, 2] ** 2 * t.pairs.wr[:, 2] * small_slope_reflectance(t.pairs.wi, t.pairs.wr)
         over_w2 = t.scattered_xyz / t.w**2
@@ -184,7 +184,7 @@ def test_the_figure_is_that_of_the_worst_exposure(truth, metal):
         figures.append(delta_e_2000(*colours))
     worst = max(figures, key=lambda de: np.percentile(de, 99))
     assert len({round(float(np.percentile(de, 99)), 3) for de in figures}) > 1
-    errors = measure(truth, spoilt(fault), metal=metal)
+    errors = measure(truth, spoilt(fault), holds_reflectance=metal)
     # Other orders of the same products: 1e-15 of XYZ, 1e-12 of dE00.
     assert errors.p99 == pytest.approx(np.percentile(worst, 99), rel=1e-9)
     assert errors.p95 == pytest.approx(np.percentile(worst, 95), rel=1e-9)
@@ -330,12 +330,11 @@ def test_progress_runs_to_its_end():
 def test_the_radiance_factor_is_that_of_the_brdf():
     """f cos(ti) w^2 for a density of 1, by hand for light at 60 degrees and view along the normal.
 
-    A metal has R O cos(ti) w^2: half angle 30, wi.wr = 1/2, (3/2)^2 / 1. A dielectric has 4 cos(ti)^2 cos(tr) Q. Of a
-    view along the normal the azimuth does not count, and Q is the mean over the polarisations of (n - 1)^2 / (c + g)^2
-    and (n - 1)^2 g^2 / (n^2 c + g)^2, where c = cos(ti) and g = sqrt(n^2 - sin(ti)^2)."""
+    A metal has O cos(ti) w^2, and the density holds R: wi.wr = 1/2, (3/2)^2 / 1. A dielectric has 4 cos(ti)^2
+    cos(tr) Q. Of a view along the normal the azimuth does not count, and Q is the mean over the polarisations of
+    (n - 1)^2 / (c + g)^2 and (n - 1)^2 g^2 / (n^2 c + g)^2, where c = cos(ti) and g = sqrt(n^2 - sin(ti)^2)."""
     pairs = Pairs(np.array([[np.sqrt(0.75), 0, 0.5]]), np.array([[0, 0, 1.0]]), np.array([False]))
-    expected = fresnel_reflectance(np.cos(np.radians(30))) * 2.25
-    assert pairs.radiance_factor(metal=True)[0] == pytest.approx(expected, rel=1e-12)
+    assert pairs.radiance_factor(holds_reflectance=True)[0] == pytest.approx(2.25, rel=1e-12)
     n, c, g = KERATIN_IOR, 0.5, np.sqrt(KERATIN_IOR**2 - 0.75)
     q = (n - 1) ** 2 * ((c + g) ** -2 + (g / (n**2 * c + g)) ** 2) / 2
     # The code holds the product of the squared sines at 1e-12 at least.
@@ -349,14 +348,17 @@ def test_a_metal_is_measured_after_its_bound(truth):
     def held(pairs):
         return 1 + 0.5 * pairs.wi[:, 0] ** 2
 
-    right = measure(bounded, exact, metal=True, held_bound=held)
+    right = measure(bounded, exact, holds_reflectance=True, held_bound=held)
     assert right.max < 1e-10 and right.relative_dy < 1e-14
-    wrong = measure(bounded, exact, metal=True, held_bound=lambda pairs: np.ones(len(pairs.wi)))
-    reference = np.concatenate([t.pairs.radiance_factor(metal=True) * t.scattered_xyz[:, 1] / t.w**2 for t in bounded])
+    wrong = measure(bounded, exact, holds_reflectance=True, held_bound=lambda pairs: np.ones(len(pairs.wi)))
+    reference = np.concatenate([
+        t.pairs.radiance_factor(holds_reflectance=True) * t.scattered_xyz[:, 1] / t.w**2
+        for t in bounded
+    ])  # fmt: skip
     shown = reference / np.concatenate([t.bound for t in bounded])
     assert wrong.relative_dy == pytest.approx((reference - shown).sum() / shown.sum(), rel=1e-10)
     assert wrong.p99 > FAILS
-    assert measure(bounded, exact, metal=True).max < 1e-10
+    assert measure(bounded, exact, holds_reflectance=True).max < 1e-10
 
 
 def test_the_worse_of_two_has_the_larger_percentiles():

@@ -66,8 +66,8 @@ def test_the_canonical_text_is_read_back(plain, repeated, count, substrate):
 
 
 BAD = {
-    "": "matter: is empty",
-    " \n ": "matter: is empty",
+    "": "is empty; give dielectric",
+    " \n ": "is empty; give dielectric",
     "unobtainium": "unobtainium: is not a known matter; give dielectric, mirror, aluminium",
     "nan": "nan: is not a known matter",
     "1_5": "1_5: is not a known matter",
@@ -95,8 +95,8 @@ BAD = {
     "1.5/100nm": "1.5/100nm: has no substrate; end with an index",
     "1.5/100nm,": "1.5/100nm,: has no substrate",
     "6x(1.5/100nm)": "6x(1.5/100nm): has no substrate",
-    "1.5/100nm,, gold": "matter: has an empty layer",
-    "6x(), gold": "matter: has an empty layer",
+    "1.5/100nm,, gold": "has an empty layer; write layers as",
+    "6x(), gold": "has an empty layer; write layers as",
     "1.5/100nm, mirror": "mirror: stands alone",
     "dielectric/100nm, 1.5": "dielectric: stands alone",
     "6x(1.5/100nm, gold": "6x(1.5/100nm, gold: has brackets that do not match; write repeats as 6x(",

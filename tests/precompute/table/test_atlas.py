@@ -170,18 +170,18 @@ def test_the_strip_goes_on_past_its_end():
 def test_a_dielectric_has_no_rows_for_the_bound():
     """Above the curve's rows the tiles begin, and the table that comes back has no bound."""
     image, layout = atlas.pack(random_bake())
-    assert not layout.metal and layout.bound_texels == 0 and layout.strip_rows == atlas.STRIP_ROWS
+    assert not layout.holds_reflectance and layout.bound_texels == 0 and layout.strip_rows == atlas.STRIP_ROWS
     assert layout.is_valid and layout.tile_origin(0) == (0, atlas.STRIP_ROWS)
     assert layout.height == atlas.STRIP_ROWS + layout.rows * layout.cell_rows
     again = atlas.unpack(image, layout)
-    assert not again.metal and again.excess_albedo is None
+    assert not again.holds_reflectance and again.excess_albedo is None
     assert again.bound_of(np.array([0.6, 0, 0.8]), np.array([0, 0, 1.0])) == 1
 
 
 def test_the_bound_stands_above_the_curve():
     excess = np.random.default_rng(0).normal(size=(9, 9)).astype(np.float16).astype(np.float32)
     image, layout = atlas.pack(replace(random_bake(), excess_albedo=excess))
-    assert layout.metal and layout.is_valid and layout.strip_rows == atlas.STRIP_ROWS + 9
+    assert layout.holds_reflectance and layout.is_valid and layout.strip_rows == atlas.STRIP_ROWS + 9
     np.testing.assert_array_equal(image[atlas.STRIP_ROWS : layout.strip_rows, :9, 1], excess)
     np.testing.assert_array_equal(atlas.unpack(image, layout).excess_albedo, excess)
 

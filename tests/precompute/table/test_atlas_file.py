@@ -39,18 +39,19 @@ def test_a_file_comes_back(written):
     assert {key: record[key] for key in PROVENANCE} == PROVENANCE
     assert record["format"] == atlas_file.FORMAT
     # A dielectric has no bound.
-    assert not read_header(path)[0].metal and not again.metal
+    assert not read_header(path)[0].holds_reflectance and not again.holds_reflectance
     held = table_file.read_table(path)
-    assert not held.metal and held.excess.size == 0
+    assert not held.holds_reflectance and held.excess.size == 0
     np.testing.assert_array_equal(held.terms, again.terms)
 
 
 def test_a_metal_comes_back(tmp_path):
     excess = np.random.default_rng(0).random((9, 9)).astype(np.float16).astype(np.float32)
     path = tmp_path / "metal.exr"
-    atlas_file.write_together({path: atlas.pack(replace(random_bake(), excess_albedo=excess))}, PROVENANCE)
+    of_gold = PROVENANCE | {"request": {"matter": "gold"}}
+    atlas_file.write_together({path: atlas.pack(replace(random_bake(), excess_albedo=excess))}, of_gold)
     again, held = atlas_file.read(path)[0], table_file.read_table(path)
-    assert read_header(path)[0].metal and again.metal and held.metal
+    assert read_header(path)[0].holds_reflectance and again.holds_reflectance and held.holds_reflectance
     np.testing.assert_array_equal(again.excess_albedo, excess)
     np.testing.assert_array_equal(held.excess, excess)
 

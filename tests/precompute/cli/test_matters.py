@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The verbs `bake`, `check` and `map` on metals, whose bakes have an albedo bound."""
+"""The verbs `bake`, `check` and `map` on matters other than dielectrics, whose bakes have an albedo bound."""
 
 import json
 from dataclasses import replace
@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from precompute.cli import parser
+from precompute.reflectance.matter_text import parse
 from precompute.table import atlas, atlas_file
 from tests.precompute.bake.same_bake import assert_same_bake
 
@@ -17,9 +18,9 @@ QUICK = ("--pairs", "1000", "--step-nm", "10", "--progress", "none")
 
 @pytest.fixture(scope="module")
 def baked(tmp_path_factory):
-    """The file of a metal's bake."""
-    folder = tmp_path_factory.mktemp("metal")
-    line = ["bake", SURFACE, "--matter", "metal", "--coherence-um", "4", "-o", str(folder), "--no-cache"]
+    """The file of a bake of gold."""
+    folder = tmp_path_factory.mktemp("gold")
+    line = ["bake", SURFACE, "--matter", "gold", "--coherence-um", "4", "-o", str(folder), "--no-cache"]
     assert parser.main([*line, "--progress", "none"]) == 0
     return folder / "blazed.exr"
 
@@ -36,10 +37,10 @@ def spoilt(baked, path, *, request=None, **changes):
 
 def test_its_file_holds_a_bound(baked):
     table, record = atlas_file.read(baked)
-    assert record["request"]["matter"] == "metal"
-    assert table.metal and table.excess_albedo.max() > 0.1
+    assert record["request"]["matter"] == "gold"
+    assert table.holds_reflectance and table.excess_albedo.max() > 0.1
     layout, _ = atlas_file.read_header(baked)
-    assert layout.metal and layout.bound_texels == len(table.excess_albedo)
+    assert layout.holds_reflectance and layout.bound_texels == len(table.excess_albedo)
 
 
 def test_it_passes_its_check(run, baked):
@@ -48,8 +49,9 @@ def test_it_passes_its_check(run, baked):
     facts, claimed = json.loads(out), atlas_file.read_header(baked)[1]["delta_e"]
     assert (status, err) == (0, "") and facts["passed"]
     assert facts["delta_e"]["p99"] <= 1
-    for name in ("mean", "p95", "p99"):
-        assert facts["delta_e"][name] == pytest.approx(claimed[name], rel=0.6)
+    # The bound's error is large at few directions, so a hundred pairs know its high percentiles to a factor of 2.
+    for name, tolerance in (("mean", 0.6), ("p95", 1), ("p99", 1)):
+        assert facts["delta_e"][name] == pytest.approx(claimed[name], rel=tolerance)
     # The bound is measured at some of the pairs.
     assert 40 < facts["delta_e"]["pairs"] < sum(ring["pairs"] for ring in facts["rings"]) / 8
 
@@ -71,25 +73,58 @@ def test_its_request_repeats_it(run, baked, tmp_path):
     assert_same_bake(tmp_path / "again" / "blazed.exr", baked)
 
 
-def test_the_cache_tells_a_metal_from_a_dielectric(run, tmp_path):
+def test_the_cache_tells_matters_apart_and_knows_two_spellings(run, tmp_path):
     options = ("--coherence-um", "2", "--delta-e", "5", "--progress", "none", "--json", "-")
     cached = []
-    for number, matter in enumerate(("dielectric", "metal", "metal", "dielectric")):
+    films = "1.46/200nm, aluminium", "silica 1.46 / 0.2 um,aluminum"
+    for number, matter in enumerate(("dielectric", "mirror", *films, "1.46/201nm, aluminium", "dielectric")):
         line = ("bake", SURFACE, *options, "--matter", matter, "-o", tmp_path / f"{number}")
         status, out, _ = run(*line)
         assert status == 0
         cached.append(json.loads(out)["cached"])
-        assert atlas_file.read_header(tmp_path / f"{number}" / "blazed.exr")[0].metal == (matter == "metal")
-    assert cached == [False, False, True, True]
+        layout, record = atlas_file.read_header(tmp_path / f"{number}" / "blazed.exr")
+        assert layout.holds_reflectance == (matter != "dielectric")
+        assert record["request"]["matter"] == str(parse(matter))
+    assert cached == [False, False, False, True, False, True]
 
 
-def test_an_unknown_matter_is_refused(refused, baked, tmp_path):
+@pytest.mark.parametrize(
+    ("matter", "fault"),
+    [
+        ("wood", "wood: is not a known matter; give dielectric, mirror, aluminium"),
+        ("1.5/0nm, gold", "1.5/0nm: is 0nm thick; give more than 0"),
+        ("", "is empty; give dielectric"),
+        ("1.5/100nm", "1.5/100nm: has no substrate; end with an index"),
+    ],
+)
+def test_a_wrong_matter_is_refused(refused, tmp_path, matter, fault):
     options = ("-o", tmp_path / "out", "--progress", "none")
-    told = refused("bake", SURFACE, "--matter", "wood", *options, status=2)
-    assert "--matter" in told and "wood" in told
-    path = spoilt(baked, tmp_path / "wooden.exr", request={"matter": "wood"})
+    told = refused("bake", SURFACE, "--matter", matter, *options, status=2)
+    assert f"argument --matter: {fault}" in told
+    path = tmp_path / "request.json"
+    path.write_text(json.dumps({"matter": matter, "scans": [{"source": SURFACE}]}))
     told = refused("bake", "--request", path, *options)
-    assert told == f"error: {path}: matter: cannot be 'wood'; give one of dielectric, metal\n"
+    assert told.startswith(f"error: {path}: matter: {fault}")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("matter", ["wood", "dielectric", ["gold"], "1.5/0nm, gold", "9" * 3000])
+def test_a_forged_matter_is_refused(refused, baked, tmp_path, matter):
+    """Also a dielectric, whose table would have no albedo bound."""
+    path = spoilt(baked, tmp_path / "forged.exr", request={"matter": matter})
+    for line in (("bake", "--request", path), ("map", path), ("check", path, SURFACE)):
+        options = () if line[0] == "check" else ("-o", tmp_path / "out.png")
+        told = refused(*line, *options, "--progress", "none")
+        assert told.startswith(f"error: {path}: its header's matter") and told.endswith("; bake it again\n")
+        assert len(told) < 400 + len(str(path))
+
+
+def test_a_dielectrics_table_cannot_claim_a_reflectance(run, refused, tmp_path):
+    options = ("--coherence-um", "2", "--delta-e", "5", "--progress", "none", "-o", tmp_path)
+    assert run("bake", SURFACE, *options)[0] == 0
+    path = spoilt(tmp_path / "blazed.exr", tmp_path / "forged.exr", request={"matter": "gold"})
+    for line in (("map", path, "-o", tmp_path / "out.png"), ("check", path, SURFACE)):
+        assert "its header's matter" in refused(*line, "--progress", "none")
 
 
 def test_its_map_is_in_both_forms(run, baked, tmp_path):

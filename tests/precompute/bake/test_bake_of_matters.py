@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bakes whose tables hold the reflectance of their matter, against the reference."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from precompute.bake.ensemble import bake
+from precompute.bake.excess_albedo import excess_at
+from precompute.bake.request import BakeRequest
+from precompute.colour.observer import spectral_weights, wavelengths
+from precompute.measure.errors import measure
+from precompute.measure.pairs import cosine_weighted
+from precompute.measure.truths import truths
+from precompute.optics.fresnel import fresnel_reflectance
+from precompute.reference.ensemble_reference import reference_grid, reference_xyz
+from precompute.reflectance.matter_text import parse
+from precompute.spectra.series import spectrum_series
+from precompute.surface.height_map import HeightMap
+from precompute.surface.relief import prepare
+from precompute.surface.samples.discs import cd
+from precompute.surface.samples.reptiles import elaphe
+from precompute.surface.samples.ruled_gratings import blazed, flat
+from precompute.table import atlas
+from precompute.table.radiance import Skin, reflected_xyz
+
+COHERENCE_M = 4e-6
+MATTERS = {
+    "gold": "gold",
+    "film": "2/120nm, 1.56",
+    "layers": "6x(1.68/80nm, 1.56/90nm), 1.56",
+}
+
+
+def part_of(sample, side_m):
+    """A square of a sample, which does not wrap."""
+    whole = sample()
+    rows, columns = (round(side_m / pixel) for pixel in whole.pixel_size_m)
+    return HeightMap(np.ascontiguousarray(whole.height_m[:rows, :columns]), whole.pixel_size_m, "part")
+
+
+SURFACES = {
+    "blaze": lambda: blazed(periods=2, rows=64),
+    "disc": lambda: part_of(cd, 4.2e-6),
+    "skin": lambda: part_of(elaphe, 4.2e-6),
+}
+
+
+@pytest.mark.parametrize("surface", SURFACES)
+@pytest.mark.parametrize("matter", MATTERS)
+def test_a_bake_looks_like_the_reference(surface, matter):
+    """Without the albedo bound and with it, to the requested dE00, at directions that the bake does not know.
+
+    Three values of w are the low, middle and high part of their distribution; one in a hundred pairs of each may exceed
+    the requested error by its own spread. The same reference without the reflectance has errors several times as large
+    as the request, so the test fails if the table lacks the reflectance or has another."""
+    relief, asked = prepare(SURFACES[surface]()), parse(MATTERS[matter])
+    table = atlas.unpack(*atlas.pack(bake(relief, BakeRequest(coherence_length_m=COHERENCE_M, matter=asked))))
+    truth = truths(relief, table.sigma_b, 3, pairs_each=300, step_m=5e-9, seed=4, matter=asked)
+    errors = measure(truth, table.candidate, holds_reflectance=True)
+    series = spectrum_series(relief, reference_grid(relief, table.sigma_b), 2 / 380e-9, tolerance=1e-6)
+    bounded = [replace(t, bound=exact_bound(series, table.sigma_b, t.pairs)) for t in truth_of_few(truth)]
+    with_bound = measure(bounded, table.candidate, holds_reflectance=True, held_bound=table.bound_of_pairs)
+    print(f"{surface} {matter}: p99 {errors.p99:.2f}, with bound {with_bound.p99:.2f}")
+    assert errors.p99 <= 1 and with_bound.p99 <= 1
+    assert errors.zero_order_dy < 2e-3
+    white = truths(relief, table.sigma_b, 3, pairs_each=300, step_m=5e-9, seed=4)
+    assert measure(white, table.candidate, holds_reflectance=True).p99 > 3
+
+
+def truth_of_few(truth):
+    """Every sixth pair: the bound is integrated at each."""
+    return [t.only(slice(None, None, 6)) for t in truth]
+
+
+def exact_bound(series, sigma_b, pairs):
+    """The greater albedo bound (n,) of the two directions of pairs, without a table."""
+    return 1 + np.max(
+        [np.maximum(excess_at([series], sigma_b, way[None])[0] / way[:, 2], 0) for way in (pairs.wi, pairs.wr)], axis=0
+    )
+
+
+@pytest.mark.parametrize("matter", MATTERS.values())
+def test_the_zero_order_is_the_reflectance_at_half_of_w(matter):
+    """The half vector of the zero order is the normal's, so the cosine is w / 2. A flat surface reflects nothing else:
+    its curve is the colour of R(lambda, w / 2)."""
+    asked = parse(matter)
+    table = bake(prepare(flat()), BakeRequest(delta_e=10, coherence_length_m=COHERENCE_M, matter=asked))
+    w = np.linspace(0, 2, 41)
+    expected = asked.reflectance(wavelengths(1e-9), w / 2).T @ spectral_weights(wavelengths(1e-9), "D65")
+    # R falls from 1 at w = 0 by 0.012 of the white within a step of the curve. The B-spline of the curve's samples is a
+    # sixth of the step off where the curve ends.
+    np.testing.assert_allclose(table.zero_order_xyz(w), expected, rtol=0, atol=3e-3)
+    assert np.ptp(expected[:, 1]) > 0.05
+
+
+def test_an_index_is_a_dielectric_in_stams_form():
+    """The table with matter 1.56 holds R, a dielectric's radiance multiplies by R: both are R O S.
+
+    The two bakes have their own terms, texels and half floats, each good to a dE00 of 0.5 at most of the directions.
+    That is 1 % of the light (dE00 38 per unit of luminance); for the sum of both, 3 % of the largest value."""
+    relief = prepare(blazed(periods=2, rows=64))
+    request = BakeRequest(delta_e=0.5, coherence_length_m=COHERENCE_M)
+    dielectric, holding = (bake(relief, replace(request, matter=parse(text))) for text in ("dielectric", "1.56"))
+    rng = np.random.default_rng(2)
+    wi, wr = cosine_weighted(1.5, 500, rng)
+    for w in (0.4, 1.0, 1.9):
+        more = cosine_weighted(w, 500, rng)
+        wi, wr = np.concatenate([wi, more[0]]), np.concatenate([wr, more[1]])
+    skin = Skin(ior=1.56)
+    expected, found = (reflected_xyz(table, wi, wr, skin=skin, stam=True) for table in (dielectric, holding))
+    # The obliquity (1 + wi.wr)^2 / cos(tr) diverges at the horizon and would make one pair the largest.
+    scale = (wi[:, 2] * wr[:, 2])[:, None]
+    assert np.abs(scale * (found - expected)).max() <= 0.03 * np.abs(scale * expected).max()
+    # R changes from 0.05 to 1, so the wrong half angle would show.
+    cosine = np.linalg.norm(wi + wr, axis=1) / 2
+    assert np.ptp(fresnel_reflectance(cosine, 1.56)) > 0.2
+
+
+def test_the_index_of_the_material_does_not_count():
+    request = BakeRequest(delta_e=5, coherence_length_m=2e-6, matter=parse("5"))
+    table = bake(prepare(blazed(periods=2, rows=64)), request)
+    wi, wr = cosine_weighted(1.4, 50, np.random.default_rng(0))
+    one, other = (reflected_xyz(table, wi, wr, skin=Skin(ior=ior)) for ior in (1.1, 3.0))
+    np.testing.assert_array_equal(one, other)
+    assert one.max() > 0.01
+
+
+def test_the_reference_of_an_index_is_that_of_a_mirror_times_fresnel():
+    """An index has the same R at each wavelength, so its colour is the mirror's times R at the half angle."""
+    relief = prepare(blazed(periods=1, rows=32))
+    u, v = np.random.default_rng(0).uniform(-0.5, 0.5, (2, 20))
+    white, found = (
+        reference_xyz(relief, (u, v), w=1.3, sigma_b=0.05, step_m=40e-9, matter=parse(text)) for text in ("mirror", "5")
+    )
+    r = fresnel_reflectance(np.sqrt(u**2 + v**2 + 1.3**2) / 2, 5.0)
+    np.testing.assert_allclose(found[0], white[0] * r[:, None], rtol=1e-9)
+    np.testing.assert_allclose(found[1], white[1] * fresnel_reflectance(np.array(0.65), 5.0), rtol=1e-9)
