@@ -131,7 +131,7 @@ def build(_: argparse.Namespace, arguments: list[str]) -> int:
 
 def grating(_: argparse.Namespace, arguments: list[str]) -> NoReturn:
     environment = environments.require(PY311)
-    own = {path.stem for path in (ROOT / "laboratory" / "verbs").glob("[a-z]*.py")}
+    own = {path.stem.removesuffix("_verb") for path in (ROOT / "laboratory" / "verbs").glob("[a-z]*.py")}
     # The laboratory's program lists the verbs of both.
     package = "laboratory" if not arguments or arguments[0] in {*own, "-h", "--help"} else "precompute"
     # The working folder stays the caller's, so relative paths keep their meaning.
