@@ -17,8 +17,9 @@ from precompute.cli.parser import OneLineParser
 
 from . import rcwa_orders_tables as tables
 from . import report
+from .rcwa import KERATIN
 from .rcwa_orders_picture import draw
-from .rcwa_orders_rows import cases, measure
+from .rcwa_orders_rows import cases, measure, steep
 
 
 def main(argv: list[str] | None = None) -> None:
@@ -32,11 +33,15 @@ def main(argv: list[str] | None = None) -> None:
     if importlib.util.find_spec("inkstone") is None:
         sys.exit("error: inkstone is not here; remedy: ./dev bench rcwa_orders, in the environment py311-bpy45")
     arguments.output.mkdir(parents=True, exist_ok=True)
-    measured = [measure(case) for case in cases(quick=arguments.quick)]
+    chosen = cases(quick=arguments.quick)
+    measured = [measure(case) for case in chosen]
     rows = tables.kept(row for orders, _ in measured for row in orders)
     totals = [total for _, total in measured]
     parts = [tables.orders(rows), tables.rim_by_depth(rows), tables.sums(totals), tables.mixes(rows)]
-    text = "\n\n".join([*parts, tables.metal_convergence(quick=arguments.quick)])
+    within = [case for case in chosen if case.index == KERATIN and case.azimuth_deg == 0]
+    parts += [tables.largest_sums("the same gratings in the plane", within), tables.largest_sums("steep ones", steep())]
+    parts += [tables.metal_convergence(quick=arguments.quick)]
+    text = "\n\n".join(parts)
     report.say(text, arguments.json)
     (arguments.output / "rcwa_orders.txt").write_text(text + "\n")
     if arguments.picture:

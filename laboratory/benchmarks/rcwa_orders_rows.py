@@ -5,7 +5,7 @@ Inkstone solves Maxwell's equations for gratings in keratin, in the plane of inc
 in aluminium and gold in the plane (rcwa.py). Lengths are in wavelengths.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -81,21 +81,32 @@ def extra_orders(case: Grating) -> int:
     return _METAL_EXTRA if complex(case.index).imag else EXTRA_ORDERS
 
 
-def measure(case: Grating) -> tuple[list[Row], Total]:
-    """The orders of a case that leave the surface, and their sum."""
+def scalar_orders(case: Grating) -> Iterator[tuple[int, float, dict[str, float]]]:
+    """Each order that leaves the surface, the larger of its two angles in degrees, and its light by each factor."""
     most = int(2 * case.period) + 1
-    rigorous, rows = rigorous_orders(case, most, extra=extra_orders(case)), []
     for order in range(-most, most + 1):
         if (ways := directions(case, order)) is None:
             continue
         wi, wr = ways
         power = spectrum(case, order, wi[2] + wr[2])
-        scalar = {name: factor(wi, wr, case.index) * power for name, factor in FACTORS.items()}
-        larger = round(float(np.degrees(np.arccos(min(wi[2], wr[2])))), 6)
-        rows.append(Row(case, order, larger, float(rigorous[order + most]), scalar))
-    flat = reflectance(np.cos(np.radians(case.theta_deg)), case.index)
+        light = {name: factor(wi, wr, case.index) * power for name, factor in FACTORS.items()}
+        yield order, round(float(np.degrees(np.arccos(min(wi[2], wr[2])))), 6), light
+
+
+def flat_reflectance(case: Grating) -> float:
+    """The reflectance of a flat surface under the case's light."""
+    return reflectance(np.cos(np.radians(case.theta_deg)), case.index)
+
+
+def measure(case: Grating) -> tuple[list[Row], Total]:
+    """The orders of a case that leave the surface, and their sum."""
+    most = int(2 * case.period) + 1
+    rigorous = rigorous_orders(case, most, extra=extra_orders(case))
+    rows = [
+        Row(case, order, larger, float(rigorous[order + most]), light) for order, larger, light in scalar_orders(case)
+    ]
     sums = {name: sum(row.scalar[name] for row in rows) for name in FACTORS}
-    return rows, Total(case, flat, float(rigorous.sum()), sums)
+    return rows, Total(case, flat_reflectance(case), float(rigorous.sum()), sums)
 
 
 def cases(*, quick: bool = False) -> list[Grating]:
@@ -108,6 +119,11 @@ def cases(*, quick: bool = False) -> list[Grating]:
     found += [replace(case, azimuth_deg=azimuth) for case in conical for azimuth in AZIMUTHS_DEG]
     metal = [Grating(*each) for each in product(PROFILES, periods[:4], depths[:1] if quick else SHALLOW, fewer)]
     return found + [replace(case, index=index) for index in METALS.values() for case in metal]
+
+
+def steep() -> list[Grating]:
+    """Gratings beyond the limits of every form, to see how much light the forms make there."""
+    return [Grating(*each) for each in product(PROFILES, (0.55, 0.8), (0.5, 0.7), SUM_ANGLES_DEG)]
 
 
 def has_scalar(row: Row) -> bool:

@@ -2,6 +2,7 @@
 """The printed tables of `./dev bench rcwa_orders`."""
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -20,14 +21,18 @@ from .rcwa_orders_rows import (
     away_from_1,
     directions,
     extra_orders,
+    flat_reflectance,
     has_scalar,
     off_by,
     rigorous_orders,
+    scalar_orders,
 )
 
 RANGES_DEG = ((0, 30), (30, 60), (60, 75), (75, 90))
 SUM_DEPTHS = (0.1, 0.25, 0.5)
+INDICES: dict[str, complex] = {"n = 1.56": 1.56, "n = 2.5": 2.5, "n = 3": 3.0, "n = 10": 10.0, **METALS}
 LEAST = 1e-4
+NEAR = 0.05
 _FORMS = ("Stam", "small slope")
 # Mixes of both forms, Stam^t small_slope^(1 - t), by the exponent t as a function of w.
 _MIXES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
@@ -150,17 +155,27 @@ def sums(totals: Sequence[Total]) -> str:
     groups = [("keratin", depth, True) for depth in SUM_DEPTHS] + [(name, SHALLOW[-1], False) for name in METALS]
     for name, deepest, keratin in groups:
         lines += ["", f"{name}, depth to {deepest:g}", f"{'light at':<10}" + "".join(f"{head:>32}" for head in heads)]
+        chosen = [
+            one for one in totals
+            if one.case.depth <= deepest and (_is_keratin(one.case) if keratin else one.case.index == METALS[name])
+        ]  # fmt: skip
         for theta in SUM_ANGLES_DEG:
-            chosen = [
-                one for one in totals
-                if one.case.theta_deg == theta and one.case.depth <= deepest
-                and (_is_keratin(one.case) if keratin else one.case.index == METALS[name])
-            ]  # fmt: skip
-            if chosen:
-                cells = [_sum_cell(chosen, [one.rigorous for one in chosen])]
-                cells += [_sum_cell(chosen, [one.scalar[form] for one in chosen]) for form in _FORMS]
-                lines.append(f"{theta:<10g}" + "".join(f"{cell:>32}" for cell in cells) + f"{len(chosen):>6}")
+            if within := [one for one in chosen if one.case.theta_deg == theta]:
+                cells = [_sum_cell(within, [one.rigorous for one in within])]
+                cells += [_sum_cell(within, [one.scalar[form] for one in within]) for form in _FORMS]
+                lines.append(f"{theta:<10g}" + "".join(f"{cell:>32}" for cell in cells) + f"{len(within):>6}")
+        lines += [_within(chosen, form) for form in _FORMS]
     return "\n".join(lines)
+
+
+def _within(totals: Sequence[Total], form: str) -> str:
+    """How often a form's light of all orders is within NEAR of RCWA's."""
+    away = np.array([abs(one.scalar[form] - one.rigorous) for one in totals])
+    of_flat = np.mean(away <= NEAR * np.array([one.flat for one in totals]))
+    return (
+        f"{form}: within {NEAR:g} of RCWA in {of_flat:.0%} of {len(totals)} cases as a fraction of the flat surface's "
+        f"light, in {np.mean(away <= NEAR):.1%} of the incident light (largest {away.max():.3f})"
+    )
 
 
 def _sum_cell(totals: Sequence[Total], light: Sequence[float]) -> str:
@@ -169,6 +184,21 @@ def _sum_cell(totals: Sequence[Total], light: Sequence[float]) -> str:
     share = np.array(light) / flat
     told = f"{share.min():.2f}-{share.max():.2f}, {share.mean():.2f}"
     return f"{told}; {(away / flat).max():.3f}, {away.max():.3f}" if away.any() else told
+
+
+def largest_sums(title: str, measured: Sequence[Grating]) -> str:
+    """The largest light of all orders by index and form, without RCWA: over a flat surface's, and of the incident."""
+    lines = [f"largest light of all orders, without RCWA, {title}"]
+    for (name, index), form in product(INDICES.items(), _FORMS):
+        over_flat, of_incident = (0.0, ""), (0.0, "")
+        for case in (replace(each, index=index) for each in measured):
+            total = sum(light[form] for _, _, light in scalar_orders(case))
+            where = f"{case.kind}, period {case.period:g}, depth {case.depth:g}, light at {case.theta_deg:g}"
+            over_flat = max(over_flat, (total / flat_reflectance(case), where))
+            of_incident = max(of_incident, (total, where))
+        told = f"{over_flat[0]:.2f} of a flat surface's ({over_flat[1]})"
+        lines.append(f"{name}, {form}: {told}; {of_incident[0]:.2f} of the incident light ({of_incident[1]})")
+    return "\n".join(lines)
 
 
 def metal_convergence(*, quick: bool = False) -> str:
