@@ -19,7 +19,7 @@ from . import rcwa_orders_tables as tables
 from . import report
 from .rcwa import KERATIN
 from .rcwa_orders_picture import draw
-from .rcwa_orders_rows import cases, measure, steep
+from .rcwa_orders_rows import Row, Total, cases, measure, steep
 
 
 def main(argv: list[str] | None = None) -> None:
@@ -50,9 +50,9 @@ def main(argv: list[str] | None = None) -> None:
     report.write(facts, arguments.json)
 
 
-def _record(one: object) -> dict:
+def _record(one: Row | Total) -> dict:
     """A row or a total for JSON, which has no complex numbers."""
-    facts = asdict(one)  # type: ignore[call-overload]
+    facts = asdict(one)
     index = complex(facts["case"]["index"])
     facts["case"]["index"] = [index.real, index.imag]
     return facts

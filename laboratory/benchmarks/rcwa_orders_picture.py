@@ -47,10 +47,10 @@ def draw(path: Path, rows: Sequence[Row]) -> None:
     bar.set_label("first orders are too bright or too dark by this factor (median)", fontsize=9)
     path.parent.mkdir(parents=True, exist_ok=True)
     drawn = io.BytesIO()
-    figure.savefig(drawn, dpi=72)
+    figure.savefig(drawn, dpi=100)
     pyplot.close(figure)
     # A palette halves the file.
-    small = Image.open(drawn).convert("RGB").quantize(64, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    small = Image.open(drawn).convert("RGB").quantize(96, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
     write_whole(path, lambda partial: small.save(partial, "PNG", optimize=True))
 
 
