@@ -2,13 +2,18 @@
 """Run one benchmark, or all of them: every module of this package that has a main(argv)."""
 
 import importlib
+import os
 import pkgutil
 import sys
 from collections.abc import Callable
 
-from precompute.cli.program import keep_the_terminal_to_python
+# NumPy's BLAS reads this once, when NumPy is imported. The matrices here are small, and threads wait for each other on
+# a busy machine: `rcwa_orders --quick` took 120 s with two threads on two busy cores, and 7 s with one.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from .. import benchmarks
+from precompute.cli.program import keep_the_terminal_to_python  # noqa: E402
+
+from .. import benchmarks  # noqa: E402
 
 
 def found() -> dict[str, Callable]:
