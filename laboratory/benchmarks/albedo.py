@@ -8,7 +8,9 @@ of refraction. A metal has a reflectance of 1 in Stam's form, without a bound an
 
 This quadrature is independent of the quadrature that computes a bake's albedo bound: it uses neither a picture of the
 spectrum nor cells. Each point is a bin of the spectrum, drawn in proportion to its power, moved within the coherence
-kernel by a low-discrepancy sequence, and evaluated at its own w. The phasor's series is exact to 1e-6.
+kernel by a low-discrepancy sequence, and evaluated at its own w. The phasor's series is exact to 1e-6. Near the horizon
+8,192 points have an error of up to 0.4 in a metal's albedo, so a direction that seems to reflect more than arrives is
+measured again with 262,144 points.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -33,7 +35,7 @@ from precompute.table.albedo_bound import albedo_bound
 
 from . import report
 
-POINTS = 1 << 13
+POINTS, MANY_POINTS = 1 << 13, 1 << 18
 IORS = (1.1, 1.56, 3.0)
 AZIMUTHS_DEG = (0.0, 37.0, 90.0)
 
@@ -147,10 +149,11 @@ def main(argv: list[str] | None = None) -> None:
         assert baked.excess_albedo is not None
         bounds = [no_bound, partial(albedo_bound, baked.excess_albedo)]
         surface = surface_of(relief, baked.sigma_b)
-        found = [
-            directional_albedo(surface, wi, lam, bounds, POINTS, iors=IORS)
-            for wi, lam in zip(all_directions(arguments.directions), lambdas, strict=True)
-        ]
+        found = []
+        for wi, lam in zip(all_directions(arguments.directions), lambdas, strict=True):
+            found.append(directional_albedo(surface, wi, lam, bounds, POINTS, iors=IORS))
+            if found[-1][1:].max() > 1:
+                found[-1] = directional_albedo(surface, wi, lam, bounds, MANY_POINTS, iors=IORS)
         labels = ("Stam's form", "metal", *(f"IOR {ior:g}" for ior in IORS))
         facts[name] = dict(zip(labels, np.max(found, axis=0).tolist(), strict=True))
         told = ", ".join(f"{label} {value:.4f}" for label, value in facts[name].items())
