@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Largest directional albedo of every sample, as a dielectric and as a metal.
 
-    ./dev bench albedo [SAMPLE ...]
+    ./dev bench albedo [SAMPLE ...] [--directions 2000] [--json FILE|-]
 
 The albedo is that of 2,000 directions, each at one wavelength. A dielectric has the small slope form at a few indices
 of refraction. A metal has a reflectance of 1 in Stam's form, without a bound and with the bound of its bake.
 
 This quadrature is independent of the quadrature that computes a bake's albedo bound: it uses neither a picture of the
 spectrum nor cells. Each point is a bin of the spectrum, drawn in proportion to its power, moved within the coherence
-kernel by a low-discrepancy sequence, and evaluated at its own w. The phasor's series is exact to 1e-6.
+kernel by a low-discrepancy sequence, and evaluated at its own w. The phasor's series is exact to 1e-6. Near the horizon
+8,192 points have an error of up to 0.4 in a metal's albedo, so a direction that seems to reflect more than arrives is
+measured again with 262,144 points.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -19,6 +21,7 @@ import numpy as np
 
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
+from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 from precompute.colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
 from precompute.optics.brdf import half_angle_cosine, scattering_factor
@@ -33,7 +36,7 @@ from precompute.table.albedo_bound import albedo_bound
 
 from . import report
 
-DIRECTIONS, POINTS = 2000, 1 << 13
+POINTS, MANY_POINTS = 1 << 13, 1 << 18
 IORS = (1.1, 1.56, 3.0)
 AZIMUTHS_DEG = (0.0, 37.0, 90.0)
 
@@ -135,10 +138,11 @@ def main(argv: list[str] | None = None) -> None:
     """Print the largest albedos of the given samples."""
     parser = OneLineParser(description=__doc__.splitlines()[0])
     parser.add_argument("samples", nargs="*", default=list(SAMPLES), help="names of samples; default all")
+    parser.add_argument("--directions", type=count(1, 1_000_000), default=2000)
     report.add_json(parser)
     arguments, facts = parser.parse_args(argv), {}
     # Wavelengths by the square root of 2, so that neighbouring directions have different ones.
-    share = np.arange(DIRECTIONS) * np.sqrt(2) % 1
+    share = np.arange(arguments.directions) * np.sqrt(2) % 1
     lambdas = WAVELENGTH_MIN_M + (WAVELENGTH_MAX_M - WAVELENGTH_MIN_M) * share
     for name in arguments.samples:
         relief = prepare(make_sample(name))
@@ -146,15 +150,16 @@ def main(argv: list[str] | None = None) -> None:
         assert baked.excess_albedo is not None
         bounds = [no_bound, partial(albedo_bound, baked.excess_albedo)]
         surface = surface_of(relief, baked.sigma_b)
-        found = [
-            directional_albedo(surface, wi, lam, bounds, POINTS, iors=IORS)
-            for wi, lam in zip(all_directions(DIRECTIONS), lambdas, strict=True)
-        ]
+        found = []
+        for wi, lam in zip(all_directions(arguments.directions), lambdas, strict=True):
+            found.append(directional_albedo(surface, wi, lam, bounds, POINTS, iors=IORS))
+            if found[-1][1:].max() > 1:
+                found[-1] = directional_albedo(surface, wi, lam, bounds, MANY_POINTS, iors=IORS)
         labels = ("Stam's form", "metal", *(f"IOR {ior:g}" for ior in IORS))
         facts[name] = dict(zip(labels, np.max(found, axis=0).tolist(), strict=True))
         told = ", ".join(f"{label} {value:.4f}" for label, value in facts[name].items())
         report.say(f"{name:12}{told}", arguments.json)
-    report.write({"directions": DIRECTIONS, "albedo": facts}, arguments.json)
+    report.write({"directions": arguments.directions, "albedo": facts}, arguments.json)
 
 
 if __name__ == "__main__":

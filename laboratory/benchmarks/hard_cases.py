@@ -9,6 +9,7 @@ reference (exact transforms in float64, precompute/reference) on a few hundred p
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -25,9 +26,11 @@ from precompute.maths import chebyshev
 from precompute.measure.errors import Errors, Truth, measure
 from precompute.optics.fresnel import KERATIN_IOR
 from precompute.reference.ensemble_reference import reference_xyz
+from precompute.reflectance.matter import MIRRORING
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import Relief, prepare
 from precompute.surface.samples.ruled_gratings import sinusoidal
+from precompute.table.albedo_bound import albedo_bound
 from precompute.table.table import Table
 
 from ..study.pages import filled, table
@@ -101,16 +104,19 @@ def lines(period_m: float, depth_m: float, samples: int, periods: int) -> Height
 
 
 def albedo(relief: Relief, baked: Table) -> dict[str, float]:
-    """The largest albedo at 89.9 degrees, in Stam's form at R = 1 and as keratin, by the quadrature of
-    laboratory/benchmarks/albedo.py."""
+    """The largest albedo at 89.9 degrees: in Stam's form and as a metal, both at R = 1, and as keratin, by the
+    quadrature of laboratory/benchmarks/albedo.py."""
     surface = surface_of(relief, baked.sigma_b)
+    metal = make([relief], BakeRequest(coherence_length_m=COHERENCE_M, matter=MIRRORING)).table
+    assert metal.excess_albedo is not None
+    bounds = [no_bound, partial(albedo_bound, metal.excess_albedo)]
     found = [
-        directional_albedo(surface, wi, lam, [no_bound], iors=[KERATIN_IOR])
+        directional_albedo(surface, wi, lam, bounds, iors=[KERATIN_IOR])
         for wi in directions(89.9)
         for lam in (390e-9, 550e-9, 700e-9)
     ]
-    stam, keratin = np.max(found, axis=0)
-    return {"albedo of Stam's form": stam, "albedo": keratin}
+    labels = ("albedo of Stam's form", "albedo of a metal", "albedo of keratin")
+    return dict(zip(labels, np.max(found, axis=0).tolist(), strict=True))
 
 
 def zero_order(relief: Relief, baked: Table) -> dict[str, float]:

@@ -18,6 +18,7 @@ import sys
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -87,6 +88,7 @@ def reflected(grating: Grating, parts: int = PARTS, extra: int = EXTRA_ORDERS) -
         across = (width * grating.period, centre * grating.period)
         # Inkstone's correction of the Gibbs phenomenon smooths the walls; convergence is then only 1 / orders.
         solver.AddPattern1D(name, "matter", *across, name, if_gibbs_correction=False)
+        _factorise(solver.layers[name])
     solver.AddLayer("below", 0, "matter")
     powers = []
     for te in (1.0, 0.0):
@@ -95,6 +97,20 @@ def reflected(grating: Grating, parts: int = PARTS, extra: int = EXTRA_ORDERS) -
         _, back = solver.GetPowerFluxByOrder("above", list(range(-most, most + 1)))
         powers.append(np.append(-np.ravel(back), solver.GetPowerFlux("below")[0]) / incident)
     return np.array(powers)
+
+
+def _factorise(layer: Any) -> None:
+    """Make a layer of Inkstone converge for TM light: give E across and along the walls their matrices of Li (1996).
+
+    For E along the walls Inkstone takes the Fourier series of 1 / e instead of the inverse of the series of e. A first
+    order of a binary grating in aluminium then still changes by 17 % in TM light from 10 to 30 extra orders."""
+    construct = layer._cons_ep_mu_cm_3d
+
+    def constructed() -> None:
+        construct()
+        layer.epxxcm, layer.eizzcm = np.linalg.inv(layer.eixxcm), np.linalg.inv(layer.epzzcm)
+
+    layer._cons_ep_mu_cm_3d = constructed
 
 
 def fresnel(theta_deg: float, index: complex = KERATIN) -> np.ndarray:

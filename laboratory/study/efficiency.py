@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Efficiencies of the orders of three gratings, computed from the spectrum and by closed form.
+"""Efficiencies of the orders of three gratings, computed from the spectrum and by closed form, and their light.
 
 The spectrum is computed without a window and with R = O = 1, each order m at its own w = cos(ti) + cos(tm). With
 phi = 2 pi w depth / lambda the closed forms are
@@ -11,14 +11,18 @@ phi = 2 pi w depth / lambda the closed forms are
 (Goodman, Introduction to Fourier Optics, 4.4). Each is |c_m|^2, where the Fourier series of exp(-i phi h / depth) has
 the coefficients c_m. The profiles are sampled at the middles of N equal parts of a period, so that a jump falls between
 two samples. The sum is then the mid-point rule of the Fourier integral, whose error falls as 1 / N^2. For the smooth
-sinusoidal profile only rounding is left."""
+sinusoidal profile only rounding is left.
 
+A dielectric reflects into an order its efficiency times the factor G of its own form (docs/theory.md, BRDF)."""
+
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from precompute.base.failure import GratingError
 from precompute.maths import chebyshev
+from precompute.optics.brdf import scattering_factor
 from precompute.spectra.spectrum import FrequencyGrid, scattered_spectrum
 from precompute.surface.relief import Relief
 
@@ -29,11 +33,13 @@ ORDERS_MAX = 1000
 
 @dataclass(frozen=True)
 class Order:
-    """An order's efficiency, computed and by closed form, as fractions of the reflected power."""
+    """An order's efficiency, computed and by closed form, as fractions of the reflected power, and the sine of its
+    angle."""
 
     order: int
     computed: float
     analytic: float
+    sine: float
 
     @property
     def error(self) -> float:
@@ -90,8 +96,24 @@ def efficiencies(
         s = (np.cos(theta_i) + np.sqrt(1 - sine**2)) / wavelength_m
         scattered, zero_order = scattered_spectrum(relief, s, grid)
         computed = scattered[0, order + orders] if order else zero_order
-        found.append(Order(order, float(computed), analytic_efficiency(kind, order, s * depth_m)))
+        found.append(Order(order, float(computed), analytic_efficiency(kind, order, s * depth_m), float(sine)))
     return found
+
+
+def reflected(orders: Sequence[Order], theta_i: float, ior: float) -> np.ndarray:
+    """Fractions (n,) of the incident light that a dielectric reflects into each order, by the small slope form.
+
+    theta_i is the angle of the light in radians, ior the index of refraction from 1 to IOR_MAX."""
+    sine = np.array([one.sine for one in orders])
+    wr = np.stack([sine, np.zeros_like(sine), np.sqrt(1 - sine**2)], axis=-1)
+    wi = np.broadcast_to([-np.sin(theta_i), 0, np.cos(theta_i)], wr.shape)
+    w = wi[:, 2] + wr[:, 2]
+    return scattering_factor(wi, wr, ior) / (wi[:, 2] * w**2) * [one.computed for one in orders]
+
+
+def largest_order(period_m: float, wavelength_m: float, theta_i: float) -> int:
+    """The largest |order| that leaves the surface, for light at theta_i radians."""
+    return int((1 + abs(np.sin(theta_i))) * period_m / wavelength_m)
 
 
 def _check_grating(kind: str, period_m: float, depth_m: float) -> None:

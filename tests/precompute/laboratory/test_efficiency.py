@@ -2,16 +2,21 @@
 """Order efficiencies against the closed forms and against rigorous coupled waves (RCWA)."""
 
 import json
+import subprocess
+import sys
 from itertools import product
 
 import numpy as np
 import pytest
 
+from devtools import ROOT
 from laboratory.benchmarks import rcwa
 from laboratory.study.efficiency import PROFILES, analytic_efficiency, efficiencies
 from laboratory.verbs import PACKAGES
 from precompute.base.failure import GratingError
 from precompute.cli.parser import main
+from precompute.optics.fresnel import fresnel_reflectance
+from precompute.optics.small_slope import small_slope_reflectance
 
 PERIOD = 2.5e-6
 DEPTHS = (50e-9, 200e-9, 800e-9)
@@ -76,6 +81,54 @@ def test_the_verb(capsys):
     assert max(o["error"] for o in orders) <= 1e-6
     assert main([*arguments, "--theta-i", "40", "--orders", "1"], PACKAGES) == 0
     assert capsys.readouterr().out.startswith(" -1  computed")
+
+
+def light(capsys, *arguments):
+    """The facts of `efficiency` at a wavelength of 500 nm."""
+    assert main(["efficiency", *arguments, "--wavelength-nm", "500", "--json", "-"], PACKAGES) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("theta_deg", [0, 40, -80])
+@pytest.mark.parametrize("ior", [1, 1.56, 3])
+def test_a_flat_surface_reflects_by_fresnels_equations(capsys, theta_deg, ior):
+    options = ("--depth-nm", "0", "--theta-i", str(theta_deg), "--ior", str(ior))
+    facts = light(capsys, "binary", "--period-um", "2", *options)
+    expected = fresnel_reflectance(np.cos(np.radians(theta_deg)), ior)
+    assert facts["reflected_total"] == pytest.approx(expected, abs=1e-12)
+    assert {o["order"]: o["reflected"] for o in facts["orders"]}[0] == pytest.approx(expected, abs=1e-12)
+
+
+def test_the_light_of_a_shallow_sinusoid_is_that_of_rices_solution(capsys):
+    """(2 pi A)^2 4 cos ti cos tr Q for an amplitude of A wavelengths: half of A to each side, and the next term of the
+    series is (pi w A)^2 = 1.5e-4 of an order at A = 0.002 and w = 1.7 to 2."""
+    facts = light(capsys, "sinusoidal", "--period-um", "1", "--depth-nm", "2", "--ior", "2")
+    wi, wr = np.array([0, 0, 1.0]), np.array([0.5, 0, np.sqrt(0.75)])
+    expected = (np.pi * 0.002) ** 2 * 4 * wr[2] * small_slope_reflectance(wi, wr, 2)
+    assert {o["order"]: o["reflected"] for o in facts["orders"]}[1] == pytest.approx(expected, rel=1.5e-4)
+
+
+def test_the_total_has_the_orders_that_are_not_printed(capsys):
+    """Of 16 samples too: the total takes at least 16 to an order."""
+    grating = ("blazed", "--period-um", "4", "--depth-nm", "150", "--theta-i", "30")
+    every, few = light(capsys, *grating, "--orders", "12"), light(capsys, *grating, "--orders", "1")
+    assert every["reflected_total"] == few["reflected_total"]
+    assert every["reflected_total"] == pytest.approx(sum(o["reflected"] for o in every["orders"]), rel=1e-12)
+    assert sum(o["reflected"] for o in few["orders"]) < every["reflected_total"]
+    rough = light(capsys, *grating, "--orders", "1", "--samples", "16")
+    assert rough["reflected_total"] == pytest.approx(every["reflected_total"], rel=1e-3)
+
+
+def test_a_total_of_thousands_of_orders_is_unknown(capsys):
+    grating = ("binary", "--period-um", "600", "--depth-nm", "100")
+    assert light(capsys, *grating)["reflected_total"] is None
+    assert main(["efficiency", *grating, "--wavelength-nm", "500"], PACKAGES) == 0
+    assert "unknown: more than 1000 orders" in capsys.readouterr().out
+
+
+def test_dev_finds_the_laboratorys_verbs():
+    line = [sys.executable, ROOT / "dev", "grating", "efficiency", "--help"]
+    assert "--theta-i" in subprocess.run(line, capture_output=True, text=True, check=True).stdout
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from laboratory.benchmarks.rcwa import Grating
-from laboratory.benchmarks.rcwa_orders import FACTORS, directions, rigorous_orders, spectrum
+from laboratory.benchmarks.rcwa_orders_factors import FACTORS
+from laboratory.benchmarks.rcwa_orders_rows import directions, rigorous_orders, spectrum
 from precompute.optics.fresnel import fresnel_reflectance
 from precompute.optics.small_slope import small_slope_reflectance
 

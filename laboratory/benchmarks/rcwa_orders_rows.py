@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The orders of many gratings: by Maxwell's equations, and by four factors of the spectrum (rcwa_orders_factors.py).
+
+Inkstone solves Maxwell's equations for gratings in keratin, in the plane of incidence and out of it, and for gratings
+in aluminium and gold in the plane (rcwa.py). Lengths are in wavelengths.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from ..study.efficiency import PROFILES, profile
+from .rcwa import EXTRA_ORDERS, Grating, reflected
+from .rcwa_orders_factors import FACTORS, reflectance
+
+PERIODS = (1.1, 1.5, 2.5, 4.5, 8.5)
+DEPTHS = (0.05, 0.1, 0.2, 0.25, 0.4, 0.5)
+SHALLOW, DEEP = DEPTHS[:3], 0.4
+ANGLES_DEG = (0.0, 20.0, 40.0, 60.0, 65.0, 70.0, 75.0, 85.0)
+# The angles of the sums, of light out of the plane of incidence, and of light on metal.
+SUM_ANGLES_DEG = (0.0, 20.0, 40.0, 60.0, 75.0, 85.0)
+AZIMUTHS_DEG = (45.0, 90.0)
+METALS = {"aluminium": 0.96 + 6.69j, "gold": 0.42 + 2.35j}
+_SAMPLES = 4096
+# RCWA needs more orders in a metal: at a wall the field of TM light is nearly singular.
+_METAL_EXTRA = 20
+# A smaller ratio means that the relief has no such order in scalar theory, as the even orders of a binary grating.
+_NOTHING = 1e-9
+
+
+@dataclass(frozen=True)
+class Row:
+    """One order: the fraction of the incident light by RCWA, and by each factor."""
+
+    case: Grating
+    order: int
+    larger_angle_deg: float
+    rigorous: float
+    scalar: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Total:
+    """All orders of a case together: fractions of the incident light, and the reflectance of a flat surface."""
+
+    case: Grating
+    flat: float
+    rigorous: float
+    scalar: dict[str, float]
+
+
+def rigorous_orders(case: Grating, most: int, **accuracy: int) -> np.ndarray:
+    """The power of the reflected orders -most to most over the incident power, mean of TE and TM."""
+    powers = reflected(case, **accuracy)[:, :-1].mean(axis=0)
+    middle = len(powers) // 2
+    return powers[middle - most : middle + most + 1]
+
+
+def directions(case: Grating, order: int) -> tuple[np.ndarray, np.ndarray] | None:
+    """Unit vectors to the light and along an order, away from the surface; None for an order that does not leave it."""
+    theta, azimuth = np.radians([case.theta_deg, case.azimuth_deg])
+    along = np.sin(theta) * np.array([np.cos(azimuth), np.sin(azimuth)])  # of the incident ray
+    x, y = along[0] + order / case.period, along[1]
+    height2 = 1 - x * x - y * y
+    if height2 < 1e-4:
+        return None
+    return np.array([-along[0], -along[1], np.cos(theta)]), np.array([x, y, np.sqrt(height2)])
+
+
+def spectrum(case: Grating, order: int, w: float) -> float:
+    """|c_m(w)|^2: the efficiency of an order for a surface that reflects everything, by the discrete Fourier series."""
+    height = profile(case.kind, case.depth, _SAMPLES)
+    x = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+    return float(np.abs(np.mean(np.exp(-2j * np.pi * (w * height + order * x)))) ** 2)
+
+
+def extra_orders(case: Grating) -> int:
+    """The number of orders that RCWA keeps beyond the orders that propagate in the matter."""
+    return _METAL_EXTRA if complex(case.index).imag else EXTRA_ORDERS
+
+
+def scalar_orders(case: Grating) -> Iterator[tuple[int, float, dict[str, float]]]:
+    """Each order that leaves the surface, the larger of its two angles in degrees, and its light by each factor."""
+    most = int(2 * case.period) + 1
+    for order in range(-most, most + 1):
+        if (ways := directions(case, order)) is None:
+            continue
+        wi, wr = ways
+        power = spectrum(case, order, wi[2] + wr[2])
+        light = {name: factor(wi, wr, case.index) * power for name, factor in FACTORS.items()}
+        yield order, round(float(np.degrees(np.arccos(min(wi[2], wr[2])))), 6), light
+
+
+def flat_reflectance(case: Grating) -> float:
+    """The reflectance of a flat surface under the case's light."""
+    return reflectance(np.cos(np.radians(case.theta_deg)), case.index)
+
+
+def measure(case: Grating) -> tuple[list[Row], Total]:
+    """The orders of a case that leave the surface, and their sum."""
+    most = int(2 * case.period) + 1
+    rigorous = rigorous_orders(case, most, extra=extra_orders(case))
+    rows = [
+        Row(case, order, larger, float(rigorous[order + most]), light) for order, larger, light in scalar_orders(case)
+    ]
+    sums = {name: sum(row.scalar[name] for row in rows) for name in FACTORS}
+    return rows, Total(case, flat_reflectance(case), float(rigorous.sum()), sums)
+
+
+def cases(*, quick: bool = False) -> list[Grating]:
+    """All cases: keratin in the plane of incidence and out of it, then each metal in the plane."""
+    periods, depths, angles = (PERIODS[:1], DEPTHS[::3], ANGLES_DEG[::3]) if quick else (PERIODS, DEPTHS, ANGLES_DEG)
+    fewer = (60.0,) if quick else SUM_ANGLES_DEG
+    found = [Grating(*each) for each in product(PROFILES, periods, depths, angles)]
+    depths_out_of_plane = depths[:1] if quick else (*SHALLOW, DEEP)
+    conical = [Grating(*each) for each in product(PROFILES, periods[:4], depths_out_of_plane, fewer) if each[-1]]
+    found += [replace(case, azimuth_deg=azimuth) for case in conical for azimuth in AZIMUTHS_DEG]
+    metal = [Grating(*each) for each in product(PROFILES, periods[:4], depths[:1] if quick else SHALLOW, fewer)]
+    return found + [replace(case, index=index) for index in METALS.values() for case in metal]
+
+
+def steep() -> list[Grating]:
+    """Gratings beyond the limits of every form, to see how much light the forms make there."""
+    return [Grating(*each) for each in product(PROFILES, (0.55, 0.8), (0.5, 0.7), SUM_ANGLES_DEG)]
+
+
+def has_scalar(row: Row) -> bool:
+    """Whether scalar theory has the order: it has no even orders of a binary grating."""
+    return row.scalar["Stam"] > _NOTHING * row.rigorous
+
+
+def off_by(rows: Iterable[Row], name: str) -> np.ndarray:
+    """The factor, at least 1, by which each row's order is off; infinite for an order that scalar theory lacks."""
+    return away_from_1(np.array([row.scalar[name] / row.rigorous for row in rows]))
+
+
+def away_from_1(ratio: np.ndarray) -> np.ndarray:
+    """The larger of each ratio (n,) and its inverse; infinite for a ratio of nothing."""
+    with np.errstate(divide="ignore"):
+        return np.where(ratio > _NOTHING, np.maximum(ratio, 1 / ratio), np.inf)

@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The printed tables of `./dev bench rcwa_orders`."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from ..study.efficiency import PROFILES
+from .rcwa import PARTS, Grating
+from .rcwa_orders_factors import FACTORS
+from .rcwa_orders_rows import (
+    DEEP,
+    DEPTHS,
+    METALS,
+    SHALLOW,
+    SUM_ANGLES_DEG,
+    Row,
+    Total,
+    away_from_1,
+    directions,
+    extra_orders,
+    flat_reflectance,
+    has_scalar,
+    off_by,
+    rigorous_orders,
+    scalar_orders,
+)
+
+RANGES_DEG = ((0, 30), (30, 60), (60, 75), (75, 90))
+SUM_DEPTHS = (0.1, 0.25, 0.5)
+INDICES: dict[str, complex] = {"n = 1.56": 1.56, "n = 2.5": 2.5, "n = 3": 3.0, "n = 10": 10.0, **METALS}
+LEAST = 1e-4
+NEAR = 0.05
+_FORMS = ("Stam", "small slope")
+# Mixes of both forms, Stam^t small_slope^(1 - t), by the exponent t as a function of w.
+_MIXES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "small slope": lambda w: 0 * w,
+    "t = 1/4": lambda w: 0 * w + 0.25,
+    "t = 1/2": lambda w: 0 * w + 0.5,
+    "t = (w/2)^4": lambda w: (w / 2) ** 4,
+    "t = (w/2)^2": lambda w: (w / 2) ** 2,
+}
+
+
+def kept(rows: Iterable[Row]) -> list[Row]:
+    """The rows that hold at least LEAST of the light by RCWA."""
+    return [row for row in rows if row.rigorous >= LEAST]
+
+
+def _is_keratin(case: Grating) -> bool:
+    return complex(case.index).imag == 0
+
+
+def _groups() -> dict[str, Callable[[Row], bool]]:
+    """Groups of orders by their titles. The first ones are of keratin."""
+
+    def shallow(row: Row) -> bool:
+        return _is_keratin(row.case) and row.case.depth in SHALLOW
+
+    def first(row: Row) -> bool:
+        return abs(row.order) == 1 and shallow(row)
+
+    groups: dict[str, Callable[[Row], bool]] = {
+        "first orders, depth to 0.2, in the plane": lambda row: first(row) and row.case.azimuth_deg == 0,
+        "first orders, depth to 0.2, out of the plane": lambda row: first(row) and row.case.azimuth_deg > 0,
+    }
+    for kind in PROFILES:
+        groups[f"the same, {kind}"] = lambda row, kind=kind: (
+            first(row) and row.case.azimuth_deg > 0 and row.case.kind == kind
+        )
+    groups |= {
+        "other orders but the mirror image, depth to 0.2": lambda row: abs(row.order) > 1 and shallow(row),
+        "mirror image, depth to 0.2": lambda row: row.order == 0 and shallow(row),
+        "first orders, depth 0.4": lambda row: abs(row.order) == 1 and _is_keratin(row.case) and row.case.depth == DEEP,
+    }
+    for name, index in METALS.items():
+        groups[f"{name}, first orders, depth to 0.2, in the plane"] = lambda row, index=index: (
+            abs(row.order) == 1 and row.case.index == index
+        )
+    return groups
+
+
+def orders(rows: Sequence[Row]) -> str:
+    """Median (90th percentile) of the factor, at least 1, by the range of the larger angle, for groups of orders."""
+    lines = [f"{'degrees':<9}" + "".join(f"{name:>22}" for name in FACTORS)]
+    for title, belongs in _groups().items():
+        lines += ["", title]
+        chosen = [row for row in rows if belongs(row)]
+        for low, high in RANGES_DEG:
+            within = [row for row in chosen if low <= row.larger_angle_deg < high]
+            if within:
+                cells = "".join(f"{_spread(within, name):>22}" for name in FACTORS)
+                lines.append(f"{low:>2} - {high:<4}{cells}{len(within):>6}")
+    return "\n".join(lines)
+
+
+def rim_by_depth(rows: Sequence[Row]) -> str:
+    """First orders of keratin in the plane at 60 to 75 degrees: median (90th percentile) by depth and profile."""
+    lines = [
+        "first orders in the plane, 60 to 75 degrees, by depth",
+        f"{'depth':<7}{'profile':<14}" + "".join(f"{name:>22}" for name in _FORMS),
+    ]
+    found = [
+        row for row in rows
+        if abs(row.order) == 1 and _is_keratin(row.case) and row.case.azimuth_deg == 0
+        and 60 <= row.larger_angle_deg < 75
+    ]  # fmt: skip
+    for depth, kind in product(DEPTHS, ("all", *PROFILES)):
+        within = [row for row in found if row.case.depth == depth and kind in ("all", row.case.kind)]
+        if within:
+            cells = "".join(f"{_spread(within, name):>22}" for name in _FORMS)
+            lines.append(f"{depth:<7g}{kind:<14}{cells}{len(within):>6}")
+    return "\n".join(lines)
+
+
+def mixes(rows: Sequence[Row]) -> str:
+    """What mixes of Stam's form and the small slope form give for keratin to depth 0.2, where scalar theory has orders.
+
+    A material sees w, and no number of an order, so an exponent may depend on w alone."""
+    shallow = [row for row in rows if _is_keratin(row.case) and row.case.depth in SHALLOW and has_scalar(row)]
+    groups = {
+        "first orders": [row for row in shallow if abs(row.order) == 1],
+        "other orders but the mirror image": [row for row in shallow if abs(row.order) > 1],
+        "the same, sinusoidal": [row for row in shallow if abs(row.order) > 1 and row.case.kind == "sinusoidal"],
+    }
+    lines = ["mixes Stam^t small_slope^(1 - t)", f"{'degrees':<9}" + "".join(f"{name:>22}" for name in _MIXES)]
+    for title, group in groups.items():
+        lines += ["", f"{title}, depth to 0.2"]
+        for low, high in RANGES_DEG:
+            if not (within := [row for row in group if low <= row.larger_angle_deg < high]):
+                continue
+            stam, small_slope = (np.array([row.scalar[form] / row.rigorous for row in within]) for form in _FORMS)
+            w = np.array([_w(row) for row in within])
+            off = [away_from_1(stam ** mix(w) * small_slope ** (1 - mix(w))) for mix in _MIXES.values()]
+            cells = "".join(f"{_told(one):>22}" for one in off)
+            lines.append(f"{low:>2} - {high:<4}{cells}{len(within):>6}")
+    return "\n".join(lines)
+
+
+def _w(row: Row) -> float:
+    ways = directions(row.case, row.order)
+    assert ways is not None  # rows hold only orders that leave the surface
+    return float(ways[0][2] + ways[1][2])
+
+
+def sums(totals: Sequence[Total]) -> str:
+    """The light of all orders over a flat surface's, by the angle of the light, and its distance from RCWA."""
+    heads = ("RCWA", *_FORMS)
+    lines = [
+        "light of all orders over a flat surface's: least to most, mean; the largest difference from RCWA as a "
+        "fraction of the flat surface's light, and of the incident light"
+    ]
+    groups = [("keratin", depth, True) for depth in SUM_DEPTHS] + [(name, SHALLOW[-1], False) for name in METALS]
+    for name, deepest, keratin in groups:
+        lines += ["", f"{name}, depth to {deepest:g}", f"{'light at':<10}" + "".join(f"{head:>32}" for head in heads)]
+        chosen = [
+            one for one in totals
+            if one.case.depth <= deepest and (_is_keratin(one.case) if keratin else one.case.index == METALS[name])
+        ]  # fmt: skip
+        for theta in SUM_ANGLES_DEG:
+            if within := [one for one in chosen if one.case.theta_deg == theta]:
+                cells = [_sum_cell(within, [one.rigorous for one in within])]
+                cells += [_sum_cell(within, [one.scalar[form] for one in within]) for form in _FORMS]
+                lines.append(f"{theta:<10g}" + "".join(f"{cell:>32}" for cell in cells) + f"{len(within):>6}")
+        lines += [_within(chosen, form) for form in _FORMS]
+    return "\n".join(lines)
+
+
+def _within(totals: Sequence[Total], form: str) -> str:
+    """How often a form's light of all orders is within NEAR of RCWA's."""
+    away = np.array([abs(one.scalar[form] - one.rigorous) for one in totals])
+    of_flat = np.mean(away <= NEAR * np.array([one.flat for one in totals]))
+    return (
+        f"{form}: within {NEAR:g} of RCWA in {of_flat:.0%} of {len(totals)} cases as a fraction of the flat surface's "
+        f"light, in {np.mean(away <= NEAR):.1%} of the incident light (largest {away.max():.3f})"
+    )
+
+
+def _sum_cell(totals: Sequence[Total], light: Sequence[float]) -> str:
+    flat = np.array([one.flat for one in totals])
+    away = np.abs(np.array(light) - [one.rigorous for one in totals])
+    share = np.array(light) / flat
+    told = f"{share.min():.2f}-{share.max():.2f}, {share.mean():.2f}"
+    return f"{told}; {(away / flat).max():.3f}, {away.max():.3f}" if away.any() else told
+
+
+def largest_sums(title: str, measured: Sequence[Grating]) -> str:
+    """The largest light of all orders by index and form, without RCWA: over a flat surface's, and of the incident."""
+    lines = [f"largest light of all orders, without RCWA, {title}"]
+    for (name, index), form in product(INDICES.items(), _FORMS):
+        over_flat, of_incident = (0.0, ""), (0.0, "")
+        for case in (replace(each, index=index) for each in measured):
+            total = sum(light[form] for _, _, light in scalar_orders(case))
+            where = f"{case.kind}, period {case.period:g}, depth {case.depth:g}, light at {case.theta_deg:g}"
+            over_flat = max(over_flat, (total / flat_reflectance(case), where))
+            of_incident = max(of_incident, (total, where))
+        told = f"{over_flat[0]:.2f} of a flat surface's ({over_flat[1]})"
+        lines.append(f"{name}, {form}: {told}; {of_incident[0]:.2f} of the incident light ({of_incident[1]})")
+    return "\n".join(lines)
+
+
+def metal_convergence(*, quick: bool = False) -> str:
+    """What finer RCWA changes of a first order in metal: the median and the largest relative change."""
+    lines = ["what finer RCWA changes of a first order in metal, median (largest)"]
+    settings = ((1.5, 40.0),) if quick else ((1.5, 40.0), (2.5, 60.0))
+    for name, index in METALS.items():
+        for depth in SHALLOW[:1] if quick else SHALLOW:
+            orders_changed, parts_changed = [], []
+            for kind, (period, theta) in product(PROFILES, settings):
+                case = Grating(kind, period, depth, theta, index=index)
+                extra = extra_orders(case)
+                usual = rigorous_orders(case, 1, extra=extra)[::2]
+                there = usual >= LEAST
+                finer = (
+                    rigorous_orders(case, 1, extra=2 * extra)[::2],
+                    rigorous_orders(case, 1, extra=extra, parts=2 * PARTS)[::2],
+                )
+                for changed, one in zip((orders_changed, parts_changed), finer, strict=True):
+                    changed.extend(np.abs(one[there] / usual[there] - 1))
+            lines.append(f"{name}, depth {depth:g}: {_change(orders_changed)} with twice the extra orders, "
+                         f"{_change(parts_changed)} with twice the parts")  # fmt: skip
+    return "\n".join(lines)
+
+
+def _change(changes: Sequence[float]) -> str:
+    return f"{100 * np.median(changes):.1f} % ({100 * max(changes):.1f} %)"
+
+
+def _spread(rows: Sequence[Row], name: str) -> str:
+    return _told(off_by(rows, name))
+
+
+def _told(off: np.ndarray) -> str:
+    return f"{np.median(off):.2f} ({np.quantile(off, 0.9, method='higher'):.2f})"
