@@ -74,7 +74,7 @@ def plan(
         sigma_b = max(sigma_b, TEXELS_MIN * texel_size(int(math.sqrt(DEFAULT_BYTES / BYTES_PER_TEXEL / 4))))
     ensemble = _spectra(reliefs, sigma_b, request, progress)
     lambdas = wavelengths_of(sigma_b, request)
-    measured = probe(ensemble, sigma_b, lambdas[::2], request)
+    measured = probe(ensemble, sigma_b, lambdas[::2], request=request)
     terms = measured.terms(delta_e)
     texels = min(finer * measured.texels_per_sigma(delta_e), TEXELS_MAX)
     resolution = resolution_for(sigma_b, texels)

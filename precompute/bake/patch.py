@@ -82,7 +82,7 @@ def plan(
     # The kernel is narrowest at the shortest wavelength, so texels that are fine enough there are always fine enough.
     narrowest = sigma_b * WAVELENGTH_MIN_M / coherence.REFERENCE_WAVELENGTH_M
     lambdas = seen_wavelengths(bake_wavelengths(narrowest, delta_e, needs.region.reach), request.illuminant)
-    measured = probe((series,), sigma_b, lambdas, request)
+    measured = probe((series,), sigma_b, lambdas, request=request)
     terms = measured.terms(delta_e)
     texels = min(measured.texels_per_sigma(delta_e), TEXELS_MAX)
     texel = narrowest / texels

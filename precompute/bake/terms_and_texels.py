@@ -99,7 +99,7 @@ class Probe:
         return worst_exposure(truth, answer[self.real], np.ones(len(truth), bool), white=self.white)["p99"]
 
 
-def probe(ensemble: Sequence[SpectrumSeries], sigma_b: float, lambdas: np.ndarray, request: BakeRequest) -> Probe:
+def probe(ensemble: Sequence[SpectrumSeries], sigma_b: float, lambdas: np.ndarray, *, request: BakeRequest) -> Probe:
     """Measure the mean of the ensemble's spectra under a kernel sigma_b, in the region of (u, v, w) and in the matter
     of a request."""
     rng = np.random.default_rng(0)

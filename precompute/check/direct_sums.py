@@ -127,17 +127,17 @@ def _squared(amplitude: np.ndarray) -> np.ndarray:
 
 
 def scattered_xyz(
-    reliefs: Sequence[Relief], uv: tuple[np.ndarray, np.ndarray], *, w: float, sigma_b: float, step_m: float,
+    reliefs: Sequence[Relief], uvw: tuple[np.ndarray, np.ndarray, float], *, sigma_b: float, step_m: float,
     illuminant: str = "D65", matter: Matter = MIRRORING, progress: Progress = silent,
 ) -> np.ndarray:  # fmt: skip
-    """Scattered XYZ (n, 3) at the places uv, two arrays (n,), all at one w, by the mean of the reliefs' spectra.
+    """Scattered XYZ (n, 3) at the places u and v (n,), all at one w, by the mean of the reliefs' spectra.
 
     It is the density over (u, v) of the light that a surface of a matter and of the obliquity O = 1 reflects, scaled so
     that a perfect mirror's white has Y = 1. `progress` is called after each wavelength of each relief."""
     count = int(np.ceil((WAVELENGTH_MAX_M - WAVELENGTH_MIN_M) / step_m - 1e-6))
     lambdas = seen_wavelengths(np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, count + 1), illuminant)
     weights = spectral_weights(lambdas, illuminant) / len(reliefs)
-    u, v = uv
+    u, v, w = uvw
     reflectance = matter.reflectance(lambdas, np.minimum(np.sqrt(u**2 + v**2 + w**2) / 2, 1))
     reach = [np.abs(places).max(initial=0) + KERNEL_REACH * sigma_b for places in (v, u)]
     found = np.zeros((len(u), 3))

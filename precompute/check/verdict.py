@@ -208,7 +208,7 @@ def truths(
             reliefs, table.sigma_b, w, count=pairs, region=table.region, rng=rng, line_m=line_of(table.illuminant)
         )
         scattered = scattered_xyz(
-            reliefs, (drawn.u, drawn.v), w=w, sigma_b=table.sigma_b, step_m=step_m, illuminant=table.illuminant,
+            reliefs, (drawn.u, drawn.v, w), sigma_b=table.sigma_b, step_m=step_m, illuminant=table.illuminant,
             matter=table.matter, progress=part_of(progress, "check", done=k, total=groups),
         )  # fmt: skip
         zero_order = direct_sums.zero_order_xyz(reliefs, np.array([w]), table.illuminant, matter=table.matter)[0]

@@ -12,7 +12,6 @@ import numpy as np
 from ..base.progress import Progress, part_of, silent
 from ..colour.observer import spectral_weights, wavelengths
 from ..reference.ensemble_reference import reference_grid, reference_xyz
-from ..reflectance.matter import MIRRORING, Matter
 from ..spectra.spectrum import FrequencyGrid, scattered_spectrum
 from ..surface.relief import Relief
 from .errors import Truth
@@ -63,8 +62,8 @@ def _spectrum_weighted(
 
 
 def truths(
-    relief: Relief, sigma_b: float, w_count: int, *, pairs_each: int, step_m: float, seed: int = 0,
-    matter: Matter = MIRRORING, progress: Progress = silent,
+    relief: Relief, sigma_b: float, w_count: int, *, pairs_each: int, step_m: float,    seed: int = 0,
+    progress: Progress = silent,
 ) -> list[Truth]:  # fmt: skip
     """The reference at w_count random values of w, with up to pairs_each direction pairs each, every step_m metres."""
     rng = np.random.default_rng(seed)
@@ -75,8 +74,6 @@ def truths(
             lambda s: (scattered_spectrum(relief, s, grid)[0], grid), sigma_b, w, count=pairs_each, rng=rng
         )
         told = part_of(progress, "reference", done=k, total=w_count)
-        colours = reference_xyz(
-            relief, (pairs.u, pairs.v), w=w, sigma_b=sigma_b, step_m=step_m, matter=matter, progress=told
-        )
+        colours = reference_xyz(relief, (pairs.u, pairs.v), w=w, sigma_b=sigma_b, step_m=step_m, progress=told)
         found.append(Truth(w, pairs, *colours))
     return found

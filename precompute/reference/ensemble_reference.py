@@ -7,7 +7,7 @@ It takes one transform per w and wavelength, and sums over the kernel's bins. It
 import numpy as np
 
 from ..base.progress import Progress, silent
-from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengths, spectral_weights, wavelengths
+from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, spectral_weights, wavelengths
 from ..reflectance.curves import half_angle_cosines
 from ..reflectance.matter import MIRRORING, Matter
 from ..spectra.spectrum import FrequencyGrid, frequency_grid, scattered_spectrum
@@ -25,17 +25,17 @@ def reference_grid(relief: Relief, sigma_b: float) -> FrequencyGrid:
 
 def reference_xyz(
     relief: Relief, uv: tuple[np.ndarray, np.ndarray], *, w: float, sigma_b: float, step_m: float = 1e-9,
-    illuminant: str = "D65", matter: Matter = MIRRORING, progress: Progress = silent,
+    matter: Matter = MIRRORING, progress: Progress = silent,
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Scattered XYZ (n, 3) at the places uv, two arrays (n,), and the zero order's XYZ (3,), all at one w.
 
-    XYZ is the integral over wavelength of PSD((u, v) / lambda; w / lambda) / lambda^2 times the observer: the density
-    over (u, v) of the light that a surface of a matter and of the obliquity O = 1 reflects, scaled so that a perfect
-    mirror's white has Y = 1. The zero order's XYZ multiplies the kernel (docs/theory.md, "The bake"). `progress` is
-    called after each wavelength."""
+    XYZ is the integral over wavelength of PSD((u, v) / lambda; w / lambda) / lambda^2 times the observer: the
+    density over (u, v) of the light that a surface of a matter and of the obliquity O = 1 reflects, scaled so that a
+    perfect mirror's white, D65, has Y = 1. The zero order's XYZ multiplies the kernel (docs/theory.md, "The bake").
+    `progress` is called after each wavelength."""
     grid = reference_grid(relief, sigma_b)
-    lambdas = seen_wavelengths(wavelengths(step_m), illuminant)
-    weights = spectral_weights(lambdas, illuminant)
+    lambdas = wavelengths(step_m)
+    weights = spectral_weights(lambdas, "D65")
     scattered = np.zeros((len(uv[0]), 3))
     # The last cosine is the zero order's, whose half vector is the normal.
     reflectance = matter.reflectance(lambdas, np.append(half_angle_cosines(*uv, w), w / 2))

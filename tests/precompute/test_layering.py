@@ -42,7 +42,7 @@ FLOORS = {
     ),
 }  # fmt: skip
 # `check` imports nothing that helps to make a bake.
-CHECK_MAY_IMPORT = {"base", "optics", "colour", "surface", "measure", "check"}
+CHECK_MAY_IMPORT = {"base", "optics", "reflectance", "colour", "surface", "measure", "check"}
 
 
 def each(*packages):

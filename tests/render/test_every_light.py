@@ -23,8 +23,8 @@ def test_white_furnace(stage, skin, lights):
     expect_directional_albedo(stage, skin, lights, (0, 75, 85))
 
 
-def test_white_furnace_of_a_metal(stage, mirror_skin):
-    """Whose albedo bound is above 1 at 85 degrees."""
+def test_white_furnace_of_a_mirror(stage, mirror_skin):
+    """It reflects most of all matters; its albedo bound is above 1 at 85 degrees."""
     expect_directional_albedo(stage, mirror_skin, "REST", (0, 75, 85))
 
 
@@ -43,8 +43,10 @@ def expect_directional_albedo(stage, skin, lights, angles_deg):
         camera = stage.camera((2 * np.sin(theta), 0, 2 * np.cos(theta)), ortho=0.1)
         pixels = stage.rgb("cycles", 32, 64).reshape(-1, 3)
         bpy.data.objects.remove(camera)
-        assert pixels.max() <= 1
         wanted = directional_albedo(table, theta)
+        # The quadrature of the albedo is exact to 1e-3. The mean of the pixels has a deviation of 0.07 / 32.
+        assert wanted.max() <= 1.001
+        assert pixels.mean(axis=0).max() <= 1.005
         np.testing.assert_allclose(pixels.mean(axis=0), wanted, rtol=0.01 if degrees <= 75 else 0.03)
 
 

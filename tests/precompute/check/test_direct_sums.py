@@ -36,7 +36,7 @@ def test_where_it_wraps_it_is_the_reference():
     relief, sigma_b = skin(periodic=True), 0.03
     u, v = places()
     expected, zero_order = reference_xyz(relief, (u, v), w=W, sigma_b=sigma_b, step_m=STEP_M)
-    computed = scattered_xyz([relief], (u, v), w=W, sigma_b=sigma_b, step_m=STEP_M)
+    computed = scattered_xyz([relief], (u, v, W), sigma_b=sigma_b, step_m=STEP_M)
     np.testing.assert_allclose(computed, expected, rtol=0, atol=2 * np.exp(-18) / (2 * np.pi * sigma_b**2))
     assert expected.max() > 1e5 * 2 * np.exp(-18) / (2 * np.pi * sigma_b**2)
     # The zero order is summed in steps of 1 nm, so the reference is too.
@@ -74,7 +74,7 @@ def test_where_it_does_not_wrap_it_is_the_reference():
         longer = [length + PAD * lam / (2 * np.pi * sigma_b) for length in relief.size_m]
         missed += [weight * folded(relief, lam, sigma_b, lengths) for lengths in (longer, padded)]
     expected, _ = reference_xyz(relief, (u, v), w=W, sigma_b=sigma_b, step_m=STEP_M)
-    computed = scattered_xyz([relief], (u, v), w=W, sigma_b=sigma_b, step_m=STEP_M)
+    computed = scattered_xyz([relief], (u, v, W), sigma_b=sigma_b, step_m=STEP_M)
     assert (np.abs(computed - expected) <= missed.sum(axis=0)).all()
     assert (missed[0] < 1e-3 * expected.max(axis=0)).all()
     assert (missed[1] < 0.02 * expected.max(axis=0)).all()
@@ -106,9 +106,9 @@ def test_a_facet_sends_the_light_down_its_slope():
 
 def test_several_scans_are_their_mean():
     reliefs, (u, v) = [skin(False, seed=3), skin(False, seed=4)], places(10)
-    one, other = (scattered_xyz([relief], (u, v), w=W, sigma_b=0.1, step_m=STEP_M) for relief in reliefs)
+    one, other = (scattered_xyz([relief], (u, v, W), sigma_b=0.1, step_m=STEP_M) for relief in reliefs)
     np.testing.assert_allclose(
-        scattered_xyz(reliefs, (u, v), w=W, sigma_b=0.1, step_m=STEP_M), (one + other) / 2, rtol=1e-12
+        scattered_xyz(reliefs, (u, v, W), sigma_b=0.1, step_m=STEP_M), (one + other) / 2, rtol=1e-12
     )
     w = np.array([0.0, 0.7])
     one, other = (zero_order_xyz([relief], w) for relief in reliefs)
