@@ -14,7 +14,7 @@ import numpy as np
 
 from .fresnel import KERATIN_IOR
 
-# The largest index of refraction. Beyond it the approximation reflects more light than arrives; on the steepest
+# The largest index of refraction. Beyond it the approximation reflects more light than arrives, on the steepest
 # gratings already from 2.5 on (docs/theory.md, BRDF).
 IOR_MAX = 3.0
 # The least product of the squared sines. Below it the azimuth between the two directions has no meaning, and no effect.
