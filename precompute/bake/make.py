@@ -16,6 +16,7 @@ from ..base.exr import TEXELS_MAX
 from ..base.failure import GratingError, Setting
 from ..base.progress import Progress, forwards, silent, span_of
 from ..measure.errors import RELATIVE_DY, Errors
+from ..optics.coherence import coherence_length
 from ..surface.relief import Relief
 from ..table import atlas
 from ..table.sample_set import SampleSet
@@ -24,6 +25,7 @@ from ..table.tiling import BYTES_PER_TEXEL
 from .basis import comparison, with_learnt_basis
 from .blur_levels import with_levels
 from .coherence_models import COHERENCE_MODELS
+from .kernel import SHORTEST_COHERENCE_M
 from .request import BakeRequest
 from .resolution import blender_bytes
 
@@ -83,6 +85,11 @@ def make(
     if excess > 1:
         # A smaller error only changes terms, texels, wavelengths and transforms. Other errors stay and are measured.
         stricter = replace(request, delta_e=request.delta_e / (_MARGIN * excess))
+        if request.coherence_length_m is None and made.table.holds_reflectance:
+            # Where an order crosses the horizon, the albedo bound bends within the kernel's width. The bound's table
+            # has a largest size, so only a wider kernel helps.
+            length_m = max(coherence_length(made.table.sigma_b) / 2, SHORTEST_COHERENCE_M)
+            stricter = replace(stricter, coherence_length_m=length_m)
         again = _attempt(reliefs, stricter, span_of(progress, _FIRST, 1), source)
         again = _with_time_of(again, made)
         made = again if _excess(again.errors, request.delta_e) < excess else made
