@@ -39,7 +39,7 @@ GROUPS = 16
 # The least and the greatest number of direction pairs at each w. In between, about _BINS_SUMMED bins are summed per w.
 _PAIRS_MIN, _PAIRS_MAX, _BINS_SUMMED = 150, 300, 150_000
 # The least number of direction pairs at each w for an albedo bound; at most twice as many are used.
-_BOUND_PAIRS = 25
+_BOUND_PAIRS = 50
 # A kernel is cut at this many standard deviations, where it has fallen to 1.5e-8 of its peak.
 _CUT = 6.0
 # The dE00 per relative error of luminance, at Y = 1: the derivative of L* = 116 Y^(1/3) - 16 is 116 / 3.

@@ -167,8 +167,8 @@ def worst_exposure(
     exposure with the largest p99.
 
     Each exposure puts one of EXPOSURE_PERCENTILES of the reference's Y at 1. The percentiles use the pairs in the mask
-    `drawn` (n,), which were drawn from the reference's spectrum. white (3,) is the XYZ of white. Pairs with the same
-    number in `group` (n,) may have similar errors."""
+    `drawn` (n,), which were drawn from the reference's spectrum. white (3,) is the XYZ of white. Pairs of one w
+    have the same number in `group` (n,), ascending; their errors may be similar."""
     worst = dict.fromkeys((*_COLOUR, "share_deviation"), 0.0)
     levels = np.percentile(reference[drawn, 1], EXPOSURE_PERCENTILES) if drawn.any() else np.zeros(1)
     # A surface that scatters only rounding is measured at the exposure of its illumination.
@@ -192,10 +192,12 @@ def _share_deviation(above: np.ndarray, group: np.ndarray | None) -> float:
     """The standard deviation, by sampling, of the share of pairs above the 99th percentile.
 
     above (n,) marks these pairs. For independent pairs it is sqrt(0.01 0.99 / n). Errors of pairs in one group are
-    similar, so that the groups vary more; then it is the deviation of a mean of clusters (Cochran, Sampling Techniques,
-    9A.2). The larger of the two counts."""
+    similar, so that the groups vary more. The groups have one w from each of as many quantiles, in ascending order, so
+    the deviation follows from the steps from group to group (Cochran, Sampling Techniques, 8.11). The larger of the two
+    counts."""
     independent = math.sqrt(_ABOVE * (1 - _ABOVE) / len(above))
-    if group is None:
+    if group is None or group[0] == group[-1]:
         return independent
     excess = np.bincount(group, above - _ABOVE)
-    return max(independent, float(np.sqrt(np.sum(excess**2)) / len(above)))
+    variance = len(excess) * np.mean(np.diff(excess) ** 2) / 2
+    return max(independent, math.sqrt(variance) / len(above))
