@@ -33,8 +33,8 @@ from precompute.colour.working_space import rgb_from_xyz
 from precompute.measure.errors import COUNTED_Y
 from precompute.methods import dft_images
 from precompute.methods.method_registry import METHODS
-from precompute.optics.brdf import scattering_factor
-from precompute.optics.fresnel import KERATIN_IOR
+from precompute.optics.brdf import half_angle_cosine, scattering_factor
+from precompute.optics.fresnel import KERATIN_IOR, fresnel_reflectance
 from precompute.optics.region import Region
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import Relief, prepare
@@ -86,6 +86,10 @@ class PlaneView:
         gain = scattering_factor(wi, wr, ior, stam=True)
         rgb = np.maximum(xyz_over_w2(*(wi + wr).T) @ rgb_from_xyz("Rec.709").T, 0)
         return (gain[:, None] * rgb).reshape(self.pixels, self.pixels, 3)
+
+    def reflectance(self) -> np.ndarray:
+        """Fresnel's reflectance of keratin at the half angle (pixels, pixels, 1)."""
+        return fresnel_reflectance(half_angle_cosine(*self.directions())).reshape(self.pixels, self.pixels, 1)
 
 
 def render(addon, group, view: PlaneView, path: Path, irradiance=(1.0, 1.0, 1.0), ior=KERATIN_IOR) -> np.ndarray:
@@ -204,13 +208,14 @@ def colour_differences(picture: np.ndarray, truth: np.ndarray) -> np.ndarray:
 def compare(addon, relief: Relief, made: Made, view: PlaneView, folder: Path, runs=RUNS) -> Iterator[dict]:
     """A row for the node group and for each run: its settings, terms and colour differences.
 
-    The shaders have Stam's form. So has the node group of a metal whose albedo is never above 1."""
+    The shaders have Stam's form. The node group of a table with an albedo bound of 1 has Stam's obliquity, and its
+    picture is multiplied by the reflectance."""
     software = view.radiance(made.table.scattered_over_w2)
     path = folder / "table.exr"
     image, layout = atlas.pack(replace(made.table, excess_albedo=np.zeros((BOUND_TEXELS[0],) * 2, np.float32)))
     write_together({path: (image, layout)}, {"precision": str(image.dtype)})
     group = addon.making_materials.new_diffraction_group(path, shadows=False, lights="LAMPS")
-    truth = render(addon, group, view, folder / "picture.exr")
+    truth = render(addon, group, view, folder / "picture.exr") * view.reflectance()
     yield _row("node group", made.layout.terms, colour_differences(truth, software))
     for name, step_nm, texels in runs:
         method = METHODS[name](relief, dft_images.settings_for(step_m=step_nm * 1e-9, texels=texels))

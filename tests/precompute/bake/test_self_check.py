@@ -112,7 +112,7 @@ def test_a_metal_is_measured_without_its_bound_too(gold, monkeypatch):
     assert all(getattr(told, name) >= getattr(plain, name) * (1 - 1e-5) for name in ("p99_most", "relative_dy"))
 
 
-def test_the_bound_at_directions_is_that_of_each_alone(metal):
+def test_the_bound_at_directions_is_that_of_each_alone(gold):
     """The directions are laid in rows, and neighbours are computed together. The continuum is summed over the cells
     that any direction of a block reaches, which leaves out 1e-7 of the brightest cell."""
     _, chosen, _ = gold
