@@ -44,9 +44,9 @@ def expect_directional_albedo(stage, skin, lights, angles_deg):
         pixels = stage.rgb("cycles", 32, 64).reshape(-1, 3)
         bpy.data.objects.remove(camera)
         wanted = directional_albedo(table, theta)
-        # The quadrature of the albedo is exact to 1e-3. The mean of the pixels has a deviation of 0.07 / 32.
+        # A mirror's pixels have a mean of 1 and noise. The quadrature of its albedo is exact to 1e-3.
+        assert table.holds_reflectance or pixels.max() <= 1
         assert wanted.max() <= 1.001
-        assert pixels.mean(axis=0).max() <= 1.005
         np.testing.assert_allclose(pixels.mean(axis=0), wanted, rtol=0.01 if degrees <= 75 else 0.03)
 
 
