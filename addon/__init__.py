@@ -6,11 +6,12 @@ Enabling the extension loads only what registration needs. Operators and command
 
 import bpy
 
-from .gratings import grating, levelling_steps, remembered_bakes
+from .gratings import grating, levelling_steps, material_look, remembered_bakes
 from .operators import (
     add_diffraction,
     add_diffraction_lamp,
     add_grating,
+    add_preset,
     add_snake,
     add_sun,
     adopt,
@@ -39,11 +40,13 @@ from .workflow import handlers, previewing_levelling
 # Registration order: a property group comes before the property groups that hold it.
 CLASSES = (
     levelling_steps.LevellingStep,
+    material_look.MaterialLook,
     grating.Grating,
     grating.SceneGratings,
     import_height_map.ImportHeightMap,
     import_height_map.DropHeightMap,
     add_grating.AddGrating,
+    add_preset.AddPreset,
     remove_grating.RemoveGrating,
     level_steps.AddLevellingStep,
     level_steps.RemoveLevellingStep,
@@ -70,6 +73,7 @@ CLASSES = (
     show_direction.ShowDirection,
     unwrap_meshes.Unwrap,
     bake_direction_map.BakeDirectionMap,
+    panel.PresetMenu,
     panel.SampleMenu,
     panel.GratingList,
     steps_panel.StepList,

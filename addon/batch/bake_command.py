@@ -8,9 +8,10 @@ from pathlib import Path
 import bpy
 
 from ...precompute.cli.arguments import add_bake_options, add_input
-from ...precompute.cli.bake_verb import bake_summary, request_of
+from ...precompute.cli.bake_verb import add_preset_option, bake_summary, request_of
 from ...precompute.cli.option_types import path_argument
 from ...precompute.cli.printing import emit
+from ..workflow.adding_presets import add_preset
 from ..workflow.baking import bake_and_wait
 from ..workflow.importing import add_averaged
 from .save import add_save, save
@@ -29,13 +30,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="BAKE.exr|JSON",
         help="repeat an earlier bake with the same scans and settings",
     )
+    add_preset_option(parser)
     add_save(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """The `bake` verb. Without an open file it saves only if --save is given."""
     request = request_of(arguments).at(Path.cwd())
-    grating = add_averaged(bpy.context.scene, [asdict(scan) for scan in request.scans])
+    if arguments.preset is None:
+        grating = add_averaged(bpy.context.scene, [asdict(scan) for scan in request.scans])
+    else:
+        grating = add_preset(bpy.context.scene, arguments.preset)
     grating.take_request(request)
     directory = str(arguments.output.resolve()) if arguments.output else ""
     facts = bake_and_wait(grating, directory, use_cache=not arguments.no_cache)

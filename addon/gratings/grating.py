@@ -24,6 +24,7 @@ from .cache_folder import cache_folder
 from .direction_source import AXES, KINDS, STORED, DirectionSource, file_has_comb
 from .levelling_steps import LevellingStep
 from .lights_choice import CHOICES, LIGHTS, REST
+from .material_look import MaterialLook
 from .own_names import follow_name
 
 if TYPE_CHECKING:
@@ -126,6 +127,7 @@ class Grating(bpy.types.PropertyGroup):
     frame_angle: StringProperty(
         name="Object Angle", description="Custom property that turns the scan on its object, in radians; empty for none"
     )
+    look: PointerProperty(type=MaterialLook, name="Look", description="What a new material begins with")
     group: PointerProperty(type=bpy.types.ShaderNodeTree, name="Node Group", description="Group made from the bake")
     material: PointerProperty(type=bpy.types.Material, name="Material", description="Material made from the bake")
 

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Diffraction in materials: new materials, and adding it to or removing it from existing ones."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from math import isfinite
+from types import MappingProxyType
 
 import bpy
 
@@ -14,7 +15,7 @@ from ..nodes.eevee_constants import ROOM, constant_bytes
 from .group_properties import is_diffraction
 from .skin import SETTABLE, too_large
 
-_SKIN = (0.012, 0.010, 0.009, 1.0)
+_SKIN = (0.012, 0.010, 0.009)
 # Cycles settings of a material with diffraction. The prefix names custom properties that hold the previous settings.
 _TOLD = {"emission_sampling": "NONE", "use_bump_map_correction": False}
 _BEFORE = "ng_"
@@ -24,18 +25,26 @@ _STEP = 220
 _LABEL = "Diffraction"
 
 
-def new_diffraction_material(name: str, group: bpy.types.NodeTree) -> bpy.types.Material:
-    """A new material with a Diffraction group: a dark skin whose specular reflection is the diffraction."""
+def new_diffraction_material(
+    name: str,
+    group: bpy.types.NodeTree,
+    *,
+    base_color: Iterable[float] = _SKIN,
+    base_roughness: float = 0.6,
+    inputs: Mapping[str, float] = MappingProxyType({}),
+) -> bpy.types.Material:
+    """A new material with a Diffraction group: a base, by default a dark skin, whose specular reflection is the
+    diffraction. `inputs` has values of the group's inputs by their names."""
     material = bpy.data.materials.new(f"Diffraction {name}")
     compat.enable_nodes(material)
     material.node_tree.nodes.clear()
     tree = Tree(material.node_tree)
     skin = tree.node("ShaderNodeBsdfPrincipled", label="Skin")
-    skin.inputs["Base Color"].default_value = _SKIN
-    skin.inputs["Roughness"].default_value = 0.6
+    skin.inputs["Base Color"].default_value = (*base_color, 1.0)
+    skin.inputs["Roughness"].default_value = base_roughness
     # The diffraction replaces the specular reflection, so the skin keeps only its diffuse part.
     skin.inputs["Specular IOR Level"].default_value = 0.0
-    shader = tree.group(group, {"Base": tree.value(skin.outputs[0])}, label=_LABEL)["Shader"]
+    shader = tree.group(group, {"Base": tree.value(skin.outputs[0]), **inputs}, label=_LABEL)["Shader"]
     tree.node("ShaderNodeOutputMaterial", shader)
     arrange(material.node_tree)
     tell_cycles(material)

@@ -11,6 +11,7 @@ from ..gratings.wording import in_words
 from ..operators.add_diffraction import AddDiffraction
 from ..operators.add_diffraction_lamp import AddDiffractionLamp
 from ..operators.add_grating import AddGrating
+from ..operators.add_preset import AddPreset
 from ..operators.add_sun import AddSun
 from ..operators.adopt import AdoptMaterials
 from ..operators.assign import AssignToSelected
@@ -43,8 +44,20 @@ _LIT_BY = {
 }
 
 
+class PresetMenu(bpy.types.Menu):
+    """Add a ready-made surface: a relief, its matter and the look of its material"""
+
+    bl_idname = "GRATING_MT_presets"
+    bl_label = "Presets"
+
+    @guarded_draw
+    def draw(self, context):
+        self.layout.operator_context = "EXEC_DEFAULT"
+        self.layout.operator_enum(AddPreset.bl_idname, "preset")
+
+
 class SampleMenu(bpy.types.Menu):
-    """Add a sample surface that ships with the extension, or a grating by its parameters"""
+    """Add a sample surface that ships with the extension, a preset, or a grating by its parameters"""
 
     bl_idname = "GRATING_MT_samples"
     bl_label = "Add Sample"
@@ -58,6 +71,7 @@ class SampleMenu(bpy.types.Menu):
             entry = self.layout.operator(ImportHeightMap.bl_idname, text=title_of(name))
             entry.filepath = f"sample:{name}"
         self.layout.separator()
+        self.layout.menu(PresetMenu.bl_idname)
         self.layout.operator_context = "INVOKE_DEFAULT"
         self.layout.operator(AddGrating.bl_idname, text=f"{AddGrating.bl_label}...")
 

@@ -53,8 +53,15 @@ def import_scans(scene: bpy.types.Scene, records: Sequence[dict[str, Any]], *, a
 
 
 def _import(scene: bpy.types.Scene, records: Sequence[dict[str, Any]], known: Sequence[tuple[str, Description]]) -> str:
-    new = _settings(_add(scene, records, known))
+    _add(scene, records, known)
+    return keep_if_new(scene)
+
+
+def keep_if_new(scene: bpy.types.Scene) -> str:
+    """Remove the scene's last grating again if an identical one is in the list, and make that one active. Returns a
+    line for the grating that is kept."""
     gratings = scene.natural_gratings
+    new = _settings(gratings.items[-1])
     last = len(gratings.items) - 1
     same = next(index for index, grating in enumerate(gratings.items) if _settings(grating) == new)
     if same == last:
@@ -69,7 +76,8 @@ def _settings(grating: Grating) -> tuple[Any, ...]:
     scan = (bpy.path.abspath(grating.source), grating.channel, grating.size_um, grating.height_nm)
     bake = (grating.levelling, grating.delta_e, grating.coherence_um, grating.matter, grating.layers, grating.request)
     variation = Variation() if grating.group is None else variation_of(grating.group)
-    return *scan, *bake, grating.lights, grating.shadows, grating.footprint, grating.frame_source(), variation
+    look = (tuple(grating.look.base_color), grating.look.base_roughness, grating.look.inputs)
+    return *scan, *bake, *look, grating.lights, grating.shadows, grating.footprint, grating.frame_source(), variation
 
 
 def _read(records: Sequence[dict[str, Any]]) -> list[tuple[str, Description]]:

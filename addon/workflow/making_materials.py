@@ -32,7 +32,11 @@ from .restoring_bakes import bake_of
 
 def make_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Material:
     """Make a new material from a grating's bake. Raises GratingError if there is no bake."""
-    grating.material = new_diffraction_material(grating.name, group_of(scene, grating))
+    look, inputs = grating.look, grating.look.inputs_for(grating.name)  # first, because this may raise
+    grating.material = new_diffraction_material(
+        grating.name, group_of(scene, grating),
+        base_color=look.base_color, base_roughness=look.base_roughness, inputs=inputs,
+    )  # fmt: skip
     note_own(grating.material)
     return grating.material
 

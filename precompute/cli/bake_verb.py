@@ -14,14 +14,21 @@ from ..bake.request import BakeRequest, Scan, request_from
 from ..base.failure import GratingError
 from ..base.progress import span_of
 from ..base.strict_json import read_json
+from ..presets.presets import preset_names, read_preset
+from ..reflectance.matter import DIELECTRIC, Matter
+from ..surface.steps.pipeline import DEFAULT
 from ..table import atlas_file
 from .arguments import add_bake_options, add_input
-from .option_types import path_argument
+from .option_types import name_argument, path_argument
 from .printing import Progress, emit
 
 # The share of a run's time that reading its scans takes, about.
 _READ = 0.01
 _READING = "reading the scan"
+# The options that a preset leaves free, and those whose place it takes, with their defaults.
+_FREE = {"delta_e": 1.0, "illuminant": "D65", "model": "ensemble"}
+_OPTIONS: dict[str, Any] = {**_FREE, "matter": Matter(DIELECTRIC), "level": DEFAULT}
+_DECIDED = ("matter", "level", "size_um", "height_nm", "channel")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,6 +42,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="BAKE.exr|JSON",
         help="repeat the bake of this request; if its scans are not beside it, FILE says where they are",
     )
+    add_preset_option(parser)
+
+
+def add_preset_option(parser: argparse.ArgumentParser) -> None:
+    """Add --preset, after the options of a bake."""
+    parser.add_argument(
+        "--preset",
+        type=name_argument,
+        metavar="NAME",
+        help=f"bake a ready-made surface in place of FILE: {', '.join(preset_names())}",
+    )
+    # None means not given: a preset has a matter and steps of its own, which no default may replace.
+    parser.set_defaults(**dict.fromkeys(_OPTIONS))
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -61,23 +81,47 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def request_of(arguments: argparse.Namespace) -> BakeRequest:
-    """The request of the command line: from --request, or else from FILE and options.
+    """The request of the command line: from --request, from --preset and options, or else from FILE and options.
 
     Raises GratingError for a request that no bake can keep."""
+    if getattr(arguments, "preset", None) is not None:
+        return _of_preset(arguments)
     if arguments.request is not None:
         return _found_at(arguments.files, read_request(arguments.request), arguments.request)
     if not arguments.files:
-        raise GratingError("", "no height map to bake", "name a FILE, or name a bake to repeat by --request")
+        raise GratingError("", "no height map to bake", "name a FILE, a bake to repeat by --request, or a --preset")
+    given = {name: getattr(arguments, name) for name in _OPTIONS}
+    chosen = {name: _OPTIONS[name] if value is None else value for name, value in given.items()}
     return BakeRequest(
-        delta_e=arguments.delta_e,
+        delta_e=chosen["delta_e"],
         coherence_length_m=None if arguments.coherence_um is None else arguments.coherence_um * 1e-6,
-        illuminant=arguments.illuminant,
-        matter=arguments.matter,
+        illuminant=chosen["illuminant"],
+        matter=chosen["matter"],
         needs=EVERYTHING if arguments.needs is None else read_needs(arguments.needs),
-        model=arguments.model,
-        levelling=arguments.level,
+        model=chosen["model"],
+        levelling=chosen["level"],
         scans=tuple(Scan(file, arguments.size_um, arguments.height_nm, arguments.channel) for file in arguments.files),
     )
+
+
+def _of_preset(arguments: argparse.Namespace) -> BakeRequest:
+    """The request of --preset, with the options that a preset leaves free.
+
+    Raises GratingError if the command line names another surface too, or an option that the preset decides."""
+    what = f"--preset {arguments.preset:.40}"
+    if arguments.request is not None or arguments.files:
+        other = "a FILE" if arguments.files else "--request"
+        raise GratingError(what, f"{other} is given too", "give one of FILE, --request and --preset")
+    for name in _DECIDED:
+        if getattr(arguments, name) is not None:
+            option = f"--{name.replace('_', '-')}"
+            raise GratingError(what, f"{option} is given too", f"leave {option} out, as the preset decides it")
+    changes: dict[str, Any] = {name: getattr(arguments, name) for name in _FREE if getattr(arguments, name) is not None}
+    if arguments.coherence_um is not None:
+        changes["coherence_length_m"] = arguments.coherence_um * 1e-6
+    if arguments.needs is not None:
+        changes["needs"] = read_needs(arguments.needs)
+    return replace(read_preset(arguments.preset).request, **changes)
 
 
 def _found_at(files: list[str], request: BakeRequest, source: Path) -> BakeRequest:

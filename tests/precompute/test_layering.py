@@ -34,7 +34,7 @@ SHIPPED = [*sources("precompute"), *sources("addon")]
 FLOORS = {
     "precompute": (
         "base", "maths", "mesh", "optics", "reflectance", "colour", "world_sources", "surface", "spectra", "table",
-        "reference", "measure", "bake", "check", "methods", "maps", "cli",
+        "reference", "measure", "bake", "presets", "check", "methods", "maps", "cli",
     ),
     "addon": (
         "blender", "gratings", "nodes", "snakes", "jobs", "worlds", "lamps", "direction", "materials", "cameras",

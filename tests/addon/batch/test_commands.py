@@ -50,11 +50,11 @@ def test_assign_over_the_own_material_with_settings(addon, scene, baked, tmp_pat
     plane, blend = bpy.data.objects["Plane"], str(tmp_path / "plane.blend")
     own = bpy.data.materials.new("Own")
     plane.data.materials.append(own)
-    asked = ["--over", "--no-shadows", "--set", "IOR=10", "--set", "Rotation=90", "--save", blend]
+    asked = ["--over", "--no-shadows", "--set", "IOR=2", "--set", "Rotation=90", "--save", blend]
     assert addon.commands.execute(["assign", str(baked), "--object", "Plane", *asked]) == 0
     assert plane.active_material == own
     diffraction = next(node for node in own.node_tree.nodes if node.label == "Diffraction")
-    assert diffraction.inputs["IOR"].default_value == 10
+    assert diffraction.inputs["IOR"].default_value == 2
     assert diffraction.inputs["Rotation"].default_value == pytest.approx(np.pi / 2)
     assert not scene.natural_gratings.active().shadows
     assert "ShaderNodeRaycast" not in {node.bl_idname for node in diffraction.node_tree.nodes}
@@ -133,7 +133,7 @@ def test_linked_duplicates_are_unwrapped_once(addon, scene, tmp_path):
 
 
 def test_settings_that_there_are_not(addon, scene, baked, tmp_path, capfd):
-    refused = {"Gloss=1": "no such input", "IOR=0.5": "from 1 to 10", "IOR=nan": "from 1 to 10", "IOR": "from 1 to 10"}
+    refused = {"Gloss=1": "no such input", "IOR=0.5": "from 1 to 3", "IOR=nan": "from 1 to 3", "IOR": "from 1 to 3"}
     refused["Rotation=1e9"] = "degrees"
     for setting, why in refused.items():
         asked = ["--object", "Plane", "--set", setting, "--save", tmp_path / "a.blend"]

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a grating's new material begins with: its base, and values of its Diffraction node."""
+
+import bpy
+from bpy.props import FloatProperty, FloatVectorProperty, StringProperty
+
+
+class MaterialLook(bpy.types.PropertyGroup):
+    """What a grating's new material begins with. The defaults are those of a material made without a preset."""
+
+    base_color: FloatVectorProperty(
+        name="Base Color", description="Colour of a new material under the relief", subtype="COLOR",
+        default=(0.012, 0.010, 0.009), min=0.0, max=1.0,
+    )  # fmt: skip
+    base_roughness: FloatProperty(
+        name="Base Roughness", description="Roughness of a new material under the relief", default=0.6, min=0.0, max=1.0
+    )
+    inputs: StringProperty(
+        name="Inputs",
+        description="Values that a new material's Diffraction node begins with, as JSON; empty for the defaults",
+        options={"HIDDEN"},
+    )
+
+    def inputs_for(self, name: str) -> dict[str, float]:
+        """The values that the Diffraction node of a grating's new material begins with. Raises GratingError, with the
+        grating's name, if the file's values are damaged."""
+        from ...precompute.base.strict_json import parse_json
+        from ...precompute.presets.presets import inputs_of
+
+        if not self.inputs:
+            return {}
+        return inputs_of(parse_json(self.inputs, name, "add the preset again", part="its inputs: "), name)

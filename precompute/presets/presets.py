@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Presets: ready-made surfaces, each a JSON file beside this one.
+
+A new file is a new preset: the command line and Blender's menu list it. The file has these keys:
+
+    title           the name that people read
+    request         a request for a bake, as in the header of a bake; its scans are samples or gratings by parameters
+    base_color      linear red, green and blue of the material under the relief, from 0 to 1
+    base_roughness  roughness of that material, from 0 to 1
+    direction       what the scan's x axis follows: one of DIRECTIONS; it may be missing
+    inputs          numbers for the inputs of the Diffraction node, by name; it may be missing
+    sources         lines that say where each number comes from, or that it was chosen by eye
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from ..bake.request import BakeRequest, Scan, request_from
+from ..base.failure import GratingError
+from ..base.strict_json import read_json
+from ..optics.small_slope import IOR_MAX
+from ..surface.generated.parameters import canonical, parse_grating
+from ..surface.height_map import GRATING_PREFIX, SAMPLE_PREFIX
+from ..surface.samples.catalogue import SAMPLES
+
+FOLDER = Path(__file__).parent
+# The choices of `direction`: the direction that the mesh stores, or outwards from the object's Z axis as on a disc.
+DIRECTIONS = ("stored", "radial")
+# The inputs of the Diffraction node that a preset may set, with their limits.
+INPUTS = {
+    "Base Blend": (0.0, 1.0),
+    "Strength": (0.0, 1000.0),
+    "Roughness": (0.0, 1.0),
+    "IOR": (1.0, IOR_MAX),
+    "Rotation": (-1e3, 1e3),
+    "Period Scale": (0.1, 10.0),
+    "Height Scale": (0.0, 1.0),
+}
+_REQUIRED = ("title", "request", "base_color", "base_roughness", "sources")
+_KEYS = (*_REQUIRED, "direction", "inputs")
+# The longest title in characters; a menu shows it. A source is a line of a table.
+_TITLE_MAX, _SOURCE_MAX = 60, 400
+_WORKING = "compare it with a preset that works"
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A ready-made surface.
+
+    name            the file's name without its ending, for the command line
+    title           the name that people read
+    request         the request for its bake
+    base_color      linear red, green and blue of the material under the relief
+    base_roughness  roughness of that material
+    direction       what the scan's x axis follows, one of DIRECTIONS
+    inputs          values for inputs of the Diffraction node
+    sources         where each number comes from, a line each"""
+
+    name: str
+    title: str
+    request: BakeRequest
+    base_color: tuple[float, float, float]
+    base_roughness: float
+    direction: str
+    inputs: Mapping[str, float]
+    sources: tuple[str, ...]
+
+
+def preset_names(folder: Path = FOLDER) -> tuple[str, ...]:
+    """The names of all presets, in alphabetical order."""
+    return tuple(sorted(path.stem for path in folder.glob("*.json")))
+
+
+def read_preset(name: str, folder: Path = FOLDER) -> Preset:
+    """Read a preset by its name. Raises GratingError for an unknown name or a faulty file."""
+    known = preset_names(folder)
+    if name not in known:
+        raise GratingError(f"preset {name:.40}", "there is no such preset", f"choose one of {', '.join(known)}")
+    path = folder / f"{name}.json"
+    record, file = read_json(path, _WORKING), path.name
+    if not isinstance(record, dict):
+        raise GratingError(file, "holds no preset", f"give an object with {', '.join(_REQUIRED)}")
+    for key in record:
+        if key not in _KEYS:
+            raise GratingError(file, f"{key:.40}: no such key of a preset", f"there are {', '.join(_KEYS)}")
+    for key in _REQUIRED:
+        if key not in record:
+            raise GratingError(file, f"{key}: is missing", f"add `{key}`; {_WORKING}")
+    return Preset(
+        name,
+        title=_title(file, record["title"]),
+        request=_request(file, record["request"]),
+        base_color=_colour(file, record["base_color"]),
+        base_roughness=_number(file, "base_roughness", record["base_roughness"], (0.0, 1.0)),
+        direction=_direction(file, record.get("direction", DIRECTIONS[0])),
+        inputs=inputs_of(record.get("inputs", {}), file),
+        sources=_sources(file, record["sources"]),
+    )
+
+
+def inputs_of(record: object, source: str) -> dict[str, float]:
+    """The values for inputs of the Diffraction node in a JSON record. Raises GratingError, with `source` and the input,
+    for an unknown input or a value out of its limits."""
+    if not isinstance(record, Mapping):
+        raise GratingError(source, f"inputs: cannot be {record!r:.30}", "give an object of names and numbers")
+    for name in record:
+        if name not in INPUTS:
+            raise GratingError(source, f"inputs: {name:.40}: no such input", f"there are {', '.join(INPUTS)}")
+    return {name: _number(source, f"inputs: {name}", value, INPUTS[name]) for name, value in record.items()}
+
+
+def _request(file: str, record: Any) -> BakeRequest:
+    """The request of a preset, with the canonical texts of its gratings."""
+    request = request_from(record, f"{file}: request")
+    if not request.scans:
+        raise GratingError(file, "request: names no scan", "add a sample or a grating under `scans`")
+    return replace(request, scans=tuple(_scan(file, scan) for scan in request.scans))
+
+
+def _scan(file: str, scan: Scan) -> Scan:
+    name = scan.source.removeprefix(SAMPLE_PREFIX)
+    if scan.source.startswith(GRATING_PREFIX):
+        try:
+            parse_grating(scan.source)
+        except GratingError as error:
+            raise error.within(f"{file}: request") from error
+    elif not scan.source.startswith(SAMPLE_PREFIX):
+        remedy = f"give {SAMPLE_PREFIX}NAME or {GRATING_PREFIX}KIND, which need no file"
+        raise GratingError(file, f"request: {name:.40} is a file", remedy)
+    elif name not in SAMPLES:
+        raise GratingError(file, f"request: there is no sample {name:.40}", f"choose one of {', '.join(SAMPLES)}")
+    return replace(scan, source=canonical(scan.source))
+
+
+def _title(file: str, value: Any) -> str:
+    if not isinstance(value, str) or not value.strip() or len(value) > _TITLE_MAX or not value.isprintable():
+        raise GratingError(file, f"title: cannot be {value!r:.30}", f"give a text of 1 to {_TITLE_MAX} characters")
+    return value
+
+
+def _colour(file: str, value: Any) -> tuple[float, float, float]:
+    if not isinstance(value, list) or len(value) != 3:
+        raise GratingError(file, f"base_color: cannot be {value!r:.30}", "give red, green and blue")
+    red, green, blue = (_number(file, "base_color", each, (0.0, 1.0)) for each in value)
+    return red, green, blue
+
+
+def _direction(file: str, value: Any) -> str:
+    if value not in DIRECTIONS:
+        raise GratingError(file, f"direction: cannot be {value!r:.30}", f"give one of {', '.join(DIRECTIONS)}")
+    return str(value)
+
+
+def _sources(file: str, value: Any) -> tuple[str, ...]:
+    if not isinstance(value, list) or not value:
+        raise GratingError(file, "sources: names none", "say where each number comes from, or that it is by eye")
+    for line in value:
+        if not isinstance(line, str) or not line.strip() or len(line) > _SOURCE_MAX or not line.isprintable():
+            remedy = f"give lines of 1 to {_SOURCE_MAX} characters"
+            raise GratingError(file, f"sources: cannot be {line!r:.30}", remedy)
+    return tuple(value)
+
+
+def _number(file: str, key: str, value: Any, limits: tuple[float, float]) -> float:
+    low, high = limits
+    if type(value) not in (int, float) or not low <= value <= high:
+        raise GratingError(file, f"{key}: cannot be {value!r:.30}", f"give a number from {low:g} to {high:g}")
+    return float(value)
