@@ -13,6 +13,7 @@ overlap it is too bright. `light` is the sum over all (u, v) at w = 1.2, relativ
 
 import argparse
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -77,7 +78,7 @@ def truths(chosen: Plan, growth: float, *, pairs: int = _PAIRS) -> list[Truth]:
     rng, sigma, found = np.random.default_rng(3), chosen.sigma_b * growth**0.5, []
     for w in _W:
         drawn = draw_pairs(self_check._spectrum(chosen.ensemble, rng), sigma, w, count=pairs, rng=rng)
-        found.append(self_check._truth(chosen.ensemble, drawn.within(_REGION), w, sigma, "D65", silent))
+        found.append(self_check._truth(replace(chosen, sigma_b=sigma), drawn.within(_REGION), w, "D65", silent))
     return found
 
 

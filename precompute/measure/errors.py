@@ -40,6 +40,8 @@ HeldBound = Callable[[Pairs], np.ndarray]
 _COLOUR = ("mean", "p95", "p99", "max")
 # The share of pairs above the 99th percentile.
 _ABOVE = 0.01
+# The least number of values of w whose spread is measured.
+_GROUPS_MIN = 8
 
 
 @dataclass(frozen=True)
@@ -194,9 +196,9 @@ def _share_deviation(above: np.ndarray, group: np.ndarray | None) -> float:
     above (n,) marks these pairs. For independent pairs it is sqrt(0.01 0.99 / n). Errors of pairs in one group are
     similar, so that the groups vary more. The groups have one w from each of as many quantiles, in ascending order, so
     the deviation follows from the steps from group to group (Cochran, Sampling Techniques, 8.11). The larger of the two
-    counts."""
+    counts. Few steps tell nothing of their own spread, so fewer than _GROUPS_MIN groups count as independent pairs."""
     independent = math.sqrt(_ABOVE * (1 - _ABOVE) / len(above))
-    if group is None or group[0] == group[-1]:
+    if group is None or group[-1] + 1 < _GROUPS_MIN:
         return independent
     excess = np.bincount(group, above - _ABOVE)
     variance = len(excess) * np.mean(np.diff(excess) ** 2) / 2
