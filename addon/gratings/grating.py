@@ -32,11 +32,11 @@ if TYPE_CHECKING:
     from ...precompute.bake.request import BakeRequest
 
 # The matter that the field Layers describes.
-_LAYERS = "LAYERS"
+LAYERS = "LAYERS"
 MATTERS = (
     ("DIELECTRIC", "Dielectric", "Skin, horn, plastic, varnish or glass. Its IOR can be changed in the material"),
     *((metal.upper(), metal.capitalize(), f"Polished {metal}") for metal in METALS),
-    (_LAYERS, "Layers", "Thin films on a substrate, as in a beetle's shell or a coated foil"),
+    (LAYERS, "Layers", "Thin films on a substrate, as in a beetle's shell or a coated foil"),
     ("MIRROR", "Perfect Mirror", "Reflects all light"),
 )
 
@@ -203,7 +203,7 @@ class Grating(bpy.types.PropertyGroup):
         from ...precompute.surface.steps.pipeline import steps_of
 
         matter = self.matter.lower()
-        if self.matter == _LAYERS:
+        if self.matter == LAYERS:
             try:
                 matter = str(parse(self.layers))
             except GratingError as error:
@@ -241,10 +241,10 @@ class Grating(bpy.types.PropertyGroup):
         self.size_um, self.height_nm = first["size_um"] or 0.0, first["height_nm"] or 0.0
         self.delta_e, self.coherence_um = record.pop("delta_e"), record.pop("coherence_um") or 0.0
         matter = record.pop("matter")
-        if matter.upper() in (name for name, *_ in MATTERS if name != _LAYERS):
+        if matter.upper() in (name for name, *_ in MATTERS if name != LAYERS):
             self.matter = matter.upper()
         else:
-            self.matter, self.layers = _LAYERS, matter
+            self.matter, self.layers = LAYERS, matter
         self.levelling = ",".join(record.pop("levelling")) or "none"
         self.request = json.dumps(record | {"scans": others}, sort_keys=True)
 

@@ -4,16 +4,23 @@
 import bpy
 from bpy.props import FloatProperty, FloatVectorProperty, StringProperty
 
+# A dark skin.
+BASE_COLOR, BASE_ROUGHNESS = (0.012, 0.010, 0.009), 0.6
+
 
 class MaterialLook(bpy.types.PropertyGroup):
     """What a grating's new material begins with. The defaults are those of a material made without a preset."""
 
     base_color: FloatVectorProperty(
         name="Base Color", description="Colour of a new material under the relief", subtype="COLOR",
-        default=(0.012, 0.010, 0.009), min=0.0, max=1.0,
+        default=BASE_COLOR, min=0.0, max=1.0,
     )  # fmt: skip
     base_roughness: FloatProperty(
-        name="Base Roughness", description="Roughness of a new material under the relief", default=0.6, min=0.0, max=1.0
+        name="Base Roughness",
+        description="Roughness of a new material under the relief",
+        default=BASE_ROUGHNESS,
+        min=0.0,
+        max=1.0,
     )
     inputs: StringProperty(
         name="Inputs",

@@ -9,13 +9,13 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ..blender import compat, stored
+from ..gratings.material_look import BASE_COLOR, BASE_ROUGHNESS
 from ..nodes.arrange import arrange
 from ..nodes.builder import Tree
 from ..nodes.eevee_constants import ROOM, constant_bytes
 from .group_properties import is_diffraction
 from .skin import SETTABLE, too_large
 
-_SKIN = (0.012, 0.010, 0.009)
 # Cycles settings of a material with diffraction. The prefix names custom properties that hold the previous settings.
 _TOLD = {"emission_sampling": "NONE", "use_bump_map_correction": False}
 _BEFORE = "ng_"
@@ -29,8 +29,8 @@ def new_diffraction_material(
     name: str,
     group: bpy.types.NodeTree,
     *,
-    base_color: Iterable[float] = _SKIN,
-    base_roughness: float = 0.6,
+    base_color: Iterable[float] = BASE_COLOR,
+    base_roughness: float = BASE_ROUGHNESS,
     inputs: Mapping[str, float] = MappingProxyType({}),
 ) -> bpy.types.Material:
     """A new material with a Diffraction group: a base, by default a dark skin, whose specular reflection is the

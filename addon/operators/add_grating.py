@@ -4,10 +4,9 @@
 import bpy
 from bpy.props import EnumProperty, FloatProperty, IntProperty
 
-from ...precompute.base.failure import GratingError, printable
 from ..blender.guard import guarded, guarded_draw
 from ..gratings.grating import scan_record
-from .reports import report_failure
+from .reports import report_added
 
 # As in precompute/surface/generated/kinds.py, which is not loaded when Blender starts.
 _KINDS = (
@@ -24,10 +23,11 @@ _KINDS = (
 
 
 @guarded
-def _take_defaults(operator):
-    """Fill the fields with the defaults of the chosen kind."""
+def _take_defaults(operator, kept=()):
+    """Fill the fields, except those that are `kept`, with the defaults of the chosen kind."""
     for name, value in _kind_of(operator).defaults.items():
-        setattr(operator, name, int(value) if name == "seed" else value)
+        if name not in kept:
+            setattr(operator, name, int(value) if name == "seed" else value)
 
 
 def _kind_of(operator):
@@ -118,9 +118,7 @@ class AddGrating(bpy.types.Operator):
 
     def invoke(self, context, event):
         """Show a dialog. Fields that the caller has not set begin with the kind's defaults."""
-        for name, value in _kind_of(self).defaults.items():
-            if not self.properties.is_property_set(name):
-                setattr(self, name, int(value) if name == "seed" else value)
+        _take_defaults(self, kept=[name for name in _kind_of(self).defaults if self.properties.is_property_set(name)])
         return context.window_manager.invoke_props_dialog(self, width=360)
 
     def execute(self, context):
@@ -130,10 +128,5 @@ class AddGrating(bpy.types.Operator):
         # Fields hold single precision; seven digits restore the number that the user typed.
         given = {n: getattr(self, n) for n in _kind_of(self).defaults if self.properties.is_property_set(n)}
         values = {name: value if name == "seed" else float(f"{value:.7g}") for name, value in given.items()}
-        try:
-            record = scan_record(text_of(self.kind.lower(), values), 0.0, 0.0, channel="")
-            (line,) = import_scans(context.scene, [record])
-        except GratingError as error:
-            return report_failure(self, error)
-        self.report({"INFO"}, printable(line))
-        return {"FINISHED"}
+        record = scan_record(text_of(self.kind.lower(), values), 0.0, 0.0, channel="")
+        return report_added(self, lambda: import_scans(context.scene, [record]))

@@ -4,8 +4,8 @@
 import bpy
 from bpy.props import EnumProperty
 
-from ...precompute.base.failure import GratingError, printable
-from .reports import report_failure
+from ...precompute.base.failure import GratingError
+from .reports import report_added
 
 # Blender keeps no reference to the texts of a dynamic enumeration, so they are kept here. Read at the first use.
 _items: list[tuple[str, str, str]] = []
@@ -44,9 +44,4 @@ class AddPreset(bpy.types.Operator):
     def execute(self, context):
         from ..workflow.adding_presets import import_preset
 
-        try:
-            line = import_preset(context.scene, self.preset)
-        except GratingError as error:
-            return report_failure(self, error)
-        self.report({"INFO"}, printable(line))
-        return {"FINISHED"}
+        return report_added(self, lambda: [import_preset(context.scene, self.preset)])

@@ -7,10 +7,9 @@ import bpy
 from bpy.props import CollectionProperty, EnumProperty, FloatProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
-from ...precompute.base.failure import GratingError, printable
 from ..blender.guard import guarded
 from ..gratings.grating import scan_record
-from .reports import report_failure
+from .reports import report_added
 
 
 class ImportHeightMap(bpy.types.Operator, ImportHelper):  # type: ignore[misc]  # both bases define `check`
@@ -78,13 +77,7 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):  # type: ignore[misc]  
         from ..workflow.importing import import_scans
 
         records = [scan_record(p, self.size_um, self.height_nm, channel=self.channel) for p in self._paths()]
-        try:
-            lines = import_scans(context.scene, records, averaged=self.several == "AVERAGE")
-        except GratingError as error:
-            return report_failure(self, error)
-        for line in lines:
-            self.report({"INFO"}, printable(line))
-        return {"FINISHED"}
+        return report_added(self, lambda: import_scans(context.scene, records, averaged=self.several == "AVERAGE"))
 
     def _paths(self) -> list[str]:
         """The files that were chosen, or the one file that is named."""

@@ -6,6 +6,7 @@ import bpy
 from ..blender import compat, stored
 from ..blender.guard import guarded_draw, guarded_item
 from ..gratings.direction_source import FRAMES, KINDS, STORED
+from ..gratings.grating import LAYERS
 from ..gratings.lights_choice import ALL, LAMPS_ONLY, LIGHTS, REST
 from ..gratings.wording import in_words
 from ..operators.add_diffraction import AddDiffraction
@@ -155,7 +156,7 @@ def _draw_bake(layout, context, grating, *, facts: GratingFacts) -> None:
     settings.prop(grating, "delta_e")
     settings.prop(grating, "coherence_um", text="Coherence (um)" if grating.coherence_um else "Coherence (auto)")
     settings.prop(grating, "matter")
-    if grating.matter == "LAYERS":
+    if grating.matter == LAYERS:
         settings.prop(grating, "layers", text="")
     if (job := running_bake()) is not None:
         stage, fraction = job.progress()

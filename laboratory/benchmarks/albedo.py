@@ -27,7 +27,7 @@ from precompute.colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
 from precompute.optics.brdf import half_angle_cosine, scattering_factor
 from precompute.optics.fresnel import fresnel_reflectance
 from precompute.reference.ensemble_reference import reference_grid
-from precompute.reflectance.matter import MIRROR, Matter
+from precompute.reflectance.matter import MIRRORING
 from precompute.spectra.series import SpectrumSeries, spectrum_series
 from precompute.surface.relief import Relief, prepare
 from precompute.surface.samples.catalogue import SAMPLES, make_sample
@@ -146,7 +146,7 @@ def main(argv: list[str] | None = None) -> None:
     lambdas = WAVELENGTH_MIN_M + (WAVELENGTH_MAX_M - WAVELENGTH_MIN_M) * share
     for name in arguments.samples:
         relief = prepare(make_sample(name))
-        baked = atlas.unpack(*atlas.pack(bake(relief, BakeRequest(matter=Matter(MIRROR)))))
+        baked = atlas.unpack(*atlas.pack(bake(relief, BakeRequest(matter=MIRRORING))))
         assert baked.excess_albedo is not None
         bounds = [no_bound, partial(albedo_bound, baked.excess_albedo)]
         surface = surface_of(relief, baked.sigma_b)

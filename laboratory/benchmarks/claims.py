@@ -23,10 +23,10 @@ from precompute.cli.parser import OneLineParser
 
 from ..speed.surfaces import SHARED, SKINS
 from . import report
-from .hard_cases import skin
+from .hard_cases import PIXEL_M, skin
+from .hostile.instruments import gsf
 
 DELTA_ES = (1.0, 0.3)
-_PIXEL_M = 80e-9
 _SIDE = 256
 # More values of w than the 2 of `check` alone: the error depends on w, and a claim is of all of them.
 _DIRECTIONS = ("--groups", "16", "--pairs", "500")
@@ -74,7 +74,7 @@ class Row:
 
 def crossed() -> np.ndarray:
     """Bumps in a square lattice of 2.56 um, 200 nm high."""
-    wave = np.sin(2 * np.pi * np.arange(_SIDE) * _PIXEL_M / 2.56e-6)
+    wave = np.sin(2 * np.pi * np.arange(_SIDE) * PIXEL_M / 2.56e-6)
     return 50e-9 * (wave[:, None] + wave)
 
 
@@ -92,39 +92,26 @@ def drift() -> np.ndarray:
     return skin(_SIDE, _SIDE, 150e-9) + 40e-9 * (walk / np.ptp(walk))[:, None]
 
 
-def heights() -> dict[str, tuple[np.ndarray, tuple[float, float]]]:
-    """Heights in metres and pixel sizes (y, x) in metres, by the surface's name."""
-    square = (_PIXEL_M, _PIXEL_M)
-    rough = 5e-9 * np.random.default_rng(3).standard_normal((_SIDE, _SIDE))
-    return {
-        "crossed lattice": (crossed(), square),
-        "strip of oblong pixels": (skin(64, 512, 200e-9)[:, ::2], (_PIXEL_M, 2 * _PIXEL_M)),
-        "needle of 1 um": (spike(), square),
-        "drift of 40 nm": (drift(), square),
-        "relief of 2 um": (skin(_SIDE, _SIDE, 2e-6, 800e-9), square),
-        "rough, 5 nm": (rough, square),
-        "relief of 450 nm": (skin(_SIDE, _SIDE, 450e-9), square),
-        "64 x 64 pixels": (skin(64, 64, 200e-9), square),
+def files() -> dict[str, bytes]:
+    """The contents of Gwyddion Simple Fields, by the surface's name."""
+    square = {
+        "crossed lattice": crossed(),
+        "needle of 1 um": spike(),
+        "drift of 40 nm": drift(),
+        "relief of 2 um": skin(_SIDE, _SIDE, 2e-6, 800e-9),
+        "rough, 5 nm": 5e-9 * np.random.default_rng(3).standard_normal((_SIDE, _SIDE)),
+        "relief of 450 nm": skin(_SIDE, _SIDE, 450e-9),
+        "64 x 64 pixels": skin(64, 64, 200e-9),
     }
-
-
-def write_gsf(file: Path, height_m: np.ndarray, pixel_m: tuple[float, float]) -> None:
-    """Write heights (rows, columns) in metres as Gwyddion Simple Field."""
-    rows, columns = height_m.shape
-    fields = {
-        "XRes": columns, "YRes": rows, "XReal": columns * pixel_m[1], "YReal": rows * pixel_m[0], "XYUnits": "m",
-        "ZUnits": "m",
-    }  # fmt: skip
-    header = "Gwyddion Simple Field 1.0\n" + "".join(f"{key} = {value}\n" for key, value in fields.items())
-    padding = b"\0" * (4 - len(header) % 4)
-    file.write_bytes(header.encode() + padding + height_m.astype("<f4").tobytes())
+    strip = gsf(skin(64, 512, 200e-9)[:, ::2], PIXEL_M, across=2)
+    return {"strip of oblong pixels": strip, **{name: gsf(height, PIXEL_M) for name, height in square.items()}}
 
 
 def surfaces(folder: Path) -> Iterator[Surface]:
     """The ten surfaces; a sample surface in the place of a skin whose scan is not here."""
-    for name, (height_m, pixel_m) in heights().items():
+    for name, content in files().items():
         file = folder / f"{name.replace(' ', '_')}.gsf"
-        write_gsf(file, height_m, pixel_m)
+        file.write_bytes(content)
         yield Surface(name, (str(file),))
     for name, height_nm in SKINS.items():
         file = SHARED / "snake" / f"{name}_65um.png"

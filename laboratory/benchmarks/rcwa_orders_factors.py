@@ -16,16 +16,15 @@ from collections.abc import Callable
 
 import numpy as np
 
+from precompute.reflectance.matter import Matter
+
 Factor = Callable[[np.ndarray, np.ndarray, complex], float]
 
 
 def reflectance(cosine: float, index: complex) -> float:
-    """The power reflectance of a flat surface for unpolarised light (Born and Wolf 1.5.2; 14.2 for metals)."""
-    permittivity = complex(index) ** 2
-    inside = np.sqrt(permittivity - 1 + cosine**2)
-    te = (cosine - inside) / (cosine + inside)
-    tm = (permittivity * cosine - inside) / (permittivity * cosine + inside)
-    return float(abs(te) ** 2 + abs(tm) ** 2) / 2
+    """The power reflectance of a flat surface for unpolarised light, by the code that bakes have."""
+    one_wavelength = np.ones(1)  # of any length: the index is given, and there are no layers
+    return float(Matter(complex(index)).reflectance(one_wavelength, np.array([cosine]))[0, 0])
 
 
 def small_slope_reflectance(wi: np.ndarray, wr: np.ndarray, index: complex) -> float:

@@ -12,6 +12,7 @@ from typing import Any
 
 from ..base.failure import GratingError
 from ..base.files import can_be_a_path
+from ..base.strict_json import number_in
 from ..colour.observer import ILLUMINANTS, LINES_NM, is_illuminant
 from ..reflectance.matter import DIELECTRIC, Matter
 from ..reflectance.matter_text import parse
@@ -113,7 +114,7 @@ def request_from(record: object, source: str) -> BakeRequest:
         if key not in known:
             raise GratingError(source, f"{key:.40}: no such key of a request", f"there are {', '.join(sorted(known))}")
     found = BakeRequest(
-        delta_e=_number(source, "delta_e", record.get("delta_e", 1.0), DELTA_E),
+        delta_e=number_in(source, "delta_e", record.get("delta_e", 1.0), limits=DELTA_E),
         coherence_length_m=None,
         illuminant=_illuminant(source, record.get("illuminant", "D65")),
         matter=_matter(source, record.get("matter", DIELECTRIC)),
@@ -126,7 +127,7 @@ def request_from(record: object, source: str) -> BakeRequest:
         steps = steps_of(_list(source, "levelling", record["levelling"]), f"{source}: levelling")
         found = replace(found, levelling=steps)
     if record.get("coherence_um") is not None:
-        length_um = _number(source, "coherence_um", record["coherence_um"], COHERENCE_UM)
+        length_um = number_in(source, "coherence_um", record["coherence_um"], limits=COHERENCE_UM)
         found = replace(found, coherence_length_m=length_um * 1e-6)
     return found
 
@@ -146,7 +147,7 @@ def _scan(source: str, record: Any) -> Scan:
     if not can_be_a_path(record["source"]):
         raise GratingError(source, "scans: source: no name of a file", "give the scan's")
     size_um, height_nm = (
-        None if record.get(key) is None else _number(source, f"scans: {key}", record[key], limits)
+        None if record.get(key) is None else number_in(source, f"scans: {key}", record[key], limits=limits)
         for key, limits in (("size_um", SIZE_UM), ("height_nm", HEIGHT_NM))
     )
     return Scan(record["source"], size_um, height_nm, channel)
@@ -156,13 +157,6 @@ def _list(source: str, key: str, value: Any) -> list[Any]:
     if not isinstance(value, list):
         raise GratingError(source, f"{key}: cannot be {value!r:.30}", "give a list")
     return value
-
-
-def _number(source: str, key: str, value: Any, limits: tuple[float, float]) -> float:
-    low, high = limits
-    if type(value) not in (int, float) or not low <= value <= high:
-        raise GratingError(source, f"{key}: cannot be {value!r:.30}", f"give a number from {low:g} to {high:g}")
-    return float(value)
 
 
 def _illuminant(source: str, value: Any) -> str:

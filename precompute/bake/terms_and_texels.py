@@ -17,7 +17,7 @@ import numpy as np
 from ..colour.observer import line_of, spectral_weights, white_xyz
 from ..maths import bspline, chebyshev
 from ..measure.errors import worst_exposure
-from ..reflectance.curves import cosine_places, reflectance_curves
+from ..reflectance.curves import reflectance_at
 from ..spectra.resample import KERNEL_REACH
 from ..spectra.series import SpectrumSeries
 from ..table.atlas import LARGEST_STORED
@@ -113,17 +113,14 @@ def probe(ensemble: Sequence[SpectrumSeries], sigma_b: float, lambdas: np.ndarra
     # The texels' kernel is narrower, as in the bake: reading the texels widens it to sigma_b.
     sigma = np.repeat([math.sqrt(sigma_b**2 - bspline.VARIANCE * texel**2), sigma_b], [_LATTICE, _PLACES])
     count = max(len(series.amplitude) for series in ensemble)
-    curves = reflectance_curves(request.matter, lambdas)
-    if curves is not None:
+    if request.matter.baked:
         count = max(count, _NODES_OF_REFLECTANCE)
     w = chebyshev.nodes(count, *needs.w)
-    places_of_r = cosine_places(u[:, None], v[:, :, None], w[:, None, None, None])
+    reflectance = reflectance_at(request.matter, lambdas, (u[:, None], v[:, :, None], w[:, None, None, None]))
     xyz = np.zeros((count, *v.shape, u.shape[1], 3))
     for k, (lam, weight) in enumerate(zip(lambdas, spectral_weights(lambdas, illuminant), strict=True)):
         density = np.mean([_density(series, v, u, w, lam, sigma) for series in ensemble], axis=0)
-        if curves is not None:
-            density *= curves[k][places_of_r]
-        xyz += density[..., None] * weight
+        xyz += (density * reflectance(k))[..., None] * weight
     truth = xyz[:, :, _LATTICE:, _LATTICE:]
     reading = _read(xyz[:, :, :_LATTICE, :_LATTICE], places[0] / texel, places[1] / texel)
     v, u = v[:, _LATTICE:, None], u[:, None, _LATTICE:]

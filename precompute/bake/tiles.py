@@ -15,7 +15,7 @@ import numpy as np
 from ..base.progress import Progress, silent, span_of
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengths, spectral_weights
 from ..maths import chebyshev
-from ..reflectance.curves import cosine_places, reflectance_curves
+from ..reflectance.curves import reflectance_at
 from ..spectra.resample import Resampler
 from ..table.table import ZERO_ORDER_SAMPLES, Table
 from .blur_levels import narrower
@@ -78,8 +78,7 @@ def xyz_over_w2(
     weights = (spectral_weights(lambdas, illuminant) / len(chosen.ensemble)).astype(np.float32)
     out = np.zeros((len(w_nodes), len(v), 3, len(u)), np.float32)
     radius = 2 + _RIM * chosen.texel
-    curves = reflectance_curves(chosen.matter, lambdas)
-    places = cosine_places(u, v[:, None], w_nodes[:, None, None])
+    reflectance = reflectance_at(chosen.matter, lambdas, (u, v[:, None], w_nodes[:, None, None]))
     images = np.empty((len(w_nodes), len(v), _WAVELENGTHS_AT_ONCE, len(u)), np.float32)
     done = 0
     for series in chosen.ensemble:
@@ -94,8 +93,8 @@ def xyz_over_w2(
                     spectra = series.mixed(mix[first : first + at_once], resample.kept)
                     for k in range(spectra.shape[1]):
                         images[first + k, :, g] = resample(spectra[:, k])
-                if curves is not None:
-                    images[:, :, g] *= curves[start + g][places]
+                if chosen.holds_reflectance:
+                    images[:, :, g] *= reflectance(start + g)
             count = group.stop - group.start
             for tile, image in zip(out, images, strict=True):
                 for row in range(0, len(v), _ROWS_AT_ONCE):

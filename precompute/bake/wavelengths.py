@@ -14,16 +14,13 @@ _FILM_INDEX = 2.5
 
 def wavelengths_of(sigma_b: float, request: BakeRequest) -> np.ndarray:
     """The wavelengths (n,) in metres that a request's table sums: those of bake_wavelengths that its illuminant has."""
-    every = bake_wavelengths(sigma_b, request.delta_e, request.needs.region.reach)
+    steps = len(bake_wavelengths(sigma_b, request.delta_e, request.needs.region.reach)) - 1
     films_m = sum(layer.thickness_nm for layer in request.matter.layers) * 1e-9
-    # Two wavelengths whose logarithms are this far apart lie an eighth of the films' finest fringe from each other:
-    # the phase of a round trip is at most 4 pi n thickness / wavelength, with n up to _FILM_INDEX.
-    fringe = WAVELENGTH_MIN_M / (16 * _FILM_INDEX * films_m) if films_m else math.inf
-    steps = len(every) - 1
-    if fringe < math.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / steps:
-        steps = math.ceil(math.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / fringe)
-        every = np.geomspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, steps + 1)
-    return seen_wavelengths(every, request.illuminant)
+    # With this many steps per unit of the logarithm, neighbours are an eighth of the films' finest fringe apart: the
+    # phase of a round trip is at most 4 pi n thickness / wavelength, with n up to _FILM_INDEX.
+    steps_per_log = 16 * _FILM_INDEX * films_m / WAVELENGTH_MIN_M
+    steps = max(steps, math.ceil(math.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) * steps_per_log))
+    return seen_wavelengths(np.geomspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, steps + 1), request.illuminant)
 
 
 def bake_wavelengths(sigma_b: float, delta_e: float = 1.0, reach: float = 2.0) -> np.ndarray:

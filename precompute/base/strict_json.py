@@ -54,6 +54,14 @@ def parse_json(text: str | bytes, source: str | Path, remedy: str, *, part: str 
     return found
 
 
+def number_in(source: str, key: str, value: Any, *, limits: tuple[float, float]) -> float:
+    """A number of a record, within limits. Raises GratingError, with `source` and the key, for any other value."""
+    low, high = limits
+    if type(value) not in (int, float) or not low <= value <= high:
+        raise GratingError(source, f"{key}: cannot be {value!r:.30}", f"give a number from {low:g} to {high:g}")
+    return float(value)
+
+
 def _integer(digits: str) -> int:
     # Python's time to parse an integer grows with the square of its digits.
     if len(digits) > 17 or abs(number := int(digits)) > _LARGEST_INTEGER:

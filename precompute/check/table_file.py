@@ -13,7 +13,7 @@ from ..base.failure import GratingError
 from ..base.strict_json import parse_json
 from ..colour.observer import is_illuminant
 from ..optics.region import Region
-from ..reflectance.matter import DIELECTRIC, MIRROR, Matter
+from ..reflectance.matter import DIELECTRIC, MIRRORING, Matter
 from ..reflectance.matter_text import parse
 
 FORMAT = 11
@@ -76,7 +76,7 @@ class Table:
     @property
     def matter(self) -> Matter:
         """What reflects in the table's light; a mirror, if the table does not hold the reflectance."""
-        return parse(self.record["request"]["matter"]) if self.holds_reflectance else Matter(MIRROR)
+        return parse(self.record["request"]["matter"]) if self.holds_reflectance else MIRRORING
 
     @property
     def region(self) -> Region:

@@ -9,13 +9,13 @@ from pathlib import Path
 from ..bake.request import COHERENCE_UM, DELTA_E, HEIGHT_NM, ILLUMINANTS_TOLD, MODELS, SIZE_UM
 from ..base.failure import GratingError
 from ..colour.observer import is_illuminant
-from ..reflectance.matter import DIELECTRIC, Matter
+from ..reflectance.matter import Matter
 from ..reflectance.matter_text import parse
 from ..reflectance.metals import METALS
 from ..surface.generated.kinds import KINDS
 from ..surface.height_map import HeightMap
 from ..surface.readers.reader_registry import read_height_map
-from ..surface.steps.pipeline import DEFAULT, help_text, parse_steps
+from ..surface.steps.pipeline import help_text, parse_steps
 from ..surface.steps.step import Step
 from ..table.sample_set import path_beside
 from .option_types import count, name_argument, number, path_argument
@@ -54,20 +54,19 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 
 
 def add_bake_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a bake."""
+    """Add the options of a bake. An option that is not given is None: a request and a preset have their own values."""
     parser.add_argument(
         "--delta-e",
         type=number(*DELTA_E),
-        default=1.0,
         metavar="DE",
         help="99th percentile of CIEDE2000 that the bake must keep; default 1",
     )
     parser.add_argument(
-        "--coherence-um", type=coherence_argument, default=None, metavar="auto|UM",
+        "--coherence-um", type=coherence_argument, metavar="auto|UM",
         help="coherence length at 550 nm, 4 sigma; with auto, the scan averages at least 30 coherence areas",
     )  # fmt: skip
     parser.add_argument(
-        "--model", choices=MODELS, default="ensemble",
+        "--model", choices=MODELS,
         help="model of coherence: the mean over all places of a window, or the thesis's one patch under one window, "
         "whose coherence length is 65 um unless given; default ensemble",
     )  # fmt: skip
@@ -76,29 +75,27 @@ def add_bake_options(parser: argparse.ArgumentParser) -> None:
         help="bake only what a scene reaches; inside Blender the verb `needs` writes such a file",
     )  # fmt: skip
     parser.add_argument(
-        "--illuminant", type=illuminant_argument, default="D65",
+        "--illuminant", type=illuminant_argument,
         help="what counts as white, D65 or E; or a laser's line, as 532nm; default D65",
     )  # fmt: skip
     parser.add_argument(
-        "--matter", type=matter_argument, default=Matter(DIELECTRIC), metavar="MATTER",
+        "--matter", type=matter_argument, metavar="MATTER",
         help="what the surface is made of: dielectric (skin, plastic, glass), mirror, a metal "
         f"({', '.join(METALS)}), or layers from the outside inwards on a substrate, such as '1.46/200nm, aluminium' or "
         "'6x(1.68/80nm, 1.56/90nm), 1.56'; default dielectric",
     )  # fmt: skip
-    add_level(parser, "plane", DEFAULT)
+    add_level(parser, "plane", None)
     parser.add_argument("--no-cache", action="store_true", help="bake even if the cache has this bake")
 
 
 def matter_argument(text: str) -> Matter:
     """Parse a matter."""
-    try:
+    with _as_argument():
         return parse(text)
-    except GratingError as error:
-        raise argparse.ArgumentTypeError(str(error)) from error
 
 
-def add_level(parser: argparse.ArgumentParser, default: str, steps: tuple[Step, ...] = ()) -> None:
-    """Add --level. Its default is `steps`, which `default` describes in words."""
+def add_level(parser: argparse.ArgumentParser, default: str, steps: tuple[Step, ...] | None = ()) -> None:
+    """Add --level. Its default is `steps`, which `default` describes in words; None if the verb chooses it."""
     parser.add_argument(
         "--level", type=level_argument, default=steps, metavar="STEP,STEP",
         help=f"steps that level and repair the scan, in the order given, or none; default {default}. {help_text()}",
@@ -107,8 +104,15 @@ def add_level(parser: argparse.ArgumentParser, default: str, steps: tuple[Step, 
 
 def level_argument(text: str) -> tuple[Step, ...]:
     """Parse levelling steps."""
-    try:
+    with _as_argument():
         return parse_steps(text, f"{text:.40}")
+
+
+@contextlib.contextmanager
+def _as_argument() -> Iterator[None]:
+    """Turn the error of a text into one that argparse reports with its option."""
+    try:
+        yield
     except GratingError as error:
         raise argparse.ArgumentTypeError(str(error)) from error
 

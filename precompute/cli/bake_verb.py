@@ -9,14 +9,12 @@ from typing import Any
 
 from ..bake import cache
 from ..bake.bake_folder import LEVELLING, are_facts, bake_to_folder
-from ..bake.needs import EVERYTHING, read_needs
+from ..bake.needs import read_needs
 from ..bake.request import BakeRequest, Scan, request_from
 from ..base.failure import GratingError
 from ..base.progress import span_of
 from ..base.strict_json import read_json
 from ..presets.presets import preset_names, read_preset
-from ..reflectance.matter import DIELECTRIC, Matter
-from ..surface.steps.pipeline import DEFAULT
 from ..table import atlas_file
 from .arguments import add_bake_options, add_input
 from .option_types import name_argument, path_argument
@@ -25,9 +23,10 @@ from .printing import Progress, emit
 # The share of a run's time that reading its scans takes, about.
 _READ = 0.01
 _READING = "reading the scan"
-# The options that a preset leaves free, and those whose place it takes, with their defaults.
-_FREE = {"delta_e": 1.0, "illuminant": "D65", "model": "ensemble"}
-_OPTIONS: dict[str, Any] = {**_FREE, "matter": Matter(DIELECTRIC), "level": DEFAULT}
+# The options of a bake, each with the field of a request that it sets, and the options that a preset decides.
+_FIELDS = {
+    "delta_e": "delta_e", "illuminant": "illuminant", "model": "model", "matter": "matter", "level": "levelling",
+}  # fmt: skip
 _DECIDED = ("matter", "level", "size_um", "height_nm", "channel")
 
 
@@ -53,8 +52,6 @@ def add_preset_option(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help=f"bake a ready-made surface in place of FILE: {', '.join(preset_names())}",
     )
-    # None means not given: a preset has a matter and steps of its own, which no default may replace.
-    parser.set_defaults(**dict.fromkeys(_OPTIONS))
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -84,24 +81,25 @@ def request_of(arguments: argparse.Namespace) -> BakeRequest:
     """The request of the command line: from --request, from --preset and options, or else from FILE and options.
 
     Raises GratingError for a request that no bake can keep."""
-    if getattr(arguments, "preset", None) is not None:
+    if arguments.preset is not None:
         return _of_preset(arguments)
     if arguments.request is not None:
         return _found_at(arguments.files, read_request(arguments.request), arguments.request)
     if not arguments.files:
         raise GratingError("", "no height map to bake", "name a FILE, a bake to repeat by --request, or a --preset")
-    given = {name: getattr(arguments, name) for name in _OPTIONS}
-    chosen = {name: _OPTIONS[name] if value is None else value for name, value in given.items()}
-    return BakeRequest(
-        delta_e=chosen["delta_e"],
-        coherence_length_m=None if arguments.coherence_um is None else arguments.coherence_um * 1e-6,
-        illuminant=chosen["illuminant"],
-        matter=chosen["matter"],
-        needs=EVERYTHING if arguments.needs is None else read_needs(arguments.needs),
-        model=chosen["model"],
-        levelling=chosen["level"],
-        scans=tuple(Scan(file, arguments.size_um, arguments.height_nm, arguments.channel) for file in arguments.files),
-    )
+    scans = tuple(Scan(file, arguments.size_um, arguments.height_nm, arguments.channel) for file in arguments.files)
+    return BakeRequest(scans=scans, **_given(arguments))
+
+
+def _given(arguments: argparse.Namespace) -> dict[str, Any]:
+    """The fields of a request that options of the command line set."""
+    found = {field: getattr(arguments, option) for option, field in _FIELDS.items()}
+    found = {field: value for field, value in found.items() if value is not None}
+    if arguments.coherence_um is not None:
+        found["coherence_length_m"] = arguments.coherence_um * 1e-6
+    if arguments.needs is not None:
+        found["needs"] = read_needs(arguments.needs)
+    return found
 
 
 def _of_preset(arguments: argparse.Namespace) -> BakeRequest:
@@ -116,12 +114,7 @@ def _of_preset(arguments: argparse.Namespace) -> BakeRequest:
         if getattr(arguments, name) is not None:
             option = f"--{name.replace('_', '-')}"
             raise GratingError(what, f"{option} is given too", f"leave {option} out, as the preset decides it")
-    changes: dict[str, Any] = {name: getattr(arguments, name) for name in _FREE if getattr(arguments, name) is not None}
-    if arguments.coherence_um is not None:
-        changes["coherence_length_m"] = arguments.coherence_um * 1e-6
-    if arguments.needs is not None:
-        changes["needs"] = read_needs(arguments.needs)
-    return replace(read_preset(arguments.preset).request, **changes)
+    return replace(read_preset(arguments.preset).request, **_given(arguments))
 
 
 def _found_at(files: list[str], request: BakeRequest, source: Path) -> BakeRequest:

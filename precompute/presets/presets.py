@@ -21,7 +21,7 @@ from typing import Any
 
 from ..bake.request import BakeRequest, Scan, request_from
 from ..base.failure import GratingError
-from ..base.strict_json import read_json
+from ..base.strict_json import number_in, read_json
 from ..optics.small_slope import IOR_MAX
 from ..surface.generated.parameters import canonical, parse_grating
 from ..surface.height_map import GRATING_PREFIX, SAMPLE_PREFIX
@@ -95,7 +95,7 @@ def read_preset(name: str, folder: Path = FOLDER) -> Preset:
         title=_title(file, record["title"]),
         request=_request(file, record["request"]),
         base_color=_colour(file, record["base_color"]),
-        base_roughness=_number(file, "base_roughness", record["base_roughness"], (0.0, 1.0)),
+        base_roughness=number_in(file, "base_roughness", record["base_roughness"], limits=(0.0, 1.0)),
         direction=_direction(file, record.get("direction", DIRECTIONS[0])),
         inputs=inputs_of(record.get("inputs", {}), file),
         sources=_sources(file, record["sources"]),
@@ -110,7 +110,7 @@ def inputs_of(record: object, source: str) -> dict[str, float]:
     for name in record:
         if name not in INPUTS:
             raise GratingError(source, f"inputs: {name:.40}: no such input", f"there are {', '.join(INPUTS)}")
-    return {name: _number(source, f"inputs: {name}", value, INPUTS[name]) for name, value in record.items()}
+    return {name: number_in(source, f"inputs: {name}", value, limits=INPUTS[name]) for name, value in record.items()}
 
 
 def _request(file: str, record: Any) -> BakeRequest:
@@ -145,7 +145,7 @@ def _title(file: str, value: Any) -> str:
 def _colour(file: str, value: Any) -> tuple[float, float, float]:
     if not isinstance(value, list) or len(value) != 3:
         raise GratingError(file, f"base_color: cannot be {value!r:.30}", "give red, green and blue")
-    red, green, blue = (_number(file, "base_color", each, (0.0, 1.0)) for each in value)
+    red, green, blue = (number_in(file, "base_color", each, limits=(0.0, 1.0)) for each in value)
     return red, green, blue
 
 
@@ -163,10 +163,3 @@ def _sources(file: str, value: Any) -> tuple[str, ...]:
             remedy = f"give lines of 1 to {_SOURCE_MAX} characters"
             raise GratingError(file, f"sources: cannot be {line!r:.30}", remedy)
     return tuple(value)
-
-
-def _number(file: str, key: str, value: Any, limits: tuple[float, float]) -> float:
-    low, high = limits
-    if type(value) not in (int, float) or not low <= value <= high:
-        raise GratingError(file, f"{key}: cannot be {value!r:.30}", f"give a number from {low:g} to {high:g}")
-    return float(value)

@@ -5,6 +5,8 @@ The reflectance is that of the half angle, whose cosine is |wi + wr| / 2 = sqrt(
 function of the wavelength and of a table's own variables.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from .matter import Matter
@@ -14,20 +16,20 @@ from .matter import Matter
 _COMPUTED, _READ = 2049, 16385
 
 
-def reflectance_curves(matter: Matter, wavelengths_m: np.ndarray) -> np.ndarray | None:
-    """The reflectance (n, cosines) float32 at wavelengths (n,) in metres, at the cosines that `cosine_places` counts.
+def reflectance_at(
+    matter: Matter, wavelengths_m: np.ndarray, places: tuple[np.ndarray, np.ndarray, np.ndarray]
+) -> Callable[[int], np.ndarray | float]:
+    """Return a function of k: the reflectance (...,) float32 at the k-th of wavelengths_m (n,) in metres, at the half
+    angles of places (u, v, w), which are broadcast together.
 
-    None for a dielectric, whose reflectance is not in the table."""
+    It is 1 for a dielectric, whose reflectance is not in the table, and then nothing is computed."""
     if not matter.baked:
-        return None
+        return lambda k: 1.0
     computed, read = np.linspace(0, 1, _COMPUTED), np.linspace(0, 1, _READ)
     curves = matter.reflectance(wavelengths_m, computed)
-    return np.stack([np.interp(read, computed, curve) for curve in curves]).astype(np.float32)
-
-
-def cosine_places(u: np.ndarray, v: np.ndarray, w: np.ndarray) -> np.ndarray:
-    """The places (...,) in a curve of the half angles of (u, v, w), which are broadcast together."""
-    return np.rint(half_angle_cosines(u, v, w) * (_READ - 1)).astype(np.uint16)
+    curves = np.stack([np.interp(read, computed, curve) for curve in curves]).astype(np.float32)
+    index = np.rint(half_angle_cosines(*places) * (_READ - 1)).astype(np.uint16)
+    return lambda k: curves[k][index]
 
 
 def half_angle_cosines(u: np.ndarray, v: np.ndarray, w: np.ndarray | float) -> np.ndarray:

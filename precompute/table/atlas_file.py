@@ -28,8 +28,6 @@ from .table import Table
 FORMAT = 11
 # The header's attribute that holds the record.
 HEADER_KEY = "natural_gratings"
-# The matters of tables whose records name none: of a table without reflectance, and of a table with it.
-_UNNAMED = DIELECTRIC, MIRROR
 # The types of a record's optional values beside `format` and `layout` (bake/bake_folder.py).
 _PROVENANCE = {
     "source": str, "channel": str, "model": str, "precision": str, "height_range_m": float, "coherence_um": float,
@@ -151,14 +149,15 @@ def _parse(picture: Picture) -> tuple[Layout, dict[str, Any]]:
     if record.get("precision", precision) != precision:
         told = f"holds {precision}, not its header's {record['precision']!r:.20}"
         raise GratingError(picture.path, told, "bake it again")
-    if matter_in(record, picture.path, unnamed=_UNNAMED[layout.holds_reflectance]).baked != layout.holds_reflectance:
+    if matter_in(layout, record, picture.path).baked != layout.holds_reflectance:
         raise GratingError(picture.path, "its header's matter does not fit its picture", "bake it again")
     return layout, record
 
 
-def matter_in(record: dict[str, Any], path: Path, *, unnamed: str = DIELECTRIC) -> Matter:
-    """The matter in the header record of an atlas, or the matter `unnamed` if the record has none. Raises GratingError
-    if the record's text is no matter."""
+def matter_in(layout: Layout, record: dict[str, Any], path: Path) -> Matter:
+    """The matter in the header record of an atlas. If the record names none, it is a mirror for a table that holds a
+    reflectance, else a dielectric. Raises GratingError if the record's text is no matter."""
+    unnamed = MIRROR if layout.holds_reflectance else DIELECTRIC
     text = record.get("request", {}).get("matter", unnamed)
     if not isinstance(text, str):
         raise GratingError(path, f"its header's matter is {text!r:.40}", "bake it again")

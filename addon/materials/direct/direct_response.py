@@ -8,7 +8,6 @@ import bpy
 
 from ....precompute.base.failure import GratingError, printable
 from ....precompute.colour.working_space import rgb_from_xyz
-from ....precompute.reflectance.matter import MIRROR
 from ....precompute.table.atlas_file import matter_in, read_sound_header
 from ....precompute.table.sample_set import path_beside
 from ....precompute.table.sample_set import read_sound_header as read_sound_set_header
@@ -39,7 +38,7 @@ def direct_response(path: Path) -> Response:
     name = printable(path.stem)
     response = build_direct_group(name, image, layout, rgb_from_xyz=matrix)
     note_working_space(response)
-    if layout.holds_reflectance and matter_in(record, path, unnamed=MIRROR).opaque:
+    if matter_in(layout, record, path).opaque:
         note_opaque(response)
     note_pictures(response.group)
     if draws_layout is None:

@@ -187,10 +187,15 @@ def agilent(height: np.ndarray, pixel_m: float) -> bytes:
     return header.encode() + b"data          BINARY_32\n" + blocks
 
 
-def gsf(height: np.ndarray, pixel_m: float) -> bytes:
-    """A Gwyddion Simple Field, heights in nanometres, sides in micrometres."""
+def gsf(height: np.ndarray, pixel_m: float, *, across: float = 1.0) -> bytes:
+    """A Gwyddion Simple Field: heights in nm, sides in micrometres, and pixels `across` times as wide as high."""
     rows, cols = height.shape
-    lines = ["Gwyddion Simple Field 1.0", f"XRes = {cols}", f"YRes = {rows}", f"XReal = {cols * pixel_m * 1e6!r}"]
+    lines = [
+        "Gwyddion Simple Field 1.0",
+        f"XRes = {cols}",
+        f"YRes = {rows}",
+        f"XReal = {across * cols * pixel_m * 1e6!r}",
+    ]
     lines += [f"YReal = {rows * pixel_m * 1e6!r}", "XYUnits = um", "ZUnits = nm", "Title = Topography", ""]
     header = "\n".join(lines).encode()
     return header + bytes(4 - len(header) % 4) + (height * 1e9).astype("<f4").tobytes()

@@ -5,14 +5,13 @@ The files are only read, not baked: a forged value may still be a valid request,
 
 import json
 import random
-from argparse import Namespace
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
 from precompute.bake.needs import EVERYTHING, read_needs
 from precompute.bake.request import BakeRequest, Scan
-from precompute.cli.bake_verb import request_of
+from precompute.cli.bake_verb import read_request
 
 from .headers import with_lies
 from .mutations import mutated
@@ -26,7 +25,7 @@ def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
     request = BakeRequest(delta_e=5.0, coherence_length_m=4e-6, scans=(_SCAN, _SCAN))
     kinds: dict[str, tuple[dict, Callable[[Path], object]]] = {
         "needs": ({**EVERYTHING.as_dict(), "measured": {"cameras": ["Camera"]}}, read_needs),
-        "request": (request.as_dict(), lambda file: request_of(Namespace(request=file, files=[]))),
+        "request": (request.as_dict(), read_request),
     }
     for group, (record, read) in kinds.items():
         read_written(folder / f"{group}.json", json.dumps(record).encode(), read)
