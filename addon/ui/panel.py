@@ -6,8 +6,8 @@ import bpy
 from ..blender import compat, stored
 from ..blender.guard import guarded_draw, guarded_item
 from ..gratings.direction_source import FRAMES, KINDS, STORED
-from ..gratings.grating import LAYERS
 from ..gratings.lights_choice import ALL, LAMPS_ONLY, LIGHTS, REST
+from ..gratings.matter_fields import LAYERS
 from ..gratings.wording import in_words
 from ..operators.add_diffraction import AddDiffraction
 from ..operators.add_diffraction_lamp import AddDiffractionLamp
