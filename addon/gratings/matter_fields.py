@@ -1,16 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The fields of a grating that say what it is made of, and the text of `--matter` that they stand for."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from ...precompute.base.failure import GratingError
 from ...precompute.reflectance.metals import METALS
-
-if TYPE_CHECKING:
-    from .grating import Grating
 
 # The matter that the field Layers describes.
 LAYERS = "LAYERS"
@@ -26,7 +21,16 @@ PLATE_IORS = 1.0, 3.0
 _DIGITS = 6
 
 
-def matter_text(grating: Grating) -> str:
+class Fields(Protocol):
+    """The part of a grating that says what it is made of."""
+
+    name: str
+    matter: str
+    layers: str
+    plate_ior: float
+
+
+def matter_text(grating: Fields) -> str:
     """The matter in the form of `--matter`. Raises GratingError for layers that are not valid."""
     from ...precompute.reflectance.matter_text import parse
 
@@ -41,7 +45,7 @@ def matter_text(grating: Grating) -> str:
     return str(replace(matter, plate_ior=float(f"{grating.plate_ior:.{_DIGITS}g}")) if with_plate else matter)
 
 
-def take_matter(grating: Grating, text: str) -> None:
+def take_matter(grating: Fields, text: str) -> None:
     """Set the fields from a matter in the form of `--matter`."""
     from ...precompute.reflectance.matter_text import parse
 
