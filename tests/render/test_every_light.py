@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import pytest
 
-from laboratory.benchmarks.hemisphere import directional_albedo
+from laboratory.benchmarks.hemisphere import directional_albedo, directional_albedo_xyz
 from tests.addon.worlds.made import world_with
 
 from .world_scenes import add_ball, add_soft_boxes, add_world, assign, look_at_ball
@@ -28,12 +28,18 @@ def test_white_furnace_of_a_mirror(stage, mirror_skin):
     expect_directional_albedo(stage, mirror_skin, "REST", (0, 75, 85))
 
 
+def test_white_furnace_of_a_metal_and_of_layers(stage, matter_skin):
+    """A blaze, all of whose light is in a few strongly coloured orders. Within 2 % up to 75 degrees: the sample set
+    misplaces up to 1 % of the light (INTERPOLATION of bake/sample_draws.py)."""
+    expect_directional_albedo(stage, matter_skin, "REST", (0, 60, 75, 85), near=0.02)
+
+
 def test_white_furnace_of_a_deep_relief(stage, deep_skin):
     """The mirror image's colour changes by a quarter within the kernel."""
     expect_directional_albedo(stage, deep_skin, "REST", (75, 80, 85))
 
 
-def expect_directional_albedo(stage, skin, lights, angles_deg):
+def expect_directional_albedo(stage, skin, lights, angles_deg, *, near=0.01):
     path, table = skin
     add_world(stage)
     bpy.ops.mesh.primitive_plane_add(size=20)
@@ -44,10 +50,11 @@ def expect_directional_albedo(stage, skin, lights, angles_deg):
         pixels = stage.rgb("cycles", 32, 64).reshape(-1, 3)
         bpy.data.objects.remove(camera)
         wanted = directional_albedo(table, theta)
-        # A mirror's pixels have a mean of 1 and noise. The quadrature of its albedo is exact to 1e-3.
+        # A dielectric's pixels are dark. Others have a mean of up to 1 and noise.
         assert table.holds_reflectance or pixels.max() <= 1
-        assert wanted.max() <= 1.001
-        np.testing.assert_allclose(pixels.mean(axis=0), wanted, rtol=0.01 if degrees <= 75 else 0.03)
+        # The quadrature is exact to 1e-3.
+        assert directional_albedo_xyz(table, theta).max() <= 1.001
+        np.testing.assert_allclose(pixels.mean(axis=0), wanted, rtol=near if degrees <= 75 else 0.03)
 
 
 def test_nothing_counts_twice(stage, skin):
