@@ -107,9 +107,10 @@ def _modes(k: np.ndarray, permittivities: np.ndarray, *, te: bool) -> Modes:
 
 
 def _root(squares: np.ndarray) -> np.ndarray:
-    """The root that decays or travels away from the source: its imaginary part is at least 0."""
+    """The root that decays downwards or travels down. Rounding gives a travelling wave a small imaginary part of either
+    sign; with the other root it would travel up, and its reflection would be a division by nearly 0."""
     q = np.sqrt(squares + 0j)
-    return np.where(q.imag < 0, -q, q)
+    return np.where(q.real + q.imag < 0, -q, q)
 
 
 def _series(values: np.ndarray, orders: int) -> np.ndarray:

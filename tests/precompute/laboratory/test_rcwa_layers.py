@@ -65,6 +65,12 @@ def test_another_solver_has_the_same_orders(kind, index):
     assert reflected(case)[:, :-1] == pytest.approx(rcwa.reflected(case)[:, :-1], abs=1e-9)
 
 
+def test_travelling_waves_of_a_long_period_are_told_from_decaying_ones():
+    """The modes of this grating have rounding of either sign in the imaginary part of q."""
+    powers = reflected(Grating("sinusoidal", 8.5, 0.1, 75.0))
+    assert powers.sum(axis=1) == pytest.approx([1, 1], abs=1e-9)
+
+
 def test_a_film_of_the_substrates_index_is_the_substrate():
     bare = Grating("blazed", 1.5, 0.2, 40.0)
     filmed = Grating("blazed", 1.5, 0.2, 40.0, films=((1.56, 0.3), (1.56, 0.05)))
