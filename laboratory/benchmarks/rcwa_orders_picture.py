@@ -69,6 +69,7 @@ def draw_baked(path: Path, rows: Sequence[Row]) -> None:
         panel.set_yscale("log")
         panel.set_ylim(1 / 6, 6)
         panel.set_yticks([0.2, 0.5, 1, 2, 5], ["0.2", "0.5", "1", "2", "5"])
+        panel.tick_params(which="minor", labelleft=False)
         panel.set_title(f"{name}: {FILMS[name]}" if name in FILMS else name, fontsize=8)
     panels[0, 0].legend(fontsize=7, loc="upper left")
     figure.supxlabel("the larger of the two angles from the normal, in degrees", fontsize=10)

@@ -91,10 +91,11 @@ def test_films_have_the_same_thickness_in_every_column():
         assert columns == pytest.approx(np.full(16, thickness), abs=1e-9)
 
 
-@pytest.mark.parametrize("name", FILMS)
+@pytest.mark.parametrize("name", list(FILMS)[:2])
 @pytest.mark.parametrize("kind", PROFILES)
 def test_finer_steps_and_more_orders_change_little(name, kind):
-    """The largest change of a first order is 4.4 % over aluminium (a sinusoid), and 0.3 % over a dielectric."""
+    """The largest change of a first order is 4.4 % over aluminium (a sinusoid), and 0.3 % over a dielectric. `./dev
+    bench rcwa_orders` prints the same for twelve layers, in a minute."""
     index, films = STACKS[name]
     case = Grating(kind, 1.5, 0.1, 40.0, index=index, films=films)
     usual = rigorous_orders(case, 1, extra=20)
