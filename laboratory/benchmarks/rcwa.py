@@ -45,7 +45,8 @@ Films = tuple[tuple[complex, float], ...]
 class Grating:
     """A grating along x, in keratin by default, under light at theta_deg from the normal and at azimuth_deg from x.
 
-    Lengths are in wavelengths. Only rcwa_layers.py solves for films, whose faces are the relief shifted up."""
+    Lengths are in wavelengths. Only rcwa_layers.py solves for films, whose faces are the relief shifted up, and for
+    ridges of another duty than a half of the period."""
 
     kind: str
     period: float
@@ -54,6 +55,7 @@ class Grating:
     azimuth_deg: float = 0.0
     index: complex = KERATIN
     films: Films = ()
+    duty: float = 0.5
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ def slices(case: Grating, parts: int) -> list[tuple[float, np.ndarray]]:
     indices = np.array([1, *(index for index, _ in case.films), case.index], dtype=complex)
     # The heights of the faces over the relief: the substrate's, then each film's upper face.
     faces = np.cumsum([0.0, *(thickness for _, thickness in reversed(case.films))])
-    heights = np.round(faces[:, None] + profile(case.kind, case.depth, parts), 12)
+    heights = np.round(faces[:, None] + profile(case.kind, case.depth, parts, duty=case.duty), 12)
     levels = np.unique(heights)
     found = []
     for low, high in zip(levels, levels[1:], strict=False):

@@ -87,7 +87,7 @@ def directions(case: Grating, order: int) -> tuple[np.ndarray, np.ndarray] | Non
 
 def spectrum(case: Grating, order: int, w: float) -> float:
     """|c_m(w)|^2: the efficiency of an order for a surface that reflects everything, by the discrete Fourier series."""
-    height = profile(case.kind, case.depth, _SAMPLES)
+    height = profile(case.kind, case.depth, _SAMPLES, duty=case.duty)
     x = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
     return float(np.abs(np.mean(np.exp(-2j * np.pi * (w * height + order * x)))) ** 2)
 
