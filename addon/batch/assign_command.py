@@ -13,6 +13,7 @@ from ...precompute.cli.arguments import existing_bake
 from ...precompute.cli.option_types import name_argument
 from ..gratings.grating import kept_path
 from ..gratings.lights_choice import LIGHTS
+from ..materials.holograms.hologram_nodes import input_set_by_artist
 from ..materials.material import diffraction_nodes
 from ..materials.skin import SETTABLE
 from ..workflow.assigning import add_to_meshes, assign_to_meshes
@@ -108,4 +109,4 @@ def _set_inputs(objects: Iterable[bpy.types.Object], group: bpy.types.NodeTree, 
     materials = {slot.material for thing in objects for slot in thing.material_slots}
     for node in (node for material in materials for node in diffraction_nodes(material) if node.node_tree == group):
         for name, value in values.items():
-            node.inputs[name].default_value = value
+            input_set_by_artist(node, name).default_value = value
