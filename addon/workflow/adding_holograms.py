@@ -8,6 +8,7 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ..direction.uv_aspect import uv_aspect
+from ..gratings.baked_region import noted_region
 from ..gratings.direction_source import KINDS, STORED, UV_MAP
 from ..materials.group_properties import frame_of
 from ..materials.group_users import materials_with, shown_by
@@ -116,6 +117,8 @@ def _limits(nodes: Iterable[bpy.types.Node], pattern: str) -> list[str]:
     for group in dict.fromkeys(node.node_tree for node in nodes):
         if any(PERIOD_SCALE not in response.inputs for response in responses_in(group)):
             lines.append(f"{group.name}: its method has no Period Scale, so the hologram's periods have no effect")
+        if any(noted_region(response.group) is not None for response in responses_in(group)):
+            lines.append(f"{group.name}: baked for one scene's directions; press Bake for This Scene again")
         source = frame_of(group)
         is_along_u = source.kind == UV_MAP or (source.kind == STORED and not source.combed)
         if pattern == SUNBURST and not is_along_u:
