@@ -79,7 +79,8 @@ def _hand_over(
         holder = giver
         if past is not None and source is not None and source.node == past and name in past.inputs:
             holder, source = past, _source(past, name)
-        taker.inputs[name].default_value = holder.inputs[name].default_value
+        if holder.inputs[name].type == taker.inputs[name].type:  # an artist may have changed one
+            taker.inputs[name].default_value = holder.inputs[name].default_value
         if source is not None:
             tree.links.new(source, taker.inputs[name])
 

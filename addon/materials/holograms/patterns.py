@@ -24,7 +24,8 @@ CHANGED = ("Rotation", "Period Scale", "Strength")
 ROTATION = Socket("Rotation", "Float", "The hologram's turns are added to this angle", 0.0, -1e3, 1e3, "ANGLE")
 PERIOD_SCALE = Socket(
     "Period Scale", "Float", "The hologram's stretches multiply this one. Where the product p is above 1, light with "
-    "|u| above 2 / p is missing, where u is the sum of the directions to lamp and camera along the surface", 1.0, 0.1, 10.0,
+    "|u| above 2 / p is missing, where u is the sum of the directions to lamp and camera along the surface",
+    1.0, 0.1, 10.0,
 )  # fmt: skip
 STRENGTH = Socket("Strength", "Float", "The hologram dims this strength", 1.0, 0.0, 1000.0)
 VECTOR = Socket("Vector", "Vector", "UV coordinates: link a UV Map node")

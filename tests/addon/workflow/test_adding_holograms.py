@@ -283,3 +283,56 @@ def test_set_of_the_batch_verb_reaches_the_hologram(assigned, addon, add, baked,
     assert addon.commands.execute(line) == 0
     pattern = sources(addon, assigned.material)[0]
     assert pattern.inputs["Rotation"].default_value == pytest.approx(math.pi / 2)
+
+
+def test_the_verb_adds_and_saves(assigned, addon, picture, tmp_path, capfd):
+    blend = tmp_path / "card.blend"
+    line = ["hologram", "picture", "--picture", str(picture), "--object", "Plane", "--set", "Cells=20"]
+    assert addon.commands.execute([*line, "--save", str(blend)]) == 0
+    assert "Diffraction waves: From Picture" in capfd.readouterr().out
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+    node = sources(addon, bpy.context.scene.natural_gratings.items[0].material)[0]
+    assert node.label == "From Picture" and node.inputs["Cells"].default_value == 20.0
+
+
+@pytest.mark.parametrize(("line", "told"), [
+    (["stars"], "invalid choice: 'stars'"),
+    (["crystal", "--set", "Cells=3"], "--set Cells=3: no such input; there are Shards, Randomness"),
+    (["crystal", "--set", "Turn=120"], "--set Turn=120: Turn is a number from 0 to 90 degrees"),
+    (["crystal", "--picture", "a.png"], "--picture: crystal reads no picture; leave it out"),
+    (["none", "--set", "Turn=3"], "--set: none has no inputs; leave it out"),
+    (["picture"], "From Picture needs a picture; choose a file"),
+    (["crystal", "--uv-map", "Second"], "Plane: no UV map Second for the pattern; unwrap"),
+])  # fmt: skip
+def test_faults_of_the_verb_are_one_line(assigned, addon, tmp_path, capfd, line, told):
+    capfd.readouterr()
+    assert addon.commands.execute(["hologram", *line, "--object", "Plane", "--save", str(tmp_path / "a.blend")]) != 0
+    (error,) = [each for each in capfd.readouterr().err.splitlines() if each.startswith("error:")]
+    assert told in error and not (tmp_path / "a.blend").exists()
+
+
+def test_a_bake_for_one_scene_is_told_of(assigned, addon, add, capfd):
+    addon.response.response_in(assigned.group).group["ng_region"] = [-1.0, 1.0, -1.0, 1.0, 0.5, 2.0]
+    assert "baked for one scene's directions; press Bake for This Scene again" in reports(lambda: add("CRYSTAL"), capfd)
+
+
+def test_a_method_without_a_period_scale_is_told_of(assigned, addon, add, capfd):
+    """As an OSL reference of one of the thesis's methods."""
+    response = addon.response.response_in(assigned.group)
+    for item in list(response.group.interface.items_tree):
+        if item.name == "Period Scale":
+            response.group.interface.remove(item)
+    assert "its method has no Period Scale, so the hologram's periods have no" in reports(lambda: add("CRYSTAL"), capfd)
+
+
+def test_a_pattern_that_an_artist_changed_is_replaced(assigned, addon, add):
+    """Sockets of its group were deleted, and one has another type."""
+    add("DOT_MATRIX")
+    group = sources(addon, assigned.material)[0].node_tree
+    items = {item.name: item for item in group.interface.items_tree if item.in_out == "INPUT"}
+    items["Rotation"].socket_type = "NodeSocketColor"
+    for name in ("Strength", "Vector", "Aspect"):
+        group.interface.remove(items[name])
+    add("CRYSTAL")
+    node = sources(addon, assigned.material)[0]
+    assert node.label == "Crystal" and node.inputs["Vector"].is_linked
