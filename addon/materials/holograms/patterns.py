@@ -40,7 +40,7 @@ TURN = Socket(
 )  # fmt: skip
 SPREAD = Socket(
     "Period Spread", "Float", "Largest factor by which a cell's period is stretched or shrunk; 1: one period. "
-    "Stretched cells lack light with |u| above 2 / factor", 1.15, 1.0, 4.0,
+    "Stretched cells lack light with |u| above 2 / factor", 1.3, 1.0, 4.0,
 )  # fmt: skip
 SEED = Socket("Seed", "Float", "Another number gives other random directions and periods", 0.0, 0.0, 1000.0)
 TWIST = Socket(
